@@ -2,7 +2,7 @@
 
 use crate::evidence::Evidence;
 use crate::joint::arm_pair::{is_long, needed_px};
-use crate::joint::plate_end::{Plate, PlateEndFinder, edge_point};
+use crate::joint::plate_end::{Plate, PlateEndFinder};
 use crate::line::Line2;
 use crate::locate::line_segment::LineSegment;
 use crate::not_found::NotFound;
@@ -89,7 +89,7 @@ impl ButtFinder {
         let search_px = SEARCH_PX.min(0.35 * best.width_px).max(3.0);
         for (point, plate) in points.iter_mut().zip(&best.plates) {
             let (edge, around) = self.ends.find(plate, Some(search_px), frame)?;
-            *point = edge_point(&around, &edge);
+            *point = self.ends.edge_point(&around, &edge, frame);
             quality = quality.min(around.fit.present);
         }
         middle(evidence, &points, quality)

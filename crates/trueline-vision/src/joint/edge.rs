@@ -3,7 +3,7 @@
 use crate::detection::{Detection, StripeSupport};
 use crate::evidence::Evidence;
 use crate::joint::arm_pair::{is_long, needed_px};
-use crate::joint::plate_end::{Plate, PlateEndFinder, edge_point};
+use crate::joint::plate_end::{Plate, PlateEndFinder};
 use crate::line::Line2;
 use crate::locate::line_segment::LineSegment;
 use crate::not_found::NotFound;
@@ -40,7 +40,7 @@ pub fn find<L: Level>(
         }
     };
     let (edge, around) = ends.find(&plate, None, frame)?;
-    let (ideal, covariance) = edge_point(&around, &edge);
+    let (ideal, covariance) = ends.edge_point(&around, &edge, frame);
     judged(&covariance)?;
     let seam = Seam::from_ideal(frame.lens, &ideal, &covariance, around.fit.present)?;
     let plate = StripeSupport::of(&around.fit, &ideal, frame.lens);

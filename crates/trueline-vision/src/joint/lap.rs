@@ -5,7 +5,7 @@ use crate::evidence::Evidence;
 use crate::frame::Frame;
 use crate::joint::arm_pair::{are_alike, is_long, shows_plate};
 use crate::joint::end_face::{Face, FaceFinder};
-use crate::joint::plate_end::{Plate, PlateEndFinder, edge_point};
+use crate::joint::plate_end::{Plate, PlateEndFinder};
 use crate::lens::Lens;
 use crate::line::Line2;
 use crate::locate::line_segment::LineSegment;
@@ -83,7 +83,7 @@ impl LapFinder {
         } else {
             self.ends.whole_end(&around, frame)?
         };
-        let (ideal, covariance) = edge_point(&around, &edge);
+        let (ideal, covariance) = self.ends.edge_point(&around, &edge, frame);
         judged(&covariance)?;
         let seam = Seam::from_ideal(frame.lens, &ideal, &covariance, fit.present)?;
         let lower = self.lower_stripe(&best, &segments[best.lower], frame);

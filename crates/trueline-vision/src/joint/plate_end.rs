@@ -1,6 +1,7 @@
 //! Where the stripe on one plate ends: the line along it, and the place on that line.
 
 use crate::frame::Frame;
+use crate::joint::arm_pair::needed_px;
 use crate::line::Line2;
 use crate::measure::stripe_end::{BANDS, Edge, EndFinder, EndSearch};
 use crate::measure::stripe_meter::{Fit, StripeMeter};
@@ -36,6 +37,10 @@ const SHORTEST_PX: f64 = 80.0;
 /// How much of a plate says how high its end is, m: a bow of 0.2 mm at 25 mm from the end then leaves 0.006 mm, all of the plate
 /// 0.04 mm.
 const TIP_M: f64 = 8e-3;
+/// What next to the end says nothing of that, in blurs and in thicknesses of the stripe: an edge that crosses it at a slant takes one
+/// flank before the other.
+const CLEAR_BLURS: f64 = 2.0;
+const CLEAR_SIGMAS: f64 = 1.5;
 /// An end that is found within this of where it was taken to be is not followed further, px.
 const MOVED_PX: f64 = 10.0;
 /// Light of this part of the stripe's is the stripe; it may be missing so far, in px and in its thicknesses: grains of
@@ -56,7 +61,6 @@ const ROUNDED_ALONG: f64 = 4.0;
 /// The stripe on a plate, measured.
 struct MeasuredPlate {
     fit: Fit,
-    tip: Fit,
     template: Template,
     /// Where it was taken to end, along the line that was fitted.
     near: f64,
@@ -67,9 +71,11 @@ struct MeasuredPlate {
 pub(crate) struct EndSurroundings {
     /// The line along the plate.
     pub(crate) fit: Fit,
-    /// The line along the last of it.
-    tip: Fit,
     template: Template,
+    /// Where the plate begins, along the line.
+    first: f64,
+    /// How much of it says how high its end is, px.
+    tip_px: f64,
     within: [f64; 2],
     band_px: f64,
     sigma_px: f64,
@@ -119,12 +125,15 @@ impl PlateEndFinder {
                 stripe = self.measure(&further, search_px, frame)?;
             }
         }
-        let MeasuredPlate { fit, tip, template, near } = stripe;
+        let MeasuredPlate { fit, template, near } = stripe;
         let before_px = (COMPARED * plate.length_px).clamp(COMPARE_PX, MOST_COMPARED_PX);
         let reach = [near - search_px - before_px, near + search_px + COMPARE_PX.min(search_px)];
         let band_px = self.meter.bands(&fit.line, reach, &template, frame, &mut self.ends.sections);
         let within = [near - search_px, near + search_px];
-        Ok(EndSurroundings { fit, tip, template, within, band_px, sigma_px: plate.sigma_px })
+        let (_, m_per_px) = frame.lens.on_sheet(&plate.line.point).ok_or(NOTHING)?;
+        let tip_px = (TIP_M / (m_per_px * fit.line.along).norm()).max(needed_px(plate.sigma_px));
+        let first = near - plate.length_px;
+        Ok(EndSurroundings { fit, template, first, tip_px, within, band_px, sigma_px: plate.sigma_px })
     }
 
     fn measure<L: Level>(
@@ -136,10 +145,7 @@ impl PlateEndFinder {
         let span = [-plate.length_px.min(FIT_PX), -search_px];
         let (fit, template) = self.meter.fit(&plate.line, span, plate.sigma_px, frame).ok_or(NOTHING)?;
         let fit = self.meter.straight_end(fit);
-        let (_, m_per_px) = frame.lens.on_sheet(&plate.line.point).ok_or(NOTHING)?;
-        let tip_px = TIP_M / (m_per_px * fit.line.along).norm();
-        let tip = self.meter.tip(fit, tip_px.max(SHORTEST_PX));
-        Ok(MeasuredPlate { fit, tip, template, near: fit.line.station(&plate.line.point) })
+        Ok(MeasuredPlate { fit, template, near: fit.line.station(&plate.line.point) })
     }
 
     /// The plate up to where its stripe leads, if that is not where its end was taken to be: a segment ends where its last
@@ -233,16 +239,30 @@ impl PlateEndFinder {
         }
         Ok(Edge { sigma_px: near.sigma_px.hypot(ROUNDED_ALONG * shift_px), rounded_px: shift_px, ..near })
     }
-}
 
-/// The point at an edge and its covariance: along the line that of the edge, across it that of the line through the last of the
-/// stripe. The line through all of a bowed stripe passes beside its end, in every picture alike.
-#[must_use]
-pub(crate) fn edge_point(around: &EndSurroundings, edge: &Edge) -> (Vector2<f64>, Matrix2<f64>) {
-    let EndSurroundings { fit, tip, .. } = around;
-    let s = tip.line.station(&fit.line.at(edge.s));
-    let (along, across) = (tip.line.along, tip.line.normal());
-    let covariance = along * along.transpose() * edge.sigma_px.powi(2)
-        + across * across.transpose() * (tip.variance_at(s) + edge.rounded_px.powi(2));
-    (tip.line.at(s), covariance)
+    /// The point at an edge and its covariance: along the line that of the edge, across it that of the line through the last of
+    /// the stripe. The line through all of a bowed stripe passes beside its end, in every picture alike.
+    pub(crate) fn edge_point<L: Level>(
+        &mut self,
+        around: &EndSurroundings,
+        edge: &Edge,
+        frame: Frame<'_, L>,
+    ) -> (Vector2<f64>, Matrix2<f64>) {
+        let tip = self.tip(around, edge, frame).unwrap_or(around.fit);
+        let s = tip.line.station(&around.fit.line.at(edge.s));
+        let (along, across) = (tip.line.along, tip.line.normal());
+        let covariance = along * along.transpose() * edge.sigma_px.powi(2)
+            + across * across.transpose() * (tip.variance_at(s) + edge.rounded_px.powi(2));
+        (tip.line.at(s), covariance)
+    }
+
+    /// The line through the last of a stripe, up to where its end begins to fade. `None` where there is no more of it, or too little.
+    fn tip<L: Level>(&mut self, around: &EndSurroundings, edge: &Edge, frame: Frame<'_, L>) -> Option<Fit> {
+        let EndSurroundings { fit, template, first, tip_px, sigma_px, .. } = around;
+        let last = edge.s - CLEAR_BLURS * edge.blur_px - CLEAR_SIGMAS * sigma_px;
+        let span = [(last - tip_px).max(*first), last];
+        let tip = self.meter.fit_with(&fit.line, span, template, frame)?;
+        // A stripe that is straight for no longer than that has said so already.
+        (tip.regression.centre > 0.0).then(|| tip.with_noise_of(fit))
+    }
 }

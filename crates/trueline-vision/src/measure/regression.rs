@@ -11,6 +11,8 @@ const PER_MEDIAN: f64 = 1.4826;
 const SAMPLED: usize = 300;
 /// Of fewer independent shifts than this no variance can be told.
 const FEWEST_INDEPENDENT: f64 = 3.0;
+/// A line with so many times the variance of lines like it is no matter of chance (χ² of eight over eight exceeds 3 once in 400).
+pub(crate) const OWN_NOISE: f64 = 3.0;
 /// Neighbours whose correlation is looked at.
 const LAGS: usize = 32;
 
@@ -52,6 +54,30 @@ impl Regression {
     #[must_use]
     pub(crate) fn shared(&self) -> f64 {
         (self.covariance.m11 * self.count / (self.sigma_px * self.sigma_px)).max(1.0)
+    }
+
+    /// Lᵀ C L with the covariance C and the information A = L Lᵀ: the variance of a shift, and how it differs along the line, without
+    /// how many shifts there are and where.
+    pub(crate) fn noise(&self) -> Option<Matrix2<f64>> {
+        let factor = self.information.cholesky()?.l();
+        Some(factor.transpose() * self.covariance * factor)
+    }
+
+    /// The same line with another noise.
+    pub(crate) fn with_noise(mut self, noise: &Matrix2<f64>) -> Self {
+        if let Some(inverse) = self.information.cholesky().and_then(|factor| factor.l().try_inverse()) {
+            self.covariance = inverse.transpose() * noise * inverse;
+        }
+        self
+    }
+
+    /// The same with the noise of a line through more shifts of the same stripe: a few that share their speckle do not tell it. Where
+    /// they scatter by so much more that this is no chance, they keep their own.
+    pub(crate) fn with_noise_of(self, more: &Self) -> Self {
+        match (self.noise(), more.noise()) {
+            (Some(own), Some(noise)) if own.trace() <= OWN_NOISE * noise.trace() => self.with_noise(&noise),
+            _ => self,
+        }
     }
 
     /// Shift at a distance along the line, px.

@@ -69,6 +69,11 @@ impl Fit {
         Self { line: at.moved(part.shift_px, part.slope), regression: *part, ..*self }
     }
 
+    /// The same with the noise of a fit over more of the stripe.
+    pub(crate) fn with_noise_of(&self, more: &Self) -> Self {
+        Self { regression: self.regression.with_noise_of(&more.regression), skew_px: more.skew_px, ..*self }
+    }
+
     /// Variance of the line square to itself at a distance along it from its point, px².
     #[must_use]
     pub(crate) fn variance_at(&self, s: f64) -> f64 {
@@ -327,14 +332,6 @@ impl StripeMeter {
         let longest = (0..stretches.len()).rev().find(agrees).and_then(|number| stretches[number]);
         let Some(longest) = longest.filter(|longest| *longest != fit.regression) else { return fit };
         fit.over(&longest)
-    }
-
-    /// The last so many pixels of the last fit, or all of it where that is no longer.
-    pub(crate) fn tip(&mut self, fit: Fit, length_px: f64) -> Fit {
-        let Some(last) = self.shifts.last().map(|shift| shift.s) else { return fit };
-        let split = self.shifts.partition_point(|shift| shift.s < last - length_px);
-        let tip = self.regressor.fit(&self.shifts[split..]);
-        tip.filter(|tip| tip.centre > fit.regression.centre).map_or(fit, |tip| fit.over(&tip))
     }
 
     /// How far the stripe lies beside a line over a short stretch of it, px, and its standard deviation: the mean, each

@@ -8,14 +8,11 @@
 
 use super::face_end::lost_part;
 use super::seen_joint::SeenJoint;
-use crate::measure::regression::Regression;
+use crate::measure::regression::{OWN_NOISE, Regression};
 use nalgebra::Matrix2;
 
 /// Profiles before and after one whose noise it shares: 33 faces leave 3 % of 15 %.
 const NEIGHBOURS: usize = 16;
-/// A face with so many times the median's variance is no matter of chance (χ² of eight over eight exceeds 3 once in 400): it keeps
-/// its own, and shares it with nobody.
-const OWN_NOISE: f64 = 3.0;
 
 /// Gives each face and each tip the noise of the profiles about it, left and right ones apart, and each end what is lost at theirs.
 pub(super) fn share_noise(profiles: &mut [&mut SeenJoint]) {
@@ -41,31 +38,24 @@ fn share(
 ) {
     let own: Vec<Matrix2<f64>> = profiles
         .iter_mut()
-        .map(|profile| line(profile).and_then(|line| point_noise(line)).unwrap_or_else(Matrix2::zeros))
+        .map(|profile| line(profile).and_then(|line| line.noise()).unwrap_or_else(Matrix2::zeros))
         .collect();
     for (k, profile) in profiles.iter_mut().enumerate() {
         let about = &own[neighbours(k, own.len())];
+        // A face that scatters by more keeps its own noise, and shares it with nobody.
         let limit = OWN_NOISE * median_trace(about);
         let Some(line) = line(profile) else { continue };
-        let Some(factor) = line.information.cholesky() else { continue };
         if own[k].trace() > limit {
             continue;
         }
         let alike = about.iter().filter(|noise| noise.trace() <= limit);
         let mean = alike.clone().sum::<Matrix2<f64>>() / alike.count().max(1) as f64;
-        let Some(inverse) = factor.l().try_inverse() else { continue };
-        line.covariance = inverse.transpose() * mean * inverse;
+        *line = line.with_noise(&mean);
     }
 }
 
 fn neighbours(k: usize, count: usize) -> std::ops::Range<usize> {
     k.saturating_sub(NEIGHBOURS)..(k + NEIGHBOURS + 1).min(count)
-}
-
-/// Lᵀ C L of a line.
-fn point_noise(line: &Regression) -> Option<Matrix2<f64>> {
-    let factor = line.information.cholesky()?.l();
-    Some(factor.transpose() * line.covariance * factor)
 }
 
 fn median_trace(noises: &[Matrix2<f64>]) -> f64 {
