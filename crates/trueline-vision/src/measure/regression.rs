@@ -80,6 +80,14 @@ impl Regression {
         }
     }
 
+    /// The same with the noise of a line through more shifts where that is larger, as far as chance explains it: the longer line may
+    /// be bent.
+    pub(crate) fn at_least_noise_of(self, more: &Self) -> Self {
+        let [own, noise] = [self, *more].map(|line| line.noise().map_or(0.0, |noise| noise.trace()));
+        let factor = if own > 0.0 { (noise / own).clamp(1.0, OWN_NOISE) } else { 1.0 };
+        Self { covariance: self.covariance * factor, ..self }
+    }
+
     /// Shift at a distance along the line, px.
     #[must_use]
     pub(crate) fn shift_at(&self, s: f64) -> f64 {

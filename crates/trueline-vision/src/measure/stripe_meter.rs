@@ -329,8 +329,11 @@ impl StripeMeter {
                 stretches[..*number].iter().flatten().all(|shorter| !differs(shorter, &longer, last))
             })
         };
-        let longest = (0..stretches.len()).rev().find(agrees).and_then(|number| stretches[number]);
-        let Some(longest) = longest.filter(|longest| *longest != fit.regression) else { return fit };
+        let Some(number) = (0..stretches.len()).rev().find(agrees) else { return fit };
+        let Some(longest) = stretches[number].filter(|longest| *longest != fit.regression) else { return fit };
+        // A stretch is short because it scatters by little, which may be chance: the next longer one knows better.
+        let longer = stretches[number + 1..].iter().flatten().next();
+        let longest = longer.map_or(longest, |longer| longest.at_least_noise_of(longer));
         fit.over(&longest)
     }
 
