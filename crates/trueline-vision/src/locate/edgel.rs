@@ -56,7 +56,11 @@ pub(crate) fn edgel_at_stride<L: Level>(
     candidate: &Candidate,
     stride: usize,
 ) -> Option<Edgel> {
-    edgel_above(picture, candidate, FLOORS[0], stride)
+    // Pixels beside each other are read many at once, where it is known that they are.
+    match stride {
+        1 => edgel_above(picture, candidate, FLOORS[0], 1),
+        _ => edgel_above(picture, candidate, FLOORS[0], stride),
+    }
 }
 
 #[inline(always)]

@@ -7,6 +7,7 @@
 //! is not known either: an edge that is taken for too sharp moves outward by about its blur. Every place, slant and blur
 //! has a likelihood then, and the mean and spread of the places are the answer.
 
+use crate::fastest::fastest;
 use crate::measure::end_fit::{EndLight, refine};
 pub use crate::measure::end_light::{BANDS, BandSection, Edge};
 use crate::not_found::NotFound;
@@ -59,6 +60,7 @@ struct Band {
     plate: f64,
     dark: f64,
     shape: f64,
+    /// Light over the darkest that is expected, section by section.
     light: Vec<f64>,
     /// By the distance before the edge: logarithm and inverse of the mean light.
     steps: Vec<[f64; 2]>,
@@ -203,20 +205,16 @@ impl EndFinder {
             let beside = (steepest * band.distance_px.abs() / step_px) as usize + 2;
             band.first_place = from - beside as f64 * step_px;
             band.by_place.clear();
-            for k in 0..places + 2 * beside + 1 {
-                let cost = band.cost_of(&self.stations, band.first_place + k as f64 * step_px, blur_px);
-                band.by_place.push(cost);
-            }
+            let count = places + 2 * beside + 1;
+            fastest!(add_costs(band, &self.stations, [step_px, blur_px], count));
         }
         for slant in SLANTS.into_iter().step_by(every) {
             self.sums.clear();
             self.sums.resize(places, 0.0);
             for (_, band) in used.into_iter().zip(&self.bands).filter(|(used, _)| *used) {
                 let at = (from + slant * band.distance_px - band.first_place) / step_px;
-                let (second, weights) = (at as usize, cubic(at.fract()));
-                for (sum, around) in self.sums.iter_mut().zip(band.by_place[second - 1..].windows(4)) {
-                    *sum += (0..4).map(|k| weights[k] * around[k]).sum::<f64>();
-                }
+                let second = at as usize;
+                fastest!(add_between(&mut self.sums, &band.by_place[second - 1..], cubic(at.fract())));
             }
             self.costs.extend(self.sums.iter().enumerate().map(|(k, sum)| PlaceCost {
                 place: from + k as f64 * step_px,
@@ -287,8 +285,9 @@ impl Band {
         self.dark = (rest.abs() + noise.sqrt()).max(LEAST_DARK * plate);
         self.shape = (plate * plate / variance.max(1e-9)).clamp(0.5, EVENEST);
         self.light.clear();
-        self.light.extend(sections[first..last].iter().map(light));
+        self.light.extend(sections[first..last].iter().map(|section| light(section).max(0.0) + self.dark));
         self.tabulate();
+        let [all, none] = [self.plate + self.dark, self.dark].map(step);
         let (mut plates, mut darks) = (0.0, 0.0);
         self.as_plate.clear();
         self.as_dark.clear();
@@ -296,8 +295,8 @@ impl Band {
             self.as_plate.push(plates);
             self.as_dark.push(darks);
             if let Some(light) = self.light.get(k) {
-                plates += self.cost(*light, step(self.plate + self.dark));
-                darks += self.cost(*light, step(self.dark));
+                plates += self.cost(*light, all);
+                darks += self.cost(*light, none);
             }
         }
         Some(())
@@ -314,20 +313,61 @@ impl Band {
 
     /// Twice the negative logarithm of a gamma distribution of a mean.
     fn cost(&self, light: f64, [logarithm, inverse]: [f64; 2]) -> f64 {
-        2.0 * self.shape * (logarithm + (light.max(0.0) + self.dark) * inverse)
+        2.0 * self.shape * (logarithm + light * inverse)
     }
+}
 
-    /// Cost of an edge at a place.
-    fn cost_of(&self, stations: &[f64], place: f64, blur_px: f64) -> f64 {
-        let reach = SHARP_BLURS * blur_px;
-        let from = stations.partition_point(|s| *s < place - reach);
-        let to = stations.partition_point(|s| *s <= place + reach);
-        let per_px = PER_BLUR / blur_px;
-        let mixed = (from..to).map(|k| {
-            let entry = ((place + reach - stations[k]) * per_px) as usize;
-            self.cost(self.light[k], self.steps[entry.min(ENTRIES - 1)])
-        });
-        self.as_plate[from] + mixed.sum::<f64>() + self.as_dark[stations.len()] - self.as_dark[to]
+/// Adds the costs of an edge of some blur at places of equal steps.
+#[inline(always)]
+fn add_costs(band: &mut Band, stations: &[f64], [step_px, blur_px]: [f64; 2], count: usize) {
+    let Band { light, steps, as_plate, as_dark, by_place, first_place, shape, .. } = band;
+    let Some(steps) = steps.first_chunk::<ENTRIES>() else { return };
+    let (reach, per_px) = (SHARP_BLURS * blur_px, PER_BLUR / blur_px);
+    let (mut from, mut to) = (0, 0);
+    for k in 0..count {
+        let place = *first_place + k as f64 * step_px;
+        // Places rise, and stations do.
+        from += stations[from..].iter().take_while(|s| **s < place - reach).count();
+        to += stations[to..].iter().take_while(|s| **s <= place + reach).count();
+        let mixed = costs_between(&light[from..to], &stations[from..to], steps, [place + reach, per_px]);
+        by_place.push(as_plate[from] + 2.0 * *shape * mixed + as_dark[stations.len()] - as_dark[to]);
+    }
+}
+
+/// What sections near an edge cost, in lanes: each sum has to wait for the one before.
+#[inline(always)]
+fn costs_between(
+    light: &[f64],
+    stations: &[f64],
+    steps: &[[f64; 2]; ENTRIES],
+    [end, per_px]: [f64; 2],
+) -> f64 {
+    const LANES: usize = 4;
+    let mut lanes = [0.0_f64; LANES];
+    let cost = |light: f64, s: f64| {
+        let entry = ((end - s) * per_px) as i32;
+        let [logarithm, inverse] = steps[entry.clamp(0, ENTRIES as i32 - 1) as usize];
+        logarithm + light * inverse
+    };
+    let whole = light.len() / LANES * LANES;
+    for (light, stations) in light[..whole].chunks_exact(LANES).zip(stations[..whole].chunks_exact(LANES)) {
+        for k in 0..LANES {
+            lanes[k] += cost(light[k], stations[k]);
+        }
+    }
+    let rest = light[whole..].iter().zip(&stations[whole..]).map(|(light, s)| cost(*light, *s));
+    lanes.iter().sum::<f64>() + rest.sum::<f64>()
+}
+
+/// Adds to each sum what lies between the second and the third of four costs in a row.
+#[inline(always)]
+fn add_between(sums: &mut [f64], costs: &[f64], weights: [f64; 4]) {
+    let count = sums.len();
+    let Some(costs) = costs.get(..count + 3) else { return };
+    for k in 0..count {
+        let around = &costs[k..k + 4];
+        sums[k] +=
+            weights[0] * around[0] + weights[1] * around[1] + weights[2] * around[2] + weights[3] * around[3];
     }
 }
 

@@ -330,7 +330,9 @@ impl StripeMeter {
             })
         };
         let Some(number) = (0..stretches.len()).rev().find(agrees) else { return fit };
-        let Some(longest) = stretches[number].filter(|longest| *longest != fit.regression) else { return fit };
+        let Some(longest) = stretches[number].filter(|longest| *longest != fit.regression) else {
+            return fit;
+        };
         // A stretch is short because it scatters by little, which may be chance: the next longer one knows better.
         let longer = stretches[number + 1..].iter().flatten().next();
         let longest = longer.map_or(longest, |longer| longest.at_least_noise_of(longer));
