@@ -86,6 +86,13 @@ fn exposed_ns(device: &DeviceHandle, frames: &[CameraFrame]) -> Vec<i64> {
     frames.iter().map(|frame| of(frame).exposure_start_ns).collect()
 }
 
+/// The signals that frames began with by their numbers, of which the first one's is known; ns. A number is left out where a busy machine
+/// had no time for the picture; every signal has one all the same.
+fn of_numbers(frames: &[CameraFrame], signals_ns: impl Iterator<Item = i64>, first_ns: i64) -> Vec<i64> {
+    let signals_ns: Vec<i64> = signals_ns.skip_while(|at_ns| *at_ns < first_ns).collect();
+    frames.iter().map(|frame| signals_ns[(frame.frame - frames[0].frame) as usize]).collect()
+}
+
 #[test]
 fn every_signal_is_a_picture_at_its_time() {
     for (test, edge, heeded) in [
@@ -102,10 +109,8 @@ fn every_signal_is_a_picture_at_its_time() {
         let frames = take(&mut camera, 12);
         assert_eq!(frames.len(), 12);
         let exposed = exposed_ns(&device, &frames);
-        let expected = edges.iter().filter(|edge| heeded[usize::from(!edge.rises)]).map(|edge| edge.at_ns);
-        let expected: Vec<i64> = expected.skip_while(|at_ns| *at_ns < exposed[0]).take(12).collect();
-        assert_eq!(exposed, expected, "{edge:?}");
-        assert!(frames.windows(2).all(|pair| pair[1].frame == pair[0].frame + 1), "no number is left out");
+        let heeded = edges.iter().filter(|edge| heeded[usize::from(!edge.rises)]).map(|edge| edge.at_ns);
+        assert_eq!(exposed, of_numbers(&frames, heeded, exposed[0]), "{edge:?}");
         assert_eq!(device.counts().missed_triggers, 0);
     }
 }
@@ -259,7 +264,7 @@ fn rows_that_an_encoder_begins_have_their_time_one_a_frame_and_are_refused_other
         let frames = take(&mut camera, 8);
         let exposed = exposed_ns(&device, &frames);
         let rising = edges.iter().filter(|edge| edge.rises).map(|edge| edge.at_ns);
-        assert_eq!(exposed, rising.skip_while(|at_ns| *at_ns < exposed[0]).take(8).collect::<Vec<_>>());
+        assert_eq!(exposed, of_numbers(&frames, rising, exposed[0]));
         for (frame, exposed_ns) in frames.iter().zip(exposed) {
             let [_, range_m] = frame.profiles[0].columns[5].unwrap();
             assert!((range_m - (1 + exposed_ns / 1000 % 60_000) as f64 * 1e-6).abs() < 1e-12);
