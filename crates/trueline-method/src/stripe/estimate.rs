@@ -14,6 +14,7 @@ use crate::solve::fit::Fit;
 use crate::solve::settings::FitSettings;
 use crate::stripe::agreement::{AGREEMENT_SIGMAS, sigmas_apart};
 use crate::stripe::fit::{StripeFit, StripeSolver};
+use crate::stripe::flat_rank::AttitudeNoise;
 use crate::stripe::frames::{StripeFrames, frames};
 use crate::stripe::freed::without_bias;
 use crate::stripe::no_plates::NoPlates;
@@ -22,11 +23,13 @@ use crate::stripe::planes::Planes;
 use crate::stripe::systematic::SharedErrors;
 use crate::stripe::unknowns::StripeUnknowns;
 use crate::stripe::whitening::{SharedNoise, robot_sigma_rad};
-use crate::stripe::{as_seam, motion_information, planes, robot_accuracy, start, systematic, uncertainty};
+use crate::stripe::{
+    as_seam, flat_rank, motion_information, planes, robot_accuracy, start, systematic, uncertainty,
+};
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeSet;
 use trueline_dataset::Recording;
-use trueline_geometry::Pose;
+use trueline_geometry::{Pose, Trajectory};
 use trueline_lsq::Information;
 
 /// A finished estimate from seam points, and what it was made of.
@@ -142,9 +145,14 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     let fit = solver.fit(begin).map_err(|_| NoPlates::NoPlane)?;
     let all = fit.information(&fixed, RANK_THRESHOLD).ok_or(NoPlates::NoPlane)?;
     let taken = seam.robot_taken.filter(|taken| robot_accuracy::shown(&fit, &all, *taken).is_none());
-    let trembling = trembling(seam, &fit);
+    let about_s = motion_information::times_looked_at_s(&fit.problem, fit.state());
+    let halves = observations.robot.halves(recording, times_s, &about_s);
+    let trembling = trembling(&fit, halves.as_ref());
     let information = motion_information::shown_by_motion(&fit, (&all, &trembling), &fixed);
     let information = information.ok_or(NoPlates::NoPlane)?;
+    let attitudes = AttitudeNoise { sigma_rad: shared.robot_sigma_rad, factor: fit.noise_factor };
+    let seen = flat_rank::shown(&fit.problem, fit.state(), attitudes, &fixed);
+    let seen = seen.ok_or(NoPlates::NoPlane)?;
     let noise = uncertainty::assess(&fit, (&information, &trembling), &shared);
     let errors = systematic::systematic(&fit, &information, &seam.shared).with_held(
         &fit.solution.equations.hessian,
@@ -153,11 +161,11 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     );
     let explained = Explained { taken, levels: seam.shared.levels };
     let InSeam { answer: stripe, noise: noise_of_seam, errors: errors_of_seam } =
-        answer(seam, &fit, &information, (&noise.covariance, &errors), &explained)
+        answer(seam, &fit, (&information, &seen), (&noise.covariance, &errors), &explained)
             .ok_or(NoPlates::Parallel)?;
     let all = noise.covariance + explained.left_of(&errors).covariance();
     let Planes { plates: planes, angles, steps } =
-        planes::planes(observations, frames, fit.state(), (&all, information.null_space()));
+        planes::planes(observations, frames, fit.state(), (&all, &both_null(&seen, &information)));
     let apart = apart(seam, &stripe, &noise_of_seam, &errors_of_seam);
     Ok(StripeEstimate {
         planes,
@@ -174,11 +182,9 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
 }
 
 /// What of the information is noise of the robot's poses; of a stream too short to tell, nothing.
-fn trembling(seam: &SeamEstimate<'_>, fit: &StripeFit<'_>) -> DMatrix<f64> {
-    let about_s = motion_information::times_looked_at_s(fit);
-    let halves = seam.observations.robot.halves(seam.recording, seam.robot_times_s, &about_s);
+fn trembling(fit: &StripeFit<'_>, halves: Option<&[Trajectory; 2]>) -> DMatrix<f64> {
     let size = fit.problem.unknowns.dimension();
-    halves.map_or_else(|| DMatrix::zeros(size, size), |halves| motion_information::of_noise(fit, &halves))
+    halves.map_or_else(|| DMatrix::zeros(size, size), |halves| motion_information::of_noise(fit, halves))
 }
 
 /// Whether the plates explain what seemed to be errors of the robot.
@@ -214,11 +220,11 @@ struct InSeam {
     errors: Systematic,
 }
 
-/// The answer in the words of a seam.
+/// The answer in the words of a seam, of an information and what of it is seen.
 fn answer(
     seam: &SeamEstimate<'_>,
     fit: &StripeFit<'_>,
-    information: &Information,
+    (information, seen): (&Information, &Information),
     (noise, errors): (&DMatrix<f64>, &Systematic),
     explained: &Explained,
 ) -> Option<InSeam> {
@@ -235,7 +241,7 @@ fn answer(
     let errors_of_answer = explained.left_of(&errors_of_seam);
     let noise_of_seam = &slope * noise * slope.transpose();
     let noise_covariance = (seam.widened)(noise_of_seam.clone());
-    let observability = observability(seam, fit, information, &parameters);
+    let observability = observability(seam, fit, (information, seen), &parameters);
     let all_seen = observability.observable_components[..LINES].iter().all(|seen| *seen);
     let model = &slope * information.covariance() * slope.transpose();
     let sources = |hessian: &DMatrix<f64>| {
@@ -279,14 +285,15 @@ fn apart(seam: &SeamEstimate<'_>, stripe: &Answer, noise: &DMatrix<f64>, errors:
 }
 
 /// What the stripes show. No target of unknown place shows a translation that attitudes do not, nor a time offset that only
-/// noise shows: there the seam points' finding, which is tested against noise, holds for the plates as well.
+/// noise shows: there the seam points' finding, which is tested against noise, holds for the plates as well. The rank is that of what is seen of flat
+/// plates; nothing counts as known of which the covariance lacks a direction.
 fn observability(
     seam: &SeamEstimate<'_>,
     fit: &StripeFit<'_>,
-    information: &Information,
+    (information, shown): (&Information, &Information),
     at: &Parameters,
 ) -> Observability {
-    let null = information.null_space();
+    let null = &both_null(shown, information);
     let before = &seam.answer.observability;
     let group_of_seam = |group: Group| before.unobservable.iter().find(|u| u.group == group).cloned();
     let shows_time_offset =
@@ -312,9 +319,11 @@ fn observability(
         }
     }
     let known_before = fit.problem.unknowns.known_before().len();
+    let only_noise = !shows_time_offset && !observability::is_null(shown.null_space(), TIME_OFFSET);
+    let information = shown;
     let largest = information.singular_values().max().max(f64::MIN_POSITIVE);
     Observability {
-        rank: information.rank().saturating_sub(known_before),
+        rank: information.rank().saturating_sub(usize::from(only_noise) + known_before),
         size: information.size().saturating_sub(known_before),
         condition: information.condition(),
         singular_values: information.singular_values().iter().map(|value| value / largest).collect(),
@@ -326,6 +335,14 @@ fn observability(
         unobservable,
         observable_components: seen,
     }
+}
+
+/// The null directions of two information matrices side by side.
+fn both_null(one: &Information, other: &Information) -> DMatrix<f64> {
+    let (one, other) = (one.null_space(), other.null_space());
+    let mut both = one.clone().resize_horizontally(one.ncols() + other.ncols(), 0.0);
+    both.columns_mut(one.ncols(), other.ncols()).copy_from(other);
+    both
 }
 
 /// Components of the plates' tangent as those of the seam's: a plane counts as the line that it bounds.

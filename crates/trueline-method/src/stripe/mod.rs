@@ -15,6 +15,7 @@ pub(crate) mod blocks;
 pub mod corners;
 pub mod estimate;
 pub mod fit;
+pub mod flat_rank;
 pub mod frames;
 pub mod freed;
 pub mod motion_information;

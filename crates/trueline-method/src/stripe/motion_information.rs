@@ -18,17 +18,18 @@ use crate::stripe::unknowns::LOCAL_ALL;
 use nalgebra::{DMatrix, DVector, SMatrix};
 use trueline_geometry::Trajectory;
 use trueline_lsq::Information;
+use trueline_model::Placement;
 
 /// Frames that are looked at; of more, every so many stand for the rest.
 const SAMPLE: usize = 800;
 /// A direction that is noise by this part or more is not seen: a linear account of errors ends where they are as large as the motion.
-const MOST_NOISE: f64 = 0.5;
+pub(crate) const MOST_NOISE: f64 = 0.5;
 
 /// The times at which the halves of the robot's path are asked for, s, rising.
 #[must_use]
-pub(crate) fn times_looked_at_s(fit: &StripeFit<'_>) -> Vec<f64> {
-    let late_s = fit.state().time_offset_s;
-    looked_at(&fit.problem).map(|weighed| weighed.frame.stamp_s - late_s).collect()
+pub fn times_looked_at_s(problem: &StripeProblem<'_>, at: &StripeState) -> Vec<f64> {
+    let late_s = at.time_offset_s;
+    looked_at(problem).map(|weighed| weighed.frame.stamp_s - late_s).collect()
 }
 
 fn every(problem: &StripeProblem<'_>) -> usize {
@@ -42,41 +43,44 @@ fn looked_at<'a>(problem: &'a StripeProblem<'_>) -> impl Iterator<Item = &'a Wei
 /// N over all unknowns, by the halves of the robot's path.
 #[must_use]
 pub(crate) fn of_noise(fit: &StripeFit<'_>, halves: &[Trajectory; 2]) -> DMatrix<f64> {
-    let (problem, at) = (&fit.problem, fit.state());
+    noise_beside(&fit.problem, fit.state(), |weighed| {
+        let exposure_s = weighed.frame.stamp_s - fit.state().time_offset_s;
+        let [one, other] =
+            halves.each_ref().map(|half| placement_at(half, exposure_s, &fit.state().tool_from_camera));
+        Some([one?, other?])
+    })
+}
+
+/// What the information of a problem at a state has beside what two placements of each frame have in common.
+#[must_use]
+pub(crate) fn noise_beside(
+    problem: &StripeProblem<'_>,
+    at: &StripeState,
+    two: impl Fn(&WeighedFrame) -> Option<[Placement; 2]>,
+) -> DMatrix<f64> {
     let mut joints = vec![SMatrix::<f64, LOCAL_ALL, LOCAL_ALL>::zeros(); at.joints.len()];
     for weighed in looked_at(problem) {
-        if let Some((own, [one, other])) = jacobians(problem, weighed, at, halves) {
+        let Some(two) = two(weighed) else { continue };
+        if let Some((own, [one, other])) = jacobians(problem, weighed, at, &two) {
             joints[weighed.frame.joint] += own.transpose() * own - one.transpose() * other;
         }
     }
-    let mut noise = DMatrix::zeros(at.unknowns().dimension(), at.unknowns().dimension());
-    for (joint, sum) in joints.iter().enumerate() {
-        let places: Vec<(usize, usize)> = (0..problem.unknowns.local())
-            .filter_map(|k| Some((k, problem.unknowns.place(k, joint)?)))
-            .collect();
-        for &(row, to) in &places {
-            for &(column, beside) in &places {
-                noise[(to, beside)] += 0.5 * (sum[(row, column)] + sum[(column, row)]);
-            }
-        }
-    }
-    noise * every(problem) as f64
+    problem.unknowns.over_all(&joints) * every(problem) as f64
 }
 
-/// Whitened Jacobian of a frame as it counts in the problem, and by each half of the path.
+/// Whitened Jacobian of a frame as it counts in the problem, and at two other placements.
 fn jacobians(
     problem: &StripeProblem<'_>,
     weighed: &WeighedFrame,
     at: &StripeState,
-    halves: &[Trajectory; 2],
+    two: &[Placement; 2],
 ) -> Option<(FrameJacobian, [FrameJacobian; 2])> {
     let (_, own) = problem.whitened(weighed, at)?;
-    let by_half = |half: &Trajectory| {
-        let there = placement_at(half, weighed.frame.stamp_s - at.time_offset_s, &at.tool_from_camera)?;
-        let parts = linearize_frame(problem.observations, &weighed.frame, at, &there)?;
+    let there = |placement: &Placement| {
+        let parts = linearize_frame(problem.observations, &weighed.frame, at, placement)?;
         Some(weighed.whitener * parts.jacobian)
     };
-    Some((own, [by_half(&halves[0])?, by_half(&halves[1])?]))
+    Some((own, [there(&two[0])?, there(&two[1])?]))
 }
 
 /// What motion shows of an information H: H₀ on the directions that are motion for the most part, and nothing of the others. `None` as for
@@ -158,7 +162,7 @@ mod tests {
         };
         let fit = solver.fit(begin).unwrap();
         let all = fit.information(&fixed, RANK_THRESHOLD).unwrap();
-        let about_s = times_looked_at_s(&fit);
+        let about_s = times_looked_at_s(&fit.problem, fit.state());
         let halves = observations.robot.halves(&noisy, &robot_times_s, &about_s).unwrap();
         let noise = of_noise(&fit, &halves);
         let shown = shown_by_motion(&fit, (&all, &noise), &fixed).unwrap();

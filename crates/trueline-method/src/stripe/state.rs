@@ -6,7 +6,7 @@ use crate::stripe::target::Target;
 use crate::stripe::unknowns::StripeUnknowns;
 use nalgebra::{DMatrix, DVector, SVector, Vector3};
 use trueline_geometry::{Pose, se3};
-use trueline_model::SheetShape;
+use trueline_model::{Plate, SheetShape};
 
 /// Standard deviation of each surface term before the scan, m.
 pub const SURFACE_SIGMA_M: f64 = 0.2e-3;
@@ -52,6 +52,14 @@ impl StripeState {
             joints: joints.collect(),
             shape: self.shape.map(|shape| shape.retract(&SVector::from_fn(|k, _| step[first + k]))),
         }
+    }
+
+    /// The same with flat plates.
+    #[must_use]
+    pub(crate) fn flattened(&self) -> Self {
+        let flat = |plate: &Plate| Plate { surface_m: [0.0; Plate::SURFACE], ..*plate };
+        let joints = self.joints.iter().map(|target| target.moved(|_, plate| flat(plate)));
+        Self { joints: joints.collect(), ..self.clone() }
     }
 
     /// The values of those unknowns of which something is known beforehand; zero for the others.

@@ -12,6 +12,7 @@
 
 use crate::problem::unknowns::LINES;
 use crate::stripe::target::EDGE;
+use nalgebra::{DMatrix, SMatrix};
 use std::ops::Range;
 use trueline_model::{Plate, SheetShape};
 
@@ -109,6 +110,22 @@ impl StripeUnknowns {
             (false, true) => LOCAL_EDGE,
             (false, false) => LOCAL_SHAPE,
         }
+    }
+
+    /// Sums over the frames of each joint, by what these depend on, as one over all unknowns.
+    #[must_use]
+    pub(crate) fn over_all(&self, joints: &[SMatrix<f64, LOCAL_ALL, LOCAL_ALL>]) -> DMatrix<f64> {
+        let mut all = DMatrix::zeros(self.dimension(), self.dimension());
+        for (joint, sum) in joints.iter().enumerate() {
+            let places: Vec<(usize, usize)> =
+                (0..self.local()).filter_map(|k| Some((k, self.place(k, joint)?))).collect();
+            for &(row, to) in &places {
+                for &(column, beside) in &places {
+                    all[(to, beside)] += 0.5 * (sum[(row, column)] + sum[(column, row)]);
+                }
+            }
+        }
+        all
     }
 
     /// Index among all unknowns of one of those that a frame of `joint` depends on; `None` where the sensor is held and has none.
