@@ -96,6 +96,45 @@ impl StripeOnPlate<'_> {
         })
     }
 
+    /// The residual of one of two support points of a stripe, which is `from_middle` (reported sheet coordinates, m) away from the middle between
+    /// them: distance from the straight line through the predicted stripe. `None` as for [`StripeOnPlate::residual`].
+    #[must_use]
+    pub fn support_residual(
+        &self,
+        placement: &Placement,
+        reported: &Vector2<f64>,
+        from_middle: &Vector2<f64>,
+    ) -> Option<f64> {
+        let (foot, local) = self.foot(placement, reported)?;
+        let beside = self.plate.line_beside(&self.in_base(placement, from_middle));
+        Some((local.gradient.dot(&(reported - foot)) - beside.value) / local.gradient.norm())
+    }
+
+    /// [`StripeOnPlate::support_residual`] with its derivatives; what the line is beside the stripe moves with the plate's surface alone, by as much as the
+    /// bow is small with other unknowns.
+    #[must_use]
+    pub fn linearize_support(
+        &self,
+        placement: &Placement,
+        reported: &Vector2<f64>,
+        from_middle: &Vector2<f64>,
+    ) -> Option<StripeJacobian> {
+        let parts = self.linearize(placement, reported)?;
+        let beside = self.plate.line_beside(&self.in_base(placement, from_middle));
+        // ∂ρ/∂δ is −1/|∇φ|.
+        let per_height = -parts.d_plate.z;
+        Some(StripeJacobian {
+            residual: parts.residual - beside.value * per_height,
+            d_surface: parts.d_surface - beside.d_surface * per_height,
+            ..parts
+        })
+    }
+
+    /// A short way in the sheet as one in base.
+    fn in_base(&self, placement: &Placement, in_sheet: &Vector2<f64>) -> Vector3<f64> {
+        placement.base_from_camera().rotation * (self.sheet.axes() * in_sheet)
+    }
+
     /// The foot of a point on the predicted stripe, and φ there.
     fn foot(&self, placement: &Placement, reported: &Vector2<f64>) -> Option<(Vector2<f64>, Local)> {
         let mut foot = *reported;

@@ -21,6 +21,13 @@ pub struct Support {
     pub sheet_per_px: Matrix2<f64>,
 }
 
+/// The support points of a stripe, each with its way from the middle between them, sheet coordinates, m.
+pub(crate) fn from_middle(stripe: &[Support; 2]) -> [(&Support, Vector2<f64>); 2] {
+    let [one, other] = stripe;
+    let half = 0.5 * (other.reported - one.reported);
+    [(one, -half), (other, half)]
+}
+
 /// A seam point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SeamSight {

@@ -5,7 +5,7 @@ use crate::problem::block_priors::ShapePrior;
 use crate::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::problem::placement::placement_at;
 use crate::problem::usable::UNUSABLE_SQUARED;
-use crate::stripe::frames::{SeamSight, Sight, StripeFrame};
+use crate::stripe::frames::{SeamSight, Sight, StripeFrame, Support, from_middle};
 use crate::stripe::state::StripeState;
 use crate::stripe::target::{EDGE, Target};
 use crate::stripe::unknowns::{LOCAL_ALL, LOCAL_SHAPE, StripeUnknowns, local_of_surface};
@@ -133,8 +133,8 @@ pub(crate) fn linearize_frame(
         Sight::Stripes(stripes) => {
             let mut all = EMPTY;
             for (number, supports) in stripes.iter().enumerate() {
-                for (k, support) in supports.iter().flatten().enumerate() {
-                    let parts = view.stripe(&view.target.plates[number], &support.reported)?;
+                for (k, (support, way)) in supports.iter().flat_map(from_middle).enumerate() {
+                    let parts = view.support(&view.target.plates[number], support, &way)?;
                     view.set_row(&mut all, 2 * number + k, number, &parts);
                 }
             }
@@ -163,8 +163,8 @@ pub(crate) fn residual_of_frame(
     let mut residual = SVector::<f64, ROWS>::zeros();
     for (number, supports) in stripes.iter().enumerate() {
         let stripe = on(&target.plates[number]);
-        for (k, support) in supports.iter().flatten().enumerate() {
-            residual[2 * number + k] = stripe.residual(placement, &support.reported)?;
+        for (k, (support, way)) in supports.iter().flat_map(from_middle).enumerate() {
+            residual[2 * number + k] = stripe.support_residual(placement, &support.reported, &way)?;
         }
     }
     if let (Some(edge), Some(point)) = (&target.edge, &frame.edge) {
@@ -194,6 +194,17 @@ impl View<'_> {
     fn stripe(&self, plate: &Plate, reported: &Vector2<f64>) -> Option<StripeJacobian> {
         let sheet = &self.observations.sheet;
         StripeOnPlate { plate, sheet, shape: self.shape }.linearize(self.placement, reported)
+    }
+
+    fn support(
+        &self,
+        plate: &Plate,
+        support: &Support,
+        from_middle: &Vector2<f64>,
+    ) -> Option<StripeJacobian> {
+        let sheet = &self.observations.sheet;
+        let on = StripeOnPlate { plate, sheet, shape: self.shape };
+        on.linearize_support(self.placement, &support.reported, from_middle)
     }
 
     fn set_row(&self, all: &mut FrameResidual, row: usize, surface: usize, parts: &StripeJacobian) {

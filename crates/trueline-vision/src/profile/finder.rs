@@ -29,8 +29,8 @@ const TIP_POINTS: usize = 2 * FACE_POINTS;
 /// Finds seams; memory is kept from one profile to the next.
 #[derive(Clone, Debug, Default)]
 pub struct ProfileFinder {
-    regressor: Regressor,
-    shifts: Vec<Shift>,
+    pub(super) regressor: Regressor,
+    pub(super) shifts: Vec<Shift>,
     pub(super) points: Vec<Vector2<f64>>,
     pub(super) spare: Vec<f64>,
 }
@@ -129,7 +129,7 @@ impl ProfileFinder {
             Shift { s: along.dot(&from), shift_px: across.dot(&from), weight: 1.0, response: 1.0 }
         }));
         let regression = self.regressor.fit(&self.shifts)?;
-        Some(Face { origin: first, along, regression })
+        Some(Face { origin: first, along, regression, columns: None })
     }
 
     /// A face from one place to another without what lies next to them: there a column sees more than the face, or a mirrored
@@ -143,7 +143,7 @@ impl ProfileFinder {
             to.map_or(self.points.len(), |x| self.points.partition_point(|point| point.x < x - left_out));
         let start = start.min(self.points.len() - FACE_POINTS);
         let end = end.max(FACE_POINTS);
-        (start + FACE_POINTS <= end).then(|| self.face(start, end)).flatten()
+        (start + FACE_POINTS <= end).then(|| self.face_without_bow(start, end)).flatten()
     }
 
     /// The last millimetres of a face before its end; all of it where they are too few, or not straight.
