@@ -272,3 +272,60 @@ fn the_obvious_residual_is_biased_and_the_forward_one_is_not() {
     assert!(unbiased.abs() < 3.5 * sigma, "{unbiased} ± {sigma}");
     assert!(biased.abs() > 5.0 * biased_sigma, "{biased} ± {biased_sigma}");
 }
+
+/// The straight line through even columns of a stripe lies on the stripe in its support points as far as the bow is of second degree, and beside it by the
+/// third degrees; the derivatives are those of differences.
+#[test]
+fn support_points_of_a_bowed_stripe_have_no_residual_but_for_noise() {
+    const COLUMNS: usize = 2000;
+    let sheet = LaserSheet::of_profiler();
+    let normal = UnitVector3::new_normalize(Vector3::new(0.5, 0.1, -0.85));
+    let mut plate = Plate::flat(Vector3::new(0.0, 0.0, 0.13), &normal, &Vector3::y()).unwrap();
+    plate.surface_m = [3e-4, -1e-4, 2e-4, 4e-4, -3e-4, 2e-4, -1e-4];
+    let trajectory = Trajectory::new(vec![0.0, 1.0], &[Pose::identity(), Pose::identity()]).unwrap();
+    let turned = se3::from_parts(so3::exp(&Vector3::new(0.02, -0.1, 0.3)), Vector3::zeros());
+    let placement = Placement::new(trajectory.segment(0).unwrap(), 0.5, &turned);
+    let on = |plate| StripeOnPlate { plate, sheet: &sheet, shape: None };
+    // A piece of the straight stripe of the flat plate, 4 mm to 34 mm from the seam, and the bowed stripe over it.
+    let flat = Plate { surface_m: [0.0; 7], ..plate };
+    let begin = on(&flat).linearize(&placement, &Vector2::new(0.004, 0.13)).unwrap();
+    let along = Vector2::new(-begin.normal.y, begin.normal.x);
+    let start = Vector2::new(0.004, 0.13) - begin.normal * begin.residual;
+    let heights: Vec<[f64; 2]> = (0..COLUMNS)
+        .map(|k| {
+            let s = 0.03 * ((k as f64 + 0.5) / COLUMNS as f64);
+            let mut height = 0.0;
+            // The bow's slope is below a tenth: each step leaves less than a hundredth.
+            for _ in 0..9 {
+                let at = start + along * s + begin.normal * height;
+                height -= on(&plate).residual(&placement, &at).unwrap();
+            }
+            [s, height]
+        })
+        .collect();
+    let mean = |of: &dyn Fn(&[f64; 2]) -> f64| heights.iter().map(of).sum::<f64>() / COLUMNS as f64;
+    let (middle, height) = (mean(&|h| h[0]), mean(&|h| h[1]));
+    let spread = mean(&|h| (h[0] - middle).powi(2));
+    let slope = mean(&|h| (h[0] - middle) * (h[1] - height)) / spread;
+    let line = |s: f64| start + along * s + begin.normal * (height + slope * (s - middle));
+    let way = along + begin.normal * slope;
+    for half in [-spread.sqrt(), spread.sqrt()] {
+        let (support, from_middle) = (line(middle + half), way * half);
+        let left = on(&plate).support_residual(&placement, &support, &from_middle).unwrap();
+        let beside = on(&plate).residual(&placement, &support).unwrap();
+        // Lengths along the stripe and along the plate differ by the cosine of the bow's slope, below 0.1: half a hundredth of the 20 µm.
+        assert!(beside.abs() > 5e-6 && left.abs() < 0.01 * beside.abs(), "{beside:e} {left:e}");
+        let parts = on(&plate).linearize_support(&placement, &support, &from_middle).unwrap();
+        assert!((parts.residual - left).abs() < 1e-15);
+        for term in 0..7 {
+            let by = |step: f64| {
+                let mut other = plate;
+                other.surface_m[term] += step;
+                on(&other).support_residual(&placement, &support, &from_middle).unwrap()
+            };
+            let slope = (by(1e-6) - by(-1e-6)) / 2e-6;
+            // What a line is beside a stripe changes with the bow's slope, whose square is left out.
+            assert!((slope - parts.d_surface[term]).abs() < 1e-3, "{term}: {slope} {}", parts.d_surface[term]);
+        }
+    }
+}

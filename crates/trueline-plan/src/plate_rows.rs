@@ -17,7 +17,7 @@ use trueline_method::stripe::problem::{EDGE_ROW, ROWS};
 use trueline_method::stripe::state::SURFACE_SIGMA_M;
 use trueline_method::stripe::target::EDGE;
 use trueline_method::stripe::unknowns::{LOCAL_ALL, LOCAL_EDGE, LOCAL_SHAPE, StripeUnknowns};
-use trueline_model::{Plate, SheetShape, StripeOnPlate};
+use trueline_model::{Plate, SheetShape, StripeJacobian, StripeOnPlate};
 
 /// Residuals of a frame, and unknowns with and without the shape of the sensor, where two plates meet.
 pub(crate) const MEETING_ROWS: usize = EDGE_ROW;
@@ -105,6 +105,10 @@ impl JointAhead {
         let shape = SheetShape::exact_about(sights.origin());
         Some(Self { unknowns: unknowns(&joint), joint, along, surfaces, shape })
     }
+
+    fn on_plate<'a>(&'a self, cell: &'a Cell, number: usize) -> StripeOnPlate<'a> {
+        StripeOnPlate { plate: &self.surfaces[number], sheet: &cell.sheet, shape: Some(&self.shape) }
+    }
 }
 
 /// The residuals of a frame as they are, in m.
@@ -132,12 +136,19 @@ impl<const R: usize, const N: usize> Rows<R, N> {
         let found = ends(cell, (&ahead.joint, &ahead.along), in_camera, &sight.point_in_camera);
         for (number, ends) in found.iter().enumerate().filter(|(number, _)| ahead.joint.seen[*number]) {
             let Stripe { places, noise } = stripe(cell, ends.as_ref()?)?;
-            for (k, place) in places.iter().enumerate() {
-                rows.set(cell, (2 * number + k, number), (ahead, sight), (place, noise))?;
+            let [near, far] = places.each_ref().map(|place| cell.sheet.coordinates(place));
+            let half = 0.5 * (far - near);
+            let seen = ahead.on_plate(cell, number);
+            for (k, (reported, from_middle)) in [(near, -half), (far, half)].iter().enumerate() {
+                let found = seen.linearize_support(&sight.placement, reported, from_middle)?;
+                rows.set(cell, (2 * number + k, number), (ahead, sight, &found), (&places[k], noise))?;
             }
         }
         if ahead.joint.edge_on.is_some() {
-            rows.set(cell, (EDGE_ROW, EDGE), (ahead, sight), (&sight.point_in_camera, 1.0))?;
+            let point = &sight.point_in_camera;
+            let found =
+                ahead.on_plate(cell, EDGE).linearize(&sight.placement, &cell.sheet.coordinates(point))?;
+            rows.set(cell, (EDGE_ROW, EDGE), (ahead, sight, &found), (point, 1.0))?;
         }
         Some(rows)
     }
@@ -147,12 +158,10 @@ impl<const R: usize, const N: usize> Rows<R, N> {
         &mut self,
         cell: &Cell,
         (row, number): (usize, usize),
-        (ahead, sight): (&JointAhead, &Sight),
+        (ahead, sight, found): (&JointAhead, &Sight, &StripeJacobian),
         (place, noise): (&Vector3<f64>, f64),
     ) -> Option<()> {
-        let JointAhead { unknowns, surfaces, shape, .. } = ahead;
-        let seen = StripeOnPlate { plate: &surfaces[number], sheet: &cell.sheet, shape: Some(shape) };
-        let found = seen.linearize(&sight.placement, &cell.sheet.coordinates(place))?;
+        let unknowns = &ahead.unknowns;
         let mut set = |first: usize, numbers: &[f64]| {
             numbers.iter().enumerate().for_each(|(k, number)| self.columns[(row, first + k)] = *number);
         };

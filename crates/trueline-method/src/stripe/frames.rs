@@ -22,7 +22,8 @@ pub struct Support {
 }
 
 /// The support points of a stripe, each with its way from the middle between them, sheet coordinates, m.
-pub(crate) fn from_middle(stripe: &[Support; 2]) -> [(&Support, Vector2<f64>); 2] {
+#[must_use]
+pub fn from_middle(stripe: &[Support; 2]) -> [(&Support, Vector2<f64>); 2] {
     let [one, other] = stripe;
     let half = 0.5 * (other.reported - one.reported);
     [(one, -half), (other, half)]

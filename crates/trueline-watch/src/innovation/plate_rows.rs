@@ -17,6 +17,7 @@ use std::f64::consts::{PI, TAU};
 use trueline_geometry::so3;
 use trueline_method::evaluate::placed_features::{PlacedFeatures, PlacedStripes};
 use trueline_method::order_statistics::median;
+use trueline_method::stripe::frames::from_middle;
 use trueline_model::{Placement, Plate, StripeJacobian, StripeOnPlate};
 
 /// Stripes that differ in direction by less (sine) are those of parallel plates: 6°.
@@ -118,7 +119,8 @@ impl JointView<'_> {
 
     fn parts(&self, placement: &Placement, stripes: &PlacedStripes, k: usize) -> Option<StripeJacobian> {
         let on_plate = StripeOnPlate { plate: &self.plates[k / 2], sheet: &self.of.sheet, shape: None };
-        on_plate.linearize(placement, &stripes.plates[k / 2][k % 2].reported)
+        let (support, way) = from_middle(&stripes.plates[k / 2])[k % 2];
+        on_plate.linearize_support(placement, &support.reported, &way)
     }
 
     fn errors(&self, stripes: &PlacedStripes) -> Option<Errors> {
