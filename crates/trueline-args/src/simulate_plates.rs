@@ -30,9 +30,12 @@ pub struct PlatesArgs {
     /// One plate alone; the seam is its edge
     #[arg(long, requires = "plates", conflicts_with_all = ["plan", "production", "plates_deg", "step_mm"])]
     pub one_plate: bool,
-    /// Two plates in one plane with a gap of so much between them, mm; the seam is its middle
+    /// Two plates with a gap of so much between them, mm; the seam is its middle
     #[arg(long, requires = "plates", conflicts_with_all = ["plan", "production", "plates_deg", "step_mm", "one_plate"], value_parser = number::above_zero)]
     pub gap_mm: Option<f64>,
+    /// By how much the second plate beside a gap lies lower, mm; the seam is at the height between them
+    #[arg(long, requires = "gap_mm", default_value_t = 0.0, allow_hyphen_values = true, value_parser = number::any)]
+    pub mismatch_mm: f64,
     /// Noise of the stripe in one column of a picture, px [default: 0.5; with --plan the cell's feature_px]
     #[arg(long, requires = "plates", value_parser = number::above_zero)]
     pub column_noise_px: Option<f64>,
@@ -76,7 +79,8 @@ impl PlatesArgs {
     /// What is said of how the plates make a seam.
     fn pair(&self) -> Option<PlatePair> {
         let lap = self.step_mm.map(|step_mm| PlatePair::Lap { step_m: step_mm * 1e-3 });
-        let butt = || self.gap_mm.map(|gap_mm| PlatePair::Butt { gap_m: gap_mm * 1e-3 });
+        let mismatch_m = self.mismatch_mm * 1e-3;
+        let butt = || self.gap_mm.map(|gap_mm| PlatePair::Butt { gap_m: gap_mm * 1e-3, mismatch_m });
         lap.or_else(butt).or_else(|| self.one_plate.then_some(PlatePair::Edge))
     }
 }

@@ -291,7 +291,13 @@ fn a_joint_without_plates_counts_by_its_seam_points() {
 fn parallel_plates_and_one_alone_are_joints_with_an_edge() {
     let scenario = scenario(Preset::Paper, 20.0);
     // What the stripes gain of the rotation: one stripe and its end show less than two.
-    for (pair, gain) in [(PlatePair::Lap { step_m: 3e-3 }, 5.0), (PlatePair::Edge, 1.5)] {
+    let butt = |mismatch_m| PlatePair::Butt { gap_m: 1.5e-3, mismatch_m };
+    for (pair, gain, step_m) in [
+        (PlatePair::Lap { step_m: 3e-3 }, 5.0, Some(3e-3)),
+        (PlatePair::Edge, 1.5, None),
+        (butt(0.0), 5.0, Some(0.0)),
+        (butt(0.6e-3), 5.0, Some(0.6e-3)),
+    ] {
         let mut sum = 0.0;
         for seed in 1..=4 {
             let plates = Plates { pair, ..Plates::default() };
@@ -316,16 +322,19 @@ fn parallel_plates_and_one_alone_are_joints_with_an_edge() {
                 rotation(&seam) / rotation(&stripe)
             );
             for step in &stripes(&stripe).steps {
-                let off = (step.value_m - 3e-3).abs();
+                let off = (step.value_m - step_m.unwrap()).abs();
                 println!("step {:.4} ± {:.4} mm", step.value_m * 1e3, step.sigma_m * 1e3);
                 assert!(off < 4.0 * step.sigma_m && step.sigma_m < 5e-5, "{step:?}");
             }
-            assert_eq!(stripes(&stripe).steps.len(), usize::from(pair != PlatePair::Edge));
+            assert_eq!(stripes(&stripe).steps.len(), usize::from(step_m.is_some()));
             assert!(stripes(&stripe).angles.is_empty());
             let line = stripe.line(0).unwrap();
             let truth = recording.truth.as_ref().unwrap().lines[0];
             let turn = line.line_in_base.direction().angle(&truth.direction());
             assert!(turn < 4.0 * line.covariance[(0, 0)].max(line.covariance[(1, 1)]).sqrt(), "{turn}");
+            let aside_m = truth.distance(line.line_in_base.anchor());
+            println!("{pair:?} seed {seed}: {:.4} mm beside the seam", aside_m * 1e3);
+            assert!(aside_m < 4.0 * line.covariance[(2, 2)].max(line.covariance[(3, 3)]).sqrt(), "{aside_m}");
             let (_, normalised) = error(&recording, &stripe);
             println!("{pair:?} seed {seed}: {normalised:.1}");
             sum += normalised;

@@ -325,7 +325,11 @@ fn support_points_of_a_bowed_stripe_have_no_residual_but_for_noise() {
             };
             let slope = (by(1e-6) - by(-1e-6)) / 2e-6;
             // What a line is beside a stripe changes with the bow's slope, whose square is left out.
-            assert!((slope - parts.d_surface[term]).abs() < 1e-3, "{term}: {slope} {}", parts.d_surface[term]);
+            assert!(
+                (slope - parts.d_surface[term]).abs() < 1e-3,
+                "{term}: {slope} {}",
+                parts.d_surface[term]
+            );
         }
     }
 }

@@ -359,7 +359,7 @@ impl JointFinders {
             Joint::Step => step::find(&evidence, choice, &mut self.corners),
             Joint::Groove => self.grooves.find(&evidence, choice),
             Joint::Lap => self.laps.find(&evidence, choice),
-            Joint::Butt => self.butts.find(&evidence, choice).map(Detection::from),
+            Joint::Butt => self.butts.find(&evidence, choice),
             Joint::Edge => edge::find(&evidence, choice, &mut self.edges),
         }
     }

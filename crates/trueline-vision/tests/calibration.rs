@@ -81,6 +81,7 @@ fn whole_stripes_of_pictures_with_speckle_and_mirrors_calibrate_within_four_sigm
         (Scene::Lap { step_m: 3e-3 }, Look::speckled(), 4),
         (Scene::Lap { step_m: 3e-3 }, Look::shiny(), 5),
         (Scene::Edge, Look::speckled(), 6),
+        (Scene::Butt { gap_m: 1.5e-3, mismatch_m: 0.0 }, Look::speckled(), 7),
     ] {
         let mut data = simulate(&scenario, seed).unwrap();
         let detector = Detector::for_sensor(&data.sensor).unwrap();
@@ -116,8 +117,8 @@ fn a_scan_of_profiles_of_an_edge_and_of_a_gap_calibrates_within_four_sigma() {
     for (pair, joint, look) in [
         (PlatePair::Edge, ProfileJoint::Edge, ProfileLook::default()),
         (PlatePair::Edge, ProfileJoint::Edge, rounded),
-        (PlatePair::Butt { gap_m: 1.5e-3 }, ProfileJoint::Butt, ProfileLook::default()),
-        (PlatePair::Butt { gap_m: 2.5e-3 }, ProfileJoint::Butt, rounded),
+        (PlatePair::Butt { gap_m: 1.5e-3, mismatch_m: 0.0 }, ProfileJoint::Butt, ProfileLook::default()),
+        (PlatePair::Butt { gap_m: 2.5e-3, mismatch_m: 0.3e-3 }, ProfileJoint::Butt, rounded),
     ] {
         let plates = Plates { pair, ..Plates::default() };
         let (mut data, profiles) = scan_profiles(&Preset::Profiler.scenario(), &plates, &look, 7).unwrap();
@@ -132,6 +133,9 @@ fn a_scan_of_profiles_of_an_edge_and_of_a_gap_calibrates_within_four_sigma() {
             let result = calibrate(&data, None, &config).unwrap();
             let z = z(&result, &truth);
             println!("    {measurements:?} {:?}, z {z:.1?}", result.status());
+            if measurements == Measurements::Auto {
+                assert_eq!(result.findings.stripes.as_ref().unwrap().used, Measurements::Stripe, "{pair:?}");
+            }
             assert!(z.iter().all(|z| z.abs() < 4.0), "{pair:?}: z {z:.2?}");
         }
     }

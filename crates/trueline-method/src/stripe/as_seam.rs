@@ -30,7 +30,7 @@ pub(crate) fn parameters(at: &StripeState, like: &Parameters) -> Option<Paramete
         shape: at.shape,
     };
     for (target, bow) in at.joints.iter().zip(&like.curvatures) {
-        let form = Meeting::of(target.at_seam().map(|(_, surface)| surface), bow.half_length_m)?;
+        let form = Meeting::of(&target.meeting(), bow.half_length_m)?;
         let line = Line::new(form.middle, &Unit::try_new(form.along, 1e-9)?);
         let axes = line.axes();
         let across = |k: usize| axes.column(k).dot(&form.bow);
@@ -40,7 +40,7 @@ pub(crate) fn parameters(at: &StripeState, like: &Parameters) -> Option<Paramete
     Some(seam)
 }
 
-/// Where two surfaces meet: two plates, or a plate and its edge.
+/// Where two surfaces meet: two plates, or an edge and what bears it.
 struct Meeting {
     /// The middle of the best straight line, m.
     middle: Vector3<f64>,
@@ -51,7 +51,7 @@ struct Meeting {
 }
 
 impl Meeting {
-    fn of([one, other]: [&Plate; 2], half_length_m: f64) -> Option<Self> {
+    fn of([one, other]: &[Plate; 2], half_length_m: f64) -> Option<Self> {
         let (n1, n2) = (one.normal.into_inner(), other.normal.into_inner());
         let towards = one.chart.along;
         let direction = n1.cross(&n2).normalize();

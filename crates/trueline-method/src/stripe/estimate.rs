@@ -311,8 +311,9 @@ fn observability(
         *seen = as_before && !observability::is_null(null, k);
     }
     for joint in 0..at.lines.len() {
-        let at_seam = fit.state().joints[joint].at_seam();
-        let mut rows = at_seam.into_iter().flat_map(|(number, _)| fit.problem.unknowns.plane(joint, number));
+        let (one, other) = fit.state().joints[joint].at_seam();
+        let surfaces = one.into_iter().flatten().chain([other]);
+        let mut rows = surfaces.flat_map(|number| fit.problem.unknowns.plane(joint, number));
         if rows.any(|row| observability::is_null(null, row)) {
             seen[line_index(joint)..line_index(joint + 1)].fill(false);
             unobservable.push(Unobservable { group: Group::Line(joint), directions: Vec::new() });

@@ -3,7 +3,7 @@
 use crate::assess::observability::is_null;
 use crate::stripe::frames::{Sight, StripeFrame, StripeFrames};
 use crate::stripe::state::StripeState;
-use crate::stripe::target::Target;
+use crate::stripe::target::{Bearing, Target};
 use crate::{input::observations::Observations, order_statistics::quantile, stripe::problem::placement};
 use nalgebra::{DMatrix, Matrix2, SMatrix, SVector, Vector3};
 use trueline_model::Plate;
@@ -118,7 +118,10 @@ pub fn planes(
                 angles.push(JointAngle { joint, value_rad, sigma_rad });
             }
             ([.., one, other], [_, _], Some(edge)) => {
-                let order = if edge.on == 0 { [(one, 0), (other, 1)] } else { [(other, 1), (one, 0)] };
+                let order = match edge.on {
+                    Bearing::Plate(1) => [(other, 1), (one, 0)],
+                    _ => [(one, 0), (other, 1)],
+                };
                 let (value_m, sigma_m) = step(order.map(|(plate, k)| (&plate.plane, &slopes[k])), covariance);
                 steps.push(JointStep { joint, value_m, sigma_m });
             }

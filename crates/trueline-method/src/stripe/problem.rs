@@ -225,34 +225,71 @@ impl View<'_> {
         all.d_reported.set_row(row, &parts.normal.transpose());
     }
 
-    /// A seam point against the crossing of the predicted stripes of both surfaces that meet there: with their normals as the rows of N, r = N⁻¹ ρ, and
-    /// everything is evaluated at the crossing, where ρ vanishes.
+    /// A seam point against the crossing of the predicted stripes of the surfaces that meet there: with their normals as the rows of N, r = N⁻¹ ρ, and
+    /// everything is evaluated at the crossing, where ρ vanishes. Two plates that share a side of it count with half each.
     fn seam(&self, seam: &SeamSight) -> Option<FrameResidual> {
         let mut crossing = seam.reported;
         for _ in 0..CROSSING_STEPS {
-            let (parts, inverse) = self.both_at(&crossing)?;
-            crossing -= inverse * Vector2::new(parts[0].residual, parts[1].residual);
+            let (parts, inverse) = self.crossing_at(&crossing)?;
+            for Side { row, share, parts, .. } in parts.iter().flatten() {
+                crossing -= inverse.column(*row) * (share * parts.residual);
+            }
         }
-        let (parts, inverse) = self.both_at(&crossing)?;
-        let mut by_plate = EMPTY;
-        let at_seam = self.target.at_seam();
-        (0..2).for_each(|row| self.set_row(&mut by_plate, row, at_seam[row].0, &parts[row]));
+        let (parts, inverse) = self.crossing_at(&crossing)?;
         let mut all = EMPTY;
-        all.jacobian.fixed_rows_mut::<2>(0).copy_from(&(inverse * by_plate.jacobian.fixed_rows::<2>(0)));
-        let displacement = inverse * by_plate.d_displacement.fixed_rows::<2>(0);
-        all.d_displacement.fixed_rows_mut::<2>(0).copy_from(&displacement);
-        all.d_turn.fixed_rows_mut::<2>(0).copy_from(&(inverse * by_plate.d_turn.fixed_rows::<2>(0)));
+        for Side { row, share, surface, parts } in parts.iter().flatten() {
+            let mut own = EMPTY;
+            self.set_row(&mut own, *row, *surface, parts);
+            let share = inverse.column(*row) * *share;
+            let mut jacobian = all.jacobian.fixed_rows_mut::<2>(0);
+            jacobian += share * own.jacobian.row(*row);
+            let mut displacement = all.d_displacement.fixed_rows_mut::<2>(0);
+            displacement += share * own.d_displacement.row(*row);
+            let mut turn = all.d_turn.fixed_rows_mut::<2>(0);
+            turn += share * own.d_turn.row(*row);
+        }
         all.residual.fixed_rows_mut::<2>(0).copy_from(&(seam.reported - crossing));
         all.d_reported.fixed_rows_mut::<2>(0).fill_with_identity();
         Some(all)
     }
 
-    fn both_at(&self, at: &Vector2<f64>) -> Option<([StripeJacobian; 2], Matrix2<f64>)> {
-        let [(_, one), (_, other)] = self.target.at_seam();
-        let parts = [self.stripe(one, at)?, self.stripe(other, at)?];
-        let normals = Matrix2::from_rows(&parts.map(|part| part.normal.transpose()));
-        Some((parts, normals.try_inverse()?))
+    /// The residuals of a point beside each surface that meets in the seam, and the inverse of the normals N as they count.
+    fn crossing_at(&self, at: &Vector2<f64>) -> Option<([Option<Side>; 3], Matrix2<f64>)> {
+        let (first, second) = self.target.at_seam();
+        let side = |row, share, surface| {
+            let parts = self.stripe(self.target.surface(surface)?, at)?;
+            Some(Side { row, share, surface, parts })
+        };
+        let [one, other] = first;
+        let mut one = side(0, 1.0, one?)?;
+        let other = match other {
+            Some(surface) => {
+                one.share = 0.5;
+                let other = side(0, 0.5, surface)?;
+                let sign = one.parts.normal.dot(&other.parts.normal).signum();
+                Some(Side { share: 0.5 * sign, ..other })
+            }
+            None => None,
+        };
+        let sides = [Some(one), other, Some(side(1, 1.0, second)?)];
+        let mut normals = Matrix2::zeros();
+        for Side { row, share, parts, .. } in sides.iter().flatten() {
+            let mut normal = normals.row_mut(*row);
+            normal += parts.normal.transpose() * *share;
+        }
+        Some((sides, normals.try_inverse()?))
     }
+}
+
+/// What one surface says of a point in the crossing.
+struct Side {
+    /// Of which of the two sides of the crossing.
+    row: usize,
+    /// With what part of it.
+    share: f64,
+    /// Number of the surface.
+    surface: usize,
+    parts: StripeJacobian,
 }
 
 /// Newton's steps to the crossing: stripes bend by some 1e-4.

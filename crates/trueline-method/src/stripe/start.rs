@@ -8,7 +8,7 @@ use crate::stripe::frames::{Sight, StripeFrame, StripeFrames};
 use crate::stripe::no_plates::NoPlates;
 use crate::stripe::problem::placement;
 use crate::stripe::state::StripeState;
-use crate::stripe::target::{EDGE, Edge, Target};
+use crate::stripe::target::{Bearing, EDGE, Edge, Target};
 use nalgebra::{Unit, Vector3};
 use trueline_geometry::fit;
 use trueline_model::{Plate, SheetShape};
@@ -18,6 +18,9 @@ pub const LEAST_ANGLE_SINE: f64 = 0.1;
 
 /// An edge whose middle is further from a plate is not the plate's, m.
 const ON_PLATE_M: f64 = 1e-3;
+
+/// No step of a lap is found that is less, m; and where the seam is between planes so near to each other the scan's first answer does not tell.
+const ONE_PLANE_M: f64 = 0.2e-3;
 
 /// Fewest points of a plane, and of an edge.
 const LEAST_POINTS: usize = 3;
@@ -101,14 +104,28 @@ impl SeenJoint<'_> {
         }
         // Offsets count from the seam.
         let beside_m = |number: usize| plates[number].offset_m.abs();
-        let on = usize::from(if seen == [true; 2] { beside_m(1) < beside_m(0) } else { seen[1] });
-        if beside_m(on) > ON_PLATE_M {
+        let nearer = usize::from(if seen == [true; 2] { beside_m(1) < beside_m(0) } else { seen[1] });
+        if beside_m(nearer) > ON_PLATE_M {
             return Err(NoPlates::EdgeElsewhere { line: self.number });
         }
-        let outward = Unit::new_normalize(plates[on].chart.outward);
+        let on = if seen == [true; 2] && are_beside_a_gap(&plates) {
+            Bearing::Both
+        } else {
+            Bearing::Plate(nearer)
+        };
+        let outward = Unit::new_normalize(plates[nearer].chart.outward);
         let surface = Plate::flat(self.centre, &outward, &self.along).ok_or(NoPlates::NoPlane)?;
         Ok(Target { plates, seen, edge: Some(Edge { surface, on }) })
     }
+}
+
+/// Whether the seam, from which offsets count, is half-way between two plates that lie on either side of it rather than on one of them, as a lap's is.
+fn are_beside_a_gap([one, other]: &[Plate; 2]) -> bool {
+    let on_either_side = one.chart.outward.dot(&other.chart.outward) < 0.0;
+    let sign = one.normal.dot(&other.normal).signum();
+    let apart_m = one.offset_m - sign * other.offset_m;
+    let off_middle_m = one.offset_m - 0.5 * apart_m;
+    on_either_side && (apart_m.abs() < ONE_PLANE_M || off_middle_m.abs() < 0.25 * apart_m.abs())
 }
 
 /// The unknowns that are held because nothing shows them: how the planes of a joint without plates lie about its seam, a plate that is

@@ -4,12 +4,14 @@
 //! |---|---|---|---|
 //! | fillet, V, outside corner | two | none | where the plates meet |
 //! | lap, step | two that are parallel | one | the edge, on the plate that bears it |
+//! | butt | two in nearly one plane | one | the middle of the gap, at the mean height of both |
 //! | edge of a plate, one plate of any joint | one | one | likewise |
 //!
 //! Parallel plates have no corner: across the seam only their edge is anything to be seen. An edge is a third surface, square to the
-//! plate that bears it, and the measured edge point is one support point of it: along the stripe it says where the edge
+//! plate that bears it, and the measured point of the edge, or of the middle of a gap, is one support point of it: along the stripe it says where the edge
 //! is, and across the stripe no more than the stripe itself, of whose light it was made.
 
+use nalgebra::UnitVector3;
 use trueline_model::Plate;
 
 /// Number of the edge among the surfaces of a joint; 0 and 1 are its plates.
@@ -31,8 +33,17 @@ pub struct Target {
 pub struct Edge {
     /// The surface square to the plate; how far it leans about the seam is held.
     pub surface: Plate,
-    /// Number of the plate that bears it.
-    pub on: usize,
+    /// What bears it.
+    pub on: Bearing,
+}
+
+/// The plate on which an edge lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bearing {
+    /// The plate of this number.
+    Plate(usize),
+    /// Both, at their mean height: plates that end on either side of a gap.
+    Both,
 }
 
 impl Target {
@@ -42,12 +53,29 @@ impl Target {
         Self { plates, seen: [true; 2], edge: None }
     }
 
-    /// The two surfaces that meet in the seam, by number.
+    /// The surfaces that meet in the seam, by number: those of the first side of it, which share it, and that of the second.
     #[must_use]
-    pub(crate) fn at_seam(&self) -> [(usize, &Plate); 2] {
+    pub(crate) fn at_seam(&self) -> ([Option<usize>; 2], usize) {
+        match self.edge.map(|edge| edge.on) {
+            Some(Bearing::Plate(number)) => ([Some(number), None], EDGE),
+            Some(Bearing::Both) => ([Some(0), Some(1)], EDGE),
+            None => ([Some(0), None], 1),
+        }
+    }
+
+    /// The surface of a number.
+    #[must_use]
+    pub(crate) fn surface(&self, number: usize) -> Option<&Plate> {
+        self.plates.get(number).or(self.edge.as_ref().map(|edge| &edge.surface))
+    }
+
+    /// The two surfaces that meet in the seam; of plates that share one side of it what they are in the mean, along the seam.
+    #[must_use]
+    pub(crate) fn meeting(&self) -> [Plate; 2] {
         match &self.edge {
-            Some(edge) => [(edge.on, &self.plates[edge.on]), (EDGE, &edge.surface)],
-            None => [(0, &self.plates[0]), (1, &self.plates[1])],
+            Some(Edge { surface, on: Bearing::Plate(number) }) => [self.plates[*number], *surface],
+            Some(Edge { surface, on: Bearing::Both }) => [mean(&self.plates), *surface],
+            None => self.plates,
         }
     }
 
@@ -64,5 +92,18 @@ impl Target {
             edge: self.edge.map(|edge| Edge { surface: by(EDGE, &edge.surface), ..edge }),
             ..*self
         }
+    }
+}
+
+/// The mean of two plates that lie in nearly one plane, whose numbers count from one place. Their normals may point to opposite sides.
+fn mean([one, other]: &[Plate; 2]) -> Plate {
+    let sign = one.normal.dot(&other.normal).signum();
+    let mean = |a: f64, b: f64| 0.5 * (a + sign * b);
+    let normal = one.normal.into_inner() + other.normal.into_inner() * sign;
+    Plate {
+        normal: UnitVector3::new_normalize(normal),
+        offset_m: mean(one.offset_m, other.offset_m),
+        surface_m: std::array::from_fn(|term| mean(one.surface_m[term], other.surface_m[term])),
+        ..*one
     }
 }

@@ -62,9 +62,8 @@ pub fn scan_plates_along(
             (PlatePair::Meeting, [Some(left), Some(right)]) => (crossing(left, right), vec![0, 1]),
             (PlatePair::Lap { .. }, [Some(_), Some(_)]) => (edge_of(plates.edge_on), vec![0, 1]),
             (PlatePair::Edge, _) => (edge_of(plates.edge_on), vec![plates.edge_on]),
-            // As in pictures: the two plates of a gap are one plane, and leave no stripes.
             (PlatePair::Butt { .. }, [Some(_), Some(_)]) => {
-                (view.middle([edge_of(0), edge_of(1)], &both, &base_from_camera), Vec::new())
+                (view.middle([edge_of(0), edge_of(1)], &both, &base_from_camera), vec![0, 1])
             }
             _ => continue,
         };

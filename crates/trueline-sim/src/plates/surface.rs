@@ -58,10 +58,12 @@ pub enum PlatePair {
     },
     /// There is one plate alone, and the seam is its edge.
     Edge,
-    /// They lie in one plane, and the seam is the middle of the gap between them.
+    /// They lie in one plane, or in two that are parallel, and the seam is the middle of the gap between them.
     Butt {
         /// Width of the gap, m.
         gap_m: f64,
+        /// By how much the right one lies further from the sensor, m.
+        mismatch_m: f64,
     },
 }
 
@@ -138,7 +140,11 @@ impl PlateInBase {
             PlatePair::Meeting => (plates.opening_rad, 0.0, 0.0),
             PlatePair::Lap { step_m } => (flat, step_m, 0.0),
             PlatePair::Edge => (flat, 0.0, 0.0),
-            PlatePair::Butt { gap_m } => (flat, 0.0, gap_m),
+            PlatePair::Butt { gap_m, .. } => (flat, 0.0, gap_m),
+        };
+        let half_mismatch_m = match plates.pair {
+            PlatePair::Butt { mismatch_m, .. } => 0.5 * mismatch_m,
+            _ => 0.0,
         };
         [(-1.0, 0), (1.0, 1)].map(|(side, number)| {
             let angle = side * 0.5 * opening_rad + plates.roll_rad;
@@ -146,7 +152,7 @@ impl PlateInBase {
             let form = plates.forms[number];
             let normal = along.cross(&outward);
             // Plate 1 faces the sensor with its normal, plate 0 turns its back on it.
-            let step_m = if number == plates.edge_on { 0.0 } else { lower_m };
+            let step_m = if number == plates.edge_on { 0.0 } else { lower_m } + side * half_mismatch_m;
             let centre = seam.anchor() - normal * (side * step_m) + outward * (0.5 * gap_m);
             Self { centre, along, outward, normal, form }
         })

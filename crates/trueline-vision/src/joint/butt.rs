@@ -1,5 +1,6 @@
 //! The gap of a butt joint: the middle between the ends of the stripe on two plates in one plane.
 
+use crate::detection::{Detection, plates_in_order};
 use crate::evidence::Evidence;
 use crate::joint::arm_pair::{is_long, needed_px};
 use crate::joint::plate_end::{Plate, PlateEndFinder};
@@ -63,7 +64,7 @@ impl ButtFinder {
         &mut self,
         evidence: &Evidence<'_, L>,
         choice: StripeChoice,
-    ) -> Result<Seam, NotFound> {
+    ) -> Result<Detection, NotFound> {
         let segments = evidence.segments;
         self.gaps.clear();
         for (number, first) in segments.iter().enumerate() {
@@ -84,6 +85,7 @@ impl ButtFinder {
             return Err(NotFound::Ambiguous { distance_px: rival.distance_px(&best) });
         }
         let mut points = [(Vector2::zeros(), Matrix2::zeros()); 2];
+        let mut fits = Vec::with_capacity(2);
         let mut quality = 1.0_f64;
         // The search for one end must not reach the other plate.
         let search_px = SEARCH_PX.min(0.35 * best.width_px).max(3.0);
@@ -91,8 +93,10 @@ impl ButtFinder {
             let (edge, around) = self.ends.find(plate, Some(search_px), frame)?;
             *point = self.ends.edge_point(&around, &edge, frame);
             quality = quality.min(around.fit.present);
+            fits.push(around.fit);
         }
-        middle(evidence, &points, quality)
+        let (seam, ideal) = middle(evidence, &points, quality)?;
+        Ok(Detection { plates: plates_in_order([&fits[0], &fits[1]], &ideal, frame.lens), ..seam.into() })
     }
 
     /// Adds the stretches of a segment without light to the gaps.
@@ -127,19 +131,19 @@ impl ButtFinder {
     }
 }
 
-/// The middle in the sheet, where lengths are true.
+/// The middle in the sheet, where lengths are true, and its ideal pixel.
 fn middle<L: Level>(
     evidence: &Evidence<'_, L>,
     [(a, a_covariance), (b, b_covariance)]: &[(Vector2<f64>, Matrix2<f64>); 2],
     quality: f64,
-) -> Result<Seam, NotFound> {
+) -> Result<(Seam, Vector2<f64>), NotFound> {
     let lens = evidence.frame.lens;
     let ((on_a, _), (on_b, _)) = lens.on_sheet(a).zip(lens.on_sheet(b)).ok_or(NotFound::OutOfView)?;
     let (ideal, _) = lens.from_sheet(&(0.5 * (on_a + on_b))).ok_or(NotFound::OutOfView)?;
     let covariance = 0.25 * (a_covariance + b_covariance);
     judged(&covariance)?;
     let seam = Seam::from_ideal(lens, &ideal, &covariance, quality)?;
-    Ok(Seam { gap_m: (on_a - on_b).norm(), ..seam })
+    Ok((Seam { gap_m: (on_a - on_b).norm(), ..seam }, ideal))
 }
 
 /// The gap between two segments nearly in line.

@@ -6,7 +6,7 @@ use super::joint::ProfileJoint;
 use super::joint_choice;
 use super::no_seam::NoSeam;
 use super::seen::seen;
-use super::seen_joint::{ProfileSeam, SeenSeam};
+use super::seen_joint::ProfileSeam;
 use super::shared_noise::share_noise;
 use nalgebra::Vector2;
 use std::collections::BTreeMap;
@@ -18,8 +18,7 @@ use trueline_dataset::{Feature, FoundSeams, Measured, PlateStripe, Profile, corr
 pub struct ProfileSeams {
     /// The joint that was looked for.
     pub joint: ProfileJoint,
-    /// One feature for each profile with a seam, by rising stamp, and the stripes of its faces. Two faces with a gap between them leave none: they are
-    /// one plane.
+    /// One feature for each profile with a seam, by rising stamp, and the stripes of its faces.
     pub found: FoundSeams,
     /// Profiles without one, by their place in the scan.
     pub not_found: Vec<(usize, NoSeam)>,
@@ -51,12 +50,10 @@ pub fn seams(profiles: &[Profile], joint: Option<ProfileJoint>) -> ProfileSeams 
     );
     let mut seams = ProfileSeams { joint, found: FoundSeams::default(), not_found: Vec::new() };
     for (k, (profile, joint)) in profiles.iter().zip(joints).enumerate() {
-        match joint.and_then(|joint| Ok((joint.seam().ok_or(NoSeam::NoAngle)?, joint))) {
-            Ok((seam, joint)) => {
+        match joint.and_then(|joint| joint.seam().ok_or(NoSeam::NoAngle)) {
+            Ok(seam) => {
                 seams.found.features.push(feature(profile, &seam));
-                if !matches!(joint.seam, SeenSeam::Gap(_)) {
-                    seams.found.stripes.extend(stripes(profile, &seam));
-                }
+                seams.found.stripes.extend(stripes(profile, &seam));
             }
             Err(reason) => seams.not_found.push((k, reason)),
         }
