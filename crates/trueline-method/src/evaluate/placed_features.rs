@@ -6,7 +6,6 @@ use crate::config::{Config, Measurements};
 use crate::error::Error;
 use crate::input::noise_levels::{NoiseLevels, symmetric};
 use crate::input::observations::{self, Observations, observe};
-use crate::input::robot_motion::RobotMotion;
 use crate::input::skip::Skip;
 use crate::input::timestamps::{Dejittered, Sampling};
 use crate::problem::placement::placement_at;
@@ -109,18 +108,16 @@ fn placed(
     config: &Config,
 ) -> Result<(PlacedFeatures, Observations, Vec<f64>), Error> {
     let sampling = Sampling::of(recording, observations::origin_ns(recording));
-    let mut observations = observe(recording, &sampling, config)?;
-    let (images, robot) = (sampling.images.clock.as_ref(), sampling.robot.clock.as_ref());
-    let dejittered =
-        Dejittered { images: wanted.images && images.is_some(), robot: wanted.robot && robot.is_some() };
-    if let Some(clock) = images.filter(|_| dejittered.images) {
-        for o in &mut observations.list {
-            o.stamp_s = clock.regular_s[o.frame as usize];
-        }
-    }
-    if let Some(clock) = robot.filter(|_| dejittered.robot) {
-        observations.robot = RobotMotion::of(recording, &clock.regular_s, config)?;
-    }
+    let dejittered = Dejittered {
+        images: wanted.images && sampling.images.clock.is_some(),
+        robot: wanted.robot && sampling.robot.clock.is_some(),
+    };
+    let observations = observe(recording, &sampling, config)?.restamped(
+        recording,
+        &sampling,
+        config,
+        [Dejittered::default(), dejittered],
+    )?;
     let noise = NoiseLevels {
         robot_sigma_m: config.robot_sigma_m.unwrap_or(observations.robot.noise_m),
         stamp_sigma_s: sampling.stamp_sigma_s(config, dejittered),

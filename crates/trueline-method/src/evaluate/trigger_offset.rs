@@ -115,10 +115,7 @@ fn bounds_s(
     let robot_s = sampling.robot_times_s(dejittered);
     let robot: BTreeMap<i64, f64> =
         recording.robot.iter().map(|sample| sample.stamp_ns).zip(robot_s.iter().copied()).collect();
-    let mut images_s = match sampling.images.clock.as_ref().filter(|_| dejittered.images) {
-        Some(clock) => clock.regular_s.clone(),
-        None => sampling.images.recorded_s.clone(),
-    };
+    let mut images_s = sampling.image_times_s(dejittered).to_vec();
     images_s.dedup();
     let Some(period_s) = median(images_s.windows(2).map(|pair| pair[1] - pair[0])) else {
         return Vec::new();

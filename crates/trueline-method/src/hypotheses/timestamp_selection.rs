@@ -1,12 +1,11 @@
 //! Which stamps to believe: those recorded, or those of the clock behind them. The data decide.
 
 use crate::assess::residuals::OUTLIER_SQUARED;
-use crate::config::{Config, Stamps};
+use crate::config::Stamps;
 use crate::error::Error;
 use crate::hypotheses::likelihood_ratio::{LIKELIHOOD_RATIO_LIMIT, noise_advantage};
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::{Observation, Observations};
-use crate::input::robot_motion::RobotMotion;
 use crate::input::timestamps::{Dejittered, Sampling};
 use crate::problem::line_problem::LineProblem;
 use crate::solve::fit::Fit;
@@ -41,18 +40,27 @@ pub(crate) fn with_best_stamps(
         if is_no_better_in_stretches(recording, sampling, settings, &best, dejittered)? {
             continue;
         }
-        let observations = treated(recording, sampling, settings.config, &best.observations, dejittered)?;
+        let noise_before = noise_in_sheet(&best, &settings.noise);
+        let Stamped { observations, fit, dejittered: before } = best;
+        // One robot's path at a time: that of a long scan is most of the memory.
+        let config = settings.config;
+        let observations = observations.restamped(recording, sampling, config, [before, dejittered])?;
         let solver = Solver {
             observations: &observations,
             settings: with_stamp_noise(settings, sampling, dejittered),
         };
-        let fit = solver.refit(&best.fit)?;
-        let tried = Stamped { observations, fit, dejittered };
-        if settings.config.stamps == Stamps::Regular
-            || advantage(&tried, &best, &settings.noise) > LIKELIHOOD_RATIO_LIMIT
-        {
-            best = tried;
-        }
+        let tried_fit = solver.refit(&fit)?;
+        let tried = Stamped { observations, fit: tried_fit, dejittered };
+        let noise = noise_in_sheet(&tried, &settings.noise);
+        let is_better = config.stamps == Stamps::Regular
+            || noise_advantage(tried.fit.placed.len(), noise, noise_before) > LIKELIHOOD_RATIO_LIMIT;
+        best = if is_better {
+            tried
+        } else {
+            let treatments = [dejittered, before];
+            let observations = tried.observations.restamped(recording, sampling, config, treatments)?;
+            Stamped { observations, fit, dejittered: before }
+        };
     }
     Ok(best)
 }
@@ -91,7 +99,7 @@ fn is_no_better_in_stretches(
     let some = Observations { list, ..best.observations.without_list() };
     let mut tried = some.clone();
     tried.robot.trajectory = trajectory;
-    take_image_times(&mut tried.list, sampling, dejittered);
+    tried.take_image_times(sampling, dejittered);
     let squared = |observations: &Observations, dejittered: Dejittered| -> Result<Vec<f64>, Error> {
         let fit = Solver { observations, settings: with_stamp_noise(settings, sampling, dejittered) }
             .refit(&best.fit)?;
@@ -133,42 +141,13 @@ fn with_stamp_noise<'a>(
     FitSettings { noise: NoiseLevels { stamp_sigma_s, ..settings.noise }, ..*settings }
 }
 
-fn take_image_times(list: &mut [Observation], sampling: &Sampling, dejittered: Dejittered) {
-    if let Some(clock) = sampling.images.clock.as_ref().filter(|_| dejittered.images) {
-        for o in list {
-            o.stamp_s = clock.regular_s[o.frame as usize];
-        }
-    }
-}
-
-pub(crate) fn treated(
-    recording: &Recording,
-    sampling: &Sampling,
-    config: &Config,
-    observations: &Observations,
-    dejittered: Dejittered,
-) -> Result<Observations, Error> {
-    let mut treated = observations.clone();
-    take_image_times(&mut treated.list, sampling, dejittered);
-    if let Some(clock) = sampling.robot.clock.as_ref().filter(|_| dejittered.robot) {
-        treated.robot = RobotMotion::of(recording, &clock.regular_s, config)?;
-    }
-    Ok(treated)
-}
-
-/// Twice the log likelihood of one over the other, by the residuals in the sheet alone.
-fn advantage(one: &Stamped, other: &Stamped, noise: &NoiseLevels) -> f64 {
-    let factor = |stamped: &Stamped| {
-        let problem = LineProblem::coarse(
-            &stamped.observations,
-            stamped.fit.placed.of(&stamped.observations),
-            Loss::Squared,
-            noise,
-            stamped.fit.parameters().unknowns(),
-        );
-        noise_factor(&problem.squared_residuals(stamped.fit.parameters()))
-    };
-    noise_advantage(one.fit.placed.len(), factor(one), factor(other))
+/// By how much the noise is larger than it is taken to be, by the residuals in the sheet alone.
+fn noise_in_sheet(stamped: &Stamped, noise: &NoiseLevels) -> f64 {
+    let Stamped { observations, fit, .. } = stamped;
+    let at = fit.parameters();
+    let problem =
+        LineProblem::coarse(observations, fit.placed.of(observations), Loss::Squared, noise, at.unknowns());
+    noise_factor(&problem.squared_residuals(at))
 }
 
 #[cfg(test)]

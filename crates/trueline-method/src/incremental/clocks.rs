@@ -3,7 +3,6 @@
 use super::even_clock::{EvenClock, Moved, Stamp};
 use crate::config::Config;
 use crate::error::Error;
-use crate::hypotheses::timestamp_selection::treated;
 use crate::input::observations::{Observations, origin_ns};
 use crate::input::robot_motion::RobotMotion;
 use crate::input::timestamps::{Dejittered, Sampling, Stream};
@@ -75,7 +74,8 @@ impl Clocks {
             robot: self.dejittered.robot && self.robot.is_none(),
             images: self.dejittered.images && self.images.is_none(),
         };
-        let mut placed = treated(recording, sampling, config, recorded, of_these_samples)?;
+        let treatments = [Dejittered::default(), of_these_samples];
+        let mut placed = recorded.clone().restamped(recording, sampling, config, treatments)?;
         let since_s = (self.about_ns - origin_ns(recording)) as f64 * 1e-9;
         if let Some(clock) = &self.images {
             let times_s = clock.times_s(&pictures(recording, self.about_ns));

@@ -4,7 +4,7 @@ use crate::config::Config;
 use crate::error::Error;
 use crate::input::robot_motion::RobotMotion;
 use crate::input::skip::Skip;
-use crate::input::timestamps::Sampling;
+use crate::input::timestamps::{Dejittered, Sampling};
 use crate::order_statistics::median;
 use nalgebra::{Matrix2, Vector2, Vector3};
 use std::collections::{BTreeMap, BTreeSet};
@@ -67,6 +67,47 @@ impl Observations {
     #[must_use]
     pub(crate) fn without_list(&self) -> Self {
         Self { robot: self.robot.clone(), list: Vec::new(), skipped: self.skipped.clone(), ..*self }
+    }
+
+    /// The same with other stamps than those that they have. The robot's path, which is most of the memory that a long scan takes, is made once
+    /// the one before is forgotten.
+    ///
+    /// # Errors
+    /// As [`RobotMotion::of`].
+    pub(crate) fn restamped(
+        mut self,
+        recording: &Recording,
+        sampling: &Sampling,
+        config: &Config,
+        [before, after]: [Dejittered; 2],
+    ) -> Result<Self, Error> {
+        if before.images != after.images {
+            self.take_image_times(sampling, after);
+        }
+        if before.robot == after.robot {
+            return Ok(self);
+        }
+        let Self {
+            robot: forgotten,
+            sheet,
+            list,
+            line_count,
+            are_pixels,
+            shape_origin_m,
+            sheet_fit_rms_m,
+            skipped,
+        } = self;
+        drop(forgotten);
+        let robot = RobotMotion::of(recording, sampling.robot_times_s(after), config)?;
+        Ok(Self { robot, sheet, list, line_count, are_pixels, shape_origin_m, sheet_fit_rms_m, skipped })
+    }
+
+    /// Stamps of the images as recorded, or those of the clock behind them.
+    pub(crate) fn take_image_times(&mut self, sampling: &Sampling, dejittered: Dejittered) {
+        let times_s = sampling.image_times_s(dejittered);
+        for o in &mut self.list {
+            o.stamp_s = times_s[o.frame as usize];
+        }
     }
 }
 

@@ -314,6 +314,13 @@ impl Sampling {
         clock.map_or(&self.robot.recorded_s, |clock| &clock.regular_s)
     }
 
+    /// When the images were taken, one time for each image, s since the start of the recording.
+    #[must_use]
+    pub fn image_times_s(&self, dejittered: Dejittered) -> &[f64] {
+        let clock = self.images.clock.as_ref().filter(|_| dejittered.images);
+        clock.map_or(&self.images.recorded_s, |clock| &clock.regular_s)
+    }
+
     /// The candidates worth trying, in this order, each compared with the best before.
     #[must_use]
     pub fn candidates(&self, config: &Config) -> Vec<Dejittered> {
