@@ -16,17 +16,6 @@ struct Motion {
     pairs: &'static [PlatePair],
 }
 
-/// With a constant attitude every shift of the sensor is a shift of the target: three directions. Of one plate with its edge they are not found in every cell
-/// (two of twelve are one or two off), nor of two plates with attitudes that tremble by 0.1° (two of four): neither is asked for here.
-fn motions() -> [Motion; 2] {
-    let motion =
-        |name, preset: Preset, hidden, pairs| Motion { name, scenario: preset.scenario(), hidden, pairs };
-    [
-        motion("constant attitude", Preset::ConstantAttitude, 3, &[PlatePair::Meeting]),
-        motion("turns of 15°", Preset::Quick, 0, &[PlatePair::Meeting, PlatePair::Edge]),
-    ]
-}
-
 fn recorded(scenario: &Scenario, plates: &Plates, seed: u64) -> Recording {
     if matches!(scenario.cell.sensor, SensorModel::CameraLaser { .. }) {
         return scan_plates(scenario, plates, seed).unwrap();
@@ -47,28 +36,40 @@ fn rank(recording: &Recording) -> (usize, usize) {
     (observability.rank, observability.size)
 }
 
-#[test]
-fn stripes_see_what_the_motion_shows_whatever_the_attitudes_noise() {
+/// What each cell of a motion says it sees, where that is not all but what is hidden.
+fn wrong(scenario: &Scenario, hidden: usize, pairs: &[PlatePair]) -> Vec<String> {
     let [camera, profiler] = [Preset::Quick, Preset::Profiler].map(|preset| preset.scenario().cell.sensor);
     let mut wrong = Vec::new();
-    for Motion { name, scenario, hidden, pairs } in motions() {
-        for (sensor, pair) in pairs.iter().flat_map(|pair| [(&camera, *pair), (&profiler, *pair)]) {
-            for (noise_deg, seed) in [0.001, 0.01, 0.03].into_iter().flat_map(|deg| [(deg, 1), (deg, 2)]) {
-                let mut scenario = scenario.clone();
-                scenario.cell.sensor = sensor.clone();
-                scenario.disturbance.robot_rotation_noise_rad = f64::to_radians(noise_deg);
-                let scenario = random_cell(&scenario, seed, 0.1);
-                let plates = Plates { pair, ..Plates::default() };
-                let (rank, size) = rank(&recorded(&scenario, &plates, seed));
-                let is_camera = matches!(sensor, SensorModel::CameraLaser { .. });
-                let of = if is_camera { "camera" } else { "profiler" };
-                let cell = format!("{name}, {of}, {pair:?}, {noise_deg}°, cell {seed}: {rank}/{size}");
-                println!("{cell}");
-                if rank + hidden != size {
-                    wrong.push(cell);
-                }
+    for (sensor, pair) in pairs.iter().flat_map(|pair| [(&camera, *pair), (&profiler, *pair)]) {
+        for (noise_deg, seed) in [0.001, 0.01, 0.03].into_iter().flat_map(|deg| [(deg, 1), (deg, 2)]) {
+            let mut scenario = scenario.clone();
+            scenario.cell.sensor = sensor.clone();
+            scenario.disturbance.robot_rotation_noise_rad = f64::to_radians(noise_deg);
+            let scenario = random_cell(&scenario, seed, 0.1);
+            let plates = Plates { pair, ..Plates::default() };
+            let (rank, size) = rank(&recorded(&scenario, &plates, seed));
+            let is_camera = matches!(sensor, SensorModel::CameraLaser { .. });
+            let of = if is_camera { "camera" } else { "profiler" };
+            let cell = format!("{of}, {pair:?}, {noise_deg}°, cell {seed}: {rank}/{size}");
+            println!("{cell}");
+            if rank + hidden != size {
+                wrong.push(cell);
             }
         }
     }
+    wrong
+}
+
+/// Every shift of the sensor is a shift of the target: three directions. Of one plate with its edge they are not found in every cell (two of twelve are one or two
+/// off), nor of two plates with attitudes that tremble by 0.1° (two of four): neither is asked for here.
+#[test]
+fn stripes_of_a_scan_with_a_constant_attitude_hide_three_directions() {
+    let wrong = wrong(&Preset::ConstantAttitude.scenario(), 3, &[PlatePair::Meeting]);
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn stripes_of_a_scan_with_turns_of_15_degrees_hide_nothing() {
+    let wrong = wrong(&Preset::Quick.scenario(), 0, &[PlatePair::Meeting, PlatePair::Edge]);
     assert!(wrong.is_empty(), "{wrong:#?}");
 }

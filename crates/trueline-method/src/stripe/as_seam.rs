@@ -30,7 +30,7 @@ pub(crate) fn parameters(at: &StripeState, like: &Parameters) -> Option<Paramete
         shape: at.shape,
     };
     for (target, bow) in at.joints.iter().zip(&like.curvatures) {
-        let form = Meeting::of(&target.meeting(), bow.half_length_m)?;
+        let form = Meeting::of(&target.pair_at_seam(), bow.half_length_m)?;
         let line = Line::new(form.middle, &Unit::try_new(form.along, 1e-9)?);
         let axes = line.axes();
         let across = |k: usize| axes.column(k).dot(&form.bow);

@@ -71,7 +71,7 @@ impl Target {
 
     /// The two surfaces that meet in the seam; of plates that share one side of it what they are in the mean, along the seam.
     #[must_use]
-    pub(crate) fn meeting(&self) -> [Plate; 2] {
+    pub(crate) fn pair_at_seam(&self) -> [Plate; 2] {
         match &self.edge {
             Some(Edge { surface, on: Bearing::Plate(number) }) => [self.plates[*number], *surface],
             Some(Edge { surface, on: Bearing::Both }) => [mean(&self.plates), *surface],
