@@ -285,10 +285,12 @@ fn support_points_of_a_bowed_stripe_have_no_residual_but_for_noise() {
     let trajectory = Trajectory::new(vec![0.0, 1.0], &[Pose::identity(), Pose::identity()]).unwrap();
     let turned = se3::from_parts(so3::exp(&Vector3::new(0.02, -0.1, 0.3)), Vector3::zeros());
     let placement = Placement::new(trajectory.segment(0).unwrap(), 0.5, &turned);
-    let on = |plate| StripeOnPlate { plate, sheet: &sheet, shape: None };
+    fn on<'a>(plate: &'a Plate, sheet: &'a LaserSheet) -> StripeOnPlate<'a> {
+        StripeOnPlate { plate, sheet, shape: None }
+    }
     // A piece of the straight stripe of the flat plate, 4 mm to 34 mm from the seam, and the bowed stripe over it.
     let flat = Plate { surface_m: [0.0; 7], ..plate };
-    let begin = on(&flat).linearize(&placement, &Vector2::new(0.004, 0.13)).unwrap();
+    let begin = on(&flat, &sheet).linearize(&placement, &Vector2::new(0.004, 0.13)).unwrap();
     let along = Vector2::new(-begin.normal.y, begin.normal.x);
     let start = Vector2::new(0.004, 0.13) - begin.normal * begin.residual;
     let heights: Vec<[f64; 2]> = (0..COLUMNS)
@@ -298,7 +300,7 @@ fn support_points_of_a_bowed_stripe_have_no_residual_but_for_noise() {
             // The bow's slope is below a tenth: each step leaves less than a hundredth.
             for _ in 0..9 {
                 let at = start + along * s + begin.normal * height;
-                height -= on(&plate).residual(&placement, &at).unwrap();
+                height -= on(&plate, &sheet).residual(&placement, &at).unwrap();
             }
             [s, height]
         })
@@ -311,17 +313,17 @@ fn support_points_of_a_bowed_stripe_have_no_residual_but_for_noise() {
     let way = along + begin.normal * slope;
     for half in [-spread.sqrt(), spread.sqrt()] {
         let (support, from_middle) = (line(middle + half), way * half);
-        let left = on(&plate).support_residual(&placement, &support, &from_middle).unwrap();
-        let beside = on(&plate).residual(&placement, &support).unwrap();
+        let left = on(&plate, &sheet).support_residual(&placement, &support, &from_middle).unwrap();
+        let beside = on(&plate, &sheet).residual(&placement, &support).unwrap();
         // Lengths along the stripe and along the plate differ by the cosine of the bow's slope, below 0.1: half a hundredth of the 20 µm.
         assert!(beside.abs() > 5e-6 && left.abs() < 0.01 * beside.abs(), "{beside:e} {left:e}");
-        let parts = on(&plate).linearize_support(&placement, &support, &from_middle).unwrap();
+        let parts = on(&plate, &sheet).linearize_support(&placement, &support, &from_middle).unwrap();
         assert!((parts.residual - left).abs() < 1e-15);
         for term in 0..7 {
             let by = |step: f64| {
                 let mut other = plate;
                 other.surface_m[term] += step;
-                on(&other).support_residual(&placement, &support, &from_middle).unwrap()
+                on(&other, &sheet).support_residual(&placement, &support, &from_middle).unwrap()
             };
             let slope = (by(1e-6) - by(-1e-6)) / 2e-6;
             // What a line is beside a stripe changes with the bow's slope, whose square is left out.

@@ -8,14 +8,6 @@ use trueline_sim::{
 };
 use trueline_vision::profile;
 
-/// A motion, how many directions it hides of any target of unknown place, and of which plates that is found.
-struct Motion {
-    name: &'static str,
-    scenario: Scenario,
-    hidden: usize,
-    pairs: &'static [PlatePair],
-}
-
 fn recorded(scenario: &Scenario, plates: &Plates, seed: u64) -> Recording {
     if matches!(scenario.cell.sensor, SensorModel::CameraLaser { .. }) {
         return scan_plates(scenario, plates, seed).unwrap();
