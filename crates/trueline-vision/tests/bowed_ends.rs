@@ -125,3 +125,79 @@ fn edges_in_pictures_are_on_their_bowed_stripes() {
         assert!(bow_px != 0.0 || square < 3.0, "{square}");
     }
 }
+
+/// Thickness of the stripes below, and how far they are known to be bowed, px.
+const TIP_SIGMA_PX: f64 = 2.0;
+const TIP_BOW_PX: f64 = 12.0;
+const TIP_REACH_PX: f64 = 400.0;
+/// How much of a stripe says how high its end is, px: 8 mm are 64 px here, and no less is looked at than this.
+const TIP_PX: f64 = 80.0;
+/// How far before its end the search for it begins, px.
+const SEARCHED_PX: f64 = 30.0;
+
+/// How far beside a parabola's end the line through a stretch of it passes that ends so far before, px: the parabola is
+/// bow (r / reach)², and its line through a stretch of length L has the mean of r² about the middle, L² / 12, besides it.
+fn beside_end_px(before_px: f64) -> f64 {
+    let middle_px = before_px + 0.5 * TIP_PX;
+    TIP_BOW_PX * (middle_px * middle_px - TIP_PX * TIP_PX / 12.0) / (TIP_REACH_PX * TIP_REACH_PX)
+}
+
+/// What says how high an end is reaches to where its light begins to fade, and not only to where the search for it begins.
+#[test]
+fn the_last_of_a_stripe_says_how_high_its_end_is() {
+    const RUNS: u64 = 4;
+    let size = [1280, 1024];
+    let edge = [700.3, 600.6];
+    // The end fades over two blurs of at most 0.9 px, and a slant would take one flank 1.5 thicknesses before the other.
+    let [expected_px, earlier_px] = [2.0 * 0.9 + 1.5 * TIP_SIGMA_PX, SEARCHED_PX].map(beside_end_px);
+    for sign in [1.0, -1.0] {
+        let at = |r: f64| [edge[0] - r, edge[1] + sign * TIP_BOW_PX * (r / TIP_REACH_PX).powi(2)];
+        let mut mean_px = 0.0;
+        for seed in 0..RUNS {
+            let mut paper = Paper::new(size, 40 + seed);
+            // Each overlaps the one before it: ends fade. Chords of 20 px leave the parabola by less than 0.01 px.
+            (0..20).rev().for_each(|k| {
+                let [from, to] = [f64::from(k + 1) * 20.0 + 3.0, f64::from(k) * 20.0].map(at);
+                paper.stroke(&between(from, to, TIP_SIGMA_PX));
+            });
+            let levels = paper.levels(0.0);
+            let picture = Picture::new(size[0], size[1], &levels).unwrap();
+            let seam = detector(size).detect(&picture, Joint::Edge).unwrap().seam;
+            // The parabola's end lies on the other side of the line than its bow.
+            mean_px -= sign * (seam.pixel.y - edge[1]) / RUNS as f64;
+        }
+        println!(
+            "bow {sign}: {mean_px:.3} px, expected {expected_px:.3}, {earlier_px:.3} px from {SEARCHED_PX} px before"
+        );
+        assert!((mean_px - expected_px).abs() < 0.5 * (earlier_px - expected_px), "{sign}: {mean_px}");
+    }
+}
+
+/// A stretch of 80 px has few grains of speckle, and what they scatter by says little of how well they are known: all of the
+/// stripe says that. Told from n grains, the logarithm of a standard deviation scatters by 1 / √(2n).
+#[test]
+fn the_height_of_an_end_has_the_noise_of_all_of_its_stripe() {
+    const RUNS: u64 = 24;
+    const GRAIN_PX: usize = 6;
+    let size = [1280, 1024];
+    let (mut square, mut sum, mut sum2) = (0.0, 0.0, 0.0);
+    for seed in 0..RUNS {
+        let mut paper = Paper::new(size, 80 + seed);
+        paper.stroke(&Stroke {
+            grain_px: GRAIN_PX,
+            brightness: 0.25,
+            ..between([-50.0, 600.6], [700.3, 600.6], 3.0)
+        });
+        let levels = paper.levels(0.0);
+        let picture = Picture::new(size[0], size[1], &levels).unwrap();
+        let seam = detector(size).detect(&picture, Joint::Edge).unwrap().seam;
+        let (off_px, sigma_px) = (seam.pixel.y - 600.6, seam.covariance_px2.m22.sqrt());
+        square += (off_px / sigma_px).powi(2) / RUNS as f64;
+        sum += sigma_px.ln() / RUNS as f64;
+        sum2 += sigma_px.ln().powi(2) / RUNS as f64;
+    }
+    let scatter = (sum2 - sum * sum).sqrt();
+    println!("± {:.3} px, scatter of its logarithm {scatter:.3}, mean square {square:.2}", sum.exp());
+    assert!(scatter < 0.2, "{scatter}");
+    assert!(square < 2.0, "{square}");
+}

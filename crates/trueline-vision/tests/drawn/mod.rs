@@ -44,6 +44,8 @@ pub(crate) struct Stroke {
     pub tail: f64,
     /// Its light for that of a usual stroke.
     pub brightness: f64,
+    /// Size of the grains of full speckle that it is made of, px; zero: mild speckle, pixel by pixel.
+    pub grain_px: usize,
 }
 
 impl Stroke {
@@ -57,6 +59,7 @@ impl Stroke {
             rounding_px: 0.0,
             tail: 0.0,
             brightness: 1.0,
+            grain_px: 0,
         }
     }
 
@@ -83,19 +86,33 @@ impl Paper {
         Self { size, light: vec![0.0; size[0] * size[1]], noise: Noise::new(seed, 3) }
     }
 
-    /// Draws a stroke with mild speckle over what is there.
+    /// Draws a stroke with speckle over what is there.
     pub(crate) fn stroke(&mut self, stroke: &Stroke) {
         let [width, height] = self.size;
+        let grains = self.grains(stroke.grain_px);
         for v in 0..height {
             for u in 0..width {
                 let light = stroke.light(u as f64, v as f64);
                 if light > 1e-4 {
-                    let speckle = 1.0 + 0.3 * self.noise.uniform(-1.0, 1.0);
+                    let speckle =
+                        match grains.get(width * (v / stroke.grain_px.max(1)) + u / stroke.grain_px.max(1)) {
+                            Some(grain) => *grain,
+                            None => 1.0 + 0.3 * self.noise.uniform(-1.0, 1.0),
+                        };
                     let at = &mut self.light[v * width + u];
                     *at = at.max(light * speckle);
                 }
             }
         }
+    }
+
+    /// Light of grains of a size, which has an exponential distribution; none of no size.
+    fn grains(&mut self, size_px: usize) -> Vec<f64> {
+        if size_px == 0 {
+            return Vec::new();
+        }
+        let [width, height] = self.size;
+        (0..width * height.div_ceil(size_px)).map(|_| -self.noise.uniform(1e-9, 1.0).ln()).collect()
     }
 
     /// Lights the surface wherever it is, behind all that is drawn: a part of a usual stroke's light.
