@@ -12,7 +12,9 @@ use nalgebra::Vector2;
 const BETWEEN: [f64; 2] = [0.3, 0.7];
 /// How far to both sides of the plates' ends the face is looked for, px.
 const AROUND_PX: f64 = 16.0;
-/// Where it is dark: beside the upper stripe, on the side where the lower one is not, px.
+/// Where it is dark: on both sides of the face, half way between the stripes where these are so many thicknesses away; elsewhere
+/// beside the upper stripe, on the side where the lower one is not, px.
+const CLEAR_SIGMAS: f64 = 4.0;
 const DARK_PX: f64 = 24.0;
 const DARK_ALONG_PX: f64 = 60.0;
 /// Part of the upper plate's light that counts as light on the face.
@@ -68,6 +70,7 @@ impl<'a, L: Level> Face<'a, L> {
     #[must_use]
     pub(crate) fn between(
         fit: &Fit,
+        sigma_px: f64,
         edge_s: f64,
         lower_start: &Vector2<f64>,
         frame: Frame<'a, L>,
@@ -82,10 +85,16 @@ impl<'a, L: Level> Face<'a, L> {
             dark: 0.0,
             frame,
         };
-        let rows = [beside - 2.0, beside - 1.0, beside, beside + 1.0, beside + 2.0];
-        let dark: Option<f64> =
-            rows.iter().map(|row| face.mean(*row, [edge_s - DARK_ALONG_PX, edge_s])).sum();
-        face.dark = dark? / rows.len() as f64;
+        // Ambient light differs from place to place: that on both sides has its mean between them.
+        let [from, to] = face.columns;
+        let around = [[from - DARK_ALONG_PX, from], [to, to + DARK_ALONG_PX]]
+            .map(|columns| face.dark_at(0.5 * step, columns));
+        face.dark = match around {
+            [Some(before), Some(after)] if 0.5 * step.abs() > CLEAR_SIGMAS * sigma_px => {
+                0.5 * (before + after)
+            }
+            _ => face.dark_at(beside, [edge_s - DARK_ALONG_PX, edge_s])?,
+        };
         // All of the strip must be there.
         (face.mean(face.rows[0], face.columns).is_some() && face.mean(face.rows[1], face.columns).is_some())
             .then_some(face)
@@ -101,6 +110,13 @@ impl<'a, L: Level> Face<'a, L> {
         }
         let light = light / f64::max(count, 1.0);
         light * (self.columns[1] - self.columns[0]) > LIT * amplitude * 2.5 * sigma_px
+    }
+
+    /// Mean level of five rows about one.
+    fn dark_at(&self, row: f64, columns: [f64; 2]) -> Option<f64> {
+        let rows = [-2.0, -1.0, 0.0, 1.0, 2.0];
+        let sum: Option<f64> = rows.iter().map(|off| self.mean(row + off, columns)).sum();
+        sum.map(|sum| sum / rows.len() as f64)
     }
 
     fn rows(&self) -> impl Iterator<Item = f64> + use<L> {

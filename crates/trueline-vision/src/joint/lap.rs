@@ -75,7 +75,7 @@ impl LapFinder {
             Plate { line: best.line, length_px: best.length, sigma_px: segments[best.upper].sigma_px };
         let around = self.ends.look(&plate, None, frame)?;
         let (near, fit) = (self.ends.near_end(&around, best.bands)?, around.fit);
-        let face = Face::between(&fit, near.s, &best.lower_start, frame);
+        let face = Face::between(&fit, plate.sigma_px, near.s, &best.lower_start, frame);
         let lit = face.as_ref().is_none_or(|face| face.is_lit(fit.amplitude, plate.sigma_px));
         let edge = if lit {
             let begins = face.and_then(|face| self.faces.edge(&face, plate.sigma_px));

@@ -40,8 +40,9 @@ const GRAIN: f64 = 1.6;
 const OWN: f64 = 0.005;
 /// The least of (σ₀ / σ)², σ₀ the stripe's thickness before the lens.
 const NARROWEST: f64 = 0.2;
-/// Most squared contrast of speckle: what is not blurred is far from a normal distribution, and hardly shared by neighbours.
-const MOST_CONTRAST2: f64 = 0.15;
+/// Most squared contrast of speckle in a band: weighed least squares need means and covariances alone, whatever the distribution, but
+/// grains that are hardly blurred are sharper than the covariance above says.
+const MOST_CONTRAST2: f64 = 0.4;
 /// Squares of residuals over what is expected that no longer are chance: there is something else.
 const MISFIT: f64 = 6.0;
 /// An edge that is so far from the first one, in its standard deviations, is another.
@@ -96,9 +97,8 @@ pub(crate) fn refine(light: &EndLight<'_>, first: &Edge) -> Option<Edge> {
     let mut at = Guess { place: first.s, slant: 0.0, blur_px: first.blur_px };
     for number in 0..MOST_STEPS {
         let step = light.step(&plate, &at, first.blur_px, spacing)?;
-        let off_px = step.change.x.abs();
-        if off_px * off_px < SETTLED * SETTLED * step.covariance.m11 || number == MOST_STEPS - 1 {
-            return step.edge(&at, off_px);
+        if step.is_settled() || number == MOST_STEPS - 1 {
+            return step.edge(&at, step.change.x.abs());
         }
         // What is expected of the light moves with the edge: near the end whole steps may go to and fro.
         at = at.moved(&(PARTS[number.min(PARTS.len() - 1)] * step.change));
@@ -116,6 +116,15 @@ struct Step {
 }
 
 impl Step {
+    /// Whether all of it is small against its standard deviation: a place that stays may move yet, with slant and blur.
+    fn is_settled(&self) -> bool {
+        let variances = self.covariance.diagonal();
+        self.change
+            .iter()
+            .zip(&variances)
+            .all(|(change, variance)| change * change < SETTLED * SETTLED * variance)
+    }
+
     /// The edge at a place from which the next one is `off_px` away.
     fn edge(&self, at: &Guess, off_px: f64) -> Option<Edge> {
         let variance = self.covariance.m11 * self.misfit.max(1.0);

@@ -14,9 +14,9 @@ use crate::not_found::NotFound;
 
 /// Part of the stripe's reach that the bands cover, on each side of its middle.
 pub(crate) const COVERED: f64 = 0.7;
-/// The least blur of an edge, by lens and pixels, px; larger ones that are tried, in thicknesses (standard deviations) of
+/// The least blur of an edge, px: a pixel's width and what is between two pixels are 0.41 px; larger ones that are tried, in thicknesses (standard deviations) of
 /// the stripe. What blurs the end blurs the stripe's flanks as well, so that more than one is a rounded or worn edge.
-const LEAST_BLUR_PX: f64 = 0.9;
+const LEAST_BLUR_PX: f64 = 0.5;
 const BLUR_SIGMAS: [f64; BLURS - 1] = [0.35, 0.7, 1.0, 1.4, 2.0, 3.0];
 const BLURS: usize = 7;
 /// What each costs beforehand, as twice the negative logarithm of its likelihood: a lens blurs the stripe's flanks as it
