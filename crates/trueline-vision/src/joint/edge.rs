@@ -42,6 +42,7 @@ pub fn find<L: Level>(
     let (edge, around) = ends.find(&plate, None, frame)?;
     let (ideal, covariance) = ends.edge_point(&around, &edge, frame);
     judged(&covariance)?;
+    let covariance = covariance + around.out_of_focus(&edge);
     let seam = Seam::from_ideal(frame.lens, &ideal, &covariance, around.fit.present)?;
     let plate = StripeSupport::of(&around.fit, &ideal, frame.lens);
     Ok(Detection { plates: [plate, None], ..seam.into() })

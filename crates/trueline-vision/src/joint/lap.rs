@@ -85,6 +85,7 @@ impl LapFinder {
         };
         let (ideal, covariance) = self.ends.edge_point(&around, &edge, frame);
         judged(&covariance)?;
+        let covariance = covariance + around.out_of_focus(&edge);
         let seam = Seam::from_ideal(frame.lens, &ideal, &covariance, fit.present)?;
         let lower = self.lower_stripe(&best, &segments[best.lower], frame);
         // One plate of two has no number of its own.

@@ -58,6 +58,11 @@ const ROUNDED: f64 = 4.0;
 const ROUNDEST_SIGMAS: f64 = 0.6;
 const ROUNDED_ALONG: f64 = 4.0;
 
+/// By how much an end is found too far out behind a lens that is out of focus, in blurs that are found: it makes of a point an even disc,
+/// behind which light ends at two of the fade's standard deviations, sharply as at an end that is further out. In drawn pictures this
+/// is between nothing and the double of it.
+const OUT_OF_FOCUS_BLURS: f64 = 0.75;
+
 /// The stripe on a plate, measured.
 struct MeasuredPlate {
     fit: Fit,
@@ -79,6 +84,16 @@ pub(crate) struct EndSurroundings {
     within: [f64; 2],
     band_px: f64,
     sigma_px: f64,
+}
+
+impl EndSurroundings {
+    /// Covariance of what an end is uncertain by, px², where the stripe is as flat across as behind a lens that is out of focus, or
+    /// saturated. The middle of two ends that face each other is not: both are too far out.
+    pub(crate) fn out_of_focus(&self, edge: &Edge) -> Matrix2<f64> {
+        let outward =
+            OUT_OF_FOCUS_BLURS * edge.blur_px * self.template.flatness().sqrt() * self.fit.line.along;
+        outward * outward.transpose()
+    }
 }
 
 /// Nothing of a plate could be measured.

@@ -39,6 +39,12 @@ const SHOULDER: f64 = 0.5;
 /// 0.75 px to each side has 0.75 / √6 = 0.31 px, the line is known to some 0.1 px.
 const TOGETHER_PX: f64 = 0.35;
 
+/// Parts of its peak at which a profile's widths are compared; what they are of each other in a normal distribution,
+/// √(ln 0.8 / ln 0.3), and in half of an ellipse, √((1 − 0.8²) / (1 − 0.3²)).
+const SHOULDER_HEIGHTS: [f64; 2] = [0.8, 0.3];
+const NORMAL: f64 = 0.4305;
+const DISC: f64 = 0.6290;
+
 /// What a level counts for, by distance from the middle:
 ///
 /// 0. odd: what finds the middle, negative on the negative side;
@@ -59,6 +65,8 @@ pub struct Template {
     pub gain: f64,
     /// ∫ P² over both sides.
     pub energy: f64,
+    /// Width where the profile has four fifths of its peak, as a part of that where it has three tenths.
+    shoulders: f64,
 }
 
 impl Template {
@@ -118,7 +126,15 @@ impl Template {
                 signed[at] = [side * odd, profile, response, side * ridge].map(|weight| weight as f32);
             }
         }
-        Self { reach_px: bins as f64 / PER_PX, weights: signed, gain, energy }
+        let shoulders = half_width(profile, SHOULDER_HEIGHTS[0]) / half_width(profile, SHOULDER_HEIGHTS[1]);
+        Self { reach_px: bins as f64 / PER_PX, weights: signed, gain, energy, shoulders }
+    }
+
+    /// How much the profile is like that of a line behind a lens that is out of focus, which makes of a point an even disc: from zero,
+    /// a normal distribution, to one, half of an ellipse.
+    #[must_use]
+    pub(crate) fn flatness(&self) -> f64 {
+        ((self.shoulders - NORMAL) / (DISC - NORMAL)).clamp(0.0, 1.0)
     }
 
     /// Sums of levels with each weight. Levels are those of pixels from a first signed distance on in steps of `step_px`, which may
@@ -157,6 +173,14 @@ fn contrast2(profile: &[f64; BINS], variance: &[f64; BINS], peak: f64) -> f64 {
 /// A function of the distance, in the middle of each bin.
 fn bins(of: impl Fn(f64) -> f64) -> [f64; BINS] {
     std::array::from_fn(|k| of((k as f64 + 0.5) / PER_PX))
+}
+
+/// Where a profile has fallen to a part of its peak, in bins.
+fn half_width(profile: &[f64; BINS], part: f64) -> f64 {
+    let height = part * profile[0];
+    let below = profile.iter().position(|p| *p < height).unwrap_or(BINS - 1).max(1);
+    let (before, after) = (profile[below - 1], profile[below]);
+    below as f64 - 0.5 + (before - height) / (before - after).max(f64::MIN_POSITIVE)
 }
 
 /// Weights that see the ridge and hardly the flanks.
