@@ -20,10 +20,11 @@ const PLACES: usize = 20;
 const PER_BLUR: f64 = 2.0;
 /// The fewest of them on each side of the edge.
 const FEWEST: usize = 4;
-/// Steps of Gauss and Newton at most, the part of each that is gone, and when they have settled: as a part of the standard
-/// deviation.
-const MOST_STEPS: usize = 10;
-const PARTS: [f64; 7] = [1.0, 1.0, 1.0, 0.5, 0.5, 0.5, 0.25];
+/// Steps of Gauss and Newton at most, what the part of each that is gone is multiplied by where they turn back and where they do not,
+/// and when they have settled: as a part of the standard deviation.
+const MOST_STEPS: usize = 14;
+const SHORTER: f64 = 0.5;
+const LONGER: f64 = 1.5;
 const SETTLED: f64 = 0.1;
 /// What is known of the slant beforehand, px along for each px across; and of the blur, as a part of it.
 const SLANT: f64 = 0.8;
@@ -95,13 +96,16 @@ pub(crate) fn refine(light: &EndLight<'_>, first: &Edge) -> Option<Edge> {
     let spacing = light.spacing()?;
     let plate = light.plate(spacing)?;
     let mut at = Guess { place: first.s, slant: 0.0, blur_px: first.blur_px };
+    let (mut part, mut before) = (1.0_f64, 0.0);
     for number in 0..MOST_STEPS {
         let step = light.step(&plate, &at, first.blur_px, spacing)?;
         if step.is_settled() || number == MOST_STEPS - 1 {
             return step.edge(&at, step.change.x.abs());
         }
-        // What is expected of the light moves with the edge: near the end whole steps may go to and fro.
-        at = at.moved(&(PARTS[number.min(PARTS.len() - 1)] * step.change));
+        // What is expected of the light moves with the edge: whole steps may go to and fro.
+        part = if step.change.x * before < 0.0 { SHORTER * part } else { (LONGER * part).min(1.0) };
+        before = step.change.x;
+        at = at.moved(&(part * step.change));
         if !at.place.is_finite() || (at.place - first.s).abs() > FAR * first.sigma_px {
             return None;
         }
