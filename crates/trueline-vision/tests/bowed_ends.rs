@@ -185,7 +185,7 @@ fn the_height_of_an_end_has_the_noise_of_all_of_its_stripe() {
     const RUNS: u64 = 48;
     const GRAIN_PX: usize = 4;
     let size = [1280, 1024];
-    let (mut square, mut sum, mut sum2) = (0.0, 0.0, 0.0);
+    let (mut count, mut square, mut sum, mut sum2) = (0.0, 0.0, 0.0, 0.0);
     for seed in 0..RUNS {
         let mut paper = Paper::new(size, 80 + seed);
         paper.stroke(&Stroke {
@@ -195,14 +195,21 @@ fn the_height_of_an_end_has_the_noise_of_all_of_its_stripe() {
         });
         let levels = paper.levels(0.0);
         let picture = Picture::new(size[0], size[1], &levels).unwrap();
-        let seam = detector(size).detect(&picture, Joint::Edge).unwrap().seam;
-        let (off_px, sigma_px) = (seam.pixel.y - 600.6, seam.covariance_px2.m22.sqrt());
-        square += (off_px / sigma_px).powi(2) / RUNS as f64;
-        sum += sigma_px.ln() / RUNS as f64;
-        sum2 += sigma_px.ln().powi(2) / RUNS as f64;
+        // Where the last few grains are on one side an end looks rounded, and is refused.
+        let Ok(found) = detector(size).detect(&picture, Joint::Edge) else { continue };
+        let (off_px, sigma_px) = (found.seam.pixel.y - 600.6, found.seam.covariance_px2.m22.sqrt());
+        count += 1.0;
+        square += (off_px / sigma_px).powi(2);
+        sum += sigma_px.ln();
+        sum2 += sigma_px.ln().powi(2);
     }
+    let [square, sum, sum2] = [square, sum, sum2].map(|sum| sum / count);
     let scatter = (sum2 - sum * sum).sqrt();
-    println!("± {:.3} px, scatter of its logarithm {scatter:.3}, mean square {square:.2}", sum.exp());
+    assert!(count > 0.9 * RUNS as f64, "{count}");
+    println!(
+        "{count} found, ± {:.3} px, scatter of its logarithm {scatter:.3}, mean square {square:.2}",
+        sum.exp()
+    );
     assert!(scatter < 0.3, "{scatter}");
     // A mean of 48 squares: 1 ± 0.2.
     assert!((0.4..1.6).contains(&square), "{square}");
