@@ -114,7 +114,7 @@ impl Detector {
     ///
     /// # Errors
     /// Why there is none; a point that cannot be relied on is none.
-    pub fn seam<L: Level>(&mut self, picture: &Picture<'_, L>, joint: Joint) -> Result<Seam, NotFound> {
+    pub fn seam<L: SeamLevel>(&mut self, picture: &Picture<'_, L>, joint: Joint) -> Result<Seam, NotFound> {
         self.detect(picture, joint).map(|found| found.seam)
     }
 
@@ -122,7 +122,15 @@ impl Detector {
     ///
     /// # Errors
     /// As [`Self::seam`].
-    pub fn detect<L: Level>(
+    pub fn detect<L: SeamLevel>(
+        &mut self,
+        picture: &Picture<'_, L>,
+        joint: Joint,
+    ) -> Result<Detection, NotFound> {
+        L::detect(self, picture, joint)
+    }
+
+    fn detect_at_any_brightness<L: Level>(
         &mut self,
         picture: &Picture<'_, L>,
         joint: Joint,
@@ -266,6 +274,40 @@ impl Detector {
                 Picture::new(width, height, levels).map_or(Err(EMPTY), |picture| self.detect(&picture, joint))
             }
         }
+    }
+}
+
+/// Levels in which seams are looked for. All of the detector is compiled for each of them here: a function that is generic would be compiled
+/// once more in every crate that calls it, which took each test and each program some ten seconds.
+pub trait SeamLevel: Level {
+    /// [`Detector::detect`] in a picture of these levels.
+    ///
+    /// # Errors
+    /// As [`Detector::seam`].
+    fn detect(
+        detector: &mut Detector,
+        picture: &Picture<'_, Self>,
+        joint: Joint,
+    ) -> Result<Detection, NotFound>;
+}
+
+impl SeamLevel for u8 {
+    fn detect(
+        detector: &mut Detector,
+        picture: &Picture<'_, u8>,
+        joint: Joint,
+    ) -> Result<Detection, NotFound> {
+        detector.detect_at_any_brightness(picture, joint)
+    }
+}
+
+impl SeamLevel for u16 {
+    fn detect(
+        detector: &mut Detector,
+        picture: &Picture<'_, u16>,
+        joint: Joint,
+    ) -> Result<Detection, NotFound> {
+        detector.detect_at_any_brightness(picture, joint)
     }
 }
 

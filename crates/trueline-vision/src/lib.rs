@@ -24,7 +24,7 @@ pub mod seam;
 mod stripe_choice;
 
 pub use detection::{Detection, StripeSupport};
-pub use detector::Detector;
+pub use detector::{Detector, SeamLevel};
 pub use lens::Lens;
 pub use not_found::NotFound;
 pub use picture::{Level, Picture};
