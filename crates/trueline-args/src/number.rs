@@ -95,6 +95,7 @@ pub(crate) fn drift_ppm(text: &str) -> Result<f64, String> {
 }
 
 /// The same of a camera.
+#[cfg(feature = "gige")]
 pub(crate) fn camera_drift_ppm(text: &str) -> Result<f64, String> {
     number(text, "a number up to 10 000", |x| x.abs() <= 1e4)
 }
@@ -155,6 +156,7 @@ pub(crate) fn below_a_billion(text: &str) -> Result<f64, String> {
 }
 
 /// A share that leaves something.
+#[cfg(feature = "gige")]
 pub(crate) fn partial_share(text: &str) -> Result<f64, String> {
     number(text, "a share from 0 to less than 1", |x| (0.0..1.0).contains(&x))
 }

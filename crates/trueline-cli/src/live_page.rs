@@ -68,7 +68,7 @@ mod with_server {
 }
 
 #[cfg(not(feature = "serve"))]
-pub use without_server::{CellPage, WatchPage};
+pub(crate) use without_server::{CellPage, WatchPage};
 
 /// This program has no web server: what asks for one is refused.
 #[cfg(not(feature = "serve"))]
@@ -88,25 +88,25 @@ mod without_server {
     }
 
     /// Nothing.
-    pub struct WatchPage;
+    pub(crate) struct WatchPage;
 
     impl WatchPage {
         /// Refuses to serve.
-        pub fn of(args: &ServeArgs, _: Vec<PathBuf>) -> Result<Self, Failure> {
+        pub(crate) fn of(args: &ServeArgs, _: Vec<PathBuf>) -> Result<Self, Failure> {
             refuse(args).map(|()| Self)
         }
     }
 
     /// Nothing.
-    pub struct CellPage;
+    pub(crate) struct CellPage;
 
     impl CellPage {
         /// Refuses to serve.
-        pub fn of(args: &ServeArgs, _: &str, _: &Cell) -> Result<Self, Failure> {
+        pub(crate) fn of(args: &ServeArgs, _: &str, _: &Cell) -> Result<Self, Failure> {
             refuse(args).map(|()| Self)
         }
 
         /// Shows nothing.
-        pub fn show(&self, _: &str, _: RobotBrief, _: &CellState) {}
+        pub(crate) fn show(&self, _: &str, _: RobotBrief, _: &CellState) {}
     }
 }
