@@ -254,7 +254,13 @@ mod tests {
         }
 
         /// How the distance of a place of the sheet from the surface's cut moves with each unknown, by differences.
-        fn slopes(&self, seen: (usize, f64), at: &Vector2<f64>) -> DVector<f64> {
+        ///
+        /// `from_middle` is where a support point lies on its stripe: then bows move it as the straight line through all of the stripe.
+        fn slopes(
+            &self,
+            seen: (usize, f64),
+            (at, from_middle): (&Vector2<f64>, Option<Vector2<f64>>),
+        ) -> DVector<f64> {
             const STEP: f64 = 1e-5;
             let count = self.ahead.unknowns.dimension();
             let none = DVector::zeros(count);
@@ -266,11 +272,33 @@ mod tests {
                 (self.phi(&none, seen, &(at + by)) - self.phi(&none, seen, &(at - by))) / (2.0 * STEP)
             };
             let steepness = slope(0).hypot(slope(1));
+            let bows = self.ahead.unknowns.surface(0, seen.0);
             DVector::from_fn(count, |k, _| {
                 let by = DVector::from_fn(count, |i, _| if i == k { STEP } else { 0.0 });
-                (self.phi(&by, seen, at) - self.phi(&-by, seen, at)) / (2.0 * STEP) / steepness
+                let moved = |at: &Vector2<f64>| {
+                    (self.phi(&by, seen, at) - self.phi(&-&by, seen, at)) / (2.0 * STEP) / steepness
+                };
+                match from_middle {
+                    Some(from_middle) if bows.contains(&k) => {
+                        let middle = at - from_middle;
+                        line_at_support(|x| moved(&(middle + from_middle * x)))
+                    }
+                    _ => moved(at),
+                }
             })
         }
+    }
+
+    /// The line of least squares through a polynomial of third degree on a stripe of length 2√3 about zero, at 1: its mean and its slope
+    /// ∫ x f dx / ∫ x² dx, by quadrature at three points, which is exact up to the fifth degree.
+    fn line_at_support(f: impl Fn(f64) -> f64) -> f64 {
+        let nodes = [(-0.6_f64.sqrt(), 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.6_f64.sqrt(), 5.0 / 9.0)];
+        // ∫ x² dx is 2 √3, and 0.5 of the weights the mean.
+        nodes
+            .map(|(node, weight)| (3.0_f64.sqrt() * node, 0.5 * weight))
+            .iter()
+            .map(|(x, weight)| weight * f(*x) * (1.0 + x))
+            .sum()
     }
 
     fn cell(plates: &str) -> Cell {
@@ -279,16 +307,21 @@ mod tests {
         cell_toml::parse(file, &format!("{}{plates}", cell_toml::EXAMPLE), sensor).unwrap()
     }
 
-    /// The places that the rows of a frame are of: row, surface, place in the camera.
-    fn places(cell: &Cell, ahead: &JointAhead, sight: &Sight) -> Vec<(usize, usize, Vector3<f64>)> {
+    /// The places that the rows of a frame are of: row, surface, place in the sheet, and of support points how far it is from the middle
+    /// of the stripe.
+    type Place = (usize, usize, Vector2<f64>, Option<Vector2<f64>>);
+
+    fn places(cell: &Cell, ahead: &JointAhead, sight: &Sight) -> Vec<Place> {
         let camera_from_base = sight.placement.base_from_camera().rotation.inverse();
         let turned = |direction: &Vector3<f64>| camera_from_base * direction;
         let stripes = ends(cell, (&ahead.joint, &ahead.along), turned, &sight.point_in_camera);
         let supports = stripes.iter().enumerate().filter_map(|(number, ends)| {
-            let places = stripe(cell, ends.as_ref()?)?.places;
-            Some([0, 1].map(|k| (2 * number + k, number, places[k])))
+            let places = stripe(cell, ends.as_ref()?)?.places.map(|place| cell.sheet.coordinates(&place));
+            let middle = 0.5 * (places[0] + places[1]);
+            Some([0, 1].map(|k| (2 * number + k, number, places[k], Some(places[k] - middle))))
         });
-        let edge = ahead.joint.edge_on.map(|_| (EDGE_ROW, EDGE, sight.point_in_camera));
+        let edge = cell.sheet.coordinates(&sight.point_in_camera);
+        let edge = ahead.joint.edge_on.map(|_| (EDGE_ROW, EDGE, edge, None));
         supports.flatten().chain(edge).collect()
     }
 
@@ -306,9 +339,8 @@ mod tests {
         for sight in sights.list.iter().step_by(13) {
             let Some(rows) = Rows::<R, N>::of(&cell, &ahead, sight) else { continue };
             checked += 1;
-            for (row, surface, place) in places(&cell, &ahead, sight) {
-                let at = cell.sheet.coordinates(&place);
-                let expected = forward.slopes((surface, sight.time_s), &at);
+            for (row, surface, at, from_middle) in places(&cell, &ahead, sight) {
+                let expected = forward.slopes((surface, sight.time_s), (&at, from_middle));
                 for k in 0..N {
                     // Velocities are one-sided differences over a short time, of some 1 m/s² at most.
                     let tolerance = if k == TIME_OFFSET { 1e-3 } else { 1e-7 };

@@ -84,19 +84,16 @@ impl ButtFinder {
         if let (Some(rival), StripeChoice::Strongest) = (rival, choice) {
             return Err(NotFound::Ambiguous { distance_px: rival.distance_px(&best) });
         }
-        let mut points = [(Vector2::zeros(), Matrix2::zeros()); 2];
-        let mut fits = Vec::with_capacity(2);
-        let mut quality = 1.0_f64;
         // The search for one end must not reach the other plate.
         let search_px = SEARCH_PX.min(0.35 * best.width_px).max(3.0);
-        for (point, plate) in points.iter_mut().zip(&best.plates) {
+        let mut end_of = |plate: &Plate| {
             let (edge, around) = self.ends.find(plate, Some(search_px), frame)?;
-            *point = self.ends.edge_point(&around, &edge, frame);
-            quality = quality.min(around.fit.present);
-            fits.push(around.fit);
-        }
-        let (seam, ideal) = middle(evidence, &points, quality)?;
-        Ok(Detection { plates: plates_in_order([&fits[0], &fits[1]], &ideal, frame.lens), ..seam.into() })
+            Ok((self.ends.edge_point(&around, &edge, frame), around.fit))
+        };
+        let [a, b] = &best.plates;
+        let ((on_a, fit_a), (on_b, fit_b)) = (end_of(a)?, end_of(b)?);
+        let (seam, ideal) = middle(evidence, &[on_a, on_b], fit_a.present.min(fit_b.present))?;
+        Ok(Detection { plates: plates_in_order([&fit_a, &fit_b], &ideal, frame.lens), ..seam.into() })
     }
 
     /// Adds the stretches of a segment without light to the gaps.
