@@ -1,5 +1,11 @@
 //! How many directions whole stripes say they see is how many the motion shows, whatever the noise of the robot's attitudes.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+#![allow(
+    clippy::print_stdout,
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test fails by panicking; figures are shown by --nocapture"
+)]
 
 use trueline_dataset::Recording;
 use trueline_method::{Config, Measurements, SensorMode, calibrate};
