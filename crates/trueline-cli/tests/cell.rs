@@ -1,6 +1,7 @@
 //! The whole cell on loopback: controller, camera and PC are three programs that meet in sockets only, and what was put into
-//! the first two comes out of the third. They run in real time, so a busy machine shows in them: they are left out unless asked for. Parts
-//! of it are tested without them: guidance in `trueline-live/tests`, the camera's clocks in `trueline-camera/tests/clocks.rs`.
+//! the first two comes out of the third. They run in real time, so a busy machine shows in them: they are left out unless asked for. A whole cell
+//! in virtual time is in `trueline-cell/tests/virtual_time.rs`, and parts of
+//! one: guidance in `trueline-live/tests`, the camera's clocks in `trueline-camera/tests/clocks.rs`.
 #![cfg(feature = "gige")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
