@@ -35,7 +35,7 @@ pub(crate) fn run(args: &WatchArgs) -> Result<ExitCode, Failure> {
         keep: args.keep_days,
     })?;
     warn_of_calibration(&watcher, calibration);
-    let page = WatchPage::of(&args.serve, states(args))?;
+    let _page = WatchPage::of(&args.serve, states(args))?;
     let mut session = Welds { args, watcher, failed: 0 };
     match &args.folder {
         Some(folder) => session.fills(folder)?,
@@ -46,7 +46,6 @@ pub(crate) fn run(args: &WatchArgs) -> Result<ExitCode, Failure> {
             }
         }
     }
-    drop(page);
     session.finish()
 }
 
@@ -74,9 +73,8 @@ fn serve_only(args: &WatchArgs) -> Result<ExitCode, Failure> {
     }
     // A state that is not there yet is made, so that the page has something to show.
     drop(Store::open(&args.state)?);
-    let page = WatchPage::of(&args.serve, states(args))?;
+    let _page = WatchPage::of(&args.serve, states(args))?;
     until_interrupted()?;
-    drop(page);
     Ok(ExitCode::SUCCESS)
 }
 
