@@ -2,7 +2,9 @@
 //!
 //! A robust line weighs the columns by how far they lie off it. Of a bowed face these are its middle or its ends, as the bow has it and as much of it is seen:
 //! the line then lies beside that of the same columns with equal weights, in neighbouring profiles alike. So the bow is fitted and taken
-//! out first. On even columns Legendre's second and third polynomial have no part in a line, and what is left after them is the line and the noise.
+//! out first. On an even face Legendre's second and third polynomial have no part in a line, and what is left after them is the line and the noise,
+//! wherever along it the columns are: those that are even across the view are not so along a bowed face. The second polynomial is zero at (one third)½ of the half
+//! length, so that the line meets a bow of second degree there: these are the support points.
 
 use super::face::Face;
 use super::finder::{COUNTED_SIGMAS, ProfileFinder};
@@ -21,23 +23,11 @@ impl ProfileFinder {
             shift.shift_px -= of_square * square + of_cube * cube;
         }
         let straight = self.regressor.fit(&self.shifts)?;
-        let columns = self.columns(&straight);
         Some(Face {
             regression: Regression { sigma_px: face.regression.sigma_px, ..straight },
-            columns,
+            even_support: Some([place.middle, place.half / 3_f64.sqrt()]),
             ..face
         })
-    }
-
-    /// Middle and standard deviation along a line of the columns that lie on it.
-    fn columns(&self, line: &Regression) -> Option<[f64; 2]> {
-        let limit = COUNTED_SIGMAS * line.sigma_px;
-        let on = self.shifts.iter().filter(|shift| (shift.shift_px - line.shift_at(shift.s)).abs() <= limit);
-        let [count, sum, squares] =
-            on.fold([0.0; 3], |[n, sum, squares], shift| [n + 1.0, sum + shift.s, squares + shift.s.powi(2)]);
-        let middle = sum / count;
-        let half = (squares / count - middle * middle).sqrt();
-        (half > 0.0).then_some([middle, half])
     }
 
     /// The parts of both polynomials in the shifts about a face's line, of those that are not far off it; `None` of too few.

@@ -22,8 +22,8 @@ pub(super) struct Face {
     pub(super) origin: Vector2<f64>,
     pub(super) along: Vector2<f64>,
     pub(super) regression: Regression,
-    /// Middle and standard deviation of its columns along it, of one whose bow was taken out.
-    pub(super) columns: Option<[f64; 2]>,
+    /// Middle and half distance along it of the support points of an even face as long as it is, of one whose bow was taken out.
+    pub(super) even_support: Option<[f64; 2]>,
 }
 
 impl Face {
@@ -60,14 +60,14 @@ impl Face {
 
     /// The support points of the face, as of a stripe in a picture: errors of the line at two distances x, y from the middle of
     /// the regression covary by m₁₁ + m₁₂ (x + y) + m₂₂ x y, which vanishes for x, y = x₀ ± d with x₀ = −m₁₂/m₂₂ and
-    /// d² = (m₁₁ − m₁₂²/m₂₂)/m₂₂. Of columns with like errors these are their middle and standard deviation, and are taken from where the columns are: what the errors
-    /// scatter by in one profile would move the points along the line, and those of a bowed face off the place where it meets the surface. A profile
-    /// without any noise says nothing of it: then those of an even face, ℓ/√3 from the middle.
+    /// d² = (m₁₁ − m₁₂²/m₂₂)/m₂₂. Of an even face with like errors they are ℓ/√3 from its middle, and where its bow was taken out they are put there: what the
+    /// errors scatter by in one profile would move them along the line, off the places where it meets the surface. A profile without any noise says nothing of
+    /// it: then likewise.
     pub(super) fn support(&self, seam: &Vector2<f64>, half_length_mm: f64) -> FaceSupport {
         let Regression { centre, covariance, slope, .. } = &self.regression;
         let variance = covariance.m11 - covariance.m12 * covariance.m12 / covariance.m22;
         let half = (variance / covariance.m22).sqrt();
-        let (middle, half) = match self.columns {
+        let (middle, half) = match self.even_support {
             Some([middle, half]) => (middle - centre, half),
             None if half > 0.0 && half.is_finite() => (-covariance.m12 / covariance.m22, half),
             None => (0.0, half_length_mm / 3_f64.sqrt()),

@@ -82,11 +82,15 @@ impl FaceEnd {
         self.pitch_mm
     }
 
+    /// The middle between the columns that the edge is between, mm.
+    pub(super) fn between(&self) -> Vector2<f64> {
+        self.last + self.outward * (0.5 * (self.behind_mm[0] + self.behind_mm[1]))
+    }
+
     /// Where the edge is, mm.
     pub(super) fn at(&self) -> Vector2<f64> {
         let lost = if self.is_bounded { 0.0 } else { self.lost_part / (1.0 - self.lost_part) };
-        let [from_mm, to_mm] = self.behind_mm;
-        self.last + self.outward * (0.5 * (from_mm + to_mm) + self.pitch_mm * lost)
+        self.between() + self.outward * (self.pitch_mm * lost)
     }
 
     /// Its standard deviation along the face, mm.

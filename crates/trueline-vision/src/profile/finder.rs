@@ -129,7 +129,7 @@ impl ProfileFinder {
             Shift { s: along.dot(&from), shift_px: across.dot(&from), weight: 1.0, response: 1.0 }
         }));
         let regression = self.regressor.fit(&self.shifts)?;
-        Some(Face { origin: first, along, regression, columns: None })
+        Some(Face { origin: first, along, regression, even_support: None })
     }
 
     /// A face from one place to another without what lies next to them: there a column sees more than the face, or a mirrored

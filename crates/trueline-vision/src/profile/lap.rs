@@ -14,8 +14,8 @@ use std::ops::Range;
 
 /// Faces this many standard deviations of a point apart are two.
 const STEP_SIGMAS: f64 = 8.0;
-/// More columns without a face lie in a shadow.
-const COLUMNS_APART: f64 = 3.0;
+/// Columns of two faces that are further apart have a shadow between them: two columns may be lost by chance, and rounding decides nothing.
+const COLUMNS_APART: f64 = 3.5;
 
 impl ProfileFinder {
     /// Two parallel faces and the edge of the upper one.

@@ -12,6 +12,7 @@ mod gap;
 mod joint;
 mod joint_choice;
 mod lap;
+mod lingering_ends;
 mod no_seam;
 mod rounded_ends;
 mod scan;

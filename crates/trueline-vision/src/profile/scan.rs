@@ -4,6 +4,7 @@ use super::end_scatter::widen;
 use super::face::FaceSupport;
 use super::joint::ProfileJoint;
 use super::joint_choice;
+use super::lingering_ends::count_once;
 use super::no_seam::NoSeam;
 use super::seen::seen;
 use super::seen_joint::ProfileSeam;
@@ -42,12 +43,13 @@ pub fn seams(profiles: &[Profile], joint: Option<ProfileJoint>) -> ProfileSeams 
     let joint = joint.or_else(|| joint_choice::joint(profiles)).unwrap_or(ProfileJoint::Meeting);
     let mut joints = seen(&profiles.iter().collect::<Vec<_>>(), joint);
     share_noise(&mut joints.iter_mut().flatten().collect::<Vec<_>>());
-    let with_stamps = profiles.iter().zip(&mut joints);
-    widen(
-        &mut with_stamps
-            .filter_map(|(profile, joint)| Some((profile.stamp_ns, joint.as_mut().ok()?)))
-            .collect::<Vec<_>>(),
-    );
+    let mut with_stamps: Vec<_> = profiles
+        .iter()
+        .zip(&mut joints)
+        .filter_map(|(profile, joint)| Some((profile.stamp_ns, joint.as_mut().ok()?)))
+        .collect();
+    widen(&mut with_stamps);
+    count_once(&mut with_stamps);
     let mut seams = ProfileSeams { joint, found: FoundSeams::default(), not_found: Vec::new() };
     for (k, (profile, joint)) in profiles.iter().zip(joints).enumerate() {
         match joint.and_then(|joint| joint.seam().ok_or(NoSeam::NoAngle)) {

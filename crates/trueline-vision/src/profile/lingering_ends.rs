@@ -1,0 +1,62 @@
+//! Ends of faces that hardly move from one profile to the next.
+//!
+//! An edge is somewhere between two columns. Where it moves on through them, neighbouring profiles see it at other places between theirs, and their errors
+//! have nothing to do with each other. Where it stays, it is at the same place between the same columns in all of them, and they say where it is once; so
+//! do those in which one of the columns is lost. Of one that creeps through the columns that is less than they say.
+
+use super::face_end::FaceEnd;
+use super::seen_joint::SeenJoint;
+use crate::measure::regression::median;
+use std::collections::BTreeMap;
+
+/// Parts of a column: ends that are in the same one are between the same columns.
+const PARTS: f64 = 10.0;
+/// An end that moves by less hardly does, parts of a column: one that stays seems to move by a column where one is lost.
+const HARDLY: i64 = 15;
+
+/// Widens what ends are known to that hardly move: those that are hardly anywhere else say together what one of them says.
+pub(super) fn count_once(joints: &mut [(i64, &mut SeenJoint)]) {
+    for number in 0..2 {
+        let mut ends: Vec<&mut FaceEnd> =
+            joints.iter_mut().filter_map(|(_, joint)| joint.ends_mut().nth(number)).collect();
+        let column_mm = median(&mut ends.iter().map(|end| end.pitch_mm).collect::<Vec<_>>());
+        let places: Vec<i64> =
+            ends.iter().map(|end| (end.between().x / column_mm * PARTS).round() as i64).collect();
+        let lingering = lingering(&places);
+        let mut counts: BTreeMap<i64, u32> = BTreeMap::new();
+        for place in places.iter().zip(&lingering).filter_map(|(place, lingers)| lingers.then_some(place)) {
+            *counts.entry(*place).or_default() += 1;
+        }
+        for ((end, place), _) in ends.iter_mut().zip(&places).zip(&lingering).filter(|(_, lingers)| **lingers)
+        {
+            let alike: u32 = counts.range(place - HARDLY + 1..place + HARDLY).map(|(_, count)| count).sum();
+            end.scatter *= f64::from(alike).sqrt();
+        }
+    }
+}
+
+/// Which of the places that follow each other are hardly another one than that before or after them.
+fn lingering(places: &[i64]) -> Vec<bool> {
+    let is_near = |a: usize, b: Option<usize>| {
+        b.and_then(|b| places.get(b)).is_some_and(|place| (place - places[a]).abs() < HARDLY)
+    };
+    (0..places.len()).map(|k| is_near(k, k.checked_sub(1)) || is_near(k, Some(k + 1))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::lingering;
+
+    #[test]
+    fn what_moves_on_does_not_linger() {
+        assert!(lingering(&[]).is_empty());
+        assert_eq!(lingering(&[40]), [false]);
+        // Two profiles where it turns.
+        assert_eq!(lingering(&[10, 70, 120, 130, 80, 20]), [false, false, true, true, false, false]);
+    }
+
+    #[test]
+    fn what_stays_lingers_though_a_column_is_lost() {
+        assert_eq!(lingering(&[70, 70, 80, 70, 75]), [true; 5]);
+    }
+}
