@@ -56,11 +56,15 @@ fn assert_alike(problem: &LineProblem<'_>, at: &Parameters) {
     // Residuals are differences of positions of 2 m, which are rounded to 2 m × eps × a dozen operations = 5e-15 m,
     // and whitened; their errors move the gradient by no more than √H_ii times their norm.
     let sharpest = problem.whiteners.iter().flat_map(|w| w.0).map(|w| f64::from(w.abs())).fold(0.0, f64::max);
-    let rounding = 5e-15 * sharpest * (problem.list.len() as f64).sqrt();
+    let of_one = 5e-15 * sharpest;
+    let rounding = of_one * (problem.list.len() as f64).sqrt();
+    // A weight changes with its residual by less than its largest slope, which is 0.77 a standard deviation for the narrowest of these losses.
+    let of_weight = if problem.loss == Loss::Squared { 0.0 } else { of_one };
     for i in 0..scale.len() {
         for j in 0..scale.len() {
             let off = (fast_sums.hessian[(i, j)] - plain_sums.hessian[(i, j)]).abs();
-            assert!(off <= tolerance * scale[i] * scale[j], "H {i} {j}: {off:e}");
+            let bound = (tolerance + of_weight) * scale[i] * scale[j];
+            assert!(off <= bound, "H {i} {j}: {off:e}, at most {bound:e}");
         }
         let off = (fast_sums.gradient[i] - plain_sums.gradient[i]).abs();
         assert!(off <= scale[i] * (tolerance * (2.0 * plain_sums.cost).sqrt() + rounding), "g {i}: {off:e}");
