@@ -98,14 +98,18 @@ impl Line {
     }
 }
 
-/// The least turn of x into a direction d: the quaternion (1 + x·d, x × d), normalised. Where d is nearly opposite to x, 1 + x·d loses its digits, and is
-/// (d_y² + d_z²) / (1 − x·d).
+/// The least turn of x into a direction d. By its angle it is known to ε/sin of that: good enough between 8° and 120°. Elsewhere it is made of the small numbers
+/// themselves: the quaternion (1 + x·d, x × d), normalised, where 1 + x·d is (d_y² + d_z²) / (1 − x·d) if that loses fewer digits.
 fn from_x(direction: &UnitVector3<f64>) -> UnitQuaternion<f64> {
     let d = direction.as_ref();
-    let w = if d.x > 0.0 { 1.0 + d.x } else { (d.y * d.y + d.z * d.z) / (1.0 - d.x) };
-    UnitQuaternion::try_new(Quaternion::new(w, 0.0, -d.z, d.y), 0.0)
-        // Opposite to x: any half turn about an axis square to x will do.
-        .unwrap_or_else(|| so3::exp(&Vector3::new(0.0, 0.0, std::f64::consts::PI)))
+    let turn = if (-0.5..0.99).contains(&d.x) {
+        UnitQuaternion::rotation_between(&Vector3::x_axis(), direction)
+    } else {
+        let w = if d.x > 0.0 { 1.0 + d.x } else { (d.y * d.y + d.z * d.z) / (1.0 - d.x) };
+        UnitQuaternion::try_new(Quaternion::new(w, 0.0, -d.z, d.y), 0.0)
+    };
+    // Opposite to x: any half turn about an axis square to x will do.
+    turn.unwrap_or_else(|| so3::exp(&Vector3::new(0.0, 0.0, std::f64::consts::PI)))
 }
 
 /// Plücker coordinates of a line: moment n = p × v (m) for any point p on it, and unit direction v.

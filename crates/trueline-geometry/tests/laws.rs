@@ -150,17 +150,16 @@ proptest! {
     }
 }
 
-/// Nearly opposite to x the turn from there is nearly half a turn, whose axis is known from small numbers alone.
+/// Nearly along x, or opposite to it, the axis of the turn from there is known from small numbers alone.
 #[test]
 fn directions_are_kept_to_the_last_digits_wherever_they_point() {
-    for off in [1.0, 1e-2, 2e-3, 1e-5, 1e-8, 1e-12, 1e-200, 0.0] {
-        for sign in [-1.0, 1.0] {
-            let along = UnitVector3::new_normalize(Vector3::new(sign, 0.6 * off, -0.8 * off));
-            let line = Line::new(Vector3::zeros(), &along);
-            assert!((line.direction() - along.into_inner()).norm() < 1e-15, "{along:?}: {line:?}");
-            assert!((line.reversed().direction() + along.into_inner()).norm() < 1e-15, "{along:?}");
-            assert!((line.axes().determinant() - 1.0).abs() < 4e-15);
-        }
+    let offs = [1.0, 1e-2, 2e-3, 1e-5, 1e-8, 1e-12, 1e-200, 0.0];
+    for (off, sign) in offs.into_iter().flat_map(|off| [(off, 1.0), (off, -1.0)]) {
+        let along = UnitVector3::new_normalize(Vector3::new(sign, 0.6 * off, -0.8 * off));
+        let line = Line::new(Vector3::zeros(), &along);
+        assert!((line.direction() - along.into_inner()).norm() < 1e-15, "{along:?}: {line:?}");
+        assert!((line.reversed().direction() + along.into_inner()).norm() < 1e-15, "{along:?}");
+        assert!((line.axes().determinant() - 1.0).abs() < 4e-15);
     }
 }
 
