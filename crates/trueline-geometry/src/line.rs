@@ -9,7 +9,7 @@
 //! Moments are n = p × v throughout, as in the paper.
 
 use crate::so3;
-use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, UnitVector3, Vector2, Vector3, Vector4};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, UnitVector3, Vector2, Vector3, Vector4};
 
 /// A line through an anchor point, with a right-handed triad whose first axis is its direction.
 ///
@@ -29,7 +29,10 @@ impl Line {
     /// The line through `anchor` (m) along `direction`.
     #[must_use]
     pub fn new(anchor: Vector3<f64>, direction: &UnitVector3<f64>) -> Self {
-        Self { anchor, axes: from_x(direction) }
+        let axes = UnitQuaternion::rotation_between(&Vector3::x_axis(), direction)
+            // Opposite to x: any half turn about an axis square to x will do.
+            .unwrap_or_else(|| so3::exp(&Vector3::new(0.0, 0.0, std::f64::consts::PI)));
+        Self { anchor, axes }
     }
 
     /// The point of the line that the chart turns about, m.
@@ -96,20 +99,6 @@ impl Line {
         let direction = self.direction();
         PlueckerLine { moment: self.anchor.cross(&direction), direction }
     }
-}
-
-/// The least turn of x into a direction d. By its angle it is known to ε/sin of that: good enough between 8° and 120°. Elsewhere it is made of the small numbers
-/// themselves: the quaternion (1 + x·d, x × d), normalised, where 1 + x·d is (d_y² + d_z²) / (1 − x·d) if that loses fewer digits.
-fn from_x(direction: &UnitVector3<f64>) -> UnitQuaternion<f64> {
-    let d = direction.as_ref();
-    let turn = if (-0.5..0.99).contains(&d.x) {
-        UnitQuaternion::rotation_between(&Vector3::x_axis(), direction)
-    } else {
-        let w = if d.x > 0.0 { 1.0 + d.x } else { (d.y * d.y + d.z * d.z) / (1.0 - d.x) };
-        UnitQuaternion::try_new(Quaternion::new(w, 0.0, -d.z, d.y), 0.0)
-    };
-    // Opposite to x: any half turn about an axis square to x will do.
-    turn.unwrap_or_else(|| so3::exp(&Vector3::new(0.0, 0.0, std::f64::consts::PI)))
 }
 
 /// Plücker coordinates of a line: moment n = p × v (m) for any point p on it, and unit direction v.
