@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 /// Parts of a column: ends that are in the same one are between the same columns.
 const PARTS: f64 = 10.0;
 /// An end that moves by less hardly does, parts of a column: one that stays seems to move by a column where one is lost.
-const HARDLY: i64 = 15;
+const HARDLY: u64 = 15;
 
 /// Widens what ends are known to that hardly move: those that are hardly anywhere else say together what one of them says.
 pub(super) fn count_once(joints: &mut [(i64, &mut SeenJoint)]) {
@@ -29,7 +29,8 @@ pub(super) fn count_once(joints: &mut [(i64, &mut SeenJoint)]) {
         }
         for ((end, place), _) in ends.iter_mut().zip(&places).zip(&lingering).filter(|(_, lingers)| **lingers)
         {
-            let alike: u32 = counts.range(place - HARDLY + 1..place + HARDLY).map(|(_, count)| count).sum();
+            let about = place.saturating_sub_unsigned(HARDLY - 1)..=place.saturating_add_unsigned(HARDLY - 1);
+            let alike: u32 = counts.range(about).map(|(_, count)| count).sum();
             end.scatter *= f64::from(alike).sqrt();
         }
     }
@@ -38,7 +39,7 @@ pub(super) fn count_once(joints: &mut [(i64, &mut SeenJoint)]) {
 /// Which of the places that follow each other are hardly another one than that before or after them.
 fn lingering(places: &[i64]) -> Vec<bool> {
     let is_near = |a: usize, b: Option<usize>| {
-        b.and_then(|b| places.get(b)).is_some_and(|place| (place - places[a]).abs() < HARDLY)
+        b.and_then(|b| places.get(b)).is_some_and(|place| place.abs_diff(places[a]) < HARDLY)
     };
     (0..places.len()).map(|k| is_near(k, k.checked_sub(1)) || is_near(k, Some(k + 1))).collect()
 }
@@ -53,6 +54,12 @@ mod tests {
         assert_eq!(lingering(&[40]), [false]);
         // Two profiles where it turns.
         assert_eq!(lingering(&[10, 70, 120, 130, 80, 20]), [false, false, true, true, false, false]);
+    }
+
+    /// Columns of a file that are all at one place are no distance apart.
+    #[test]
+    fn places_without_end_are_compared_as_well() {
+        assert_eq!(lingering(&[i64::MAX, i64::MIN, i64::MAX, i64::MAX]), [false, false, true, true]);
     }
 
     #[test]
