@@ -38,7 +38,7 @@ pub struct FeaturesArgs {
     /// Folder for pictures of what was found; it must not hold any yet
     #[arg(long)]
     pub overlay: Option<PathBuf>,
-    /// Replace the folder of --overlay if trueline wrote it
+    /// Replace the folder of --overlay if it has trueline's files alone; it is kept as OVERLAY.replaced-1
     #[arg(long, requires = "overlay")]
     pub force: bool,
     /// Draw every n-th picture

@@ -277,7 +277,7 @@ pub struct DoctorArgs {
     /// Write the dataset without the mistake that was found, to a new folder
     #[arg(long, value_name = "OUT")]
     pub fix: Option<PathBuf>,
-    /// Replace the folder of --fix if trueline wrote it
+    /// Replace the folder of --fix if it has trueline's files alone; it is kept as FIX.replaced-1
     #[arg(long, requires = "fix")]
     pub force: bool,
     /// Print no summary

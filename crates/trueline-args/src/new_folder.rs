@@ -9,7 +9,7 @@ pub struct NewFolder {
     /// Folder to write
     #[arg(long)]
     pub out: PathBuf,
-    /// Replace the folder if trueline wrote it
+    /// Replace the folder if it has trueline's files alone; it is kept as OUT.replaced-1
     #[arg(long)]
     pub force: bool,
 }

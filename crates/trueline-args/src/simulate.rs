@@ -31,7 +31,7 @@ pub struct SimulateArgs {
     /// Folder to write; it must be new or empty, or see --force
     #[arg(long)]
     pub out: PathBuf,
-    /// Replace the folder if trueline wrote it
+    /// Replace the folder if it has trueline's files alone; it is kept as OUT.replaced-1
     #[arg(long)]
     pub force: bool,
     /// Which scan

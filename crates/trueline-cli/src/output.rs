@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use anstyle::{AnsiColor, Style};
 use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use terminal_size::{Width, terminal_size_of};
 use trueline_dataset::Recording;
@@ -126,6 +126,17 @@ pub(crate) fn file(path: &Path, content: &(impl AsRef<[u8]> + ?Sized)) -> Result
     whole_file::write(path, content).map_err(|error| Failure::cannot_write(path, &error))?;
     detail(&format!("written: {}, {} bytes", path.display(), content.len()));
     Ok(())
+}
+
+/// A folder of that name is there; says where the former one is, if it is kept.
+pub(crate) fn former_folder(folder: &Path, former: Option<PathBuf>) {
+    if let Some(former) = former {
+        words(&format!(
+            "{}: what was there is kept in {}; remove it if it is not needed",
+            folder.display(),
+            former.display()
+        ));
+    }
 }
 
 /// Refuses files that cannot be written, or that are read, before the work is done for them; - is stdout.

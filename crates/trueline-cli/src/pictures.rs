@@ -58,7 +58,9 @@ pub(crate) fn examine(dataset: &Path, options: &PictureOptions) -> Result<ScanSe
     let scan = pool
         .install(|| find_seams(&pictures, &detector, options.joint, &onlooker))
         .map_err(|error| Failure::new(error.to_string(), hint_of_pictures(&error)))?;
-    onlooker.overlay.map_or(Ok(()), OverlayFolder::finish)?;
+    if let (Some(overlay), Some(OverlayChoice { folder, .. })) = (onlooker.overlay, &options.overlay) {
+        output::former_folder(folder, overlay.finish()?);
+    }
     if !options.quiet {
         if scan.second_place_px.is_some() {
             output::words("hint: --overlay FOLDER draws both places; --stripe or --region chooses one");

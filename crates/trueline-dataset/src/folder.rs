@@ -247,11 +247,12 @@ pub fn write(folder: &Path, recording: &Recording) -> Result<(), Error> {
     Ok(())
 }
 
-/// The same into a folder that appears as a whole; it must be new or empty, unless it may be replaced.
+/// The same into a folder that appears as a whole; it must be new or empty, unless it may be replaced. Returns where the former folder
+/// is kept, as [`WholeFolder::finish`] does.
 ///
 /// # Errors
 /// As [`WholeFolder::begin`], and what cannot be written.
-pub fn write_whole(folder: &Path, recording: &Recording, replace: bool) -> Result<(), Error> {
+pub fn write_whole(folder: &Path, recording: &Recording, replace: bool) -> Result<Option<PathBuf>, Error> {
     let whole = WholeFolder::begin(folder, replace)?;
     write(whole.path(), recording)?;
     whole.finish()

@@ -2,10 +2,11 @@
 
 use crate::error::{Error, Problem};
 use std::ffi::OsStr;
-use std::fs;
+use std::fs::{self, File};
+use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
-/// What commands write into a folder, pictures aside; only such files and folders are ever replaced.
+/// What commands write into a folder, pictures aside; a folder with anything else in it is never replaced.
 const OURS: [&str; 18] = [
     "sensor.toml",
     "robot.csv",
@@ -66,12 +67,13 @@ impl WholeFolder {
         &self.unfinished
     }
 
-    /// Gives the folder its name; what it replaces is removed when it is there.
+    /// Gives the folder its name. A folder that it replaces is kept beside it, unless it has the same files with the same content: names
+    /// do not tell a simulation from what somebody recorded. Returns where the former folder is now, if it is kept.
     ///
     /// # Errors
-    /// A target with files that the new folder does not have, pictures of a scan say: they would be lost. What the operating system
-    /// says. Then the target is as it was.
-    pub fn finish(mut self) -> Result<(), Error> {
+    /// A target with files that the new folder does not have, pictures of a scan say. What the operating system says. Then the target
+    /// is as it was.
+    pub fn finish(mut self) -> Result<Option<PathBuf>, Error> {
         let renamed = |from: &Path, to: &Path| {
             fs::rename(from, to).map_err(|error| Error::in_file(to, Problem::Io(error)))
         };
@@ -88,7 +90,14 @@ impl WholeFolder {
             return Err(error);
         }
         self.finished = true;
-        if was_there { removed(&replaced) } else { Ok(()) }
+        if !was_there {
+            return Ok(None);
+        }
+        if is_contained(&replaced, &self.target)? {
+            removed(&replaced)?;
+            return Ok(None);
+        }
+        Ok(Some(replaced))
     }
 }
 
@@ -147,6 +156,43 @@ fn check_nothing_is_lost(before: &Path, after: &Path) -> Result<(), Error> {
         check_nothing_is_lost(&entry.path(), &next)?;
     }
     Ok(())
+}
+
+/// Whether every file below a folder is in the other one too, with the same content.
+fn is_contained(before: &Path, after: &Path) -> Result<bool, Error> {
+    let io = |error| Error::in_file(before, Problem::Io(error));
+    // What a link names is nobody's copy.
+    let kind = fs::symlink_metadata(before).map_err(io)?;
+    if !kind.is_dir() {
+        return Ok(kind.is_file() && after.is_file() && is_same_content(before, after).map_err(io)?);
+    }
+    for entry in fs::read_dir(before).map_err(io)? {
+        let entry = entry.map_err(io)?;
+        if !is_contained(&entry.path(), &after.join(entry.file_name()))? {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+fn is_same_content(one: &Path, other: &Path) -> io::Result<bool> {
+    if fs::metadata(one)?.len() != fs::metadata(other)?.len() {
+        return Ok(false);
+    }
+    let mut one = BufReader::new(File::open(one)?);
+    let mut other = BufReader::new(File::open(other)?);
+    loop {
+        let (left, right) = (one.fill_buf()?, other.fill_buf()?);
+        let count = left.len().min(right.len());
+        if left[..count] != right[..count] || (count == 0 && left.len() != right.len()) {
+            return Ok(false);
+        }
+        if count == 0 {
+            return Ok(true);
+        }
+        one.consume(count);
+        other.consume(count);
+    }
 }
 
 /// Refuses a file, and a folder in which there is anything else than what commands write.

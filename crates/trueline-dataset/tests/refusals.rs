@@ -207,6 +207,31 @@ fn a_folder_that_is_named_as_a_replaced_one_stays() {
     );
 }
 
+/// Names do not tell what trueline wrote from what somebody recorded.
+#[test]
+fn a_folder_that_is_replaced_is_kept_unless_it_is_the_same() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("out");
+    fs::create_dir(&out).unwrap();
+    let log = "X1,Y1,Z1,A1,B1,C1\n1,2,3,4,5,6\n";
+    fs::write(out.join("robot.csv"), log).unwrap();
+    let recording = read_with("robot.csv", ROBOT).unwrap();
+    fs::write(out.join("sensor.toml"), "kind = \"my own\"\n").unwrap();
+    let former = folder::write_whole(&out, &recording, true).unwrap().unwrap();
+    assert_eq!(former, dir.path().join("out.replaced-1"));
+    assert_eq!(fs::read_to_string(former.join("robot.csv")).unwrap(), log);
+    // The same again: nothing is lost that is not there.
+    assert_eq!(folder::write_whole(&out, &recording, true).unwrap(), None);
+    assert!(!dir.path().join("out.replaced-2").exists());
+    // One other byte, and the same length.
+    let mut sensor = fs::read(out.join("sensor.toml")).unwrap();
+    *sensor.last_mut().unwrap() = b' ';
+    fs::write(out.join("sensor.toml"), &sensor).unwrap();
+    let former = folder::write_whole(&out, &recording, true).unwrap().unwrap();
+    assert_eq!(former, dir.path().join("out.replaced-2"));
+    assert_eq!(fs::read(former.join("sensor.toml")).unwrap(), sensor);
+}
+
 #[test]
 fn empty_and_missing_files() {
     assert_eq!(refusal("robot.csv", ""), "robot.csv: there are no data rows");

@@ -2,7 +2,7 @@
 
 use crate::overlay::Canvas;
 use crate::scan::{ExaminedPicture, ScanError};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use trueline_dataset::{Error, WholeFolder, gray_png};
 
 /// A new folder for such pictures; it appears whole or not at all.
@@ -22,11 +22,11 @@ impl OverlayFolder {
         Ok(Self { whole: WholeFolder::begin(folder, replace)?, every })
     }
 
-    /// Gives the folder its name.
+    /// Gives the folder its name. Returns where a former one is kept.
     ///
     /// # Errors
     /// As of [`WholeFolder::finish`].
-    pub fn finish(self) -> Result<(), Error> {
+    pub fn finish(self) -> Result<Option<PathBuf>, Error> {
         self.whole.finish()
     }
 

@@ -32,7 +32,8 @@ pub(crate) fn run(args: &DemoArgs) -> Result<ExitCode, Failure> {
     let calibration = trueline_method::calibrate(&recording, None, &Config::default())?;
     let folder = Path::new(FOLDER);
     std::fs::create_dir_all(folder).map_err(|error| Failure::cannot_write(folder, &error))?;
-    dataset_folder::write_whole(&folder.join("scan"), &recording, true)?;
+    let scan = folder.join("scan");
+    output::former_folder(&scan, dataset_folder::write_whole(&scan, &recording, true)?);
     output::result(&folder.join("result.json"), &result::of(&calibration))?;
     let report = folder.join("report.html");
     let source = Source {

@@ -34,7 +34,7 @@ pub(crate) fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
             let what = format!("{}: not written: no single mistake explains the fit", out.display());
             Failure::new(what, "what is found is listed above; change the files by hand, and try again")
         })?;
-        folder::write_whole(out, &mended, args.force)?;
+        output::former_folder(out, folder::write_whole(out, &mended, args.force)?);
         let mistake = found.explained_by.join(", ");
         output::words(&format!("{}: the dataset without the mistake: {mistake}", out.display()));
     }

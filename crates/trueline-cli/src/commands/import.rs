@@ -25,7 +25,7 @@ pub(crate) fn run(args: &ImportArgs) -> Result<ExitCode, Failure> {
         }
         ImportFormat::Mcap(bag) | ImportFormat::Rosbag2(bag) => return unpack_bag(bag),
     };
-    folder::write_whole(out, &recording, *force)?;
+    output::former_folder(out, folder::write_whole(out, &recording, *force)?);
     output::words(&format!(
         "{}: {} robot poses, {} features ({})",
         out.display(),
@@ -50,7 +50,7 @@ fn import_csv(args: &ImportCsvArgs) -> Result<ExitCode, Failure> {
             format!("{count} profiles")
         }
     };
-    whole.finish()?;
+    output::former_folder(&args.folder.out, whole.finish()?);
     output::words(&format!(
         "{}: {} robot poses, {found} ({})",
         args.folder.out.display(),
@@ -73,7 +73,7 @@ fn unpack_bag(args: &BagArgs) -> Result<ExitCode, Failure> {
     };
     let folder = DatasetFolder::begin(&args.folder.out, args.folder.force)?;
     let imported = import(&args.src, &choice)?;
-    folder.write(&imported)?;
+    output::former_folder(&args.folder.out, folder.write(&imported)?);
     opening::tell(&imported);
     output::words(&format!(
         "{}: {} robot poses, {} pictures, {} profiles, {} features",

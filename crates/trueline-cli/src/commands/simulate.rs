@@ -59,7 +59,7 @@ fn write(args: &SimulateArgs, recording: &Recording) -> Result<ExitCode, Failure
     if recording.features.is_empty() {
         return Err(Failure::new("the sensor never sees the line", "scan longer, tilt less or drop less"));
     }
-    folder::write_whole(&args.out, recording, args.force)?;
+    output::former_folder(&args.out, folder::write_whole(&args.out, recording, args.force)?);
     if !args.quiet {
         output::words(&format!(
             "{}: {} robot poses, {} features, time offset {} ms",

@@ -18,7 +18,7 @@ pub(crate) fn run(args: &SimulateArgs, board: &Board) -> Result<ExitCode, Failur
     let written = set.write(whole.path(), &|| bar.inc(1));
     bar.finish_and_clear();
     written?;
-    whole.finish()?;
+    output::former_folder(&args.out, whole.finish()?);
     if !args.quiet {
         output::words(&set.words(&args.out));
     }

@@ -24,7 +24,7 @@ pub(crate) fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, 
     let written = write_pictures(whole.path(), &scan, &|| bar.inc(1));
     bar.finish_and_clear();
     let WrittenPictures { pictures, with_seam } = written?;
-    whole.finish()?;
+    output::former_folder(&args.out, whole.finish()?);
     if !args.quiet {
         output::words(&format!(
             "{}: {} robot poses, {pictures} pictures, the seam in {with_seam} of them, time offset {} ms",

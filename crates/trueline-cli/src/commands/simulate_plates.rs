@@ -50,7 +50,7 @@ fn along(
             let whole = WholeFolder::begin(&args.out, args.force)?;
             folder::write(whole.path(), &recording)?;
             folder::write_profiles(whole.path(), &profiles, args.plates.profile_form())?;
-            whole.finish()?;
+            output::former_folder(&args.out, whole.finish()?);
             (recording, format!("{} profiles", profiles.len()))
         }
         _ => {
@@ -59,7 +59,7 @@ fn along(
             if recording.features.is_empty() {
                 return Err(nothing_seen());
             }
-            folder::write_whole(&args.out, &recording, args.force)?;
+            output::former_folder(&args.out, folder::write_whole(&args.out, &recording, args.force)?);
             let what = format!("{} stripes, {} features", recording.stripes.len(), recording.features.len());
             (recording, what)
         }

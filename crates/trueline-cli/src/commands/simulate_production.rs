@@ -15,7 +15,8 @@ pub(crate) fn run(args: &ProductionArgs, pieces: u32, of: &SimulateArgs) -> Resu
     let production = Production { change: args.change, plates, ..args.layout.production() };
     for number in 0..pieces {
         let recording = piece(&production, number as usize, of.seed);
-        folder::write_whole(&out.join(format!("weld-{number:04}")), &recording, of.force)?;
+        let folder = out.join(format!("weld-{number:04}"));
+        output::former_folder(&folder, folder::write_whole(&folder, &recording, of.force)?);
     }
     if !of.quiet {
         output::words(&format!(

@@ -24,11 +24,11 @@ impl DatasetFolder {
         Ok(Self(WholeFolder::begin(target, replace)?))
     }
 
-    /// Writes a recording and gives the folder its name.
+    /// Writes a recording and gives the folder its name. Returns where a former one is kept.
     ///
     /// # Errors
     /// What the operating system says; then there is no folder.
-    pub fn write(self, imported: &Imported) -> Result<(), ImportError> {
+    pub fn write(self, imported: &Imported) -> Result<Option<PathBuf>, ImportError> {
         folder::write(self.0.path(), &imported.recording)?;
         if let Some(text) = &imported.sensor_toml {
             // In its own words: written again, numbers would lose their last digit.
