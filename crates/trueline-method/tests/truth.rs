@@ -157,6 +157,18 @@ fn forty_percent_outliers_and_ten_percent_drops() {
     assert!((0.34..0.46).contains(&share), "{share}");
 }
 
+/// The start from the mirrored attitude falls back into the solution, but slowly for the gross errors: it is no second one.
+#[test]
+fn the_papers_scan_with_forty_percent_outliers() {
+    let mut scenario = Preset::Paper.scenario();
+    scenario.disturbance.outlier_fraction = 0.4;
+    for seed in 1..=4 {
+        let recording = simulate(&scenario, seed).unwrap();
+        let calibration = calibrate(&recording, None, &Config::default()).unwrap();
+        assert_within(&calibration, &recording, 4.0, &format!("outliers, seed {seed}"));
+    }
+}
+
 #[test]
 fn a_step_from_the_papers_kind_of_start_takes_few_iterations() {
     let recording = simulate(&Preset::Quick.scenario(), 6).unwrap();
