@@ -95,6 +95,9 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     unknowns.sensor =
         unknowns.sensor.map(|shape| shape.beside(from.cause.as_ref(), &unknowns.parameters, covariance));
     let (features, skipped) = residuals::evaluate(&problem, fit.parameters());
+    if features.is_empty() {
+        unknowns = unknowns.of_no_feature();
+    }
     let mut checks = checks(from, &uncertainty, &unknowns, &features);
     if from.assessed.all_observable() {
         checks.seam_error = seam_error(from, &uncertainty, &systematic);
@@ -265,7 +268,8 @@ fn add_stripes(from: &Concluded<'_>, findings: &mut Findings, errors: &SeamError
     findings.unknowns = Unknowns {
         estimated: (0..parameters.dimension()).map(|k| !from.settings.fixed.contains(&k)).collect(),
         sensor: SensorShape::of(from.recording, &parameters, &covariance, from.knowledge),
-        corrected: CorrectedSensor::of(from.recording, observations, &parameters, &covariance),
+        corrected: CorrectedSensor::of(from.recording, observations, &parameters, &covariance)
+            .filter(|_| observability.shows_hand_eye()),
         parameters,
         covariance,
         noise_covariance,
@@ -287,7 +291,8 @@ fn unknowns(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &System
             &from.assessed.drift_free.observations,
             &parameters,
             &covariance,
-        ),
+        )
+        .filter(|_| from.assessed.observability.shows_hand_eye()),
         parameters,
         covariance,
         noise_covariance,
@@ -338,7 +343,12 @@ fn checks(
     let predict = || seam_point_error::predict(observations, list, at, &unknowns.covariance, &config.used_at);
     Checks {
         mirrored: from.mirrored,
-        ambiguity: from.ambiguity.clone(),
+        // Other time offsets of a scan that shows none mean nothing.
+        ambiguity: if unknowns.is_known(TIME_OFFSET) {
+            from.ambiguity.clone()
+        } else {
+            from.ambiguity.without_rivals()
+        },
         better_time_offset_s: from.better.as_ref().map(|better| better.time_offset_s),
         held_out: cross_validation::check(&subject(from, uncertainty), config),
         outlier_segments: outlier_segments::find(

@@ -124,6 +124,14 @@ impl Unknowns {
         Some([(curvature.bow_m[0], self.sigma(first)?), (curvature.bow_m[1], self.sigma(first + 1)?)])
     }
 
+    /// The same where no feature could be used: then none of them means anything.
+    pub(crate) fn of_no_feature(mut self) -> Self {
+        self.observability = Observability::of_nothing(&self.parameters);
+        self.estimated.fill(false);
+        (self.sensor, self.corrected, self.held_at_guess) = (None, None, false);
+        self
+    }
+
     /// Whether the value of a component means anything: it was held, or it is observable.
     #[must_use]
     pub fn is_known(&self, component: usize) -> bool {

@@ -61,7 +61,7 @@ pub fn of(report: &BoardReport<'_>) -> ResultFile {
         observability: Observability { rank: SIZE, size: SIZE, ..Observability::default() },
         residuals: Residuals {
             rms_px: Some(report.corner_sigma_px * std::f64::consts::SQRT_2),
-            rms_mm: fit.shift_rms_m * MM_PER_M,
+            rms_mm: Some(fit.shift_rms_m * MM_PER_M),
             inliers: report.used(),
             outliers: fit.used.len() - report.used(),
             used: fit.used.len(),

@@ -10,7 +10,7 @@ use trueline_dataset::result_file::{
 use trueline_dataset::unit::MM_PER_M;
 use trueline_export::time_offset;
 use trueline_geometry::Line;
-use trueline_method::assess::observability::{RANK_THRESHOLD, Unobservable};
+use trueline_method::assess::observability::{Group, RANK_THRESHOLD, Unobservable};
 use trueline_method::hypotheses::ambiguity::RivalAnswer;
 use trueline_method::problem::parameters::{self, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_method::solve::iteration_record::IterationRecord;
@@ -43,7 +43,7 @@ pub fn of(c: &Calibration) -> ResultFile {
         residuals: residuals(c),
         stamps: checks::stamps(c),
         checks: checks::checks(c),
-        rivals: c.findings.checks.ambiguity.rivals.iter().map(rival).collect(),
+        rivals: c.findings.checks.ambiguity.rivals.iter().map(|other| rival(c, other)).collect(),
         decided_by: c.findings.checks.ambiguity.decided_by.map(|by| by.name().to_owned()),
         mounted: None,
         seam_error: c.findings.checks.seam_error.as_ref().map(seam_error::entry),
@@ -108,18 +108,30 @@ fn with_bow(c: &Calibration, number: usize, entry: LineEntry) -> LineEntry {
     }
 }
 
-/// A complete answer that the scan does not tell from the one given.
-fn rival(rival: &RivalAnswer) -> RivalEntry {
+/// A complete answer that the scan does not tell from the one given, but for what it does not show at all.
+fn rival(c: &Calibration, rival: &RivalAnswer) -> RivalEntry {
     let pose = &rival.parameters.tool_from_camera;
-    let translation_mm: [f64; 3] = (pose.translation.vector * MM_PER_M).into();
-    let lines = rival.parameters.lines.iter().enumerate();
+    let shows = |group: Group| {
+        c.findings.unknowns.observability.unobservable.iter().all(|unseen| unseen.group != group)
+    };
+    let translation = |axis: Axis| {
+        c.is_known(TRANSLATION + axis as usize).then(|| pose.translation.vector[axis as usize] * MM_PER_M)
+    };
+    let line = |(number, at): (usize, &Line)| {
+        let label = number.to_string();
+        if shows(Group::Line(number)) {
+            line_entry(label, at)
+        } else {
+            LineEntry { label, ..LineEntry::default() }
+        }
+    };
     RivalEntry {
         time_offset_s: rival.parameters.time_offset_s,
         tool_from_camera: PoseEntry {
-            translation_mm: translation_mm.map(Some),
-            rotation_wxyz: Some(positive_w(&pose.rotation)),
+            translation_mm: Axis::ALL.map(translation),
+            rotation_wxyz: shows(Group::Rotation).then(|| positive_w(&pose.rotation)),
         },
-        lines: lines.map(|(number, line)| line_entry(number.to_string(), line)).collect(),
+        lines: rival.parameters.lines.iter().enumerate().map(line).collect(),
         explains: rival.test.explains,
         z: rival.test.z,
         noise_factor: rival.noise_factor,
@@ -191,7 +203,7 @@ fn residuals(c: &Calibration) -> Residuals {
     let outliers = fit.features.iter().zip(&fit.feature_stamps_ns).filter(|(f, _)| f.is_outlier());
     Residuals {
         rms_px: fit.residuals.rms_px,
-        rms_mm: fit.residuals.rms_m * MM_PER_M,
+        rms_mm: (fit.residuals.used > 0).then_some(fit.residuals.rms_m * MM_PER_M),
         inliers: fit.residuals.inliers,
         outliers: fit.residuals.outliers,
         used: fit.residuals.used,

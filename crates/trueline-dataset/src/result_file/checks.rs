@@ -10,8 +10,8 @@ use std::collections::BTreeMap;
 pub struct Residuals {
     /// Root mean square in the image; null where features are no pixels.
     pub rms_px: Option<f64>,
-    /// Root mean square distance from the line in base.
-    pub rms_mm: f64,
+    /// Root mean square distance from the line in base; null where no feature could be used.
+    pub rms_mm: Option<f64>,
     /// Features within what noise explains.
     pub inliers: usize,
     /// Features beyond it.

@@ -20,6 +20,6 @@ pub struct RivalEntry {
     pub z: f64,
     /// How much larger its residuals are than expected.
     pub noise_factor: f64,
-    /// Statements about the cell each of which would single it out: `offset within 0.20 s`, `looks +z`.
+    /// Statements about the cell each of which would single it out: `--offset-within 0.20`, `--looks +z`.
     pub statements: Vec<String>,
 }

@@ -1,6 +1,6 @@
 //! What the scan can tell and what it cannot, in words a user can act on.
 
-use crate::problem::parameters::{Parameters, ROTATION, TIME_OFFSET, TRANSLATION, line_index};
+use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION, line_index};
 use nalgebra::{DMatrix, Vector3};
 use std::fmt;
 use trueline_lsq::Information;
@@ -137,6 +137,29 @@ pub struct Observability {
     pub unobservable: Vec<Unobservable>,
     /// For each component of the tangent, whether its value means anything.
     pub observable_components: Vec<bool>,
+}
+
+impl Observability {
+    /// Whether all of the hand-eye transform means something.
+    #[must_use]
+    pub fn shows_hand_eye(&self) -> bool {
+        self.observable_components[ROTATION..LINES].iter().all(|seen| *seen)
+    }
+
+    /// Of a scan of which nothing can be used.
+    pub(crate) fn of_nothing(at: &Parameters) -> Self {
+        let size = at.dimension();
+        let null = DMatrix::identity(size, size);
+        Self {
+            rank: 0,
+            size: size.saturating_sub(at.unknowns().known_before().len()),
+            condition: f64::INFINITY,
+            singular_values: vec![0.0; size],
+            composition: vec![Vec::new(); size],
+            unobservable: named(&null, at, false),
+            observable_components: vec![false; size],
+        }
+    }
 }
 
 /// Names what is not seen: `information` is what remains of `all` without directions that mean nothing, and

@@ -25,6 +25,8 @@ pub struct RivalAnswer {
     pub noise_factor: f64,
     /// How it compares with the chosen answer.
     pub test: PairedTest,
+    /// Whether it is the mirrored attitude, and no other time offset.
+    pub is_mirror: bool,
     /// Statements each of which would single it out.
     pub statements: Vec<Statement>,
 }
@@ -45,24 +47,41 @@ pub struct Ambiguity {
 }
 
 impl Ambiguity {
-    /// Whether nothing tells which of several answers is right.
+    /// Rivals other than the mirrored attitude: at other time offsets, or turned by half a turn.
+    pub fn others(&self) -> impl Iterator<Item = &RivalAnswer> {
+        self.rivals.iter().filter(|rival| !rival.is_mirror)
+    }
+
+    /// The same without the other answers.
+    pub(crate) fn without_rivals(&self) -> Self {
+        Self { decided_by: self.decided_by, contradicted: self.contradicted, ..Self::default() }
+    }
+
+    /// Whether nothing tells which of several answers is right, mirrored attitudes aside.
     #[must_use]
     pub fn is_open(&self) -> bool {
-        !self.rivals.is_empty() && self.decided_by.is_none()
+        self.others().next().is_some() && self.decided_by.is_none()
     }
 }
 
-/// Chooses between a solution and its rivals. The scan decides where it can; else what is stated of the cell, or the guess
-/// that led to `best`, if there was one.
+/// Chooses between a solution, its rivals, and its mirror image where that fits as well. The scan decides where it can; else what is
+/// stated of the cell, or the guess that led to `best`, if there was one.
 #[must_use]
-pub fn settle(solver: &Solver<'_>, best: Fit, mut rivals: Vec<Rival>, guessed: bool) -> (Fit, Ambiguity) {
+pub fn settle(
+    solver: &Solver<'_>,
+    best: Fit,
+    mut rivals: Vec<Rival>,
+    mirror: Option<Fit>,
+    guessed: bool,
+) -> (Fit, Ambiguity) {
     let known = &solver.settings.config.known;
     let runner_up = rivals
         .first()
         .map(|rival| RunnerUp { time_offset_s: rival.fit.parameters().time_offset_s, test: rival.test });
     rivals.retain(|rival| rival.is_named() && !rival.test.decided() && !rival.test.reversed());
+    let has_mirror = mirror.is_some();
     let mut answers: Vec<Fit> =
-        std::iter::once(best).chain(rivals.into_iter().map(|rival| rival.fit)).collect();
+        std::iter::once(best).chain(rivals.into_iter().map(|rival| rival.fit)).chain(mirror).collect();
     let allowed: Vec<usize> = (0..answers.len()).filter(|k| known.allows(answers[*k].parameters())).collect();
     let (chosen, decided_by) = match allowed[..] {
         _ if answers.len() == 1 => (0, None),
@@ -72,13 +91,21 @@ pub fn settle(solver: &Solver<'_>, best: Fit, mut rivals: Vec<Rival>, guessed: b
     };
     let contradicted = !allowed.contains(&chosen);
     answers.swap(0, chosen);
-    let mut ambiguity = described(solver, &answers, runner_up);
+    // It is last; where it is chosen, the other of the two is.
+    let last = answers.len() - 1;
+    let mirror = (has_mirror && (chosen == 0 || chosen == last)).then_some(last);
+    let mut ambiguity = described(solver, &answers, mirror, runner_up);
     (ambiguity.decided_by, ambiguity.contradicted) = (decided_by, contradicted);
     (answers.swap_remove(0), ambiguity)
 }
 
-/// The answers but the first as rivals of it.
-fn described(solver: &Solver<'_>, answers: &[Fit], runner_up_before: Option<RunnerUp>) -> Ambiguity {
+/// The answers but the first as rivals of it; one of them may be its mirror image.
+fn described(
+    solver: &Solver<'_>,
+    answers: &[Fit],
+    mirror: Option<usize>,
+    runner_up_before: Option<RunnerUp>,
+) -> Ambiguity {
     let all: Vec<&Parameters> = answers.iter().map(Fit::parameters).collect();
     let mut rivals = Vec::new();
     for (k, fit) in answers.iter().enumerate().skip(1) {
@@ -87,12 +114,15 @@ fn described(solver: &Solver<'_>, answers: &[Fit], runner_up_before: Option<Runn
             parameters: fit.parameters().clone(),
             noise_factor: fit.noise.factor,
             test,
+            is_mirror: mirror == Some(k),
             statements: statements_for(k, &all),
         }));
     }
     let statements = if rivals.is_empty() { Vec::new() } else { statements_for(0, &all) };
-    let first = rivals
-        .first()
-        .map(|rival| RunnerUp { time_offset_s: rival.parameters.time_offset_s, test: rival.test });
-    Ambiguity { runner_up: first.or(runner_up_before), rivals, statements, ..Ambiguity::default() }
+    let mut ambiguity = Ambiguity { rivals, statements, ..Ambiguity::default() };
+    let first = ambiguity.others().next();
+    let first =
+        first.map(|rival| RunnerUp { time_offset_s: rival.parameters.time_offset_s, test: rival.test });
+    ambiguity.runner_up = first.or(runner_up_before);
+    ambiguity
 }

@@ -61,7 +61,7 @@ pub struct KnownOfCell {
     pub looks: Option<ToolAxis>,
 }
 
-/// One statement about the cell.
+/// One statement about the cell; shown as the option that makes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Statement {
     /// The time offset is within plus and minus this, s.
@@ -73,8 +73,8 @@ pub enum Statement {
 impl std::fmt::Display for Statement {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::OffsetWithin(window_s) => write!(f, "offset within {window_s:.2} s"),
-            Self::Looks(axis) => write!(f, "looks {}", axis.name()),
+            Self::OffsetWithin(window_s) => write!(f, "--offset-within {window_s:.2}"),
+            Self::Looks(axis) => write!(f, "--looks {}", axis.name()),
         }
     }
 }

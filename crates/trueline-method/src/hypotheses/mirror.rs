@@ -20,9 +20,9 @@ pub(crate) enum MirrorComparison {
     /// It does not exist, is the same, or fits worse.
     Worse,
     /// It fits as well if the sensor may differ from its file, and worse if it may not.
-    WorseIfSensorIsExact(Parameters),
+    WorseIfSensorIsExact(Box<Fit>),
     /// It fits as well: the scan does not tell which is right.
-    Equal(Parameters),
+    Equal(Box<Fit>),
     /// It fits better.
     Better(Box<Fit>),
 }
@@ -45,7 +45,7 @@ pub(crate) fn mirror_of(solver: &Solver<'_>, fit: &Fit) -> Result<MirrorComparis
     if test.is_some_and(|test| test.reversed()) {
         return Ok(MirrorComparison::Better(Box::new(mirror)));
     }
-    let mirror = mirror.parameters().clone();
+    let mirror = Box::new(mirror);
     if solver.settings.shape_prior.is_none() {
         return Ok(MirrorComparison::Equal(mirror));
     }

@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::hypotheses::ambiguity::{Ambiguity, settle};
 use crate::hypotheses::likelihood_ratio::LIKELIHOOD_RATIO_LIMIT;
 use crate::hypotheses::mirror::{MirrorComparison, mirror_of};
-use crate::hypotheses::rivals;
+use crate::hypotheses::rivals::{self, Rival};
 use crate::input::observations::Observations;
 use crate::problem::parameters::Parameters;
 use crate::solve::fit::Fit;
@@ -99,28 +99,27 @@ fn from_guess(solver: &Solver<'_>, guess: &Guess) -> Result<Found, Error> {
     let fit = solver.fit(start::from_guess(solver.observations, guess)?)?;
     let from_guess =
         |at: &Parameters| at.tool_from_camera.rotation.angle_to(&guess.tool_from_camera.rotation);
-    let (mut better, mut mirrored, mut mirror) = (None, Mirrored::ToldApart, None);
+    let (mut better, mut mirrored, mut mirror, mut chooses) = (None, Mirrored::ToldApart, None, true);
     match mirror_of(solver, &fit)? {
         MirrorComparison::Worse => {}
         MirrorComparison::WorseIfSensorIsExact(at) => {
-            (mirrored, mirror) = (Mirrored::ToldApartBySensor, Some(at));
+            (mirrored, mirror) = (Mirrored::ToldApartBySensor, Some(*at));
         }
         MirrorComparison::Equal(at) => {
-            if from_guess(fit.parameters()) > CLEARLY_NEARER * from_guess(&at) {
-                mirrored = Mirrored::Equal;
-            }
-            mirror = Some(at);
+            mirrored = Mirrored::Equal;
+            chooses = from_guess(fit.parameters()) <= CLEARLY_NEARER * from_guess(at.parameters());
+            mirror = Some(*at);
         }
         MirrorComparison::Better(mirror) => better = Some(mirror.parameters().clone()),
     }
-    let rivals = rivals::find(solver, &fit, mirror.as_ref());
+    let rivals = rivals::find(solver, &fit, mirror.as_ref().map(Fit::parameters));
     // Where something is held, the search from nothing would look elsewhere.
     if better.is_none() && solver.settings.fixed.is_empty() && is_doubtful(solver.observations, &fit) {
         let other = search(solver, Breadth::WIDE)?.fit;
         better = is_better(solver, &other, &fit).then(|| other.parameters().clone());
     }
-    let (fit, ambiguity) = settle(solver, fit, rivals, true);
-    Ok(Found { fit, mirrored, ambiguity, better })
+    let best = OfTwo { fit, mirrored, mirror };
+    Ok(Found { better, ..settled(solver, best, rivals, chooses) })
 }
 
 /// The better of two mirrored attitudes, from nothing, whatever else may explain the scan.
@@ -133,10 +132,10 @@ pub(crate) fn likeliest(solver: &Solver<'_>) -> Result<Fit, Error> {
 
 fn from_nothing(solver: &Solver<'_>) -> Result<Found, Error> {
     let mut best = search(solver, Breadth::USUAL)?;
-    let mut rivals = rivals::find(solver, &best.fit, best.mirror.as_ref());
+    let mut rivals = best.rivals(solver);
     if let Some(better) = rivals.iter().position(|rival| rival.is_named() && rival.test.reversed()) {
         best = with_mirror(solver, rivals.swap_remove(better).fit)?;
-        rivals = rivals::find(solver, &best.fit, best.mirror.as_ref());
+        rivals = best.rivals(solver);
     }
     if is_doubtful(solver.observations, &best.fit) {
         let settings = solver.settings;
@@ -146,11 +145,21 @@ fn from_nothing(solver: &Solver<'_>) -> Result<Found, Error> {
         let wide = search(&wider, Breadth::WIDE)?;
         if is_better(solver, &wide.fit, &best.fit) {
             best = wide;
-            rivals = rivals::find(solver, &best.fit, best.mirror.as_ref());
+            rivals = best.rivals(solver);
         }
     }
-    let (fit, ambiguity) = settle(solver, best.fit, rivals, false);
-    Ok(Found { fit, mirrored: best.mirrored, ambiguity, better: None })
+    Ok(settled(solver, best, rivals, false))
+}
+
+/// Chooses between a solution, its rivals and its mirror image; a guess may choose what led to it.
+fn settled(solver: &Solver<'_>, best: OfTwo, rivals: Vec<Rival>, guess_chooses: bool) -> Found {
+    let equal = best.mirror.filter(|_| best.mirrored == Mirrored::Equal);
+    let (fit, ambiguity) = settle(solver, best.fit, rivals, equal, guess_chooses);
+    let mirrored = match best.mirrored {
+        Mirrored::Equal if ambiguity.decided_by.is_some() => Mirrored::ToldApart,
+        as_found => as_found,
+    };
+    Found { fit, mirrored, ambiguity, better: None }
 }
 
 /// The better of two mirrored attitudes.
@@ -158,7 +167,13 @@ struct OfTwo {
     fit: Fit,
     mirrored: Mirrored,
     /// The other, where the scan alone does not tell them apart.
-    mirror: Option<Parameters>,
+    mirror: Option<Fit>,
+}
+
+impl OfTwo {
+    fn rivals(&self, solver: &Solver<'_>) -> Vec<Rival> {
+        rivals::find(solver, &self.fit, self.mirror.as_ref().map(Fit::parameters))
+    }
 }
 
 /// From nothing, the better of two mirrored attitudes.
@@ -174,9 +189,9 @@ fn with_mirror(solver: &Solver<'_>, fit: Fit) -> Result<OfTwo, Error> {
     Ok(match mirror_of(solver, &fit)? {
         MirrorComparison::Worse => OfTwo { fit, mirrored: Mirrored::ToldApart, mirror: None },
         MirrorComparison::WorseIfSensorIsExact(mirror) => {
-            OfTwo { fit, mirrored: Mirrored::ToldApartBySensor, mirror: Some(mirror) }
+            OfTwo { fit, mirrored: Mirrored::ToldApartBySensor, mirror: Some(*mirror) }
         }
-        MirrorComparison::Equal(mirror) => OfTwo { fit, mirrored: Mirrored::Equal, mirror: Some(mirror) },
+        MirrorComparison::Equal(mirror) => OfTwo { fit, mirrored: Mirrored::Equal, mirror: Some(*mirror) },
         MirrorComparison::Better(mirror) => {
             OfTwo { fit: *mirror, mirrored: Mirrored::ToldApart, mirror: None }
         }

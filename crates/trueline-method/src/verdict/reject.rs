@@ -140,7 +140,7 @@ fn answers(f: &Findings) -> Vec<Answer> {
         time_offset_s: f.unknowns.parameters.time_offset_s,
         statements: ambiguity.statements.clone(),
     };
-    let others = ambiguity.rivals.iter().map(|rival| Answer {
+    let others = ambiguity.others().map(|rival| Answer {
         time_offset_s: rival.parameters.time_offset_s,
         statements: rival.statements.clone(),
     });
