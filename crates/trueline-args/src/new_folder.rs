@@ -12,4 +12,7 @@ pub struct NewFolder {
     /// Replace the folder if it has trueline's files alone; it is kept as OUT.replaced-1
     #[arg(long)]
     pub force: bool,
+    /// Print no summary
+    #[arg(long)]
+    pub quiet: bool,
 }

@@ -88,7 +88,15 @@ pub fn read(file: &Path) -> Result<KnownCalibration, Error> {
 /// # Errors
 /// As [`read`].
 pub fn read_guess(file: &Path) -> Result<Guess, Error> {
-    Ok(parse(file, &sensor_toml::read_text(file)?)?.known.parameters)
+    parse_guess(file, &sensor_toml::read_text(file)?)
+}
+
+/// Parses a guess, from the text of the same files; the error names `file`.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse_guess(file: &Path, text: &str) -> Result<Guess, Error> {
+    Ok(parse(file, text)?.known.parameters)
 }
 
 fn parse(file: &Path, text: &str) -> Result<KnownCalibration, Error> {

@@ -4,6 +4,7 @@ use crate::error::{Error, Problem};
 use crate::recording::{Guess, Truth};
 use crate::robot_csv::unit_quaternion;
 use crate::sensor_toml::{parse_toml, read_text};
+use crate::toml_place::in_toml;
 use crate::unit::MM_PER_M;
 use nalgebra::{UnitVector3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -55,7 +56,7 @@ pub fn parse_guess(file: &Path, text: &str) -> Result<Guess, Error> {
 /// As [`parse_guess`].
 pub fn parse_truth(file: &Path, text: &str) -> Result<Truth, Error> {
     let wire: KnownFile = parse_toml(file, text)?;
-    let at = |problem| Error::in_file(file, problem);
+    let at = |problem| in_toml(file, text, problem);
     if !wire.time_offset_s.is_finite() {
         return Err(at(not_finite("time_offset_s", &[wire.time_offset_s])));
     }

@@ -65,6 +65,7 @@ pub mod stamp;
 pub mod stripe_points_csv;
 pub mod stripes_csv;
 pub mod table;
+mod toml_place;
 pub mod unit;
 pub mod whole_file;
 pub mod whole_folder;

@@ -5,6 +5,7 @@ use crate::error::{Error, Problem};
 use crate::sensor_toml::parse_toml;
 use crate::source_file;
 use crate::table::{ColumnSpec, Table, required};
+use crate::toml_place::in_toml;
 use crate::unit::{MM_PER_M, Quantity};
 use nalgebra::{UnitVector3, Vector3};
 use serde::Deserialize;
@@ -85,7 +86,7 @@ fn parse_points(file: &Path, bytes: &[u8]) -> Result<Reference, Error> {
 
 fn parse_toml_reference(file: &Path, text: &str) -> Result<Reference, Error> {
     let wire: ReferenceFile = parse_toml(file, text)?;
-    let at = |problem| Error::in_file(file, problem);
+    let at = |problem| in_toml(file, text, problem);
     let expected = "`[[lines]]` or `[circle]`";
     match (wire.lines.is_empty(), wire.circle) {
         (false, None) => {

@@ -5,6 +5,7 @@ use crate::recording::Sensor;
 use crate::sensor_setup::SensorSetup;
 use crate::setup_toml::{MountedName, RegionTable, RobotTable, ShapeTable, UncertaintyTable, setup_from};
 use crate::source_file;
+use crate::toml_place::in_toml;
 use crate::unit::MM_PER_M;
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -111,7 +112,7 @@ pub fn read_text(file: &Path) -> Result<String, Error> {
 /// Broken TOML, unknown keys, tables that this kind of sensor does not have, or values that no sensor has.
 pub fn parse_file(file: &Path, text: &str) -> Result<SensorFile, Error> {
     let wire: Wire = parse_toml(file, text)?;
-    let at = |problem| Error::in_file(file, problem);
+    let at = |problem| in_toml(file, text, problem);
     let setup = setup(&wire).map_err(at)?;
     Ok(SensorFile { sensor: sensor_from(&wire).map_err(at)?, setup })
 }
@@ -138,7 +139,7 @@ pub fn read_camera(file: &Path) -> Result<CameraFile, Error> {
 /// As [`parse_file`], and a file that describes no camera.
 pub fn parse_camera(file: &Path, text: &str) -> Result<CameraFile, Error> {
     let wire: Wire = parse_toml(file, text)?;
-    let at = |problem| Error::in_file(file, problem);
+    let at = |problem| in_toml(file, text, problem);
     let Some(camera) = wire.camera.as_ref().filter(|_| wire.kind == Kind::CameraLaser) else {
         return Err(at(Problem::Value {
             key: "kind",

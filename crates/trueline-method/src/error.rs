@@ -3,6 +3,7 @@
 use crate::input::feature_noise::NoiseUnused;
 use crate::stripe::no_plates::NoPlates;
 use trueline_dataset::picture_rows::FramesDisagree;
+use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::trajectory::TrajectoryError;
 
 /// A recording from which nothing can be estimated.
@@ -37,7 +38,8 @@ pub enum Error {
     SheetUndefined,
     /// Points that do not lie in a plane.
     #[error(
-        "the points do not lie in one laser plane: {rms_m:.6} m RMS; use the point-to-line residual, or give the plane"
+        "the points do not lie in one laser plane: {:.2} mm RMS; use the point-to-line residual, or give the plane",
+        rms_m * MM_PER_M
     )]
     PointsNotInSheet {
         /// Root mean square distance from the best plane, m.

@@ -11,7 +11,7 @@ use trueline_args::CalibrateArgs;
 use trueline_args::hints;
 use trueline_dataset::calibration_file;
 use trueline_dataset::sensor_setup::Mounted;
-use trueline_dataset::{SensorFile, SensorSetup, sensor_toml};
+use trueline_dataset::{SensorFile, SensorSetup, folder, sensor_toml};
 use trueline_method::{Calibration, Hold, ResidualKind, SensorMode, Status};
 use trueline_open::Opened;
 use trueline_report::calibration_page::{self, FramePicture, Source};
@@ -46,11 +46,13 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
             ));
         }
     };
+    if let Some(file) = &args.initial {
+        let text = sensor_toml::read_text(file)?;
+        opened.recording.inputs.insert(file.display().to_string(), folder::sha256(text.as_bytes()));
+        opened.recording.initial = Some(calibration_file::parse_guess(file, &text)?);
+    }
     let recording = &opened.recording;
-    let initial = match &args.initial {
-        Some(file) => Some(calibration_file::read_guess(file)?),
-        None => recording.initial,
-    };
+    let initial = recording.initial;
     let began = Instant::now();
     let calibrate = || trueline_method::calibrate(recording, initial.as_ref(), &config);
     let calibration = progress::during("calibrating", args.quiet, calibrate)?;

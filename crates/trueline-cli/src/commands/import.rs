@@ -15,7 +15,7 @@ use trueline_mcap::{Choice, DatasetFolder, import};
 
 /// Runs the command.
 pub(crate) fn run(args: &ImportArgs) -> Result<ExitCode, Failure> {
-    let (recording, NewFolder { out, force }) = match &args.format {
+    let (recording, to) = match &args.format {
         ImportFormat::LvsStCalib { src, folder, robot, images, pixels, sensor } => {
             (lvs(src, [robot, images, pixels, sensor])?, folder)
         }
@@ -25,15 +25,25 @@ pub(crate) fn run(args: &ImportArgs) -> Result<ExitCode, Failure> {
         }
         ImportFormat::Mcap(bag) | ImportFormat::Rosbag2(bag) => return unpack_bag(bag),
     };
-    output::former_folder(out, folder::write_whole(out, &recording, *force)?);
-    output::words(&format!(
-        "{}: {} robot poses, {} features ({})",
-        out.display(),
-        recording.robot.len(),
-        recording.features.len(),
-        recording.sensor.kind(),
-    ));
+    let out = &to.out;
+    output::former_folder(out, folder::write_whole(out, &recording, to.force)?);
+    summary(
+        to,
+        &format!(
+            "{}: {} robot poses, {} features ({})",
+            out.display(),
+            recording.robot.len(),
+            recording.features.len(),
+            recording.sensor.kind(),
+        ),
+    );
     Ok(ExitCode::SUCCESS)
+}
+
+fn summary(to: &NewFolder, text: &str) {
+    if !to.quiet {
+        output::words(text);
+    }
 }
 
 fn import_csv(args: &ImportCsvArgs) -> Result<ExitCode, Failure> {
@@ -51,12 +61,15 @@ fn import_csv(args: &ImportCsvArgs) -> Result<ExitCode, Failure> {
         }
     };
     output::former_folder(&args.folder.out, whole.finish()?);
-    output::words(&format!(
-        "{}: {} robot poses, {found} ({})",
-        args.folder.out.display(),
-        recording.robot.len(),
-        recording.sensor.kind(),
-    ));
+    summary(
+        &args.folder,
+        &format!(
+            "{}: {} robot poses, {found} ({})",
+            args.folder.out.display(),
+            recording.robot.len(),
+            recording.sensor.kind(),
+        ),
+    );
     Ok(ExitCode::SUCCESS)
 }
 
@@ -75,14 +88,17 @@ fn unpack_bag(args: &BagArgs) -> Result<ExitCode, Failure> {
     let imported = import(&args.src, &choice)?;
     output::former_folder(&args.folder.out, folder.write(&imported)?);
     opening::tell(&imported);
-    output::words(&format!(
-        "{}: {} robot poses, {} pictures, {} profiles, {} features",
-        args.folder.out.display(),
-        imported.recording.robot.len(),
-        imported.pictures.as_ref().map_or(0, PictureSource::count),
-        imported.profiles.len(),
-        imported.recording.features.len(),
-    ));
+    summary(
+        &args.folder,
+        &format!(
+            "{}: {} robot poses, {} pictures, {} profiles, {} features",
+            args.folder.out.display(),
+            imported.recording.robot.len(),
+            imported.pictures.as_ref().map_or(0, PictureSource::count),
+            imported.profiles.len(),
+            imported.recording.features.len(),
+        ),
+    );
     Ok(ExitCode::SUCCESS)
 }
 
