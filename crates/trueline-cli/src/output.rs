@@ -1,7 +1,6 @@
 //! Where words and data go.
 
 use crate::failure::Failure;
-use anstyle::{AnsiColor, Style};
 use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -12,6 +11,7 @@ use trueline_dataset::calibration_file::KnownCalibration;
 use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::{outputs, whole_file};
 use trueline_report::terminal_text::{json_shown, shown};
+use trueline_report::verdict_colours::coloured;
 use trueline_report::wrapped::wrapped_to;
 
 /// Words for a person: stderr. Lines are broken for a terminal alone: what is piped is searched line by line.
@@ -96,28 +96,6 @@ pub(crate) fn summary(json: Option<&Path>, text: &str) -> Result<(), Failure> {
         return Ok(());
     }
     data(&coloured(&text))
-}
-
-/// Marks the lines that decide: good ones green, bad ones red, doubtful ones yellow.
-pub(crate) fn coloured(text: &str) -> String {
-    shown(text).lines().map(|line| coloured_line(line) + "\n").collect()
-}
-
-fn coloured_line(line: &str) -> String {
-    let colour = if line.starts_with("Calibration accepted") {
-        AnsiColor::Green
-    } else if line.starts_with("Calibration NOT accepted")
-        || line.contains("MISSED")
-        || line.starts_with("  - ")
-    {
-        AnsiColor::Red
-    } else if line.starts_with("  warning:") {
-        AnsiColor::Yellow
-    } else {
-        return line.to_owned();
-    };
-    let style = Style::new().fg_color(Some(colour.into()));
-    format!("{style}{line}{style:#}")
 }
 
 /// A file that a user named as output. It appears whole or not at all: what was there before stays until then.

@@ -189,6 +189,10 @@ fn folders_appear_whole_and_are_replaced_on_request_alone() {
     assert!(code == 2 && words.contains("already exists") && words.contains("--force"), "{words}");
     succeeds(dir.path(), "simulate -p profiler -o scan -q --force");
     assert!(fs::read_to_string(dir.path().join("scan/sensor.toml")).unwrap().contains("profiler"));
+    // What was there may have been somebody's recording.
+    let former = fs::read_to_string(dir.path().join("scan.replaced-1/sensor.toml")).unwrap();
+    assert!(former.contains("camera_laser"), "{former}");
+    fs::remove_dir_all(dir.path().join("scan.replaced-1")).unwrap();
     // A folder with anything else in it is not trueline's to remove.
     fs::write(dir.path().join("scan/notes.txt"), "mine").unwrap();
     let (code, _, words) = told(dir.path(), "simulate -p quick -o scan -q --force");

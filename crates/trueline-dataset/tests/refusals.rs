@@ -261,7 +261,7 @@ fn guesses() {
     let text = "time_offset_s = 0.01\n[tool_from_camera]\ntranslation_mm = [1.0, 2.0, 3.0]\nrotation_wxyz = [0.5, 0.0, 0.0, 0.0]\n";
     assert_eq!(
         refusal("initial.toml", text),
-        "initial.toml: expected a quaternion of length 1, found length 0.5"
+        "initial.toml, line 4: expected a quaternion of length 1, found length 0.5"
     );
     assert!(refusal("initial.toml", &text.replace("time_offset_s", "offset_s")).contains("unknown field"));
 }

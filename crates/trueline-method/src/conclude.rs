@@ -343,8 +343,8 @@ fn checks(
     let predict = || seam_point_error::predict(observations, list, at, &unknowns.covariance, &config.used_at);
     Checks {
         mirrored: from.mirrored,
-        // Other time offsets of a scan that shows none mean nothing.
-        ambiguity: if unknowns.is_known(TIME_OFFSET) {
+        // Other answers of a scan that shows neither time offset nor rotation mean nothing.
+        ambiguity: if (TIME_OFFSET..TRANSLATION).any(|k| unknowns.is_known(k)) {
             from.ambiguity.clone()
         } else {
             from.ambiguity.without_rivals()

@@ -61,4 +61,5 @@ pub mod sensor_text;
 mod stripes;
 pub mod summary;
 pub mod terminal_text;
+pub mod verdict_colours;
 pub mod wrapped;

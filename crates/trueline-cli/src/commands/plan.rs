@@ -16,6 +16,7 @@ use trueline_plan::shortest::shortest;
 use trueline_plan::{
     Cell, CellFiles, Criterion, Goal, Plan, PlanRequest, SeamGoal, Target, cell_toml, outlook, plan,
 };
+use trueline_report::verdict_colours::coloured;
 use trueline_report::{plan_page, plan_source, plan_summary};
 
 /// Angles of the arm's joints along the path.
@@ -71,7 +72,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
     write_programs(args, &made.plan)?;
     if !args.quiet {
         let text = format!("{}\n  written to {}", plan_summary::text(&source), args.out.display());
-        output::data(&output::coloured(&text))?;
+        output::data(&coloured(&text))?;
     }
     let reached = args.want.is_none() || plan_summary::missed(&source, &ask.goal).is_empty();
     Ok(if reached { ExitCode::SUCCESS } else { ExitCode::from(1) })

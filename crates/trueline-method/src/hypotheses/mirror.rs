@@ -11,10 +11,6 @@ use crate::solve::start::mirrored;
 /// Twins nearer than this have met again in one solution.
 const TWIN_TURN_RAD: f64 = 0.02;
 
-/// A mirror image that is this much worse before it has converged is worse. Gross errors slow the last steps down: with 40 % of
-/// them it is then up to 0.03 rad, and z = 3, away from the solution into which it falls back.
-const FAR_WORSE_Z: f64 = 10.0;
-
 /// How the mirrored attitude compares with the one found.
 pub(crate) enum MirrorComparison {
     /// It does not exist, is the same, or fits worse.
@@ -66,7 +62,7 @@ fn followed(solver: &Solver<'_>, fit: &Fit, start: Parameters) -> Result<Option<
         return Ok(None);
     }
     let test = compare(solver.observations, solver.settings.config, fit, &rough);
-    if test.is_some_and(|test| test.z > FAR_WORSE_Z) {
+    if test.is_some_and(|test| test.is_far_worse()) {
         return Ok(Some(rough));
     }
     let end = solver.converge(&rough)?;

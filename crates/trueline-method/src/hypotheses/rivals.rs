@@ -6,6 +6,7 @@
 //! is another matter: see [`crate::hypotheses::mirror`].
 
 use crate::assess::residuals::OUTLIER_SQUARED;
+use crate::error::Error;
 use crate::hypotheses::paired_test::{PairedTest, compare};
 use crate::input::observations::Observation;
 use crate::parallel;
@@ -73,7 +74,9 @@ pub fn find(solver: &Solver<'_>, best: &Fit, mirror: Option<&Parameters>) -> Vec
     });
     let mut rivals: Vec<Rival> = Vec::new();
     for finalist in finalists {
-        let Ok(fit) = solver.fit(finalist.parameters) else { continue };
+        let Ok(fit) = solver.fit(finalist.parameters).and_then(|rough| followed(solver, best, rough)) else {
+            continue;
+        };
         let found = |other: &Parameters| same(other, fit.parameters());
         let known = rivals.iter().any(|rival| found(rival.fit.parameters()));
         if known || mirror.is_some_and(found) || found(best.parameters()) {
@@ -85,6 +88,13 @@ pub fn find(solver: &Solver<'_>, best: &Fit, mirror: Option<&Parameters>) -> Vec
     }
     rivals.sort_by(|a, b| b.is_named().cmp(&a.is_named()).then_with(|| a.test.z.total_cmp(&b.test.z)));
     rivals
+}
+
+/// A rival to its end, unless it is far worse before: with gross errors, or hardly any tilt, it may not yet have fallen back into a
+/// solution that is there already.
+fn followed(solver: &Solver<'_>, best: &Fit, rough: Fit) -> Result<Fit, Error> {
+    let test = compare(solver.observations, solver.settings.config, best, &rough);
+    if test.is_some_and(|test| test.is_far_worse()) { Ok(rough) } else { solver.converge(&rough) }
 }
 
 /// Whether two solutions are one.
