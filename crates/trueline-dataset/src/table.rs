@@ -249,8 +249,16 @@ impl<'a> Table<'a> {
         let Some((text, _)) = self.field(column) else {
             return Ok(None);
         };
-        let parsed = text.parse::<u64>();
+        let parsed = without_zero_fraction(text).parse::<u64>();
         parsed.map(Some).map_err(|_| self.error_in(column, Problem::NotACount { text: text.to_owned() }))
+    }
+}
+
+/// Other programs write whole numbers as `3.0` where some are missing.
+fn without_zero_fraction(text: &str) -> &str {
+    match text.split_once('.') {
+        Some((whole, fraction)) if fraction.bytes().all(|digit| digit == b'0') => whole,
+        _ => text,
     }
 }
 

@@ -45,6 +45,15 @@ pub enum Error {
         /// Root mean square distance from the best plane, m.
         rms_m: f64,
     },
+    /// Points off the plane that the sensor's file states.
+    #[error(
+        "half of the points lie more than {:.2} mm off the laser plane of sensor.toml",
+        median_m * MM_PER_M
+    )]
+    PointsOffStatedPlane {
+        /// Median distance, m.
+        median_m: f64,
+    },
     /// The images and the robot do not overlap in time.
     #[error(
         "images and robot do not overlap in time: counted from the first pose, the robot lasts from {robot_start_s:.3} to \
@@ -164,6 +173,9 @@ impl Error {
             }
             Self::PointsNotInSheet { .. } => {
                 "are all points measured by the same laser plane, in the camera frame?"
+            }
+            Self::PointsOffStatedPlane { .. } => {
+                "correct its [laser_plane], or leave it out: it is then fitted to the points"
             }
             Self::NoOverlap { .. } => "both streams must be stamped by the same clock, up to the time offset",
             Self::TooFewImages { .. } => "does the stamp of features.csv advance from image to image?",

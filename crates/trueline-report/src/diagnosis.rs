@@ -10,7 +10,8 @@ pub fn text(d: &Diagnosis, all: bool) -> String {
     let mut out = String::new();
     // Writing to a String cannot fail.
     if d.findings.is_empty() {
-        let _ = writeln!(out, "Nothing is wrong with the recording's units, frames and orders.");
+        let but = if d.as_recorded.said.is_empty() { "." } else { ", but it does not show everything:" };
+        let _ = writeln!(out, "Nothing is wrong with the recording's units, frames and orders{but}");
     } else {
         let _ = writeln!(out, "Found:");
     }

@@ -15,7 +15,7 @@ use trueline_method::evaluate::other_cell::OtherCell;
 pub struct Judged<'a> {
     /// The verdict against a tolerance.
     pub check: Option<&'a ToleranceCheck>,
-    /// That the calibration is another cell's.
+    /// That the calibration differs from the scan's own, or is another cell's.
     pub other: Option<&'a OtherCell>,
 }
 
@@ -45,8 +45,9 @@ pub fn html(e: &Evaluation, judged: Judged<'_>, title: &str, command: &str) -> S
         };
     }
     if let Some(other) = judged.other {
-        page.verdict =
-            Verdict { text: evaluation_summary::other_cell_text(other) + ".", tone: Tone::of(false) };
+        let said = evaluation_summary::other_cell_text(other) + ".";
+        let text = if other.is_other_cell { said } else { format!("{} {said}", page.verdict.text) };
+        page.verdict = Verdict { text, tone: Tone::of(false) };
     }
     let columns = &mut page.columns;
     page.sections = vec![

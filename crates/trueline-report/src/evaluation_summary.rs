@@ -93,9 +93,13 @@ pub fn tolerance_text(check: &ToleranceCheck) -> String {
 /// What it means that a calibration does not belong to a scan.
 #[must_use]
 pub fn other_cell_text(other: &OtherCell) -> String {
+    let said = if other.is_other_cell {
+        "This calibration does not belong to this scan"
+    } else {
+        "warning: this calibration is not this scan's: something has moved since, or one of the two is wrong"
+    };
     format!(
-        "This calibration does not belong to this scan: calibrated by itself the sensor sits {:.1} mm and {:.2}° elsewhere, and its images are \
-         {:+.1} ms later",
+        "{said}: calibrated by itself the sensor sits {:.1} mm and {:.2}° elsewhere, and its images are {:+.1} ms later",
         other.shift_m * MM_PER_M,
         other.turn_rad.to_degrees(),
         other.offset_s * 1e3
@@ -162,13 +166,19 @@ pub fn json(e: &Evaluation, check: Option<&ToleranceCheck>, other: Option<&Other
             "share_covered_needed": check.needed_coverage,
             "passed": check.passed(),
         })),
-        "other_cell": other.map(|other| json!({
-            "shift_mm": other.shift_m * MM_PER_M,
-            "turn_deg": other.turn_rad.to_degrees(),
-            "time_offset_s": other.offset_s,
-        })),
+        "differs": other.map(apart),
+        "other_cell": other.filter(|other| other.is_other_cell).map(apart),
         "beyond_ends": e.beyond_ends,
         "skipped": e.skipped.iter().map(|(why, count)| (why.code().to_owned(), json!(count))).collect::<serde_json::Map<_, _>>(),
+    })
+}
+
+/// How far this calibration is from the scan's own.
+fn apart(other: &OtherCell) -> Value {
+    json!({
+        "shift_mm": other.shift_m * MM_PER_M,
+        "turn_deg": other.turn_rad.to_degrees(),
+        "time_offset_s": other.offset_s,
     })
 }
 

@@ -1,5 +1,6 @@
 //! Whether a sensor's calibration may be used, and what to mind.
 
+use crate::board::{Board, FoundCorner, View};
 use crate::board_hand_eye::joint::{BoardFit, HAND_EYE, SIZE, TIME_OFFSET};
 use crate::intrinsics::{CameraFit, CrossValidation};
 use crate::laser_plane::plate::PlateFit;
@@ -39,6 +40,12 @@ pub(crate) const MOST_RMS_PX: f64 = 2.0;
 
 /// Halves that differ by this many times what they say of themselves disagree.
 pub(crate) const MOST_NORMALIZED: f64 = 4.0;
+
+/// Points of a laser plane scatter by less than this about it, m: a stripe's middle is found to a tenth of it.
+const USUAL_PLANE_RMS_M: f64 = 0.5e-3;
+
+/// Points that scatter by more than this are those of no plane, m.
+const MOST_PLANE_RMS_M: f64 = 2e-3;
 
 /// Why a calibration is not accepted, or what to mind.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,6 +93,18 @@ pub enum Remark {
         /// Its offset or slope in standard deviations.
         z: f64,
     },
+    /// Points lie off the plane.
+    PointsOffPlane {
+        /// Root mean square, m.
+        rms_m: f64,
+    },
+    /// No picture shows all of the board.
+    BoardNeverWhole {
+        /// Columns and rows that were stated.
+        stated: [usize; 2],
+        /// The most of them that a picture shows.
+        seen: [usize; 2],
+    },
     /// Few pictures of the moving board count.
     FewBoardPictures {
         /// How many do.
@@ -123,6 +142,8 @@ impl Remark {
             Self::OffsetUncertain { .. } => "plane-offset-uncertain",
             Self::TooLittleTilt { .. } => "too-little-tilt",
             Self::BoardDoubtful { .. } => "board-doubtful",
+            Self::PointsOffPlane { .. } => "points-off-plane",
+            Self::BoardNeverWhole { .. } => "board-never-whole",
             Self::FewBoardPictures { .. } => "few-board-pictures",
             Self::BoardAndRobotDisagree { .. } => "board-and-robot-disagree",
             Self::HandEyeUncertain { .. } => "hand-eye-uncertain",
@@ -170,6 +191,16 @@ impl fmt::Display for Remark {
             Self::BoardDoubtful { index, z } => {
                 write!(f, "board {} lies {:.1} standard deviations off the plane", index + 1, z.abs())
             }
+            Self::PointsOffPlane { rms_m } => write!(
+                f,
+                "the points lie {:.2} mm RMS off the plane: are the boards flat, the points in mm, and the laser's lines one plane?",
+                rms_m * 1e3
+            ),
+            Self::BoardNeverWhole { stated: [columns, rows], seen: [most_columns, most_rows] } => write!(
+                f,
+                "no picture shows all {columns} x {rows} inner corners, the most are {most_columns} x {most_rows}: is the board's size as \
+                 stated?"
+            ),
             Self::FewBoardPictures { count } => {
                 write!(
                     f,
@@ -235,6 +266,32 @@ pub fn of_plane(covariance: &Matrix3<f64>, middle_sigma_m: f64) -> Vec<Remark> {
         reasons.push(Remark::OffsetUncertain { sigma_m: middle_sigma_m });
     }
     reasons
+}
+
+/// Why a plane from points on boards is not accepted, and what to mind.
+#[must_use]
+pub fn of_points(fit: &PlaneFit) -> (Vec<Remark>, Vec<Remark>) {
+    let mut reasons = of_plane(&fit.covariance, fit.middle_sigma_m);
+    let mut warnings = doubtful_boards(fit);
+    if exceeds(fit.rms_m, MOST_PLANE_RMS_M) {
+        reasons.push(Remark::PointsOffPlane { rms_m: fit.rms_m });
+    } else if fit.rms_m > USUAL_PLANE_RMS_M {
+        warnings.push(Remark::PointsOffPlane { rms_m: fit.rms_m });
+    }
+    (reasons, warnings)
+}
+
+/// A board of which no picture shows all: it may be smaller than stated.
+#[must_use]
+pub fn never_whole(views: &[View], board: &Board) -> Option<Remark> {
+    if views.iter().any(|view| view.complete) {
+        return None;
+    }
+    let most = |of: fn(&FoundCorner) -> usize| {
+        views.iter().flat_map(|view| &view.corners).map(of).max().map_or(0, |last| last + 1)
+    };
+    let seen = [most(|corner| corner.column), most(|corner| corner.row)];
+    Some(Remark::BoardNeverWhole { stated: [board.columns, board.rows], seen })
 }
 
 /// Why a plane from a plate is not accepted, and what to mind.

@@ -64,7 +64,9 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
     }
     check.iter().for_each(|check| output::words(&evaluation_summary::tolerance_text(check)));
     other.iter().for_each(|other| output::words(&evaluation_summary::other_cell_text(other)));
-    let passed = is_trusted && other.is_none() && check.is_none_or(|check| check.passed());
+    let passed = is_trusted
+        && !other.is_some_and(|other| other.is_other_cell)
+        && check.is_none_or(|check| check.passed());
     Ok(if passed { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 

@@ -27,7 +27,8 @@ pub(crate) fn run(args: &IntrinsicsArgs) -> Result<ExitCode, Failure> {
     let halves = cross_validation::halves(size, &args.board, &views, fitted.model);
     let uncertainty = Sensitivity::of(&fitted.state.camera).uncertainty(&fitted.covariance);
     let next = next_picture::best(&fitted, &args.board);
-    let (reasons, warnings) = verdict::of_camera(&fitted, halves.as_ref());
+    let (reasons, mut warnings) = verdict::of_camera(&fitted, halves.as_ref());
+    warnings.extend(verdict::never_whole(&views, &args.board));
     let report = CameraReport {
         fit: &fitted,
         uncertainty: &uncertainty,

@@ -42,8 +42,7 @@ fn from_points(file: &Path, args: &LaserPlaneArgs) -> Result<ExitCode, Failure> 
     let boards: Vec<_> = table.into_values().collect();
     let fit = fit_points(&boards).map_err(|e| Failure::new(format!("{}: {e}", file.display()), e.hint()))?;
     let by_jackknife = jackknife(&boards, &fit.plane);
-    let reasons = verdict::of_plane(&fit.covariance, fit.middle_sigma_m);
-    let warnings = verdict::doubtful_boards(&fit);
+    let (reasons, warnings) = verdict::of_points(&fit);
     let remarks = (reasons.as_slice(), warnings.as_slice());
     if let Some(out) = &args.out {
         output::file(out, &sensor_text_of(args.sensor.as_deref(), &fit)?)?;

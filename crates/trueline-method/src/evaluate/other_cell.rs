@@ -16,14 +16,24 @@ pub struct OtherCell {
     pub turn_rad: f64,
     /// Difference of the time offsets, s.
     pub offset_s: f64,
+    /// Whether it is too far for one cell; else something has moved, or the calibration is wrong.
+    pub is_other_cell: bool,
 }
 
-/// Nobody remounts a sensor or delays its images by less and calls it the same, m, rad and s …
-const SHIFT_M: f64 = 5e-3;
-const TURN_RAD: f64 = 0.02;
-const OFFSET_S: f64 = 0.02;
-/// … and the scan must know it that much better than that.
-const SIGMAS: f64 = 10.0;
+/// How far two calibrations may be apart.
+struct Limits {
+    shift_m: f64,
+    turn_rad: f64,
+    offset_s: f64,
+    /// The scan must know the difference so many times better than it is large.
+    sigmas: f64,
+}
+
+/// Nobody remounts a sensor or delays its images by less and calls it the same.
+const OTHER_CELL: Limits = Limits { shift_m: 5e-3, turn_rad: 0.02, offset_s: 0.02, sigmas: 10.0 };
+
+/// More than this is worth a word: what cameras and robots of one cell drift by is less.
+const NOTABLE: Limits = Limits { shift_m: 1e-3, turn_rad: 3.5e-3, offset_s: 1e-3, sigmas: 5.0 };
 
 /// Calibrates the scan by itself and compares; `None` where both agree, or where the scan does not calibrate by itself (a curved seam,
 /// too little motion), so that nothing is known.
@@ -36,12 +46,22 @@ pub fn other_cell(recording: &Recording, by: &Guess, config: &Config) -> Option<
     let best = own.best_fit();
     let (turn, shift) = se3::difference_decoupled(&best.tool_from_camera, &by.tool_from_camera);
     let offset_s = best.time_offset_s - by.time_offset_s;
-    let [turn_sigma, shift_sigma, offset_sigma] = sigmas(&own)?;
-    let beyond = |size: f64, least: f64, sigma: f64| size > least && size > SIGMAS * sigma;
-    (beyond(shift.norm(), SHIFT_M, shift_sigma)
-        || beyond(turn.norm(), TURN_RAD, turn_sigma)
-        || beyond(offset_s.abs(), OFFSET_S, offset_sigma))
-    .then(|| OtherCell { shift_m: shift.norm(), turn_rad: turn.norm(), offset_s })
+    let sigmas = sigmas(&own)?;
+    let apart = [turn.norm(), shift.norm(), offset_s.abs()];
+    NOTABLE.exceeded(apart, sigmas).then(|| OtherCell {
+        shift_m: shift.norm(),
+        turn_rad: turn.norm(),
+        offset_s,
+        is_other_cell: OTHER_CELL.exceeded(apart, sigmas),
+    })
+}
+
+impl Limits {
+    /// Whether one of turn, shift and offset is beyond its limit.
+    fn exceeded(&self, apart: [f64; 3], own_sigmas: [f64; 3]) -> bool {
+        let least = [self.turn_rad, self.shift_m, self.offset_s];
+        (0..3).any(|k| apart[k] > least[k] && apart[k] > self.sigmas * own_sigmas[k])
+    }
 }
 
 /// Standard deviations of rotation (rad), translation (m) and time offset (s), all axes together.

@@ -9,7 +9,7 @@ use crate::order_statistics::median;
 use nalgebra::{Matrix2, Vector2, Vector3};
 use std::collections::{BTreeMap, BTreeSet};
 use trueline_dataset::{Feature, Measured, Recording, Sensor};
-use trueline_geometry::fit;
+use trueline_geometry::{Plane, fit};
 use trueline_model::{LaserSheet, SheetShape};
 
 /// One seam point on the sheet.
@@ -111,7 +111,7 @@ impl Observations {
     }
 }
 
-/// Points further than this (RMS) from a plane were not measured in one laser sheet.
+/// Points further than this (RMS; half of them, from a stated one) from a plane were not measured in one laser sheet.
 const SHEET_RMS_LIMIT_M: f64 = 1e-3;
 
 /// Time 0 of all stamps in seconds: the first robot sample, ns.
@@ -215,20 +215,34 @@ fn sheet_of(recording: &Recording, config: &Config) -> Result<(LaserSheet, Optio
             Ok((LaserSheet::from_plane(*laser_plane_in_camera), None))
         }
         Sensor::Profiler => Ok((LaserSheet::of_profiler(), None)),
-        Sensor::Points { laser_plane_in_camera: Some(plane) } => Ok((LaserSheet::from_plane(*plane), None)),
+        Sensor::Points { laser_plane_in_camera: Some(plane) } => stated_sheet(plane, recording, config),
         Sensor::Points { laser_plane_in_camera: None } => fitted_sheet(recording, config),
     }
 }
 
+/// Points as they were measured, camera frame, m.
+fn points(recording: &Recording) -> impl Iterator<Item = Vector3<f64>> {
+    recording.features.iter().filter_map(|f| match f.measured {
+        Measured::Point(p) => Some(Vector3::from(p)),
+        _ => None,
+    })
+}
+
+/// The plane of the sensor's file, which most of the points must be in.
+fn stated_sheet(
+    plane: &Plane,
+    recording: &Recording,
+    config: &Config,
+) -> Result<(LaserSheet, Option<f64>), Error> {
+    let median_m = median(points(recording).map(|point| plane.signed_distance(&point).abs()));
+    match median_m.filter(|m| *m > SHEET_RMS_LIMIT_M && config.residual == crate::ResidualKind::Sheet) {
+        Some(median_m) => Err(Error::PointsOffStatedPlane { median_m }),
+        None => Ok((LaserSheet::from_plane(*plane), None)),
+    }
+}
+
 fn fitted_sheet(recording: &Recording, config: &Config) -> Result<(LaserSheet, Option<f64>), Error> {
-    let points: Vec<Vector3<f64>> = recording
-        .features
-        .iter()
-        .filter_map(|f| match f.measured {
-            Measured::Point(p) => Some(Vector3::from(p)),
-            _ => None,
-        })
-        .collect();
+    let points: Vec<Vector3<f64>> = points(recording).collect();
     let fit = fit::robust_plane(&points).ok_or(Error::SheetUndefined)?;
     if fit.extent < 10.0 * config.usual_feature_sigma_m() {
         return Err(Error::SheetUndefined);
