@@ -102,6 +102,26 @@ impl Regression {
     }
 }
 
+/// The line alone of a robust regression, and what shifts scatter by about it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct RobustLine {
+    /// Distance along the line about which the regression is done, px.
+    pub(crate) centre: f64,
+    /// Shift there, px.
+    pub(crate) shift_px: f64,
+    /// Slope, px per px.
+    pub(crate) slope: f64,
+    /// Standard deviation of one shift by the median, px.
+    scale_px: f64,
+}
+
+impl RobustLine {
+    /// Shift at a distance along the line, px.
+    pub(crate) fn shift_at(&self, s: f64) -> f64 {
+        self.shift_px + self.slope * (s - self.centre)
+    }
+}
+
 /// Fits robustly; memory is kept from one fit to the next.
 #[derive(Clone, Debug, Default)]
 pub struct Regressor {
@@ -116,6 +136,27 @@ pub struct Regressor {
 impl Regressor {
     /// The line through shifts; `None` with fewer than eight of them, all at one place, or one that is no number.
     pub fn fit(&mut self, shifts: &[Shift]) -> Option<Regression> {
+        let line = self.line(shifts)?;
+        self.regression(shifts, &line)
+    }
+
+    /// The same from a line on that is nearly it: one through nearly the same shifts.
+    pub(crate) fn fit_near(&mut self, shifts: &[Shift], near: &RobustLine) -> Option<Regression> {
+        let centre = self.take(shifts)?;
+        let line = self.settle(centre, Vector2::new(near.shift_at(centre), near.slope), 1)?;
+        self.regression(shifts, &line)
+    }
+
+    /// The line of [`Regressor::fit`] alone: what is known of its noise is a third of the work.
+    pub(crate) fn line(&mut self, shifts: &[Shift]) -> Option<RobustLine> {
+        let centre = self.take(shifts)?;
+        // The spread about the median first; that about the line that follows is as good as the last one's.
+        let level = Vector2::new(self.middle_shift(), 0.0);
+        self.settle(centre, level, 2)
+    }
+
+    /// Takes in the shifts that count; their mean distance along the line.
+    fn take(&mut self, shifts: &[Shift]) -> Option<f64> {
         let used = shifts.iter().filter(|shift| shift.weight > 0.0);
         let count = used.clone().count();
         if count < 8 {
@@ -130,48 +171,43 @@ impl Regressor {
             self.shifts.push(shift.shift_px);
             self.responses.push(shift.response);
         }
-        let (at, sigma) = self.settle()?;
+        Some(centre)
+    }
+
+    /// The line of the last shifts, with what they say of its noise.
+    pub(crate) fn regression(&mut self, shifts: &[Shift], line: &RobustLine) -> Option<Regression> {
+        let RobustLine { centre, shift_px, slope, scale_px: sigma } = *line;
         self.residuals.clear();
         self.residuals.extend(
-            shifts.iter().map(|shift| shift.shift_px - shift.response * (at.x + at.y * (shift.s - centre))),
+            shifts
+                .iter()
+                .map(|shift| shift.shift_px - shift.response * (shift_px + slope * (shift.s - centre))),
         );
         let (bread, filling) = self.sandwich(shifts, sigma, centre);
         let (information, bread) = (bread, bread.try_inverse()?);
-        let weights = self.sums(at, sigma)[5];
+        let weights = self.sums(Vector2::new(shift_px, slope), sigma)[5];
         let shared = self.correlation(shifts, sigma);
         let covariance = bread * filling * bread * (shared * line_taken_out(weights / shared));
-        let sigma_px = self.spread(shifts, BLIND * sigma);
-        Some(Regression {
-            centre,
-            shift_px: at.x,
-            slope: at.y,
-            covariance,
-            information,
-            sigma_px,
-            count: weights,
-        })
+        let sigma_px = self.spread(line);
+        Some(Regression { centre, shift_px, slope, covariance, information, sigma_px, count: weights })
     }
 
-    /// Root mean square of the residuals within a limit: what a single shift scatters by.
-    fn spread(&self, shifts: &[Shift], limit: f64) -> f64 {
-        let (mut squares, mut count) = (0.0, 0.0);
-        for (shift, residual) in shifts.iter().zip(&self.residuals) {
-            if shift.weight > 0.0 && residual.abs() < limit {
-                squares += residual * residual;
-                count += 1.0;
-            }
-        }
+    /// Root mean square of the last shifts about their line, of those that count: what a single shift scatters by.
+    pub(crate) fn spread(&self, line: &RobustLine) -> f64 {
+        let [squares, count] = fastest!(squares_within(
+            [&self.along, &self.shifts, &self.responses],
+            [line.shift_px, line.slope],
+            BLIND * line.scale_px
+        ));
         (squares / f64::max(count, 1.0)).sqrt()
     }
 
-    /// Iterates to the line and the spread about it.
-    fn settle(&mut self) -> Option<(Vector2<f64>, f64)> {
-        let mut at = Vector2::new(self.middle(|shift, _| shift), 0.0);
+    /// Iterates from a line (shift, slope) on; the spread is taken about the first lines only, so many.
+    fn settle(&mut self, centre: f64, mut at: Vector2<f64>, scales: usize) -> Option<RobustLine> {
         let mut sigma = 0.0;
         for step in 0..6 {
-            if step < 2 {
-                // The spread about the median first; that about the line that follows is as good as the last one's.
-                sigma = (PER_MEDIAN * self.middle(|shift, line| (shift - line(at)).abs())).max(1e-6);
+            if step < scales {
+                sigma = (PER_MEDIAN * self.middle_distance(at)).max(1e-6);
             }
             let [one, x, xx, right, right_x, _] = self.sums(at, sigma);
             let next = Matrix2::new(one, x, x, xx).try_inverse()? * Vector2::new(right, right_x);
@@ -179,24 +215,31 @@ impl Regressor {
                 return None;
             }
             // A hundredth of what a thousand shifts leave uncertain.
-            let settled = step > 0 && (next.x - at.x).abs() < 3e-4 * sigma;
+            let settled = step + 1 >= scales && (next.x - at.x).abs() < 3e-4 * sigma;
             at = next;
             if settled {
                 break;
             }
         }
-        Some((at, sigma))
+        Some(RobustLine { centre, shift_px: at.x, slope: at.y, scale_px: sigma })
     }
 
-    /// The median of something over at most a few hundred of the shifts, spread evenly: known to 5 % or so, which a
-    /// scale need not be better than.
-    fn middle(&mut self, of: impl Fn(f64, &dyn Fn(Vector2<f64>) -> f64) -> f64) -> f64 {
-        let every = self.shifts.len().div_ceil(SAMPLED);
+    /// The median of the shifts.
+    fn middle_shift(&mut self) -> f64 {
         self.sorted.clear();
-        for k in (0..self.shifts.len()).step_by(every) {
-            let line = |at: Vector2<f64>| self.responses[k] * (at.x + at.y * self.along[k]);
-            self.sorted.push(of(self.shifts[k], &line));
-        }
+        self.sorted.extend(self.shifts.iter().step_by(every(self.shifts.len())));
+        median(&mut self.sorted)
+    }
+
+    /// The median distance of the shifts from a line.
+    fn middle_distance(&mut self, at: Vector2<f64>) -> f64 {
+        let values = self.along.iter().zip(&self.shifts).zip(&self.responses);
+        self.sorted.clear();
+        self.sorted.extend(
+            values
+                .step_by(every(self.shifts.len()))
+                .map(|((x, shift), response)| (shift - response * (at.x + at.y * x)).abs()),
+        );
         median(&mut self.sorted)
     }
 
@@ -261,6 +304,11 @@ fn line_taken_out(independent: f64) -> f64 {
     independent / (independent - 2.0)
 }
 
+/// Medians are taken of at most a few hundred of so many shifts, spread evenly: known to 5 % or so, which a scale need not be better than.
+fn every(count: usize) -> usize {
+    count.div_ceil(SAMPLED)
+}
+
 /// Sums in four lanes, which one instruction adds at once.
 #[inline(always)]
 fn weighted_sums([along, shifts, responses]: [&[f64]; 3], [at, slope]: [f64; 2], scale: f64) -> [f64; 6] {
@@ -277,6 +325,30 @@ fn weighted_sums([along, shifts, responses]: [&[f64]; 3], [at, slope]: [f64; 2],
         lanes[3][k] += weight * shift;
         lanes[4][k] += weight * shift * x;
         lanes[5][k] += weight;
+    };
+    let whole = along.len() / LANES * LANES;
+    let fours = along[..whole].chunks_exact(LANES).zip(shifts[..whole].chunks_exact(LANES));
+    for ((x, shift), response) in fours.zip(responses[..whole].chunks_exact(LANES)) {
+        for k in 0..LANES {
+            add(&mut lanes, k, x[k], shift[k], response[k]);
+        }
+    }
+    for k in whole..along.len() {
+        add(&mut lanes, k - whole, along[k], shifts[k], responses[k]);
+    }
+    lanes.map(|lane| lane.iter().sum())
+}
+
+/// The sum of the squares of the residuals within a limit about a line, and their number, in lanes.
+#[inline(always)]
+fn squares_within([along, shifts, responses]: [&[f64]; 3], [at, slope]: [f64; 2], limit: f64) -> [f64; 2] {
+    const LANES: usize = 4;
+    let mut lanes = [[0.0_f64; LANES]; 2];
+    let add = |lanes: &mut [[f64; LANES]; 2], k: usize, x: f64, shift: f64, response: f64| {
+        let off = shift - response * (at + slope * x);
+        let counts = f64::from(u8::from(off.abs() < limit));
+        lanes[0][k] += counts * off * off;
+        lanes[1][k] += counts;
     };
     let whole = along.len() / LANES * LANES;
     let fours = along[..whole].chunks_exact(LANES).zip(shifts[..whole].chunks_exact(LANES));
