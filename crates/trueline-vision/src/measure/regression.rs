@@ -9,6 +9,12 @@ const BLIND: f64 = 5.0;
 const PER_MEDIAN: f64 = 1.4826;
 /// Shifts from which a scale is taken at most.
 const SAMPLED: usize = 300;
+/// A line is settled where it moves by less than this part of the spread: a hundredth of what a thousand shifts leave uncertain, ...
+const SETTLED: f64 = 3e-4;
+/// ... and one that only tells where to look where it moves by less than this.
+const ROUGHLY_SETTLED: f64 = 1e-2;
+/// The spread about a line stays that about one beside it by this part of the spread: larger by 5 % at most.
+const SAME_SPREAD: f64 = 0.3;
 /// Of fewer independent shifts than this no variance can be told.
 const FEWEST_INDEPENDENT: f64 = 3.0;
 /// A line with so many times the variance of lines like it is no matter of chance (χ² of eight over eight exceeds 3 once in 400).
@@ -136,46 +142,53 @@ pub struct Regressor {
 impl Regressor {
     /// The line through shifts; `None` with fewer than eight of them, all at one place, or one that is no number.
     pub fn fit(&mut self, shifts: &[Shift]) -> Option<Regression> {
-        let line = self.line(shifts)?;
+        let centre = self.take(shifts)?;
+        // The spread about the median first; that about the line that follows is as good as the last one's.
+        let level = Vector2::new(self.middle_shift(), 0.0);
+        let line = self.settle(centre, level, [SETTLED, 0.0])?;
         self.regression(shifts, &line)
     }
 
     /// The same from a line on that is nearly it: one through nearly the same shifts.
     pub(crate) fn fit_near(&mut self, shifts: &[Shift], near: &RobustLine) -> Option<Regression> {
         let centre = self.take(shifts)?;
-        let line = self.settle(centre, Vector2::new(near.shift_at(centre), near.slope), 1)?;
+        let near = Vector2::new(near.shift_at(centre), near.slope);
+        let line = self.settle(centre, near, [SETTLED, SAME_SPREAD])?;
         self.regression(shifts, &line)
     }
 
-    /// The line of [`Regressor::fit`] alone: what is known of its noise is a third of the work.
-    pub(crate) fn line(&mut self, shifts: &[Shift]) -> Option<RobustLine> {
+    /// The line alone through shifts about one that is roughly it, to a hundredth of what one of them scatters by.
+    pub(crate) fn rough_line(&mut self, shifts: &[Shift]) -> Option<RobustLine> {
         let centre = self.take(shifts)?;
-        // The spread about the median first; that about the line that follows is as good as the last one's.
-        let level = Vector2::new(self.middle_shift(), 0.0);
-        self.settle(centre, level, 2)
+        self.settle(centre, Vector2::zeros(), [ROUGHLY_SETTLED, SAME_SPREAD])
     }
 
     /// Takes in the shifts that count; their mean distance along the line.
     fn take(&mut self, shifts: &[Shift]) -> Option<f64> {
-        let used = shifts.iter().filter(|shift| shift.weight > 0.0);
-        let count = used.clone().count();
+        for values in [&mut self.along, &mut self.shifts, &mut self.responses] {
+            values.resize(shifts.len(), 0.0);
+        }
+        let mut count = 0;
+        // One that does not count is written over by the next: no branch.
+        for shift in shifts {
+            self.along[count] = shift.s;
+            self.shifts[count] = shift.shift_px;
+            self.responses[count] = shift.response;
+            count += usize::from(shift.weight > 0.0);
+        }
+        for values in [&mut self.along, &mut self.shifts, &mut self.responses] {
+            values.truncate(count);
+        }
         if count < 8 {
             return None;
         }
-        let centre = used.clone().map(|shift| shift.s).sum::<f64>() / count as f64;
-        for values in [&mut self.along, &mut self.shifts, &mut self.responses] {
-            values.clear();
-        }
-        for shift in used {
-            self.along.push(shift.s - centre);
-            self.shifts.push(shift.shift_px);
-            self.responses.push(shift.response);
-        }
+        let centre = self.along.iter().sum::<f64>() / count as f64;
+        self.along.iter_mut().for_each(|s| *s -= centre);
         Some(centre)
     }
 
     /// The line of the last shifts, with what they say of its noise.
-    pub(crate) fn regression(&mut self, shifts: &[Shift], line: &RobustLine) -> Option<Regression> {
+    fn regression(&mut self, shifts: &[Shift], line: &RobustLine) -> Option<Regression> {
         let RobustLine { centre, shift_px, slope, scale_px: sigma } = *line;
         self.residuals.clear();
         self.residuals.extend(
@@ -202,22 +215,26 @@ impl Regressor {
         (squares / f64::max(count, 1.0)).sqrt()
     }
 
-    /// Iterates from a line (shift, slope) on; the spread is taken about the first lines only, so many.
-    fn settle(&mut self, centre: f64, mut at: Vector2<f64>, scales: usize) -> Option<RobustLine> {
-        let mut sigma = 0.0;
+    /// Iterates from a line (shift, slope) on until it moves by less than a part of the spread, which is taken once more where the first step
+    /// moves it by more than another part.
+    fn settle(
+        &mut self,
+        centre: f64,
+        mut at: Vector2<f64>,
+        [settled, same_spread]: [f64; 2],
+    ) -> Option<RobustLine> {
+        let mut sigma = self.scale(at);
         for step in 0..6 {
-            if step < scales {
-                sigma = (PER_MEDIAN * self.middle_distance(at)).max(1e-6);
-            }
             let [one, x, xx, right, right_x, _] = self.sums(at, sigma);
             let next = Matrix2::new(one, x, x, xx).try_inverse()? * Vector2::new(right, right_x);
             if !next.iter().all(|x| x.is_finite()) {
                 return None;
             }
-            // A hundredth of what a thousand shifts leave uncertain.
-            let settled = step + 1 >= scales && (next.x - at.x).abs() < 3e-4 * sigma;
+            let moved = next - at;
             at = next;
-            if settled {
+            if step == 0 && moved.x * moved.x + moved.y * moved.y * xx / one > (same_spread * sigma).powi(2) {
+                sigma = self.scale(at);
+            } else if moved.x.abs() < settled * sigma {
                 break;
             }
         }
@@ -226,21 +243,23 @@ impl Regressor {
 
     /// The median of the shifts.
     fn middle_shift(&mut self) -> f64 {
+        let every = every(self.shifts.len());
         self.sorted.clear();
-        self.sorted.extend(self.shifts.iter().step_by(every(self.shifts.len())));
+        self.sorted.extend(self.shifts.chunks(every).map(|shifts| shifts[0]));
         median(&mut self.sorted)
     }
 
-    /// The median distance of the shifts from a line.
-    fn middle_distance(&mut self, at: Vector2<f64>) -> f64 {
-        let values = self.along.iter().zip(&self.shifts).zip(&self.responses);
+    /// What the shifts scatter by about a line, by their median distance from it.
+    fn scale(&mut self, at: Vector2<f64>) -> f64 {
+        let every = every(self.shifts.len());
+        let values =
+            self.along.chunks(every).zip(self.shifts.chunks(every)).zip(self.responses.chunks(every));
+        let distance = |((x, shift), response): ((&[f64], &[f64]), &[f64])| {
+            (shift[0] - response[0] * (at.x + at.y * x[0])).abs()
+        };
         self.sorted.clear();
-        self.sorted.extend(
-            values
-                .step_by(every(self.shifts.len()))
-                .map(|((x, shift), response)| (shift - response * (at.x + at.y * x)).abs()),
-        );
-        median(&mut self.sorted)
+        self.sorted.extend(values.map(distance));
+        (PER_MEDIAN * median(&mut self.sorted)).max(1e-6)
     }
 
     /// Σ wρ, Σ wρx, Σ wρx², Σ we, Σ wxe and Σ w with the biweight about a line.

@@ -16,11 +16,11 @@ impl ProfileFinder {
     /// about the bowed face.
     pub(super) fn face_without_bow(&mut self, from: usize, to: usize) -> Option<Face> {
         let about = self.take_run(from, to)?;
-        let bowed = self.regressor.line(&self.shifts)?;
+        let bowed = self.regressor.rough_line(&self.shifts)?;
         let sigma_px = self.regressor.spread(&bowed);
         let place = Place::of(self.shifts.iter().map(|shift| shift.s));
         let Some([of_square, of_cube]) = self.bow(&bowed, COUNTED_SIGMAS * sigma_px, &place) else {
-            return Some(Face::of(about, self.regressor.regression(&self.shifts, &bowed)?));
+            return Some(Face::of(about, self.regressor.fit(&self.shifts)?));
         };
         for shift in &mut self.shifts {
             let [square, cube] = bent(place.of_one(shift.s));

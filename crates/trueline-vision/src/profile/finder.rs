@@ -117,7 +117,7 @@ impl ProfileFinder {
     /// The same without what is known of the line's noise.
     pub(super) fn rough_face(&mut self, from: usize, to: usize) -> Option<RoughFace> {
         let about = self.take_run(from, to)?;
-        let line = self.regressor.line(&self.shifts)?;
+        let line = self.regressor.rough_line(&self.shifts)?;
         let sigma_mm = self.regressor.spread(&line);
         Some(RoughFace { line: about.line([line.centre, line.shift_px], line.slope), sigma_mm })
     }
