@@ -9,6 +9,12 @@ const BLIND: f64 = 5.0;
 const PER_MEDIAN: f64 = 1.4826;
 /// Shifts from which a scale is taken at most.
 const SAMPLED: usize = 300;
+/// A line is settled where it moves by less than this part of the spread: a hundredth of what a thousand shifts leave uncertain, ...
+const SETTLED: f64 = 3e-4;
+/// ... and one that only tells where to look where it moves by less than this.
+const ROUGHLY_SETTLED: f64 = 1e-2;
+/// The spread about a line stays that about one beside it by this part of the spread: larger by 5 % at most.
+const SAME_SPREAD: f64 = 0.3;
 /// Of fewer independent shifts than this no variance can be told.
 const FEWEST_INDEPENDENT: f64 = 3.0;
 /// A line with so many times the variance of lines like it is no matter of chance (χ² of eight over eight exceeds 3 once in 400).
@@ -102,6 +108,26 @@ impl Regression {
     }
 }
 
+/// The line alone of a robust regression, and what shifts scatter by about it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct RobustLine {
+    /// Distance along the line about which the regression is done, px.
+    pub(crate) centre: f64,
+    /// Shift there, px.
+    pub(crate) shift_px: f64,
+    /// Slope, px per px.
+    pub(crate) slope: f64,
+    /// Standard deviation of one shift by the median, px.
+    scale_px: f64,
+}
+
+impl RobustLine {
+    /// Shift at a distance along the line, px.
+    pub(crate) fn shift_at(&self, s: f64) -> f64 {
+        self.shift_px + self.slope * (s - self.centre)
+    }
+}
+
 /// Fits robustly; memory is kept from one fit to the next.
 #[derive(Clone, Debug, Default)]
 pub struct Regressor {
@@ -116,88 +142,124 @@ pub struct Regressor {
 impl Regressor {
     /// The line through shifts; `None` with fewer than eight of them, all at one place, or one that is no number.
     pub fn fit(&mut self, shifts: &[Shift]) -> Option<Regression> {
-        let used = shifts.iter().filter(|shift| shift.weight > 0.0);
-        let count = used.clone().count();
+        let centre = self.take(shifts)?;
+        // The spread about the median first; that about the line that follows is as good as the last one's.
+        let level = Vector2::new(self.middle_shift(), 0.0);
+        let line = self.settle(centre, level, [SETTLED, 0.0])?;
+        self.regression(shifts, &line)
+    }
+
+    /// The same from a line on that is nearly it: one through nearly the same shifts.
+    pub(crate) fn fit_near(&mut self, shifts: &[Shift], near: &RobustLine) -> Option<Regression> {
+        let centre = self.take(shifts)?;
+        let near = Vector2::new(near.shift_at(centre), near.slope);
+        let line = self.settle(centre, near, [SETTLED, SAME_SPREAD])?;
+        self.regression(shifts, &line)
+    }
+
+    /// The line alone through shifts about one that is roughly it, to a hundredth of what one of them scatters by.
+    pub(crate) fn rough_line(&mut self, shifts: &[Shift]) -> Option<RobustLine> {
+        let centre = self.take(shifts)?;
+        self.settle(centre, Vector2::zeros(), [ROUGHLY_SETTLED, SAME_SPREAD])
+    }
+
+    /// Takes in the shifts that count; their mean distance along the line.
+    fn take(&mut self, shifts: &[Shift]) -> Option<f64> {
+        for values in [&mut self.along, &mut self.shifts, &mut self.responses] {
+            values.resize(shifts.len(), 0.0);
+        }
+        let mut count = 0;
+        // One that does not count is written over by the next: no branch.
+        for shift in shifts {
+            self.along[count] = shift.s;
+            self.shifts[count] = shift.shift_px;
+            self.responses[count] = shift.response;
+            count += usize::from(shift.weight > 0.0);
+        }
+        for values in [&mut self.along, &mut self.shifts, &mut self.responses] {
+            values.truncate(count);
+        }
         if count < 8 {
             return None;
         }
-        let centre = used.clone().map(|shift| shift.s).sum::<f64>() / count as f64;
-        for values in [&mut self.along, &mut self.shifts, &mut self.responses] {
-            values.clear();
-        }
-        for shift in used {
-            self.along.push(shift.s - centre);
-            self.shifts.push(shift.shift_px);
-            self.responses.push(shift.response);
-        }
-        let (at, sigma) = self.settle()?;
+        let centre = self.along.iter().sum::<f64>() / count as f64;
+        self.along.iter_mut().for_each(|s| *s -= centre);
+        Some(centre)
+    }
+
+    /// The line of the last shifts, with what they say of its noise.
+    fn regression(&mut self, shifts: &[Shift], line: &RobustLine) -> Option<Regression> {
+        let RobustLine { centre, shift_px, slope, scale_px: sigma } = *line;
         self.residuals.clear();
         self.residuals.extend(
-            shifts.iter().map(|shift| shift.shift_px - shift.response * (at.x + at.y * (shift.s - centre))),
+            shifts
+                .iter()
+                .map(|shift| shift.shift_px - shift.response * (shift_px + slope * (shift.s - centre))),
         );
         let (bread, filling) = self.sandwich(shifts, sigma, centre);
         let (information, bread) = (bread, bread.try_inverse()?);
-        let weights = self.sums(at, sigma)[5];
+        let weights = self.sums(Vector2::new(shift_px, slope), sigma)[5];
         let shared = self.correlation(shifts, sigma);
         let covariance = bread * filling * bread * (shared * line_taken_out(weights / shared));
-        let sigma_px = self.spread(shifts, BLIND * sigma);
-        Some(Regression {
-            centre,
-            shift_px: at.x,
-            slope: at.y,
-            covariance,
-            information,
-            sigma_px,
-            count: weights,
-        })
+        let sigma_px = self.spread(line);
+        Some(Regression { centre, shift_px, slope, covariance, information, sigma_px, count: weights })
     }
 
-    /// Root mean square of the residuals within a limit: what a single shift scatters by.
-    fn spread(&self, shifts: &[Shift], limit: f64) -> f64 {
-        let (mut squares, mut count) = (0.0, 0.0);
-        for (shift, residual) in shifts.iter().zip(&self.residuals) {
-            if shift.weight > 0.0 && residual.abs() < limit {
-                squares += residual * residual;
-                count += 1.0;
-            }
-        }
+    /// Root mean square of the last shifts about their line, of those that count: what a single shift scatters by.
+    pub(crate) fn spread(&self, line: &RobustLine) -> f64 {
+        let [squares, count] = fastest!(squares_within(
+            [&self.along, &self.shifts, &self.responses],
+            [line.shift_px, line.slope],
+            BLIND * line.scale_px
+        ));
         (squares / f64::max(count, 1.0)).sqrt()
     }
 
-    /// Iterates to the line and the spread about it.
-    fn settle(&mut self) -> Option<(Vector2<f64>, f64)> {
-        let mut at = Vector2::new(self.middle(|shift, _| shift), 0.0);
-        let mut sigma = 0.0;
+    /// Iterates from a line (shift, slope) on until it moves by less than a part of the spread, which is taken once more where the first step
+    /// moves it by more than another part.
+    fn settle(
+        &mut self,
+        centre: f64,
+        mut at: Vector2<f64>,
+        [settled, same_spread]: [f64; 2],
+    ) -> Option<RobustLine> {
+        let mut sigma = self.scale(at);
         for step in 0..6 {
-            if step < 2 {
-                // The spread about the median first; that about the line that follows is as good as the last one's.
-                sigma = (PER_MEDIAN * self.middle(|shift, line| (shift - line(at)).abs())).max(1e-6);
-            }
             let [one, x, xx, right, right_x, _] = self.sums(at, sigma);
             let next = Matrix2::new(one, x, x, xx).try_inverse()? * Vector2::new(right, right_x);
             if !next.iter().all(|x| x.is_finite()) {
                 return None;
             }
-            // A hundredth of what a thousand shifts leave uncertain.
-            let settled = step > 0 && (next.x - at.x).abs() < 3e-4 * sigma;
+            let moved = next - at;
             at = next;
-            if settled {
+            if step == 0 && moved.x * moved.x + moved.y * moved.y * xx / one > (same_spread * sigma).powi(2) {
+                sigma = self.scale(at);
+            } else if moved.x.abs() < settled * sigma {
                 break;
             }
         }
-        Some((at, sigma))
+        Some(RobustLine { centre, shift_px: at.x, slope: at.y, scale_px: sigma })
     }
 
-    /// The median of something over at most a few hundred of the shifts, spread evenly: known to 5 % or so, which a
-    /// scale need not be better than.
-    fn middle(&mut self, of: impl Fn(f64, &dyn Fn(Vector2<f64>) -> f64) -> f64) -> f64 {
-        let every = self.shifts.len().div_ceil(SAMPLED);
+    /// The median of the shifts.
+    fn middle_shift(&mut self) -> f64 {
+        let every = every(self.shifts.len());
         self.sorted.clear();
-        for k in (0..self.shifts.len()).step_by(every) {
-            let line = |at: Vector2<f64>| self.responses[k] * (at.x + at.y * self.along[k]);
-            self.sorted.push(of(self.shifts[k], &line));
-        }
+        self.sorted.extend(self.shifts.chunks(every).map(|shifts| shifts[0]));
         median(&mut self.sorted)
+    }
+
+    /// What the shifts scatter by about a line, by their median distance from it.
+    fn scale(&mut self, at: Vector2<f64>) -> f64 {
+        let every = every(self.shifts.len());
+        let values =
+            self.along.chunks(every).zip(self.shifts.chunks(every)).zip(self.responses.chunks(every));
+        let distance = |((x, shift), response): ((&[f64], &[f64]), &[f64])| {
+            (shift[0] - response[0] * (at.x + at.y * x[0])).abs()
+        };
+        self.sorted.clear();
+        self.sorted.extend(values.map(distance));
+        (PER_MEDIAN * median(&mut self.sorted)).max(1e-6)
     }
 
     /// Σ wρ, Σ wρx, Σ wρx², Σ we, Σ wxe and Σ w with the biweight about a line.
@@ -261,6 +323,11 @@ fn line_taken_out(independent: f64) -> f64 {
     independent / (independent - 2.0)
 }
 
+/// Medians are taken of at most a few hundred of so many shifts, spread evenly: known to 5 % or so, which a scale need not be better than.
+fn every(count: usize) -> usize {
+    count.div_ceil(SAMPLED)
+}
+
 /// Sums in four lanes, which one instruction adds at once.
 #[inline(always)]
 fn weighted_sums([along, shifts, responses]: [&[f64]; 3], [at, slope]: [f64; 2], scale: f64) -> [f64; 6] {
@@ -277,6 +344,30 @@ fn weighted_sums([along, shifts, responses]: [&[f64]; 3], [at, slope]: [f64; 2],
         lanes[3][k] += weight * shift;
         lanes[4][k] += weight * shift * x;
         lanes[5][k] += weight;
+    };
+    let whole = along.len() / LANES * LANES;
+    let fours = along[..whole].chunks_exact(LANES).zip(shifts[..whole].chunks_exact(LANES));
+    for ((x, shift), response) in fours.zip(responses[..whole].chunks_exact(LANES)) {
+        for k in 0..LANES {
+            add(&mut lanes, k, x[k], shift[k], response[k]);
+        }
+    }
+    for k in whole..along.len() {
+        add(&mut lanes, k - whole, along[k], shifts[k], responses[k]);
+    }
+    lanes.map(|lane| lane.iter().sum())
+}
+
+/// The sum of the squares of the residuals within a limit about a line, and their number, in lanes.
+#[inline(always)]
+fn squares_within([along, shifts, responses]: [&[f64]; 3], [at, slope]: [f64; 2], limit: f64) -> [f64; 2] {
+    const LANES: usize = 4;
+    let mut lanes = [[0.0_f64; LANES]; 2];
+    let add = |lanes: &mut [[f64; LANES]; 2], k: usize, x: f64, shift: f64, response: f64| {
+        let off = shift - response * (at + slope * x);
+        let counts = f64::from(u8::from(off.abs() < limit));
+        lanes[0][k] += counts * off * off;
+        lanes[1][k] += counts;
     };
     let whole = along.len() / LANES * LANES;
     let fours = along[..whole].chunks_exact(LANES).zip(shifts[..whole].chunks_exact(LANES));

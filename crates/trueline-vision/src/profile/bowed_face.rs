@@ -8,36 +8,36 @@
 
 use super::face::Face;
 use super::finder::{COUNTED_SIGMAS, ProfileFinder};
-use crate::measure::regression::Regression;
+use crate::measure::regression::{Regression, RobustLine};
 use nalgebra::{Matrix4, Vector4};
 
 impl ProfileFinder {
     /// A robust line through a run of the points as [`ProfileFinder::face`] has it, after the run's bow is taken out of them. The spread of its points stays that
     /// about the bowed face.
     pub(super) fn face_without_bow(&mut self, from: usize, to: usize) -> Option<Face> {
-        let face = self.face(from, to)?;
-        let Some([of_square, of_cube]) = self.bow(&face) else { return Some(face) };
+        let about = self.take_run(from, to)?;
+        let bowed = self.regressor.rough_line(&self.shifts)?;
+        let sigma_px = self.regressor.spread(&bowed);
         let place = Place::of(self.shifts.iter().map(|shift| shift.s));
+        let Some([of_square, of_cube]) = self.bow(&bowed, COUNTED_SIGMAS * sigma_px, &place) else {
+            return Some(Face::of(about, self.regressor.fit(&self.shifts)?));
+        };
         for shift in &mut self.shifts {
             let [square, cube] = bent(place.of_one(shift.s));
             shift.shift_px -= of_square * square + of_cube * cube;
         }
-        let straight = self.regressor.fit(&self.shifts)?;
-        Some(Face {
-            regression: Regression { sigma_px: face.regression.sigma_px, ..straight },
-            even_support: Some([place.middle, place.half / 3_f64.sqrt()]),
-            ..face
-        })
+        let straight = self.regressor.fit_near(&self.shifts, &bowed)?;
+        let regression = Regression { sigma_px, ..straight };
+        let even_support = Some([place.middle, place.half / 3_f64.sqrt()]);
+        Some(Face { even_support, ..Face::of(about, regression) })
     }
 
-    /// The parts of both polynomials in the shifts about a face's line, of those that are not far off it; `None` of too few.
-    fn bow(&self, face: &Face) -> Option<[f64; 2]> {
-        let limit = COUNTED_SIGMAS * face.regression.sigma_px;
-        let place = Place::of(self.shifts.iter().map(|shift| shift.s));
+    /// The parts of both polynomials in the shifts about a face's line, of those that are not further off it than a limit; `None` of too few.
+    fn bow(&self, line: &RobustLine, limit_mm: f64, place: &Place) -> Option<[f64; 2]> {
         let (mut normal, mut right) = (Matrix4::zeros(), Vector4::zeros());
         for shift in &self.shifts {
-            let off = shift.shift_px - face.regression.shift_at(shift.s);
-            if off.abs() > limit {
+            let off = shift.shift_px - line.shift_at(shift.s);
+            if off.abs() > limit_mm {
                 continue;
             }
             let at = place.of_one(shift.s);

@@ -4,11 +4,10 @@
 //! to three standard deviations, so that spatter cannot buy a bend. The faces are then the points on either side of
 //! their own intersection, without the last millimetres before it.
 
-use super::face::{Face, square_to};
-use super::finder::{COUNTED_SIGMAS, FACE_POINTS, LEAST_ANGLE_SINE, LEAST_STRAIGHT, ProfileFinder};
+use super::face::{Face, LEAST_SIGMA_MM, RoughFace};
+use super::finder::{COUNTED_SIGMAS, FACE_POINTS, LEAST_STRAIGHT, ProfileFinder};
 use super::no_seam::NoSeam;
 use super::seen_joint::{SeenJoint, SeenSeam};
-use nalgebra::{Matrix2, Vector2};
 
 /// Places that are tried first.
 const PLACES: usize = 24;
@@ -21,8 +20,8 @@ impl ProfileFinder {
     /// Two faces that meet.
     pub(super) fn meeting(&mut self, sigma_mm: f64) -> Result<SeenJoint, NoSeam> {
         let split = self.best_split(sigma_mm).ok_or(NoSeam::NotStraight)?;
-        let faces = self.settled_faces(split).ok_or(NoSeam::NoAngle)?;
-        self.checked(faces)
+        let faces = self.settled_lines(split).ok_or(NoSeam::NoAngle)?;
+        self.checked(&faces)
     }
 
     /// Index of the first point right of the bend, searched among a few hundred of the points: the faces settle it afterwards.
@@ -51,40 +50,41 @@ impl ProfileFinder {
 
     /// What two faces with the bend at a place leave unexplained.
     fn cost(&mut self, place: usize, sigma: f64) -> Option<f64> {
-        let left = self.face(0, place)?;
-        let right = self.face(place, self.points.len())?;
-        let counted =
-            |face: &Face, point: &Vector2<f64>| (face.off(point) / sigma).abs().min(COUNTED_SIGMAS).powi(2);
-        let left: f64 = self.points[..place].iter().map(|point| counted(&left, point)).sum();
-        let right: f64 = self.points[place..].iter().map(|point| counted(&right, point)).sum();
-        Some(left + right)
+        let [left, right] = self.rough_faces(place)?.map(|face| face.line);
+        let limit_mm = COUNTED_SIGMAS * sigma;
+        let (before, after) = self.points.split_at(place);
+        Some(left.squares_up_to(before, limit_mm) + right.squares_up_to(after, limit_mm))
     }
 
-    /// Faces on either side of their own intersection; `None` for faces that are parallel.
-    pub(super) fn settled_faces(&mut self, mut split: usize) -> Option<[Face; 2]> {
-        let mut faces = [self.face(0, split)?, self.face(split, self.points.len())?];
+    /// Lines on either side of their own intersection; `None` for such that are parallel.
+    pub(super) fn settled_lines(&mut self, mut split: usize) -> Option<[RoughFace; 2]> {
+        let mut faces = self.rough_faces(split)?;
         for _ in 0..3 {
-            let corner = intersection(&faces)?;
+            let corner = faces[0].line.meets(&faces[1].line)?;
             let next = self.points.partition_point(|point| point.x < corner.x);
             let next = next.clamp(FACE_POINTS, self.points.len() - FACE_POINTS);
             if next == split {
                 break;
             }
             split = next;
-            faces = [self.face(0, split)?, self.face(split, self.points.len())?];
+            faces = self.rough_faces(split)?;
         }
         Some(faces)
     }
 
-    fn checked(&mut self, faces: [Face; 2]) -> Result<SeenJoint, NoSeam> {
-        let corner = intersection(&faces).ok_or(NoSeam::NoAngle)?;
+    fn rough_faces(&mut self, split: usize) -> Option<[RoughFace; 2]> {
+        Some([self.rough_face(0, split)?, self.rough_face(split, self.points.len())?])
+    }
+
+    fn checked(&mut self, faces: &[RoughFace; 2]) -> Result<SeenJoint, NoSeam> {
+        let corner = faces[0].line.meets(&faces[1].line).ok_or(NoSeam::NoAngle)?;
         let split = self.points.partition_point(|point| point.x < corner.x);
-        for (face, run) in [(&faces[0], &self.points[..split]), (&faces[1], &self.points[split..])] {
-            let limit = Self::limit_mm(&[*face], 0.0);
-            let on_line = run.iter().filter(|point| face.off(point).abs() < limit).count();
+        for (face, run) in faces.iter().zip([&self.points[..split], &self.points[split..]]) {
             if run.len() < FACE_POINTS {
                 return Err(NoSeam::Apart);
             }
+            let limit_mm = COUNTED_SIGMAS * face.sigma_mm.max(LEAST_SIGMA_MM);
+            let on_line = run.iter().filter(|point| face.line.off(point).abs() < limit_mm).count();
             if (on_line as f64) < LEAST_STRAIGHT * run.len() as f64 {
                 return Err(NoSeam::NotStraight);
             }
@@ -95,7 +95,7 @@ impl ProfileFinder {
             return Err(NoSeam::Apart);
         }
         let faces = self.beside(corner.x).ok_or(NoSeam::NotStraight)?;
-        let corner = intersection(&faces).ok_or(NoSeam::NoAngle)?;
+        let corner = faces[0].line.meets(&faces[1].line).ok_or(NoSeam::NoAngle)?;
         let half_lengths_mm = ends.map(|end| 0.5 * (end - corner).norm());
         Ok(SeenJoint { faces: faces.map(Some), half_lengths_mm, seam: SeenSeam::Crossing(corner) })
     }
@@ -104,15 +104,4 @@ impl ProfileFinder {
     pub(super) fn beside(&mut self, x_mm: f64) -> Option<[Face; 2]> {
         Some([self.face_between(None, Some(x_mm))?, self.face_between(Some(x_mm), None)?])
     }
-}
-
-/// Where two lines meet, unless they are nearly parallel.
-fn intersection(faces: &[Face; 2]) -> Option<Vector2<f64>> {
-    let normals = faces.map(|face| square_to(&face.direction()));
-    let matrix = Matrix2::from_rows(&normals.map(|n| n.transpose()));
-    if matrix.determinant().abs() < LEAST_ANGLE_SINE {
-        return None;
-    }
-    let distances = Vector2::new(normals[0].dot(&faces[0].anchor()), normals[1].dot(&faces[1].anchor()));
-    Some(matrix.try_inverse()? * distances)
 }

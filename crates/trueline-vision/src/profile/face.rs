@@ -1,6 +1,7 @@
 //! A straight face of a profile, and all that it says.
 
-use crate::measure::regression::Regression;
+use super::straight_line::StraightLine;
+use crate::measure::regression::{Regression, Shift};
 use nalgebra::Vector2;
 
 /// Noise is not taken to be smaller, mm: profilers print 0.1 µm.
@@ -16,46 +17,52 @@ pub struct FaceSupport {
     pub sigma_mm: f64,
 }
 
+/// The line of a face, and what its points scatter by about it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct RoughFace {
+    pub(super) line: StraightLine,
+    pub(super) sigma_mm: f64,
+}
+
 /// A straight face: a point, its direction and the regression of the shifts square to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Face {
-    pub(super) origin: Vector2<f64>,
-    pub(super) along: Vector2<f64>,
+    pub(super) about: RoughDirection,
     pub(super) regression: Regression,
+    /// Its line.
+    pub(super) line: StraightLine,
     /// Middle and half distance along it of the support points of an even face as long as it is, of one whose bow was taken out.
     pub(super) even_support: Option<[f64; 2]>,
 }
 
 impl Face {
+    /// A face whose shifts were taken about a direction.
+    pub(super) fn of(about: RoughDirection, regression: Regression) -> Self {
+        let line = about.line([regression.centre, regression.shift_px], regression.slope);
+        Self { about, regression, line, even_support: None }
+    }
+
     /// Variance of the line at a point of it, mm².
     pub(super) fn variance_at(&self, point: &Vector2<f64>) -> f64 {
-        let there = self.along.dot(&(point - self.origin));
-        self.regression.variance_at(there).max(LEAST_SIGMA_MM.powi(2))
+        self.regression.variance_at(self.about.shift(point).s).max(LEAST_SIGMA_MM.powi(2))
     }
 
     /// The line at a place along the profile.
     pub(super) fn at_x(&self, x_mm: f64) -> Option<Vector2<f64>> {
-        let (anchor, direction) = (self.anchor(), self.direction());
+        let Regression { centre, shift_px, .. } = self.regression;
+        let (anchor, direction) = (self.about.at(centre, shift_px), self.direction());
         let steps = (x_mm - anchor.x) / direction.x;
         steps.is_finite().then(|| anchor + direction * steps)
     }
 
     /// Distance of a point from the line, signed.
     pub(super) fn off(&self, point: &Vector2<f64>) -> f64 {
-        let from = point - self.origin;
-        let slope = self.regression.slope;
-        (square_to(&self.along).dot(&from) - self.regression.shift_at(self.along.dot(&from)))
-            / slope.hypot(1.0)
+        self.line.off(point)
     }
 
     /// Unit direction of the line.
     pub(super) fn direction(&self) -> Vector2<f64> {
-        (self.along + square_to(&self.along) * self.regression.slope).normalize()
-    }
-
-    /// A point of the line.
-    pub(super) fn anchor(&self) -> Vector2<f64> {
-        self.origin + self.along * self.regression.centre + square_to(&self.along) * self.regression.shift_px
+        self.about.direction(self.regression.slope)
     }
 
     /// The support points of the face, as of a stripe in a picture: errors of the line at two distances x, y from the middle of
@@ -74,7 +81,7 @@ impl Face {
         };
         let at = |from_centre: f64| {
             let s = centre + from_centre;
-            self.origin + self.along * s + square_to(&self.along) * self.regression.shift_at(s)
+            self.about.at(s, self.regression.shift_at(s))
         };
         let mut points_mm = [at(middle - half), at(middle + half)];
         if (points_mm[0] - seam).norm_squared() > (points_mm[1] - seam).norm_squared() {
@@ -82,6 +89,41 @@ impl Face {
         }
         let sigma_mm = ((2.0 * variance.max(0.0)).sqrt() / slope.hypot(1.0)).max(LEAST_SIGMA_MM);
         FaceSupport { points_mm, sigma_mm }
+    }
+}
+
+/// A point of a run of points and roughly their direction, by which they are told apart: where along it, and shifted by how much from it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct RoughDirection {
+    pub(super) origin: Vector2<f64>,
+    pub(super) along: Vector2<f64>,
+}
+
+impl RoughDirection {
+    /// Where a point is along it and how far it is shifted.
+    pub(super) fn shift(&self, point: &Vector2<f64>) -> Shift {
+        let from = point - self.origin;
+        Shift {
+            s: self.along.dot(&from),
+            shift_px: square_to(&self.along).dot(&from),
+            weight: 1.0,
+            response: 1.0,
+        }
+    }
+
+    /// The point at a distance along it, with a shift.
+    pub(super) fn at(&self, along_mm: f64, shift_mm: f64) -> Vector2<f64> {
+        self.origin + self.along * along_mm + square_to(&self.along) * shift_mm
+    }
+
+    /// The unit direction of a line of a slope about it.
+    fn direction(&self, slope: f64) -> Vector2<f64> {
+        (self.along + square_to(&self.along) * slope).normalize()
+    }
+
+    /// The line through such a point, of a slope.
+    pub(super) fn line(&self, [along_mm, shift_mm]: [f64; 2], slope: f64) -> StraightLine {
+        StraightLine::through(&self.at(along_mm, shift_mm), square_to(&self.direction(slope)))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Finds the seam in one profile after the other.
 
-use super::face::{Face, LEAST_SIGMA_MM, square_to};
+use super::face::{Face, LEAST_SIGMA_MM, RoughDirection, RoughFace};
 use super::face_end::Outward;
 use super::joint::ProfileJoint;
 use super::no_seam::NoSeam;
@@ -110,26 +110,33 @@ impl ProfileFinder {
 
     /// A robust line through a run of points, in coordinates along its rough direction, so that steep faces are like any other.
     pub(super) fn face(&mut self, from: usize, to: usize) -> Option<Face> {
+        let about = self.take_run(from, to)?;
+        Some(Face::of(about, self.regressor.fit(&self.shifts)?))
+    }
+
+    /// The same without what is known of the line's noise.
+    pub(super) fn rough_face(&mut self, from: usize, to: usize) -> Option<RoughFace> {
+        let about = self.take_run(from, to)?;
+        let line = self.regressor.rough_line(&self.shifts)?;
+        let sigma_mm = self.regressor.spread(&line);
+        Some(RoughFace { line: about.line([line.centre, line.shift_px], line.slope), sigma_mm })
+    }
+
+    /// Takes the shifts of a run of the points about its rough direction: from the medians of its first third to those of its last.
+    pub(super) fn take_run(&mut self, from: usize, to: usize) -> Option<RoughDirection> {
         let points = &self.points[from..to];
         let third = (points.len() / 3).max(1);
         let mut middle_of = |run: &[Vector2<f64>]| {
-            let mut of = |axis: usize| {
-                self.spare.clear();
-                self.spare.extend(run.iter().map(|point| point[axis]));
-                median(&mut self.spare)
-            };
-            Vector2::new(of(0), of(1))
+            self.spare.clear();
+            self.spare.extend(run.iter().map(|point| point.y));
+            // The points are sorted along x.
+            run.get(run.len() / 2).map(|point| Vector2::new(point.x, median(&mut self.spare)))
         };
-        let (first, last) = (middle_of(&points[..third]), middle_of(&points[points.len() - third..]));
-        let along = (last - first).try_normalize(1e-9)?;
-        let across = square_to(&along);
+        let (first, last) = (middle_of(points.get(..third)?)?, middle_of(&points[points.len() - third..])?);
+        let about = RoughDirection { origin: first, along: (last - first).try_normalize(1e-9)? };
         self.shifts.clear();
-        self.shifts.extend(points.iter().map(|point| {
-            let from = point - first;
-            Shift { s: along.dot(&from), shift_px: across.dot(&from), weight: 1.0, response: 1.0 }
-        }));
-        let regression = self.regressor.fit(&self.shifts)?;
-        Some(Face { origin: first, along, regression, even_support: None })
+        self.shifts.extend(points.iter().map(|point| about.shift(point)));
+        Some(about)
     }
 
     /// A face from one place to another without what lies next to them: there a column sees more than the face, or a mirrored

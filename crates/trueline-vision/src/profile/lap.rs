@@ -21,7 +21,7 @@ impl ProfileFinder {
     /// Two parallel faces and the edge of the upper one.
     pub(super) fn lap(&mut self, sigma_mm: f64) -> Result<SeenJoint, NoSeam> {
         let split = self.best_split(sigma_mm).ok_or(NoSeam::NotStraight)?;
-        if self.settled_faces(split).is_some() {
+        if self.settled_lines(split).is_some() {
             return Err(NoSeam::NoStep);
         }
         self.stepped(split, sigma_mm).ok_or(NoSeam::NoStep)

@@ -20,6 +20,7 @@ mod seen;
 mod seen_joint;
 mod shared_noise;
 mod sight;
+mod straight_line;
 mod stream;
 mod view;
 
