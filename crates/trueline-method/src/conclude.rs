@@ -8,7 +8,7 @@ use crate::assess::cross_validation::{self, Subject};
 use crate::assess::instead_of_sensor::{self, InsteadOfSensor};
 use crate::assess::misfit_cause::MisfitCause;
 use crate::assess::misfit_patterns::Patterns;
-use crate::assess::observability::RANK_THRESHOLD;
+use crate::assess::observability::{Group, RANK_THRESHOLD};
 use crate::assess::profile_likelihood::{self, Widening};
 use crate::assess::residuals::{self, FeatureResidual};
 use crate::assess::robot_field::RobotSigmas;
@@ -338,13 +338,13 @@ fn checks(
 ) -> Checks {
     let (config, fit, observations) =
         (from.settings.config, &from.assessed.drift_free.fit, &from.assessed.drift_free.observations);
-    let at = &unknowns.parameters;
+    let (at, observability) = (&unknowns.parameters, &unknowns.observability);
     let list = fit.placed.of(observations);
     let predict = || seam_point_error::predict(observations, list, at, &unknowns.covariance, &config.used_at);
     Checks {
         mirrored: from.mirrored,
         // Other answers of a scan that shows neither time offset nor rotation mean nothing.
-        ambiguity: if (TIME_OFFSET..TRANSLATION).any(|k| unknowns.is_known(k)) {
+        ambiguity: if [Group::TimeOffset, Group::Rotation].iter().any(|group| observability.shows(*group)) {
             from.ambiguity.clone()
         } else {
             from.ambiguity.without_rivals()

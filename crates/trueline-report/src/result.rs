@@ -111,9 +111,7 @@ fn with_bow(c: &Calibration, number: usize, entry: LineEntry) -> LineEntry {
 /// A complete answer that the scan does not tell from the one given, but for what it does not show at all.
 fn rival(c: &Calibration, rival: &RivalAnswer) -> RivalEntry {
     let pose = &rival.parameters.tool_from_camera;
-    let shows = |group: Group| {
-        c.findings.unknowns.observability.unobservable.iter().all(|unseen| unseen.group != group)
-    };
+    let shows = |group: Group| c.findings.unknowns.observability.shows(group);
     let translation = |axis: Axis| {
         c.is_known(TRANSLATION + axis as usize).then(|| pose.translation.vector[axis as usize] * MM_PER_M)
     };

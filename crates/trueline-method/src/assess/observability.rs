@@ -146,6 +146,12 @@ impl Observability {
         self.observable_components[ROTATION..LINES].iter().all(|seen| *seen)
     }
 
+    /// Whether nothing of a group is unseen.
+    #[must_use]
+    pub fn shows(&self, group: Group) -> bool {
+        self.unobservable.iter().all(|unseen| unseen.group != group)
+    }
+
     /// Of a scan of which nothing can be used.
     pub(crate) fn of_nothing(at: &Parameters) -> Self {
         let size = at.dimension();
