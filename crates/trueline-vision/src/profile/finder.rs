@@ -15,8 +15,6 @@ pub(super) const FACE_POINTS: usize = 10;
 pub(super) const LEAST_STRAIGHT: f64 = 0.6;
 /// Residuals count up to this many standard deviations.
 pub(super) const COUNTED_SIGMAS: f64 = 3.0;
-/// Two faces that differ in direction by less (sine) are one, or the plates of a lap joint: 10°.
-pub(super) const LEAST_ANGLE_SINE: f64 = 0.17;
 /// So much of a face next to the seam is left out, mm along x (what a column sees at once is as wide in x on any face), ...
 const LEFT_OUT_MM: f64 = 2.0;
 /// ... and no more than this part of the face.

@@ -5,9 +5,10 @@
 
 use super::face::Face;
 use super::face_end::Outward;
-use super::finder::{LEAST_ANGLE_SINE, ProfileFinder};
+use super::finder::ProfileFinder;
 use super::no_seam::NoSeam;
 use super::seen_joint::{SeenJoint, SeenSeam};
+use super::straight_line::LEAST_ANGLE_SINE;
 use crate::measure::regression::median;
 
 /// Narrowest gap, in distances of columns: three columns without a return are chance.

@@ -1,8 +1,10 @@
 //! A straight line in a profile.
 
-use super::finder::LEAST_ANGLE_SINE;
 use crate::fastest::fastest;
 use nalgebra::{Matrix2, Vector2};
+
+/// Two faces that differ in direction by less (sine) are one, or the plates of a lap joint: 10°.
+pub(super) const LEAST_ANGLE_SINE: f64 = 0.17;
 
 /// The points p with n · p = d, of a unit normal n.
 #[derive(Clone, Copy, Debug, PartialEq)]
