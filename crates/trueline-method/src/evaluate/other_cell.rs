@@ -35,10 +35,21 @@ const OTHER_CELL: Limits = Limits { shift_m: 5e-3, turn_rad: 0.02, offset_s: 0.0
 /// More than this is worth a word: what cameras and robots of one cell drift by is less.
 const NOTABLE: Limits = Limits { shift_m: 1e-3, turn_rad: 3.5e-3, offset_s: 1e-3, sigmas: 5.0 };
 
+/// Points whose median distance is more than so many times what the scan's own calibration leaves (RMS) …
+const NOTABLE_RATIO: f64 = 2.0;
+/// … and this much more, m, are not as near as they could be, wherever that comes from.
+const NOTABLE_MEDIAN_M: f64 = 0.05e-3;
+
 /// Calibrates the scan by itself and compares; `None` where both agree, or where the scan does not calibrate by itself (a curved seam,
-/// too little motion), so that nothing is known.
+/// too little motion), so that nothing is known. `median_m` is how far half of the points lie from the line fitted to them, where one
+/// was.
 #[must_use]
-pub fn other_cell(recording: &Recording, by: &Guess, config: &Config) -> Option<OtherCell> {
+pub fn other_cell(
+    recording: &Recording,
+    by: &Guess,
+    median_m: Option<f64>,
+    config: &Config,
+) -> Option<OtherCell> {
     let own = calibrate(recording, None, config).ok()?;
     if own.status() != Status::Accepted {
         return None;
@@ -48,7 +59,9 @@ pub fn other_cell(recording: &Recording, by: &Guess, config: &Config) -> Option<
     let offset_s = best.time_offset_s - by.time_offset_s;
     let sigmas = sigmas(&own)?;
     let apart = [turn.norm(), shift.norm(), offset_s.abs()];
-    NOTABLE.exceeded(apart, sigmas).then(|| OtherCell {
+    let left_m = own.findings.fit.residuals.rms_m;
+    let is_far = |median_m: f64| median_m > NOTABLE_RATIO * left_m && median_m > left_m + NOTABLE_MEDIAN_M;
+    (NOTABLE.exceeded(apart, sigmas) || median_m.is_some_and(is_far)).then(|| OtherCell {
         shift_m: shift.norm(),
         turn_rad: turn.norm(),
         offset_s,
