@@ -182,25 +182,12 @@ impl fmt::Display for Remark {
             Self::OffsetUncertain { sigma_m } => {
                 write!(f, "the plane's offset is known to ± {:.2} mm only: use more boards", sigma_m * 1e3)
             }
-            Self::TooLittleTilt { tilts_rad: [first, second] } => write!(
-                f,
-                "tilt the tool by 20 degrees and more to every side, near and far: it was tilted by ± {:.1} degrees about one axis and ± {:.1} about the other",
-                first.to_degrees(),
-                second.to_degrees()
-            ),
+            Self::TooLittleTilt { tilts_rad } => too_little_tilt(f, tilts_rad.map(f64::to_degrees)),
             Self::BoardDoubtful { index, z } => {
                 write!(f, "board {} lies {:.1} standard deviations off the plane", index + 1, z.abs())
             }
-            Self::PointsOffPlane { rms_m } => write!(
-                f,
-                "the points lie {:.2} mm RMS off the plane: are the boards flat, the points in mm, and the laser's lines one plane?",
-                rms_m * 1e3
-            ),
-            Self::BoardNeverWhole { stated: [columns, rows], seen: [most_columns, most_rows] } => write!(
-                f,
-                "no picture shows all {columns} x {rows} inner corners, the most are {most_columns} x {most_rows}: is the board's size as \
-                 stated?"
-            ),
+            Self::PointsOffPlane { rms_m } => points_off_plane(f, *rms_m),
+            Self::BoardNeverWhole { stated, seen } => board_never_whole(f, *stated, *seen),
             Self::FewBoardPictures { count } => {
                 write!(
                     f,
@@ -224,6 +211,33 @@ impl fmt::Display for Remark {
             ),
         }
     }
+}
+
+fn too_little_tilt(f: &mut fmt::Formatter<'_>, [first_deg, second_deg]: [f64; 2]) -> fmt::Result {
+    write!(
+        f,
+        "tilt the tool by 20 degrees and more to every side, near and far: it was tilted by ± {first_deg:.1} degrees about one axis and \
+         ± {second_deg:.1} about the other"
+    )
+}
+
+fn points_off_plane(f: &mut fmt::Formatter<'_>, rms_m: f64) -> fmt::Result {
+    write!(
+        f,
+        "the points lie {:.2} mm RMS off the plane: are the boards flat, the points in mm, and the laser's lines one plane?",
+        rms_m * 1e3
+    )
+}
+
+fn board_never_whole(
+    f: &mut fmt::Formatter<'_>,
+    [columns, rows]: [usize; 2],
+    [most_columns, most_rows]: [usize; 2],
+) -> fmt::Result {
+    write!(
+        f,
+        "no picture shows all {columns} x {rows} inner corners, the most are {most_columns} x {most_rows}: is the board's size as stated?"
+    )
 }
 
 /// What is no number exceeds every limit.

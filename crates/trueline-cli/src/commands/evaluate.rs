@@ -41,7 +41,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
     };
     let evaluation = evaluate(&recording, &known.parameters, references, args.fit)?;
     let check = tolerance_m.map(|tolerance_m| evaluation.check(tolerance_m, args.coverage_percent / 100.0));
-    let other = other_cell(&recording, &known.parameters, &Config::default());
+    let other = other_cell(&recording, &known.parameters, evaluation.fitted_median_m(), &Config::default());
     if let Some(file) = &args.json {
         let mut json = evaluation_summary::json(&evaluation, check.as_ref(), other.as_ref());
         if let Some(stops) = &stops {

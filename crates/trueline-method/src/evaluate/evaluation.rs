@@ -135,6 +135,12 @@ pub struct Evaluation {
 }
 
 impl Evaluation {
+    /// How far half of the calibrated points are from what was fitted to them, m; `None` where the reference was known.
+    #[must_use]
+    pub fn fitted_median_m(&self) -> Option<f64> {
+        (!self.known).then(|| Figures::of(self.calibrated.iter().map(|point| point.error_m)).median_m)
+    }
+
     /// The calibrated points against a tolerance, m; the reference must say something of this part of them.
     #[must_use]
     pub fn check(&self, tolerance_m: f64, needed_coverage: f64) -> ToleranceCheck {
