@@ -89,6 +89,23 @@ fn evaluate_holds_a_scan_against_a_tolerance_and_knows_a_calibration_of_another_
     assert!(words.contains("Passed: ") && words.contains("within 1 mm"), "{words}");
     let passed = json(&dir.path().join("passed.json"));
     assert_eq!((&passed["tolerance"]["passed"], &passed["other_cell"]), (&true.into(), &Value::Null));
+    assert_eq!(passed["differs"], Value::Null);
+    // What another cell would not explain is told without failing: too small a shift, and a delay of 7 ms.
+    for (key, shift_mm, delay_s) in [("shift", 3.0, 0.0), ("delay", 0.0, 0.007)] {
+        let mut wrong = json(&dir.path().join("result.json"));
+        let x = wrong["tool_from_camera"]["translation_mm"][0].as_f64().unwrap();
+        wrong["tool_from_camera"]["translation_mm"][0] = (x + shift_mm).into();
+        wrong["time_offset_s"] = (wrong["time_offset_s"].as_f64().unwrap() + delay_s).into();
+        fs::write(dir.path().join("wrong.json"), wrong.to_string()).unwrap();
+        let (_, words) = succeeds(dir.path(), "evaluate scan -c wrong.json --json differs.json");
+        assert!(words.contains("warning: this calibration is not this scan's"), "{key}: {words}");
+        let told = json(&dir.path().join("differs.json"));
+        assert_eq!(told["other_cell"], Value::Null, "{key}");
+        // The scan's own calibration less the wrong one, to a tenth of what was added: far more than ten of its ±.
+        let found = [told["differs"]["shift_mm"].as_f64(), told["differs"]["time_offset_s"].as_f64()];
+        assert!((found[0].unwrap() - shift_mm).abs() < 0.3, "{key}: {found:?}");
+        assert!((found[1].unwrap() + delay_s).abs() < 0.0007, "{key}: {found:?}");
+    }
     let (code, _, words) =
         told(dir.path(), "evaluate scan -c result.json --tolerance 1um --report report.html");
     assert!(code == 1 && words.contains("NOT passed: "), "{words}");

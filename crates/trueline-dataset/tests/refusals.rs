@@ -267,6 +267,14 @@ fn guesses() {
 }
 
 #[test]
+fn whole_numbers_may_have_a_fraction_of_zero() {
+    let features = read_with("features.csv", "time_s,u_px,v_px,frame\n0.001,1,2,3.0\n").unwrap().features;
+    assert_eq!(features[0].frame, Some(3));
+    assert!(refusal("features.csv", "time_s,u_px,v_px,frame\n0.001,1,2,3.5\n").contains("found `3.5`"));
+    assert!(refusal("features.csv", "time_s,u_px,v_px,frame\n0.001,1,2,.0\n").contains("found `.0`"));
+}
+
+#[test]
 fn nothing_is_overwritten() {
     let dir = tempfile::tempdir().unwrap();
     let recording = read_with("robot.csv", ROBOT).unwrap();

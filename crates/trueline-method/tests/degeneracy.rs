@@ -1,11 +1,13 @@
 //! Motions that cannot show everything: the rank and the named direction of each (maths of observability).
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+use trueline_dataset::Sensor;
+use trueline_geometry::Plane;
 use trueline_method::assess::observability::Group;
 use trueline_method::verdict::Axis;
-use trueline_method::{Calibration, Config, Reason, Status, calibrate};
+use trueline_method::{Calibration, Config, Error, Reason, Status, calibrate};
 use trueline_sim::scenario::Sine;
-use trueline_sim::{Preset, Scenario, simulate};
+use trueline_sim::{Preset, Scenario, SensorModel, simulate};
 
 fn calibrated(scenario: &Scenario) -> Calibration {
     calibrate(&simulate(scenario, 1).unwrap(), None, &Config::default()).unwrap()
@@ -22,6 +24,47 @@ fn along_the_line_nothing_usable_is_seen() {
     assert!(groups(&calibration).contains(&Group::TimeOffset));
     assert_eq!(calibration.sigma(0), None);
     assert_eq!(calibration.findings.unknowns.observability.rank, 4);
+    // Every other time offset would do as well: none of them is an answer.
+    assert!(calibration.findings.checks.ambiguity.rivals.is_empty());
+    assert!(calibration.findings.unknowns.corrected.is_none());
+}
+
+#[test]
+fn points_off_the_plane_that_the_sensors_file_states_are_refused() {
+    let mut scenario = Preset::Quick.scenario();
+    let SensorModel::CameraLaser { camera, laser_plane_in_camera } = scenario.cell.sensor.clone() else {
+        unreachable!()
+    };
+    scenario.cell.sensor = SensorModel::Points { camera, laser_plane_in_camera };
+    let mut recording = simulate(&scenario, 1).unwrap();
+    let mut with_plane_moved_by = |moved_m: f64| {
+        let normal = laser_plane_in_camera.normal().into_inner();
+        let moved = Plane::new(normal, laser_plane_in_camera.offset() + moved_m);
+        recording.sensor = Sensor::Points { laser_plane_in_camera: moved };
+        calibrate(&recording, None, &Config::default())
+    };
+    assert_eq!(with_plane_moved_by(0.0).unwrap().status(), Status::Accepted);
+    for moved_m in [30e-3, -30e-3] {
+        let refused = with_plane_moved_by(moved_m);
+        let Err(Error::PointsOffStatedPlane { median_m }) = refused else { panic!("{refused:?}") };
+        // Points are in the plane to a tenth of a millimetre.
+        assert!((median_m - 30e-3).abs() < 1e-4, "{median_m}");
+    }
+}
+
+/// Two poses 20 s apart: the line can be anywhere.
+#[test]
+fn where_no_feature_can_be_used_nothing_is_known() {
+    let mut recording = simulate(&Preset::Quick.scenario(), 1).unwrap();
+    recording.robot = vec![recording.robot[0], *recording.robot.last().unwrap()];
+    let calibration = calibrate(&recording, None, &Config::default()).unwrap();
+    assert_eq!(calibration.findings.fit.residuals.used, 0);
+    assert!(matches!(calibration.reasons(), [Reason::TooFewUsed { used: 0, .. }]));
+    let observability = &calibration.findings.unknowns.observability;
+    assert_eq!((observability.rank, groups(&calibration).len()), (0, 4));
+    assert!((0..7).all(|k| calibration.sigma(k).is_none() && !calibration.is_known(k)));
+    assert!(calibration.time_offset().is_err() && calibration.line(0).is_err());
+    assert!(calibration.findings.checks.ambiguity.rivals.is_empty());
 }
 
 #[test]
@@ -45,6 +88,10 @@ fn constant_attitude_hides_the_translation_and_nothing_else() {
         "{:?}",
         calibration.reasons()
     );
+    // The other attitude is an answer beside this one.
+    let rivals = &calibration.findings.checks.ambiguity.rivals;
+    assert!(matches!(&rivals[..], [only] if only.is_mirror), "{rivals:?}");
+    assert!(!calibration.findings.checks.ambiguity.is_open(), "it is at the same time offset");
 }
 
 #[test]

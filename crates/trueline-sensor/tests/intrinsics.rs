@@ -34,6 +34,19 @@ fn a_camera_is_recovered_from_corners_without_noise() {
 }
 
 #[test]
+fn a_board_that_no_picture_shows_whole_is_told() {
+    let mut views = views(3, 0.1, 2);
+    assert_eq!(verdict::never_whole(&views, &board()), None);
+    for view in &mut views {
+        view.complete = false;
+        view.corners.retain(|corner| corner.column < 4);
+    }
+    let stated = [board().columns, board().rows];
+    let told = verdict::never_whole(&views, &board());
+    assert_eq!(told, Some(verdict::Remark::BoardNeverWhole { stated, seen: [4, stated[1]] }));
+}
+
+#[test]
 fn the_covariance_is_honest() {
     // 60 sets: the mean of squared errors by their covariance, over its dimension, has a spread of
     // sqrt(2 / (60 × 8)) = 0.065 about one; 0.2 is three of them.

@@ -14,6 +14,7 @@ use trueline_geometry::Plane;
 use trueline_sensor::Error;
 use trueline_sensor::laser_plane::{KnownCamera, StripedView, fit_joint, fit_points, jackknife, next_board};
 use trueline_sensor::sheet_tilt;
+use trueline_sensor::verdict::{self, Remark};
 
 /// Stripes on `count` boards: lines in the plane, each moved off it and tilted as a whole, with hardly any noise of its own.
 fn stripes(count: usize, offset_m: f64, slope: f64, random: &mut ChaCha12Rng) -> Vec<Vec<Vector3<f64>>> {
@@ -43,6 +44,19 @@ fn stripes(count: usize, offset_m: f64, slope: f64, random: &mut ChaCha12Rng) ->
 fn off(estimate: &Plane) -> Vector3<f64> {
     let tilt = sheet_tilt::axes(estimate).transpose() * plane().normal().into_inner();
     -Vector3::new(tilt.x, tilt.y, plane().offset() - estimate.offset())
+}
+
+#[test]
+fn points_of_no_plane_are_refused_and_doubtful_ones_are_told() {
+    let code = |remarks: Vec<Remark>| remarks.iter().map(Remark::code).collect::<Vec<_>>();
+    // Offsets of the boards are what the points are off by: beyond 2 mm RMS refused, beyond 0.5 mm told. 40 boards: ± 11 %.
+    for (offset_m, refused, told) in [(1e-4, false, false), (1e-3, false, true), (4e-3, true, false)] {
+        let mut random = ChaCha12Rng::seed_from_u64(7);
+        let fit = fit_points(&stripes(40, offset_m, 0.0, &mut random)).unwrap();
+        let (reasons, warnings) = verdict::of_points(&fit);
+        assert_eq!(code(reasons).contains(&"points-off-plane"), refused, "{offset_m}");
+        assert_eq!(code(warnings).contains(&"points-off-plane"), told, "{offset_m}");
+    }
 }
 
 #[test]

@@ -328,58 +328,54 @@ fn every(count: usize) -> usize {
     count.div_ceil(SAMPLED)
 }
 
-/// Sums in four lanes, which one instruction adds at once.
+/// Lanes that one instruction adds at once.
+const LANES: usize = 4;
+
+/// N sums of what each shift gives, by where it is along the line, its shift and its response, in lanes.
 #[inline(always)]
-fn weighted_sums([along, shifts, responses]: [&[f64]; 3], [at, slope]: [f64; 2], scale: f64) -> [f64; 6] {
-    const LANES: usize = 4;
-    let mut lanes = [[0.0_f64; LANES]; 6];
-    let add = |lanes: &mut [[f64; LANES]; 6], k: usize, x: f64, shift: f64, response: f64| {
-        let off = (shift - response * (at + slope * x)) * scale;
-        let inside = (1.0 - off * off).max(0.0);
-        let weight = inside * inside;
-        let answering = weight * response;
-        lanes[0][k] += answering;
-        lanes[1][k] += answering * x;
-        lanes[2][k] += answering * x * x;
-        lanes[3][k] += weight * shift;
-        lanes[4][k] += weight * shift * x;
-        lanes[5][k] += weight;
+fn sums_in_lanes<const N: usize>(
+    [along, shifts, responses]: [&[f64]; 3],
+    terms: impl Fn(f64, f64, f64) -> [f64; N],
+) -> [f64; N] {
+    let mut lanes = [[0.0_f64; LANES]; N];
+    let add = |lanes: &mut [[f64; LANES]; N], lane: usize, terms: [f64; N]| {
+        for (sum, term) in lanes.iter_mut().zip(terms) {
+            sum[lane] += term;
+        }
     };
     let whole = along.len() / LANES * LANES;
     let fours = along[..whole].chunks_exact(LANES).zip(shifts[..whole].chunks_exact(LANES));
     for ((x, shift), response) in fours.zip(responses[..whole].chunks_exact(LANES)) {
-        for k in 0..LANES {
-            add(&mut lanes, k, x[k], shift[k], response[k]);
+        for lane in 0..LANES {
+            add(&mut lanes, lane, terms(x[lane], shift[lane], response[lane]));
         }
     }
     for k in whole..along.len() {
-        add(&mut lanes, k - whole, along[k], shifts[k], responses[k]);
+        add(&mut lanes, k - whole, terms(along[k], shifts[k], responses[k]));
     }
     lanes.map(|lane| lane.iter().sum())
 }
 
-/// The sum of the squares of the residuals within a limit about a line, and their number, in lanes.
+/// Σ wρ, Σ wρx, Σ wρx², Σ we, Σ wxe and Σ w with the biweight about a line.
 #[inline(always)]
-fn squares_within([along, shifts, responses]: [&[f64]; 3], [at, slope]: [f64; 2], limit: f64) -> [f64; 2] {
-    const LANES: usize = 4;
-    let mut lanes = [[0.0_f64; LANES]; 2];
-    let add = |lanes: &mut [[f64; LANES]; 2], k: usize, x: f64, shift: f64, response: f64| {
+fn weighted_sums(rows: [&[f64]; 3], [at, slope]: [f64; 2], scale: f64) -> [f64; 6] {
+    sums_in_lanes(rows, |x, shift, response| {
+        let off = (shift - response * (at + slope * x)) * scale;
+        let inside = (1.0 - off * off).max(0.0);
+        let weight = inside * inside;
+        let answering = weight * response;
+        [answering, answering * x, answering * x * x, weight * shift, weight * shift * x, weight]
+    })
+}
+
+/// The sum of the squares of the residuals within a limit about a line, and their number.
+#[inline(always)]
+fn squares_within(rows: [&[f64]; 3], [at, slope]: [f64; 2], limit: f64) -> [f64; 2] {
+    sums_in_lanes(rows, |x, shift, response| {
         let off = shift - response * (at + slope * x);
         let counts = f64::from(u8::from(off.abs() < limit));
-        lanes[0][k] += counts * off * off;
-        lanes[1][k] += counts;
-    };
-    let whole = along.len() / LANES * LANES;
-    let fours = along[..whole].chunks_exact(LANES).zip(shifts[..whole].chunks_exact(LANES));
-    for ((x, shift), response) in fours.zip(responses[..whole].chunks_exact(LANES)) {
-        for k in 0..LANES {
-            add(&mut lanes, k, x[k], shift[k], response[k]);
-        }
-    }
-    for k in whole..along.len() {
-        add(&mut lanes, k - whole, along[k], shifts[k], responses[k]);
-    }
-    lanes.map(|lane| lane.iter().sum())
+        [counts * off * off, counts]
+    })
 }
 
 /// Σ ab of two rows as far as the shorter reaches, in lanes.
