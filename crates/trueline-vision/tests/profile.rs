@@ -62,6 +62,76 @@ fn the_covariance_is_the_spread_of_many_profiles() {
     assert!((1.6..2.4).contains(&mean), "{mean}");
 }
 
+/// Half of what a profiler sees of bowed faces, mm.
+const HALF_VIEW_MM: f64 = 30.0;
+/// Slopes of faces that meet at the origin, and so much of them beside it that is left out, mm.
+const BOWED_SLOPES: [f64; 2] = [-1.4, 0.7];
+const LEFT_OUT_MM: f64 = 2.0;
+
+/// The height of a bowed face above the seam.
+fn bowed(x: f64, bow_mm: f64, power: i32) -> f64 {
+    BOWED_SLOPES[usize::from(x > 0.0)] * x + bow_mm * (x.abs() / 25.0).powi(power)
+}
+
+/// Faces bowed by so much 25 mm from the seam, whose columns lie anew in each profile. Of a hundred columns one is a reflection, three are lost, and
+/// beyond the view's border one returns something.
+fn bowed_profile(bow_mm: f64, power: i32, noise: &mut Noise) -> Vec<[f64; 2]> {
+    let phase = noise.uniform();
+    let column = |k: i32| {
+        let x = 0.1 * (f64::from(k) + phase);
+        let is_in_view = x.abs() < HALF_VIEW_MM;
+        let is_false = noise.uniform() < 0.01;
+        let is_seen = if is_in_view { noise.uniform() > 0.03 } else { is_false };
+        let off = if is_false { 12.0 * noise.uniform() - 6.0 } else { 0.02 * noise.normal() };
+        is_seen.then_some([x, bowed(x, bow_mm, power) + off])
+    };
+    (-340..340).filter_map(column).collect()
+}
+
+/// Where the lines with equal weights through the surfaces of both faces meet, from sums over a fine raster.
+fn corner_of_bowed_faces(bow_mm: f64, power: i32) -> Vector2<f64> {
+    let line = |from: f64, to: f64| {
+        let raster = (0..20_000).map(|k| from + (to - from) * (f64::from(k) + 0.5) / 20_000.0);
+        let middle = 0.5 * (from + to);
+        let [mean, moment, square] = raster.fold([0.0; 3], |[mean, moment, square], x| {
+            let z = bowed(x, bow_mm, power);
+            [mean + z / 20_000.0, moment + (x - middle) * z, square + (x - middle).powi(2)]
+        });
+        [mean - moment / square * middle, moment / square]
+    };
+    let mut corner = Vector2::zeros();
+    for _ in 0..20 {
+        let [left, right] =
+            [line(-HALF_VIEW_MM, corner.x - LEFT_OUT_MM), line(corner.x + LEFT_OUT_MM, HALF_VIEW_MM)];
+        let x = (right[0] - left[0]) / (left[1] - right[1]);
+        corner = Vector2::new(x, left[0] + left[1] * x);
+    }
+    corner
+}
+
+#[test]
+fn the_corner_of_bowed_faces_scatters_as_it_says_wherever_the_columns_end() {
+    for (bow_mm, power) in [(0.0, 2), (0.05, 2), (0.2, 2), (-0.2, 2), (0.2, 3)] {
+        let mut noise = Noise(11);
+        let mut finder = ProfileFinder::default();
+        let expected = corner_of_bowed_faces(bow_mm, power);
+        let runs = 400;
+        let (mut squared, mut mean) = (0.0, Vector2::zeros());
+        for _ in 0..runs {
+            let found = finder.find(&bowed_profile(bow_mm, power, &mut noise)).unwrap();
+            let off = found.point_mm - expected;
+            let inverse = found.covariance_mm2.try_inverse().unwrap();
+            squared += (off.transpose() * inverse * off)[(0, 0)] / f64::from(runs);
+            mean += off / f64::from(runs);
+        }
+        // As above; a line that ended at whatever column comes next gave 8 for 0.2 mm.
+        assert!((1.6..2.4).contains(&squared), "{bow_mm} mm, power {power}: {squared}");
+        // Four standard deviations (1.6 µm) of a mean of 400, and the half column and the one in thirty that is lost before the border, by which a bow of
+        // 0.2 mm moves the corner by 0.5 µm.
+        assert!(mean.amax() < 1e-3, "{bow_mm} mm, power {power}: {mean}");
+    }
+}
+
 #[test]
 fn spatter_and_holes_do_not_move_it() {
     let mut noise = Noise(3);

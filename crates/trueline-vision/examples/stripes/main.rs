@@ -132,7 +132,7 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-/// 0.2 mm in each surface term of both plates, of a fillet, of a lap, of a lap in profiles, and of one plate with its edge.
+/// 0.2 mm in each surface term of both plates, of a fillet, of a lap and of one plate with its edge, in pictures and in profiles.
 fn bowed() -> Vec<Case> {
     let terms = ["r²", "rs", "s²", "r³", "r²s", "rs²", "s³"];
     let paper = Preset::Paper.scenario();
@@ -141,6 +141,7 @@ fn bowed() -> Vec<Case> {
     let lap = PlatePair::Lap { step_m: 3e-3 };
     let kinds = [
         ("bowed", PlatePair::Meeting, &paper),
+        ("fillet of profiles, bowed", PlatePair::Meeting, &profiled),
         ("lap, bowed", lap, &paper),
         ("lap of profiles, bowed", lap, &profiled),
         ("one plate, bowed", PlatePair::Edge, &paper),

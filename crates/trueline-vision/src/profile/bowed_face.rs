@@ -5,71 +5,88 @@
 //! out first. On an even face Legendre's second and third polynomial have no part in a line, and what is left after them is the line and the noise,
 //! wherever along it the columns are: those that are even across the view are not so along a bowed face. The second polynomial is zero at (one third)½ of the half
 //! length, so that the line meets a bow of second degree there: these are the support points.
+//!
+//! Which line that is depends on where the face begins and ends: half a column more of a face of 20 mm that is bowed by 0.2 mm moves it by 0.5 µm at the seam, as much as
+//! a third of its noise, and a false column some millimetres beyond it by ten times as much. So it ends at the seam, not at the
+//! next column, and at its last column, not at whatever lies beyond.
 
+use super::bow::{Bow, Place, bent};
 use super::face::Face;
 use super::finder::{COUNTED_SIGMAS, ProfileFinder};
 use crate::measure::regression::{Regression, RobustLine};
 use nalgebra::{Matrix4, Vector4};
 
 impl ProfileFinder {
-    /// A robust line through a run of the points as [`ProfileFinder::face`] has it, after the run's bow is taken out of them. The spread of its points stays that
-    /// about the bowed face.
-    pub(super) fn face_without_bow(&mut self, from: usize, to: usize) -> Option<Face> {
+    /// A robust line through a run of the points as [`ProfileFinder::face`] has it, after the run's bow is taken out of them. The face ends to the left and to
+    /// the right at a place along x where that is known, else at its last column. The spread of its points stays that about the bowed face.
+    pub(super) fn face_without_bow(
+        &mut self,
+        from: usize,
+        to: usize,
+        ends_x: [Option<f64>; 2],
+    ) -> Option<Face> {
         let about = self.take_run(from, to)?;
         let bowed = self.regressor.rough_line(&self.shifts)?;
         let sigma_px = self.regressor.spread(&bowed);
-        let place = Place::of(self.shifts.iter().map(|shift| shift.s));
-        let Some([of_square, of_cube]) = self.bow(&bowed, COUNTED_SIGMAS * sigma_px, &place) else {
+        let place = Place::between(self.shifts[0].s, self.shifts[self.shifts.len() - 1].s);
+        let Some(bow) = self.bow(&bowed, COUNTED_SIGMAS * sigma_px, &place) else {
             return Some(Face::of(about, self.regressor.fit(&self.shifts)?));
         };
+        let BowFit { terms: [_, _, of_square, of_cube], spread_mm } = bow;
         for shift in &mut self.shifts {
             let [square, cube] = bent(place.of_one(shift.s));
             shift.shift_px -= of_square * square + of_cube * cube;
         }
         let straight = self.regressor.fit_near(&self.shifts, &bowed)?;
         let regression = Regression { sigma_px, ..straight };
-        let even_support = Some([place.middle, place.half / 3_f64.sqrt()]);
-        Some(Face { even_support, ..Face::of(about, regression) })
+        let bow = Bow { place, parts: [of_square, of_cube] };
+        let face = Face { bow: Some(bow), ..Face::of(about, regression) };
+        let [first, last] = self.columns_on(&regression, COUNTED_SIGMAS * spread_mm)?;
+        let at = |x: Option<f64>| Some(face.along_at(x?));
+        Some(face.over(&Place::between(at(ends_x[0]).unwrap_or(first), at(ends_x[1]).unwrap_or(last))))
     }
 
-    /// The parts of both polynomials in the shifts about a face's line, of those that are not further off it than a limit; `None` of too few.
-    fn bow(&self, line: &RobustLine, limit_mm: f64, place: &Place) -> Option<[f64; 2]> {
+    /// The bow in the shifts about a face's line, of those that are not further off it than a limit, and then once more of those that are not further off the bowed face
+    /// than they scatter; `None` of too few.
+    fn bow(&self, line: &RobustLine, limit_mm: f64, place: &Place) -> Option<BowFit> {
+        let rough = self.nearer_bow(line, &BowFit::default(), limit_mm, place)?;
+        self.nearer_bow(line, &rough, COUNTED_SIGMAS * rough.spread_mm, place)
+    }
+
+    fn nearer_bow(&self, line: &RobustLine, from: &BowFit, limit_mm: f64, place: &Place) -> Option<BowFit> {
         let (mut normal, mut right) = (Matrix4::zeros(), Vector4::zeros());
+        let (mut squares, mut count) = (0.0, 0.0);
+        let known = Vector4::from(from.terms);
         for shift in &self.shifts {
-            let off = shift.shift_px - line.shift_at(shift.s);
-            if off.abs() > limit_mm {
-                continue;
-            }
             let at = place.of_one(shift.s);
             let [square, cube] = bent(at);
             let terms = Vector4::new(1.0, at, square, cube);
+            let off = shift.shift_px - line.shift_at(shift.s) - known.dot(&terms);
+            if off.abs() > limit_mm {
+                continue;
+            }
             normal += terms * terms.transpose();
             right += terms * off;
+            squares += off * off;
+            count += 1.0;
         }
-        let parts = normal.cholesky()?.solve(&right);
-        Some([parts[2], parts[3]])
+        let step = normal.cholesky()?.solve(&right);
+        let spread_mm = ((squares - step.dot(&right)).max(0.0) / count).sqrt();
+        Some(BowFit { terms: (known + step).into(), spread_mm })
+    }
+
+    /// The first and the last column that lie no further from a line than a limit.
+    fn columns_on(&self, line: &Regression, limit_mm: f64) -> Option<[f64; 2]> {
+        let mut on_it =
+            self.shifts.iter().filter(|shift| (shift.shift_px - line.shift_at(shift.s)).abs() <= limit_mm);
+        let first = on_it.next()?;
+        Some([first.s, on_it.next_back()?.s])
     }
 }
 
-/// Where columns lie between the first, at −1, and the last, at 1.
-struct Place {
-    middle: f64,
-    half: f64,
-}
-
-impl Place {
-    fn of(along: impl Iterator<Item = f64>) -> Self {
-        let (least, most) =
-            along.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), s| (least.min(s), most.max(s)));
-        Self { middle: 0.5 * (least + most), half: 0.5 * (most - least) }
-    }
-
-    fn of_one(&self, along: f64) -> f64 {
-        (along - self.middle) / self.half
-    }
-}
-
-/// Legendre's second and third polynomial.
-fn bent(at: f64) -> [f64; 2] {
-    [1.5 * at * at - 0.5, at * (2.5 * at * at - 1.5)]
+/// Parts of a constant, of a line and of Legendre's second and third polynomial in shifts, mm, and what these scatter by about them.
+#[derive(Clone, Copy, Debug, Default)]
+struct BowFit {
+    terms: [f64; 4],
+    spread_mm: f64,
 }

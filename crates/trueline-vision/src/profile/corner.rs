@@ -8,11 +8,14 @@ use super::face::{Face, LEAST_SIGMA_MM, RoughFace};
 use super::finder::{COUNTED_SIGMAS, FACE_POINTS, LEAST_STRAIGHT, ProfileFinder};
 use super::no_seam::NoSeam;
 use super::seen_joint::{SeenJoint, SeenSeam};
+use nalgebra::Vector2;
 
 /// Places that are tried first.
 const PLACES: usize = 24;
 /// Points among which the bend is searched.
 const SEARCHED_POINTS: usize = 250;
+/// Rounds in which bowed faces settle: each leaves a hundredth of what it moves them by.
+const ROUNDS: usize = 2;
 /// Widest hole between the faces, as a part of the profile: what lies further away is no corner of these faces.
 const WIDEST_HOLE: f64 = 0.2;
 
@@ -95,7 +98,7 @@ impl ProfileFinder {
             return Err(NoSeam::Apart);
         }
         let faces = self.beside(corner.x).ok_or(NoSeam::NotStraight)?;
-        let corner = faces[0].line.meets(&faces[1].line).ok_or(NoSeam::NoAngle)?;
+        let (faces, corner) = settled_ends(faces, corner.x).ok_or(NoSeam::NoAngle)?;
         let half_lengths_mm = ends.map(|end| 0.5 * (end - corner).norm());
         Ok(SeenJoint { faces: faces.map(Some), half_lengths_mm, seam: SeenSeam::Crossing(corner) })
     }
@@ -104,4 +107,15 @@ impl ProfileFinder {
     pub(super) fn beside(&mut self, x_mm: f64) -> Option<[Face; 2]> {
         Some([self.face_between(None, Some(x_mm))?, self.face_between(Some(x_mm), None)?])
     }
+}
+
+/// Faces that end as far from where they meet as they did from a place near to it, and where that is; `None` for such that are parallel.
+fn settled_ends(mut faces: [Face; 2], mut x_mm: f64) -> Option<([Face; 2], Vector2<f64>)> {
+    for _ in 0..ROUNDS {
+        let corner = faces[0].line.meets(&faces[1].line)?;
+        let by_x_mm = corner.x - x_mm;
+        faces = [faces[0].with_end_moved(1, by_x_mm), faces[1].with_end_moved(0, by_x_mm)];
+        x_mm = corner.x;
+    }
+    Some((faces, faces[0].line.meets(&faces[1].line)?))
 }

@@ -1,5 +1,6 @@
 //! A straight face of a profile, and all that it says.
 
+use super::bow::{Bow, Place};
 use super::straight_line::StraightLine;
 use crate::measure::regression::{Regression, Shift};
 use nalgebra::Vector2;
@@ -31,15 +32,48 @@ pub(super) struct Face {
     pub(super) regression: Regression,
     /// Its line.
     pub(super) line: StraightLine,
-    /// Middle and half distance along it of the support points of an even face as long as it is, of one whose bow was taken out.
-    pub(super) even_support: Option<[f64; 2]>,
+    /// The bow that was taken out of it.
+    pub(super) bow: Option<Bow>,
 }
 
 impl Face {
     /// A face whose shifts were taken about a direction.
     pub(super) fn of(about: RoughDirection, regression: Regression) -> Self {
         let line = about.line([regression.centre, regression.shift_px], regression.slope);
-        Self { about, regression, line, even_support: None }
+        Self { about, regression, line, bow: None }
+    }
+
+    /// The same face, of which one end (0 to the left, 1 to the right) lies further along x.
+    pub(super) fn with_end_moved(&self, end: usize, by_x_mm: f64) -> Self {
+        let Some(bow) = &self.bow else { return *self };
+        let mut ends = bow.place.ends();
+        ends[end] += by_x_mm * self.along_per_x();
+        self.over(&Place::between(ends[0], ends[1]))
+    }
+
+    /// The line with equal weights of another place along the same bowed surface.
+    pub(super) fn over(&self, place: &Place) -> Self {
+        let Some(bow) = &self.bow else { return *self };
+        let ([level, turn], bow) = bow.over(place);
+        let Regression { centre, shift_px, slope, .. } = self.regression;
+        let regression = Regression {
+            shift_px: shift_px + level + turn * place.of_one(centre),
+            slope: slope + turn / place.half,
+            ..self.regression
+        };
+        Self { bow: Some(bow), ..Self::of(self.about, regression) }
+    }
+
+    /// Where along it the line is at a place along the profile.
+    pub(super) fn along_at(&self, x_mm: f64) -> f64 {
+        let Regression { centre, shift_px, .. } = self.regression;
+        centre + (x_mm - self.about.at(centre, shift_px).x) * self.along_per_x()
+    }
+
+    /// How far one goes along the rough direction for a millimetre along the profile.
+    fn along_per_x(&self) -> f64 {
+        let RoughDirection { along, .. } = self.about;
+        1.0 / (along.x - along.y * self.regression.slope)
     }
 
     /// Variance of the line at a point of it, mm².
@@ -74,8 +108,8 @@ impl Face {
         let Regression { centre, covariance, slope, .. } = &self.regression;
         let variance = covariance.m11 - covariance.m12 * covariance.m12 / covariance.m22;
         let half = (variance / covariance.m22).sqrt();
-        let (middle, half) = match self.even_support {
-            Some([middle, half]) => (middle - centre, half),
+        let (middle, half) = match self.bow {
+            Some(Bow { place, .. }) => (place.middle - centre, place.half / 3_f64.sqrt()),
             None if half > 0.0 && half.is_finite() => (-covariance.m12 / covariance.m22, half),
             None => (0.0, half_length_mm / 3_f64.sqrt()),
         };

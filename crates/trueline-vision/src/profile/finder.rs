@@ -143,12 +143,11 @@ impl ProfileFinder {
         let (first, last) = (self.points.first()?.x, self.points.last()?.x);
         let length = to.unwrap_or(last) - from.unwrap_or(first);
         let left_out = LEFT_OUT_MM.min(LEFT_OUT_PART * length);
-        let start = from.map_or(0, |x| self.points.partition_point(|point| point.x < x + left_out));
-        let end =
-            to.map_or(self.points.len(), |x| self.points.partition_point(|point| point.x < x - left_out));
-        let start = start.min(self.points.len() - FACE_POINTS);
-        let end = end.max(FACE_POINTS);
-        (start + FACE_POINTS <= end).then(|| self.face_without_bow(start, end)).flatten()
+        let ends_x = [from.map(|x| x + left_out), to.map(|x| x - left_out)];
+        let before = |x: f64| self.points.partition_point(|point| point.x < x);
+        let start = ends_x[0].map_or(0, before).min(self.points.len() - FACE_POINTS);
+        let end = ends_x[1].map_or(self.points.len(), before).max(FACE_POINTS);
+        (start + FACE_POINTS <= end).then(|| self.face_without_bow(start, end, ends_x)).flatten()
     }
 
     /// The last millimetres of a face before its end; all of it where they are too few, or not straight.

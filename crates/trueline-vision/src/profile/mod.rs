@@ -1,5 +1,6 @@
 //! Laser profiles: from the points of a stripe in the profiler's own frame to its seam.
 
+mod bow;
 mod bowed_face;
 mod corner;
 mod edge;
