@@ -6,6 +6,7 @@ use super::no_seam::NoSeam;
 use super::seen_joint::{SeenJoint, SeenSeam};
 
 /// What a profile shows of a joint.
+#[expect(clippy::large_enum_variant, reason = "one a profile, nearly always the large variant")]
 pub(super) enum Sight {
     /// The joint.
     Joint(SeenJoint),
