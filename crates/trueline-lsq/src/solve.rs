@@ -4,6 +4,9 @@
 //! Differs from Eq. (17) of the paper, which damps by μI: a metre and a radian are then damped alike,
 //! and it needs 16 to 31 iterations where the scaled form needs 5. Source: \[Madsen2004, Alg. 3.16\],
 //! scaling \[Marquardt1963\].
+//!
+//! H leaves out how a robust loss bends: near a minimum every step then falls short by the same part, and the next ones shrink by no
+//! more than that. What a step gained tells the part, and the next step is longer by it.
 
 use crate::{LeastSquares, NormalEquations, Termination};
 use nalgebra::{DMatrix, DVector};
@@ -32,6 +35,12 @@ const DAMPING_LIMIT: f64 = 1e12;
 
 /// Rounding of a sum of up to some millions of squares, as a part of it.
 const COST_ROUNDING: f64 = 1e-13;
+
+/// The true curvature along a step as a part of H's: where it is in this range, it is the loss that bends; elsewhere the model is not
+/// yet a good one …
+const BENT: std::ops::RangeInclusive<f64> = 0.8..=1.0;
+/// … and a promise that is less than this part of the cost is too near to the sum's rounding to measure it by.
+const MEASURABLE: f64 = 1e-10;
 
 /// Least damping of a retry.
 const LEAST_RETRY_DAMPING: f64 = 1e-3;
@@ -133,14 +142,16 @@ impl<P: LeastSquares> Search<'_, P> {
     fn run(&mut self, options: &SolveOptions) -> Termination {
         let mut damping = options.initial_damping;
         let mut growth = 2.0;
+        let mut curvature = 1.0;
         while self.iterations.len() < options.max_iterations {
-            let Some(step) = damped_step(&self.equations, self.fixed, damping) else {
+            let Some(mut step) = damped_step(&self.equations, self.fixed, damping) else {
                 (damping, growth) = raised(damping, growth);
                 if damping > DAMPING_LIMIT {
                     return self.stuck(damping);
                 }
                 continue;
             };
+            step /= curvature;
             let length = whitened_length(&self.equations, &step);
             let cost = self.equations.cost;
             let promised = promised_decrease(&self.equations, &step);
@@ -149,6 +160,9 @@ impl<P: LeastSquares> Search<'_, P> {
                 // Madsen's rule: full trust at gain 1, the same damping at gain ½.
                 damping *= (1.0_f64 / 3.0).max(1.0 - (2.0 * gain_ratio - 1.0).powi(3));
                 growth = 2.0;
+                if promised > MEASURABLE * cost {
+                    curvature = bent(1.0 - 2.0 * (decrease - promised) / (length * length));
+                }
                 if length < options.step_threshold {
                     return Termination::StepConverged { step: length, threshold: options.step_threshold };
                 }
@@ -170,6 +184,7 @@ impl<P: LeastSquares> Search<'_, P> {
                     };
                 }
                 (damping, growth) = raised(damping, growth);
+                curvature = 1.0;
                 if damping > DAMPING_LIMIT {
                     return self.stuck(damping);
                 }
@@ -214,6 +229,11 @@ impl<P: LeastSquares> Search<'_, P> {
 fn raised(damping: f64, growth: f64) -> (f64, f64) {
     // Below the least a longer or shorter damping makes no difference to the step.
     ((damping * growth).max(LEAST_RETRY_DAMPING), growth * 2.0)
+}
+
+/// A measured curvature, −gᵀδ − ½ κ δᵀHδ being what the step gained, where it is one of a loss that bends; else that of H.
+fn bent(curvature: f64) -> f64 {
+    if BENT.contains(&curvature) { curvature } else { 1.0 }
 }
 
 /// Solves (H + λ diag H) δ = −g over the unknowns that are not fixed; the fixed ones get zero.

@@ -233,3 +233,30 @@ fn each_end_has_its_sentence() {
     let left = |step| Termination::NoFurtherDecrease { damping: 4e12, threshold: 1e12, step }.is_converged();
     assert_eq!((left(0.009), left(0.01)), (true, false));
 }
+
+/// H says 1 where the cost bends by 0.9, so that every Gauss–Newton step leaves a tenth; what the first one gained tells it, and the
+/// second arrives.
+#[test]
+fn a_step_that_falls_short_tells_how_much_longer_the_next_one_is() {
+    let bent = |curvature: f64| Sums {
+        unknowns: 1,
+        at: move |x: &DVector<f64>| {
+            let cost = 1.0 + 0.5 * curvature * x[0] * x[0];
+            (dmatrix![1.0], dvector![curvature * x[0]], cost)
+        },
+    };
+    let two = SolveOptions { max_iterations: 2, ..EXACT };
+    // Rounding of a cost of about one, by which the curvature is told.
+    assert!(from(&bent(0.9), 1.0, two).state[0].abs() < 1e-14);
+    assert!((from(&bent(0.9), 1.0, SolveOptions { max_iterations: 1, ..two }).state[0] - 0.1).abs() < 1e-15);
+    // Outside the range it is not a loss that bends: plain Gauss–Newton, whose errors are 0.3² and 0.5².
+    assert!((from(&bent(0.7), 1.0, two).state[0] - 0.09).abs() < 1e-15);
+    assert!((from(&bent(1.5), 1.0, two).state[0] - 0.25).abs() < 1e-15);
+    // Where the promise is lost in the sum's rounding nothing is measured.
+    let high = |x: &DVector<f64>| {
+        let cost = 1e12 + 0.45 * x[0] * x[0];
+        (dmatrix![1.0], dvector![0.9 * x[0]], cost)
+    };
+    let high = Sums { unknowns: 1, at: high };
+    assert!((from(&high, 1.0, two).state[0] - 0.01).abs() < 1e-15);
+}

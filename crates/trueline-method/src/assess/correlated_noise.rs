@@ -6,7 +6,7 @@
 //! across it. The restricted likelihood \[Patterson1971\] chooses, and generalised least squares with what it chose moves the
 //! estimate and says what it is worth.
 
-use crate::assess::noise_filter::{Correlation, WHITE, Whitened, twice_negative_log};
+use crate::assess::noise_filter::{Correlation, WHITE, Whitened, twice_negative_logs};
 pub use crate::assess::section_series::Along;
 use crate::assess::section_series::{SectionTable, Sections, Series};
 use crate::problem::block_priors;
@@ -213,7 +213,7 @@ fn most_likely(table: &SectionTable<'_>, series: &Series, known: &Known) -> Opti
     let grid: Vec<Correlation> = grid.chain([WHITE]).collect();
     let candidates = [0, 1].map(|direction| {
         let residuals = table.residuals(series, direction);
-        let of_residuals: Vec<f64> = grid.iter().map(|c| twice_negative_log(residuals.clone(), *c)).collect();
+        let of_residuals = twice_negative_logs(residuals, &grid);
         let best = of_residuals.iter().copied().fold(f64::INFINITY, f64::min);
         let likely = grid.iter().zip(of_residuals).filter(|(_, value)| *value < best + BEHIND);
         let likely: Vec<_> =

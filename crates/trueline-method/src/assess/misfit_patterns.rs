@@ -228,9 +228,9 @@ impl Sums {
         let mut sums =
             Self { cross: DMatrix::zeros(unknowns, COLUMNS), own: SMatrix::zeros(), score: SVector::zeros() };
         for row in rows {
-            sums.cross += row.slopes.transpose() * row.causes;
-            sums.own += row.causes.transpose() * row.causes;
-            sums.score += row.causes.transpose() * row.residual;
+            sums.cross.gemm_tr(1.0, &row.slopes, &row.causes, 1.0);
+            sums.own.gemm_tr(1.0, &row.causes, &row.causes, 1.0);
+            sums.score.gemv_tr(1.0, &row.causes, &row.residual, 1.0);
         }
         if are_some {
             let gradient: DVector<f64> =

@@ -160,22 +160,97 @@ impl Whitening {
     }
 }
 
-/// Twice the negative logarithm of the likelihood of values alone, each with its distance from the one before in steps, at the
-/// variance that makes it largest.
-#[must_use]
-pub(crate) fn twice_negative_log(values: impl Iterator<Item = (f64, f64)>, correlation: Correlation) -> f64 {
-    let mut variance = Variance::new(correlation);
-    let mut log_determinant = LogProduct::ONE;
-    let (mut predicted, mut square, mut count) = (0.0, 0.0, 0.0);
-    for (apart_steps, value) in values {
-        let (Gain { kept, gain, .. }, total) = variance.next(apart_steps);
-        let new = value - kept * predicted;
-        predicted = kept * predicted + gain * new;
-        square += new * new / total;
-        log_determinant.times(total);
-        count += 1.0;
+/// Filters of several correlations side by side over the same values: a number of each in each list.
+struct Filters {
+    log_neighbours: Vec<f64>,
+    white_share: Vec<f64>,
+    coloured: Vec<f64>,
+    kept: Vec<f64>,
+    variance: Vec<f64>,
+    predicted: Vec<f64>,
+    square: Vec<f64>,
+    product: Vec<f64>,
+    log_determinant: Vec<f64>,
+}
+
+/// Samples whose innovations' variances are multiplied before their logarithm is taken: none is below the least white share, so that
+/// their product is no smaller than 1e-90.
+const MULTIPLIED: usize = 32;
+
+impl Filters {
+    fn new(correlations: &[Correlation]) -> Self {
+        let of_each = |number: fn(&Correlation) -> f64| correlations.iter().map(number).collect::<Vec<f64>>();
+        let coloured = of_each(|c| 1.0 - c.white_share);
+        let zeros = vec![0.0; correlations.len()];
+        Self {
+            log_neighbours: of_each(|c| c.neighbours.max(f64::MIN_POSITIVE).ln()),
+            white_share: of_each(|c| c.white_share),
+            kept: zeros.clone(),
+            variance: coloured.clone(),
+            coloured,
+            predicted: zeros.clone(),
+            square: zeros.clone(),
+            product: vec![1.0; correlations.len()],
+            log_determinant: zeros,
+        }
     }
-    log_determinant.ln() + count * (square / count).ln() + count
+
+    fn take(&mut self, apart_steps: f64, value: f64) {
+        // Neighbours in the list are alike in pairs: what is exponential is computed once for them.
+        let mut last = (f64::NAN, f64::NAN);
+        for (kept, log_neighbours) in self.kept.iter_mut().zip(&self.log_neighbours) {
+            if *log_neighbours != last.0 {
+                last = (*log_neighbours, (apart_steps * log_neighbours).exp());
+            }
+            *kept = last.1;
+        }
+        let fixed = self.kept.iter().zip(&self.white_share).zip(&self.coloured);
+        let filter = self.variance.iter_mut().zip(&mut self.predicted);
+        let sums = self.square.iter_mut().zip(&mut self.product);
+        for (((kept, white_share), coloured), ((variance, predicted), (square, product))) in
+            fixed.zip(filter.zip(sums))
+        {
+            let before = kept * kept * *variance + coloured * (1.0 - kept * kept);
+            let total = before + white_share;
+            let per_total = 1.0 / total;
+            let gain = before * per_total;
+            let new = value - kept * *predicted;
+            *variance = before * (1.0 - gain);
+            *predicted = kept * *predicted + gain * new;
+            *square += new * new * per_total;
+            *product *= total;
+        }
+    }
+
+    fn take_logarithms(&mut self) {
+        for (log_determinant, product) in self.log_determinant.iter_mut().zip(&mut self.product) {
+            *log_determinant += product.ln();
+            *product = 1.0;
+        }
+    }
+}
+
+/// Twice the negative logarithm of the likelihood of values alone, each with its distance from the one before in steps, at the
+/// variance that makes it largest: for each of the correlations.
+#[must_use]
+pub(crate) fn twice_negative_logs(
+    values: impl Iterator<Item = (f64, f64)>,
+    correlations: &[Correlation],
+) -> Vec<f64> {
+    let mut filters = Filters::new(correlations);
+    let mut count = 0_usize;
+    for (apart_steps, value) in values {
+        filters.take(apart_steps, value);
+        count += 1;
+        if count.is_multiple_of(MULTIPLIED) {
+            filters.take_logarithms();
+        }
+    }
+    filters.take_logarithms();
+    let count = count as f64;
+    let of_sums =
+        |(log_determinant, square): (&f64, &f64)| log_determinant + count * (square / count).ln() + count;
+    filters.log_determinant.iter().zip(&filters.square).map(of_sums).collect()
 }
 
 #[cfg(test)]
@@ -245,6 +320,13 @@ mod tests {
         let expected = 2.0 * l.diagonal().map(f64::ln).sum() + n * variance.ln() + n;
         let values = (0..samples.len()).map(|k| (apart(&samples, k), samples[k].1[2]));
         // Rounding of a number of about a hundred.
-        assert!((twice_negative_log(values, CORRELATION) - expected).abs() < 1e-10);
+        let beside = Correlation { neighbours: 0.3, ..CORRELATION };
+        let found = twice_negative_logs(values.clone(), &[WHITE, CORRELATION, CORRELATION, beside]);
+        assert!((found[1] - expected).abs() < 1e-10);
+        assert_eq!(found[1], found[2]);
+        // Each is of its own correlation: white values have the likelihood of their mean square.
+        let square = residuals.norm_squared();
+        assert!((found[0] - (n * (square / n).ln() + n)).abs() < 1e-10);
+        assert_eq!(found[3], twice_negative_logs(values, &[beside])[0]);
     }
 }

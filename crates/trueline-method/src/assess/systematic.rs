@@ -414,10 +414,13 @@ fn add_rows<C: Dim, S: Storage<f64, Const<LOCAL_ALL>, C>>(
     line: usize,
     by_local: &Matrix<f64, Const<LOCAL_ALL>, C, S>,
 ) {
-    for local in 0..unknowns.local() {
-        let mut row = sum.row_mut(unknowns.place(local, line));
-        for (k, value) in by_local.row(local).iter().enumerate() {
-            row[k] += value;
+    let places: [usize; LOCAL_ALL] = std::array::from_fn(|local| match local {
+        _ if local < unknowns.local() => unknowns.place(local, line),
+        _ => 0,
+    });
+    for (mut sum, column) in sum.column_iter_mut().zip(by_local.column_iter()) {
+        for (place, value) in places.iter().zip(column.iter()).take(unknowns.local()) {
+            sum[*place] += value;
         }
     }
 }

@@ -222,7 +222,8 @@ fn fit_ticks(stamps_s: &[f64], ticks: &[f64]) -> Option<StreamClock> {
     let tick_s = median(steps_of(ticks))? * clock.period_s;
     let about: Vec<f64> = stamps_s.iter().zip(&clock.regular_s).map(|(s, r)| s - r).collect();
     clock.jitter_s = root_mean_square(&about);
-    let even = mad_sigma(&about) <= WANDER_LIMIT * white + 2e-9 && mad_sigma(&about) < JITTER_LIMIT * tick_s;
+    let scatter = mad_sigma(&about);
+    let even = scatter <= WANDER_LIMIT * white + 2e-9 && scatter < JITTER_LIMIT * tick_s;
     even.then_some(clock)
 }
 

@@ -67,6 +67,7 @@ impl Unknowns {
 
     /// All of them.
     #[must_use]
+    #[inline]
     pub fn dimension(&self) -> usize {
         match self.model {
             Model::Straight => self.asked_for(),
@@ -93,6 +94,7 @@ impl Unknowns {
 
     /// Number of local unknowns of an observation.
     #[must_use]
+    #[inline]
     pub fn local(&self) -> usize {
         match self.model {
             Model::Straight => LOCAL_STRAIGHT,
@@ -103,6 +105,7 @@ impl Unknowns {
 
     /// Index among all unknowns of one of the local ones of an observation of `line`.
     #[must_use]
+    #[inline]
     pub fn place(&self, local: usize, line: usize) -> usize {
         match local {
             0..LINES => local,

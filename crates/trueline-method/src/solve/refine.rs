@@ -22,8 +22,10 @@ const FINAL_MARGIN_S: f64 = 10e-6;
 /// A fit that is only compared, or started from, ends with a step below one σ: as steps shrink by far more
 /// than ten, it is then within a tenth of its optimum.
 const ROUGH: f64 = 1.0;
-/// The reported one, σ.
-const FINE: f64 = 1e-6;
+/// The reported one, σ. Steps shrink sixteenfold, for the loss bends: a step of this length leaves a tenth of it.
+const FINE: f64 = 1e-4;
+/// Damping from a start that is near: of weak directions, a millionth as well known as their unknowns alone, hardly any.
+const NEAR_DAMPING: f64 = 1e-8;
 /// Noise smaller than this part of what was expected is taken as that: a perfect simulation has none.
 const LEAST_NOISE_FACTOR: f64 = 1e-3;
 
@@ -135,7 +137,8 @@ impl<'a> Rounds<'a> {
             if let Ok(Solution { state, .. }) = solution {
                 (noise, whitened_at) = self.prepare(noise, state);
             }
-            let options = SolveOptions { step_threshold, ..SolveOptions::default() };
+            let options =
+                SolveOptions { step_threshold, initial_damping: NEAR_DAMPING, ..SolveOptions::default() };
             solution = Ok(self.round(loss, &noise, whitened_at.clone(), &options)?);
         }
         Ok(Fit {

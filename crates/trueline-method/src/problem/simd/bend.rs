@@ -1,6 +1,7 @@
 //! Where four bowed seams meet their sheets: two steps of Newton's from where the straight lines do. The scalar form is
 //! [`trueline_model::SeamInSheet`].
 
+use super::displacement_rows::InSheetRows;
 use super::lanes::{Lanes, Vectors, WIDTH};
 use super::located::Located;
 use trueline_model::Curvature;
@@ -8,7 +9,7 @@ use trueline_model::curvature::MEAN_SQUARE;
 use trueline_model::sheet_residual::MIN_SINE;
 
 /// What a bow does to a sample.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Bowed<const FUSED: bool> {
     /// φ at the intersection.
     pub form: Lanes<FUSED>,
@@ -28,12 +29,12 @@ impl<const FUSED: bool> Bowed<FUSED> {
 /// Moves what was located on straight lines to their bowed seams.
 #[inline(always)]
 pub(super) fn bend<const FUSED: bool>(
-    straight: Located<FUSED>,
+    straight: Located<FUSED, InSheetRows<FUSED>>,
     measured: Vectors<FUSED>,
     anchor: Vectors<FUSED>,
     axes: [Vectors<FUSED>; 3],
     bow: &Curvature,
-) -> (Located<FUSED>, Bowed<FUSED>) {
+) -> (Located<FUSED, InSheetRows<FUSED>>, Bowed<FUSED>) {
     let splat = Lanes::<FUSED>::splat;
     let [bow_2, bow_3] = bow.bow_m.map(splat);
     let ([u, v, w], zero) = ([axes[0], axes[1], axes[2]], splat(0.0));
@@ -49,9 +50,9 @@ pub(super) fn bend<const FUSED: bool>(
     for lane in 0..WIDTH {
         usable[lane] &= met[lane];
     }
-    let (one, inverse) = (splat(1.0), splat(1.0) / sine);
+    let inverse = splat(1.0) / sine;
     let located = Located {
-        rows: [Vectors([one, zero, -(tangent[0] * inverse)]), Vectors([zero, one, -(tangent[1] * inverse)])],
+        rows: InSheetRows { slopes: [tangent[0] * inverse, tangent[1] * inverse] },
         at: Vectors([at[0], at[1], measured.0[2]]),
         residual: [measured.0[0] - at[0], measured.0[1] - at[1]],
         along,

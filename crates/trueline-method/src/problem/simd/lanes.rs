@@ -124,6 +124,13 @@ impl<const FUSED: bool> Vectors<FUSED> {
         ])
     }
 
+    /// self · factor.
+    #[inline(always)]
+    pub(crate) fn scaled(self, factor: Lanes<FUSED>) -> Self {
+        let [x, y, z] = self.0;
+        Self([x * factor, y * factor, z * factor])
+    }
+
     /// self + vector · factor.
     #[inline(always)]
     pub(crate) fn plus_scaled(self, vector: Self, factor: Lanes<FUSED>) -> Self {

@@ -6,6 +6,7 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the wide instructions")]
 
 mod bend;
+mod displacement_rows;
 mod distort;
 mod lanes;
 mod located;

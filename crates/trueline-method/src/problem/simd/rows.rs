@@ -2,9 +2,9 @@
 
 use super::lanes::Lanes;
 use super::samples::Samples;
-use super::sums::{columns, whiten, whiteners_of};
+use super::sums::whiteners_of;
 use super::sweep::Visit;
-use super::view::Seen;
+use super::view::{Modelled, Seen, whiten};
 use crate::input::noise_levels::Whitener;
 use crate::problem::unknowns::{LOCAL_ALL, ROTATION, TRANSLATION};
 use nalgebra::{Matrix3, SMatrix, Vector2};
@@ -38,13 +38,15 @@ impl<'a> Rows<'a> {
 
 impl Visit for Rows<'_> {
     #[inline(always)]
-    fn samples<const FUSED: bool>(&mut self, _line: usize, samples: &Samples, seen: &Seen<FUSED>) {
+    fn samples<const FUSED: bool, M: Modelled>(
+        &mut self,
+        _line: usize,
+        samples: &Samples,
+        seen: &Seen<FUSED, M::Rows<FUSED>>,
+    ) {
         let w = whiteners_of::<FUSED>(self.whiteners, samples, &seen.usable);
         let residual = whiten(&w, seen.residual);
-        let mut whitened = columns(seen);
-        for k in 0..LOCAL_ALL {
-            whitened[k] = whiten(&w, whitened[k]);
-        }
+        let mut whitened = seen.columns::<M>(&w);
         for first in [ROTATION, TRANSLATION] {
             let in_sheet = [whitened[first], whitened[first + 1], whitened[first + 2]];
             for k in 0..3 {

@@ -193,8 +193,6 @@ impl<'a> Gathering<'a> {
     /// All samples of the list.
     #[must_use]
     pub(crate) fn all(mut self) -> Vec<Samples> {
-        // Each line may leave one that is not full.
-        self.samples.reserve(self.list.len().div_ceil(WIDTH) + self.open.len());
         self.next_samples(usize::MAX);
         self.samples
     }
@@ -202,6 +200,8 @@ impl<'a> Gathering<'a> {
     /// The next samples, some of no count among them; none at the end.
     pub(crate) fn next_samples(&mut self, most: usize) -> &[Samples] {
         self.samples.clear();
+        // Each line may have one that is not full, before and after.
+        self.samples.reserve(most.min(self.list.len().div_ceil(WIDTH)) + 2 * self.open.len());
         for waiting in self.waiting.drain(..) {
             self.open[waiting.line as usize] = Some(self.samples.len());
             self.samples.push(waiting);

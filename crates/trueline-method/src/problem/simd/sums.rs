@@ -4,7 +4,7 @@ use super::lanes::{Lanes, WIDTH};
 use super::robust::weigh;
 use super::samples::Samples;
 use super::sweep::Visit;
-use super::view::Seen;
+use super::view::{Modelled, Seen, whiten};
 use crate::input::noise_levels::Whitener;
 use crate::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED, LOCAL_STRAIGHT, ROTATION, TRANSLATION, Unknowns};
 use crate::problem::usable::UNUSABLE_SQUARED;
@@ -74,15 +74,6 @@ pub(super) fn whiteners_of<const FUSED: bool>(
     [Lanes(w11), Lanes(w21), Lanes(w22)]
 }
 
-/// W times a column of two rows.
-#[inline(always)]
-pub(super) fn whiten<const FUSED: bool>(
-    w: &[Lanes<FUSED>; 3],
-    column: [Lanes<FUSED>; 2],
-) -> [Lanes<FUSED>; 2] {
-    [w[0] * column[0], (w[1] * column[0]).plus_product(w[2], column[1])]
-}
-
 /// Lanes that hold a sample without an intersection.
 #[inline(always)]
 pub(super) fn unusable(samples: &Samples, usable: &[bool; WIDTH]) -> usize {
@@ -147,7 +138,12 @@ impl<const N: usize> Visit for Equations<'_, N> {
     const TO_LINE: bool = N == LOCAL_STRAIGHT;
 
     #[inline(always)]
-    fn samples<const FUSED: bool>(&mut self, line: usize, samples: &Samples, seen: &Seen<FUSED>) {
+    fn samples<const FUSED: bool, M: Modelled>(
+        &mut self,
+        line: usize,
+        samples: &Samples,
+        seen: &Seen<FUSED, M::Rows<FUSED>>,
+    ) {
         let w = whiteners_of::<FUSED>(self.whiteners, samples, &seen.usable);
         self.without += unusable(samples, &seen.usable);
         let whitened = whiten(&w, seen.residual);
@@ -156,11 +152,9 @@ impl<const N: usize> Visit for Equations<'_, N> {
         let root = weight.sqrt();
         let w = [w[0] * root, w[1] * root, w[2] * root];
         let residual = [whitened[0] * root, whitened[1] * root];
-        let all = columns(seen);
+        let all = seen.columns::<M>(&w);
         let mut columns = [[Lanes::<FUSED>::splat(0.0); 2]; N];
-        for k in 0..N {
-            columns[k] = whiten(&w, all[k]);
-        }
+        columns.copy_from_slice(&all[..N]);
 
         let sums = &mut self.sums[line];
         sums.cost = (Lanes::<FUSED>(sums.cost) + value).0;
@@ -191,34 +185,6 @@ impl<const N: usize> Visit for Equations<'_, N> {
     }
 }
 
-/// The Jacobian, column by column, in the order of [`Unknowns`].
-#[inline(always)]
-pub(super) fn columns<const FUSED: bool>(seen: &Seen<FUSED>) -> [[Lanes<FUSED>; 2]; LOCAL_ALL] {
-    let [first, second] = seen.rows;
-    let turns = [seen.lever.cross(first).0, seen.lever.cross(second).0];
-    let [line, bow, shape] = [&seen.line[..], &seen.bow[..], &seen.shape[..]];
-    [
-        seen.d_time_offset,
-        [turns[0][0], turns[1][0]],
-        [turns[0][1], turns[1][1]],
-        [turns[0][2], turns[1][2]],
-        [first.0[0], second.0[0]],
-        [first.0[1], second.0[1]],
-        [first.0[2], second.0[2]],
-        line[0],
-        line[1],
-        line[2],
-        line[3],
-        bow[0],
-        bow[1],
-        shape[0],
-        shape[1],
-        shape[2],
-        shape[3],
-        shape[4],
-    ]
-}
-
 /// Adds up the cost alone.
 pub(crate) struct Cost<'a> {
     whiteners: &'a [Whitener],
@@ -242,8 +208,13 @@ impl<'a> Cost<'a> {
 
 impl Visit for Cost<'_> {
     #[inline(always)]
-    fn samples<const FUSED: bool>(&mut self, _line: usize, samples: &Samples, seen: &Seen<FUSED>) {
-        let squared = squared::<FUSED>(self.whiteners, samples, seen);
+    fn samples<const FUSED: bool, M: Modelled>(
+        &mut self,
+        _line: usize,
+        samples: &Samples,
+        seen: &Seen<FUSED, M::Rows<FUSED>>,
+    ) {
+        let squared = squared(self.whiteners, samples, seen);
         self.without += unusable(samples, &seen.usable);
         self.sum = (Lanes::<FUSED>(self.sum) + weigh(self.loss, squared).0).0;
     }
@@ -256,7 +227,11 @@ impl Visit for Cost<'_> {
 
 /// Squared whitened residuals; zero for lanes without one.
 #[inline(always)]
-fn squared<const FUSED: bool>(whiteners: &[Whitener], samples: &Samples, seen: &Seen<FUSED>) -> Lanes<FUSED> {
+fn squared<const FUSED: bool, B>(
+    whiteners: &[Whitener],
+    samples: &Samples,
+    seen: &Seen<FUSED, B>,
+) -> Lanes<FUSED> {
     let [a, b] = whiten(&whiteners_of::<FUSED>(whiteners, samples, &seen.usable), seen.residual);
     (a * a).plus_product(b, b)
 }
@@ -277,8 +252,13 @@ impl<'a> Squared<'a> {
 
 impl Visit for Squared<'_> {
     #[inline(always)]
-    fn samples<const FUSED: bool>(&mut self, _line: usize, samples: &Samples, seen: &Seen<FUSED>) {
-        let squared = squared::<FUSED>(self.whiteners, samples, seen);
+    fn samples<const FUSED: bool, M: Modelled>(
+        &mut self,
+        _line: usize,
+        samples: &Samples,
+        seen: &Seen<FUSED, M::Rows<FUSED>>,
+    ) {
+        let squared = squared(self.whiteners, samples, seen);
         for lane in 0..samples.count as usize {
             if seen.usable[lane] {
                 self.values[samples.index[lane] as usize] = squared.0[lane];
@@ -311,7 +291,12 @@ impl Visit for SquaredLengths {
     const SHAPED: bool = false;
 
     #[inline(always)]
-    fn samples<const FUSED: bool>(&mut self, _line: usize, samples: &Samples, seen: &Seen<FUSED>) {
+    fn samples<const FUSED: bool, M: Modelled>(
+        &mut self,
+        _line: usize,
+        samples: &Samples,
+        seen: &Seen<FUSED, M::Rows<FUSED>>,
+    ) {
         let [a, b] = seen.residual;
         let squared = (a * a).plus_product(b, b);
         for lane in 0..samples.count as usize {

@@ -1,8 +1,9 @@
 //! All observations, four of a line at a time, in a fixed order.
 
-use super::located::{InSheet, Residual, ToLine};
 use super::samples::{Gathering, Samples};
-use super::view::{BowedLines, Modelled, Mounting, Seam, Seen, ShapedSheet, StraightLines, see};
+use super::view::{
+    BowedLines, DistanceFromLines, Modelled, Mounting, Seam, Seen, ShapedSheet, StraightLines, see,
+};
 use crate::config::ResidualKind;
 use crate::input::observations::{Observation, Observations};
 use crate::parallel;
@@ -34,7 +35,12 @@ pub(crate) trait Visit {
     const TO_LINE: bool = true;
 
     /// Up to four samples of one line.
-    fn samples<const FUSED: bool>(&mut self, line: usize, samples: &Samples, seen: &Seen<FUSED>);
+    fn samples<const FUSED: bool, M: Modelled>(
+        &mut self,
+        line: usize,
+        samples: &Samples,
+        seen: &Seen<FUSED, M::Rows<FUSED>>,
+    );
 
     /// An observation outside the robot's recording, or in one of its gaps.
     fn unplaced(&mut self, index: usize);
@@ -106,28 +112,24 @@ fn sweep_avx2(scan: &Scan<'_>, samples: &[Samples], visit: &mut impl Visit) {
 fn sweep_with<const FUSED: bool, V: Visit>(scan: &Scan<'_>, samples: &[Samples], visit: &mut V) {
     match (scan.residual, scan.at.unknowns().model) {
         (ResidualKind::Sheet, Model::Straight) if V::STRAIGHT => {
-            sweep_residual::<FUSED, InSheet, StraightLines>(scan, samples, visit);
+            sweep_model::<FUSED, StraightLines>(scan, samples, visit);
         }
         (ResidualKind::Sheet, Model::Bowed) if V::BOWED => {
-            sweep_residual::<FUSED, InSheet, BowedLines>(scan, samples, visit);
+            sweep_model::<FUSED, BowedLines>(scan, samples, visit);
         }
         (ResidualKind::Sheet, Model::Shaped) if V::SHAPED => {
-            sweep_residual::<FUSED, InSheet, ShapedSheet>(scan, samples, visit);
+            sweep_model::<FUSED, ShapedSheet>(scan, samples, visit);
         }
         // The paper's residual is the paper's: a straight line, an exact sensor.
         (ResidualKind::PointToLine, _) if V::TO_LINE => {
-            sweep_residual::<FUSED, ToLine, StraightLines>(scan, samples, visit);
+            sweep_model::<FUSED, DistanceFromLines>(scan, samples, visit);
         }
         (residual, model) => unreachable!("a visitor that says it never meets {residual:?} of {model:?}"),
     }
 }
 
 #[inline(always)]
-fn sweep_residual<const FUSED: bool, R: Residual, M: Modelled>(
-    scan: &Scan<'_>,
-    samples: &[Samples],
-    visit: &mut impl Visit,
-) {
+fn sweep_model<const FUSED: bool, M: Modelled>(scan: &Scan<'_>, samples: &[Samples], visit: &mut impl Visit) {
     let mounting = Mounting::new(&scan.observations.sheet, scan.at);
     let seam = |line: usize| Seam {
         line: &scan.at.lines[line],
@@ -146,6 +148,6 @@ fn sweep_residual<const FUSED: bool, R: Residual, M: Modelled>(
             }
         }
         let line = samples.line as usize;
-        visit.samples(line, samples, &see::<FUSED, R, M>(&mounting, &seam(line), samples));
+        visit.samples::<FUSED, M>(line, samples, &see::<FUSED, M>(&mounting, &seam(line), samples));
     }
 }

@@ -14,12 +14,14 @@
 //! (α b·u₃, −α b·u₂, −b·u₂, −b·u₃) for the line. The scalar form is `trueline_model::{sheet_residual, point_to_line}`.
 
 use super::bend::{Bowed, bend};
+use super::displacement_rows::{DisplacementRows, FullRows, InSheetRows, WhitenedRows};
 use super::distort::distort;
 use super::lanes::{Lanes, Quaternions, Rotations, Vectors, WIDTH};
-use super::located::Residual;
+use super::located::{Located, beside_line, in_sheet};
 use super::samples::Samples;
 use crate::problem::parameters::Parameters;
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use crate::problem::unknowns::LOCAL_ALL;
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3};
 use trueline_geometry::Line;
 use trueline_model::{Curvature, LaserSheet, SheetShape};
 
@@ -61,34 +63,126 @@ impl Mounting {
     }
 }
 
-/// What four samples say about the line and the unknowns. What a scan does not model is zero, and costs nothing: what a
-/// visitor does not use is not computed.
+/// What four samples say about the line and the unknowns; `B` are the residual's rows. What a scan does not model is zero, and costs
+/// nothing: what a visitor does not use is not computed.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Seen<const FUSED: bool> {
+pub(crate) struct Seen<const FUSED: bool, B> {
     /// Residual, m.
     pub residual: [Lanes<FUSED>; 2],
     /// b₁, b₂ in S.
-    pub rows: [Vectors<FUSED>; 2],
-    /// Lever a from the camera, in S, m.
-    pub lever: Vectors<FUSED>,
-    /// d r / d t_d, m/s.
-    pub d_time_offset: [Lanes<FUSED>; 2],
-    /// d r / d (θ₂, θ₃, δ₂, δ₃) of the line.
-    pub line: [[Lanes<FUSED>; 2]; 4],
-    /// d r / d (κ₂, κ₃) of its bow.
-    pub bow: [[Lanes<FUSED>; 2]; 2],
-    /// d r / d h of the sensor's shape.
-    pub shape: [[Lanes<FUSED>; 2]; 5],
+    pub rows: B,
     /// Whether the line meets the sheet.
     pub usable: [bool; WIDTH],
+    /// Lever a from the camera, in S, m.
+    lever: Vectors<FUSED>,
+    /// l × ω − v, in S, m/s.
+    shift: Vectors<FUSED>,
+    /// Axes of the line in S.
+    axes: [Vectors<FUSED>; 3],
+    /// α, m.
+    along: Lanes<FUSED>,
+    bowed: Bowed<FUSED>,
+    /// d r / d h of the sensor's shape.
+    by_shape: ShapeColumns<FUSED>,
 }
 
-/// How much is modelled, as a type, so that no loop asks.
+/// d r / d h of the sensor's shape.
+type ShapeColumns<const FUSED: bool> = [[Lanes<FUSED>; 2]; SheetShape::DIMENSION];
+
+impl<const FUSED: bool, B: DisplacementRows<FUSED>> Seen<FUSED, B> {
+    /// d r / d t_d, m/s.
+    #[inline(always)]
+    pub(super) fn by_time_offset(&self) -> [Lanes<FUSED>; 2] {
+        self.rows.of(self.shift)
+    }
+
+    /// The whitened Jacobian, column by column, in the order of [`Unknowns`](crate::problem::unknowns::Unknowns).
+    #[inline(always)]
+    pub(super) fn columns<M: Modelled>(&self, w: &[Lanes<FUSED>; 3]) -> [[Lanes<FUSED>; 2]; LOCAL_ALL] {
+        let rows = self.rows.whitened(w);
+        let [turn_x, turn_y, turn_z] = rows.about_axes(self.lever);
+        let [shift_x, shift_y, shift_z] = rows.along_axes();
+        let [a2, b2] = rows.of(self.axes[1]);
+        let [a3, b3] = rows.of(self.axes[2]);
+        let along = self.along;
+        let mut line_turns = [[along * a3, along * b3], [-(along * a2), -(along * b2)]];
+        let zero = Lanes::splat(0.0);
+        let (mut bow, mut shape) = ([[zero; 2]; 2], [[zero; 2]; SheetShape::DIMENSION]);
+        if M::BOWED {
+            // u₂ × (α u₁ + φ (κ₂ u₂ + κ₃ u₃)) = −α u₃ + φ κ₃ u₁, and likewise for u₃; b·u₁ is no longer zero.
+            let [a1, b1] = rows.of(self.axes[0]);
+            let Bowed { form, offset: [offset_2, offset_3] } = self.bowed;
+            line_turns[0] = [line_turns[0][0] - offset_3 * a1, line_turns[0][1] - offset_3 * b1];
+            line_turns[1] = [line_turns[1][0] + offset_2 * a1, line_turns[1][1] + offset_2 * b1];
+            bow = [[-(form * a2), -(form * b2)], [-(form * a3), -(form * b3)]];
+        }
+        if M::SHAPED {
+            for k in 0..SheetShape::DIMENSION {
+                shape[k] = whiten(w, self.by_shape[k]);
+            }
+        }
+        [
+            rows.of(self.shift),
+            turn_x,
+            turn_y,
+            turn_z,
+            shift_x,
+            shift_y,
+            shift_z,
+            line_turns[0],
+            line_turns[1],
+            [-a2, -b2],
+            [-a3, -b3],
+            bow[0],
+            bow[1],
+            shape[0],
+            shape[1],
+            shape[2],
+            shape[3],
+            shape[4],
+        ]
+    }
+}
+
+/// W times a column of two rows.
+#[inline(always)]
+pub(super) fn whiten<const FUSED: bool>(
+    w: &[Lanes<FUSED>; 3],
+    column: [Lanes<FUSED>; 2],
+) -> [Lanes<FUSED>; 2] {
+    [w[0] * column[0], (w[1] * column[0]).plus_product(w[2], column[1])]
+}
+
+/// What is modelled, as a type, so that no loop asks.
 pub(crate) trait Modelled {
+    /// Rows of its residual.
+    type Rows<const FUSED: bool>: DisplacementRows<FUSED>;
     /// Whether lines bow.
     const BOWED: bool;
     /// Whether the sensor's sheet has a shape.
     const SHAPED: bool;
+
+    /// Where four lines meet their sheets, and what is left between that and the measurement.
+    fn located<const FUSED: bool>(
+        measured: Vectors<FUSED>,
+        anchor: Vectors<FUSED>,
+        axes: [Vectors<FUSED>; 3],
+        seam: &Seam<'_>,
+    ) -> Modelling<FUSED, Self::Rows<FUSED>>;
+}
+
+/// What was located, with its bow and what the sensor's shape makes of it.
+pub(crate) struct Modelling<const FUSED: bool, B> {
+    located: Located<FUSED, B>,
+    bowed: Bowed<FUSED>,
+    by_shape: ShapeColumns<FUSED>,
+}
+
+impl<const FUSED: bool, B> Modelling<FUSED, B> {
+    #[inline(always)]
+    fn straight(located: Located<FUSED, B>) -> Self {
+        Self { located, bowed: Bowed::none(), by_shape: [[Lanes::splat(0.0); 2]; SheetShape::DIMENSION] }
+    }
 }
 
 /// Straight lines, an exact sensor.
@@ -97,25 +191,82 @@ pub(crate) struct StraightLines;
 pub(crate) struct BowedLines;
 /// The same, and a sensor whose sheet has a shape.
 pub(crate) struct ShapedSheet;
+/// Straight lines and the distance of the measured point from them.
+pub(crate) struct DistanceFromLines;
 
 impl Modelled for StraightLines {
+    type Rows<const FUSED: bool> = InSheetRows<FUSED>;
     const BOWED: bool = false;
     const SHAPED: bool = false;
+
+    #[inline(always)]
+    fn located<const FUSED: bool>(
+        measured: Vectors<FUSED>,
+        anchor: Vectors<FUSED>,
+        axes: [Vectors<FUSED>; 3],
+        _seam: &Seam<'_>,
+    ) -> Modelling<FUSED, InSheetRows<FUSED>> {
+        Modelling::straight(in_sheet(measured, anchor, axes))
+    }
 }
 
 impl Modelled for BowedLines {
+    type Rows<const FUSED: bool> = InSheetRows<FUSED>;
     const BOWED: bool = true;
     const SHAPED: bool = false;
+
+    #[inline(always)]
+    fn located<const FUSED: bool>(
+        measured: Vectors<FUSED>,
+        anchor: Vectors<FUSED>,
+        axes: [Vectors<FUSED>; 3],
+        seam: &Seam<'_>,
+    ) -> Modelling<FUSED, InSheetRows<FUSED>> {
+        let straight = Modelling::straight(in_sheet(measured, anchor, axes));
+        let Some(bow) = seam.bow else { return straight };
+        let (located, bowed) = bend(straight.located, measured, anchor, axes, bow);
+        Modelling { located, bowed, ..straight }
+    }
 }
 
 impl Modelled for ShapedSheet {
+    type Rows<const FUSED: bool> = FullRows<FUSED>;
     const BOWED: bool = true;
     const SHAPED: bool = true;
+
+    #[inline(always)]
+    fn located<const FUSED: bool>(
+        measured: Vectors<FUSED>,
+        anchor: Vectors<FUSED>,
+        axes: [Vectors<FUSED>; 3],
+        seam: &Seam<'_>,
+    ) -> Modelling<FUSED, FullRows<FUSED>> {
+        let Modelling { located, bowed, .. } = BowedLines::located(measured, anchor, axes, seam);
+        let exact = SheetShape::exact_about(&Vector2::zeros());
+        let (located, by_shape) = distort(located, measured, seam.shape.unwrap_or(&exact));
+        Modelling { located, bowed, by_shape }
+    }
+}
+
+impl Modelled for DistanceFromLines {
+    type Rows<const FUSED: bool> = FullRows<FUSED>;
+    const BOWED: bool = false;
+    const SHAPED: bool = false;
+
+    #[inline(always)]
+    fn located<const FUSED: bool>(
+        measured: Vectors<FUSED>,
+        anchor: Vectors<FUSED>,
+        axes: [Vectors<FUSED>; 3],
+        _seam: &Seam<'_>,
+    ) -> Modelling<FUSED, FullRows<FUSED>> {
+        Modelling::straight(beside_line(measured, anchor, axes))
+    }
 }
 
 /// One line as the samples are held against it.
 #[derive(Clone, Copy)]
-pub(super) struct Seam<'a> {
+pub(crate) struct Seam<'a> {
     /// The straight part.
     pub line: &'a Line,
     /// Its bow, where that is modelled.
@@ -126,17 +277,17 @@ pub(super) struct Seam<'a> {
 
 /// Everything four samples of a line have to say.
 #[inline(always)]
-pub(super) fn see<const FUSED: bool, R: Residual, M: Modelled>(
+pub(super) fn see<const FUSED: bool, M: Modelled>(
     mounting: &Mounting,
     seam: &Seam<'_>,
     s: &Samples,
-) -> Seen<FUSED> {
+) -> Seen<FUSED, M::Rows<FUSED>> {
     let line = seam.line;
     let elapsed = s.elapsed::<FUSED>(mounting.time_offset_s);
     let rate = Vectors::from_components(&s.rate);
     let velocity = Vectors::from_components(&s.velocity);
     let half_elapsed = elapsed * Lanes::splat(0.5);
-    let half = Vectors([rate.0[0] * half_elapsed, rate.0[1] * half_elapsed, rate.0[2] * half_elapsed]);
+    let half = rate.scaled(half_elapsed);
     let [w, x, y, z] = s.rotation;
     let start = Quaternions([Lanes(w), Lanes(x), Lanes(y), Lanes(z)]);
     let turned = start.times(&Quaternions::exp_of_half(half));
@@ -154,42 +305,18 @@ pub(super) fn see<const FUSED: bool, R: Residual, M: Modelled>(
     ];
     let measured =
         Rotations::splat(&mounting.sheet_from_camera).apply(Vectors::from_components(&s.point)) - from_camera;
-
-    let zero = Lanes::splat(0.0);
-    let mut located = R::at(measured, anchor, axes);
-    let mut bowed = Bowed::none();
-    if let (true, Some(bow)) = (M::BOWED, seam.bow) {
-        (located, bowed) = bend(located, measured, anchor, axes, bow);
-    }
-    let mut shape_columns = [[zero; 2]; 5];
-    if let (true, Some(shape)) = (M::SHAPED, seam.shape) {
-        shape_columns = distort(&mut located, measured, shape);
-    }
+    let Modelling { located, bowed, by_shape } = M::located(measured, anchor, axes, seam);
     let rate_in_sheet = Rotations::splat(&mounting.sheet_from_tool).apply(rate);
     let shift = (located.at + from_tool).cross(rate_in_sheet) - sheet_from_base.apply(velocity);
-    let rows = located.rows;
-    let [[a2, a3], [b2, b3]] =
-        [[rows[0].dot(axes[1]), rows[0].dot(axes[2])], [rows[1].dot(axes[1]), rows[1].dot(axes[2])]];
-    let along = located.along;
-    let mut turns = [[along * a3, along * b3], [-(along * a2), -(along * b2)]];
-    let mut bow_columns = [[zero; 2]; 2];
-    if M::BOWED {
-        // u₂ × (α u₁ + φ (κ₂ u₂ + κ₃ u₃)) = −α u₃ + φ κ₃ u₁, and likewise for u₃; b·u₁ is no longer zero.
-        let [a1, b1] = [rows[0].dot(axes[0]), rows[1].dot(axes[0])];
-        let [offset_2, offset_3] = bowed.offset;
-        turns[0] = [turns[0][0] - offset_3 * a1, turns[0][1] - offset_3 * b1];
-        turns[1] = [turns[1][0] + offset_2 * a1, turns[1][1] + offset_2 * b1];
-        let form = bowed.form;
-        bow_columns = [[-(form * a2), -(form * b2)], [-(form * a3), -(form * b3)]];
-    }
     Seen {
         residual: located.residual,
-        rows,
-        lever: located.at + from_camera,
-        d_time_offset: [rows[0].dot(shift), rows[1].dot(shift)],
-        line: [turns[0], turns[1], [-a2, -b2], [-a3, -b3]],
-        bow: bow_columns,
-        shape: shape_columns,
+        rows: located.rows,
         usable: located.usable,
+        lever: located.at + from_camera,
+        shift,
+        axes,
+        along: located.along,
+        bowed,
+        by_shape,
     }
 }

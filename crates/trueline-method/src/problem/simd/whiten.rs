@@ -1,9 +1,10 @@
 //! The whiteners of all observations for some noise.
 
+use super::displacement_rows::DisplacementRows;
 use super::lanes::{Lanes, WIDTH};
 use super::samples::Samples;
 use super::sweep::Visit;
-use super::view::Seen;
+use super::view::{Modelled, Seen};
 use crate::input::noise_levels::{NoiseLevels, Whitener};
 use crate::input::observations::Observation;
 
@@ -31,7 +32,12 @@ impl Visit for Whitening<'_> {
     const TO_LINE: bool = false;
 
     #[inline(always)]
-    fn samples<const FUSED: bool>(&mut self, _line: usize, samples: &Samples, seen: &Seen<FUSED>) {
+    fn samples<const FUSED: bool, M: Modelled>(
+        &mut self,
+        _line: usize,
+        samples: &Samples,
+        seen: &Seen<FUSED, M::Rows<FUSED>>,
+    ) {
         let mut feature = [[0.0; WIDTH]; 3];
         for lane in 0..WIDTH {
             let covariance = self.list[samples.index[lane] as usize].covariance;
@@ -42,11 +48,11 @@ impl Visit for Whitening<'_> {
         let splat = Lanes::<FUSED>::splat;
         let (robot, stamp) =
             (splat(self.noise.robot_sigma_m.powi(2)), splat(self.noise.stamp_sigma_s.powi(2)));
-        let entry = |feature: [f64; WIDTH], i: usize, j: usize| {
-            let shared = seen.d_time_offset[i] * seen.d_time_offset[j];
-            Lanes(feature).plus_product(robot, seen.rows[i].dot(seen.rows[j])).plus_product(stamp, shared)
-        };
-        let (xx, xy, yy) = (entry(feature[0], 0, 0), entry(feature[1], 0, 1), entry(feature[2], 1, 1));
+        let ([by_x, by_y], by_robot) = (seen.by_time_offset(), seen.rows.products());
+        let by_stamp = [by_x * by_x, by_x * by_y, by_y * by_y];
+        let entry =
+            |k: usize| Lanes(feature[k]).plus_product(robot, by_robot[k]).plus_product(stamp, by_stamp[k]);
+        let (xx, xy, yy) = (entry(0), entry(1), entry(2));
         // The Cholesky factor of Σ, inverted: see `Whitener::of`.
         let factor = splat(self.noise.factor);
         let l11 = xx.sqrt();
