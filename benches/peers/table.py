@@ -20,5 +20,6 @@ for row in sides:
     steps = row["iterations"] or "–"
     print(f"| {row['side']} | {steps} | {row['seconds'] * 1e3:.2f} ms | {row['seconds'] / ours['seconds']:.1f} | {off:.1e} σ |")
 print()
-if worst > 1e-6:
+# A side may not take a last step whose gain is lost in the rounding of its sum: it then ends some 1e-5 sigma away.
+if worst > 1e-4:
     sys.exit(f"the optima differ by {worst:.1e} sigma")

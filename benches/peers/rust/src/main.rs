@@ -47,7 +47,8 @@ fn main() -> Result<(), Failure> {
     let criterion = Criterion { residual: ResidualKind::Sheet, loss: Loss::Squared };
     let problem = LineProblem::new(&observed, usable.of(&observed), criterion, &noise, &found);
     let start = paper_start(&found);
-    let options = SolveOptions { step_threshold: 1e-6, ..SolveOptions::default() };
+    // By the step alone, as every side.
+    let options = SolveOptions { step_threshold: 1e-6, cost_threshold: 0.0, ..SolveOptions::default() };
     let (solution, seconds) = fastest(|| solve(&problem, start.clone(), &[], &options));
     let solution: Solution<Parameters> = solution?;
     let covariance =
