@@ -40,9 +40,8 @@ const COST_ROUNDING: f64 = 1e-13;
 /// standard deviation, which over ten thousand of them is 1e-13 of the cost.
 const HIGHER: f64 = 1e-12;
 
-/// The true curvature along a step as a part of H's: where it is in this range, it is the loss that bends; elsewhere the model is not
-/// a good one, or there is nothing to gain. It is measured by steps of less than one standard deviation: longer ones tell of the
-/// residuals' own curvature …
+/// The true curvature along a step over that of H, where the loss bends: beyond this range the linear model is a poor one, or there is
+/// nothing to gain. It is measured by steps of less than one standard deviation: longer ones tell of the residuals' own curvature …
 const BENT: std::ops::RangeInclusive<f64> = 0.8..=0.99;
 /// … and not by a promise of less than this part of the cost, which is too near to the sum's rounding.
 const MEASURABLE: f64 = 1e-10;
@@ -201,7 +200,7 @@ impl<P: LeastSquares> Search<'_, P> {
         self.problem.linearize(&next, &mut self.tried);
         let decrease = cost - self.tried.cost;
         let gain_ratio = if promised > 0.0 { decrease / promised } else { 0.0 };
-        // The sum cannot judge a step whose promise is lost in its rounding; the gradient, which is known to far more of its digits, can.
+        // The cost cannot tell whether a step is good whose promise is lost in its rounding; the gradient is known to far more digits.
         let is_lost = promised > 0.0 && promised <= COST_ROUNDING * cost;
         let is_lower = gain_ratio > 0.0 || (is_lost && -decrease <= HIGHER * cost);
         let accepted = self.tried.is_finite() && is_lower;
@@ -233,7 +232,7 @@ fn raised(damping: f64, growth: f64) -> (f64, f64) {
     ((damping * growth).max(LEAST_RETRY_DAMPING), growth * 2.0)
 }
 
-/// A measured curvature, −gᵀδ − ½ κ δᵀHδ being what the step gained, where it is one of a loss that bends; else that of H.
+/// The measured curvature κ, the step having gained −gᵀδ − ½ κ δᵀHδ, where it is that of a loss that bends; else 1, that of H.
 fn bent(curvature: f64) -> f64 {
     if BENT.contains(&curvature) { curvature } else { 1.0 }
 }

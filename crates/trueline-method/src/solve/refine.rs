@@ -24,7 +24,8 @@ const FINAL_MARGIN_S: f64 = 10e-6;
 const ROUGH: f64 = 1.0;
 /// The reported one, σ. Steps shrink sixteenfold, for the loss bends: a step of this length leaves a tenth of it.
 const FINE: f64 = 1e-4;
-/// Damping from a start that is near: of weak directions, a millionth as well known as their unknowns alone, hardly any.
+/// Damping from a start that is near. The usual 1e-6 holds back directions whose information is a millionth of their unknowns' own;
+/// this hardly does.
 const NEAR_DAMPING: f64 = 1e-8;
 /// Noise smaller than this part of what was expected is taken as that: a perfect simulation has none.
 const LEAST_NOISE_FACTOR: f64 = 1e-3;
