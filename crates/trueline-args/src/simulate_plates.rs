@@ -1,9 +1,10 @@
 //! `trueline simulate --plates`.
 
 use crate::number;
+use crate::simulated_profiles::ProfileLookArgs;
 use clap::Args;
 use trueline_dataset::ProfileForm;
-use trueline_sim::{PlateForm, PlatePair, Plates};
+use trueline_sim::{PlateForm, PlatePair, Plates, ProfileLook};
 
 #[derive(Args)]
 #[group(id = "of_plates")]
@@ -42,6 +43,8 @@ pub struct PlatesArgs {
     /// A profiler's profiles as profiles.parquet instead of profiles.csv
     #[arg(long, requires = "plates", conflicts_with = "production")]
     pub parquet: bool,
+    #[command(flatten)]
+    pub look: ProfileLookArgs,
 }
 
 /// What is left of the stripe's noise where there is to be none, px: the weight of a column is finite.
@@ -51,6 +54,12 @@ impl PlatesArgs {
     /// The form in which profiles are written.
     pub fn profile_form(&self) -> ProfileForm {
         if self.parquet { ProfileForm::Parquet } else { ProfileForm::Csv }
+    }
+
+    /// How profiles look with ranges of a noise, m.
+    pub fn profile_look(&self, range_sigma_m: f64, noise_free: bool) -> ProfileLook {
+        let look = self.look.look(ProfileLook { range_sigma_m, ..ProfileLook::default() });
+        if noise_free { look.without_noise() } else { look }
     }
 
     /// The plates; what is not said of them is as in `usual`.

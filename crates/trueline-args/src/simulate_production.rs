@@ -7,7 +7,7 @@ use trueline_sim::production::{Layout, ScheduledChange};
 #[derive(Args)]
 pub struct ProductionArgs {
     /// Write so many welds of one part, weld-0000 and on, each in a folder of its own in --out
-    #[arg(long, value_name = "PIECES", value_parser = clap::value_parser!(u32).range(1..), conflicts_with_all = ["preset", "images", "plan", "faults", "random_cell", "noise_free"])]
+    #[arg(long, value_name = "PIECES", value_parser = clap::value_parser!(u32).range(1..), conflicts_with_all = NOT_OF_PRODUCTION)]
     pub production: Option<u32>,
     /// How the part is welded
     #[arg(long, value_parser = one_of(&LAYOUTS), default_value = "box-angles", requires = "production")]
@@ -17,6 +17,29 @@ pub struct ProductionArgs {
     #[arg(long, value_name = "WHAT=AMOUNT@PIECE", requires = "production")]
     pub change: Option<ScheduledChange>,
 }
+
+/// Options that say nothing of a production: its layout has its own scans.
+const NOT_OF_PRODUCTION: [&str; 19] = [
+    "PathArgs",
+    "of_profiles",
+    "preset",
+    "images",
+    "plan",
+    "faults",
+    "random_cell",
+    "noise_free",
+    "time_offset_ms",
+    "duration_s",
+    "robot_period_ms",
+    "frame_period_ms",
+    "feature_noise_px",
+    "feature_noise_mm",
+    "robot_noise_mm",
+    "stamp_jitter_ms",
+    "clock_drift_ppm",
+    "outliers",
+    "drops",
+];
 
 static LAYOUTS: [Choice<Layout>; 6] = [
     ("one-seam", "One straight seam of 300 mm, steady within 1°", Layout::OneSeam),

@@ -339,6 +339,18 @@ pub enum Problem {
         /// How many there are.
         profiles: usize,
     },
+    /// A range that stands for no return.
+    #[error(
+        "{points} of {of} points have a range of exactly {range_mm} mm, far from all others: that stands for no return"
+    )]
+    NoReturn {
+        /// The range, mm.
+        range_mm: f64,
+        /// How many points have it.
+        points: usize,
+        /// Of how many.
+        of: usize,
+    },
     /// Rows of heights whose positions along the stripe are not known.
     #[error("the file does not say where the columns lie along the stripe")]
     NoColumnPositions,

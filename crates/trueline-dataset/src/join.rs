@@ -1,6 +1,6 @@
 //! Several recordings of one sensor as one: the same time offset and hand-eye transform, each with its own lines.
 
-use crate::picture_rows::{self, FramesDisagree};
+use crate::picture_rows::{self, PicturesDisagree};
 use crate::recording::{Recording, Sensor};
 use crate::shared_samples::shared_measurements;
 use crate::stamp;
@@ -50,12 +50,12 @@ pub enum JoinError {
         of: usize,
     },
     /// Stripes and seam points that count their pictures differently.
-    #[error("in recording {index} {frames}")]
-    FramesDisagree {
+    #[error("in recording {index} {pictures}")]
+    PicturesDisagree {
         /// Which, from 0.
         index: usize,
         /// Where.
-        frames: FramesDisagree,
+        pictures: PicturesDisagree,
     },
 }
 
@@ -77,7 +77,8 @@ pub struct Joined {
 pub fn join(mut recordings: Vec<Recording>) -> Result<Joined, JoinError> {
     check_each_is_new(&recordings)?;
     for (index, recording) in recordings.iter_mut().enumerate() {
-        picture_rows::stamp_alike(recording).map_err(|frames| JoinError::FramesDisagree { index, frames })?;
+        picture_rows::stamp_alike(recording)
+            .map_err(|pictures| JoinError::PicturesDisagree { index, pictures })?;
     }
     let mut rest = recordings.into_iter();
     let mut recording = rest.next().ok_or(JoinError::Nothing)?;

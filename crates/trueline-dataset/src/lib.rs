@@ -35,6 +35,7 @@ pub mod join;
 pub mod json_lines;
 pub mod known_toml;
 pub mod laser_channel;
+mod no_return;
 pub mod outputs;
 #[cfg(feature = "parquet")]
 mod parquet_pages;

@@ -4,7 +4,7 @@
 //! starts again is no name of a picture, and then, as where nothing is counted, rows of one stamp belong together.
 
 use crate::recording::{Feature, PlateStripe, Recording};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use trueline_geometry::statistics::median;
 
 /// How the pictures of a recording are told apart.
@@ -16,27 +16,62 @@ pub enum PicturesOfRows {
     Stamped,
 }
 
-/// A frame is more than a picture later in one table than in the other: they count differently.
+/// Two tables of which the rows of one picture cannot be told.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error(
-    "frame {frame} is stamped {feature_s:.6} s in features.csv and {stripe_s:.6} s in stripes.csv, more than a picture apart"
-)]
-pub struct FramesDisagree {
-    /// Which frame.
-    pub frame: u64,
-    /// Stamp of its seam point, s.
-    pub feature_s: f64,
-    /// Stamp of its stripes, s.
-    pub stripe_s: f64,
+pub enum PicturesDisagree {
+    /// A frame is more than a picture later in one table than in the other: they count differently.
+    #[error(
+        "frame {frame} is stamped {feature_s:.6} s in features.csv and {stripe_s:.6} s in stripes.csv, more than a picture apart"
+    )]
+    Frames {
+        /// Which frame.
+        frame: u64,
+        /// Stamp of its seam point, s.
+        feature_s: f64,
+        /// Stamp of its stripes, s.
+        stripe_s: f64,
+    },
+    /// Hardly a picture of one table has a stamp of the other.
+    #[error("{alike} of {pictures} pictures of stripes.csv have the stamp of one in features.csv")]
+    Stamps {
+        /// Those that do.
+        alike: usize,
+        /// Of how many.
+        pictures: usize,
+    },
 }
+
+impl PicturesDisagree {
+    /// What the user can do about it.
+    #[must_use]
+    pub fn hint(&self) -> &'static str {
+        match self {
+            Self::Frames { .. } => {
+                "both tables must count the same pictures, or leave the column `frame` out of one of them"
+            }
+            Self::Stamps { .. } => {
+                "give both tables the column `frame`, or write the same stamp with the same digits in both"
+            }
+        }
+    }
+}
+
+/// Pictures of which fewer than this part have a stamp of the other table's are stamped by another clock, or rounded to other digits.
+const LEAST_ALIKE: f64 = 0.1;
+/// Fewest pictures of which that is told.
+const FEWEST_PICTURES: usize = 10;
 
 impl PicturesOfRows {
     /// As the rows of a recording allow.
     ///
     /// # Errors
-    /// [`FramesDisagree`].
-    pub fn of(recording: &Recording) -> Result<Self, FramesDisagree> {
-        Ok(if counted(recording)?.is_some() { Self::Counted } else { Self::Stamped })
+    /// [`PicturesDisagree`].
+    pub fn of(recording: &Recording) -> Result<Self, PicturesDisagree> {
+        if counted(recording)?.is_some() {
+            return Ok(Self::Counted);
+        }
+        check_stamps(recording)?;
+        Ok(Self::Stamped)
     }
 
     /// What names the picture of a stripe.
@@ -62,8 +97,8 @@ impl PicturesOfRows {
 /// Gives the stripes of counted pictures the stamps of their seam points, so that they are paired without the count as well.
 ///
 /// # Errors
-/// [`FramesDisagree`].
-pub(crate) fn stamp_alike(recording: &mut Recording) -> Result<(), FramesDisagree> {
+/// [`PicturesDisagree`].
+pub(crate) fn stamp_alike(recording: &mut Recording) -> Result<(), PicturesDisagree> {
     let Some(stamps) = counted(recording)? else { return Ok(()) };
     for stripe in &mut recording.stripes {
         if let Some(stamp_ns) = stripe.frame.and_then(|frame| stamps.get(&frame)) {
@@ -73,8 +108,20 @@ pub(crate) fn stamp_alike(recording: &mut Recording) -> Result<(), FramesDisagre
     Ok(())
 }
 
+/// Whether the pictures of stripes are those of seam points by their stamps.
+fn check_stamps(recording: &Recording) -> Result<(), PicturesDisagree> {
+    let features: BTreeSet<i64> = recording.features.iter().map(|feature| feature.stamp_ns).collect();
+    let stripes: BTreeSet<i64> = recording.stripes.iter().map(|stripe| stripe.stamp_ns).collect();
+    let (alike, pictures) = (stripes.intersection(&features).count(), stripes.len());
+    let fewer = pictures.min(features.len());
+    if fewer >= FEWEST_PICTURES && (alike as f64) < LEAST_ALIKE * fewer as f64 {
+        return Err(PicturesDisagree::Stamps { alike, pictures });
+    }
+    Ok(())
+}
+
 /// The stamps of the seam points' frames; `None` where pictures are not counted.
-fn counted(recording: &Recording) -> Result<Option<BTreeMap<u64, i64>>, FramesDisagree> {
+fn counted(recording: &Recording) -> Result<Option<BTreeMap<u64, i64>>, PicturesDisagree> {
     let features = stamps(recording.features.iter().map(|feature| (feature.frame, feature.stamp_ns)));
     let stripes = stamps(recording.stripes.iter().map(|stripe| (stripe.frame, stripe.stamp_ns)));
     let (Some(features), Some(stripes)) = (features, stripes) else { return Ok(None) };
@@ -85,7 +132,7 @@ fn counted(recording: &Recording) -> Result<Option<BTreeMap<u64, i64>>, FramesDi
         let Some(&feature_ns) = features.get(&frame) else { continue };
         if (feature_ns - stripe_ns).abs() as f64 > period_ns {
             let [feature_s, stripe_s] = [feature_ns, stripe_ns].map(|ns| ns as f64 * 1e-9);
-            return Err(FramesDisagree { frame, feature_s, stripe_s });
+            return Err(PicturesDisagree::Frames { frame, feature_s, stripe_s });
         }
     }
     Ok(Some(features))

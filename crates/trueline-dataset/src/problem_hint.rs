@@ -45,6 +45,7 @@ impl Problem {
             | Self::UnknownProfileFormat
             | Self::OnlyProfiles
             | Self::NoPoints { .. }
+            | Self::NoReturn { .. }
             | Self::Ply(_) => self.profile_hint(),
             Self::Unreadable { hint, .. } => hint,
             Self::Csv(_) => "the file should be UTF-8 text with one header line, separated by commas",
@@ -185,6 +186,9 @@ impl Problem {
             }
             Self::NoPoints { .. } => {
                 "is the format the right one? `trueline import csv --help` says what stands for no point in each"
+            }
+            Self::NoReturn { .. } => {
+                "where nothing was seen leave the row out (one row a point) or the cell empty (one row a profile)"
             }
             Self::NoColumnPositions => "give them: --x-start-mm and --x-step-mm",
             _ => "ascii or binary PLY with properties x and z of one element `vertex` is read",

@@ -3,7 +3,7 @@
 use crate::dialect::plain_csv;
 use crate::error::{Error, Problem};
 use crate::profile::Profile;
-use crate::{profiles_csv, source_file};
+use crate::{no_return, profiles_csv, source_file};
 use std::path::{Path, PathBuf};
 
 /// In which form profiles are written.
@@ -63,6 +63,13 @@ impl ProfileFile {
     /// # Errors
     /// What cannot be used.
     pub(crate) fn read(self, notes: &mut Vec<String>) -> Result<Vec<Profile>, Error> {
+        let path = self.path.clone();
+        let profiles = self.read_any(notes)?;
+        no_return::check(&profiles).map_err(|problem| Error::in_file(&path, problem))?;
+        Ok(profiles)
+    }
+
+    fn read_any(self, notes: &mut Vec<String>) -> Result<Vec<Profile>, Error> {
         if self.form == ProfileForm::Parquet {
             return from_parquet(&self.path, self.bytes);
         }

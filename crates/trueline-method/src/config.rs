@@ -278,6 +278,12 @@ impl Config {
         self.feature_sigma_m.unwrap_or(USUAL_FEATURE_SIGMA_M)
     }
 
+    /// The length that counts as a pixel where features are lengths, m: what is a usual noise there is one of 0.3 px in a picture.
+    #[must_use]
+    pub fn length_per_px_m(&self) -> f64 {
+        self.usual_feature_sigma_m() / USUAL_FEATURE_SIGMA_PX
+    }
+
     /// Nothing but noise is accounted for: the sensor is taken as it is, the robot as ideal, the features as free of bias.
     /// A sensor whose file states its uncertainty keeps that.
     #[must_use]

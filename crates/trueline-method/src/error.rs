@@ -2,7 +2,7 @@
 
 use crate::input::feature_noise::NoiseUnused;
 use crate::stripe::no_plates::NoPlates;
-use trueline_dataset::picture_rows::FramesDisagree;
+use trueline_dataset::picture_rows::PicturesDisagree;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::trajectory::TrajectoryError;
 
@@ -146,7 +146,7 @@ pub enum Error {
     },
     /// Two tables that count their frames differently.
     #[error(transparent)]
-    FramesDisagree(#[from] FramesDisagree),
+    PicturesDisagree(#[from] PicturesDisagree),
     /// Stripes have no residual of the paper's kind.
     #[error("whole stripes are asked for, and the point-to-line residual knows seam points only")]
     StripesNeedSheet,
@@ -187,9 +187,7 @@ impl Error {
             }
             Self::StripesNeedSheet => "use it with --residual sheet",
             Self::NoPlates { why } => why.hint(),
-            Self::FramesDisagree(_) => {
-                "both tables must count the same pictures, or leave the column `frame` out of one of them"
-            }
+            Self::PicturesDisagree(pictures) => pictures.hint(),
             Self::StripesHeldAtGuess | Self::StripesOfDrawnLine => "use the seam points",
             Self::FeatureNoiseUnused { why: NoiseUnused::EachHasItsOwn } => {
                 "change these, or take their columns out of features.csv"

@@ -3,8 +3,10 @@
 
 use nalgebra::{DVector, Vector2, Vector3};
 use trueline_dataset::join::join;
+use trueline_dataset::picture_rows::PicturesDisagree;
 use trueline_dataset::{Measured, Recording};
 use trueline_geometry::{se3, so3};
+use trueline_lsq::Loss;
 use trueline_method::assess::observability::Group;
 use trueline_method::stripe::no_plates::NoPlates;
 use trueline_method::stripe::outcome::{Because, StripeEstimate};
@@ -258,9 +260,48 @@ fn stripes_and_seam_points_of_one_frame_are_one_picture_whatever_their_stamps() 
     recording.stripes.iter_mut().for_each(|stripe| stripe.stamp_ns += 100_000_000);
     let truth = recording.truth.as_ref().unwrap().parameters;
     let refused = calibrate(&recording, Some(&truth), &with(Measurements::Both, SensorMode::Fixed));
-    assert!(matches!(refused.unwrap_err(), Error::FramesDisagree(_)));
+    assert!(matches!(refused.unwrap_err(), Error::PicturesDisagree(PicturesDisagree::Frames { .. })));
     let not_joined = join(vec![other, recording]).unwrap_err().to_string();
     assert!(not_joined.contains("in recording 1 frame "), "{not_joined}");
+}
+
+/// Without numbers the stamps tell which rows are of one picture: other digits make other pictures, and hide that all frames show both plates.
+#[test]
+fn stripes_without_numbers_and_with_stamps_of_their_own_are_refused() {
+    let scenario = scenario(Preset::Quick, 10.0);
+    let mut recording = scan_plates(&scenario, &Plates::default(), 7).unwrap();
+    recording.stripes.iter_mut().for_each(|stripe| stripe.frame = None);
+    let config = with(Measurements::Auto, SensorMode::Fixed);
+    let used = |c: &Calibration| c.findings.stripes.as_ref().unwrap().used;
+    assert_eq!(used(&calibrated(&recording, &config)), Measurements::Stripe);
+    let as_stamped = recording.clone();
+    for later_ns in [1_000, 100_000_000_000] {
+        recording.stripes = as_stamped.stripes.clone();
+        recording.stripes.iter_mut().for_each(|stripe| stripe.stamp_ns += later_ns);
+        let truth = recording.truth.as_ref().unwrap().parameters;
+        let refused = calibrate(&recording, Some(&truth), &config).unwrap_err();
+        assert!(matches!(refused, Error::PicturesDisagree(PicturesDisagree::Stamps { .. })), "{refused}");
+        assert!(refused.hint().contains("`frame`"), "{}", refused.hint());
+    }
+}
+
+/// What --loss says holds for plates as for seam points: one that never rejects leaves no plate out, and lets false stripes pull.
+#[test]
+fn the_loss_that_is_asked_for_is_that_of_the_stripes() {
+    let mut scenario = scenario(Preset::Quick, 10.0);
+    scenario.disturbance.outlier_fraction = 0.05;
+    let recording = scan_plates(&scenario, &Plates::default(), 7).unwrap();
+    let of = |loss: Option<Loss>| {
+        let calibration =
+            calibrated(&recording, &Config { loss, ..with(Measurements::Stripe, SensorMode::Fixed) });
+        (stripes(&calibration).rejected, error(&recording, &calibration).1)
+    };
+    let (by_default, huber) = (of(None), of(Some(Loss::Huber { scale: 3.0 })));
+    println!("rejected and squared errors: {by_default:?}, {huber:?}");
+    assert!(by_default.0 > 0);
+    assert_eq!(huber.0, 0);
+    // χ² of seven, 1 in 10 000.
+    assert!(by_default.1 < 29.9, "{by_default:?}");
 }
 
 /// Of two scans one shows no plates: its seam points stand for them, and say what they say alone.

@@ -74,9 +74,7 @@ impl OpenError {
             Self::Import(error) => return error.hint(),
             Self::Pictures(error) => return hint_of_pictures(error),
             Self::Detector { error, .. } => error.hint(),
-            Self::Join(JoinError::FramesDisagree { .. }) => {
-                "both tables must count the same pictures, or leave the column `frame` out of one of them"
-            }
+            Self::Join(JoinError::PicturesDisagree { pictures, .. }) => pictures.hint(),
             Self::Join(JoinError::TooLong { .. }) => {
                 "look for a stamp in another unit, or a wrong one, at the beginning or the end of a recording"
             }

@@ -102,6 +102,18 @@ pub(crate) fn rows(c: &Calibration) -> Vec<(String, String)> {
     rows
 }
 
+/// Whether the answer is that of the whole stripes.
+#[must_use]
+pub(crate) fn are_the_answer(c: &Calibration) -> bool {
+    c.findings.stripes.as_ref().is_some_and(|stripes| stripes.used != Measurements::Seam)
+}
+
+/// What to say beside figures of the fit to the seam points where that is not the answer.
+#[must_use]
+pub(crate) fn of_seam_points(c: &Calibration) -> &'static str {
+    if are_the_answer(c) { " (of the fit to the seam points alone)" } else { "" }
+}
+
 /// What a joint's plates are to each other, and how they are bowed.
 fn plates(estimate: &StripeEstimate, joint: usize) -> String {
     let of_joint = estimate.planes.iter().filter(|plane| plane.number / 2 == joint);
@@ -140,7 +152,7 @@ fn used(stripes: &StripeOutcome) -> String {
         Because::KnowsLess => "the seam points know more",
         Because::Disagreement => "they do not agree with the seam points",
         Because::TooFewFrames => "too few for an answer of their own",
-        Because::Plates(_) => "the plates make no joint",
+        Because::Plates(why) => return format!("not used: {why}; {shown}"),
         Because::HeldAtGuess => "what is not seen is held at the guess",
     };
     match used {

@@ -131,7 +131,10 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
     rows.extend(over_time(c).map(|bars| (OVER_TIME.to_owned(), bars)));
     rows.push(("features".to_owned(), features(c)));
     if let Some(check) = &c.findings.checks.held_out {
-        rows.push(("held-out check".to_owned(), held_out(check)));
+        rows.push((
+            "held-out check".to_owned(),
+            format!("{}{}", held_out(check), stripes::of_seam_points(c)),
+        ));
     }
     if let Some(torch) = &c.findings.checks.seam_point_error {
         rows.push(("at the torch".to_owned(), at_torch(torch)));
@@ -197,10 +200,8 @@ fn residual(c: &Calibration) -> String {
         return "none: no feature could be used".to_owned();
     }
     let mm = format!("{:.4} mm RMS from the line", c.findings.fit.residuals.rms_m * MM_PER_M);
-    match c.findings.fit.residuals.rms_px {
-        Some(px) => format!("{mm}, {px:.3} px in the image"),
-        None => mm,
-    }
+    let px = c.findings.fit.residuals.rms_px.map(|px| format!(", {px:.3} px in the image"));
+    format!("{mm}{}{}", px.unwrap_or_default(), stripes::of_seam_points(c))
 }
 
 /// Residuals that are alike from one to the next, and what that was taken for.

@@ -7,7 +7,7 @@ use crate::planned_scan::{self, PlannedScan};
 use std::process::ExitCode;
 use trueline_args::SimulateArgs;
 use trueline_dataset::{Recording, folder};
-use trueline_sim::{simulate_along, simulate_with_faults};
+use trueline_sim::{Scenario, simulate_along, simulate_with_faults};
 
 /// Runs the command.
 pub(crate) fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
@@ -19,19 +19,15 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
     }
     if let Some(folder) = &args.plan {
         let planned = planned_scan::read(folder, args.exact_guess, args.seed)?;
+        check_options(args, &planned.scenario)?;
         return if args.plates.plates {
             simulate_plates::follow(args, planned)
         } else {
             follow(args, planned)
         };
     }
-    if args.path.tilt_hz.len() == 2 {
-        return Err(Failure::new(
-            "`--tilt-hz`: expected one frequency or three, found 2",
-            "give one for each tilt",
-        ));
-    }
     let scenario = args.scenario();
+    check_options(args, &scenario)?;
     if args.images {
         return simulate_images::run(args, &scenario);
     }
@@ -46,6 +42,11 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
         )
     })?;
     write(args, &recording)
+}
+
+fn check_options(args: &SimulateArgs, scenario: &Scenario) -> Result<(), Failure> {
+    let wrong = args.wrong_option(&scenario.cell.sensor);
+    wrong.map_or(Ok(()), |(what, hint)| Err(Failure::new(what, hint)))
 }
 
 /// A scan along a plan.

@@ -9,7 +9,7 @@ use trueline_dataset::{Recording, WholeFolder, folder};
 use trueline_experiments::planned;
 use trueline_geometry::Pose;
 use trueline_sim::motion::Motion;
-use trueline_sim::{Plates, ProfileLook, Scenario, SensorModel, scan_plates_along, scan_profiles_along};
+use trueline_sim::{Plates, Scenario, SensorModel, scan_plates_along, scan_profiles_along};
 
 /// Runs the command along the scenario's own path.
 pub(crate) fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, Failure> {
@@ -21,7 +21,7 @@ pub(crate) fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, 
     }
     let motion = Motion::new(scenario).ok_or_else(nothing_seen)?;
     let plates = args.plates.plates(Plates::default(), args.noise_free);
-    along(args, scenario, (&plates, ProfileLook::default()), &|time_s| motion.base_from_tool(time_s))
+    along(args, scenario, &plates, &|time_s| motion.base_from_tool(time_s))
 }
 
 /// The same along a plan, with the plates of its cell.
@@ -31,19 +31,18 @@ pub(crate) fn follow(args: &SimulateArgs, planned: PlannedScan) -> Result<ExitCo
     let usual = planned::plates(&cell, &mut scenario)
         .map_err(|why| Failure::new(format!("--plates: {why}"), why.hint()))?;
     let plates = args.plates.plates(usual, args.noise_free);
-    let look = ProfileLook { range_sigma_m: scenario.disturbance.feature_noise_m, ..ProfileLook::default() };
-    along(args, &scenario, (&plates, look), &|time_s| path.base_from_tool(time_s))
+    along(args, &scenario, &plates, &|time_s| path.base_from_tool(time_s))
 }
 
 fn along(
     args: &SimulateArgs,
     scenario: &Scenario,
-    (plates, look): (&Plates, ProfileLook),
+    plates: &Plates,
     base_from_tool: &dyn Fn(f64) -> Pose,
 ) -> Result<ExitCode, Failure> {
     let (recording, what) = match &scenario.cell.sensor {
         SensorModel::Profiler { .. } => {
-            let look = if args.noise_free { look.without_noise() } else { look };
+            let look = args.plates.profile_look(scenario.disturbance.feature_noise_m, args.noise_free);
             let (recording, profiles) =
                 scan_profiles_along(scenario, plates, &look, base_from_tool, args.seed)
                     .ok_or_else(nothing_seen)?;

@@ -243,7 +243,7 @@ mod tests {
             frame,
             line: 0,
             row: 0,
-            sigma_px: [1.0; 2],
+            per_px: [1.0, 0.0, 1.0],
             point_in_camera: nalgebra::Vector3::zeros(),
             covariance: [1.0, 0.0, 1.0],
         };

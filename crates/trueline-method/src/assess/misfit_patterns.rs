@@ -6,7 +6,7 @@
 
 use crate::assess::cause_kind::{COLUMNS, CauseKind, LENS};
 use crate::assess::lens;
-use crate::assess::tilt_bias::{BIAS, TiltBias, sheet_per_px};
+use crate::assess::tilt_bias::{BIAS, TiltBias};
 use crate::input::noise_levels::Whitener;
 use crate::input::observations::Observation;
 use crate::problem::line_problem::{LineProblem, LocalJacobian};
@@ -176,7 +176,7 @@ fn causes(
     columns.set_column(4, &(onto * -placement.angular_velocity.cross(&lever)));
     // An exposure that is later than thought is a time offset that is smaller.
     columns.set_column(5, &(jacobian.column(TIME_OFFSET) * row));
-    columns.fixed_columns_mut::<2>(6).copy_from(&(pair.1.matrix() * sheet_per_px(pair.0) * side));
+    columns.fixed_columns_mut::<2>(6).copy_from(&(pair.1.matrix() * pair.0.sheet_per_px() * side));
     // Of 1/(1 + τ s) = exp(−τ s) + τ² s²/2 + … the delay is the time offset's: the tool is τ²/2 of its acceleration ahead.
     columns.set_column(8, &(onto * of_point * -0.5));
     // The stated lens leaves the point where the true one would not: that much before it.

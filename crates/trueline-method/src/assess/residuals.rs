@@ -1,7 +1,6 @@
 //! What is left over: every feature's residual, and the figures that sum them up.
 
 use crate::config::ResidualKind;
-use crate::input::noise_levels::{Whitener, symmetric};
 use crate::input::observations::Observations;
 use crate::input::skip::Skip;
 use crate::problem::line_problem::LineProblem;
@@ -79,7 +78,7 @@ pub fn evaluate(problem: &LineProblem<'_>, at: &Parameters) -> (Vec<FeatureResid
         let whitened = whitener.apply(&residual);
         let squared = whitened.norm_squared();
         let in_sheet_m = in_sheet.map(|seen| seen.residual);
-        let to_px = || Some(Whitener::of(&symmetric(o.covariance))?.apply(&in_sheet_m?) * o.mean_sigma_px());
+        let to_px = || Some(o.sheet_per_px().try_inverse()? * in_sheet_m?);
         list.push(FeatureResidual {
             row: o.row,
             line: o.line,

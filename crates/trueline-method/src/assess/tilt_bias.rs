@@ -14,8 +14,6 @@ use trueline_model::Placement;
 pub const BIAS: usize = 6;
 /// The tilt that a bias is stated for, rad.
 pub(crate) const BIAS_TILT_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
-/// Noise of a feature that a bias in pixels is compared with where features are lengths, px.
-const USUAL_SIGMA_PX: f64 = 0.3;
 
 /// Tilts are counted from the mean attitude of a scan; spun by half a turn or so about its view, the sensor is tilted the other
 /// way, and the spin itself is no tilt.
@@ -56,7 +54,7 @@ impl TiltBias {
     #[must_use]
     pub fn slopes(&self, o: &Observation, at: &Parameters, placement: &Placement) -> SMatrix<f64, 2, BIAS> {
         let in_sensor = self.in_sensor(&at.tool_from_camera, placement);
-        let by_px = sheet_per_px(o);
+        let by_px = o.sheet_per_px();
         let mut slopes = SMatrix::<f64, 2, BIAS>::zeros();
         for axis in 0..3 {
             slopes.fixed_columns_mut::<2>(2 * axis).copy_from(&(by_px * in_sensor[axis]));
@@ -88,21 +86,6 @@ fn without_spin(turn: &UnitQuaternion<f64>, axis: &Vector3<f64>) -> Vector3<f64>
     let spin_rad = 2.0 * turn.imag().dot(axis).atan2(turn.w);
     let tilt = so3::log(&(so3::exp(&(axis * -spin_rad)) * turn));
     tilt + axis * (spin_rad - PI * (spin_rad / PI).round())
-}
-
-/// How far a pixel is in the sheet, m, along the picture's rows and across them: the root of the feature's covariance over
-/// its noise in pixels. The sheet's first axis is the camera's x in it, so a step along a row moves along that axis alone,
-/// and the root is the upper triangular one; where the sheet is turned about the view, it is off by that small turn. Of
-/// sensors that report lengths, what their noise would be.
-#[must_use]
-pub(crate) fn sheet_per_px(o: &Observation) -> SMatrix<f64, 2, 2> {
-    let [sigma_u, sigma_v] =
-        o.sigma_px.map(|sigma| if sigma > 0.0 { f64::from(sigma) } else { USUAL_SIGMA_PX });
-    let [xx, xy, yy] = o.covariance;
-    let depth = yy.sqrt();
-    let beside = if depth > 0.0 { xy / depth } else { 0.0 };
-    let along = (xx - beside * beside).max(0.0).sqrt();
-    SMatrix::<f64, 2, 2>::new(along / sigma_u, beside / sigma_v, 0.0, depth / sigma_v)
 }
 
 #[cfg(test)]

@@ -23,8 +23,8 @@ pub struct Observation {
     pub line: u32,
     /// Row of the feature in the recording, from 0.
     pub row: u32,
-    /// Standard deviation of the pixel that it was, u and v, px; 0 where features are lengths. Single precision is enough.
-    pub sigma_px: [f32; 2],
+    /// How far a pixel along the picture's rows and one across them is in the sheet, m: the upper triangle of the slopes. Single precision is enough.
+    pub per_px: [f32; 3],
     /// The point in the camera frame, m.
     pub point_in_camera: Vector3<f64>,
     /// Covariance of the measurement in the sheet, m²: \[xx, xy, yy\].
@@ -32,11 +32,13 @@ pub struct Observation {
 }
 
 impl Observation {
-    /// Standard deviation of the pixel that it was, mean (geometric) of u and v, px; 0 where features are lengths.
+    /// How far a pixel is in the sheet, m: along the picture's rows and across them. The sheet's first axis is the camera's x in it, so a step along a row
+    /// moves along that axis alone; where the sheet is turned about the view, this is off by that small turn. Of sensors that report lengths it is
+    /// [`Config::length_per_px_m`].
     #[must_use]
-    pub(crate) fn mean_sigma_px(&self) -> f64 {
-        let [u, v] = self.sigma_px.map(f64::from);
-        (u * v).sqrt()
+    pub fn sheet_per_px(&self) -> Matrix2<f64> {
+        let [along, beside, depth] = self.per_px.map(f64::from);
+        Matrix2::new(along, beside, 0.0, depth)
     }
 }
 
@@ -175,7 +177,7 @@ fn observe_on(
                 frame,
                 line: feature.line,
                 row: row as u32,
-                sigma_px: pixel_sigma(feature, are_pixels, config),
+                per_px: per_px(feature, &covariance, are_pixels, config),
                 point_in_camera,
                 covariance: [covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]],
             }),
@@ -318,9 +320,17 @@ pub fn point_in_camera(
     Ok(shape.map_or(point, |shape| corrected(&sheet, shape, (point, Matrix2::zeros())).0))
 }
 
-fn pixel_sigma(feature: &Feature, are_pixels: bool, config: &Config) -> [f32; 2] {
-    let sigma = feature.sigma.unwrap_or([config.usual_feature_sigma_px(); 2]);
-    if are_pixels { sigma.map(|sigma| sigma as f32) } else { [0.0; 2] }
+/// The triangular root of a feature's covariance in the sheet over its noise in pixels.
+fn per_px(feature: &Feature, covariance_m2: &Matrix2<f64>, are_pixels: bool, config: &Config) -> [f32; 3] {
+    if !are_pixels {
+        let per_px_m = config.length_per_px_m() as f32;
+        return [per_px_m, 0.0, per_px_m];
+    }
+    let [sigma_u, sigma_v] = feature.sigma.unwrap_or([config.usual_feature_sigma_px(); 2]);
+    let depth = covariance_m2.m22.sqrt();
+    let beside = if depth > 0.0 { covariance_m2.m12 / depth } else { 0.0 };
+    let along = (covariance_m2.m11 - beside * beside).max(0.0).sqrt();
+    [along / sigma_u, beside / sigma_v, depth / sigma_v].map(|per_px_m| per_px_m as f32)
 }
 
 fn count_lines(list: &[Observation]) -> Result<usize, Error> {

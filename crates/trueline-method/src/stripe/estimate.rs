@@ -141,7 +141,14 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     let shape_prior = settings.shape_prior;
     let begin = start::start(observations, frames, like, like.shape)?;
     let fixed = [settings.fixed, &start::held(&begin, &frames.bare)].concat();
-    let solver = StripeSolver { observations, frames: &frames.list, shared, shape_prior, fixed: &fixed };
+    let solver = StripeSolver {
+        observations,
+        frames: &frames.list,
+        shared,
+        loss: settings.config.final_loss(),
+        shape_prior,
+        fixed: &fixed,
+    };
     let fit = solver.fit(begin).map_err(|_| NoPlates::NoPlane)?;
     let all = fit.information(&fixed, RANK_THRESHOLD).ok_or(NoPlates::NoPlane)?;
     let taken = seam.robot_taken.filter(|taken| robot_accuracy::shown(&fit, &all, *taken).is_none());

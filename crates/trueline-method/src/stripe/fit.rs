@@ -7,7 +7,7 @@ use crate::stripe::problem::StripeProblem;
 use crate::stripe::robust_moments::RobustMoments;
 use crate::stripe::state::StripeState;
 use crate::stripe::whitening::{SharedNoise, Weighed, weigh};
-use trueline_lsq::{Information, Solution, SolveError, SolveOptions, solve};
+use trueline_lsq::{Information, Loss, Solution, SolveError, SolveOptions, solve};
 
 /// Most rounds of weights: an outlier that held the first plane loses its hold in two or three.
 const ROUNDS: usize = 8;
@@ -44,6 +44,8 @@ pub(crate) struct StripeSolver<'a> {
     pub frames: &'a [StripeFrame],
     /// What their residuals share.
     pub shared: SharedNoise,
+    /// The loss of a plate's stripe in a frame.
+    pub loss: Loss,
     /// What is known of the sensor's shape beforehand.
     pub shape_prior: Option<ShapePrior>,
     /// Components that are held where they start.
@@ -74,7 +76,7 @@ impl<'a> StripeSolver<'a> {
     /// The problem with the weights of a state.
     fn weighed(&self, state: &StripeState) -> Round<'a> {
         let Weighed { frames, rejected, plates, factor, moments } =
-            weigh(self.observations, self.frames, state, &self.shared);
+            weigh(self.observations, self.frames, state, &self.shared, &self.loss);
         let problem = StripeProblem {
             observations: self.observations,
             frames,

@@ -1,6 +1,5 @@
 //! Recording → what each frame shows of a joint: support points of its plates' stripes, or its seam point.
 
-use crate::assess::tilt_bias::sheet_per_px;
 use crate::config::{Config, Measurements};
 use crate::error::Error;
 use crate::input::observations::{Observation, Observations};
@@ -78,9 +77,6 @@ pub struct StripeFrames {
 /// Fewest stripes of a plate: three support points make a plane.
 const LEAST_STRIPES: usize = 2;
 
-/// Noise of a feature that a bias in pixels is compared with where features are lengths, px.
-const USUAL_SIGMA_PX: f64 = 0.3;
-
 /// Everything that frames show of their joints.
 ///
 /// Each picture counts once: the crossing of two stripes *is* the seam point of a fillet, and both together would count it
@@ -88,20 +84,20 @@ const USUAL_SIGMA_PX: f64 = 0.3;
 /// seam point, and so does every frame of a joint whose plates are not seen.
 ///
 /// # Errors
-/// [`Error::FramesDisagree`].
+/// [`Error::PicturesDisagree`].
 pub fn frames(
     recording: &Recording,
     observations: &Observations,
     wanted: Measurements,
     config: &Config,
 ) -> Result<StripeFrames, Error> {
-    let usual_m = config.usual_feature_sigma_m() / USUAL_SIGMA_PX;
+    let length_per_px_m = config.length_per_px_m();
     let (pictures, stamps) = (PicturesOfRows::of(recording)?, Stamps::of(recording, observations));
     let mut seen: BTreeMap<(i64, usize), Seen<'_>> = BTreeMap::new();
     for stripe in &recording.stripes {
         let (joint, plate) = (stripe.plate as usize / 2, stripe.plate as usize % 2);
         let seen = seen.entry((pictures.of_stripe(stripe), joint)).or_default();
-        seen.stripes[plate] = lifted(recording, observations, stripe, usual_m);
+        seen.stripes[plate] = lifted(recording, observations, stripe, length_per_px_m);
         seen.stamp_ns = stripe.stamp_ns;
     }
     for o in &observations.list {
@@ -184,7 +180,7 @@ fn seam_point(observations: &Observations, o: &Observation) -> SeamSight {
     SeamSight {
         reported: observations.sheet.coordinates(&o.point_in_camera),
         covariance: Matrix2::new(xx, xy, xy, yy),
-        sheet_per_px: sheet_per_px(o),
+        sheet_per_px: o.sheet_per_px(),
     }
 }
 
@@ -193,7 +189,7 @@ fn lifted(
     recording: &Recording,
     observations: &Observations,
     stripe: &PlateStripe,
-    usual_m: f64,
+    length_per_px_m: f64,
 ) -> Option<[Support; 2]> {
     let places = stripe.points.map(|point| on_sheet(recording, observations, point));
     let [first, second] = [places[0]?, places[1]?];
@@ -205,7 +201,7 @@ fn lifted(
         sigma_m: (slope.transpose() * normal).norm() * stripe.sigma,
         sheet_per_px: match stripe.points[0] {
             Measured::Pixel(_) => slope,
-            _ => Matrix2::identity() * usual_m,
+            _ => Matrix2::identity() * length_per_px_m,
         },
     };
     let supports = [support(first), support(second)];

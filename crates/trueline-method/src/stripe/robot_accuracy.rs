@@ -101,6 +101,7 @@ mod tests {
             shared,
             shape_prior: None,
             fixed: &fixed,
+            loss: crate::Config::default().final_loss(),
         };
         let fit = solver.fit(begin).unwrap();
         let information = fit.information(&fixed, RANK_THRESHOLD).unwrap();

@@ -9,7 +9,6 @@ use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::Observations;
 use crate::order_statistics::median;
 use crate::solve::noise_scale::noise_factor;
-use crate::solve::solver::REJECTING;
 use crate::stripe::blocks::{BLOCKS, add_to_block, block, pair_of_block, rows_of};
 use crate::stripe::frames::{Sight, StripeFrame};
 use crate::stripe::problem::{
@@ -20,6 +19,7 @@ use crate::stripe::state::StripeState;
 use crate::stripe::target::EDGE;
 use nalgebra::{DMatrix, Matrix2, SMatrix, SVector, Vector2};
 use trueline_geometry::smooth;
+use trueline_lsq::Loss;
 
 /// Standard deviations of what all residuals of a frame share, and of everything together.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,6 +70,7 @@ pub fn weigh(
     frames: &[StripeFrame],
     at: &StripeState,
     shared: &SharedNoise,
+    loss: &Loss,
 ) -> Weighed {
     let placed: Vec<(&StripeFrame, FrameResidual)> = frames
         .iter()
@@ -92,14 +93,14 @@ pub fn weigh(
     for (frame, parts) in &placed {
         let covariance = covariance(frame, parts, &scaled, rougher);
         let squared = squares(frame, parts, &covariance, rougher);
-        let weights = squared.map(|squared| squared.map_or(0.0, |squared| REJECTING.weight(squared)));
+        let weights = squared.map(|squared| squared.map_or(0.0, |squared| loss.weight(squared)));
         let looked_at = squared.iter().flatten().count();
         let kept = weights.iter().filter(|w| **w > 0.0).count();
         all.rejected += looked_at - kept;
         let own = [0, 1, 2].map(|block| Some(own(frame, parts, block, rougher)? * factor.powi(2)));
         if let Some((whitener, rows)) = whitener(&own, &covariance, weights) {
             let pulls = [0, 1, 2].map(|block| {
-                let slope = REJECTING.weight_slope(squared[block]?);
+                let slope = loss.weight_slope(squared[block]?);
                 (weights[block] > 0.0).then_some(Pull { own: own[block]?, weight: weights[block], slope })
             });
             all.moments.add(&covariance, &whitener, &parts.residual, &pulls);

@@ -135,7 +135,8 @@ fn unusual_noise(f: &Findings) -> Option<Warning> {
     let ([least, most], noise_factor) = (USUAL_NOISE_FACTOR, f.fit.noise_factor);
     let usual = residuals_are_too_large(f) || (least..=most).contains(&noise_factor);
     let is_explained = f.checks.cause.is_some() || f.checks.better_without_drawing_m.is_some();
-    (!usual).then_some(Warning::UnusualNoise { noise_factor, is_explained })
+    let of_answer = f.stripe_noise_factor().is_none();
+    (!usual).then_some(Warning::UnusualNoise { noise_factor, is_explained, of_answer })
 }
 
 /// That of the stripes, where they are the answer.

@@ -134,6 +134,8 @@ pub enum Warning {
         noise_factor: f64,
         /// Whether a cause is named that explains most of them.
         is_explained: bool,
+        /// Whether the answer is that of the seam points, whose residuals they are.
+        of_answer: bool,
     },
     /// The residuals follow the motion: they are no noise.
     StructuredResiduals {
@@ -291,7 +293,9 @@ impl fmt::Display for Warning {
             Self::OutlierStretch { span_s: [from, to], features } => {
                 format!("from {from:.2} to {to:.2} s nearly all of the {features} features are outliers")
             }
-            Self::UnusualNoise { noise_factor, is_explained } => unusual_noise(noise_factor, is_explained),
+            Self::UnusualNoise { noise_factor, is_explained, of_answer } => {
+                unusual_noise(noise_factor, is_explained, of_answer)
+            }
             Self::StructuredResiduals { left } => structured(left),
             Self::ManyOutliers { share } => format!("{:.0} % of the features are outliers", 100.0 * share),
             Self::ClockDrift { ppm, sigma_ppm, about_s } => clock_drift(ppm, sigma_ppm, about_s),

@@ -96,14 +96,21 @@ pub(super) fn robot_samples_missing(missing: usize, of: usize) -> String {
     )
 }
 
-pub(super) fn unusual_noise(noise_factor: f64, is_explained: bool) -> String {
+pub(super) fn unusual_noise(noise_factor: f64, is_explained: bool, of_answer: bool) -> String {
     let because = if is_explained {
         "The cause named above makes most of them"
     } else {
         "Either the stated noise is wrong, or something is left that is no noise: the sensor's own calibration, a bent line, a \
          robot that is off its path"
     };
-    format!("residuals are {noise_factor:.2} times the expected noise; the ± are scaled by it. {because}")
+    if of_answer {
+        format!("residuals are {noise_factor:.2} times the expected noise; the ± are scaled by it. {because}")
+    } else {
+        format!(
+            "residuals of the seam points are {noise_factor:.2} times the expected noise; the answer and its ± are those of the \
+             whole stripes, and not scaled by it. {because}"
+        )
+    }
 }
 
 /// No clock drifts by more, ppm.

@@ -2,6 +2,7 @@
 
 use super::Shown;
 use crate::page::{Axis, Block, Chart, Colour, Columns, Drawn, Heat, Histogram, Mark, Series};
+use crate::stripes;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_dataset::{Measured, Sensor};
 use trueline_method::assess::residuals::FeatureResidual;
@@ -14,6 +15,12 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
             "One feature in {} is drawn, and every outlier; all numbers are of all features.",
             shown.stride
         )));
+    }
+    if stripes::are_the_answer(shown.calibration) {
+        blocks.push(Block::Text(
+            "These are the residuals of the fit to the seam points alone. The answer is that of the whole stripes; theirs are shown with the plates."
+                .to_owned(),
+        ));
     }
     let charts = [
         Some(over_time(shown, columns)),

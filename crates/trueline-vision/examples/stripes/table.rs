@@ -199,7 +199,8 @@ fn one_plate(recording: &Recording, scenario: &Scenario, config: &Config) -> Opt
         factor: 1.0,
     };
     let robot_sigma_rad = scenario.disturbance.robot_rotation_noise_rad * left;
-    let weighed = weigh(&observed, &frames.list, &at, &SharedNoise { levels, robot_sigma_rad });
+    let weighed =
+        weigh(&observed, &frames.list, &at, &SharedNoise { levels, robot_sigma_rad }, &config.final_loss());
     let unknowns = at.unknowns();
     let fixed = held(&at, &[]);
     let problem = StripeProblem { observations: &observed, frames: weighed.frames, unknowns, shape_prior };

@@ -109,13 +109,17 @@ impl ProfileFinder {
     }
 }
 
-/// Faces that end as far from where they meet as they did from a place near to it, and where that is; `None` for such that are parallel.
+/// Faces that end as far from where they meet as they did from a place near to it, and where that is; `None` for such that are parallel. Bowed faces meet where
+/// their surfaces do: their lines cross beside it, by more than the bow itself, and in every profile alike.
 fn settled_ends(mut faces: [Face; 2], mut x_mm: f64) -> Option<([Face; 2], Vector2<f64>)> {
+    let mut corner = faces[0].line.meets(&faces[1].line)?;
     for _ in 0..ROUNDS {
-        let corner = faces[0].line.meets(&faces[1].line)?;
+        let [left, right] = faces.map(|face| face.tangent_beside(&corner));
+        corner = left.meets(&right)?;
         let by_x_mm = corner.x - x_mm;
         faces = [faces[0].with_end_moved(1, by_x_mm), faces[1].with_end_moved(0, by_x_mm)];
         x_mm = corner.x;
     }
-    Some((faces, faces[0].line.meets(&faces[1].line)?))
+    let [left, right] = faces.map(|face| face.tangent_beside(&corner));
+    Some((faces, left.meets(&right)?))
 }

@@ -1,6 +1,6 @@
 //! A straight face of a profile, and all that it says.
 
-use super::bow::{Bow, Place};
+use super::bow::{BeyondLine, Bow, Place};
 use super::straight_line::StraightLine;
 use crate::measure::regression::{Regression, Shift};
 use nalgebra::Vector2;
@@ -74,6 +74,24 @@ impl Face {
     fn along_per_x(&self) -> f64 {
         let RoughDirection { along, .. } = self.about;
         1.0 / (along.x - along.y * self.regression.slope)
+    }
+
+    /// The tangent of the face, its bow with it, beside a point.
+    pub(super) fn tangent_beside(&self, point: &Vector2<f64>) -> StraightLine {
+        let s = self.about.shift(point).s;
+        let BeyondLine { shift_mm, slope, .. } = self.beyond_line(s);
+        let on_it = [s, self.regression.shift_at(s) + shift_mm];
+        self.about.line(on_it, self.regression.slope + slope)
+    }
+
+    /// Variance of the face, its bow with it, beside a point, mm².
+    pub(super) fn bowed_variance_at(&self, point: &Vector2<f64>) -> f64 {
+        self.variance_at(point) + self.beyond_line(self.about.shift(point).s).variance_mm2
+    }
+
+    fn beyond_line(&self, s: f64) -> BeyondLine {
+        let Some(bow) = &self.bow else { return BeyondLine::default() };
+        bow.beyond_line(bow.place.of_one(s), self.regression.variance_at(bow.place.middle))
     }
 
     /// Variance of the line at a point of it, mm².

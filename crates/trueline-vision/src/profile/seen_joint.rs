@@ -91,8 +91,8 @@ impl SeenJoint {
         match &self.seam {
             SeenSeam::Crossing(corner) => {
                 let inverse = self.normals()?.try_inverse()?;
-                let variances =
-                    Vector2::new(self.faces[0]?.variance_at(corner), self.faces[1]?.variance_at(corner));
+                let variance_mm2 = |k: usize| Some(self.faces[k]?.bowed_variance_at(corner));
+                let variances = Vector2::new(variance_mm2(0)?, variance_mm2(1)?);
                 Some((*corner, inverse * Matrix2::from_diagonal(&variances) * inverse.transpose()))
             }
             SeenSeam::Edge { end, .. } => Some(end_of(end)),

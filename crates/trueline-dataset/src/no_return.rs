@@ -1,0 +1,76 @@
+//! Ranges that stand for no return: sensors write 0, -9999 or their largest number where they saw nothing.
+//!
+//! Such a number is the same in every column that has it, there are many of them, and all else that was measured lies together, far from it.
+
+use crate::error::Problem;
+use crate::profile::Profile;
+use crate::unit::MM_PER_M;
+
+/// Fewest points with the same range, ...
+const FEWEST: usize = 20;
+/// ... and the smallest part of all points that they are.
+const LEAST_PART: f64 = 0.005;
+/// So much further from all others than these lie apart, m.
+const FAR_M: f64 = 1e-2;
+
+/// Says so of profiles in which the smallest or the largest range stands for no return.
+///
+/// # Errors
+/// [`Problem::NoReturn`].
+pub(crate) fn check(profiles: &[Profile]) -> Result<(), Problem> {
+    let ranges = || profiles.iter().flat_map(|profile| &profile.points).map(|point| point.z_m);
+    let [least, most] = ends(ranges());
+    let of = ranges().count();
+    for value in [least, most] {
+        let alike = ranges().filter(|range| *range == value).count();
+        let [from, to] = ends(ranges().filter(|range| *range != value));
+        let apart_m = f64::max(from - value, value - to);
+        let is_common = alike >= FEWEST && alike as f64 >= LEAST_PART * of as f64;
+        if is_common && apart_m.is_finite() && apart_m > to - from + FAR_M {
+            return Err(Problem::NoReturn { range_mm: value * MM_PER_M, points: alike, of });
+        }
+    }
+    Ok(())
+}
+
+fn ends(ranges: impl Iterator<Item = f64>) -> [f64; 2] {
+    ranges
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], range| [least.min(range), most.max(range)])
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+    use crate::profile::ProfilePoint;
+
+    /// A profile of a lap: 100 columns at 0.1 m and 100 of them 3 mm lower, and in so many columns one range.
+    fn profiles(others: usize, range_m: f64) -> Vec<Profile> {
+        let column = |k: usize, z_m: f64| ProfilePoint { x_m: k as f64 * 1e-4, z_m, intensity: None };
+        let plates = (0..200).map(|k| column(k, 0.1 + if k < 100 { 0.0 } else { 3e-3 }));
+        let points = plates.chain((200..200 + others).map(|k| column(k, range_m))).collect();
+        vec![Profile { stamp_ns: 0, frame: None, points }]
+    }
+
+    #[test]
+    fn a_range_that_stands_for_no_return_is_refused() {
+        for range_m in [0.0, -9.999, 32.767] {
+            let problem = check(&profiles(20, range_m)).unwrap_err();
+            let said = format!("20 of 220 points have a range of exactly {} mm", range_m * MM_PER_M);
+            assert!(problem.to_string().starts_with(&said), "{problem}");
+        }
+    }
+
+    #[test]
+    fn plates_and_a_few_stray_points_are_none() {
+        assert!(check(&profiles(0, 0.0)).is_ok());
+        // Too few; and another plate, 9 mm lower.
+        assert!(check(&profiles(19, 0.0)).is_ok());
+        assert!(check(&profiles(100, 0.112)).is_ok());
+        // One plate, square to the sight, without noise.
+        let mut level = profiles(0, 0.0);
+        level[0].points.truncate(100);
+        assert!(check(&level).is_ok());
+        assert!(check(&[]).is_ok());
+    }
+}
