@@ -14,11 +14,11 @@ use trueline_vision::{Joint, StripeChoice};
 
 An existing features.csv is kept under another name.
 
-The stripes on the joint's plates are written to stripes.csv as well; those of a gap leave none.
+The stripes on the joint's plates are written to stripes.csv as well.
 
-Exit code: 0 features were written, 1 there is no seam in any picture, 2 could not run.")]
+Exit code: 0 features were written, 1 there is no seam in any picture or profile, 2 could not run.")]
 pub struct FeaturesArgs {
-    /// Dataset folder with sensor.toml and images/index.csv
+    /// Dataset folder with sensor.toml and images/index.csv, profiles.csv or profiles.parquet
     pub dataset: PathBuf,
     /// Joint type
     #[arg(long, value_parser = one_of(&JOINTS), default_value = "auto")]

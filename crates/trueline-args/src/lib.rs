@@ -181,7 +181,7 @@ pub enum Command {
     Simulate(Box<SimulateArgs>),
     /// Turn a foreign recording into a dataset folder
     Import(ImportArgs),
-    /// Find the seam in a dataset's pictures and write features.csv
+    /// Find the seam in a dataset's pictures or profiles and write features.csv
     Features(FeaturesArgs),
     /// Estimate time offset, hand-eye transform and lines from a dataset folder
     Calibrate(CalibrateArgs),

@@ -17,7 +17,7 @@ use crate::hypotheses::timestamp_selection::{Stamped, with_best_stamps};
 use crate::hypotheses::unbiased::{Assessed, Unbiased, without_bias};
 use crate::input::feature_noise;
 use crate::input::noise_levels::NoiseLevels;
-use crate::input::observations::{Observations, observe, origin_ns};
+use crate::input::observations::{MIN_IMAGES, Observations, observe, origin_ns};
 use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::input::timestamps::{Dejittered, Sampling};
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET};
@@ -69,7 +69,7 @@ fn with_stated_lens(
     config: &Config,
     released: Option<&Calibration>,
 ) -> Result<Calibration, Error> {
-    let cornered = with_corners(recording);
+    let cornered = cornered(recording)?;
     let recording = cornered.as_ref().unwrap_or(recording);
     let sampling = Sampling::of(recording, origin_ns(recording));
     feature_noise::check(recording, config).map_err(|why| Error::FeatureNoiseUnused { why })?;
@@ -129,6 +129,15 @@ fn with_stated_lens(
         time_offset_share,
         released,
     })
+}
+
+/// A recording of stripes alone with their crossings as seam points, if there are enough of them.
+fn cornered(recording: &Recording) -> Result<Option<Recording>, Error> {
+    let cornered = with_corners(recording);
+    match cornered.as_ref().map_or(MIN_IMAGES, |cornered| cornered.features.len()) {
+        crossings if crossings < MIN_IMAGES => Err(Error::NoCrossings { crossings, needed: MIN_IMAGES }),
+        _ => Ok(cornered),
+    }
 }
 
 /// The robot's path by every other sample and by those between, where it is asked for.

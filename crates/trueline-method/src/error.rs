@@ -144,6 +144,16 @@ pub enum Error {
         /// Why.
         why: NoPlates,
     },
+    /// Stripes without seam points of which too few cross.
+    #[error(
+        "there are no seam points, and the two stripes of {crossings} frames cross where one would be; a scan needs at least {needed}"
+    )]
+    NoCrossings {
+        /// In how many frames they do.
+        crossings: usize,
+        /// How many there must be.
+        needed: usize,
+    },
     /// Two tables that count their frames differently.
     #[error(transparent)]
     PicturesDisagree(#[from] PicturesDisagree),
@@ -184,6 +194,9 @@ impl Error {
             }
             Self::NoStripes => {
                 "stripes.csv has them: `trueline features DATASET` writes it from pictures or profiles"
+            }
+            Self::NoCrossings { .. } => {
+                "number the plates that meet in a seam 0 and 1; of a lap or of one plate the edge is the seam: give its points in features.csv"
             }
             Self::StripesNeedSheet => "use it with --residual sheet",
             Self::NoPlates { why } => why.hint(),

@@ -227,6 +227,12 @@ fn what_is_asked_for_and_cannot_be_done_is_refused() {
         calibrate(recording, Some(&recording.truth.as_ref().unwrap().parameters), config).unwrap_err()
     };
     assert_eq!(refused(&recording, &papers), Error::StripesNeedSheet);
+    let alone = Recording {
+        features: Vec::new(),
+        stripes: recording.stripes.iter().filter(|stripe| stripe.plate == 0).cloned().collect(),
+        ..recording.clone()
+    };
+    assert_eq!(refused(&alone, &stripe), Error::NoCrossings { crossings: 0, needed: 10 });
     recording.stripes.truncate(1);
     assert!(matches!(refused(&recording, &stripe), Error::NoPlates { .. }));
     recording.stripes.clear();

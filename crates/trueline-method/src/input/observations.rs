@@ -353,4 +353,4 @@ fn count_lines(list: &[Observation]) -> Result<usize, Error> {
 /// something to judge them by.
 const MIN_FEATURES: usize = 10;
 /// Fewest images of a scan: an image of several lines is one instant all the same.
-const MIN_IMAGES: usize = 10;
+pub(crate) const MIN_IMAGES: usize = 10;

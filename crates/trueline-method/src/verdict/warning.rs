@@ -5,8 +5,8 @@ use super::sensor_words::sensor_off;
 use super::stream_name::StreamName;
 use super::warning_words::{
     clock_drift, coarse_stamps, decided_by_user, drawn_line_not_needed, feature_bias, features_skipped,
-    lens_off, likely_cause, misfit, moves, poorly_known, robot_samples_missing, robot_worse, stamp_steps,
-    stripe_noise, stripes_disagree, structured, unusual_noise, widened,
+    held_at_guess, lens_off, likely_cause, misfit, moves, poorly_known, robot_samples_missing, robot_worse,
+    stamp_steps, stripe_noise, stripes_disagree, structured, unusual_noise, widened,
 };
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::instead_of_sensor::InsteadOfSensor;
@@ -281,10 +281,7 @@ impl fmt::Display for Warning {
             Self::RobotWorse { seems, taken, stated } => robot_worse(seems, taken, stated),
             Self::PoorlyKnown { scan_alone_m, all_m } => poorly_known(scan_alone_m, all_m),
             Self::StripeNoise { noise_factor } => stripe_noise(noise_factor),
-            Self::HeldAtGuess { ref held } => {
-                let held: Vec<String> = held.iter().map(ToString::to_string).collect();
-                format!("held at the initial guess: {}", held.join("; "))
-            }
+            Self::HeldAtGuess { ref held } => held_at_guess(held),
             Self::OtherLine { span_s: [from, to], features, beside_m } => format!(
                 "from {from:.2} to {to:.2} s nearly all of the {features} features lie on another line, {:.2} mm beside: the \
                  detector followed something else; they are not used",

@@ -4,6 +4,7 @@ use super::quantity::{Axis, MM_PER_M, MS_PER_S, Quantity};
 use super::stream_name::StreamName;
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::lens::LensCorrection;
+use crate::assess::observability::Unobservable;
 use crate::assess::robot_field::RobotSigmas;
 use crate::hypotheses::choice::DecidedBy;
 use crate::hypotheses::feature_bias::FeatureBias;
@@ -94,6 +95,11 @@ pub(super) fn robot_samples_missing(missing: usize, of: usize) -> String {
          between the others is not known",
         100.0 * missing as f64 / of as f64
     )
+}
+
+pub(super) fn held_at_guess(held: &[Unobservable]) -> String {
+    let held: Vec<String> = held.iter().map(ToString::to_string).collect();
+    format!("held at the initial guess: {}", held.join("; "))
 }
 
 pub(super) fn unusual_noise(noise_factor: f64, is_explained: bool, of_answer: bool) -> String {
