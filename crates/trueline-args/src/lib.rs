@@ -44,6 +44,7 @@ mod requirement;
 mod robot_program;
 mod robot_sim;
 mod scan;
+mod seam_scan_options;
 mod sensor;
 mod serve;
 mod simulate;

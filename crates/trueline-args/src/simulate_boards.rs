@@ -1,5 +1,6 @@
 //! `trueline simulate --boards`.
 
+use crate::seam_scan_options::SEAM_SCAN_OPTIONS;
 use crate::sensor::board;
 use clap::Args;
 use trueline_sensor::Board;
@@ -9,7 +10,7 @@ use trueline_sensor::Board;
 pub struct BoardsArgs {
     /// Write what a sensor is calibrated from with this board, chessboard:COLUMNSxROWS:SQUARE_MM, and its truth: boards (laser
     /// off), stripes (laser on), without-laser (the same poses) for `sensor`, and the scan moving for `calibrate --target board`
-    #[arg(long, value_name = "BOARD", value_parser = board, conflicts_with_all = NOT_OF_BOARDS)]
+    #[arg(long, value_name = "BOARD", value_parser = board, conflicts_with_all = not_of_boards())]
     pub boards: Option<Board>,
     /// Pictures in each of boards, stripes and without-laser
     #[arg(long, value_name = "COUNT", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=500), requires = "boards")]
@@ -17,25 +18,6 @@ pub struct BoardsArgs {
 }
 
 /// Options that say nothing of a board.
-const NOT_OF_BOARDS: [&str; 20] = [
-    "PathArgs",
-    "preset",
-    "plan",
-    "random_cell",
-    "noise_free",
-    "duration_s",
-    "robot_period_ms",
-    "frame_period_ms",
-    "feature_noise_px",
-    "feature_noise_mm",
-    "robot_noise_mm",
-    "stamp_jitter_ms",
-    "clock_drift_ppm",
-    "outliers",
-    "drops",
-    "faults",
-    "plates",
-    "production",
-    "images",
-    "column_noise_px",
-];
+fn not_of_boards() -> Vec<&'static str> {
+    [&SEAM_SCAN_OPTIONS[..], &["plates", "production", "images", "column_noise_px"]].concat()
+}

@@ -1,13 +1,14 @@
 //! `trueline simulate --production`.
 
 use crate::choice::{Choice, one_of};
+use crate::seam_scan_options::SEAM_SCAN_OPTIONS;
 use clap::Args;
 use trueline_sim::production::{Layout, ScheduledChange};
 
 #[derive(Args)]
 pub struct ProductionArgs {
     /// Write so many welds of one part, weld-0000 and on, each in a folder of its own in --out
-    #[arg(long, value_name = "PIECES", value_parser = clap::value_parser!(u32).range(1..), conflicts_with_all = NOT_OF_PRODUCTION)]
+    #[arg(long, value_name = "PIECES", value_parser = clap::value_parser!(u32).range(1..), conflicts_with_all = not_of_production())]
     pub production: Option<u32>,
     /// How the part is welded
     #[arg(long, value_parser = one_of(&LAYOUTS), default_value = "box-angles", requires = "production")]
@@ -19,27 +20,9 @@ pub struct ProductionArgs {
 }
 
 /// Options that say nothing of a production: its layout has its own scans.
-const NOT_OF_PRODUCTION: [&str; 19] = [
-    "PathArgs",
-    "of_profiles",
-    "preset",
-    "images",
-    "plan",
-    "faults",
-    "random_cell",
-    "noise_free",
-    "time_offset_ms",
-    "duration_s",
-    "robot_period_ms",
-    "frame_period_ms",
-    "feature_noise_px",
-    "feature_noise_mm",
-    "robot_noise_mm",
-    "stamp_jitter_ms",
-    "clock_drift_ppm",
-    "outliers",
-    "drops",
-];
+fn not_of_production() -> Vec<&'static str> {
+    [&SEAM_SCAN_OPTIONS[..], &["time_offset_ms", "of_profiles", "images"]].concat()
+}
 
 static LAYOUTS: [Choice<Layout>; 6] = [
     ("one-seam", "One straight seam of 300 mm, steady within 1°", Layout::OneSeam),

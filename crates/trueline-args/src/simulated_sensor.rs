@@ -27,25 +27,24 @@ impl SimulateArgs {
         let px =
             |has_use, why, hint| (self.feature_noise_px.is_some(), has_use, "--feature-noise-px", why, hint);
         let outliers = |has_use, why, hint| (self.outliers.is_some(), has_use, "--outliers", why, hint);
-        let of_mm = (self.feature_noise_mm.is_some(), !is_camera, "--feature-noise-mm");
-        let of_columns = (self.plates.column_noise_px.is_some(), is_camera, "--column-noise-px");
-        let given = self.plates.look.given();
-        let of_profiles = (given.is_some(), is_profiler, given.unwrap_or_default());
-        let with = |(is_given, has_use, name): (bool, bool, &'static str), why, hint| {
-            (is_given, has_use, name, why, hint)
-        };
+        let (mm, columns) = (self.feature_noise_mm.is_some(), self.plates.column_noise_px.is_some());
+        let (parquet, look) = (self.plates.parquet, self.plates.look.given());
+        let no_profiles = "only a profiler has profiles";
+        let px_instead = "say --feature-noise-px, with --plates --column-noise-px";
         [
             px(is_camera, "this sensor reports lengths", "say --feature-noise-mm"),
             px(!plates, "stripes have the noise of their columns", "say --column-noise-px"),
             px(!images, "pictures are written, and no features", by_look),
-            with(
-                of_mm,
-                "this sensor reports pixels",
-                "say --feature-noise-px, with --plates --column-noise-px",
+            (mm, !is_camera, "--feature-noise-mm", "this sensor reports pixels", px_instead),
+            (
+                columns,
+                is_camera,
+                "--column-noise-px",
+                "this sensor reports lengths",
+                "say --feature-noise-mm",
             ),
-            with(of_columns, "this sensor reports lengths", "say --feature-noise-mm"),
-            with((self.plates.parquet, is_profiler, "--parquet"), "only a profiler has profiles", by_preset),
-            with(of_profiles, "only a profiler has profiles", by_preset),
+            (parquet, is_profiler, "--parquet", no_profiles, by_preset),
+            (look.is_some(), is_profiler, look.unwrap_or_default(), no_profiles, by_preset),
             outliers(!images, "pictures are written, and no features", by_look),
             outliers(!(plates && is_profiler), "profiles are written, and no features", "say --reflections"),
         ]

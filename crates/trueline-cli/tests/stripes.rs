@@ -52,6 +52,38 @@ fn stripes_of_a_camera_and_profiles_calibrate_with_the_plates_in_the_result() {
         assert!((deg - 95.0 - leaning_deg).abs() < 4.0 * sigma, "{deg} ± {sigma}");
         assert!(sigmas_off(&folder, &result) < 4.0, "{out}: {result:#}");
         assert!(words(&output).contains("whole stripes"), "{}", words(&output));
+        // The residuals beside the answer are not its own.
+        let said = words(&output).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(said.matches("(of the fit to the seam points alone)").count(), 2, "{said}");
+        let page = std::fs::read_to_string(dir.path().join("report.html")).unwrap();
+        assert!(page.contains("These are the residuals of the fit to the seam points alone."));
+    }
+}
+
+#[test]
+fn an_option_that_would_change_nothing_of_the_simulated_scan_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    // Each in a folder of its own: none is replaced by what has other files.
+    let of = |arguments: &str| {
+        let out = format!("of{}", arguments.replace(' ', ""));
+        let whole = format!("simulate --duration-s 2 --quiet --force --out {out} {arguments}");
+        trueline(dir.path(), &whole.split(' ').collect::<Vec<_>>())
+    };
+    for (refused, has_use) in [
+        ("--preset profiler --plates --column-noise-px 1", "--preset paper --plates --column-noise-px 1"),
+        ("--preset profiler --feature-noise-px 1", "--preset paper --feature-noise-px 1"),
+        ("--preset paper --plates --feature-noise-px 1", "--preset paper --feature-noise-px 1"),
+        ("--preset paper --feature-noise-mm 1", "--preset profiler --plates --feature-noise-mm 0.1"),
+        ("--preset paper --plates --parquet", "--preset profiler --plates --parquet"),
+        ("--preset paper --plates --mixed 0.5", "--preset profiler --plates --mixed 0.5"),
+        ("--images --outliers 0.1", "--preset paper --plates --outliers 0.1"),
+        ("--preset profiler --plates --outliers 0.1", "--preset profiler --outliers 0.1"),
+    ] {
+        let output = of(refused);
+        assert_eq!(code(&output), 2, "{refused}");
+        assert!(words(&output).contains("would do nothing"), "{refused}: {}", words(&output));
+        let output = of(has_use);
+        assert_eq!(code(&output), 0, "{has_use}: {}", words(&output));
     }
 }
 

@@ -1,6 +1,7 @@
 //! Ranges that stand for no return: sensors write 0, -9999 or their largest number where they saw nothing.
 //!
-//! Such a number is the same in every column that has it, there are many of them, and all else that was measured lies together, far from it.
+//! Such a number is the same to the last digit in every column that has it, there are many of them, and nothing was measured near to it: the ranges of a
+//! surface scatter about each other.
 
 use crate::error::Problem;
 use crate::profile::Profile;
@@ -10,7 +11,7 @@ use crate::unit::MM_PER_M;
 const FEWEST: usize = 20;
 /// ... and the smallest part of all points that they are.
 const LEAST_PART: f64 = 0.005;
-/// So much further from all others than these lie apart, m.
+/// Nothing was measured nearer to it than this, m.
 const FAR_M: f64 = 1e-2;
 
 /// Says so of profiles in which the smallest or the largest range stands for no return.
@@ -24,9 +25,10 @@ pub(crate) fn check(profiles: &[Profile]) -> Result<(), Problem> {
     for value in [least, most] {
         let alike = ranges().filter(|range| *range == value).count();
         let [from, to] = ends(ranges().filter(|range| *range != value));
+        // Infinite where nothing else was measured: a level plate without noise.
         let apart_m = f64::max(from - value, value - to);
         let is_common = alike >= FEWEST && alike as f64 >= LEAST_PART * of as f64;
-        if is_common && apart_m.is_finite() && apart_m > to - from + FAR_M {
+        if is_common && apart_m.is_finite() && apart_m > FAR_M {
             return Err(Problem::NoReturn { range_mm: value * MM_PER_M, points: alike, of });
         }
     }
@@ -59,6 +61,16 @@ mod tests {
             let said = format!("20 of 220 points have a range of exactly {} mm", range_m * MM_PER_M);
             assert!(problem.to_string().starts_with(&said), "{problem}");
         }
+    }
+
+    /// A scan whose ranges span more than they lie from the 0.
+    #[test]
+    fn it_is_refused_however_far_the_ranges_span() {
+        let wide =
+            (0..100).map(|k| ProfilePoint { x_m: 0.0, z_m: 0.08 + 1e-3 * f64::from(k), intensity: None });
+        let mut profiles = profiles(20, 0.0);
+        profiles[0].points.extend(wide);
+        assert!(check(&profiles).is_err());
     }
 
     #[test]

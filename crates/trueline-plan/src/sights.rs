@@ -6,6 +6,7 @@ use crate::truth::Truth;
 use nalgebra::{Matrix2, Matrix2x3, Point3, SMatrix, Vector2, Vector3};
 use trueline_dataset::Sensor;
 use trueline_geometry::{smooth, so3};
+use trueline_method::Config;
 use trueline_method::input::noise_levels::{NoiseLevels, Whitener};
 use trueline_method::problem::parameters::LINES;
 use trueline_method::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED, LOCAL_STRAIGHT};
@@ -200,14 +201,16 @@ impl NoiseLeft {
     }
 }
 
-/// Noise of a feature that a pixel is compared with where features are lengths, px: as the estimator has it.
-const USUAL_SIGMA_PX: f64 = 0.3;
+/// The length that counts as a pixel where features are lengths, m: as the estimator has it, whatever the cell's noise is.
+fn length_per_px_m() -> f64 {
+    Config::default().length_per_px_m()
+}
 
 /// Noise of a feature, px.
 pub(crate) fn feature_px(cell: &Cell) -> f64 {
     match &cell.sensor {
         Sensor::CameraLaser { .. } => cell.noise.feature_px,
-        Sensor::Profiler | Sensor::Points { .. } => USUAL_SIGMA_PX,
+        Sensor::Profiler | Sensor::Points { .. } => cell.noise.feature_m / length_per_px_m(),
     }
 }
 
@@ -219,9 +222,7 @@ pub(crate) fn sheet_per_px(cell: &Cell, point_in_camera: &Vector3<f64>) -> Optio
                 (d_pixel_d_point(camera, point_in_camera) * cell.sheet.axes()).try_inverse()?;
             (point_in_camera.z > 0.0).then_some(sheet_from_pixel)
         }
-        Sensor::Profiler | Sensor::Points { .. } => {
-            Some(Matrix2::identity() * (cell.noise.feature_m / USUAL_SIGMA_PX))
-        }
+        Sensor::Profiler | Sensor::Points { .. } => Some(Matrix2::identity() * length_per_px_m()),
     }
 }
 
