@@ -47,6 +47,7 @@ pub mod sheet;
 pub mod sheet_residual;
 pub mod sheet_shape;
 pub mod stripe_residual;
+pub mod support_residual;
 
 pub use camera::{Camera, PixelError};
 pub use curvature::Curvature;

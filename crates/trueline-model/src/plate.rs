@@ -92,17 +92,6 @@ impl Plate {
         }
     }
 
-    /// How far the straight line through an even piece of stripe lies over the surface at one of its two support points, which is `half` (base, m) away from
-    /// the middle between them. A line through a bow of second degree meets it in both.
-    #[must_use]
-    pub fn line_beside(&self, half: &Vector3<f64>) -> LineBeside {
-        let PlateChart { along, outward, .. } = &self.chart;
-        let (r, s) = (outward.dot(half) / SURFACE_REACH_M, along.dot(half) / SURFACE_LENGTH_M);
-        let cubes = SVector::from([0.0, 0.0, 0.0, r * r * r, r * r * s, r * s * s, s * s * s]);
-        let d_surface = cubes * LINE_BESIDE_CUBE;
-        LineBeside { value: d_surface.dot(&SVector::from(self.surface_m)), d_surface }
-    }
-
     /// Moves the plane by (θ_a, θ_o, δ) and the surface by β.
     #[must_use]
     pub fn retract(&self, step: &Vector3<f64>, surface: &SVector<f64, 7>) -> Self {
@@ -122,52 +111,8 @@ impl Plate {
     }
 }
 
-/// How far the straight line through an even stripe is from a curve of third degree, at (one third)½ of its half length: t³ less its best line ⅗ h² t is −0.8 t³ at
-/// t = h/√3, where t² less its own best line vanishes.
-const LINE_BESIDE_CUBE: f64 = 0.8;
-
-/// How far a straight line lies beside a surface, and its derivative.
-#[derive(Clone, Copy, Debug)]
-pub struct LineBeside {
-    /// Height of the line over the surface, m.
-    pub value: f64,
-    /// By β.
-    pub d_surface: SVector<f64, 7>,
-}
-
 /// The seven terms at (r, s).
 #[must_use]
 pub fn surface_terms(r: f64, s: f64) -> SVector<f64, 7> {
     SVector::from([r * r, r * s, s * s, r * r * r, r * r * s, r * s * s, s * s * s])
-}
-
-#[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-mod tests {
-    use super::*;
-
-    /// Of columns in the middle of n even pieces the mean of t² is less by 1/3n², and the slope of t³ by 1.4/n² of it. With second and third degrees of 0.8 mm and
-    /// 0.17 mm at the ends of this stripe that is 0.27 nm and 0.14 nm of a thousand.
-    #[test]
-    fn a_line_through_even_columns_is_beside_a_bow_by_what_is_said_of_its_support_points() {
-        const COLUMNS: usize = 1000;
-        let mut plate = Plate::flat(Vector3::zeros(), &Vector3::z_axis(), &Vector3::x()).unwrap();
-        plate.surface_m = [2e-4, -1e-4, 3e-4, 4e-4, -2e-4, 1e-4, -3e-4];
-        // A stripe over the plate, not square to the seam: from 2 mm to 40 mm of it.
-        let (middle, half) = (Vector3::new(0.01, -0.021, 0.0), Vector3::new(0.004, -0.019, 0.0));
-        let height = |t: f64| -plate.distance(&(middle + half * t)).value;
-        let columns = (0..COLUMNS).map(|k| (2.0 * k as f64 + 1.0) / COLUMNS as f64 - 1.0);
-        let (mut mean, mut moment, mut spread) = (0.0, 0.0, 0.0);
-        columns.for_each(|t| {
-            mean += height(t) / COLUMNS as f64;
-            moment += height(t) * t;
-            spread += t * t;
-        });
-        for side in [-1.0, 1.0] {
-            let t = side / 3_f64.sqrt();
-            let off = mean + moment / spread * t - height(t);
-            let said = plate.line_beside(&(half * t));
-            assert!(said.value.abs() > 1e-6 && (off - said.value).abs() < 5e-10, "{off} {said:?}");
-        }
-    }
 }

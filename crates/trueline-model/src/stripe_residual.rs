@@ -56,14 +56,22 @@ pub struct StripeJacobian {
 }
 
 /// φ and what belongs to it at one point of the sheet.
-struct Local {
-    value: f64,
-    gradient: Vector2<f64>,
+pub(crate) struct Local {
+    pub(crate) value: f64,
+    pub(crate) gradient: Vector2<f64>,
     distance: crate::plate::PlateDistance,
     point_in_camera: Vector3<f64>,
     point_in_base: Vector3<f64>,
     /// ∂φ/∂ true sheet coordinates.
     by_true: Vector2<f64>,
+}
+
+impl Local {
+    /// ∂φ along a direction of the sheet; `None` where the surface goes with it.
+    pub(crate) fn steepness_along(&self, direction: &Vector2<f64>) -> Option<f64> {
+        let steepness = self.gradient.dot(direction);
+        (steepness > MIN_SINE).then_some(steepness)
+    }
 }
 
 impl StripeOnPlate<'_> {
@@ -78,65 +86,42 @@ impl StripeOnPlate<'_> {
     #[must_use]
     pub fn linearize(&self, placement: &Placement, reported: &Vector2<f64>) -> Option<StripeJacobian> {
         let (foot, local) = self.foot(placement, reported)?;
-        let length = local.gradient.norm();
-        let normal = local.gradient / length;
+        let normal = local.gradient.normalize();
+        let distance_m = normal.dot(&(reported - foot));
+        Some(self.jacobian_along(placement, &foot, &local, (&normal, distance_m)))
+    }
+
+    /// Distance from the stripe along a direction, with its derivatives, of a point whose stripe lies there.
+    pub(crate) fn jacobian_along(
+        &self,
+        placement: &Placement,
+        on_stripe: &Vector2<f64>,
+        local: &Local,
+        (direction, distance_m): (&Vector2<f64>, f64),
+    ) -> StripeJacobian {
+        let steepness = local.gradient.dot(direction);
         let motion = placement.jacobian(&local.point_in_camera);
-        let by_point = local.distance.d_point / length;
-        Some(StripeJacobian {
-            residual: normal.dot(&(reported - foot)),
-            normal,
+        let by_point = local.distance.d_point / steepness;
+        StripeJacobian {
+            residual: distance_m,
+            normal: local.gradient / steepness,
             foot_in_base: local.point_in_base,
             d_time_offset: by_point.dot(&motion.d_point_d_time_offset),
             d_rotation: motion.d_point_d_rotation.transpose() * by_point,
             d_translation: motion.d_point_d_translation.transpose() * by_point,
-            d_plate: local.distance.d_plate / length,
-            d_surface: local.distance.d_surface / length,
-            d_shape: self.true_by_shape(&foot).transpose() * local.by_true / length,
+            d_plate: local.distance.d_plate / steepness,
+            d_surface: local.distance.d_surface / steepness,
+            d_shape: self.true_by_shape(on_stripe).transpose() * local.by_true / steepness,
             d_displacement: by_point,
-        })
-    }
-
-    /// The residual of one of two support points of a stripe, which is `from_middle` (reported sheet coordinates, m) away from the middle between
-    /// them: distance from the straight line through the predicted stripe. `None` as for [`StripeOnPlate::residual`].
-    #[must_use]
-    pub fn support_residual(
-        &self,
-        placement: &Placement,
-        reported: &Vector2<f64>,
-        from_middle: &Vector2<f64>,
-    ) -> Option<f64> {
-        let (foot, local) = self.foot(placement, reported)?;
-        let beside = self.plate.line_beside(&self.in_base(placement, from_middle));
-        Some((local.gradient.dot(&(reported - foot)) - beside.value) / local.gradient.norm())
-    }
-
-    /// [`StripeOnPlate::support_residual`] with its derivatives; what the line is beside the stripe moves with the plate's surface alone, by as much as the
-    /// bow is small with other unknowns.
-    #[must_use]
-    pub fn linearize_support(
-        &self,
-        placement: &Placement,
-        reported: &Vector2<f64>,
-        from_middle: &Vector2<f64>,
-    ) -> Option<StripeJacobian> {
-        let parts = self.linearize(placement, reported)?;
-        let beside = self.plate.line_beside(&self.in_base(placement, from_middle));
-        // ∂ρ/∂δ is −1/|∇φ|.
-        let per_height = -parts.d_plate.z;
-        Some(StripeJacobian {
-            residual: parts.residual - beside.value * per_height,
-            d_surface: parts.d_surface - beside.d_surface * per_height,
-            ..parts
-        })
-    }
-
-    /// A short way in the sheet as one in base.
-    fn in_base(&self, placement: &Placement, in_sheet: &Vector2<f64>) -> Vector3<f64> {
-        placement.base_from_camera().rotation * (self.sheet.axes() * in_sheet)
+        }
     }
 
     /// The foot of a point on the predicted stripe, and φ there.
-    fn foot(&self, placement: &Placement, reported: &Vector2<f64>) -> Option<(Vector2<f64>, Local)> {
+    pub(crate) fn foot(
+        &self,
+        placement: &Placement,
+        reported: &Vector2<f64>,
+    ) -> Option<(Vector2<f64>, Local)> {
         let mut foot = *reported;
         for _ in 0..FOOT_STEPS {
             let local = self.local(placement, &foot)?;
@@ -151,7 +136,7 @@ impl StripeOnPlate<'_> {
         Some((foot, self.local(placement, &foot)?))
     }
 
-    fn local(&self, placement: &Placement, at: &Vector2<f64>) -> Option<Local> {
+    pub(crate) fn local(&self, placement: &Placement, at: &Vector2<f64>) -> Option<Local> {
         let exact = (*at, Matrix2::identity());
         let (there, d_reported) = self.shape.map_or(exact, |shape| shape.corrected(at));
         let point_in_camera = self.sheet.point(&there);

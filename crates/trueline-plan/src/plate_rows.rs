@@ -136,12 +136,10 @@ impl<const R: usize, const N: usize> Rows<R, N> {
         let found = ends(cell, (&ahead.joint, &ahead.along), in_camera, &sight.point_in_camera);
         for (number, ends) in found.iter().enumerate().filter(|(number, _)| ahead.joint.seen[*number]) {
             let Stripe { places, noise } = stripe(cell, ends.as_ref()?)?;
-            let [near, far] = places.each_ref().map(|place| cell.sheet.coordinates(place));
-            let half = 0.5 * (far - near);
-            let seen = ahead.on_plate(cell, number);
-            for (k, (reported, from_middle)) in [(near, -half), (far, half)].iter().enumerate() {
-                let found = seen.linearize_support(&sight.placement, reported, from_middle)?;
-                rows.set(cell, (2 * number + k, number), (ahead, sight, &found), (&places[k], noise))?;
+            let supports = places.each_ref().map(|place| cell.sheet.coordinates(place));
+            let found = ahead.on_plate(cell, number).linearize_supports(&sight.placement, &supports)?;
+            for (k, found) in found.iter().enumerate() {
+                rows.set(cell, (2 * number + k, number), (ahead, sight, found), (&places[k], noise))?;
             }
         }
         if ahead.joint.edge_on.is_some() {

@@ -115,10 +115,24 @@ fn whole_stripes_of_pictures_with_speckle_and_mirrors_calibrate_within_four_sigm
 /// every profile, were up to 14 sigma off, and were taken because the stripes did not agree.
 #[test]
 fn profiles_of_bowed_plates_calibrate_within_four_sigma_as_a_user_calibrates_them() {
-    for (bow_m, seed) in [(0.0, 1), (2e-5, 2), (5e-5, 3), (1e-4, 4), (2e-4, 5), (-2e-4, 6)] {
+    let [square, cube, all] = [[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
+    for (bow_m, [of_square, of_cube], seed) in [
+        (0.0, all, 1),
+        (2e-5, square, 2),
+        (1e-4, square, 4),
+        (2e-4, square, 5),
+        (2e-5, all, 7),
+        (1e-4, all, 8),
+        (2e-4, all, 8),
+        (-2e-4, all, 6),
+        (2e-4, cube, 5),
+        (-2e-4, cube, 9),
+    ] {
         // Along the seam they are straight: a bent seam is no line for seam points. This profiler sees 60 mm of a plate, where a bow of 0.2 mm is one of
-        // 1.2 mm.
-        let form = PlateForm { across: bow_m, twist: bow_m, ..PlateForm::default() };
+        // 1.2 mm by the square and of 2.8 mm by the cube.
+        let across = bow_m * of_square;
+        let cubic = [bow_m * of_cube, 0.0, 0.0, 0.0];
+        let form = PlateForm { across, twist: across, cubic, ..PlateForm::default() };
         let plates = Plates { forms: [form; 2], ..Plates::default() };
         let cell = random_cell(&Preset::Profiler.scenario(), seed, 1.0);
         let (mut data, profiles) = scan_profiles(&cell, &plates, &ProfileLook::default(), seed).unwrap();

@@ -20,12 +20,10 @@ pub struct Support {
     pub sheet_per_px: Matrix2<f64>,
 }
 
-/// The support points of a stripe, each with its way from the middle between them, sheet coordinates, m.
+/// Where both support points of a stripe are reported, sheet coordinates, m.
 #[must_use]
-pub fn from_middle(stripe: &[Support; 2]) -> [(&Support, Vector2<f64>); 2] {
-    let [one, other] = stripe;
-    let half = 0.5 * (other.reported - one.reported);
-    [(one, -half), (other, half)]
+pub fn reported(stripe: &[Support; 2]) -> [Vector2<f64>; 2] {
+    stripe.each_ref().map(|support| support.reported)
 }
 
 /// A seam point.

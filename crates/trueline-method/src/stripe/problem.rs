@@ -5,7 +5,7 @@ use crate::problem::block_priors::ShapePrior;
 use crate::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::problem::placement::placement_at;
 use crate::problem::usable::UNUSABLE_SQUARED;
-use crate::stripe::frames::{SeamSight, Sight, StripeFrame, Support, from_middle};
+use crate::stripe::frames::{SeamSight, Sight, StripeFrame, reported};
 use crate::stripe::state::StripeState;
 use crate::stripe::target::{EDGE, Target};
 use crate::stripe::unknowns::{LOCAL_ALL, LOCAL_SHAPE, StripeUnknowns, local_of_surface};
@@ -133,13 +133,15 @@ pub(crate) fn linearize_frame(
         Sight::Stripes(stripes) => {
             let mut all = EMPTY;
             for (number, supports) in stripes.iter().enumerate() {
-                for (k, (support, way)) in supports.iter().flat_map(from_middle).enumerate() {
-                    let parts = view.support(&view.target.plates[number], support, &way)?;
-                    view.set_row(&mut all, 2 * number + k, number, &parts);
-                }
+                let Some(supports) = supports else { continue };
+                let parts = view
+                    .on(&view.target.plates[number])
+                    .linearize_supports(placement, &reported(supports))?;
+                view.set_row(&mut all, 2 * number, number, &parts[0]);
+                view.set_row(&mut all, 2 * number + 1, number, &parts[1]);
             }
             if let (Some(edge), Some(point)) = (&view.target.edge, &frame.edge) {
-                let parts = view.stripe(&edge.surface, &point.reported)?;
+                let parts = view.point(&edge.surface, &point.reported)?;
                 view.set_row(&mut all, EDGE_ROW, EDGE, &parts);
                 all.has_edge = true;
             }
@@ -162,10 +164,9 @@ pub(crate) fn residual_of_frame(
     let on = |plate| StripeOnPlate { plate, sheet: &observations.sheet, shape };
     let mut residual = SVector::<f64, ROWS>::zeros();
     for (number, supports) in stripes.iter().enumerate() {
-        let stripe = on(&target.plates[number]);
-        for (k, (support, way)) in supports.iter().flat_map(from_middle).enumerate() {
-            residual[2 * number + k] = stripe.support_residual(placement, &support.reported, &way)?;
-        }
+        let Some(supports) = supports else { continue };
+        let of_plate = on(&target.plates[number]).support_residuals(placement, &reported(supports))?;
+        residual.fixed_rows_mut::<2>(2 * number).copy_from_slice(&of_plate);
     }
     if let (Some(edge), Some(point)) = (&target.edge, &frame.edge) {
         residual[EDGE_ROW] = on(&edge.surface).residual(placement, &point.reported)?;
@@ -191,20 +192,12 @@ struct View<'a> {
 }
 
 impl View<'_> {
-    fn stripe(&self, plate: &Plate, reported: &Vector2<f64>) -> Option<StripeJacobian> {
-        let sheet = &self.observations.sheet;
-        StripeOnPlate { plate, sheet, shape: self.shape }.linearize(self.placement, reported)
+    fn on<'b>(&'b self, plate: &'b Plate) -> StripeOnPlate<'b> {
+        StripeOnPlate { plate, sheet: &self.observations.sheet, shape: self.shape }
     }
 
-    fn support(
-        &self,
-        plate: &Plate,
-        support: &Support,
-        from_middle: &Vector2<f64>,
-    ) -> Option<StripeJacobian> {
-        let sheet = &self.observations.sheet;
-        let on = StripeOnPlate { plate, sheet, shape: self.shape };
-        on.linearize_support(self.placement, &support.reported, from_middle)
+    fn point(&self, plate: &Plate, reported: &Vector2<f64>) -> Option<StripeJacobian> {
+        self.on(plate).linearize(self.placement, reported)
     }
 
     fn set_row(&self, all: &mut FrameResidual, row: usize, surface: usize, parts: &StripeJacobian) {
@@ -257,7 +250,7 @@ impl View<'_> {
     fn crossing_at(&self, at: &Vector2<f64>) -> Option<([Option<Side>; 3], Matrix2<f64>)> {
         let (first, second) = self.target.at_seam();
         let side = |row, share, surface| {
-            let parts = self.stripe(self.target.surface(surface)?, at)?;
+            let parts = self.point(self.target.surface(surface)?, at)?;
             Some(Side { row, share, surface, parts })
         };
         let [one, other] = first;

@@ -17,7 +17,7 @@ use std::f64::consts::{PI, TAU};
 use trueline_geometry::so3;
 use trueline_method::evaluate::placed_features::{PlacedFeatures, PlacedStripes};
 use trueline_method::order_statistics::median;
-use trueline_method::stripe::frames::from_middle;
+use trueline_method::stripe::frames::reported;
 use trueline_model::{Placement, Plate, StripeJacobian, StripeOnPlate};
 
 /// Stripes that differ in direction by less (sine) are those of parallel plates: 6°.
@@ -96,11 +96,10 @@ impl JointView<'_> {
         let errors = self.errors(stripes)?;
         let placement = self.best_placement(stripes, &errors);
         let mut jacobian = SMatrix::<f64, IMAGE, LOCAL_OF_STRIPE>::zeros();
-        for k in 0..IMAGE {
-            let parts = self.parts(&placement, stripes, k)?;
+        for (k, parts) in self.parts(&placement, stripes)?.iter().enumerate() {
             let strays = parts.normal * (errors.own[k] * errors.weighed[k]);
             let best = stripes.plates[k / 2][k % 2].reported - strays;
-            jacobian.row_mut(k).tr_copy_from(&self.derivatives(k / 2, &parts, &best));
+            jacobian.row_mut(k).tr_copy_from(&self.derivatives(k / 2, parts, &best));
         }
         Some([0, 1].map(|plate| {
             let first = 2 * plate;
@@ -117,18 +116,20 @@ impl JointView<'_> {
         }))
     }
 
-    fn parts(&self, placement: &Placement, stripes: &PlacedStripes, k: usize) -> Option<StripeJacobian> {
-        let on_plate = StripeOnPlate { plate: &self.plates[k / 2], sheet: &self.of.sheet, shape: None };
-        let (support, way) = from_middle(&stripes.plates[k / 2])[k % 2];
-        on_plate.linearize_support(placement, &support.reported, &way)
+    fn parts(&self, placement: &Placement, stripes: &PlacedStripes) -> Option<[StripeJacobian; IMAGE]> {
+        let on_plate = |k: usize| {
+            let on = StripeOnPlate { plate: &self.plates[k], sheet: &self.of.sheet, shape: None };
+            on.linearize_supports(placement, &reported(&stripes.plates[k]))
+        };
+        let ([a, b], [c, d]) = (on_plate(0)?, on_plate(1)?);
+        Some([a, b, c, d])
     }
 
     fn errors(&self, stripes: &PlacedStripes) -> Option<Errors> {
         let (mut residual, mut own) = (SVector::zeros(), SVector::zeros());
         let mut shared = SMatrix::<f64, IMAGE, SHARED>::zeros();
         let noise = &self.of.noise;
-        for k in 0..IMAGE {
-            let parts = self.parts(&stripes.placement, stripes, k)?;
+        for (k, parts) in self.parts(&stripes.placement, stripes)?.iter().enumerate() {
             residual[k] = parts.residual;
             own[k] = stripes.plates[k / 2][k % 2].sigma_m.powi(2);
             let lever = parts.foot_in_base - stripes.placement.base_from_tool.translation.vector;
