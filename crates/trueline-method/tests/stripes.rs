@@ -2,12 +2,14 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{DVector, Vector2, Vector3};
+use std::collections::BTreeMap;
 use trueline_dataset::join::join;
 use trueline_dataset::picture_rows::PicturesDisagree;
 use trueline_dataset::{Measured, Recording};
 use trueline_geometry::{se3, so3};
 use trueline_lsq::Loss;
 use trueline_method::assess::observability::Group;
+use trueline_method::input::skip::Skip;
 use trueline_method::stripe::no_plates::NoPlates;
 use trueline_method::stripe::outcome::{Because, StripeEstimate};
 use trueline_method::{Calibration, Config, Error, Measurements, SensorMode, Status, calibrate};
@@ -237,6 +239,41 @@ fn what_is_asked_for_and_cannot_be_done_is_refused() {
     assert!(matches!(refused(&recording, &stripe), Error::NoPlates { .. }));
     recording.stripes.clear();
     assert_eq!(refused(&recording, &stripe), Error::NoStripes);
+}
+
+/// The stripes do not need seam points that nothing could be calibrated by: their crossings begin in their place.
+#[test]
+fn too_few_seam_points_do_not_hide_the_stripes() {
+    let recording = scan_plates(&scenario(Preset::Quick, 10.0), &Plates::default(), 7).unwrap();
+    let config = with(Measurements::Stripe, SensorMode::Fixed);
+    let without = calibrated(&Recording { features: Vec::new(), ..recording.clone() }, &config);
+    let few = Recording { features: recording.features[..9].to_vec(), ..recording.clone() };
+    assert_eq!(calibrated(&few, &config).best_fit(), without.best_fit());
+    // Plates that do not cross leave the few as they are, and say so.
+    let stripes = recording.stripes.iter().filter(|stripe| stripe.plate == 0).cloned().collect();
+    let refused = calibrate(&Recording { stripes, ..few }, None, &config).unwrap_err();
+    assert!(matches!(refused, Error::TooFewImages { images: 9, .. }), "{refused}");
+}
+
+/// What is left out is counted and named, as it is of seam points.
+#[test]
+fn stripes_that_cannot_be_used_are_counted_by_reason() {
+    let mut recording = scan_plates(&scenario(Preset::Quick, 10.0), &Plates::default(), 7).unwrap();
+    let count = recording.stripes.len();
+    for stripe in &mut recording.stripes[count / 2..count / 2 + 5] {
+        stripe.points[0] = Measured::Pixel([-50.0, 10.0]);
+    }
+    // The camera goes on for half a second after the robot's stream ends, which is between two pictures.
+    let end_ns = recording.robot.last().unwrap().stamp_ns - 515_000_000;
+    recording.robot.retain(|sample| sample.stamp_ns <= end_ns);
+    let late_ns = (recording.truth.as_ref().unwrap().parameters.time_offset_s * 1e9) as i64;
+    let known = recording.robot[0].stamp_ns..=recording.robot.last().unwrap().stamp_ns;
+    let later =
+        recording.stripes.iter().filter(|stripe| !known.contains(&(stripe.stamp_ns - late_ns))).count();
+    let found = calibrated(&recording, &with(Measurements::Auto, SensorMode::Fixed));
+    let skipped = &found.findings.stripes.as_ref().unwrap().skipped;
+    assert!(later > 10, "{later}");
+    assert_eq!(skipped, &BTreeMap::from([(Skip::Outside, later), (Skip::NoRay, 5)]));
 }
 
 /// Another program stamps the stripes a third of a picture later than the seam points: their number tells that they are of one picture.

@@ -38,7 +38,10 @@ pub enum Told<'a> {
     /// What was found in pictures could not be kept for the next time.
     NotKept(&'a io::Error),
     /// Seam points are where stripes cross.
-    CrossingsOfStripes,
+    CrossingsOfStripes {
+        /// How many seam points there were, too few.
+        in_place_of: usize,
+    },
     /// The sensor stands beside the robot.
     FixedSensor,
     /// All of the robot's positions lie within so few millimetres.
@@ -64,9 +67,13 @@ impl fmt::Display for Told<'_> {
             }
             Self::FoundBefore(count) => write!(f, "{count} seam points as found in the same pictures before"),
             Self::NotKept(error) => write!(f, "the seam points are not kept for the next time: {error}"),
-            Self::CrossingsOfStripes => {
+            Self::CrossingsOfStripes { in_place_of: 0 } => {
                 f.write_str("there are stripes and no seam points: where two stripes cross is one")
             }
+            Self::CrossingsOfStripes { in_place_of } => write!(
+                f,
+                "{in_place_of} seam points are too few to calibrate by and are left out: where two stripes cross is one"
+            ),
             Self::FixedSensor => f.write_str(
                 "the sensor stands beside the robot: what is called tool_from_camera is base_from_camera, and lines are in the \
                  tool's frame",

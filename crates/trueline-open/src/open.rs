@@ -72,7 +72,7 @@ pub fn open(path: &Path, how: &How, observer: &dyn OpenObserver) -> Result<Opene
         Place::Folder => open_folder(path, how, observer),
     }?;
     if let Some(cornered) = with_corners(&opened.recording) {
-        observer.told(&Told::CrossingsOfStripes);
+        observer.told(&Told::CrossingsOfStripes { in_place_of: opened.recording.features.len() });
         opened.recording = cornered;
     }
     if let Some(shift_m) = small_path_m(&opened.recording) {

@@ -35,7 +35,8 @@ fn plane(plane: &PlaneEstimate) -> PlaneEntry {
 /// What became of the stripes; `None` if there are none, or only seam points were asked for.
 #[must_use]
 pub(crate) fn entry(c: &Calibration) -> Option<StripesEntry> {
-    let StripeOutcome { used, because, frames, with_both, estimate } = c.findings.stripes.as_ref()?;
+    let StripeOutcome { used, because, frames, with_both, skipped, estimate } =
+        c.findings.stripes.as_ref()?;
     let estimate = estimate.as_ref();
     let angles = estimate.map_or(&[][..], |e| &e.angles);
     let steps = estimate.map_or(&[][..], |e| &e.steps);
@@ -44,6 +45,7 @@ pub(crate) fn entry(c: &Calibration) -> Option<StripesEntry> {
         decided_by: because.code().to_owned(),
         frames: *frames,
         frames_with_both: *with_both,
+        skipped: skipped.iter().map(|(why, count)| (why.code().to_owned(), *count)).collect(),
         stripes: estimate.map_or(0, |e| e.stripes),
         rejected: estimate.map_or(0, |e| e.rejected),
         noise_factor: estimate.map(|e| e.noise_factor),
@@ -141,11 +143,17 @@ pub(crate) fn fact(estimate: &StripeEstimate, joint: usize) -> Option<(&'static 
 }
 
 fn used(stripes: &StripeOutcome) -> String {
-    let StripeOutcome { used, because, frames, with_both, estimate } = stripes;
+    let StripeOutcome { used, because, frames, with_both, skipped, estimate } = stripes;
     let planes = estimate.as_ref().map_or(&[][..], |estimate| &estimate.planes);
     let one_alone = planes.iter().any(|one| planes.iter().all(|other| other.number != one.number ^ 1));
     let all = if one_alone { "all plates" } else { "both plates" };
-    let shown = format!("{with_both} of {frames} frames show {all}");
+    let lost: Vec<String> =
+        skipped.iter().map(|(why, count)| format!("{count} stripes left out: {why}")).collect();
+    let shown = [format!("{with_both} of {frames} frames show {all}")]
+        .into_iter()
+        .chain(lost)
+        .collect::<Vec<_>>()
+        .join("; ");
     let why = match because {
         Because::Asked => "as asked",
         Because::Agreement => "they agree with the seam points",

@@ -2,6 +2,7 @@
 
 use super::answer::{PoseEntry, Sigma};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// A plate in base: normal · p = offset.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -75,6 +76,8 @@ pub struct StripesEntry {
     pub frames: usize,
     /// Frames with the stripes on both plates; of a joint of which one plate is seen at all, with that and the seam point.
     pub frames_with_both: usize,
+    /// Stripes that could not be used, by reason.
+    pub skipped: BTreeMap<String, usize>,
     /// Stripes (and, with `both`, seam points) that were looked at.
     pub stripes: usize,
     /// Of these, how many were left out as outliers.

@@ -1,8 +1,8 @@
-//! Why a feature could not be used.
+//! Why a feature or a stripe could not be used.
 
 use std::fmt;
 
-/// Why a feature could not be used.
+/// Why a feature or a stripe could not be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Skip {
     /// The robot stream has a gap at its exposure.
@@ -17,6 +17,8 @@ pub enum Skip {
     NoIntersection,
     /// Its row repeats another of the same image.
     Repeated,
+    /// It is the only stripe of its plate.
+    LoneStripe,
 }
 
 impl Skip {
@@ -30,6 +32,7 @@ impl Skip {
             Self::NoRay => "no-ray",
             Self::NoIntersection => "no-intersection",
             Self::Repeated => "repeated-row",
+            Self::LoneStripe => "only-stripe-of-its-plate",
         }
     }
 }
@@ -43,6 +46,7 @@ impl fmt::Display for Skip {
             Self::NoRay => "pixel outside the image or the lens model",
             Self::NoIntersection => "ray does not meet the laser sheet",
             Self::Repeated => "row repeats another of its image",
+            Self::LoneStripe => "the only stripe of its plate",
         })
     }
 }

@@ -1,17 +1,20 @@
 //! Seam points of a recording that has stripes alone: where the two stripes of a frame cross.
 
+use crate::input::observations::MIN_IMAGES;
 use nalgebra::{Matrix2, Vector2, Vector3};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use trueline_dataset::{Feature, Measured, PlateStripe, Recording, Sensor, correlation_of};
 use trueline_model::{Camera, LaserSheet};
 
 /// Stripes that differ in direction by less (sine) do not cross anywhere near: 6°.
 const LEAST_ANGLE_SINE: f64 = 0.1;
 
-/// The same recording with the crossing of the two stripes of each frame as its seam point, if it has none of its own.
+/// The same recording with the crossing of the two stripes of each frame as its seam point, if it has none of its own, or too few to calibrate by and enough
+/// crossings.
 #[must_use]
 pub fn with_corners(recording: &Recording) -> Option<Recording> {
-    if !recording.features.is_empty() || recording.stripes.is_empty() {
+    let own = recording.features.iter().map(|feature| feature.stamp_ns).collect::<BTreeSet<i64>>().len();
+    if own >= MIN_IMAGES || recording.stripes.is_empty() {
         return None;
     }
     // Stripes of one table: their stamps are those of their pictures.
@@ -27,7 +30,10 @@ pub fn with_corners(recording: &Recording) -> Option<Recording> {
         let correlation = correlation_of(&covariance);
         Some(Feature { stamp_ns, line, frame: one.frame, device_ns: None, measured, sigma, correlation })
     });
-    let features = features.collect();
+    let features: Vec<Feature> = features.collect();
+    if own > 0 && features.len() < MIN_IMAGES {
+        return None;
+    }
     Some(Recording { features, ..recording.clone() })
 }
 

@@ -87,11 +87,13 @@ pub fn estimate(seam: &SeamEstimate<'_>) -> Result<Option<StripeOutcome>, Error>
     if let Some(bias) = seam.bias {
         without_bias(&mut frames, seam.observations, seam.fit.parameters(), bias);
     }
+    let like = &seam.answer.parameters;
     let kept = |because: Because, estimate: Option<StripeEstimate>| StripeOutcome {
         used: Measurements::Seam,
         because,
         frames: frames.total,
         with_both: frames.with_both,
+        skipped: frames.skipped_at(seam.observations, like.time_offset_s),
         estimate: estimate.map(Box::new),
     };
     if seam.fit.prior.is_some() {

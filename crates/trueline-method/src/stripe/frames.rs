@@ -1,8 +1,10 @@
 //! Recording → what each frame shows of a joint: support points of its plates' stripes, or its seam point.
 
+use crate::assess::residuals::why_not_placed;
 use crate::config::{Config, Measurements};
 use crate::error::Error;
 use crate::input::observations::{Observation, Observations};
+use crate::input::skip::Skip;
 use nalgebra::{Matrix2, Vector2};
 use std::collections::BTreeMap;
 use trueline_dataset::picture_rows::PicturesOfRows;
@@ -70,6 +72,8 @@ pub struct StripeFrames {
     pub with_both: usize,
     /// Joints of which the plates are not seen, and the seam points are used in their place.
     pub bare: Vec<usize>,
+    /// Stripes that could not be used.
+    pub skipped: BTreeMap<Skip, usize>,
 }
 
 /// Fewest stripes of a plate: three support points make a plane.
@@ -92,10 +96,14 @@ pub fn frames(
     let length_per_px_m = config.length_per_px_m();
     let (pictures, stamps) = (PicturesOfRows::of(recording)?, Stamps::of(recording, observations));
     let mut seen: BTreeMap<(i64, usize), Seen<'_>> = BTreeMap::new();
+    let mut skipped = BTreeMap::new();
     for stripe in &recording.stripes {
         let (joint, plate) = (stripe.plate as usize / 2, stripe.plate as usize % 2);
         let seen = seen.entry((pictures.of_stripe(stripe), joint)).or_default();
-        seen.stripes[plate] = lifted(recording, observations, stripe, length_per_px_m);
+        match lifted(recording, observations, stripe, length_per_px_m) {
+            Ok(supports) => seen.stripes[plate] = Some(supports),
+            Err(why) => *skipped.entry(why).or_insert(0) += 1,
+        }
         seen.stamp_ns = stripe.stamp_ns;
     }
     for o in &observations.list {
@@ -103,9 +111,9 @@ pub fn frames(
         let seen = seen.entry((pictures.of_feature(feature), o.line as usize)).or_default();
         (seen.seam, seen.stamp_ns) = (Some(o), feature.stamp_ns);
     }
-    let plates = plates_of_joints(&mut seen, observations.line_count);
+    let plates = plates_of_joints(&mut seen, observations.line_count, &mut skipped);
     let bare = if wanted == Measurements::Both { bare(&plates) } else { Vec::new() };
-    let mut frames = StripeFrames { total: seen.len(), bare, ..StripeFrames::default() };
+    let mut frames = StripeFrames { total: seen.len(), bare, skipped, ..StripeFrames::default() };
     for ((_, joint), seen) in seen {
         let all = seen.has_all(plates.get(joint).unwrap_or(&[true; 2]));
         frames.with_both += usize::from(all);
@@ -123,7 +131,11 @@ pub fn frames(
 }
 
 /// Which plates each joint has; the few stripes of another are left out.
-fn plates_of_joints(seen: &mut BTreeMap<(i64, usize), Seen<'_>>, joints: usize) -> Vec<[bool; 2]> {
+fn plates_of_joints(
+    seen: &mut BTreeMap<(i64, usize), Seen<'_>>,
+    joints: usize,
+    skipped: &mut BTreeMap<Skip, usize>,
+) -> Vec<[bool; 2]> {
     let mut counts = vec![[0; 2]; joints];
     for ((_, joint), seen) in seen.iter() {
         let Some(counts) = counts.get_mut(*joint) else { continue };
@@ -135,7 +147,11 @@ fn plates_of_joints(seen: &mut BTreeMap<(i64, usize), Seen<'_>>, joints: usize) 
     let plates: Vec<[bool; 2]> = counts.iter().map(|of| of.map(|count| count >= LEAST_STRIPES)).collect();
     for ((_, joint), seen) in seen.iter_mut() {
         let Some(plates) = plates.get(*joint) else { continue };
-        seen.stripes.iter_mut().zip(plates).filter(|(_, has)| !**has).for_each(|(stripe, _)| *stripe = None);
+        let lone = seen.stripes.iter_mut().zip(plates).filter(|(_, has)| !**has);
+        let left_out = lone.filter_map(|(stripe, _)| stripe.take()).count();
+        if left_out > 0 {
+            *skipped.entry(Skip::LoneStripe).or_insert(0) += left_out;
+        }
     }
     plates
 }
@@ -182,17 +198,35 @@ fn seam_point(observations: &Observations, o: &Observation) -> SeamSight {
     }
 }
 
-/// A stripe's support points on the sheet; `None` where one cannot be lifted.
+impl StripeFrames {
+    /// Stripes that could not be used: those that could not be lifted to the sheet, and those of frames in which the robot is not known with a time offset.
+    #[must_use]
+    pub fn skipped_at(&self, observations: &Observations, time_offset_s: f64) -> BTreeMap<Skip, usize> {
+        let mut skipped = self.skipped.clone();
+        for frame in &self.list {
+            let exposure_s = frame.stamp_s - time_offset_s;
+            if let Sight::Stripes(stripes) = &frame.sight
+                && observations.robot.trajectory.segment_at(exposure_s).is_none()
+            {
+                let why = why_not_placed(observations, exposure_s);
+                *skipped.entry(why).or_insert(0) += stripes.iter().flatten().count();
+            }
+        }
+        skipped
+    }
+}
+
+/// A stripe's support points on the sheet, or why it has none.
 fn lifted(
     recording: &Recording,
     observations: &Observations,
     stripe: &PlateStripe,
     length_per_px_m: f64,
-) -> Option<[Support; 2]> {
-    let places = stripe.points.map(|point| on_sheet(recording, observations, point));
-    let [first, second] = [places[0]?, places[1]?];
+) -> Result<[Support; 2], Skip> {
+    let [first, second] = stripe.points.map(|point| on_sheet(recording, observations, point));
+    let (first, second) = (first?, second?);
     let chord = second.0 - first.0;
-    let normal = Vector2::new(-chord.y, chord.x).try_normalize(0.0)?;
+    let normal = Vector2::new(-chord.y, chord.x).try_normalize(0.0).ok_or(Skip::NoIntersection)?;
     let support = |(reported, slope): (Vector2<f64>, Matrix2<f64>)| Support {
         reported,
         // The error is square to the stripe in what the sensor reports; D carries it into the sheet.
@@ -203,7 +237,8 @@ fn lifted(
         },
     };
     let supports = [support(first), support(second)];
-    supports.iter().all(|s| s.sigma_m > 0.0 && s.sigma_m.is_finite()).then_some(supports)
+    let is_weighed = supports.iter().all(|s| s.sigma_m > 0.0 && s.sigma_m.is_finite());
+    is_weighed.then_some(supports).ok_or(Skip::NoIntersection)
 }
 
 /// A measured point in the sheet, corrected by a known shape, and how it moves with what was measured (px or m).
@@ -211,21 +246,21 @@ fn on_sheet(
     recording: &Recording,
     observations: &Observations,
     measured: Measured,
-) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+) -> Result<(Vector2<f64>, Matrix2<f64>), Skip> {
     let sheet = &observations.sheet;
     let (at, slope) = match (measured, &recording.sensor) {
         (Measured::Pixel(pixel), Sensor::CameraLaser { camera, .. }) => {
-            let (ray, d_ray) = camera.ray(&Vector2::from(pixel)).ok()?;
-            let (point, d_point) = sheet.intersect(&ray)?;
+            let (ray, d_ray) = camera.ray(&Vector2::from(pixel)).map_err(|_| Skip::NoRay)?;
+            let (point, d_point) = sheet.intersect(&ray).ok_or(Skip::NoIntersection)?;
             (sheet.coordinates(&point), sheet.axes().transpose() * d_point * d_ray)
         }
         (Measured::Profile(point), Sensor::Profiler) => (Vector2::from(point), Matrix2::identity()),
         (Measured::Point(point), Sensor::Points { .. }) => {
             (sheet.coordinates(&point.into()), Matrix2::identity())
         }
-        _ => return None,
+        _ => return Err(Skip::NoIntersection),
     };
-    Some(recording.setup.shape.as_ref().map_or((at, slope), |shape| {
+    Ok(recording.setup.shape.as_ref().map_or((at, slope), |shape| {
         let (there, by_reported) = shape.corrected(&at);
         (there, by_reported * slope)
     }))

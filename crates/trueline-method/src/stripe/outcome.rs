@@ -3,10 +3,12 @@
 use crate::assess::observability::Observability;
 use crate::assess::seam_error::SeamError;
 use crate::config::Measurements;
+use crate::input::skip::Skip;
 use crate::problem::parameters::Parameters;
 use crate::stripe::no_plates::NoPlates;
 use crate::stripe::planes::{JointAngle, JointStep, PlaneEstimate};
 use nalgebra::DMatrix;
+use std::collections::BTreeMap;
 
 /// Part of the frames in which both plates must be seen for stripes to be used unasked.
 pub const LEAST_SHARE: f64 = 0.8;
@@ -115,6 +117,8 @@ pub struct StripeOutcome {
     pub frames: usize,
     /// Frames with both plates; of a joint of one plate, with that and its edge.
     pub with_both: usize,
+    /// Stripes that could not be used.
+    pub skipped: BTreeMap<Skip, usize>,
     /// The estimate; `None` where there is none.
     pub estimate: Option<Box<StripeEstimate>>,
 }
