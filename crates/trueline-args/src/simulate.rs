@@ -49,7 +49,7 @@ pub struct SimulateArgs {
     /// Any hand-eye transform, line and offset (±1 s) instead of the preset's
     #[arg(long)]
     pub random_cell: bool,
-    /// No noise at all, and a robot that moves straight between its samples
+    /// No noise but what other options say, and a robot that moves straight between its samples
     #[arg(long)]
     pub noise_free: bool,
     /// Time offset, ms
@@ -108,12 +108,12 @@ pub struct SimulateArgs {
     /// Exposure time, ms
     #[arg(long, requires = "images", value_parser = number::up_to_a_second_ms)]
     pub exposure_ms: Option<f64>,
-    /// Angle between a fillet's plates, degrees
-    #[arg(long, default_value_t = 90.0, requires = "images", value_parser = number::opening_deg)]
-    pub opening_deg: f64,
-    /// How far a fillet is turned about its seam, degrees
-    #[arg(long, default_value_t = 0.0, requires = "images", value_parser = number::turn_deg)]
-    pub roll_deg: f64,
+    /// Angle between a fillet's plates, degrees [default: 90]
+    #[arg(long, requires = "images", value_parser = number::opening_deg)]
+    pub opening_deg: Option<f64>,
+    /// How far a fillet is turned about its seam, degrees [default: 0]
+    #[arg(long, requires = "images", value_parser = number::turn_deg)]
+    pub roll_deg: Option<f64>,
     /// How much of each plate is missing at a fillet's corner, mm
     #[arg(long, requires = "images", value_parser = number::zero_or_more)]
     pub corner_gap_mm: Option<f64>,

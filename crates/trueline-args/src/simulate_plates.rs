@@ -58,8 +58,9 @@ impl PlatesArgs {
 
     /// How profiles look with ranges of a noise, m.
     pub fn profile_look(&self, range_sigma_m: f64, noise_free: bool) -> ProfileLook {
-        let look = self.look.look(ProfileLook { range_sigma_m, ..ProfileLook::default() });
-        if noise_free { look.without_noise() } else { look }
+        let usual = ProfileLook::default();
+        let usual = if noise_free { usual.without_noise() } else { usual };
+        self.look.look(ProfileLook { range_sigma_m, ..usual })
     }
 
     /// The plates; what is not said of them is as in `usual`.
@@ -75,18 +76,18 @@ impl PlatesArgs {
             opening_rad: self.plates_deg.map_or(usual.opening_rad, f64::to_radians),
             forms: [form; 2],
             roughness_m: self.roughness_mm * 1e-3,
-            column_sigma_px: if noise_free {
+            column_sigma_px: self.column_noise_px.unwrap_or(if noise_free {
                 NOISE_FREE_PX
             } else {
-                self.column_noise_px.unwrap_or(usual.column_sigma_px)
-            },
+                usual.column_sigma_px
+            }),
             edge_sigma_px: if noise_free { NOISE_FREE_PX } else { usual.edge_sigma_px },
             ..usual
         }
     }
 
     /// What is said of how the plates make a seam.
-    fn pair(&self) -> Option<PlatePair> {
+    pub(crate) fn pair(&self) -> Option<PlatePair> {
         let lap = self.step_mm.map(|step_mm| PlatePair::Lap { step_m: step_mm * 1e-3 });
         let mismatch_m = self.mismatch_mm * 1e-3;
         let butt = || self.gap_mm.map(|gap_mm| PlatePair::Butt { gap_m: gap_mm * 1e-3, mismatch_m });

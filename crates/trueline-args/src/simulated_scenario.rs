@@ -34,19 +34,19 @@ impl SimulateArgs {
 
     /// Changes the scenario of a plan, which has its own path.
     pub fn adapt(&self, scenario: &mut Scenario) {
-        self.change_timing(&mut scenario.timing);
-        self.change_disturbance(&mut scenario.disturbance);
         if self.noise_free {
             scenario.disturbance = Disturbance::default();
         }
+        self.change_timing(&mut scenario.timing);
+        self.change_disturbance(&mut scenario.disturbance);
     }
 
     /// What the pictures show.
     pub fn joint(&self) -> Joint {
         match (self.joint)() {
             Joint::Fillet { .. } => Joint::Fillet {
-                opening_rad: self.opening_deg.to_radians(),
-                roll_rad: self.roll_deg.to_radians(),
+                opening_rad: self.opening_deg.unwrap_or(90.0).to_radians(),
+                roll_rad: self.roll_deg.unwrap_or(0.0).to_radians(),
                 gap_m: self.corner_gap_mm.map_or(0.0, |mm| mm * 1e-3),
             },
             other => other,

@@ -1,7 +1,7 @@
-//! Options of `trueline simulate` that the sensor of the scan, or what is written of it, has no use for.
+//! Options of `trueline simulate` that the sensor of the scan, its joint, or what is written of it, has no use for.
 
 use crate::SimulateArgs;
-use trueline_sim::SensorModel;
+use trueline_sim::{Joint, PlatePair, SensorModel};
 
 /// An option that changes nothing: whether it was given, whether it has a use all the same, its name, why it has none, and a hint.
 type Idle = (bool, bool, &'static str, &'static str, &'static str);
@@ -13,12 +13,12 @@ impl SimulateArgs {
             let what = "`--tilt-hz`: expected one frequency or three, found 2";
             return Some((what.to_owned(), "give one for each tilt"));
         }
-        let idle =
-            self.idle_options(sensor).into_iter().find(|(is_given, has_use, ..)| *is_given && !has_use);
+        let mut options = self.idle_by_sensor(sensor).into_iter().chain(self.idle_by_joint());
+        let idle = options.find(|(is_given, has_use, ..)| *is_given && !has_use);
         idle.map(|(_, _, name, why, hint)| (format!("`{name}` would do nothing: {why}"), hint))
     }
 
-    fn idle_options(&self, sensor: &SensorModel) -> [Idle; 9] {
+    fn idle_by_sensor(&self, sensor: &SensorModel) -> [Idle; 9] {
         let is_camera = matches!(sensor, SensorModel::CameraLaser { .. });
         let is_profiler = matches!(sensor, SensorModel::Profiler { .. });
         let (plates, images) = (self.plates.plates, self.images);
@@ -47,6 +47,27 @@ impl SimulateArgs {
             (look.is_some(), is_profiler, look.unwrap_or_default(), no_profiles, by_preset),
             outliers(!images, "pictures are written, and no features", by_look),
             outliers(!(plates && is_profiler), "profiles are written, and no features", "say --reflections"),
+        ]
+    }
+    /// Options of joints that the scan does not have; a plan says its joint itself.
+    fn idle_by_joint(&self) -> [Idle; 6] {
+        let (pair, by_plan) = (self.plates.pair(), self.plan.is_some());
+        let is_gap = by_plan || matches!(pair, Some(PlatePair::Butt { .. }));
+        let has_edge = is_gap || matches!(pair, Some(PlatePair::Edge));
+        let is_fillet = matches!((self.joint)(), Joint::Fillet { .. });
+        let look = &self.plates.look;
+        let by_gap = "say --gap-mm";
+        let by_edge = "say --one-plate or --gap-mm";
+        let of_edge = |is_given, name| (is_given, has_edge, name, "no plate ends over nothing", by_edge);
+        let of_fillet =
+            |is_given, name| (is_given, is_fillet, name, "only a fillet has it", "say --joint fillet");
+        [
+            of_edge(look.edge_drop_outs.is_some(), "--edge-drop-outs"),
+            of_edge(look.rounded_mm.is_some(), "--rounded-mm"),
+            (look.gap_filled.is_some(), is_gap, "--gap-filled", "there is no gap between the plates", by_gap),
+            of_fillet(self.opening_deg.is_some(), "--opening-deg"),
+            of_fillet(self.roll_deg.is_some(), "--roll-deg"),
+            of_fillet(self.corner_gap_mm.is_some(), "--corner-gap-mm"),
         ]
     }
 }

@@ -78,6 +78,18 @@ fn an_option_that_would_change_nothing_of_the_simulated_scan_is_refused() {
         ("--preset paper --plates --mixed 0.5", "--preset profiler --plates --mixed 0.5"),
         ("--images --outliers 0.1", "--preset paper --plates --outliers 0.1"),
         ("--preset profiler --plates --outliers 0.1", "--preset profiler --outliers 0.1"),
+        (
+            "--preset profiler --plates --rounded-mm 1",
+            "--preset profiler --plates --one-plate --rounded-mm 1",
+        ),
+        (
+            "--preset profiler --plates --one-plate --gap-filled 0.1",
+            "--preset profiler --plates --gap-mm 2 --gap-filled 0.1",
+        ),
+        (
+            "--images --joint lap --opening-deg 80",
+            "--images --frame-period-ms 1000 --joint fillet --opening-deg 80",
+        ),
     ] {
         let output = of(refused);
         assert_eq!(code(&output), 2, "{refused}");
