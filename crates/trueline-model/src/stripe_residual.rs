@@ -117,11 +117,7 @@ impl StripeOnPlate<'_> {
     }
 
     /// The foot of a point on the predicted stripe, and φ there.
-    pub(crate) fn foot(
-        &self,
-        placement: &Placement,
-        reported: &Vector2<f64>,
-    ) -> Option<(Vector2<f64>, Local)> {
+    fn foot(&self, placement: &Placement, reported: &Vector2<f64>) -> Option<(Vector2<f64>, Local)> {
         let mut foot = *reported;
         for _ in 0..FOOT_STEPS {
             let local = self.local(placement, &foot)?;

@@ -2,7 +2,7 @@
 //!
 //! A stripe is reported as two support points of its line of least squares, half a length/√3 from the middle. A plate is not
 //! straight, so the line does not lie on the stripe, and the same line is taken of the predicted stripe: with h the distance of the
-//! reported line from it, square to it, and t from −1 to 1 along the line,
+//! reported line from it, square to the line, and t from −1 to 1 along the line,
 //!
 //! ```text
 //! ρ(±1/√3) = ½ ∫ h dt ± √3 · ½ ∫ t h dt
@@ -42,15 +42,14 @@ struct Node {
 
 impl StripeOnPlate<'_> {
     /// The residuals of the two support points of a stripe, reported sheet coordinates in m, in m: distance of its line from that
-    /// through the predicted stripe. `None` if the plate lies along the sheet.
+    /// through the predicted stripe. `None` if the plate lies along the sheet, or square to the line.
     #[must_use]
     pub fn support_residuals(&self, placement: &Placement, supports: &[Vector2<f64>; 2]) -> Option<[f64; 2]> {
         let (_, nodes) = self.nodes(placement, supports)?;
         Some(PARTS.map(|parts| nodes.iter().zip(parts).map(|(node, part)| part * node.distance_m).sum()))
     }
 
-    /// [`StripeOnPlate::support_residuals`] with their derivatives; those of the normal's direction, along which distances are taken, are left out: they
-    /// count by the slope of the bow times its height.
+    /// [`StripeOnPlate::support_residuals`] with their derivatives.
     #[must_use]
     pub fn linearize_supports(
         &self,
@@ -64,20 +63,20 @@ impl StripeOnPlate<'_> {
         Some(PARTS.map(|parts| sum(&rows, &parts)))
     }
 
-    /// The predicted stripe's normal beside the middle of a line, and the distances along it.
+    /// The normal of a line, to the side where φ rises, and how far places of it are from the stripe along that.
     fn nodes(
         &self,
         placement: &Placement,
         [one, other]: &[Vector2<f64>; 2],
     ) -> Option<(Vector2<f64>, [Node; 3])> {
         let (middle, way) = (0.5 * (one + other), 0.5 * (other - one));
-        let (foot, local) = self.foot(placement, &middle)?;
-        let normal = local.gradient.normalize();
-        let first = normal.dot(&(middle - foot));
-        let beside = |node: f64| self.along(placement, &(middle + way * node), &normal, first);
-        let nodes =
-            [beside(NODES[0])?, Node { distance_m: first, local, on_stripe: foot }, beside(NODES[2])?];
-        Some((normal, nodes))
+        let across = Vector2::new(-way.y, way.x).try_normalize(0.0)?;
+        let normal = across * across.dot(&self.local(placement, &middle)?.gradient).signum();
+        let beside =
+            |node: f64, first_m: f64| self.along(placement, &(middle + way * node), &normal, first_m);
+        let centre = beside(NODES[1], 0.0)?;
+        let first_m = centre.distance_m;
+        Some((normal, [beside(NODES[0], first_m)?, centre, beside(NODES[2], first_m)?]))
     }
 
     /// The stripe beside a place, along a direction; the search begins at a distance.
