@@ -131,7 +131,9 @@ impl ProfileFinder {
             run.get(run.len() / 2).map(|point| Vector2::new(point.x, median(&mut self.spare)))
         };
         let (first, last) = (middle_of(points.get(..third)?)?, middle_of(&points[points.len() - third..])?);
-        let about = RoughDirection { origin: first, along: (last - first).try_normalize(1e-9)? };
+        // Of points above each other no column says where along it they are.
+        let along = (last - first).try_normalize(1e-9).filter(|along| along.x > 0.0)?;
+        let about = RoughDirection { origin: first, along };
         self.shifts.clear();
         self.shifts.extend(points.iter().map(|point| about.shift(point)));
         Some(about)
