@@ -90,6 +90,12 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
         profiles = file.read(&mut notes)?;
     } else {
         if let Some(text) = features_text {
+            notes.extend(ProfileFile::newer_than(folder, "features.csv").map(|file| {
+                format!(
+                    "{} is newer than features.csv, which is used: `trueline features` finds the seam in it",
+                    file.display()
+                )
+            }));
             let text = plain(&path("features.csv"), text, &mut notes)?;
             features = features_csv::read(&path("features.csv"), text.as_slice(), &sensor)?;
         } else if stripes_text.is_none() {

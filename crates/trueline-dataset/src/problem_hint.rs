@@ -66,7 +66,7 @@ impl Problem {
     fn file_hint(&self) -> Option<&'static str> {
         Some(match self {
             Self::Missing => {
-                "a dataset folder has sensor.toml, robot.csv and features.csv, or pictures that images/index.csv names"
+                "a dataset folder has sensor.toml, robot.csv and features.csv; or whole profiles as profiles.csv or profiles.parquet; or pictures that images/index.csv names"
             }
             Self::Io(_) => "check the path and its permissions",
             Self::AlreadyExists => {
@@ -102,14 +102,17 @@ impl Problem {
 
     fn value_hint(&self) -> &'static str {
         match self {
+            Self::NotANumber { text } if text.is_empty() => "leave out rows without a measurement",
             Self::NotANumber { .. } => "numbers have a decimal point, and no thousands separator or unit",
             Self::NotAStamp { .. } => {
                 "is the unit in the column's name (_s, _ms, _us, _ns) that of its numbers?"
             }
             Self::NotACount { .. } | Self::NotALine { .. } => "line and frame are numbered 0, 1, 2, …",
-            Self::NotPositive { .. } => "leave the column out if the standard deviation is not known",
+            Self::NotPositive { .. } => "write what the column scatters by; features.csv may be without it",
             Self::NotACorrelation { .. } => "it is the covariance of both coordinates divided by both sigmas",
-            Self::NotFinite { .. } | Self::NotMeasured { .. } => "leave out rows without a measurement",
+            Self::NotFinite { .. } | Self::NotMeasured { .. } => {
+                "leave out rows without a measurement; in profiles of a row each, leave the cell empty"
+            }
             _ => {
                 "compare with a file that trueline has written: `trueline simulate` writes datasets, `trueline plan --example` a cell"
             }

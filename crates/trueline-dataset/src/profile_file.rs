@@ -37,6 +37,14 @@ pub(crate) struct ProfileFile {
 }
 
 impl ProfileFile {
+    /// The file of a folder that was written after another of its files.
+    pub(crate) fn newer_than(folder: &Path, other: &str) -> Option<PathBuf> {
+        let written = |path: &Path| path.metadata().and_then(|about| about.modified()).ok();
+        let other = written(&folder.join(other))?;
+        let mut files = ProfileForm::ALL.into_iter().map(|form| folder.join(form.file_name()));
+        files.find(|file| written(file).is_some_and(|at| at > other))
+    }
+
     /// The file of a folder; `None` if there is none.
     ///
     /// # Errors

@@ -43,7 +43,9 @@ impl DetectorError {
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {
-            Self::NoCamera(_) => "profilers and point sensors bring their features along in features.csv",
+            Self::NoCamera(_) => {
+                "profilers bring whole profiles along in profiles.csv or profiles.parquet, or features.csv as point sensors do"
+            }
             Self::Region(_) => "a region is U0,V0,U1,V1 in px, (0, 0) is the top-left pixel",
         }
     }

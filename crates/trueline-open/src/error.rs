@@ -91,7 +91,7 @@ pub fn hint_of_pictures(error: &ScanError) -> String {
     match error {
         ScanError::Read(error) => error.hint(),
         ScanError::NoCamera { .. } => {
-            "profilers and point sensors bring their features along in features.csv".to_owned()
+            "profilers bring whole profiles along in profiles.csv or profiles.parquet, or features.csv as point sensors do".to_owned()
         }
         ScanError::WrongSize { .. } => {
             "a region of interest moves cx and cy; scaled pictures need scaled intrinsics".to_owned()

@@ -112,7 +112,10 @@ const CHECKS: [(&str, &[&str]); 6] = [
             "not-converged",
         ],
     ),
-    ("Parts of the scan agree", &["cross-validation-misfit", "cross-validation-shift", "stripes-disagree"]),
+    (
+        "Parts of the scan agree",
+        &["cross-validation-misfit", "cross-validation-shift", "stripes-contradict", "stripes-disagree"],
+    ),
     ("The sensor is as its file says", &["sensor-off", "lens-off", "feature-bias"]),
     ("Clocks, robot and everything else", &[]),
 ];

@@ -1,6 +1,7 @@
 //! Reasons and warnings as they stand in the file: a code, a sentence, and the values with their unit in the key.
 
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use trueline_dataset::result_file::Fact;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::assess::cause_kind::CauseKind;
@@ -10,6 +11,8 @@ use trueline_method::assess::lens::LensCorrection;
 use trueline_method::assess::observability::Unobservable;
 use trueline_method::assess::robot_field::RobotSigmas;
 use trueline_method::assess::sensor_shape::SensorShape;
+use trueline_method::input::skip::Skip;
+use trueline_method::stripe::outcome::{Apart, Because};
 use trueline_method::verdict::{Quantity, Reason, Warning};
 
 /// A reason as a fact of the file.
@@ -63,6 +66,11 @@ fn reason_values(reason: &Reason) -> Value {
             "mostly_count": mostly_count,
         }),
         Reason::CoarseRobotStamps { repeated, rows } => json!({ "repeated": repeated, "rows": rows }),
+        Reason::StripesContradict { sigmas, apart: Apart { point_m, time_offset_s } } => json!({
+            "sigmas": sigmas,
+            "apart_mm": point_m * MM_PER_M,
+            "time_offsets_apart_s": time_offset_s,
+        }),
         Reason::TooManyOutliers { share } => json!({ "share": share }),
         Reason::OtherTimeOffset { span_s, step_s } => json!({ "span_s": span_s, "step_s": step_s }),
         Reason::RobotStreamFroze { span_s } => json!({ "span_s": span_s }),
@@ -78,13 +86,13 @@ fn reason_values(reason: &Reason) -> Value {
     }
 }
 
+fn by_code(skipped: &BTreeMap<Skip, usize>) -> serde_json::Map<String, Value> {
+    skipped.iter().map(|(why, count)| (why.code().to_owned(), json!(count))).collect()
+}
+
 fn warning_values(warning: &Warning) -> Value {
     match warning {
-        Warning::FeaturesSkipped { skipped } => {
-            let by_code: serde_json::Map<String, Value> =
-                skipped.iter().map(|(why, count)| (why.code().to_owned(), json!(count))).collect();
-            json!({ "skipped": by_code })
-        }
+        Warning::FeaturesSkipped { skipped } => json!({ "skipped": by_code(skipped) }),
         Warning::DecidedByUser { by, other_time_offsets_s } => {
             json!({ "by": by.name(), "other_time_offsets_s": other_time_offsets_s })
         }
@@ -94,7 +102,15 @@ fn warning_values(warning: &Warning) -> Value {
         Warning::PoorlyKnown { scan_alone_m, all_m } => {
             json!({ "seam_error_mm": scan_alone_m * MM_PER_M, "seam_error_with_assumed_mm": all_m * MM_PER_M })
         }
-        Warning::StripesDisagree { sigmas, used } => json!({ "sigmas": sigmas, "used": used }),
+        Warning::StripesSkipped { skipped } => json!({ "skipped": by_code(skipped) }),
+        Warning::StripesUnused { why } => json!({ "why": Because::Plates(*why).code() }),
+        Warning::StripesStampedApart { later_s } => json!({ "later_s": later_s }),
+        Warning::StripesDisagree { sigmas, apart: Apart { point_m, time_offset_s }, used } => json!({
+            "sigmas": sigmas,
+            "used": used,
+            "apart_mm": point_m * MM_PER_M,
+            "time_offsets_apart_s": time_offset_s,
+        }),
         Warning::UncertaintyNotApplied | Warning::SensorOfItsOwnScan | Warning::MirrorBySensor => json!({}),
         Warning::SensorOff { shape, instead } => sensor_off(shape, instead),
         Warning::LensOff { lens } => lens_off(lens),

@@ -35,7 +35,7 @@ fn plane(plane: &PlaneEstimate) -> PlaneEntry {
 /// What became of the stripes; `None` if there are none, or only seam points were asked for.
 #[must_use]
 pub(crate) fn entry(c: &Calibration) -> Option<StripesEntry> {
-    let StripeOutcome { used, because, frames, with_both, skipped, estimate } =
+    let StripeOutcome { used, because, frames, with_both, skipped, estimate, .. } =
         c.findings.stripes.as_ref()?;
     let estimate = estimate.as_ref();
     let angles = estimate.map_or(&[][..], |e| &e.angles);
@@ -143,7 +143,7 @@ pub(crate) fn fact(estimate: &StripeEstimate, joint: usize) -> Option<(&'static 
 }
 
 fn used(stripes: &StripeOutcome) -> String {
-    let StripeOutcome { used, because, frames, with_both, skipped, estimate } = stripes;
+    let StripeOutcome { used, because, frames, with_both, skipped, estimate, .. } = stripes;
     let planes = estimate.as_ref().map_or(&[][..], |estimate| &estimate.planes);
     let one_alone = planes.iter().any(|one| planes.iter().all(|other| other.number != one.number ^ 1));
     let all = if one_alone { "all plates" } else { "both plates" };

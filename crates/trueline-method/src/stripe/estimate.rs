@@ -18,7 +18,7 @@ use crate::stripe::flat_rank::AttitudeNoise;
 use crate::stripe::frames::{StripeFrames, frames};
 use crate::stripe::freed::without_bias;
 use crate::stripe::no_plates::NoPlates;
-use crate::stripe::outcome::{Answer, Because, LEAST_SHARE, StripeEstimate, StripeOutcome};
+use crate::stripe::outcome::{Answer, Apart, Because, LEAST_SHARE, StripeEstimate, StripeOutcome};
 use crate::stripe::planes::Planes;
 use crate::stripe::systematic::SharedErrors;
 use crate::stripe::unknowns::StripeUnknowns;
@@ -26,7 +26,7 @@ use crate::stripe::whitening::{SharedNoise, robot_sigma_rad};
 use crate::stripe::{
     as_seam, flat_rank, motion_information, planes, robot_accuracy, start, systematic, uncertainty,
 };
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector3};
 use std::collections::BTreeSet;
 use trueline_dataset::Recording;
 use trueline_geometry::{Pose, Trajectory};
@@ -94,6 +94,7 @@ pub fn estimate(seam: &SeamEstimate<'_>) -> Result<Option<StripeOutcome>, Error>
         frames: frames.total,
         with_both: frames.with_both,
         skipped: frames.skipped_at(seam.observations, like.time_offset_s),
+        stamped_later_s: frames.stamped_later_s,
         estimate: estimate.map(Box::new),
     };
     if seam.fit.prior.is_some() {
@@ -152,6 +153,9 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
         fixed: &fixed,
     };
     let fit = solver.fit(begin).map_err(|_| NoPlates::NoPlane)?;
+    if 2 * fit.rejected > fit.plates {
+        return Err(NoPlates::Scattered { rejected: fit.rejected, stripes: fit.plates });
+    }
     let all = fit.information(&fixed, RANK_THRESHOLD).ok_or(NoPlates::NoPlane)?;
     let taken = seam.robot_taken.filter(|taken| robot_accuracy::shown(&fit, &all, *taken).is_none());
     let about_s = motion_information::times_looked_at_s(&fit.problem, fit.state());
@@ -175,12 +179,13 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     let all = noise.covariance + explained.left_of(&errors).covariance();
     let Planes { plates: planes, angles, steps } =
         planes::planes(observations, frames, fit.state(), (&all, &both_null(&seen, &information)));
-    let apart = apart(seam, &stripe, &noise_of_seam, &errors_of_seam);
+    let sigmas_apart = apart(seam, &stripe, &noise_of_seam, &errors_of_seam);
     Ok(StripeEstimate {
         planes,
         angles,
         steps,
-        sigmas_apart: apart,
+        sigmas_apart,
+        apart: in_lengths(observations, &seam.answer.parameters, &stripe.parameters),
         noise_factor: fit.noise_factor,
         rejected: fit.rejected,
         stripes: fit.plates,
@@ -276,6 +281,17 @@ fn answer(
         parameters,
     };
     Some(InSeam { answer, noise: noise_of_seam, errors: errors_of_seam })
+}
+
+/// How far two answers are apart, in time and in the middle of what was seen.
+fn in_lengths(observations: &Observations, one: &Parameters, other: &Parameters) -> Apart {
+    let points = || observations.list.iter().map(|o| o.point_in_camera);
+    let middle = points().sum::<Vector3<f64>>() / points().count().max(1) as f64;
+    let in_tool = |of: &Parameters| of.tool_from_camera.transform_point(&middle.into());
+    Apart {
+        time_offset_s: other.time_offset_s - one.time_offset_s,
+        point_m: (in_tool(other) - in_tool(one)).norm(),
+    }
 }
 
 /// How far the answers of seam points and stripes are apart, over what both show of clock and hand-eye. Both see the same robot,

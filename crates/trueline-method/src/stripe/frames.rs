@@ -74,6 +74,8 @@ pub struct StripeFrames {
     pub bare: Vec<usize>,
     /// Stripes that could not be used.
     pub skipped: BTreeMap<Skip, usize>,
+    /// By how much stripes are stamped later than the seam point of the same picture, where that is most, s.
+    pub stamped_later_s: f64,
 }
 
 /// Fewest stripes of a plate: three support points make a plane.
@@ -96,7 +98,7 @@ pub fn frames(
     let length_per_px_m = config.length_per_px_m();
     let (pictures, stamps) = (PicturesOfRows::of(recording)?, Stamps::of(recording, observations));
     let mut seen: BTreeMap<(i64, usize), Seen<'_>> = BTreeMap::new();
-    let mut skipped = BTreeMap::new();
+    let (mut skipped, mut stamped_later_s) = (BTreeMap::new(), 0.0_f64);
     for stripe in &recording.stripes {
         let (joint, plate) = (stripe.plate as usize / 2, stripe.plate as usize % 2);
         let seen = seen.entry((pictures.of_stripe(stripe), joint)).or_default();
@@ -109,11 +111,16 @@ pub fn frames(
     for o in &observations.list {
         let feature = &recording.features[o.row as usize];
         let seen = seen.entry((pictures.of_feature(feature), o.line as usize)).or_default();
+        let later_s = seen.stripes_later_s(feature.stamp_ns);
+        if later_s.abs() > stamped_later_s.abs() {
+            stamped_later_s = later_s;
+        }
         (seen.seam, seen.stamp_ns) = (Some(o), feature.stamp_ns);
     }
     let plates = plates_of_joints(&mut seen, observations.line_count, &mut skipped);
     let bare = if wanted == Measurements::Both { bare(&plates) } else { Vec::new() };
-    let mut frames = StripeFrames { total: seen.len(), bare, skipped, ..StripeFrames::default() };
+    let mut frames =
+        StripeFrames { total: seen.len(), bare, skipped, stamped_later_s, ..StripeFrames::default() };
     for ((_, joint), seen) in seen {
         let all = seen.has_all(plates.get(joint).unwrap_or(&[true; 2]));
         frames.with_both += usize::from(all);
@@ -156,9 +163,9 @@ fn plates_of_joints(
     plates
 }
 
-/// The joints that lack a plate.
+/// The joints of which no plate is seen.
 fn bare(plates: &[[bool; 2]]) -> Vec<usize> {
-    (0..plates.len()).filter(|&joint| plates[joint] != [true; 2]).collect()
+    (0..plates.len()).filter(|&joint| plates[joint] == [false; 2]).collect()
 }
 
 /// What one picture shows of a joint.
@@ -171,6 +178,12 @@ struct Seen<'a> {
 }
 
 impl Seen<'_> {
+    /// By how much its stripes are stamped later than its seam point, s; 0 without stripes.
+    fn stripes_later_s(&self, seam_ns: i64) -> f64 {
+        let has_stripes = self.stripes.iter().any(Option::is_some);
+        if has_stripes { (self.stamp_ns - seam_ns) as f64 * 1e-9 } else { 0.0 }
+    }
+
     /// Whether it shows all that the joint has; one plate needs its edge beside it.
     fn has_all(&self, plates: &[bool; 2]) -> bool {
         let stripes = self.stripes.iter().zip(plates).all(|(stripe, has)| stripe.is_some() == *has);

@@ -12,6 +12,13 @@ pub enum NoPlates {
     },
     /// Points of a plate that do not span a plane.
     NoPlane,
+    /// Most stripes lie on no plate.
+    Scattered {
+        /// How many.
+        rejected: usize,
+        /// Of how many.
+        stripes: usize,
+    },
     /// Two plates that do not meet in a line, without the points of an edge.
     Parallel,
     /// Two parallel plates, or one alone, and seam points that lie on neither.
@@ -27,7 +34,15 @@ impl fmt::Display for NoPlates {
             Self::Missing { line } => {
                 write!(f, "line {line} has no stripes, or too few, on its plates")
             }
-            Self::NoPlane => f.write_str("the support points of a plate lie on one line and span no plane"),
+            Self::NoPlane => {
+                f.write_str("no plane fits the support points of a plate: they lie on one line, or anywhere")
+            }
+            Self::Scattered { rejected, stripes } => {
+                write!(
+                    f,
+                    "{rejected} of {stripes} stripes lie on none of the plates that fit the others best"
+                )
+            }
             Self::Parallel => f.write_str(
                 "the two plates are parallel to within 6°, and there are no seam points of an edge",
             ),
@@ -47,7 +62,12 @@ impl NoPlates {
             Self::Missing { .. } => {
                 "number the plates 0 and 1 in stripes.csv, or take --use both: a line without plates then counts by its seam points"
             }
-            Self::NoPlane => "let the robot move along the seam or tilt while it scans, or take --use seam",
+            Self::NoPlane => {
+                "let the robot move along the seam or tilt while it scans, and see whether stripes.csv is of this scan and in its units; otherwise take --use seam"
+            }
+            Self::Scattered { .. } => {
+                "see whether stripes.csv is of this scan and this sensor, in its units, and each plate has one number in all frames; otherwise take --use seam"
+            }
             Self::Parallel => "of a lap or a step the edge is the seam: give its points in features.csv",
             Self::EdgeElsewhere { .. } => {
                 "a lap's seam is the edge of its upper plate or its foot on the lower one, and a plate has one number in all frames; otherwise take --use seam"

@@ -48,6 +48,7 @@ impl Because {
             Self::TooFewFrames => "too-few-frames",
             Self::Plates(NoPlates::Missing { .. }) => "plates-missing",
             Self::Plates(NoPlates::NoPlane) => "plates-without-plane",
+            Self::Plates(NoPlates::Scattered { .. }) => "stripes-scattered",
             Self::Plates(NoPlates::Parallel) => "parallel-plates",
             Self::Plates(NoPlates::EdgeElsewhere { .. }) => "edge-elsewhere",
             Self::HeldAtGuess => "held-at-guess",
@@ -81,6 +82,8 @@ pub struct StripeEstimate {
     pub steps: Vec<JointStep>,
     /// How far both answers are apart, in sigma; `None` if nothing of them can be compared.
     pub sigmas_apart: Option<f64>,
+    /// How far, in what a user knows.
+    pub apart: Apart,
     /// How much larger the noise is than expected.
     pub noise_factor: f64,
     /// Stripes that do not belong to the rest.
@@ -95,7 +98,26 @@ pub struct StripeEstimate {
     pub stripe: Answer,
 }
 
+/// How far two answers are apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Apart {
+    /// Time offsets, s.
+    pub time_offset_s: f64,
+    /// Where they place a point in the middle of what was seen, in the tool, m.
+    pub point_m: f64,
+}
+
+/// Answers that differ by more standard deviations contradict each other: one of them is wrong by more than any ± allows for.
+const CONTRADICTION_SIGMAS: f64 = 10.0;
+
 impl StripeEstimate {
+    /// How many standard deviations the two answers are apart, where that is too far and nobody has said which is to be used.
+    #[must_use]
+    pub(crate) fn contradicts(&self, because: Because) -> Option<f64> {
+        let is_open = because == Because::Disagreement;
+        self.sigmas_apart.filter(|apart| is_open && *apart >= CONTRADICTION_SIGMAS)
+    }
+
     /// Whether a seam point that is measured later is known clearly worse by the stripes, everything counted.
     #[must_use]
     pub(crate) fn knows_less(&self) -> bool {
@@ -119,6 +141,8 @@ pub struct StripeOutcome {
     pub with_both: usize,
     /// Stripes that could not be used.
     pub skipped: BTreeMap<Skip, usize>,
+    /// By how much stripes are stamped later than the seam point of the same picture, where that is most, s.
+    pub stamped_later_s: f64,
     /// The estimate; `None` where there is none.
     pub estimate: Option<Box<StripeEstimate>>,
 }

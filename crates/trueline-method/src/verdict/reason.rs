@@ -2,12 +2,14 @@
 
 use super::quantity::{MM_PER_M, MS_PER_S, Quantity, Significant};
 use super::sensor_words::contradicted_sensor;
+use super::warning_words::how_far_apart;
 use crate::assess::drawn_line_shift::DrawnLineShift;
 use crate::assess::instead_of_sensor::InsteadOfSensor;
 use crate::assess::observability::Unobservable;
 use crate::assess::sensor_shape::SensorShape;
 use crate::hypotheses::choice::Statement;
 use crate::input::skip::Skip;
+use crate::stripe::outcome::Apart;
 use std::fmt;
 use trueline_lsq::Termination;
 
@@ -96,6 +98,13 @@ pub enum Reason {
         /// Of how many.
         rows: usize,
     },
+    /// The whole stripes and the seam points contradict each other.
+    StripesContradict {
+        /// How far apart their answers are, in sigma.
+        sigmas: f64,
+        /// In time and place.
+        apart: Apart,
+    },
     /// Most features are outliers.
     TooManyOutliers {
         /// Part of the features.
@@ -159,6 +168,7 @@ impl Reason {
             Self::SensorOff { .. } => "sensor-off",
             Self::DrawnLineOff { .. } => "drawn-line-off",
             Self::CoarseRobotStamps { .. } => "coarse-robot-stamps",
+            Self::StripesContradict { .. } => "stripes-contradict",
             Self::TooManyOutliers { .. } => "too-many-outliers",
             Self::OtherTimeOffset { .. } => "other-time-offset",
             Self::RobotStreamFroze { .. } => "robot-stream-froze",
@@ -205,6 +215,7 @@ impl fmt::Display for Reason {
                 too_few_used([used, features], mostly, mostly_count)
             }
             Self::CoarseRobotStamps { repeated, rows } => coarse_robot_stamps(repeated, rows),
+            Self::StripesContradict { sigmas, ref apart } => stripes_contradict(sigmas, apart),
             Self::TooManyOutliers { share } => format!("{:.0} % of the features are outliers", 100.0 * share),
             Self::OtherTimeOffset { span_s, step_s } => other_time_offset(span_s, step_s),
             Self::RobotStreamFroze { span_s } => robot_stream_froze(span_s),
@@ -221,6 +232,14 @@ impl fmt::Display for Reason {
             ),
         })
     }
+}
+
+fn stripes_contradict(sigmas: f64, apart: &Apart) -> String {
+    format!(
+        "the whole stripes and the seam points give answers that are {}, so that one of them is wrong: see whether both tables \
+         are of one scan and one sensor; if you know which is right, say --use stripe or --use seam",
+        how_far_apart(sigmas, apart)
+    )
 }
 
 fn worse_minimum(better_s: f64) -> String {

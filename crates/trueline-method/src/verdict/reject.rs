@@ -12,6 +12,7 @@ use crate::hypotheses::drift_and_step::Step;
 use crate::hypotheses::search::Mirrored;
 use crate::input::timestamps::StampReport;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
+use crate::stripe::outcome::StripeOutcome;
 
 /// A step is a whole number of pictures if it is one to within so many standard deviations …
 const WHOLE_SIGMAS: f64 = 4.0;
@@ -54,6 +55,7 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
     if repeated as f64 > COARSE_STAMPS * rows as f64 {
         reasons.push(Reason::CoarseRobotStamps { repeated, rows });
     }
+    reasons.extend(f.stripes.as_ref().and_then(stripes_contradict));
     let share = f.outlier_share();
     if share > OUTLIERS {
         reasons.push(Reason::TooManyOutliers { share });
@@ -67,6 +69,13 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
     }));
     reasons.extend(missed_requirements(f));
     reasons
+}
+
+/// Stripes that nobody has chosen and that say something else.
+fn stripes_contradict(stripes: &StripeOutcome) -> Option<Reason> {
+    let estimate = stripes.estimate.as_ref()?;
+    let sigmas = estimate.contradicts(stripes.because)?;
+    Some(Reason::StripesContradict { sigmas, apart: estimate.apart })
 }
 
 /// Whether the profile of the likelihood sets no bound to a turn of the sensor.

@@ -17,7 +17,7 @@ use crate::hypotheses::search::Mirrored;
 use crate::input::timestamps::StampReport;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::stripe::agreement::AGREEMENT_SIGMAS;
-use crate::stripe::outcome::StripeOutcome;
+use crate::stripe::outcome::{Because, StripeOutcome};
 
 /// What to look at though the result can be used, in the order in which a user should read it.
 pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
@@ -35,7 +35,7 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     }
     if f.checks.contradict_what_is_held() {
         // What does not follow from the fit.
-        warnings.extend(f.stripes.as_ref().and_then(stripes_disagree));
+        warnings.extend(f.stripes.as_ref().into_iter().flat_map(of_stripes));
         warnings.extend(stamps(f));
         return warnings;
     }
@@ -51,7 +51,7 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     if f.checks.mirrored == Mirrored::ToldApartBySensor {
         warnings.push(Warning::MirrorBySensor);
     }
-    warnings.extend(f.stripes.as_ref().and_then(stripes_disagree));
+    warnings.extend(f.stripes.as_ref().into_iter().flat_map(of_stripes));
     let skipped = &f.fit.residuals.skipped;
     if skipped.values().sum::<usize>() * MANY_SKIPPED > f.streams.features {
         warnings.push(Warning::FeaturesSkipped { skipped: skipped.clone() });
@@ -108,11 +108,33 @@ fn causes(f: &Findings) -> impl Iterator<Item = Warning> {
     [off, lens, cause, robot].into_iter().flatten()
 }
 
+/// Stripes that are not as the seam points have it, or that could not be used.
+fn of_stripes(stripes: &StripeOutcome) -> Vec<Warning> {
+    let StripeOutcome { skipped, stamped_later_s, estimate, .. } = stripes;
+    let left_out = skipped.values().sum::<usize>();
+    let all = left_out + estimate.as_ref().map_or(0, |estimate| estimate.stripes);
+    let many = left_out * MANY_SKIPPED > all;
+    let skipped = many.then(|| Warning::StripesSkipped { skipped: skipped.clone() });
+    let unused = match stripes.because {
+        Because::Plates(why) => Some(Warning::StripesUnused { why }),
+        _ => None,
+    };
+    let is_apart = stamped_later_s.abs() > STAMPED_ALIKE_S;
+    let stamped = is_apart.then_some(Warning::StripesStampedApart { later_s: *stamped_later_s });
+    [skipped, unused, stamped, stripes_disagree(stripes)].into_iter().flatten().collect()
+}
+
+/// Stamps that differ by less are those of one clock with other digits, s.
+const STAMPED_ALIKE_S: f64 = 1e-4;
+
 /// Answers of stripes and seam points that are too far apart.
 fn stripes_disagree(stripes: &StripeOutcome) -> Option<Warning> {
-    let sigmas = stripes.estimate.as_ref()?.sigmas_apart?;
-    let used = stripes.used != Measurements::Seam;
-    (sigmas >= AGREEMENT_SIGMAS).then_some(Warning::StripesDisagree { sigmas, used })
+    let estimate = stripes.estimate.as_ref()?;
+    let (sigmas, apart) = (estimate.sigmas_apart?, estimate.apart);
+    let (used, is_doubted) =
+        (stripes.used != Measurements::Seam, estimate.contradicts(stripes.because).is_some());
+    let disagree = sigmas >= AGREEMENT_SIGMAS && !is_doubted;
+    disagree.then_some(Warning::StripesDisagree { sigmas, apart, used })
 }
 
 fn drawn_line_not_needed(f: &Findings) -> Option<Warning> {

@@ -6,7 +6,8 @@ use super::stream_name::StreamName;
 use super::warning_words::{
     clock_drift, coarse_stamps, decided_by_user, drawn_line_not_needed, feature_bias, features_skipped,
     held_at_guess, lens_off, likely_cause, misfit, moves, poorly_known, robot_samples_missing, robot_worse,
-    stamp_steps, stripe_noise, stripes_disagree, structured, unusual_noise, widened,
+    stamp_steps, stripe_noise, stripes_disagree, stripes_skipped, stripes_stamped_apart, structured,
+    unusual_noise, widened,
 };
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::instead_of_sensor::InsteadOfSensor;
@@ -17,6 +18,8 @@ use crate::assess::sensor_shape::SensorShape;
 use crate::hypotheses::choice::DecidedBy;
 use crate::hypotheses::feature_bias::FeatureBias;
 use crate::input::skip::Skip;
+use crate::stripe::no_plates::NoPlates;
+use crate::stripe::outcome::Apart;
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -79,10 +82,27 @@ pub enum Warning {
         /// What was held.
         held: Vec<Unobservable>,
     },
+    /// Many stripes could not be used.
+    StripesSkipped {
+        /// How many, by reason.
+        skipped: BTreeMap<Skip, usize>,
+    },
+    /// There are stripes, and nothing could be made of them.
+    StripesUnused {
+        /// Why.
+        why: NoPlates,
+    },
+    /// The two tables stamp the same pictures differently.
+    StripesStampedApart {
+        /// By how much stripes are stamped later where that is most, s.
+        later_s: f64,
+    },
     /// Whole stripes and seam points give different answers.
     StripesDisagree {
         /// How far apart, in sigma.
         sigmas: f64,
+        /// How far apart in time and place.
+        apart: Apart,
         /// Whether the stripes' answer is used all the same.
         used: bool,
     },
@@ -233,6 +253,9 @@ impl Warning {
             Self::LikelyCause { kind, .. } => kind.code(),
             Self::FeatureBias { .. } => "feature-bias",
             Self::MirrorBySensor => "mirror-by-sensor",
+            Self::StripesSkipped { .. } => "stripes-skipped",
+            Self::StripesUnused { .. } => "stripes-unused",
+            Self::StripesStampedApart { .. } => "stripes-stamped-apart",
             Self::StripesDisagree { .. } => "stripes-disagree",
             Self::WidenedByProfile { .. } => "widened",
             Self::RobotWorse { .. } => "robot-inaccurate",
@@ -276,7 +299,10 @@ impl fmt::Display for Warning {
             Self::MirrorBySensor => "a mirrored attitude of the sensor explains the scan as well if the sensor differs from \
                  its file by a percent or so; tilt the torch further, or give a guess"
                 .to_owned(),
-            Self::StripesDisagree { sigmas, used } => stripes_disagree(sigmas, used),
+            Self::StripesSkipped { ref skipped } => stripes_skipped(skipped),
+            Self::StripesUnused { why } => format!("the stripes are not used: {why}; {}", why.hint()),
+            Self::StripesStampedApart { later_s } => stripes_stamped_apart(later_s),
+            Self::StripesDisagree { sigmas, apart, used } => stripes_disagree(sigmas, &apart, used),
             Self::WidenedByProfile { by } => widened(by),
             Self::RobotWorse { seems, taken, stated } => robot_worse(seems, taken, stated),
             Self::PoorlyKnown { scan_alone_m, all_m } => poorly_known(scan_alone_m, all_m),

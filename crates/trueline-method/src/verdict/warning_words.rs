@@ -1,6 +1,6 @@
 //! Warnings that take more than a line to say.
 
-use super::quantity::{Axis, MM_PER_M, MS_PER_S, Quantity};
+use super::quantity::{Axis, MM_PER_M, MS_PER_S, Quantity, Significant};
 use super::stream_name::StreamName;
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::lens::LensCorrection;
@@ -9,6 +9,7 @@ use crate::assess::robot_field::RobotSigmas;
 use crate::hypotheses::choice::DecidedBy;
 use crate::hypotheses::feature_bias::FeatureBias;
 use crate::input::skip::Skip;
+use crate::stripe::outcome::Apart;
 use std::collections::BTreeMap;
 
 pub(super) fn likely_cause(kind: CauseKind, size: f64, sigma: f64) -> String {
@@ -181,11 +182,35 @@ pub(super) fn stripe_noise(noise_factor: f64) -> String {
     )
 }
 
-pub(super) fn stripes_disagree(sigmas: f64, used: bool) -> String {
+pub(super) fn stripes_skipped(skipped: &BTreeMap<Skip, usize>) -> String {
+    let list: Vec<String> = skipped.iter().map(|(why, count)| format!("{count}: {why}")).collect();
+    format!("{} stripes could not be used; {}", skipped.values().sum::<usize>(), list.join("; "))
+}
+
+pub(super) fn stripes_stamped_apart(later_s: f64) -> String {
     format!(
-        "the whole stripes and the seam points give answers that are {sigmas:.1} sigma apart: {}. Plates that are bent near the \
-         seam, a weld bead in the corner, or another edge than the plates' own look like this",
+        "stripes.csv stamps the same pictures up to {:.2} ms {} than features.csv: the stamps of features.csv are used, and \
+         the time offset is off by as much if they are wrong",
+        later_s.abs() * MS_PER_S,
+        if later_s > 0.0 { "later" } else { "earlier" }
+    )
+}
+
+pub(super) fn stripes_disagree(sigmas: f64, apart: &Apart, used: bool) -> String {
+    format!(
+        "the whole stripes and the seam points give answers that are {}: {}. Plates that are bent near the seam, or \
+         another edge than the plates' own look like this",
+        how_far_apart(sigmas, apart),
         if used { "those of the stripes are used, as asked" } else { "the seam points are used" }
+    )
+}
+
+/// How far two answers are apart.
+pub(super) fn how_far_apart(sigmas: f64, apart: &Apart) -> String {
+    format!(
+        "{sigmas:.1} sigma apart ({} mm where the seam was seen, {} ms)",
+        Significant(apart.point_m * MM_PER_M),
+        Significant(apart.time_offset_s.abs() * MS_PER_S)
     )
 }
 
