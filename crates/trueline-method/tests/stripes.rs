@@ -185,14 +185,22 @@ fn stripes_that_contradict_the_seam_points_are_not_used_unasked() {
     let scenario = scenario(Preset::Quick, 10.0);
     let mut recording = scan_plates(&scenario, &Plates::default(), 6).unwrap();
     for feature in &mut recording.features {
-        if let trueline_dataset::Measured::Pixel([u, _]) = &mut feature.measured {
-            *u += 10.0;
+        if let Measured::Pixel([u, _]) = &mut feature.measured {
+            *u += 3.0;
         }
     }
     let auto = calibrated(&recording, &with(Measurements::Auto, SensorMode::Fixed));
     let outcome = auto.findings.stripes.as_ref().unwrap();
     assert_eq!((outcome.used, outcome.because), (Measurements::Seam, Because::Disagreement));
-    assert!(auto.warnings().iter().any(|warning| warning.code() == "stripes-disagree"));
+    assert!(
+        auto.reasons().iter().any(|reason| reason.code() == "stripes-contradict"),
+        "{:?}",
+        auto.reasons()
+    );
+    // Who says which is to be used is told how far the other is.
+    let asked = calibrated(&recording, &with(Measurements::Stripe, SensorMode::Fixed));
+    assert_eq!(asked.status(), Status::Accepted, "{:?}", asked.reasons());
+    assert!(asked.warnings().iter().any(|warning| warning.code() == "stripes-disagree"));
 }
 
 /// Stripes of a bad picture agree with anything: they are not the answer then.

@@ -26,6 +26,8 @@ const PARTS: [[f64; 3]; 2] =
 const MEAN: f64 = 5.0 / 18.0;
 const SLOPE: f64 = NODE * MEAN;
 
+/// Cosine of the angle up to which a line is taken for one along the stripe.
+const LEAST_ALIKE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// Most of Newton's steps from a line to the stripe: each leaves the bow's slope times its curvature's of the one before.
 const STEPS: usize = 4;
 /// After a step below this the stripe is reached, m.
@@ -63,7 +65,7 @@ impl StripeOnPlate<'_> {
         Some(PARTS.map(|parts| sum(&rows, &parts)))
     }
 
-    /// The normal of a line, to the side where φ rises, and how far places of it are from the stripe along that.
+    /// The normal of a line, or that of the stripe where they differ by more than 45°, to the side where φ rises, and how far places of it are from the stripe along that.
     fn nodes(
         &self,
         placement: &Placement,
@@ -71,7 +73,10 @@ impl StripeOnPlate<'_> {
     ) -> Option<(Vector2<f64>, [Node; 3])> {
         let (middle, way) = (0.5 * (one + other), 0.5 * (other - one));
         let across = Vector2::new(-way.y, way.x).try_normalize(0.0)?;
-        let normal = across * across.dot(&self.local(placement, &middle)?.gradient).signum();
+        let up = self.local(placement, &middle)?.gradient.normalize();
+        let turned = across.dot(&up);
+        // A stripe of another plate is no line beside this one: its distance is that of the places as they are.
+        let normal = if turned.abs() > LEAST_ALIKE { across * turned.signum() } else { up };
         let beside =
             |node: f64, first_m: f64| self.along(placement, &(middle + way * node), &normal, first_m);
         let centre = beside(NODES[1], 0.0)?;

@@ -142,7 +142,7 @@ fn bowed_faces_meet_where_their_surfaces_do_wherever_the_columns_end() {
         assert!((1.6..2.4).contains(&squared), "{bow_mm} mm, power {power}: {squared}");
         // Four standard deviations (1.6 µm) of a mean of 400, and the half column and the one in thirty that is lost before the border, by which a bow of
         // 0.2 mm moves the corner by 0.5 µm.
-        assert!(mean.amax() < 1e-3, "{bow_mm} mm, power {power}: {mean}");
+        assert!(mean.amax() < 2.1e-3, "{bow_mm} mm, power {power}: {mean}");
     }
 }
 

@@ -11,7 +11,7 @@
 //! next column, and at its last column, not at whatever lies beyond.
 
 use super::bow::{Bow, Place, bent};
-use super::face::Face;
+use super::face::{Face, RoughDirection};
 use super::finder::{COUNTED_SIGMAS, ProfileFinder};
 use crate::measure::regression::{Regression, RobustLine};
 use nalgebra::{Matrix4, Vector4};
@@ -32,6 +32,8 @@ impl ProfileFinder {
         let Some(bow) = self.bow(&bowed, COUNTED_SIGMAS * sigma_px, &place) else {
             return Some(Face::of(about, self.regressor.fit(&self.shifts)?));
         };
+        self.place_by_column(&about, &bowed, &bow, &place);
+        let bow = self.nearer_bow(&bowed, &bow, COUNTED_SIGMAS * bow.spread_mm, &place)?;
         let BowFit { terms: [_, _, of_square, of_cube], spread_mm } = bow;
         for shift in &mut self.shifts {
             let [square, cube] = bent(place.of_one(shift.s));
@@ -44,6 +46,21 @@ impl ProfileFinder {
         let [first, last] = self.columns_on(&regression, COUNTED_SIGMAS * spread_mm)?;
         let at = |x: Option<f64>| Some(face.along_at(x?));
         Some(face.over(&Place::between(at(ends_x[0]).unwrap_or(first), at(ends_x[1]).unwrap_or(last))))
+    }
+
+    /// Places the shifts where their columns meet the bowed face.
+    ///
+    /// A profiler measures a range in each column, so that the noise is along z, and the foot of a point moves along the face with its noise: a line through
+    /// 20 mm of a face at 45° with 0.3 mm of noise would be turned by 1.4 mrad, in every profile to the same side.
+    fn place_by_column(&mut self, about: &RoughDirection, line: &RobustLine, bow: &BowFit, place: &Place) {
+        let per_shift = about.along.y / about.along.x;
+        for shift in &mut self.shifts {
+            let [level, turn, of_square, of_cube] = bow.terms;
+            let at = place.of_one(shift.s);
+            let [square, cube] = bent(at);
+            let on_face = line.shift_at(shift.s) + level + turn * at + of_square * square + of_cube * cube;
+            shift.s -= per_shift * (shift.shift_px - on_face);
+        }
     }
 
     /// The bow in the shifts about a face's line, of those that are not further off it than a limit, and then once more of those that are not further off the bowed face
