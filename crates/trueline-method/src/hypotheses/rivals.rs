@@ -166,8 +166,7 @@ impl Search<'_> {
     /// Where a hand-eye transform is held, the narrowing may still turn it; the fit that follows holds it.
     fn follow(&self, scales: &[f64], iterations: usize, start: Parameters) -> Option<Candidate> {
         let Solver { observations, settings } = self.solver;
-        Narrowing { observations, sample: self.sample, noise: &settings.noise }
-            .follow(scales, iterations, start)
+        Narrowing::new(observations, self.sample, &settings.noise).follow(scales, iterations, start)
     }
 
     fn is_elsewhere(&self, at: &Parameters) -> bool {

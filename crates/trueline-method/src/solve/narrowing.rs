@@ -3,6 +3,7 @@
 
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::{Observation, Observations};
+use crate::order_statistics::median;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use trueline_lsq::{Loss, SolveOptions, solve};
@@ -11,6 +12,8 @@ use trueline_lsq::{Loss, SolveOptions, solve};
 const SAMPLE: usize = 160;
 /// … but of each at least so many.
 const LEAST_OF_LINE: usize = 60;
+/// A search takes features for no better than this, m: of those that are known to a micrometre a thousand σ are no part of the field of view.
+const SEARCHED_SIGMA_M: f64 = 10e-6;
 /// Scales of the loss, σ: the first is a good part of the field of view.
 pub(crate) const SCALES: [f64; 6] = [1000.0, 300.0, 100.0, 30.0, 10.0, 5.0];
 /// Candidates nearer than this in time offset, s, may be in one local minimum.
@@ -41,16 +44,35 @@ pub(crate) struct Narrowing<'a> {
     pub observations: &'a Observations,
     /// The observations that are looked at.
     pub sample: &'a [Observation],
-    /// Expected noise.
-    pub noise: &'a NoiseLevels,
+    /// Expected noise, as large as a search needs it.
+    noise: NoiseLevels,
 }
 
-impl Narrowing<'_> {
+impl<'a> Narrowing<'a> {
+    /// A search among a sample.
+    pub(crate) fn new(
+        observations: &'a Observations,
+        sample: &'a [Observation],
+        noise: &NoiseLevels,
+    ) -> Self {
+        let variance =
+            |o: &Observation| 0.5 * (o.covariance[0] + o.covariance[2]) + noise.robot_sigma_m.powi(2);
+        let typical_m = noise.factor * median(sample.iter().map(variance)).map_or(f64::INFINITY, f64::sqrt);
+        let factor = noise.factor * (SEARCHED_SIGMA_M / typical_m).max(1.0);
+        Self { observations, sample, noise: NoiseLevels { factor, ..*noise } }
+    }
+
+    /// The same search among another sample.
+    pub(crate) fn among(self, sample: &'a [Observation]) -> Self {
+        Self { sample, ..self }
+    }
+
     /// Follows a start through one scale; `None` if the cost is not finite there.
     #[must_use]
     pub(crate) fn narrow(&self, stage: Stage, start: Parameters) -> Option<Candidate> {
         let loss = Loss::GemanMcClure { scale: stage.scale };
-        let problem = LineProblem::coarse(self.observations, self.sample, loss, self.noise, start.unknowns());
+        let problem =
+            LineProblem::coarse(self.observations, self.sample, loss, &self.noise, start.unknowns());
         let options = SolveOptions {
             max_iterations: stage.iterations,
             initial_damping: 1e-3,

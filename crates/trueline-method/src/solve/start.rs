@@ -75,7 +75,7 @@ pub fn from_nothing(
     breadth: Breadth,
 ) -> Result<Parameters, Error> {
     let sample = sample(observations);
-    let on_sample = Narrowing { observations, sample: &sample, noise };
+    let on_sample = Narrowing::new(observations, &sample, noise);
     let starts = starts(config, breadth);
     let mut candidates = parallel::filter_map(config.threads, &starts, |guess| {
         let lines = lines_for(observations, &sample, guess)?;
@@ -92,7 +92,7 @@ pub fn from_nothing(
     let mirrors: Vec<Parameters> = ends.iter().filter_map(|p| mirrored(observations, &sample, p)).collect();
     ends.extend(mirrors);
     let denser = thin(observations, FINAL_SAMPLE);
-    let on_denser = Narrowing { sample: &denser, ..on_sample };
+    let on_denser = on_sample.among(&denser);
     let finished = parallel::filter_map(config.threads, &ends, |end| {
         let near = on_denser.narrow(Stage { scale: SCALES[3], iterations: 30 }, end.clone())?;
         on_denser.narrow(Stage { scale: SCALES[5], iterations: 60 }, near.parameters)

@@ -294,6 +294,9 @@ fn in_lengths(observations: &Observations, one: &Parameters, other: &Parameters)
     }
 }
 
+/// Files have stamps of a nanosecond and lengths of nanometres: answers are not told apart to less, s, rad and m.
+const ROUNDING_SI: f64 = 1e-9;
+
 /// How far the answers of seam points and stripes are apart, over what both show of clock and hand-eye. Both see the same robot,
 /// sensor and detector: of these errors only what they make of the two answers differently lets them differ.
 fn apart(seam: &SeamEstimate<'_>, stripe: &Answer, noise: &DMatrix<f64>, errors: &Systematic) -> Option<f64> {
@@ -304,7 +307,8 @@ fn apart(seam: &SeamEstimate<'_>, stripe: &Answer, noise: &DMatrix<f64>, errors:
     let by_errors = errors.minus(seam.systematic, LINES).covariance();
     let covariance = DMatrix::from_fn(both.len(), both.len(), |i, j| {
         let place = (both[i], both[j]);
-        seam.noise[place] + noise[place] + by_errors[place]
+        let rounding = if i == j { ROUNDING_SI * ROUNDING_SI } else { 0.0 };
+        seam.noise[place] + noise[place] + by_errors[place] + rounding
     });
     sigmas_apart(&chosen, &covariance)
 }

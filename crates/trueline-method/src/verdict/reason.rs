@@ -254,8 +254,9 @@ fn wrong_time_offset(offsets_s: [f64; 2], explain: [f64; 2]) -> String {
     let ([found, better], [explains, better_explains]) =
         (offsets_s.map(|s| s * MS_PER_S), explain.map(|share| 100.0 * share));
     format!(
-        "from this guess the time offset comes to {found:.1} ms, but {better:.1} ms explains the scan better \
-         ({better_explains:.0} % of the features instead of {explains:.0} %): leave the guess out, or correct it"
+        "the time offset comes to {found:.1} ms, but {better:.1} ms explains the scan better \
+         ({better_explains:.0} % of the features instead of {explains:.0} %): leave the initial guess out or correct it; if there \
+         was none, give one"
     )
 }
 
