@@ -99,12 +99,12 @@ pub struct SimulateArgs {
     /// Write pictures instead of features, and the true seam to truth_features.csv
     #[arg(long)]
     pub images: bool,
-    /// What the pictures show
-    #[arg(long, value_parser = one_of(&JOINTS_OF_PICTURES), default_value = "fillet", requires = "images")]
-    pub joint: fn() -> Joint,
-    /// How the pictures look
-    #[arg(long, value_parser = one_of(&LOOKS), default_value = "speckle", requires = "images")]
-    pub look: fn() -> Look,
+    /// What the pictures show [default: fillet]
+    #[arg(long, value_parser = one_of(&JOINTS_OF_PICTURES), requires = "images")]
+    pub joint: Option<fn() -> Joint>,
+    /// How the pictures look [default: speckle]
+    #[arg(long, value_parser = one_of(&LOOKS), requires = "images")]
+    pub look: Option<fn() -> Look>,
     /// Exposure time, ms
     #[arg(long, requires = "images", value_parser = number::up_to_a_second_ms)]
     pub exposure_ms: Option<f64>,
@@ -117,9 +117,9 @@ pub struct SimulateArgs {
     /// How much of each plate is missing at a fillet's corner, mm
     #[arg(long, requires = "images", value_parser = number::zero_or_more)]
     pub corner_gap_mm: Option<f64>,
-    /// Bits of a pixel, 8 or 16
-    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u8).range(8..=16), requires = "images")]
-    pub bits: u8,
+    /// Bits of a pixel, 8 or 16 [default: 8]
+    #[arg(long, value_parser = bits, requires = "images")]
+    pub bits: Option<u8>,
     /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,
@@ -174,6 +174,14 @@ pub(crate) static LOOKS: [Choice<fn() -> Look>; 4] = [
     ("shiny", "The same, and each plate mirrors in the other", Look::shiny),
     ("welding", "The same, with spatter, the arc's glow and missing pieces", Look::welding),
 ];
+
+fn bits(text: &str) -> Result<u8, String> {
+    match text {
+        "8" => Ok(8),
+        "16" => Ok(16),
+        _ => Err("expected 8 or 16".to_owned()),
+    }
+}
 
 /// The list of faults for the long help.
 fn faults_help() -> String {

@@ -43,7 +43,7 @@ impl SimulateArgs {
 
     /// What the pictures show.
     pub fn joint(&self) -> Joint {
-        match (self.joint)() {
+        match self.joint.map_or_else(Joint::fillet, |joint| joint()) {
             Joint::Fillet { .. } => Joint::Fillet {
                 opening_rad: self.opening_deg.unwrap_or(90.0).to_radians(),
                 roll_rad: self.roll_deg.unwrap_or(0.0).to_radians(),
@@ -55,8 +55,8 @@ impl SimulateArgs {
 
     /// How the pictures look.
     pub fn look(&self) -> Look {
-        let mut look = (self.look)();
-        look.bits = if self.bits > 8 { 16 } else { 8 };
+        let mut look = self.look.map_or_else(Look::speckled, |look| look());
+        look.bits = self.bits.unwrap_or(look.bits);
         look.exposure_s = self.exposure_ms.map_or(look.exposure_s, |ms| ms * 1e-3);
         look
     }

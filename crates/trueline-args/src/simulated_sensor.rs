@@ -13,7 +13,11 @@ impl SimulateArgs {
             let what = "`--tilt-hz`: expected one frequency or three, found 2";
             return Some((what.to_owned(), "give one for each tilt"));
         }
-        let mut options = self.idle_by_sensor(sensor).into_iter().chain(self.idle_by_joint());
+        let mut options = self
+            .idle_by_sensor(sensor)
+            .into_iter()
+            .chain(self.idle_by_joint())
+            .chain(self.idle_without_pictures());
         let idle = options.find(|(is_given, has_use, ..)| *is_given && !has_use);
         idle.map(|(_, _, name, why, hint)| (format!("`{name}` would do nothing: {why}"), hint))
     }
@@ -49,12 +53,27 @@ impl SimulateArgs {
             outliers(!(plates && is_profiler), "profiles are written, and no features", "say --reflections"),
         ]
     }
+    /// Options of pictures that are not written: with --plates clap does not ask for --images, which it would refuse.
+    fn idle_without_pictures(&self) -> [Idle; 7] {
+        let of = |is_given, name| (is_given, self.images, name, "no pictures are written", "say --images");
+        [
+            of(self.joint.is_some(), "--joint"),
+            of(self.look.is_some(), "--look"),
+            of(self.bits.is_some(), "--bits"),
+            of(self.exposure_ms.is_some(), "--exposure-ms"),
+            of(self.opening_deg.is_some(), "--opening-deg"),
+            of(self.roll_deg.is_some(), "--roll-deg"),
+            of(self.corner_gap_mm.is_some(), "--corner-gap-mm"),
+        ]
+    }
+
     /// Options of joints that the scan does not have; a plan says its joint itself.
     fn idle_by_joint(&self) -> [Idle; 6] {
         let (pair, by_plan) = (self.plates.pair(), self.plan.is_some());
         let is_gap = by_plan || matches!(pair, Some(PlatePair::Butt { .. }));
         let has_edge = is_gap || matches!(pair, Some(PlatePair::Edge));
-        let is_fillet = matches!((self.joint)(), Joint::Fillet { .. });
+        let is_fillet =
+            matches!(self.joint.map_or_else(Joint::fillet, |joint| joint()), Joint::Fillet { .. });
         let look = &self.plates.look;
         let by_gap = "say --gap-mm";
         let by_edge = "say --one-plate or --gap-mm";

@@ -86,6 +86,7 @@ fn an_option_that_would_change_nothing_of_the_simulated_scan_is_refused() {
             "--preset profiler --plates --one-plate --gap-filled 0.1",
             "--preset profiler --plates --gap-mm 2 --gap-filled 0.1",
         ),
+        ("--plates --joint lap", "--images --frame-period-ms 1000 --joint lap"),
         (
             "--images --joint lap --opening-deg 80",
             "--images --frame-period-ms 1000 --joint fillet --opening-deg 80",
