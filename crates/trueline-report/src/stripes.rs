@@ -149,11 +149,11 @@ fn used(stripes: &StripeOutcome) -> String {
     let all = if one_alone { "all plates" } else { "both plates" };
     let lost: Vec<String> =
         skipped.iter().map(|(why, count)| format!("{count} stripes left out: {why}")).collect();
-    let shown = [format!("{with_both} of {frames} frames show {all}")]
-        .into_iter()
-        .chain(lost)
-        .collect::<Vec<_>>()
-        .join("; ");
+    let astray = estimate.as_ref().filter(|estimate| estimate.rejected > 0);
+    let astray =
+        astray.map(|e| format!("{} of {} stripes left out: not on the plates", e.rejected, e.stripes));
+    let shown = format!("{with_both} of {frames} frames show {all}");
+    let shown = [shown].into_iter().chain(lost).chain(astray).collect::<Vec<_>>().join("; ");
     let why = match because {
         Because::Asked => "as asked",
         Because::Agreement => "they agree with the seam points",
@@ -192,6 +192,8 @@ fn side_by_side(estimate: &StripeEstimate) -> String {
         if seen { format!("{:.3} ms", answer.parameters.time_offset_s * 1e3) } else { "not seen".to_owned() }
     };
     let apart = match estimate.sigmas_apart {
+        // The statistic says how rare a difference is: of none that is rarer than usual it is 0.
+        Some(sigmas) if sigmas < 1.0 => "less than 1 sigma apart".to_owned(),
         Some(sigmas) => format!("{sigmas:.1} sigma apart"),
         None => "nothing of them can be compared".to_owned(),
     };

@@ -142,7 +142,10 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
         robot_sigma_rad: robot_sigma_rad(observations, &times_s[..count], &poses[..count]),
     };
     let shape_prior = settings.shape_prior;
-    let begin = start::start(observations, frames, like, like.shape)?;
+    let begin = start::start(observations, frames, like, like.shape).map_err(|why| match why {
+        NoPlates::Missing { line, .. } => NoPlates::Missing { line, unusable: frames.skipped.values().sum() },
+        other => other,
+    })?;
     let fixed = [settings.fixed, &start::held(&begin, &frames.bare)].concat();
     let solver = StripeSolver {
         observations,

@@ -9,6 +9,8 @@ pub enum NoPlates {
     Missing {
         /// The seam of the joint.
         line: usize,
+        /// Stripes that could not be used.
+        unusable: usize,
     },
     /// Points of a plate that do not span a plane.
     NoPlane,
@@ -31,9 +33,13 @@ pub enum NoPlates {
 impl fmt::Display for NoPlates {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Missing { line } => {
+            Self::Missing { line, unusable: 0 } => {
                 write!(f, "line {line} has no stripes, or too few, on its plates")
             }
+            Self::Missing { line, unusable } => write!(
+                f,
+                "line {line} has no stripes, or too few, on its plates: {unusable} lie outside the image or do not meet the laser plane"
+            ),
             Self::NoPlane => {
                 f.write_str("no plane fits the support points of a plate: they lie on one line, or anywhere")
             }
@@ -59,6 +65,9 @@ impl NoPlates {
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {
+            Self::Missing { unusable: 1.., .. } => {
+                "see whether stripes.csv and sensor.toml are of one camera and one region of the picture, or take --use seam"
+            }
             Self::Missing { .. } => {
                 "number the plates 0 and 1 in stripes.csv, or take --use both: a line without plates then counts by its seam points"
             }

@@ -93,13 +93,13 @@ impl SeenJoint<'_> {
             [true, true] => [of(0)?, of(1)?],
             [true, false] => [of(0)?; 2],
             [false, true] => [of(1)?; 2],
-            [false, false] => return Err(NoPlates::Missing { line: self.number }),
+            [false, false] => return Err(NoPlates::Missing { line: self.number, unusable: 0 }),
         };
         if seen == [true; 2] && plates[0].normal.cross(&plates[1].normal).norm() >= LEAST_ANGLE_SINE {
             return Ok(Target::meeting(plates));
         }
         if !self.has_edge {
-            let missing = NoPlates::Missing { line: self.number };
+            let missing = NoPlates::Missing { line: self.number, unusable: 0 };
             return Err(if seen == [true; 2] { NoPlates::Parallel } else { missing });
         }
         // Offsets count from the seam.
