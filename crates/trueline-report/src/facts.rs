@@ -66,11 +66,7 @@ fn reason_values(reason: &Reason) -> Value {
             "mostly_count": mostly_count,
         }),
         Reason::CoarseRobotStamps { repeated, rows } => json!({ "repeated": repeated, "rows": rows }),
-        Reason::StripesContradict { sigmas, apart: Apart { point_m, time_offset_s } } => json!({
-            "sigmas": sigmas,
-            "apart_mm": point_m * MM_PER_M,
-            "time_offsets_apart_s": time_offset_s,
-        }),
+        Reason::StripesContradict { sigmas, apart } => apart_values(*sigmas, apart),
         Reason::TooManyOutliers { share } => json!({ "share": share }),
         Reason::OtherTimeOffset { span_s, step_s } => json!({ "span_s": span_s, "step_s": step_s }),
         Reason::RobotStreamFroze { span_s } => json!({ "span_s": span_s }),
@@ -84,6 +80,16 @@ fn reason_values(reason: &Reason) -> Value {
             measured(*quantity, &[("required", *required_si)])
         }
     }
+}
+
+/// How far the answers of stripes and seam points are apart.
+fn apart_values(sigmas: f64, Apart { point_m, time_offset_s }: &Apart) -> Value {
+    json!({ "sigmas": sigmas, "apart_mm": point_m * MM_PER_M, "time_offsets_apart_s": time_offset_s })
+}
+
+fn with_used(mut values: Value, used: bool) -> Value {
+    values["used"] = json!(used);
+    values
 }
 
 fn by_code(skipped: &BTreeMap<Skip, usize>) -> serde_json::Map<String, Value> {
@@ -105,12 +111,7 @@ fn warning_values(warning: &Warning) -> Value {
         Warning::StripesSkipped { skipped } => json!({ "skipped": by_code(skipped) }),
         Warning::StripesUnused { why } => json!({ "why": Because::Plates(*why).code() }),
         Warning::StripesStampedApart { later_s } => json!({ "later_s": later_s }),
-        Warning::StripesDisagree { sigmas, apart: Apart { point_m, time_offset_s }, used } => json!({
-            "sigmas": sigmas,
-            "used": used,
-            "apart_mm": point_m * MM_PER_M,
-            "time_offsets_apart_s": time_offset_s,
-        }),
+        Warning::StripesDisagree { sigmas, apart, used } => with_used(apart_values(*sigmas, apart), *used),
         Warning::UncertaintyNotApplied | Warning::SensorOfItsOwnScan | Warning::MirrorBySensor => json!({}),
         Warning::SensorOff { shape, instead } => sensor_off(shape, instead),
         Warning::LensOff { lens } => lens_off(lens),

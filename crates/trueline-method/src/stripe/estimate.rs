@@ -132,20 +132,10 @@ fn decided(estimate: &StripeEstimate) -> Because {
 fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEstimate, NoPlates> {
     let SeamEstimate { recording, observations, settings, .. } = *seam;
     let like = &seam.answer.parameters;
-    let poses: Vec<Pose> =
-        recording.robot.iter().map(|sample| recording.lines_from_carrier(sample)).collect();
-    let times_s = seam.robot_times_s;
-    // Samples with one stamp are one: then the noise of attitudes is measured on the first of each.
-    let count = times_s.len().min(poses.len());
-    let shared = SharedNoise {
-        levels: NoiseLevels { factor: 1.0, ..settings.noise },
-        robot_sigma_rad: robot_sigma_rad(observations, &times_s[..count], &poses[..count]),
-    };
+    let (times_s, shared) = (seam.robot_times_s, shared_noise(seam));
     let shape_prior = settings.shape_prior;
-    let begin = start::start(observations, frames, like, like.shape).map_err(|why| match why {
-        NoPlates::Missing { line, .. } => NoPlates::Missing { line, unusable: frames.skipped.values().sum() },
-        other => other,
-    })?;
+    let begin = start::start(observations, frames, like, like.shape)
+        .map_err(|why| why.with_unusable(frames.skipped.values().sum()))?;
     let fixed = [settings.fixed, &start::held(&begin, &frames.bare)].concat();
     let solver = StripeSolver {
         observations,
@@ -196,6 +186,19 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
         seam: seam.answer.clone(),
         stripe,
     })
+}
+
+/// The noise that all stripes of a frame share.
+fn shared_noise(seam: &SeamEstimate<'_>) -> SharedNoise {
+    let SeamEstimate { recording, observations, settings, robot_times_s, .. } = *seam;
+    let poses: Vec<Pose> =
+        recording.robot.iter().map(|sample| recording.lines_from_carrier(sample)).collect();
+    // Samples with one stamp are one: then the noise of attitudes is measured on the first of each.
+    let count = robot_times_s.len().min(poses.len());
+    SharedNoise {
+        levels: NoiseLevels { factor: 1.0, ..settings.noise },
+        robot_sigma_rad: robot_sigma_rad(observations, &robot_times_s[..count], &poses[..count]),
+    }
 }
 
 /// What of the information is noise of the robot's poses; of a stream too short to tell, nothing.

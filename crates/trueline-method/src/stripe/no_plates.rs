@@ -61,6 +61,15 @@ impl fmt::Display for NoPlates {
 }
 
 impl NoPlates {
+    /// The same, where so many stripes could not be used.
+    #[must_use]
+    pub(crate) fn with_unusable(self, unusable: usize) -> Self {
+        match self {
+            Self::Missing { line, .. } => Self::Missing { line, unusable },
+            other => other,
+        }
+    }
+
     /// What the user can do about it.
     #[must_use]
     pub fn hint(&self) -> &'static str {

@@ -280,6 +280,9 @@ impl Warning {
     }
 }
 
+const MIRROR_BY_SENSOR: &str = "a mirrored attitude of the sensor explains the scan as well if the sensor differs from \
+     its file by a percent or so; tilt the torch further, or give a guess";
+
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&match *self {
@@ -296,9 +299,7 @@ impl fmt::Display for Warning {
             Self::DrawnLineNotNeeded { with_m, without_m } => drawn_line_not_needed([with_m, without_m]),
             Self::LikelyCause { kind, size_si, sigma_si } => likely_cause(kind, size_si, sigma_si),
             Self::FeatureBias { ref bias } => feature_bias(bias),
-            Self::MirrorBySensor => "a mirrored attitude of the sensor explains the scan as well if the sensor differs from \
-                 its file by a percent or so; tilt the torch further, or give a guess"
-                .to_owned(),
+            Self::MirrorBySensor => MIRROR_BY_SENSOR.to_owned(),
             Self::StripesSkipped { ref skipped } => stripes_skipped(skipped),
             Self::StripesUnused { why } => format!("the stripes are not used: {why}; {}", why.hint()),
             Self::StripesStampedApart { later_s } => stripes_stamped_apart(later_s),
