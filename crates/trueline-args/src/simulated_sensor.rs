@@ -53,6 +53,7 @@ impl SimulateArgs {
             outliers(!(plates && is_profiler), "profiles are written, and no features", "say --reflections"),
         ]
     }
+
     /// Options of pictures that are not written: with --plates clap does not ask for --images, which it would refuse.
     fn idle_without_pictures(&self) -> [Idle; 7] {
         let of = |is_given, name| (is_given, self.images, name, "no pictures are written", "say --images");

@@ -396,3 +396,23 @@ mod as_parquet {
         }
     }
 }
+
+/// Who has scanned anew and looks at the seam points of the scan before is told.
+#[test]
+fn profiles_that_are_newer_than_the_features_beside_them_are_mentioned() {
+    let dir = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str, after_s: u64| {
+        let file = std::fs::File::create(dir.path().join(name)).unwrap();
+        std::io::Write::write_all(&mut &file, text.as_bytes()).unwrap();
+        file.set_modified(std::time::UNIX_EPOCH + std::time::Duration::from_secs(1_000_000_000 + after_s))
+            .unwrap();
+    };
+    write("sensor.toml", "kind = \"profiler\"\n", 0);
+    write("robot.csv", "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n0,0,0,0,1,0,0,0\n1,1,0,0,1,0,0,0\n", 0);
+    write("features.csv", "time_s,x_mm,z_mm\n0.5,1,100\n", 10);
+    for (after_s, is_told) in [(5, false), (20, true)] {
+        write("profiles.csv", "time_s,x_mm,z_mm\n0.5,1,100\n", after_s);
+        let notes = trueline_dataset::folder::read_content(dir.path()).unwrap().notes;
+        assert_eq!(notes.iter().any(|note| note.contains("newer than features.csv")), is_told, "{notes:?}");
+    }
+}

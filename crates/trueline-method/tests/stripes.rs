@@ -5,7 +5,7 @@ use nalgebra::{DVector, Vector2, Vector3};
 use std::collections::BTreeMap;
 use trueline_dataset::join::join;
 use trueline_dataset::picture_rows::PicturesDisagree;
-use trueline_dataset::{Measured, Recording};
+use trueline_dataset::{Measured, Recording, Sensor};
 use trueline_geometry::{se3, so3};
 use trueline_lsq::Loss;
 use trueline_method::assess::observability::Group;
@@ -197,6 +197,14 @@ fn stripes_that_contradict_the_seam_points_are_not_used_unasked() {
         "{:?}",
         auto.reasons()
     );
+    let estimate = stripes(&auto);
+    let offsets = [&estimate.stripe, &estimate.seam].map(|answer| answer.parameters.time_offset_s);
+    assert_eq!(estimate.apart.time_offset_s, offsets[0] - offsets[1]);
+    // Three pixels at some 130 mm; a part of them is taken for a turn.
+    let Sensor::CameraLaser { camera, .. } = &recording.sensor else { panic!() };
+    let aside_m = 3.0 * 0.13 / camera.focal.x;
+    let point_m = estimate.apart.point_m;
+    assert!((0.8..1.2).contains(&(point_m / aside_m)), "{point_m} of {aside_m}");
     // Who says which is to be used is told how far the other is.
     let asked = calibrated(&recording, &with(Measurements::Stripe, SensorMode::Fixed));
     assert_eq!(asked.status(), Status::Accepted, "{:?}", asked.reasons());
@@ -297,6 +305,10 @@ fn stripes_and_seam_points_of_one_frame_are_one_picture_whatever_their_stamps() 
         (stripes.frames, stripes.with_both)
     };
     assert_eq!(outcome(&stamped_apart), outcome(&as_recorded));
+    let later_s = |c: &Calibration| c.findings.stripes.as_ref().unwrap().stamped_later_s;
+    assert_eq!((later_s(&as_recorded), later_s(&stamped_apart)), (0.0, 0.01));
+    let is_told = |c: &Calibration| c.warnings().iter().any(|told| told.code() == "stripes-stamped-apart");
+    assert!(is_told(&stamped_apart) && !is_told(&as_recorded));
     assert_eq!(stamped_apart.best_fit(), as_recorded.best_fit());
     // Joined recordings have no numbers; their stripes and seam points are paired before.
     let other = scan_plates(&scenario, &Plates::default(), 8).unwrap();

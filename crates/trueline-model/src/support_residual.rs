@@ -30,8 +30,8 @@ const SLOPE: f64 = NODE * MEAN;
 const LEAST_ALIKE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// Most of Newton's steps from a line to the stripe: each leaves the bow's slope times its curvature's of the one before.
 const STEPS: usize = 4;
-/// After a step below this the stripe is reached, m.
-const REACHED_M: f64 = 1e-9;
+/// After a step below this the stripe is reached, m: to its square over the bow's radius, and φ is known as near to it as that.
+const REACHED_M: f64 = 1e-7;
 
 /// A place of the reported line, and the predicted stripe beside it.
 struct Node {
@@ -44,14 +44,15 @@ struct Node {
 
 impl StripeOnPlate<'_> {
     /// The residuals of the two support points of a stripe, reported sheet coordinates in m, in m: distance of its line from that
-    /// through the predicted stripe. `None` if the plate lies along the sheet, or square to the line.
+    /// through the predicted stripe. `None` if the plate lies along the sheet.
     #[must_use]
     pub fn support_residuals(&self, placement: &Placement, supports: &[Vector2<f64>; 2]) -> Option<[f64; 2]> {
         let (_, nodes) = self.nodes(placement, supports)?;
         Some(PARTS.map(|parts| nodes.iter().zip(parts).map(|(node, part)| part * node.distance_m).sum()))
     }
 
-    /// [`StripeOnPlate::support_residuals`] with their derivatives.
+    /// [`StripeOnPlate::support_residuals`] with their derivatives. Of a stripe that is no line beside the predicted one, which is an outlier, the turn of the
+    /// direction is left out.
     #[must_use]
     pub fn linearize_supports(
         &self,
@@ -65,7 +66,8 @@ impl StripeOnPlate<'_> {
         Some(PARTS.map(|parts| sum(&rows, &parts)))
     }
 
-    /// The normal of a line, or that of the stripe where they differ by more than 45°, to the side where φ rises, and how far places of it are from the stripe along that.
+    /// The normal of a line, or that of the stripe where they differ by more than 45°, to the side where φ rises, and how far places of it are from the
+    /// stripe along that.
     fn nodes(
         &self,
         placement: &Placement,
@@ -73,36 +75,38 @@ impl StripeOnPlate<'_> {
     ) -> Option<(Vector2<f64>, [Node; 3])> {
         let (middle, way) = (0.5 * (one + other), 0.5 * (other - one));
         let across = Vector2::new(-way.y, way.x).try_normalize(0.0)?;
-        let up = self.local(placement, &middle)?.gradient.normalize();
+        let local = self.local(placement, &middle)?;
+        let up = local.gradient.normalize();
         let turned = across.dot(&up);
         // A stripe of another plate is no line beside this one: its distance is that of the places as they are.
         let normal = if turned.abs() > LEAST_ALIKE { across * turned.signum() } else { up };
-        let beside =
-            |node: f64, first_m: f64| self.along(placement, &(middle + way * node), &normal, first_m);
-        let centre = beside(NODES[1], 0.0)?;
+        let centre = self.along(placement, (&middle, &normal), (0.0, local))?;
         let first_m = centre.distance_m;
-        Some((normal, [beside(NODES[0], first_m)?, centre, beside(NODES[2], first_m)?]))
+        let beside = |node: f64| {
+            let place = middle + way * node;
+            let local = self.local(placement, &(place - normal * first_m))?;
+            self.along(placement, (&place, &normal), (first_m, local))
+        };
+        Some((normal, [beside(NODES[0])?, centre, beside(NODES[2])?]))
     }
 
-    /// The stripe beside a place, along a direction; the search begins at a distance.
+    /// The stripe beside a place, along a direction; the search begins at a distance, where φ is known.
     fn along(
         &self,
         placement: &Placement,
-        place: &Vector2<f64>,
-        normal: &Vector2<f64>,
-        first_m: f64,
+        (place, normal): (&Vector2<f64>, &Vector2<f64>),
+        (first_m, first): (f64, Local),
     ) -> Option<Node> {
-        let mut distance_m = first_m;
+        let (mut distance_m, mut local) = (first_m, first);
         for _ in 0..STEPS {
-            let local = self.local(placement, &(place - normal * distance_m))?;
             let step = local.value / local.steepness_along(normal)?;
             distance_m += step;
             if step.abs() < REACHED_M {
                 break;
             }
+            local = self.local(placement, &(place - normal * distance_m))?;
         }
-        let on_stripe = place - normal * distance_m;
-        Some(Node { distance_m, local: self.local(placement, &on_stripe)?, on_stripe })
+        Some(Node { distance_m, local, on_stripe: place - normal * distance_m })
     }
 }
 

@@ -343,8 +343,9 @@ proptest! {
                 DVector::from_element(1, fitted(&case, &supports, step)[k])
             });
             for (of, (a, b)) in analytic.iter().zip(numerical.iter()).enumerate() {
-                // The mean of even columns' powers up to the fourth is less by up to 10/(3 n²) of what is added up, up to one.
-                prop_assert!((a - b).abs() < 2e-4 * b.abs().max(1.0), "{of}: {a} {b}");
+                // The mean of even columns' powers up to the fourth is less by up to 10/(3 n²) of what is added up, up to one; what three points leave
+                // out of a bowed stripe is of the order of its slope squared, 2e-4.
+                prop_assert!((a - b).abs() < 5e-4 * b.abs().max(1.0), "{of}: {a} {b}");
             }
         }
     }

@@ -5,10 +5,10 @@ use nalgebra::Vector2;
 use trueline_dataset::{Error, FrameStamp, GrayImage, Guess, PictureSource};
 use trueline_geometry::so3;
 use trueline_method::stripe::outcome::Because;
-use trueline_method::{Calibration, Config, Measurements, calibrate};
+use trueline_method::{Calibration, Config, Measurements, Status, calibrate};
 use trueline_sim::{
-    Joint as Scene, Look, PictureScan, PlateForm, PlatePair, Plates, Preset, ProfileLook, Scenario,
-    SensorModel, random_cell, scan_profiles, simulate,
+    Between, Disturbance, Joint as Scene, Look, PictureScan, PlateForm, PlatePair, Plates, Preset,
+    ProfileLook, Scenario, SensorModel, random_cell, scan_profiles, simulate,
 };
 use trueline_vision::profile::{self, ProfileJoint};
 use trueline_vision::{Detector, Joint, find_seams};
@@ -149,6 +149,28 @@ fn profiles_of_bowed_plates_calibrate_within_four_sigma_as_a_user_calibrates_the
             println!("{:.0} µm: z {z_of_stripes:.1?}, by seam points {z_of_seam:.1?}", bow_m * 1e6);
             assert!(z_of_stripes.iter().chain(&z_of_seam).all(|z| z.abs() < 4.0), "{bow_m}");
         }
+    }
+}
+
+/// Exact profiles from nothing: the search must not narrow on a tenth of a micrometre, of which a thousand are no part of the view.
+#[test]
+fn noise_free_scans_of_profiles_are_recovered_exactly() {
+    for seed in [1, 9, 12] {
+        let mut cell = random_cell(&Preset::Profiler.scenario(), seed, 1.0);
+        cell.disturbance = Disturbance::default();
+        cell.timing.between = Between::Straight;
+        let look = ProfileLook::default().without_noise();
+        let (mut data, profiles) = scan_profiles(&cell, &Plates::default(), &look, seed).unwrap();
+        let found = profile::seams(&profiles, None).found;
+        (data.features, data.stripes) = (found.features, found.stripes);
+        let truth = data.truth.take().unwrap().parameters;
+        let result = calibrate(&data, None, &Config::noise_only()).unwrap();
+        assert_eq!(result.status(), Status::Accepted, "seed {seed}: {:?}", result.reasons());
+        let (offset, hand_eye) = (result.time_offset().unwrap(), result.tool_from_camera().unwrap());
+        let apart = truth.tool_from_camera.inverse() * hand_eye.tool_from_camera;
+        // Rounding of a second, and of 0.5 m, in sums of some hundred frames.
+        assert!((offset.value_s - truth.time_offset_s).abs() < 1e-11, "seed {seed}: {offset:?}");
+        assert!(apart.translation.vector.norm() < 1e-10 && apart.rotation.angle() < 1e-10, "{apart:?}");
     }
 }
 

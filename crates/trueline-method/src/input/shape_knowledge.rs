@@ -31,6 +31,11 @@ const FREE_SIGMA: [f64; 5] = [0.3, 0.3, 0.3, 10.0, 10.0];
 /// A shape is never known better than this: it keeps the covariance invertible.
 const LEAST_SIGMA: [f64; 5] = [1e-6, 1e-6, 1e-6, 1e-4, 1e-4];
 
+/// What of a shape is below all that a sensor's file can say: 0.03 µm at 30 mm.
+pub(crate) fn least_covariance() -> SMatrix<f64, 5, 5> {
+    diagonal(LEAST_SIGMA)
+}
+
 impl ShapeKnowledge {
     /// Of a recording's sensor; what is not stated beside something that is, is exact.
     #[must_use]
@@ -44,7 +49,7 @@ impl ShapeKnowledge {
             Sensor::Profiler | Sensor::Points { .. } => Some(of_profiler(uncertainty)),
         });
         Self {
-            covariance: covariance.unwrap_or_else(|| diagonal(ASSUMED_SIGMA)) + diagonal(LEAST_SIGMA),
+            covariance: covariance.unwrap_or_else(|| diagonal(ASSUMED_SIGMA)) + least_covariance(),
             stated: covariance.is_some(),
         }
     }

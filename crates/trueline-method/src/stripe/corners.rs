@@ -13,8 +13,7 @@ const LEAST_ANGLE_SINE: f64 = 0.1;
 /// crossings.
 #[must_use]
 pub fn with_corners(recording: &Recording) -> Option<Recording> {
-    let own = recording.features.iter().map(|feature| feature.stamp_ns).collect::<BTreeSet<i64>>().len();
-    if own >= MIN_IMAGES || recording.stripes.is_empty() {
+    if recording.stripes.is_empty() || has_enough_images(&recording.features) {
         return None;
     }
     // Stripes of one table: their stamps are those of their pictures.
@@ -31,10 +30,19 @@ pub fn with_corners(recording: &Recording) -> Option<Recording> {
         Some(Feature { stamp_ns, line, frame: one.frame, device_ns: None, measured, sigma, correlation })
     });
     let features: Vec<Feature> = features.collect();
-    if own > 0 && features.len() < MIN_IMAGES {
+    if !recording.features.is_empty() && features.len() < MIN_IMAGES {
         return None;
     }
     Some(Recording { features, ..recording.clone() })
+}
+
+/// Whether seam points are of enough images to calibrate by; no more of them are looked at than that takes.
+fn has_enough_images(features: &[Feature]) -> bool {
+    let mut images = BTreeSet::new();
+    features.iter().any(|feature| {
+        images.insert(feature.stamp_ns);
+        images.len() >= MIN_IMAGES
+    })
 }
 
 /// Where two stripes cross, and the covariance of that.

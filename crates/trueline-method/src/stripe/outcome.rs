@@ -101,7 +101,7 @@ pub struct StripeEstimate {
 /// How far two answers are apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Apart {
-    /// Time offsets, s.
+    /// Time offset of the stripes less that of the seam points, s.
     pub time_offset_s: f64,
     /// Where they place a point in the middle of what was seen, in the tool, m.
     pub point_m: f64,

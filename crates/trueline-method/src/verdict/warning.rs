@@ -4,10 +4,9 @@ use super::quantity::{Axis, MM_PER_M, Quantity};
 use super::sensor_words::sensor_off;
 use super::stream_name::StreamName;
 use super::warning_words::{
-    clock_drift, coarse_stamps, decided_by_user, drawn_line_not_needed, feature_bias, features_skipped,
-    held_at_guess, lens_off, likely_cause, misfit, moves, poorly_known, robot_samples_missing, robot_worse,
-    stamp_steps, stripe_noise, stripes_disagree, stripes_skipped, stripes_stamped_apart, structured,
-    unusual_noise, widened,
+    clock_drift, coarse_stamps, decided_by_user, drawn_line_not_needed, feature_bias, held_at_guess,
+    left_out, lens_off, likely_cause, misfit, moves, poorly_known, robot_samples_missing, robot_worse,
+    stamp_steps, stripe_noise, stripes_disagree, stripes_stamped_apart, structured, unusual_noise, widened,
 };
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::instead_of_sensor::InsteadOfSensor;
@@ -286,7 +285,7 @@ const MIRROR_BY_SENSOR: &str = "a mirrored attitude of the sensor explains the s
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&match *self {
-            Self::FeaturesSkipped { ref skipped } => features_skipped(skipped),
+            Self::FeaturesSkipped { ref skipped } => left_out("features", skipped),
             Self::DecidedByUser { by, ref other_time_offsets_s } => decided_by_user(by, other_time_offsets_s),
             Self::SensorOfItsOwnScan => "sensor.toml was written from this scan, which counts once only: the sensor is held as the file says, and \
                  the ± contain what the file states of it"
@@ -300,7 +299,7 @@ impl fmt::Display for Warning {
             Self::LikelyCause { kind, size_si, sigma_si } => likely_cause(kind, size_si, sigma_si),
             Self::FeatureBias { ref bias } => feature_bias(bias),
             Self::MirrorBySensor => MIRROR_BY_SENSOR.to_owned(),
-            Self::StripesSkipped { ref skipped } => stripes_skipped(skipped),
+            Self::StripesSkipped { ref skipped } => left_out("stripes", skipped),
             Self::StripesUnused { why } => format!("the stripes are not used: {why}; {}", why.hint()),
             Self::StripesStampedApart { later_s } => stripes_stamped_apart(later_s),
             Self::StripesDisagree { sigmas, apart, used } => stripes_disagree(sigmas, &apart, used),

@@ -85,9 +85,10 @@ fn tilt_bias(px: f64, sigma_px: f64) -> String {
     )
 }
 
-pub(super) fn features_skipped(skipped: &BTreeMap<Skip, usize>) -> String {
+/// What could not be used, `features` or `stripes`.
+pub(super) fn left_out(what: &str, skipped: &BTreeMap<Skip, usize>) -> String {
     let list: Vec<String> = skipped.iter().map(|(why, count)| format!("{count}: {why}")).collect();
-    format!("{} features could not be used; {}", skipped.values().sum::<usize>(), list.join("; "))
+    format!("{} {what} could not be used; {}", skipped.values().sum::<usize>(), list.join("; "))
 }
 
 pub(super) fn robot_samples_missing(missing: usize, of: usize) -> String {
@@ -180,11 +181,6 @@ pub(super) fn stripe_noise(noise_factor: f64) -> String {
          something is left that is no noise: plates that are rough or bent more than by 0.2 mm, reflections, a robot that is off \
          its path"
     )
-}
-
-pub(super) fn stripes_skipped(skipped: &BTreeMap<Skip, usize>) -> String {
-    let list: Vec<String> = skipped.iter().map(|(why, count)| format!("{count}: {why}")).collect();
-    format!("{} stripes could not be used; {}", skipped.values().sum::<usize>(), list.join("; "))
 }
 
 pub(super) fn stripes_stamped_apart(later_s: f64) -> String {
