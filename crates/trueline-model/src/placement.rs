@@ -29,6 +29,17 @@ pub struct PlacementJacobian {
     pub d_point_d_translation: Matrix3<f64>,
 }
 
+/// How a number that depends on where a point is moves with what places the point.
+#[derive(Clone, Copy, Debug)]
+pub struct PlacementGradient {
+    /// By t_d, 1/s times its unit.
+    pub d_time_offset: f64,
+    /// By δ for R_EC ← Exp(δ) R_EC, 1/rad.
+    pub d_rotation: Vector3<f64>,
+    /// By p_EC, 1/m.
+    pub d_translation: Vector3<f64>,
+}
+
 impl Placement {
     /// The placement at `exposure_time` (s, robot clock), which lies in or next to `segment`.
     #[must_use]
@@ -68,6 +79,22 @@ impl Placement {
             d_point_d_time_offset: lever.cross(&self.angular_velocity) - self.velocity,
             d_point_d_rotation: -base_from_tool * so3::hat(&rotated), // Eq. (14)
             d_point_d_translation: base_from_tool,                    // Eq. (15)
+        }
+    }
+
+    /// [`Placement::jacobian`] from the left by the gradient of a number by a point, which is fixed in the camera and lies at
+    /// `point_in_base`.
+    #[must_use]
+    #[inline]
+    pub fn gradient(&self, point_in_base: &Vector3<f64>, by_point: &Vector3<f64>) -> PlacementGradient {
+        let tool_from_base = self.base_from_tool.rotation.inverse();
+        let lever = point_in_base - self.base_from_tool.translation.vector;
+        let by_point_in_tool = tool_from_base * by_point;
+        let rotated = tool_from_base * lever - self.tool_from_camera.translation.vector;
+        PlacementGradient {
+            d_time_offset: by_point.dot(&(lever.cross(&self.angular_velocity) - self.velocity)),
+            d_rotation: rotated.cross(&by_point_in_tool),
+            d_translation: by_point_in_tool,
         }
     }
 }

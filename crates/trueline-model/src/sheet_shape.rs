@@ -53,9 +53,9 @@ impl SheetShape {
         let from_origin = reported - origin;
         let linear = Matrix2::new(1.0 + h1, h3, 0.0, 1.0 + h2);
         let keystone = Vector2::new(h4, h5);
-        let w = 1.0 + keystone.dot(&from_origin);
-        let moved = linear * from_origin / w;
-        (origin + moved, (linear - moved * keystone.transpose()) / w)
+        let inverse_w = (1.0 + keystone.dot(&from_origin)).recip();
+        let moved = linear * from_origin * inverse_w;
+        (origin + moved, (linear - moved * keystone.transpose()) * inverse_w)
     }
 
     /// What the sensor reports of a point at `at` (sheet coordinates, m): the inverse of [`SheetShape::corrected`].

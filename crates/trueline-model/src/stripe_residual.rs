@@ -9,8 +9,9 @@
 //! itself the derivative would carry the measurement's noise, and the estimate of a shape would be drawn aside, as in
 //! every problem with errors in its variables.
 
+use crate::plate::PlateDistance;
 use crate::{LaserSheet, Placement, Plate, SheetShape};
-use nalgebra::{Matrix2, SMatrix, SVector, Vector2, Vector3};
+use nalgebra::{ArrayStorage, Matrix2, Matrix3x2, Point3, SMatrix, SVector, Vector2, Vector3};
 
 /// A plate nearer to the sheet than this (sine of the angle, 0.06°) has no usable stripe.
 const MIN_SINE: f64 = 1e-3;
@@ -55,13 +56,54 @@ pub struct StripeJacobian {
     pub d_displacement: Vector3<f64>,
 }
 
-/// φ and what belongs to it at one point of the sheet.
+impl StripeJacobian {
+    pub(crate) const ZERO: Self = Self {
+        residual: 0.0,
+        normal: Vector2::new(0.0, 0.0),
+        foot_in_base: Vector3::new(0.0, 0.0, 0.0),
+        d_time_offset: 0.0,
+        d_rotation: Vector3::new(0.0, 0.0, 0.0),
+        d_translation: Vector3::new(0.0, 0.0, 0.0),
+        d_plate: Vector3::new(0.0, 0.0, 0.0),
+        d_surface: SVector::<f64, 7>::from_array_storage(ArrayStorage([[0.0; 7]; 1])),
+        d_shape: SVector::<f64, 5>::from_array_storage(ArrayStorage([[0.0; 5]; 1])),
+        d_displacement: Vector3::new(0.0, 0.0, 0.0),
+    };
+
+    /// Adds a part of another row.
+    #[inline]
+    pub(crate) fn add(&mut self, row: &Self, part: f64) {
+        macro_rules! add {
+            ($($field:ident),*) => { $(self.$field += row.$field * part;)* };
+        }
+        add!(
+            residual,
+            normal,
+            foot_in_base,
+            d_time_offset,
+            d_rotation,
+            d_translation,
+            d_plate,
+            d_surface,
+            d_shape
+        );
+        self.d_displacement += row.d_displacement * part;
+    }
+}
+
+/// The laser sheet where a frame was exposed: x ↦ origin + axes x, base, m.
+pub(crate) struct SheetInBase {
+    origin: Vector3<f64>,
+    axes: Matrix3x2<f64>,
+}
+
+/// φ and its slopes at one point of the sheet.
 pub(crate) struct Local {
     pub(crate) value: f64,
     pub(crate) gradient: Vector2<f64>,
-    distance: crate::plate::PlateDistance,
-    point_in_camera: Vector3<f64>,
     point_in_base: Vector3<f64>,
+    /// ∂φ/∂ point in base.
+    by_point: Vector3<f64>,
     /// ∂φ/∂ true sheet coordinates.
     by_true: Vector2<f64>,
 }
@@ -78,14 +120,14 @@ impl StripeOnPlate<'_> {
     /// The residual of a point at `reported` (sheet coordinates, m), or `None` if the plate lies along the sheet.
     #[must_use]
     pub fn residual(&self, placement: &Placement, reported: &Vector2<f64>) -> Option<f64> {
-        let (foot, local) = self.foot(placement, reported)?;
+        let (foot, local) = self.foot(&self.sheet_in_base(placement), reported)?;
         Some(local.gradient.dot(&(reported - foot)) / local.gradient.norm())
     }
 
     /// [`StripeOnPlate::residual`] with its derivatives.
     #[must_use]
     pub fn linearize(&self, placement: &Placement, reported: &Vector2<f64>) -> Option<StripeJacobian> {
-        let (foot, local) = self.foot(placement, reported)?;
+        let (foot, local) = self.foot(&self.sheet_in_base(placement), reported)?;
         let normal = local.gradient.normalize();
         let distance_m = normal.dot(&(reported - foot));
         Some(self.jacobian_along(placement, &foot, &local, (&normal, distance_m)))
@@ -100,27 +142,28 @@ impl StripeOnPlate<'_> {
         (direction, distance_m): (&Vector2<f64>, f64),
     ) -> StripeJacobian {
         let steepness = local.gradient.dot(direction);
-        let motion = placement.jacobian(&local.point_in_camera);
-        let by_point = local.distance.d_point / steepness;
+        let by_point = local.by_point / steepness;
+        let PlateDistance { d_plate, d_surface, .. } = self.plate.distance(&local.point_in_base);
+        let motion = placement.gradient(&local.point_in_base, &by_point);
         StripeJacobian {
             residual: distance_m,
             normal: local.gradient / steepness,
             foot_in_base: local.point_in_base,
-            d_time_offset: by_point.dot(&motion.d_point_d_time_offset),
-            d_rotation: motion.d_point_d_rotation.transpose() * by_point,
-            d_translation: motion.d_point_d_translation.transpose() * by_point,
-            d_plate: local.distance.d_plate / steepness,
-            d_surface: local.distance.d_surface / steepness,
+            d_time_offset: motion.d_time_offset,
+            d_rotation: motion.d_rotation,
+            d_translation: motion.d_translation,
+            d_plate: d_plate / steepness,
+            d_surface: d_surface / steepness,
             d_shape: self.true_by_shape(on_stripe).transpose() * local.by_true / steepness,
             d_displacement: by_point,
         }
     }
 
     /// The foot of a point on the predicted stripe, and φ there.
-    fn foot(&self, placement: &Placement, reported: &Vector2<f64>) -> Option<(Vector2<f64>, Local)> {
+    fn foot(&self, sheet: &SheetInBase, reported: &Vector2<f64>) -> Option<(Vector2<f64>, Local)> {
         let mut foot = *reported;
         for _ in 0..FOOT_STEPS {
-            let local = self.local(placement, &foot)?;
+            let local = self.local(sheet, &foot)?;
             let off = local.value + local.gradient.dot(&(reported - foot));
             let next = reported - local.gradient * (off / local.gradient.norm_squared());
             let step = next - foot;
@@ -129,27 +172,28 @@ impl StripeOnPlate<'_> {
                 break;
             }
         }
-        Some((foot, self.local(placement, &foot)?))
+        Some((foot, self.local(sheet, &foot)?))
     }
 
-    pub(crate) fn local(&self, placement: &Placement, at: &Vector2<f64>) -> Option<Local> {
+    /// The sheet at a placement.
+    pub(crate) fn sheet_in_base(&self, placement: &Placement) -> SheetInBase {
+        let base_from_camera = placement.base_from_camera();
+        SheetInBase {
+            origin: (base_from_camera * Point3::from(*self.sheet.origin())).coords,
+            axes: base_from_camera.rotation.to_rotation_matrix() * self.sheet.axes(),
+        }
+    }
+
+    #[inline]
+    pub(crate) fn local(&self, sheet: &SheetInBase, at: &Vector2<f64>) -> Option<Local> {
         let exact = (*at, Matrix2::identity());
         let (there, d_reported) = self.shape.map_or(exact, |shape| shape.corrected(at));
-        let point_in_camera = self.sheet.point(&there);
-        let point_in_base = placement.point_in_base(&point_in_camera);
-        let distance = self.plate.distance(&point_in_base);
-        let in_camera = placement.base_from_camera().rotation.inverse() * distance.d_point;
-        let by_true = self.sheet.axes().transpose() * in_camera;
-        let gradient = d_reported.transpose() * by_true;
-        let value = distance.value;
-        (gradient.norm() > MIN_SINE).then_some(Local {
-            value,
-            gradient,
-            distance,
-            point_in_camera,
-            point_in_base,
-            by_true,
-        })
+        let point_in_base = sheet.origin + sheet.axes * there;
+        let (value, by_point) = self.plate.height(&point_in_base);
+        let by_true = sheet.axes.tr_mul(&by_point);
+        let gradient = d_reported.tr_mul(&by_true);
+        let is_cut = gradient.norm_squared() > MIN_SINE * MIN_SINE;
+        is_cut.then_some(Local { value, gradient, point_in_base, by_point, by_true })
     }
 
     /// ∂ true / ∂h of a point that is reported at `at`; zero without a shape.

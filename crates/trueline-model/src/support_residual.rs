@@ -11,7 +11,7 @@
 //! by Gauss and Legendre's three points, which is exact where h is of the fourth degree. With a straight stripe that is the distance at the
 //! support points.
 
-use crate::stripe_residual::Local;
+use crate::stripe_residual::{Local, SheetInBase};
 use crate::{Placement, StripeJacobian, StripeOnPlate};
 use nalgebra::Vector2;
 
@@ -52,7 +52,8 @@ impl StripeOnPlate<'_> {
     }
 
     /// [`StripeOnPlate::support_residuals`] with their derivatives. Of a stripe that is no line beside the predicted one, which is an outlier, the turn of the
-    /// direction is left out.
+    /// direction is left out. What the robot's turn does to a sum of rows goes by the arm to the sum of their feet: plates are level
+    /// enough for that.
     #[must_use]
     pub fn linearize_supports(
         &self,
@@ -60,10 +61,13 @@ impl StripeOnPlate<'_> {
         supports: &[Vector2<f64>; 2],
     ) -> Option<[StripeJacobian; 2]> {
         let (normal, nodes) = self.nodes(placement, supports)?;
-        let rows = nodes.map(|node| {
-            self.jacobian_along(placement, &node.on_stripe, &node.local, (&normal, node.distance_m))
-        });
-        Some(PARTS.map(|parts| sum(&rows, &parts)))
+        let mut sums = [StripeJacobian::ZERO; 2];
+        for (k, node) in nodes.iter().enumerate() {
+            let along = (&normal, node.distance_m);
+            let row = self.jacobian_along(placement, &node.on_stripe, &node.local, along);
+            sums.iter_mut().zip(PARTS).for_each(|(sum, parts)| sum.add(&row, parts[k]));
+        }
+        Some(sums)
     }
 
     /// The normal of a line, or that of the stripe where they differ by more than 45°, to the side where φ rises, and how far places of it are from the
@@ -75,17 +79,18 @@ impl StripeOnPlate<'_> {
     ) -> Option<(Vector2<f64>, [Node; 3])> {
         let (middle, way) = (0.5 * (one + other), 0.5 * (other - one));
         let across = Vector2::new(-way.y, way.x).try_normalize(0.0)?;
-        let local = self.local(placement, &middle)?;
+        let sheet = self.sheet_in_base(placement);
+        let local = self.local(&sheet, &middle)?;
         let up = local.gradient.normalize();
         let turned = across.dot(&up);
         // A stripe of another plate is no line beside this one: its distance is that of the places as they are.
         let normal = if turned.abs() > LEAST_ALIKE { across * turned.signum() } else { up };
-        let centre = self.along(placement, (&middle, &normal), (0.0, local))?;
+        let centre = self.along(&sheet, (&middle, &normal), (0.0, local))?;
         let first_m = centre.distance_m;
         let beside = |node: f64| {
             let place = middle + way * node;
-            let local = self.local(placement, &(place - normal * first_m))?;
-            self.along(placement, (&place, &normal), (first_m, local))
+            let local = self.local(&sheet, &(place - normal * first_m))?;
+            self.along(&sheet, (&place, &normal), (first_m, local))
         };
         Some((normal, [beside(NODES[0])?, centre, beside(NODES[2])?]))
     }
@@ -93,7 +98,7 @@ impl StripeOnPlate<'_> {
     /// The stripe beside a place, along a direction; the search begins at a distance, where φ is known.
     fn along(
         &self,
-        placement: &Placement,
+        sheet: &SheetInBase,
         (place, normal): (&Vector2<f64>, &Vector2<f64>),
         (first_m, first): (f64, Local),
     ) -> Option<Node> {
@@ -104,29 +109,8 @@ impl StripeOnPlate<'_> {
             if step.abs() < REACHED_M {
                 break;
             }
-            local = self.local(placement, &(place - normal * distance_m))?;
+            local = self.local(sheet, &(place - normal * distance_m))?;
         }
         Some(Node { distance_m, local, on_stripe: place - normal * distance_m })
     }
-}
-
-/// A sum of rows. What the robot's turn does to it goes by the arm to the sum of the feet: plates are level enough for that.
-fn sum(rows: &[StripeJacobian; 3], parts: &[f64; 3]) -> StripeJacobian {
-    let [a, b, c] = rows;
-    let [of_a, of_b, of_c] = *parts;
-    macro_rules! total {
-        ($($field:ident),*) => { StripeJacobian { $($field: a.$field * of_a + b.$field * of_b + c.$field * of_c),* } };
-    }
-    total!(
-        residual,
-        normal,
-        foot_in_base,
-        d_time_offset,
-        d_rotation,
-        d_translation,
-        d_plate,
-        d_surface,
-        d_shape,
-        d_displacement
-    )
 }

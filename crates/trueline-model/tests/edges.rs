@@ -291,5 +291,12 @@ fn the_time_offset_moves_the_point_as_the_robot_does_backwards() {
     assert!((placement.base_from_camera() * nalgebra::Point3::from(point) - at(0.4)).coords.norm() < 1e-14);
     let slope = (at(0.4 + 1e-5) - at(0.4 - 1e-5)) / 2e-5;
     // h² of a third derivative below 1, and 1e-16 over h.
-    assert!((placement.jacobian(&point).d_point_d_time_offset + slope).norm() < 1e-10);
+    let jacobian = placement.jacobian(&point);
+    assert!((jacobian.d_point_d_time_offset + slope).norm() < 1e-10);
+    // The gradient of a number is the Jacobian from the left by it.
+    let by_point = Vector3::new(0.4, -0.9, 0.2);
+    let gradient = placement.gradient(&at(0.4), &by_point);
+    assert!((gradient.d_time_offset - by_point.dot(&jacobian.d_point_d_time_offset)).abs() < 1e-14);
+    assert!((gradient.d_rotation - jacobian.d_point_d_rotation.transpose() * by_point).norm() < 1e-14);
+    assert!((gradient.d_translation - jacobian.d_point_d_translation.transpose() * by_point).norm() < 1e-14);
 }

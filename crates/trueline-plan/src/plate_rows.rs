@@ -13,7 +13,7 @@ use crate::truth::Truth;
 use crate::wrong_cells::SeenBy;
 use nalgebra::{SMatrix, UnitVector3, Vector3};
 use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
-use trueline_method::stripe::problem::{EDGE_ROW, ROWS};
+use trueline_method::stripe::frame_residual::{EDGE_ROW, ROWS};
 use trueline_method::stripe::state::SURFACE_SIGMA_M;
 use trueline_method::stripe::target::EDGE;
 use trueline_method::stripe::unknowns::{LOCAL_ALL, LOCAL_EDGE, LOCAL_SHAPE, StripeUnknowns};

@@ -60,6 +60,11 @@ impl RowTable {
         (0..self.len()).map(|row| self.of(row))
     }
 
+    /// All of them as the columns of a matrix.
+    pub(crate) fn columns(&self) -> DMatrixView<'_, f64> {
+        DMatrixView::from_slice(&self.values, self.width, self.len())
+    }
+
     /// How many there are.
     pub(crate) fn len(&self) -> usize {
         self.values.len() / self.width.max(1)
@@ -88,6 +93,7 @@ mod tests {
         }
         let carried = table.in_root(&root);
         assert_eq!((carried.len(), carried.width()), (150, 2));
+        assert_eq!(carried.columns().column(149), carried.of(149));
         for (k, found) in carried.iter().enumerate() {
             let plain = root.transpose() * DVector::from_row_slice(&row(k));
             // Sums of three products of at most one.

@@ -3,7 +3,7 @@
 //! A block of one row is treated as one of two whose second row is nothing: its own variance is zero there, and in a covariance
 //! it stands as 1.
 
-use crate::stripe::problem::ROWS;
+use crate::stripe::frame_residual::ROWS;
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 use std::ops::Range;
 

@@ -11,13 +11,16 @@ use trueline_lsq::{Information, Loss, Solution, SolveError, SolveOptions, solve}
 
 /// Most rounds of weights: an outlier that held the first plane loses its hold in two or three.
 const ROUNDS: usize = 8;
-/// Weights have settled when they move the optimum by less than this, σ.
-const SETTLED_SIGMAS: f64 = 1e-2;
+/// Weights have settled when they move the optimum by less than this, σ: the next ones move it by a tenth of that.
+const SETTLED_SIGMAS: f64 = 0.1;
 /// A solve with weights that may change ends with a step below this, σ: as steps shrink by far more than ten, its optimum is then
 /// met to a hundredth.
 const ROUGH: f64 = 0.1;
 /// The last one, σ.
 const FINE: f64 = 1e-6;
+/// First damping of a solve. What plates show of a shape and of a translation is 1e-6 of the diagonal of H in its worst direction: that is
+/// not to be damped, or every solve takes three steps more.
+const FIRST_DAMPING: f64 = 1e-10;
 
 /// A solved problem.
 pub struct StripeFit<'a> {
@@ -58,19 +61,26 @@ impl<'a> StripeSolver<'a> {
     /// # Errors
     /// [`SolveError`] if the cost is not finite there.
     pub(crate) fn fit(&self, start: StripeState) -> Result<StripeFit<'a>, SolveError> {
-        let mut state = start;
-        for _ in 0..ROUNDS {
-            let solution = self.solved(&self.weighed(&state), state, ROUGH)?;
-            let first = solution.iterations.first().map_or(0.0, |step| step.step);
-            state = solution.state;
-            if first < SETTLED_SIGMAS {
-                break;
-            }
-        }
-        let round = self.weighed(&state);
+        let (round, state) = self.settled(start)?;
         let solution = self.solved(&round, state, FINE)?;
         let Round { problem, noise_factor, rejected, plates, moments } = round;
         Ok(StripeFit { problem, solution, noise_factor, rejected, plates, moments })
+    }
+
+    /// The problem with weights that have settled, and where it has its optimum.
+    fn settled(&self, start: StripeState) -> Result<(Round<'a>, StripeState), SolveError> {
+        let mut state = start;
+        let mut rounds = 0;
+        loop {
+            let round = self.weighed(&state);
+            let solution = self.solved(&round, state, ROUGH)?;
+            let first = solution.iterations.first().map_or(0.0, |step| step.step);
+            state = solution.state;
+            rounds += 1;
+            if first < SETTLED_SIGMAS || rounds == ROUNDS {
+                return Ok((round, state));
+            }
+        }
     }
 
     /// The problem with the weights of a state.
@@ -92,7 +102,8 @@ impl<'a> StripeSolver<'a> {
         state: StripeState,
         step_threshold: f64,
     ) -> Result<Solution<StripeState>, SolveError> {
-        let options = SolveOptions { step_threshold, ..SolveOptions::default() };
+        let options =
+            SolveOptions { step_threshold, initial_damping: FIRST_DAMPING, ..SolveOptions::default() };
         solve(&round.problem, state, self.fixed, &options)
     }
 }

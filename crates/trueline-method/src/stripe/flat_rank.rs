@@ -12,16 +12,21 @@
 //! Of unknowns of which something is known beforehand nothing is asked: a direction is one of the others, and these follow.
 
 use crate::assess::observability::RANK_THRESHOLD;
+use crate::stripe::frame_residual::{FrameGradients, linearize_frame};
+use crate::stripe::frame_sums::FrameSums;
 use crate::stripe::motion_information::MOST_NOISE;
-use crate::stripe::problem::{FrameJacobian, StripeProblem, WeighedFrame, linearize_frame};
+use crate::stripe::problem::StripeProblem;
 use crate::stripe::state::StripeState;
-use crate::stripe::unknowns::LOCAL_ALL;
-use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3};
+use crate::stripe::weighed_frame::WeighedFrame;
+use nalgebra::{DMatrix, Matrix3, SVector, Vector3};
 use trueline_geometry::so3;
 use trueline_lsq::{Information, LeastSquares, NormalEquations};
 
 /// Turn by which a derivative by the attitude is taken, rad: Jacobians are smooth over tenths.
 const SMALL_TURN_RAD: f64 = 1e-4;
+
+/// Frames that are looked at; of more, every so many stand for the rest.
+const SAMPLE: usize = 400;
 
 /// The noise of the reported attitudes.
 #[derive(Clone, Copy, Debug)]
@@ -51,22 +56,23 @@ pub fn shown(
 
 /// What of the information is noise of the attitudes that the fit takes, over all unknowns.
 fn of_attitudes(problem: &StripeProblem<'_>, at: &StripeState, noise: AttitudeNoise) -> DMatrix<f64> {
-    let mut joints = vec![SMatrix::<f64, LOCAL_ALL, LOCAL_ALL>::zeros(); at.joints.len()];
-    for weighed in &problem.frames {
-        for trembling in trembling_jacobians(problem, weighed, at, noise).into_iter().flatten() {
-            joints[weighed.frame.joint] += trembling.transpose() * trembling;
+    let every = problem.frames.len().div_ceil(SAMPLE).max(1);
+    let mut sums = FrameSums::new(problem.unknowns);
+    for weighed in problem.frames.iter().step_by(every) {
+        for trembling in trembling_gradients(problem, weighed, at, noise).into_iter().flatten() {
+            sums.add(weighed, &SVector::zeros(), &trembling);
         }
     }
-    problem.unknowns.over_all(&joints)
+    sums.hessian() * every as f64
 }
 
-/// ∂J/∂ω of a frame by each column of P½.
-fn trembling_jacobians(
+/// ∂Jᵀ/∂ω of a frame by each column of P½, not whitened.
+fn trembling_gradients(
     problem: &StripeProblem<'_>,
     weighed: &WeighedFrame,
     at: &StripeState,
     noise: AttitudeNoise,
-) -> Option<[FrameJacobian; 3]> {
+) -> Option<[FrameGradients; 3]> {
     let here = weighed.placement(problem.observations, at)?;
     let turned = |turn: &Vector3<f64>| {
         let mut there = here;
@@ -74,16 +80,17 @@ fn trembling_jacobians(
         linearize_frame(problem.observations, &weighed.frame, at, &there)
     };
     // P = σ² (1 − σ² Tᵀ Σ⁻¹ T), with weights as they are expected without any misfit.
-    let by_turn = weighed.whitener * turned(&Vector3::zeros())?.d_turn * (noise.factor * noise.sigma_rad);
+    let (parts, _) = turned(&Vector3::zeros())?;
+    let by_turn = weighed.whitener * parts.d_turn * (noise.factor * noise.sigma_rad);
     let left = (Matrix3::identity() - by_turn.transpose() * by_turn).symmetric_eigen();
-    let mut jacobians = [FrameJacobian::zeros(); 3];
-    for (k, jacobian) in jacobians.iter_mut().enumerate() {
+    let mut gradients = [FrameGradients::zeros(); 3];
+    for (k, gradient) in gradients.iter_mut().enumerate() {
         let axis = left.eigenvectors.column(k).into_owned();
         let [more, less] = [1.0, -1.0].map(|sign| turned(&(axis * (sign * SMALL_TURN_RAD))));
-        let change = (more?.jacobian - less?.jacobian) * (0.5 / SMALL_TURN_RAD);
-        *jacobian = weighed.whitener * change * (noise.sigma_rad * left.eigenvalues[k].max(0.0).sqrt());
+        let change = (more?.1 - less?.1) * (0.5 / SMALL_TURN_RAD);
+        *gradient = change * (noise.sigma_rad * left.eigenvalues[k].max(0.0).sqrt());
     }
-    Some(jacobians)
+    Some(gradients)
 }
 
 /// An information without the directions of the unknowns that are asked for of which half or more is noise. The last columns of its root are of the

@@ -2,7 +2,7 @@
 //!
 //! Residuals are taken at poses that tremble, and their Jacobian J trembles with them: JᵀWJ is larger than that of the motion alone. Its
 //! tremble is square to the residuals in the mean, for derivatives are taken where the robot most likely was
-//! ([`PoseError`](crate::stripe::problem::PoseError)). So the score Jᵀ W r has the mean zero at the truth and the variance
+//! ([`PoseError`](crate::stripe::weighed_frame::PoseError)). So the score Jᵀ W r has the mean zero at the truth and the variance
 //! H = H₀ + N, with N of the tremble; but it moves with the unknowns by H₀ alone, for what J gains by an error of a pose the residual's
 //! curvature takes away again. The estimate's covariance is H₀⁻¹ (H₀ + N) H₀⁻¹ \[Fuller1987\], which is larger than both inverses.
 //!
@@ -12,10 +12,12 @@
 use crate::assess::observability::RANK_THRESHOLD;
 use crate::problem::placement::placement_at;
 use crate::stripe::fit::StripeFit;
-use crate::stripe::problem::{FrameJacobian, StripeProblem, WeighedFrame, linearize_frame};
+use crate::stripe::frame_residual::{FrameGradients, linearize_frame};
+use crate::stripe::frame_sums::FrameSums;
+use crate::stripe::problem::StripeProblem;
 use crate::stripe::state::StripeState;
-use crate::stripe::unknowns::LOCAL_ALL;
-use nalgebra::{DMatrix, DVector, SMatrix};
+use crate::stripe::weighed_frame::WeighedFrame;
+use nalgebra::{DMatrix, DVector, SVector};
 use trueline_geometry::Trajectory;
 use trueline_lsq::Information;
 use trueline_model::Placement;
@@ -58,28 +60,30 @@ pub(crate) fn noise_beside(
     at: &StripeState,
     two: impl Fn(&WeighedFrame) -> Option<[Placement; 2]>,
 ) -> DMatrix<f64> {
-    let mut joints = vec![SMatrix::<f64, LOCAL_ALL, LOCAL_ALL>::zeros(); at.joints.len()];
+    // The symmetric part of J₁ᵀ J₂ is that of their half sum less that of their half difference.
+    let [mut all, mut shared] = [0, 1].map(|_| FrameSums::new(problem.unknowns));
+    let none = SVector::zeros();
     for weighed in looked_at(problem) {
         let Some(two) = two(weighed) else { continue };
-        if let Some((own, [one, other])) = jacobians(problem, weighed, at, &two) {
-            joints[weighed.frame.joint] += own.transpose() * own - one.transpose() * other;
+        if let Some((own, [one, other])) = gradients(problem, weighed, at, &two) {
+            all.add(weighed, &none, &own);
+            all.add(weighed, &none, &((one - other) * 0.5));
+            shared.add(weighed, &none, &((one + other) * 0.5));
         }
     }
-    problem.unknowns.over_all(&joints) * every(problem) as f64
+    (all.hessian() - shared.hessian()) * every(problem) as f64
 }
 
-/// Whitened Jacobian of a frame as it counts in the problem, and at two other placements.
-fn jacobians(
+/// Gradients of a frame's residuals as it counts in the problem, and at two other placements.
+fn gradients(
     problem: &StripeProblem<'_>,
     weighed: &WeighedFrame,
     at: &StripeState,
     two: &[Placement; 2],
-) -> Option<(FrameJacobian, [FrameJacobian; 2])> {
-    let (_, own) = problem.whitened(weighed, at)?;
-    let there = |placement: &Placement| {
-        let parts = linearize_frame(problem.observations, &weighed.frame, at, placement)?;
-        Some(weighed.whitener * parts.jacobian)
-    };
+) -> Option<(FrameGradients, [FrameGradients; 2])> {
+    let (_, own) = problem.linearized(weighed, at)?;
+    let there =
+        |placement: &Placement| Some(linearize_frame(problem.observations, &weighed.frame, at, placement)?.1);
     Some((own, [there(&two[0])?, there(&two[1])?]))
 }
 
@@ -117,8 +121,8 @@ mod tests {
     use crate::problem::parameters::Parameters;
     use crate::stripe::fit::StripeSolver;
     use crate::stripe::frames::frames;
-    use crate::stripe::problem::PoseError;
     use crate::stripe::start;
+    use crate::stripe::weighed_frame::PoseError;
     use crate::stripe::whitening::SharedNoise;
     use trueline_dataset::Recording;
     use trueline_lsq::{LeastSquares, NormalEquations};

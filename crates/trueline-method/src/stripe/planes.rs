@@ -4,7 +4,9 @@ use crate::assess::observability::is_null;
 use crate::stripe::frames::{Sight, StripeFrame, StripeFrames};
 use crate::stripe::state::StripeState;
 use crate::stripe::target::{Bearing, Target};
-use crate::{input::observations::Observations, order_statistics::quantile, stripe::problem::placement};
+use crate::{
+    input::observations::Observations, order_statistics::quantile, stripe::frame_residual::placement,
+};
 use nalgebra::{DMatrix, Matrix2, SMatrix, SVector, Vector3};
 use trueline_model::Plate;
 use trueline_model::plate::{SURFACE_LENGTH_M, SURFACE_REACH_M, surface_terms};
@@ -231,7 +233,7 @@ fn seen_points(
     let every = frames.len().div_ceil(MOST_FRAMES).max(1);
     for frame in frames.iter().filter(|frame| frame.joint == joint).step_by(every) {
         let Sight::Stripes(stripes) = &frame.sight else { continue };
-        let Some(placement) = placement(observations, frame, at) else { continue };
+        let Some(placement) = placement(observations, frame.stamp_s, at) else { continue };
         let from = placement.base_from_camera().translation.vector;
         for support in stripes[number].iter().flatten() {
             let there = at.shape.map_or(support.reported, |shape| shape.corrected(&support.reported).0);

@@ -7,7 +7,7 @@ use crate::assess::robot_accuracy::{SAMPLE, Scores, modes};
 use crate::assess::robot_field::RobotSigmas;
 use crate::assess::row_products::RowProducts;
 use crate::stripe::fit::StripeFit;
-use crate::stripe::problem::{ROWS, linearize_frame};
+use crate::stripe::frame_residual::{ROWS, linearize_frame};
 use crate::stripe::systematic::robot_columns;
 use nalgebra::DVectorViewMut;
 use trueline_geometry::Pose;
@@ -39,11 +39,11 @@ fn scores(fit: &StripeFit<'_>, information: &Information) -> Option<Scores> {
     let (modes, unknowns) = (6 * field.modes(), root_rows.nrows());
     let mut products = RowProducts::new(modes + unknowns + 1);
     for (weighed, placement) in &placed {
-        let Some(parts) = linearize_frame(problem.observations, &weighed.frame, at, placement) else {
+        let Some(linearized) = linearize_frame(problem.observations, &weighed.frame, at, placement) else {
             continue;
         };
-        let columns = robot_columns(&field, weighed, &parts, placement);
-        let (residual, jacobian) = weighed.whitened(&parts);
+        let columns = robot_columns(&field, weighed, &linearized.0, placement);
+        let (residual, gradients) = weighed.whitened(&linearized);
         for row in 0..ROWS {
             let (of_modes, rest) = products.next_row().split_at_mut(modes);
             of_modes.copy_from_slice(columns.row(row).transpose().as_slice());
@@ -52,7 +52,7 @@ fn scores(fit: &StripeFit<'_>, information: &Information) -> Option<Scores> {
             let mut slopes = DVectorViewMut::from_slice(slopes, unknowns);
             for local in 0..problem.unknowns.local() {
                 let Some(place) = problem.unknowns.place(local, weighed.frame.joint) else { continue };
-                slopes.axpy(jacobian[(row, local)], &root_rows.column(place), 1.0);
+                slopes.axpy(gradients[(local, row)], &root_rows.column(place), 1.0);
             }
             last[0] = residual[row];
         }

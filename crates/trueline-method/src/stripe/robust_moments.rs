@@ -12,7 +12,7 @@
 //! \[Huber2009, ch. 7\], which it is without S: tr C M = 2 w, rᵀ M C M r = w² s and 2 (w + s w′).
 
 use crate::stripe::blocks::{BLOCKS, block, pair_of_block, spread_of_block};
-use crate::stripe::problem::ROWS;
+use crate::stripe::frame_residual::ROWS;
 use nalgebra::{Matrix2, SMatrix, SVector};
 
 /// Sums over all frames.

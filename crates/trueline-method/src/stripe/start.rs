@@ -4,9 +4,9 @@
 
 use crate::input::observations::Observations;
 use crate::problem::parameters::Parameters;
+use crate::stripe::frame_residual::placement;
 use crate::stripe::frames::{Sight, StripeFrame, StripeFrames};
 use crate::stripe::no_plates::NoPlates;
-use crate::stripe::problem::placement;
 use crate::stripe::state::StripeState;
 use crate::stripe::target::{Bearing, EDGE, Edge, Target};
 use nalgebra::{Unit, Vector3};
@@ -45,7 +45,7 @@ pub fn start(
     for frame in &frames.list {
         let Sight::Stripes(stripes) = &frame.sight else { continue };
         let (Some(placement), Some(of_joint)) =
-            (placement(observations, frame, &state), points.get_mut(frame.joint))
+            (placement(observations, frame.stamp_s, &state), points.get_mut(frame.joint))
         else {
             continue;
         };

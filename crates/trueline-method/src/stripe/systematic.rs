@@ -5,10 +5,11 @@ use crate::assess::robot_field::RobotField;
 use crate::assess::systematic::{BiasError, Systematic, SystematicLevels};
 use crate::assess::tilt_bias::{BIAS, TiltBias};
 use crate::stripe::fit::StripeFit;
+use crate::stripe::frame_residual::{EDGE_ROW, FrameGradients, FrameResidual, ROWS, linearize_frame};
 use crate::stripe::frames::{Sight, StripeFrame};
-use crate::stripe::problem::{EDGE_ROW, FrameJacobian, FrameResidual, ROWS, WeighedFrame, linearize_frame};
 use crate::stripe::state::StripeState;
-use crate::stripe::unknowns::LOCAL_SHAPE;
+use crate::stripe::unknowns::{LOCAL_ALL, LOCAL_SHAPE, StripeUnknowns};
+use crate::stripe::weighed_frame::WeighedFrame;
 use nalgebra::{DMatrix, SMatrix};
 use trueline_lsq::Information;
 use trueline_model::{Placement, SheetShape};
@@ -45,17 +46,17 @@ pub(crate) fn systematic(
         .step_by(every)
         .filter_map(|weighed| Some((weighed, weighed.placement(problem.observations, &at)?)))
         .collect();
-    let zeros = |columns: usize| DMatrix::zeros(root.nrows(), columns);
+    let zeros = |columns: usize| Moved::zeros(&problem.unknowns, columns);
     let mut robot = zeros(6 * field.map_or(0, RobotField::modes));
     let (mut shape, mut bias) = (zeros(5), zeros(BIAS));
     for (weighed, placement) in &seen {
-        let Some(parts) = linearize_frame(problem.observations, &weighed.frame, &at, placement) else {
-            continue;
-        };
-        let row = Row { fit, weighed, jacobian: weighed.whitener * parts.jacobian, weight: every as f64 };
+        let linearized = linearize_frame(problem.observations, &weighed.frame, &at, placement);
+        let Some((parts, gradients)) = linearized else { continue };
+        let gradients = gradients * weighed.whitener.transpose();
+        let joint = weighed.frame.joint;
         if levels.held_shape.is_some() {
-            let columns = row.jacobian.fixed_columns::<5>(LOCAL_SHAPE).into_owned();
-            row.add(&mut shape, &DMatrix::from_column_slice(ROWS, 5, columns.as_slice()));
+            let columns = gradients.fixed_rows::<5>(LOCAL_SHAPE).transpose();
+            shape.add(joint, &gradients, &DMatrix::from_column_slice(ROWS, 5, columns.as_slice()));
         }
         if levels.feature_bias_px > 0.0 {
             let in_sensor = tilt.in_sensor(&at.tool_from_camera, placement);
@@ -65,19 +66,20 @@ pub(crate) fn systematic(
                 let moved = weighed.whitener * by_px * (in_sensor[axis]);
                 columns.view_mut((0, 2 * axis), (ROWS, 2)).copy_from(&moved);
             }
-            row.add(&mut bias, &columns);
+            bias.add(joint, &gradients, &columns);
         }
         if let Some(field) = field {
-            row.add(&mut robot, &robot_columns(field, weighed, &parts, placement));
+            robot.add(joint, &gradients, &robot_columns(field, weighed, &parts, placement));
         }
     }
+    let sum = |moved: &Moved| moved.over_all(&problem.unknowns) * every as f64;
     let moved = |sum: &DMatrix<f64>| -(root * (root.transpose() * sum));
     let held = levels.held_shape.and_then(|covariance| covariance.cholesky()).map(|c| c.l());
     let held = held.map_or_else(|| DMatrix::zeros(5, 0), |l| DMatrix::from_column_slice(5, 5, l.as_slice()));
-    let by_bias = moved(&bias);
+    let by_bias = moved(&sum(&bias));
     Systematic {
-        robot: moved(&robot) - &by_bias * &bias_error.robot,
-        sensor: moved(&(&shape * &held)) - &by_bias * &bias_error.sensor,
+        robot: moved(&sum(&robot)) - &by_bias * &bias_error.robot,
+        sensor: moved(&(sum(&shape) * &held)) - &by_bias * &bias_error.sensor,
         sensor_shape: held,
         feature_bias: -by_bias * &bias_error.own,
         held: DMatrix::zeros(root.nrows(), 0),
@@ -129,22 +131,32 @@ fn by_px(frame: &StripeFrame, parts: &FrameResidual) -> SMatrix<f64, ROWS, 2> {
     moved
 }
 
-/// One frame's part of Jᵀ W Z.
-struct Row<'a, 'b> {
-    fit: &'a StripeFit<'b>,
-    weighed: &'a WeighedFrame,
-    jacobian: FrameJacobian,
-    weight: f64,
+/// Σ Jᵀ W Z over frames, by joint of what its frames depend on.
+struct Moved {
+    joints: Vec<DMatrix<f64>>,
 }
 
-impl Row<'_, '_> {
-    fn add(&self, sum: &mut DMatrix<f64>, columns: &DMatrix<f64>) {
-        let unknowns = &self.fit.problem.unknowns;
-        for local in 0..unknowns.local() {
-            let Some(place) = unknowns.place(local, self.weighed.frame.joint) else { continue };
-            let row = self.jacobian.column(local).transpose() * columns * self.weight;
-            let mut target = sum.row_mut(place);
-            target += row;
+impl Moved {
+    fn zeros(unknowns: &StripeUnknowns, columns: usize) -> Self {
+        Self { joints: vec![DMatrix::zeros(LOCAL_ALL, columns); unknowns.joints] }
+    }
+
+    /// Adds a frame: whitened gradients, and Z whitened.
+    fn add(&mut self, joint: usize, gradients: &FrameGradients, columns: &DMatrix<f64>) {
+        self.joints[joint].gemm(1.0, gradients, columns, 1.0);
+    }
+
+    /// Over all unknowns.
+    fn over_all(&self, unknowns: &StripeUnknowns) -> DMatrix<f64> {
+        let columns = self.joints.first().map_or(0, DMatrix::ncols);
+        let mut all = DMatrix::zeros(unknowns.dimension(), columns);
+        for (joint, sum) in self.joints.iter().enumerate() {
+            for local in 0..unknowns.local() {
+                let Some(place) = unknowns.place(local, joint) else { continue };
+                let mut row = all.row_mut(place);
+                row += sum.row(local);
+            }
         }
+        all
     }
 }

@@ -12,7 +12,6 @@
 
 use crate::problem::unknowns::LINES;
 use crate::stripe::target::EDGE;
-use nalgebra::{DMatrix, SMatrix};
 use std::ops::Range;
 use trueline_model::{Plate, SheetShape};
 
@@ -112,20 +111,13 @@ impl StripeUnknowns {
         }
     }
 
-    /// Sums over the frames of each joint, by what these depend on, as one over all unknowns.
-    #[must_use]
-    pub(crate) fn over_all(&self, joints: &[SMatrix<f64, LOCAL_ALL, LOCAL_ALL>]) -> DMatrix<f64> {
-        let mut all = DMatrix::zeros(self.dimension(), self.dimension());
-        for (joint, sum) in joints.iter().enumerate() {
-            let places: Vec<(usize, usize)> =
-                (0..self.local()).filter_map(|k| Some((k, self.place(k, joint)?))).collect();
-            for &(row, to) in &places {
-                for &(column, beside) in &places {
-                    all[(to, beside)] += 0.5 * (sum[(row, column)] + sum[(column, row)]);
-                }
+    /// Writes numbers of what a frame of `joint` depends on to their places among those of all unknowns.
+    pub(crate) fn spread(&self, of_frame: &[f64], joint: usize, all: &mut [f64]) {
+        for (local, number) in of_frame[..self.local()].iter().enumerate() {
+            if let Some(place) = self.place(local, joint) {
+                all[place] = *number;
             }
         }
-        all
     }
 
     /// Index among all unknowns of one of those that a frame of `joint` depends on; `None` where the sensor is held and has none.

@@ -10,14 +10,15 @@ use crate::input::observations::Observations;
 use crate::order_statistics::median;
 use crate::solve::noise_scale::noise_factor;
 use crate::stripe::blocks::{BLOCKS, add_to_block, block, pair_of_block, rows_of};
-use crate::stripe::frames::{Sight, StripeFrame};
-use crate::stripe::problem::{
-    EDGE_ROW, FrameResidual, PoseError, ROWS, WeighedFrame, linearize_frame, placement, residual_of_frame,
+use crate::stripe::frame_residual::{
+    EDGE_ROW, FrameResidual, ROWS, linearize_frame, placement, residual_of_frame,
 };
+use crate::stripe::frames::{Sight, StripeFrame};
 use crate::stripe::robust_moments::{Pull, RobustMoments};
 use crate::stripe::state::StripeState;
 use crate::stripe::target::EDGE;
-use nalgebra::{DMatrix, Matrix2, SMatrix, SVector, Vector2};
+use crate::stripe::weighed_frame::{PoseError, WeighedFrame};
+use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 use trueline_geometry::smooth;
 use trueline_lsq::Loss;
 
@@ -75,8 +76,8 @@ pub fn weigh(
     let placed: Vec<(&StripeFrame, FrameResidual)> = frames
         .iter()
         .filter_map(|frame| {
-            let placement = placement(observations, frame, at)?;
-            Some((frame, linearize_frame(observations, frame, at, &placement)?))
+            let placement = placement(observations, frame.stamp_s, at)?;
+            Some((frame, linearize_frame(observations, frame, at, &placement)?.0))
         })
         .collect();
     let expected = SharedNoise { levels: NoiseLevels { factor: 1.0, ..shared.levels }, ..*shared };
@@ -104,9 +105,9 @@ pub fn weigh(
                 (weights[block] > 0.0).then_some(Pull { own: own[block]?, weight: weights[block], slope })
             });
             all.moments.add(&covariance, &whitener, &parts.residual, &pulls);
-            let weighed = WeighedFrame { frame: **frame, whitener, rows, pose_error: PoseError::NONE };
-            let pose_error = pose_error(observations, &weighed, parts, at, &scaled);
-            all.frames.push(WeighedFrame { pose_error: pose_error.unwrap_or(PoseError::NONE), ..weighed });
+            let pose_error = pose_error(observations, frame, (parts, &whitener), at, &scaled);
+            let pose_error = pose_error.unwrap_or(PoseError::NONE);
+            all.frames.push(WeighedFrame { frame: **frame, whitener, rows, pose_error });
         }
     }
     all
@@ -142,7 +143,7 @@ fn covariance(
     rougher: f64,
 ) -> SMatrix<f64, ROWS, ROWS> {
     let NoiseLevels { robot_sigma_m, stamp_sigma_s, factor } = shared.levels;
-    let rate = parts.jacobian.column(0);
+    let rate = parts.d_time_offset;
     let mut all = parts.d_displacement * parts.d_displacement.transpose() * robot_sigma_m.powi(2)
         + parts.d_turn * parts.d_turn.transpose() * shared.robot_sigma_rad.powi(2)
         + rate * rate.transpose() * stamp_sigma_s.powi(2);
@@ -158,23 +159,22 @@ fn covariance(
 /// cannot be placed there.
 fn pose_error(
     observations: &Observations,
-    weighed: &WeighedFrame,
-    parts: &FrameResidual,
+    frame: &StripeFrame,
+    (parts, whitener): (&FrameResidual, &SMatrix<f64, ROWS, ROWS>),
     at: &StripeState,
     shared: &SharedNoise,
 ) -> Option<PoseError> {
     let NoiseLevels { robot_sigma_m, stamp_sigma_s, factor } = shared.levels;
-    let over_covariance = weighed.whitener.transpose() * (weighed.whitener * parts.residual);
+    let over_covariance = whitener.transpose() * (whitener * parts.residual);
     let variance = |sigma: f64| (factor * sigma).powi(2);
     let mut error = PoseError {
         shift_m: parts.d_displacement.transpose() * over_covariance * variance(robot_sigma_m),
         turn_rad: parts.d_turn.transpose() * over_covariance * variance(shared.robot_sigma_rad),
-        late_s: parts.jacobian.column(0).dot(&over_covariance) * variance(stamp_sigma_s),
+        late_s: parts.d_time_offset.dot(&over_covariance) * variance(stamp_sigma_s),
         in_residual: SVector::zeros(),
     };
-    let there = WeighedFrame { pose_error: error, ..*weighed };
-    let placement = there.placement(observations, at)?;
-    error.in_residual = parts.residual - residual_of_frame(observations, &weighed.frame, at, &placement)?;
+    let placement = error.placement(observations, frame.stamp_s, at)?;
+    error.in_residual = parts.residual - residual_of_frame(observations, frame, at, &placement)?;
     Some(error)
 }
 
@@ -199,21 +199,21 @@ fn whitener(
     weights: [f64; BLOCKS],
 ) -> Option<(SMatrix<f64, ROWS, ROWS>, usize)> {
     let mut inflated = *covariance;
-    let mut rows = Vec::with_capacity(ROWS);
+    let mut counts = [false; ROWS];
     for (block, weight) in weights.into_iter().enumerate() {
         if let (Some(own), true) = (own[block], weight > 0.0) {
             add_to_block(&mut inflated, block, &(own * (1.0 / weight - 1.0)));
-            rows.extend(rows_of(block));
+            counts[rows_of(block)].fill(true);
         }
     }
-    let kept = DMatrix::from_fn(rows.len(), rows.len(), |i, j| inflated[(rows[i], rows[j])]);
-    let lower = kept.cholesky()?.l();
-    let inverse = lower.solve_lower_triangular(&DMatrix::identity(rows.len(), rows.len()))?;
-    let mut whitener = SMatrix::zeros();
-    for (i, row) in rows.iter().enumerate() {
-        for (j, column) in rows.iter().enumerate() {
-            whitener[(*row, *column)] = inverse[(i, j)];
-        }
-    }
-    (!rows.is_empty()).then_some((whitener, rows.len()))
+    let left_out = |i: usize, j: usize| !(counts[i] && counts[j]);
+    // A row that is left out shares nothing with the others.
+    let kept = SMatrix::<f64, ROWS, ROWS>::from_fn(|i, j| match left_out(i, j) {
+        true => f64::from(u8::from(i == j)),
+        false => inflated[(i, j)],
+    });
+    let inverse = kept.cholesky()?.l().solve_lower_triangular(&SMatrix::<f64, ROWS, ROWS>::identity())?;
+    let whitener = SMatrix::from_fn(|i: usize, j: usize| if left_out(i, j) { 0.0 } else { inverse[(i, j)] });
+    let rows = counts.into_iter().filter(|counts| *counts).count();
+    (rows > 0).then_some((whitener, rows))
 }

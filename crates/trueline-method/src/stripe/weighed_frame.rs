@@ -1,0 +1,85 @@
+//! A frame as it counts in the problem: where the sensor most likely was, and what whitens its residuals.
+
+use crate::input::observations::Observations;
+use crate::stripe::frame_residual::{FrameGradients, FrameResidual, ROWS, placement};
+use crate::stripe::frames::StripeFrame;
+use crate::stripe::state::StripeState;
+use nalgebra::{SMatrix, SVector, Vector3};
+use trueline_geometry::so3;
+use trueline_model::Placement;
+
+/// What the residuals of a frame say of the errors that they share.
+///
+/// A derivative that shares an error with the residual is biased wherever little else varies it, as in every problem with errors
+/// in its variables. The foot of a stripe is free of the stripe's own error, but at the robot's reported pose it holds the
+/// robot's. So derivatives are taken where the robot most likely was, and the residual stays that of the reported pose.
+#[derive(Clone, Copy, Debug)]
+pub struct PoseError {
+    /// By how much the reported position is off, base, m.
+    pub shift_m: Vector3<f64>,
+    /// By how much the reported attitude is turned, base, rad.
+    pub turn_rad: Vector3<f64>,
+    /// By how much the time offset of this frame differs, s.
+    pub late_s: f64,
+    /// What they make of the residuals, m.
+    pub in_residual: SVector<f64, ROWS>,
+}
+
+impl PoseError {
+    /// No error.
+    pub const NONE: Self = Self {
+        shift_m: Vector3::new(0.0, 0.0, 0.0),
+        turn_rad: Vector3::new(0.0, 0.0, 0.0),
+        late_s: 0.0,
+        in_residual: SVector::<f64, ROWS>::new(0.0, 0.0, 0.0, 0.0, 0.0),
+    };
+
+    /// Where the sensor was by these errors; `None` as for [`placement`].
+    #[must_use]
+    pub(crate) fn placement(
+        &self,
+        observations: &Observations,
+        stamp_s: f64,
+        at: &StripeState,
+    ) -> Option<Placement> {
+        let mut placement = placement(observations, stamp_s + self.late_s, at)?;
+        let robot = &mut placement.base_from_tool;
+        robot.translation.vector -= self.shift_m;
+        robot.rotation = so3::exp(&-self.turn_rad) * robot.rotation;
+        Some(placement)
+    }
+}
+
+/// A frame with what whitens it; rows that do not count are zero.
+#[derive(Clone, Copy, Debug)]
+pub struct WeighedFrame {
+    /// The frame.
+    pub frame: StripeFrame,
+    /// W with W Σ Wᵀ = 1 over the rows that count.
+    pub whitener: SMatrix<f64, ROWS, ROWS>,
+    /// Rows that count.
+    pub rows: usize,
+    /// How far the robot's report is expected to be off in it.
+    pub pose_error: PoseError,
+}
+
+impl WeighedFrame {
+    /// Where the sensor most likely was; `None` as for [`placement`].
+    #[must_use]
+    pub fn placement(&self, observations: &Observations, at: &StripeState) -> Option<Placement> {
+        self.pose_error.placement(observations, self.frame.stamp_s, at)
+    }
+
+    /// Whitened residuals and their gradients where the sensor most likely was.
+    pub(crate) fn whitened(
+        &self,
+        (parts, gradients): &(FrameResidual, FrameGradients),
+    ) -> (SVector<f64, ROWS>, FrameGradients) {
+        (self.whitener * self.residual(parts), gradients * self.whitener.transpose())
+    }
+
+    /// The residuals of the reported pose.
+    pub(crate) fn residual(&self, parts: &FrameResidual) -> SVector<f64, ROWS> {
+        parts.residual + self.pose_error.in_residual
+    }
+}
