@@ -116,14 +116,9 @@ impl Recording {
             )?,
         };
         let data = trueline_dataset::Recording {
-            sensor,
-            setup,
-            robot: poses,
-            features,
             stripes,
             initial: guess.map(|(time_offset_s, pose)| guess_of(time_offset_s, &pose)).transpose()?,
-            truth: None,
-            inputs: std::collections::BTreeMap::new(),
+            ..trueline_dataset::Recording::new(sensor, setup, poses, features)
         };
         let data = with_corners(&data).unwrap_or(data);
         Ok(Self { inner: Arc::new(data.into()), title: "arrays".into() })

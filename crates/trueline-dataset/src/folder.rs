@@ -114,7 +114,8 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
     let truth_path = path("truth.toml");
     let truth =
         truth_text.map(|text| known_toml::parse_truth(&truth_path, &utf8(&truth_path, text)?)).transpose()?;
-    let recording = Recording { sensor, setup, robot, features, stripes, initial, truth, inputs };
+    let recording =
+        Recording { stripes, initial, truth, inputs, ..Recording::new(sensor, setup, robot, features) };
     Ok(FolderContent { recording, profiles, notes })
 }
 

@@ -103,6 +103,8 @@ pub fn join(mut recordings: Vec<Recording>) -> Result<Joined, JoinError> {
             shift(&mut next, by_ns);
             shifted.push(index);
         }
+        recording.joined_from_ns.push(first_ns(&next));
+        recording.joined_from_ns.append(&mut next.joined_from_ns);
         let of_stripes = recording.stripes.iter().map(|stripe| stripe.plate / 2 + 1);
         let lines =
             recording.features.iter().map(|feature| feature.line + 1).chain(of_stripes).max().unwrap_or(0);
@@ -169,6 +171,9 @@ fn shift(recording: &mut Recording, by_ns: i64) {
     for stripe in &mut recording.stripes {
         stripe.stamp_ns += by_ns;
     }
+    for from_ns in &mut recording.joined_from_ns {
+        *from_ns += by_ns;
+    }
 }
 
 #[cfg(test)]
@@ -206,6 +211,8 @@ mod tests {
         let all = joined.recording;
         assert_eq!(all.features.iter().map(|f| f.line).collect::<Vec<_>>(), [1, 3, 5]);
         assert!(all.robot.windows(2).all(|two| two[0].stamp_ns < two[1].stamp_ns));
+        let [second, third] = [3, 6].map(|k| all.robot[k].stamp_ns);
+        assert_eq!(all.joined_from_ns, [second, third]);
         // Both streams of a shifted recording move alike.
         assert_eq!(all.features[1].stamp_ns - all.robot[3].stamp_ns, 12);
         assert_eq!(

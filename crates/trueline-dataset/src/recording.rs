@@ -26,6 +26,8 @@ pub struct Recording {
     pub truth: Option<Truth>,
     /// SHA-256 of every file that was read, by name.
     pub inputs: BTreeMap<String, String>,
+    /// Of several recordings that were joined, the first stamp of each but the first, ns: nothing was recorded just before it.
+    pub joined_from_ns: Vec<i64>,
 }
 
 /// What a recording is read from beside what was measured: two scans may share these.
@@ -44,6 +46,7 @@ impl Recording {
             initial: None,
             truth: None,
             inputs: BTreeMap::new(),
+            joined_from_ns: Vec::new(),
         }
     }
 

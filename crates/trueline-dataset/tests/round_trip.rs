@@ -92,16 +92,7 @@ fn folders_of_every_kind() {
         ),
     ];
     for (sensor, features) in kinds {
-        let recording = Recording {
-            sensor,
-            setup: Default::default(),
-            robot: robot(30),
-            features,
-            stripes: Vec::new(),
-            initial: None,
-            truth: None,
-            inputs: Default::default(),
-        };
+        let recording = Recording::new(sensor, Default::default(), robot(30), features);
         let dir = tempfile::tempdir().unwrap();
         folder::write(dir.path(), &recording).unwrap();
         assert_same(&recording, &folder::read(dir.path()).unwrap());

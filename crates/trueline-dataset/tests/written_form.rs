@@ -2,7 +2,6 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{UnitQuaternion, Vector3};
-use std::collections::BTreeMap;
 use trueline_dataset::{Feature, Measured, Recording, RobotSample, Sensor, folder, written_form};
 use trueline_geometry::se3;
 
@@ -26,16 +25,12 @@ fn recording(device: bool, sigma: bool) -> Recording {
         sigma: (sigma || k != 6).then_some([x(k).abs() + 1e-5, 1e-4 / 3.0]),
         correlation: if sigma { 0.9 * (f64::from(k)).sin() } else { 0.0 },
     };
-    Recording {
-        sensor: Sensor::Profiler,
-        setup: Default::default(),
-        robot: (0..200).map(sample).collect(),
-        features: (0..200).map(feature).collect(),
-        stripes: Vec::new(),
-        initial: None,
-        truth: None,
-        inputs: BTreeMap::new(),
-    }
+    Recording::new(
+        Sensor::Profiler,
+        Default::default(),
+        (0..200).map(sample).collect(),
+        (0..200).map(feature).collect(),
+    )
 }
 
 #[test]

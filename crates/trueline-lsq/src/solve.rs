@@ -46,8 +46,11 @@ const BENT: std::ops::RangeInclusive<f64> = 0.8..=0.99;
 /// … and not by a promise of less than this part of the cost, which is too near to the sum's rounding.
 const MEASURABLE: f64 = 1e-10;
 
-/// Least damping of a retry.
+/// Least damping of a retry; less of it where a solve begins with so much less: what the first step was to leave undamped the next one is not
+/// to hold.
 const LEAST_RETRY_DAMPING: f64 = 1e-3;
+/// See [`LEAST_RETRY_DAMPING`].
+const LEAST_RETRY_TIMES: f64 = 1e4;
 
 /// One try of a step, and the state before it.
 #[derive(Clone, Debug)]
@@ -122,7 +125,12 @@ pub fn solve<P: LeastSquares>(
         return Err(SolveError::NotFiniteAtStart);
     }
     let tried = NormalEquations::zeros(problem.dimension());
-    let mut search = Search { problem, fixed, equations, tried, state: start, iterations: Vec::new() };
+    let least_retry = match options.initial_damping {
+        damping if damping > 0.0 => LEAST_RETRY_DAMPING.min(LEAST_RETRY_TIMES * damping),
+        _ => LEAST_RETRY_DAMPING,
+    };
+    let mut search =
+        Search { problem, fixed, equations, tried, state: start, iterations: Vec::new(), least_retry };
     let termination = search.run(options);
     Ok(Solution {
         state: search.state,
@@ -140,6 +148,8 @@ struct Search<'a, P: LeastSquares> {
     tried: NormalEquations,
     state: P::State,
     iterations: Vec<Iteration<P::State>>,
+    /// Least damping of a retry.
+    least_retry: f64,
 }
 
 impl<P: LeastSquares> Search<'_, P> {
@@ -149,7 +159,7 @@ impl<P: LeastSquares> Search<'_, P> {
         let mut curvature = 1.0;
         while self.iterations.len() < options.max_iterations {
             let Some(mut step) = damped_step(&self.equations, self.fixed, damping) else {
-                (damping, growth) = raised(damping, growth);
+                (damping, growth) = self.raised(damping, growth);
                 if damping > DAMPING_LIMIT {
                     return self.stuck(damping);
                 }
@@ -181,7 +191,7 @@ impl<P: LeastSquares> Search<'_, P> {
                     curvature = bent(1.0 - 2.0 * (decrease - promised) / (length * length));
                 }
             } else {
-                (damping, growth) = raised(damping, growth);
+                (damping, growth) = self.raised(damping, growth);
                 curvature = 1.0;
                 if damping > DAMPING_LIMIT {
                     return self.stuck(damping);
@@ -219,17 +229,17 @@ impl<P: LeastSquares> Search<'_, P> {
         (accepted, gain_ratio, decrease)
     }
 
+    /// Damping and its growth after a step that was not taken, or that there is none of: also from a damping of zero.
+    fn raised(&self, damping: f64, growth: f64) -> (f64, f64) {
+        // Below the least a longer or shorter damping makes no difference to the step.
+        ((damping * growth).max(self.least_retry), growth * 2.0)
+    }
+
     fn stuck(&self, damping: f64) -> Termination {
         let step = damped_step(&self.equations, self.fixed, 0.0)
             .map_or(f64::INFINITY, |step| whitened_length(&self.equations, &step));
         Termination::NoFurtherDecrease { damping, threshold: DAMPING_LIMIT, step }
     }
-}
-
-/// Damping and its growth after a step that was not taken, or that there is none of: also from a damping of zero.
-fn raised(damping: f64, growth: f64) -> (f64, f64) {
-    // Below the least a longer or shorter damping makes no difference to the step.
-    ((damping * growth).max(LEAST_RETRY_DAMPING), growth * 2.0)
 }
 
 /// The measured curvature κ, the step having gained −gᵀδ − ½ κ δᵀHδ, where it is that of a loss that bends; else 1, that of H.

@@ -212,6 +212,32 @@ fn stripes_that_contradict_the_seam_points_are_not_used_unasked() {
 }
 
 /// Stripes of a bad picture agree with anything: they are not the answer then.
+/// A camera's seam points are the crossing of straight lines, which of bowed plates is beside the seam: many of its ± where a scan knows it
+/// well. The stripes show the forms, so that both answers do not contradict each other, and theirs is taken.
+#[test]
+fn seam_points_beside_the_seam_of_bowed_plates_do_not_overrule_the_stripes() {
+    let form = PlateForm { across: 2e-4, along: 2e-4, ..PlateForm::default() };
+    let plates = Plates { forms: [form; 2], ..Plates::default() };
+    for seed in 0..4 {
+        let recording = scan_plates(&Preset::Good.scenario(), &plates, seed).unwrap();
+        let auto = calibrated(&recording, &with(Measurements::Auto, SensorMode::Fixed));
+        let outcome = auto.findings.stripes.as_ref().unwrap();
+        assert_eq!((outcome.used, outcome.because), (Measurements::Stripe, Because::Agreement), "{seed}");
+        // By seam points it is 0.012 mm and 5 to 8 sigma, by stripes up to three of each number.
+        let truth = recording.truth.as_ref().unwrap().parameters;
+        let off = auto.best_fit().minus(&truth);
+        let covariance = auto.best_fit_covariance();
+        for k in 0..7 {
+            assert!(off[k].abs() < 4.0 * covariance[(k, k)].sqrt(), "{seed}, {k}");
+        }
+    }
+    // Stamps that are a millisecond later are no form of plates.
+    let mut recording = scan_plates(&Preset::Good.scenario(), &plates, 0).unwrap();
+    recording.stripes.iter_mut().for_each(|stripe| stripe.stamp_ns += 1_000_000);
+    let auto = calibrated(&recording, &with(Measurements::Auto, SensorMode::Fixed));
+    assert_eq!(auto.findings.stripes.unwrap().because, Because::Disagreement);
+}
+
 #[test]
 fn stripes_that_know_clearly_less_are_not_used_unasked() {
     let scenario = scenario(Preset::Quick, 10.0);
@@ -319,6 +345,10 @@ fn stripes_and_seam_points_of_one_frame_are_one_picture_whatever_their_stamps() 
     let of_both = outcome(&calibrated(&joined, &with(Measurements::Both, SensorMode::Fixed)));
     let of_other = outcome(&calibrated(&other, &with(Measurements::Both, SensorMode::Fixed)));
     assert_eq!(of_both, (outcome(&as_recorded).0 + of_other.0, outcome(&as_recorded).1 + of_other.1));
+    // Half a minute without samples lies between them, in which none are missing.
+    let streams = calibrated(&joined, &with(Measurements::Both, SensorMode::Fixed)).findings.streams;
+    assert_eq!((streams.robot.missing, streams.robot.silences), (Some(0), 0));
+    assert!(streams.robot.longest_gap_s < 0.1 && streams.images.silences == 0);
     // More than a picture later they are another picture.
     recording.stripes.iter_mut().for_each(|stripe| stripe.stamp_ns += 100_000_000);
     let truth = recording.truth.as_ref().unwrap().parameters;

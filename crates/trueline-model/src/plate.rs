@@ -87,10 +87,7 @@ impl Plate {
             value,
             d_point,
             d_plate: Vector3::new(tilt(along), tilt(outward), -1.0),
-            d_surface: -surface_terms(
-                outward.dot(&from) / SURFACE_REACH_M,
-                along.dot(&from) / SURFACE_LENGTH_M,
-            ),
+            d_surface: -surface_terms(outward.dot(&from) * PER_REACH, along.dot(&from) * PER_LENGTH),
         }
     }
 

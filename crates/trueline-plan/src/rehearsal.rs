@@ -16,7 +16,6 @@ use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use std::collections::BTreeMap;
 use trueline_dataset::{Feature, Measured, Recording, RobotSample, Sensor, SensorSetup};
 use trueline_geometry::so3;
 use trueline_method::assess::robot_field::RobotSigmas;
@@ -140,16 +139,7 @@ fn cast(cell: &Cell, setup: &SensorSetup, measurements: Measurements, motion: &M
     }
     features.sort_by_key(|feature| feature.stamp_ns);
     stripes.sort_by_key(|stripe| stripe.stamp_ns);
-    Some(Recording {
-        sensor: cell.sensor.clone(),
-        setup: setup.clone(),
-        robot,
-        features,
-        stripes,
-        initial: None,
-        truth: None,
-        inputs: BTreeMap::new(),
-    })
+    Some(Recording { stripes, ..Recording::new(cell.sensor.clone(), setup.clone(), robot, features) })
 }
 
 /// What the sensor reports of a sight; `None` if its camera does not see the point.

@@ -147,8 +147,12 @@ fn used(stripes: &StripeOutcome) -> String {
     let planes = estimate.as_ref().map_or(&[][..], |estimate| &estimate.planes);
     let one_alone = planes.iter().any(|one| planes.iter().all(|other| other.number != one.number ^ 1));
     let all = if one_alone { "all plates" } else { "both plates" };
-    let lost: Vec<String> =
-        skipped.iter().map(|(why, count)| format!("{count} stripes left out: {why}")).collect();
+    let lost: Vec<String> = skipped
+        .iter()
+        .map(|(why, count)| {
+            format!("{count} {} left out: {why}", if *count == 1 { "stripe" } else { "stripes" })
+        })
+        .collect();
     let astray = estimate.as_ref().filter(|estimate| estimate.rejected > 0);
     let astray =
         astray.map(|e| format!("{} of {} stripes left out: not on the plates", e.rejected, e.stripes));
@@ -158,6 +162,7 @@ fn used(stripes: &StripeOutcome) -> String {
         Because::Asked => "as asked",
         Because::Agreement => "they agree with the seam points",
         Because::KnowsLess => "the seam points know more",
+        Because::ShowsLess => "they do not show all of the hand-eye transform",
         Because::Disagreement => "they do not agree with the seam points",
         Because::TooFewFrames => "too few for an answer of their own",
         Because::Plates(why) => return format!("not used: {why}; {shown}"),

@@ -144,7 +144,12 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
     rows.push(("image stream".to_owned(), stream(&c.findings.streams.images)));
     rows.push((
         "solver".to_owned(),
-        format!("{} steps; {}", c.findings.fit.iterations.len(), c.findings.fit.termination),
+        format!(
+            "{} steps; {}{}",
+            c.findings.fit.iterations.len(),
+            c.findings.fit.termination,
+            stripes::of_seam_points(c)
+        ),
     ));
     rows
 }

@@ -7,7 +7,6 @@ use crate::noise::Noise;
 use crate::scenario::{Scenario, SensorModel};
 use crate::shutter::{Exposed, Receiver, Shutter};
 use nalgebra::Vector3;
-use std::collections::BTreeMap;
 use trueline_dataset::{Feature, Guess, Measured, Recording, RobotSample, Sensor, SensorSetup, Truth};
 use trueline_geometry::{Line, Pose};
 
@@ -59,16 +58,11 @@ fn record(
         tool_from_camera: scenario.cell.tool_from_camera,
     };
     let robot = RobotErrors::new(scenario, base_from_tool, faults, seed)?;
-    Some(Recording {
-        sensor: sensor(&scenario.cell.sensor),
-        setup: SensorSetup::default(),
-        robot: robot_samples(scenario, &|time_s| robot.reported(time_s), seed),
-        features: features(scenario, &|time_s| robot.actual(time_s), faults, seed),
-        stripes: Vec::new(),
-        initial: None,
-        truth: Some(Truth { parameters, lines: scenario.cell.lines.clone() }),
-        inputs: BTreeMap::new(),
-    })
+    let samples = robot_samples(scenario, &|time_s| robot.reported(time_s), seed);
+    let features = features(scenario, &|time_s| robot.actual(time_s), faults, seed);
+    let truth = Some(Truth { parameters, lines: scenario.cell.lines.clone() });
+    let sensor = sensor(&scenario.cell.sensor);
+    Some(Recording { truth, ..Recording::new(sensor, SensorSetup::default(), samples, features) })
 }
 
 fn sensor(model: &SensorModel) -> Sensor {

@@ -2,7 +2,6 @@
 
 use crate::calibration::Calibration;
 use crate::error::Error;
-use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::path::Path;
 #[cfg(feature = "open")]
@@ -48,16 +47,7 @@ impl Recording {
     /// A recording from arrays: poses and features by rising stamp.
     #[must_use]
     pub fn new(sensor: Sensor, poses: Vec<RobotSample>, features: Vec<Feature>) -> Self {
-        Self::from(trueline_dataset::Recording {
-            sensor,
-            setup: SensorSetup::default(),
-            robot: poses,
-            features,
-            stripes: Vec::new(),
-            initial: None,
-            truth: None,
-            inputs: BTreeMap::new(),
-        })
+        Self::from(trueline_dataset::Recording::new(sensor, SensorSetup::default(), poses, features))
     }
 
     /// The same with a first guess of time offset and hand-eye.

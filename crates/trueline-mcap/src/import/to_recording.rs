@@ -79,8 +79,7 @@ pub fn import(path: &Path, choice: &Choice) -> Result<Imported, ImportError> {
         notes.push("the recording has neither pictures nor profiles nor seam points".to_owned());
     }
     let SensorFile { sensor, setup } = sensor;
-    let (initial, truth, inputs) = (None, None, hashes(&bag)?);
-    let recording = Recording { sensor, setup, robot, features, stripes: Vec::new(), initial, truth, inputs };
+    let recording = Recording { inputs: hashes(&bag)?, ..Recording::new(sensor, setup, robot, features) };
     let stamp_meaning = survey.about.get("stamp_meaning").filter(|words| !words.is_empty()).cloned();
     let types = std::mem::take(&mut collected.picture_types);
     let inputs = std::mem::take(&mut collected.inputs);

@@ -16,6 +16,8 @@ pub struct Stream {
     pub doubles: usize,
     /// All stamps are multiples of this, though the samples are not, s.
     pub grain_s: Option<f64>,
+    /// Of recordings that were joined, the first stamp of each but the first, s.
+    pub joined_from_s: Vec<f64>,
 }
 
 /// The stamps of robot and images.
@@ -51,7 +53,7 @@ pub struct StampReport {
     pub period_s: Option<f64>,
     /// Standard deviation of the stamps about that clock, s.
     pub jitter_s: Option<f64>,
-    /// Samples missing between the first and the last.
+    /// Samples missing between the first and the last, of each recording that was joined.
     pub missing: Option<usize>,
     /// Silences of more than four periods.
     pub silences: usize,
@@ -195,7 +197,21 @@ impl Stream {
             (None, None) => Ticks::Counted,
         };
         let clock = clock_model::fit(&recorded_s, ticks);
-        Self { doubles: stamps_ns.len() - recorded_s.len(), recorded_s, clock, grain_s: None }
+        let doubles = stamps_ns.len() - recorded_s.len();
+        Self { doubles, recorded_s, clock, grain_s: None, joined_from_s: Vec::new() }
+    }
+
+    /// Of recordings that were joined at these stamps.
+    fn joined_from(self, stamps_ns: &[i64], origin_ns: i64) -> Self {
+        let joined_from_s = stamps_ns.iter().map(|ns| (ns - origin_ns) as f64 * 1e-9).collect();
+        Self { joined_from_s, ..self }
+    }
+
+    /// The stamps of each of them, s.
+    fn recordings_s(&self) -> impl Iterator<Item = &[f64]> {
+        let starts = self.joined_from_s.iter().map(|from_s| self.recorded_s.partition_point(|s| s < from_s));
+        let ends = starts.clone().chain([self.recorded_s.len()]);
+        [0].into_iter().chain(starts).zip(ends).map(|(start, end)| &self.recorded_s[start..end])
     }
 
     /// With the grain of these stamps.
@@ -242,7 +258,10 @@ impl Stream {
     /// Figures for the report.
     #[must_use]
     pub fn report(&self, dejittered: bool) -> StampReport {
-        let steps = || self.recorded_s.windows(2).map(|w| w[1] - w[0]);
+        let steps = || self.recordings_s().flat_map(|stamps_s| stamps_s.windows(2).map(|w| w[1] - w[0]));
+        let missing = |clock: &StreamClock| {
+            self.recordings_s().map(|stamps_s| clock_model::missing(stamps_s, clock.period_s)).sum()
+        };
         let median_period_s = median(steps()).unwrap_or(0.0);
         let longest_gap_s = steps().fold(0.0, f64::max);
         let clock = self.clock.as_ref();
@@ -254,7 +273,7 @@ impl Stream {
             longest_gap_s,
             period_s: clock.map(|c| c.period_s),
             jitter_s: clock.map(|c| c.jitter_s),
-            missing: clock.map(|c| clock_model::missing(&self.recorded_s, c.period_s)),
+            missing: clock.map(missing),
             silences: steps().filter(|step| *step > silence_s).count(),
             device_drift_ppm: clock.and_then(|c| c.device_drift_ppm),
             one_sided: clock.is_some_and(StreamClock::is_one_sided),
@@ -281,9 +300,13 @@ impl Sampling {
         rows.dedup();
         let line = features.first().map_or(0, |first| first.line);
         let pictures: Vec<i64> = features.iter().filter(|f| f.line == line).map(|f| f.stamp_ns).collect();
+        let stream = |stamps_ns: &[i64], device_ns: &[Option<i64>], counter: &[Option<u64>]| {
+            Stream::new(stamps_ns, origin_ns, device_ns, counter)
+                .joined_from(&recording.joined_from_ns, origin_ns)
+        };
         Self {
-            robot: Stream::new(&robot_stamps, origin_ns, &robot_device, &[]).with_grain(&rows),
-            images: Stream::new(&image_stamps, origin_ns, &image_device, &counter).with_grain(&pictures),
+            robot: stream(&robot_stamps, &robot_device, &[]).with_grain(&rows),
+            images: stream(&image_stamps, &image_device, &counter).with_grain(&pictures),
         }
     }
 

@@ -20,13 +20,14 @@ use crate::stripe::freed::without_bias;
 use crate::stripe::no_plates::NoPlates;
 use crate::stripe::outcome::{Answer, Apart, Because, LEAST_SHARE, StripeEstimate, StripeOutcome};
 use crate::stripe::planes::Planes;
+use crate::stripe::seam_of_straight_lines::moved_without_forms;
 use crate::stripe::systematic::SharedErrors;
 use crate::stripe::unknowns::StripeUnknowns;
 use crate::stripe::whitening::{SharedNoise, robot_sigma_rad};
 use crate::stripe::{
     as_seam, flat_rank, motion_information, planes, robot_accuracy, start, systematic, uncertainty,
 };
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, SVector, Vector3};
 use std::collections::BTreeSet;
 use trueline_dataset::Recording;
 use trueline_geometry::{Pose, Trajectory};
@@ -124,6 +125,7 @@ pub fn estimate(seam: &SeamEstimate<'_>) -> Result<Option<StripeOutcome>, Error>
 fn decided(estimate: &StripeEstimate) -> Because {
     match estimate.sigmas_apart {
         Some(apart) if apart >= AGREEMENT_SIGMAS => Because::Disagreement,
+        _ if estimate.stripe.seam_error.is_none() => Because::ShowsLess,
         Some(_) if !estimate.knows_less() => Because::Agreement,
         _ => Because::KnowsLess,
     }
@@ -149,6 +151,9 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     if 2 * fit.rejected > fit.plates {
         return Err(NoPlates::Scattered { rejected: fit.rejected, stripes: fit.plates });
     }
+    if !fit.solution.termination.is_converged() {
+        return Err(NoPlates::NotConverged);
+    }
     let all = fit.information(&fixed, RANK_THRESHOLD).ok_or(NoPlates::NoPlane)?;
     let taken = seam.robot_taken.filter(|taken| robot_accuracy::shown(&fit, &all, *taken).is_none());
     let about_s = motion_information::times_looked_at_s(&fit.problem, fit.state());
@@ -172,7 +177,14 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     let all = noise.covariance + explained.left_of(&errors).covariance();
     let Planes { plates: planes, angles, steps } =
         planes::planes(observations, frames, fit.state(), (&all, &both_null(&seen, &information)));
-    let sigmas_apart = apart(seam, &stripe, &noise_of_seam, &errors_of_seam);
+    let sigmas_apart = apart(seam, &stripe, (&noise_of_seam, &errors_of_seam), None);
+    let sigmas_apart = match sigmas_apart {
+        Some(sigmas) if sigmas >= AGREEMENT_SIGMAS => {
+            let moved = moved_without_forms((observations, settings), seam.fit, &frames.list, fit.state());
+            apart(seam, &stripe, (&noise_of_seam, &errors_of_seam), moved.as_ref())
+        }
+        agree => agree,
+    };
     Ok(StripeEstimate {
         planes,
         angles,
@@ -304,8 +316,14 @@ fn in_lengths(observations: &Observations, one: &Parameters, other: &Parameters)
 const ROUNDING_SI: f64 = 1e-9;
 
 /// How far the answers of seam points and stripes are apart, over what both show of clock and hand-eye. Both see the same robot,
-/// sensor and detector: of these errors only what they make of the two answers differently lets them differ.
-fn apart(seam: &SeamEstimate<'_>, stripe: &Answer, noise: &DMatrix<f64>, errors: &Systematic) -> Option<f64> {
+/// sensor and detector: of these errors only what they make of the two answers differently lets them differ. What the plates' forms
+/// make of a crossing of straight lines moves the seam points' answer by `by_forms`, if its points are such.
+fn apart(
+    seam: &SeamEstimate<'_>,
+    stripe: &Answer,
+    (noise, errors): (&DMatrix<f64>, &Systematic),
+    by_forms: Option<&SVector<f64, LINES>>,
+) -> Option<f64> {
     let seen = |answer: &Answer, k: usize| answer.observability.observable_components[k];
     let both: Vec<usize> = (0..LINES).filter(|k| seen(&seam.answer, *k) && seen(stripe, *k)).collect();
     let difference = stripe.parameters.minus(&seam.answer.parameters.guess());
@@ -314,7 +332,8 @@ fn apart(seam: &SeamEstimate<'_>, stripe: &Answer, noise: &DMatrix<f64>, errors:
     let covariance = DMatrix::from_fn(both.len(), both.len(), |i, j| {
         let place = (both[i], both[j]);
         let rounding = if i == j { ROUNDING_SI * ROUNDING_SI } else { 0.0 };
-        seam.noise[place] + noise[place] + by_errors[place] + rounding
+        let by_forms = by_forms.map_or(0.0, |moved| moved[place.0] * moved[place.1]);
+        seam.noise[place] + noise[place] + by_errors[place] + by_forms + rounding
     });
     sigmas_apart(&chosen, &covariance)
 }

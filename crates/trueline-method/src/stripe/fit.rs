@@ -74,7 +74,7 @@ impl<'a> StripeSolver<'a> {
         loop {
             let round = self.weighed(&state);
             let solution = self.solved(&round, state, ROUGH)?;
-            let first = solution.iterations.first().map_or(0.0, |step| step.step);
+            let first = solution.iterations.iter().find(|step| step.accepted).map_or(0.0, |step| step.step);
             state = solution.state;
             rounds += 1;
             if first < SETTLED_SIGMAS || rounds == ROUNDS {

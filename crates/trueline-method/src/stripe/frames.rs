@@ -31,6 +31,8 @@ pub fn reported(stripe: &[Support; 2]) -> [Vector2<f64>; 2] {
 /// A seam point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SeamSight {
+    /// Which of the observations it is.
+    pub observation: usize,
     /// Where it is reported, sheet coordinates, m.
     pub reported: Vector2<f64>,
     /// Its covariance there, m².
@@ -97,7 +99,7 @@ pub fn frames(
 ) -> Result<StripeFrames, Error> {
     let length_per_px_m = config.length_per_px_m();
     let (pictures, stamps) = (PicturesOfRows::of(recording)?, Stamps::of(recording, observations));
-    let mut seen: BTreeMap<(i64, usize), Seen<'_>> = BTreeMap::new();
+    let mut seen: BTreeMap<(i64, usize), Seen> = BTreeMap::new();
     let (mut skipped, mut stamped_later_s) = (BTreeMap::new(), 0.0_f64);
     for stripe in &recording.stripes {
         let (joint, plate) = (stripe.plate as usize / 2, stripe.plate as usize % 2);
@@ -108,14 +110,14 @@ pub fn frames(
         }
         seen.stamp_ns = stripe.stamp_ns;
     }
-    for o in &observations.list {
+    for (index, o) in observations.list.iter().enumerate() {
         let feature = &recording.features[o.row as usize];
         let seen = seen.entry((pictures.of_feature(feature), o.line as usize)).or_default();
         let later_s = seen.stripes_later_s(feature.stamp_ns);
         if later_s.abs() > stamped_later_s.abs() {
             stamped_later_s = later_s;
         }
-        (seen.seam, seen.stamp_ns) = (Some(o), feature.stamp_ns);
+        (seen.seam, seen.stamp_ns) = (Some(seam_sight(observations, index)), feature.stamp_ns);
     }
     let plates = plates_of_joints(&mut seen, observations.line_count, &mut skipped);
     let bare = if wanted == Measurements::Both { bare(&plates) } else { Vec::new() };
@@ -124,12 +126,9 @@ pub fn frames(
     for ((_, joint), seen) in seen {
         let all = seen.has_all(plates.get(joint).unwrap_or(&[true; 2]));
         frames.with_both += usize::from(all);
-        let sight = if frames.bare.contains(&joint) {
-            seen.seam.map(|o| seam_sight(observations, o))
-        } else {
-            seen.sight(observations, wanted, all)
-        };
-        let edge = seen.seam.map(|o| seam_point(observations, o));
+        let sight =
+            if frames.bare.contains(&joint) { seen.seam.map(Sight::Seam) } else { seen.sight(wanted, all) };
+        let edge = seen.seam;
         let stamp_s = stamps.seconds(seen.stamp_ns);
         frames.list.extend(sight.map(|sight| StripeFrame { stamp_s, joint, sight, edge }));
     }
@@ -139,7 +138,7 @@ pub fn frames(
 
 /// Which plates each joint has; the few stripes of another are left out.
 fn plates_of_joints(
-    seen: &mut BTreeMap<(i64, usize), Seen<'_>>,
+    seen: &mut BTreeMap<(i64, usize), Seen>,
     joints: usize,
     skipped: &mut BTreeMap<Skip, usize>,
 ) -> Vec<[bool; 2]> {
@@ -170,14 +169,14 @@ fn bare(plates: &[[bool; 2]]) -> Vec<usize> {
 
 /// What one picture shows of a joint.
 #[derive(Default)]
-struct Seen<'a> {
+struct Seen {
     stripes: [Option<[Support; 2]>; 2],
-    seam: Option<&'a Observation>,
+    seam: Option<SeamSight>,
     /// Stamp of the picture, that of the seam point if there is one.
     stamp_ns: i64,
 }
 
-impl Seen<'_> {
+impl Seen {
     /// By how much its stripes are stamped later than its seam point, s; 0 without stripes.
     fn stripes_later_s(&self, seam_ns: i64) -> f64 {
         let has_stripes = self.stripes.iter().any(Option::is_some);
@@ -190,21 +189,19 @@ impl Seen<'_> {
         stripes && plates.contains(&true) && (plates == &[true; 2] || self.seam.is_some())
     }
 
-    fn sight(&self, observations: &Observations, wanted: Measurements, all: bool) -> Option<Sight> {
-        if let Some(o) = self.seam.filter(|_| wanted == Measurements::Both && !all) {
-            return Some(seam_sight(observations, o));
+    fn sight(&self, wanted: Measurements, all: bool) -> Option<Sight> {
+        if let Some(seam) = self.seam.filter(|_| wanted == Measurements::Both && !all) {
+            return Some(Sight::Seam(seam));
         }
         self.stripes.iter().any(Option::is_some).then_some(Sight::Stripes(self.stripes))
     }
 }
 
-fn seam_sight(observations: &Observations, o: &Observation) -> Sight {
-    Sight::Seam(seam_point(observations, o))
-}
-
-fn seam_point(observations: &Observations, o: &Observation) -> SeamSight {
+fn seam_sight(observations: &Observations, observation: usize) -> SeamSight {
+    let o = &observations.list[observation];
     let [xx, xy, yy] = o.covariance;
     SeamSight {
+        observation,
         reported: observations.sheet.coordinates(&o.point_in_camera),
         covariance: Matrix2::new(xx, xy, xy, yy),
         sheet_per_px: o.sheet_per_px(),

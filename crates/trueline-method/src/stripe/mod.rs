@@ -27,6 +27,7 @@ pub mod planes;
 pub mod problem;
 pub(crate) mod robot_accuracy;
 pub(crate) mod robust_moments;
+pub(crate) mod seam_of_straight_lines;
 pub mod start;
 pub mod state;
 pub mod systematic;

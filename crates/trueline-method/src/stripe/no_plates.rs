@@ -21,6 +21,8 @@ pub enum NoPlates {
         /// Of how many.
         stripes: usize,
     },
+    /// The search for the best plates did not come to an end.
+    NotConverged,
     /// Two plates that do not meet in a line, without the points of an edge.
     Parallel,
     /// Two parallel plates, or one alone, and seam points that lie on neither.
@@ -49,6 +51,7 @@ impl fmt::Display for NoPlates {
                     "{rejected} of {stripes} stripes lie on none of the plates that fit the others best"
                 )
             }
+            Self::NotConverged => f.write_str("the fit of the plates did not converge"),
             Self::Parallel => f.write_str(
                 "the two plates are parallel to within 6°, and there are no seam points of an edge",
             ),
@@ -85,6 +88,9 @@ impl NoPlates {
             }
             Self::Scattered { .. } => {
                 "see whether stripes.csv is of this scan and this sensor, in its units, and each plate has one number in all frames; otherwise take --use seam"
+            }
+            Self::NotConverged => {
+                "see whether stripes.csv is of this scan and this sensor, and whether the seam points calibrate by themselves: --use seam"
             }
             Self::Parallel => "of a lap or a step the edge is the seam: give its points in features.csv",
             Self::EdgeElsewhere { .. } => {

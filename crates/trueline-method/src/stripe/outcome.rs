@@ -24,8 +24,10 @@ pub enum Because {
     Asked,
     /// Seam points and stripes agree, and stripes know more.
     Agreement,
-    /// They agree, but the seam points know clearly more; or nothing of them can be compared.
+    /// They agree, but the seam points know clearly more.
     KnowsLess,
+    /// The stripes do not show all of the hand-eye transform.
+    ShowsLess,
     /// They do not agree.
     Disagreement,
     /// Too few frames show both plates.
@@ -44,11 +46,13 @@ impl Because {
             Self::Asked => "asked",
             Self::Agreement => "agreement",
             Self::KnowsLess => "knows-less",
+            Self::ShowsLess => "shows-less",
             Self::Disagreement => "disagreement",
             Self::TooFewFrames => "too-few-frames",
             Self::Plates(NoPlates::Missing { .. }) => "plates-missing",
             Self::Plates(NoPlates::NoPlane) => "plates-without-plane",
             Self::Plates(NoPlates::Scattered { .. }) => "stripes-scattered",
+            Self::Plates(NoPlates::NotConverged) => "plates-not-converged",
             Self::Plates(NoPlates::Parallel) => "parallel-plates",
             Self::Plates(NoPlates::EdgeElsewhere { .. }) => "edge-elsewhere",
             Self::HeldAtGuess => "held-at-guess",

@@ -77,6 +77,7 @@ fn angles(estimate: &StripeEstimate) -> Vec<(String, String)> {
         Some((format!("{what} of plates {} and {}", 2 * joint, 2 * joint + 1), value))
     }));
     let apart = match estimate.sigmas_apart {
+        Some(sigmas) if sigmas < 1.0 => "less than 1 sigma apart: they agree".to_owned(),
         Some(sigmas) => format!("{sigmas:.1} sigma apart; up to 3 they agree"),
         None => "nothing of them can be compared".to_owned(),
     };

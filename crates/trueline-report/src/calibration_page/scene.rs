@@ -54,7 +54,9 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
         let name = if c.best_fit().lines.len() > 1 { format!("line {k}") } else { "line".to_owned() };
         parts.push(Part { name, xyz: column(columns, ends), colour: Colour::D, line: true });
     }
-    parts.extend(plates(shown, columns));
+    let plates = plates(shown, columns);
+    let has_plates = !plates.is_empty();
+    parts.extend(plates);
     if let (Some(first), Some(last)) = (robot.first(), robot.last()) {
         let length_m = 0.1
             * (robot.iter())
@@ -69,9 +71,13 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     }
     vec![Block::Chart(Chart {
         id: "scene",
-        title: "Path of the tool, field of view and seam in base",
+        title: if has_plates {
+            "Path of the tool, field of view, seam and plates in base"
+        } else {
+            "Path of the tool, field of view and seam in base"
+        },
         explanation: "Drag to turn; Ctrl and wheel, or + and −, zoom. Scales are alike; millimetres.".to_owned(),
-        alternative: "The tool's path, the field of view on the laser sheet at some places, the seam points and the line in the robot's base frame, in mm. Arrow keys turn the view.".to_owned(),
+        alternative: "The tool's path, the field of view on the laser sheet at some places, the seam points, the line and, of whole stripes, their support points on the plates in the robot's base frame, in mm. Arrow keys turn the view.".to_owned(),
         wide: true,
         drawn: Drawn::Scene(parts),
     })]
