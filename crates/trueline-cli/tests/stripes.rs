@@ -54,7 +54,7 @@ fn stripes_of_a_camera_and_profiles_calibrate_with_the_plates_in_the_result() {
         assert!(words(&output).contains("whole stripes"), "{}", words(&output));
         // The residuals beside the answer are not its own.
         let said = words(&output).split_whitespace().collect::<Vec<_>>().join(" ");
-        assert_eq!(said.matches("(of the fit to the seam points alone)").count(), 2, "{said}");
+        assert_eq!(said.matches("(of the fit to the seam points alone)").count(), 3, "{said}");
         let page = std::fs::read_to_string(dir.path().join("report.html")).unwrap();
         assert!(page.contains("These are the residuals of the fit to the seam points alone."));
     }

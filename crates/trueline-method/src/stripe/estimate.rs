@@ -177,14 +177,7 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     let all = noise.covariance + explained.left_of(&errors).covariance();
     let Planes { plates: planes, angles, steps } =
         planes::planes(observations, frames, fit.state(), (&all, &both_null(&seen, &information)));
-    let sigmas_apart = apart(seam, &stripe, (&noise_of_seam, &errors_of_seam), None);
-    let sigmas_apart = match sigmas_apart {
-        Some(sigmas) if sigmas >= AGREEMENT_SIGMAS => {
-            let moved = moved_without_forms((observations, settings), seam.fit, &frames.list, fit.state());
-            apart(seam, &stripe, (&noise_of_seam, &errors_of_seam), moved.as_ref())
-        }
-        agree => agree,
-    };
+    let sigmas_apart = unexplained(seam, (frames, &fit), &stripe, (&noise_of_seam, &errors_of_seam));
     Ok(StripeEstimate {
         planes,
         angles,
@@ -315,6 +308,21 @@ fn in_lengths(observations: &Observations, one: &Parameters, other: &Parameters)
 /// Files have stamps of a nanosecond and lengths of nanometres: answers are not told apart to less, s, rad and m.
 const ROUNDING_SI: f64 = 1e-9;
 
+/// How far the answers are apart, σ. What the forms of the plates explain is no disagreement; what they do not explain is as large as it is.
+fn unexplained(
+    seam: &SeamEstimate<'_>,
+    (frames, fit): (&StripeFrames, &StripeFit<'_>),
+    stripe: &Answer,
+    ends: (&DMatrix<f64>, &Systematic),
+) -> Option<f64> {
+    let disagree = |sigmas: &f64| *sigmas >= AGREEMENT_SIGMAS;
+    let plain = apart(seam, stripe, ends, None);
+    let by_forms =
+        || moved_without_forms((seam.observations, seam.settings), seam.fit, &frames.list, fit.state());
+    let explained = plain.filter(disagree).and_then(|_| apart(seam, stripe, ends, by_forms()));
+    explained.filter(|sigmas| !disagree(sigmas)).or(plain)
+}
+
 /// How far the answers of seam points and stripes are apart, over what both show of clock and hand-eye. Both see the same robot,
 /// sensor and detector: of these errors only what they make of the two answers differently lets them differ. What the plates' forms
 /// make of a crossing of straight lines moves the seam points' answer by `by_forms`, if its points are such.
@@ -322,7 +330,7 @@ fn apart(
     seam: &SeamEstimate<'_>,
     stripe: &Answer,
     (noise, errors): (&DMatrix<f64>, &Systematic),
-    by_forms: Option<&SVector<f64, LINES>>,
+    by_forms: Option<SVector<f64, LINES>>,
 ) -> Option<f64> {
     let seen = |answer: &Answer, k: usize| answer.observability.observable_components[k];
     let both: Vec<usize> = (0..LINES).filter(|k| seen(&seam.answer, *k) && seen(stripe, *k)).collect();

@@ -16,6 +16,12 @@ const VIEWS: usize = 7;
 /// Seam points that are drawn.
 const POINTS: usize = 5000;
 
+/// Without plates, and with them.
+const TITLES: [&str; 2] = [
+    "Path of the tool, field of view and seam in base",
+    "Path of the tool, field of view, seam and plates in base",
+];
+
 pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     let c = shown.calibration;
     let robot = &shown.source.recording.robot;
@@ -55,7 +61,7 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
         parts.push(Part { name, xyz: column(columns, ends), colour: Colour::D, line: true });
     }
     let plates = plates(shown, columns);
-    let has_plates = !plates.is_empty();
+    let title = TITLES[usize::from(!plates.is_empty())];
     parts.extend(plates);
     if let (Some(first), Some(last)) = (robot.first(), robot.last()) {
         let length_m = 0.1
@@ -71,11 +77,7 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     }
     vec![Block::Chart(Chart {
         id: "scene",
-        title: if has_plates {
-            "Path of the tool, field of view, seam and plates in base"
-        } else {
-            "Path of the tool, field of view and seam in base"
-        },
+        title,
         explanation: "Drag to turn; Ctrl and wheel, or + and −, zoom. Scales are alike; millimetres.".to_owned(),
         alternative: "The tool's path, the field of view on the laser sheet at some places, the seam points, the line and, of whole stripes, their support points on the plates in the robot's base frame, in mm. Arrow keys turn the view.".to_owned(),
         wide: true,
