@@ -151,9 +151,6 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     if 2 * fit.rejected > fit.plates {
         return Err(NoPlates::Scattered { rejected: fit.rejected, stripes: fit.plates });
     }
-    if !fit.solution.termination.is_converged() {
-        return Err(NoPlates::NotConverged);
-    }
     let all = fit.information(&fixed, RANK_THRESHOLD).ok_or(NoPlates::NoPlane)?;
     let taken = seam.robot_taken.filter(|taken| robot_accuracy::shown(&fit, &all, *taken).is_none());
     let about_s = motion_information::times_looked_at_s(&fit.problem, fit.state());
@@ -174,6 +171,10 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     let InSeam { answer: stripe, noise: noise_of_seam, errors: errors_of_seam } =
         answer(seam, &fit, (&information, &seen), (&noise.covariance, &errors), &explained)
             .ok_or(NoPlates::Parallel)?;
+    // What a scan does not show has no end to be found; it is refused for that.
+    if stripe.seam_error.is_some() && !fit.solution.termination.is_converged() {
+        return Err(NoPlates::NotConverged);
+    }
     let all = noise.covariance + explained.left_of(&errors).covariance();
     let Planes { plates: planes, angles, steps } =
         planes::planes(observations, frames, fit.state(), (&all, &both_null(&seen, &information)));

@@ -217,3 +217,49 @@ fn whitener(
     let rows = counts.into_iter().filter(|counts| *counts).count();
     (rows > 0).then_some((whitener, rows))
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, Matrix5, Vector5};
+
+    /// Of the rows that count it whitens what is expected of them with the noise of each block over its weight; the others are zero.
+    #[test]
+    fn rows_that_count_are_whitened_whatever_is_left_out() {
+        let (a, b) = (Vector5::new(0.5, 0.4, -0.3, -0.6, 0.4), Vector5::new(0.2, -0.5, 0.1, 0.7, 0.3));
+        let mut covariance: Matrix5<f64> = a * a.transpose() + b * b.transpose();
+        let own = [
+            Some(Matrix2::new(0.5, 0.1, 0.1, 0.6)),
+            Some(Matrix2::new(0.9, 0.0, 0.0, 0.2)),
+            Some(Matrix2::new(0.7, 0.0, 0.0, 0.0)),
+        ];
+        (0..BLOCKS).for_each(|k| add_to_block(&mut covariance, k, &own[k].unwrap()));
+        let cases = [
+            ([1.0, 1.0, 1.0], vec![0, 1, 2, 3, 4]),
+            ([0.3, 1.0, 0.0], vec![0, 1, 2, 3]),
+            ([0.0, 0.5, 0.8], vec![2, 3, 4]),
+            ([0.7, 0.0, 0.1], vec![0, 1, 4]),
+            ([0.0, 0.0, 1.0], vec![4]),
+        ];
+        for (weights, rows) in cases {
+            let (whitener, count) = whitener(&own, &covariance, weights).unwrap();
+            assert_eq!(count, rows.len());
+            let mut inflated = covariance;
+            for (k, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
+                add_to_block(&mut inflated, k, &(own[k].unwrap() * (1.0 / weight - 1.0)));
+            }
+            let kept = DMatrix::from_fn(count, count, |i, j| inflated[(rows[i], rows[j])]);
+            let inverse = kept.try_inverse().unwrap();
+            let precision = whitener.transpose() * whitener;
+            for (i, j) in (0..ROWS).flat_map(|i| (0..ROWS).map(move |j| (i, j))) {
+                let place = |row: usize| rows.iter().position(|r| *r == row);
+                let expected = place(i).zip(place(j)).map_or(0.0, |at| inverse[at]);
+                // Inverses of a few rows whose numbers are of the order of one.
+                assert!((precision[(i, j)] - expected).abs() < 1e-12, "{weights:?} {i} {j}");
+                assert_eq!(whitener[(i, j)] == 0.0, place(i).is_none() || place(j).is_none() || j > i);
+            }
+        }
+        assert!(whitener(&own, &covariance, [0.0; BLOCKS]).is_none());
+    }
+}
