@@ -59,3 +59,4 @@ pub use sheet::LaserSheet;
 pub use sheet_residual::SeamInSheet;
 pub use sheet_shape::SheetShape;
 pub use stripe_residual::{StripeJacobian, StripeOnPlate};
+pub use support_residual::SupportPair;

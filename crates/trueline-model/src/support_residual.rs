@@ -10,6 +10,9 @@
 //!
 //! by Gauss and Legendre's three points, which is exact where h is of the fourth degree. With a straight stripe that is the distance at the
 //! support points.
+//!
+//! A line of a picture is fitted to even columns, in px, and t and h are those of the picture: what is further from the camera is smaller there. By
+//! the depth z along the line, t is as z₂/z₁ has it, and a pixel is as long as z.
 
 use crate::stripe_residual::{Local, SheetInBase};
 use crate::{Placement, StripeJacobian, StripeOnPlate};
@@ -33,6 +36,29 @@ const STEPS: usize = 4;
 /// After a step below this the stripe is reached, m: to its square over the bow's radius, and φ is known as near to it as that.
 const REACHED_M: f64 = 1e-7;
 
+/// The two support points of a stripe as a sensor reports them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SupportPair {
+    /// Reported sheet coordinates, m.
+    pub reported: [Vector2<f64>; 2],
+    /// How many times as far from the camera the second is, along its axis; 1 of sensors that report lengths.
+    pub depth_ratio: f64,
+}
+
+impl SupportPair {
+    /// The places of the line, as parts of the way from the first support point to the second, and what part of the distance there is in the line at each of both.
+    fn places(&self) -> ([f64; 3], [[f64; 3]; 2]) {
+        let of_picture = NODES.map(|node| 0.5 * (1.0 + node));
+        // 1/z is linear in the picture.
+        let nearness = of_picture.map(|part| 1.0 - part + part / self.depth_ratio);
+        let places = std::array::from_fn(|k| of_picture[k] / (self.depth_ratio * nearness[k]));
+        let depths = [1.0, self.depth_ratio];
+        let parts = [0, 1]
+            .map(|support: usize| std::array::from_fn(|k| PARTS[support][k] * depths[support] * nearness[k]));
+        (places, parts)
+    }
+}
+
 /// A place of the reported line, and the predicted stripe beside it.
 struct Node {
     /// Distance of the line from the stripe along the normal, m.
@@ -43,12 +69,12 @@ struct Node {
 }
 
 impl StripeOnPlate<'_> {
-    /// The residuals of the two support points of a stripe, reported sheet coordinates in m, in m: distance of its line from that
-    /// through the predicted stripe. `None` if the plate lies along the sheet.
+    /// The residuals of the two support points of a stripe, m: distance of its line from that through the predicted stripe. `None` if the plate lies along the sheet.
     #[must_use]
-    pub fn support_residuals(&self, placement: &Placement, supports: &[Vector2<f64>; 2]) -> Option<[f64; 2]> {
-        let (_, nodes) = self.nodes(placement, supports)?;
-        Some(PARTS.map(|parts| nodes.iter().zip(parts).map(|(node, part)| part * node.distance_m).sum()))
+    pub fn support_residuals(&self, placement: &Placement, supports: &SupportPair) -> Option<[f64; 2]> {
+        let (places, parts) = supports.places();
+        let (_, nodes) = self.nodes(placement, supports, &places)?;
+        Some(parts.map(|parts| nodes.iter().zip(parts).map(|(node, part)| part * node.distance_m).sum()))
     }
 
     /// [`StripeOnPlate::support_residuals`] with their derivatives. Of a stripe that is no line beside the predicted one, which is an outlier, the turn of the
@@ -58,14 +84,15 @@ impl StripeOnPlate<'_> {
     pub fn linearize_supports(
         &self,
         placement: &Placement,
-        supports: &[Vector2<f64>; 2],
+        supports: &SupportPair,
     ) -> Option<[StripeJacobian; 2]> {
-        let (normal, nodes) = self.nodes(placement, supports)?;
+        let (places, parts) = supports.places();
+        let (normal, nodes) = self.nodes(placement, supports, &places)?;
         let mut sums = [StripeJacobian::ZERO; 2];
         for (k, node) in nodes.iter().enumerate() {
             let along = (&normal, node.distance_m);
             let row = self.jacobian_along(placement, &node.on_stripe, &node.local, along);
-            sums.iter_mut().zip(PARTS).for_each(|(sum, parts)| sum.add(&row, parts[k]));
+            sums.iter_mut().zip(parts).for_each(|(sum, parts)| sum.add(&row, parts[k]));
         }
         Some(sums)
     }
@@ -75,11 +102,14 @@ impl StripeOnPlate<'_> {
     fn nodes(
         &self,
         placement: &Placement,
-        [one, other]: &[Vector2<f64>; 2],
+        supports: &SupportPair,
+        places: &[f64; 3],
     ) -> Option<(Vector2<f64>, [Node; 3])> {
-        let (middle, way) = (0.5 * (one + other), 0.5 * (other - one));
+        let [one, other] = supports.reported;
+        let way = other - one;
         let across = Vector2::new(-way.y, way.x).try_normalize(0.0)?;
         let sheet = self.sheet_in_base(placement);
+        let middle = one + way * places[1];
         let local = self.local(&sheet, &middle)?;
         let up = local.gradient.normalize();
         let turned = across.dot(&up);
@@ -87,12 +117,12 @@ impl StripeOnPlate<'_> {
         let normal = if turned.abs() > LEAST_ALIKE { across * turned.signum() } else { up };
         let centre = self.along(&sheet, (&middle, &normal), (0.0, local))?;
         let first_m = centre.distance_m;
-        let beside = |node: f64| {
-            let place = middle + way * node;
+        let beside = |part: f64| {
+            let place = one + way * part;
             let local = self.local(&sheet, &(place - normal * first_m))?;
             self.along(&sheet, (&place, &normal), (first_m, local))
         };
-        Some((normal, [beside(NODES[0])?, centre, beside(NODES[2])?]))
+        Some((normal, [beside(places[0])?, centre, beside(places[2])?]))
     }
 
     /// The stripe beside a place, along a direction; the search begins at a distance, where φ is known.

@@ -17,7 +17,7 @@ use trueline_method::stripe::frame_residual::{EDGE_ROW, ROWS};
 use trueline_method::stripe::state::SURFACE_SIGMA_M;
 use trueline_method::stripe::target::EDGE;
 use trueline_method::stripe::unknowns::{LOCAL_ALL, LOCAL_EDGE, LOCAL_SHAPE, StripeUnknowns};
-use trueline_model::{Plate, SheetShape, StripeJacobian, StripeOnPlate};
+use trueline_model::{Plate, SheetShape, StripeJacobian, StripeOnPlate, SupportPair};
 
 /// Residuals of a frame, and unknowns with and without the shape of the sensor, where two plates meet.
 pub(crate) const MEETING_ROWS: usize = EDGE_ROW;
@@ -136,7 +136,9 @@ impl<const R: usize, const N: usize> Rows<R, N> {
         let found = ends(cell, (&ahead.joint, &ahead.along), in_camera, &sight.point_in_camera);
         for (number, ends) in found.iter().enumerate().filter(|(number, _)| ahead.joint.seen[*number]) {
             let Stripe { places, noise } = stripe(cell, ends.as_ref()?)?;
-            let supports = places.each_ref().map(|place| cell.sheet.coordinates(place));
+            // What is even in a picture is not quite even on the sheet: of a scan that is not yet made it says thousandths.
+            let reported = places.each_ref().map(|place| cell.sheet.coordinates(place));
+            let supports = SupportPair { reported, depth_ratio: 1.0 };
             let found = ahead.on_plate(cell, number).linearize_supports(&sight.placement, &supports)?;
             for (k, found) in found.iter().enumerate() {
                 rows.set(cell, (2 * number + k, number), (ahead, sight, found), (&places[k], noise))?;

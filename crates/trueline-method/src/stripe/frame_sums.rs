@@ -77,11 +77,17 @@ mod tests {
     use crate::stripe::frames::{Sight, StripeFrame};
     use crate::stripe::unknowns::LOCAL_ALL;
     use crate::stripe::weighed_frame::PoseError;
-    use nalgebra::SMatrix;
+    use nalgebra::{SMatrix, Vector2};
 
     /// A whitener of which one row does not count.
     fn weighed(joint: usize) -> WeighedFrame {
-        let frame = StripeFrame { stamp_s: 0.0, joint, sight: Sight::Stripes([None; 2]), edge: None };
+        let frame = StripeFrame {
+            stamp_s: 0.0,
+            joint,
+            sight: Sight::Stripes([None; 2]),
+            edge: None,
+            edge_axis: Vector2::x(),
+        };
         let counts = |row: usize| row != 2;
         let whitener = SMatrix::from_fn(|i: usize, j: usize| match counts(i) && counts(j) && j <= i {
             true => 1.0 + i as f64 - 0.3 * j as f64,

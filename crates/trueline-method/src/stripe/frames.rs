@@ -9,12 +9,15 @@ use nalgebra::{Matrix2, Vector2};
 use std::collections::BTreeMap;
 use trueline_dataset::picture_rows::PicturesOfRows;
 use trueline_dataset::{Measured, PlateStripe, Recording, Sensor};
+use trueline_model::SupportPair;
 
 /// One support point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Support {
     /// Where it is reported, sheet coordinates, m.
     pub reported: Vector2<f64>,
+    /// Its depth in the camera, m; 1 of sensors that report lengths.
+    pub depth_m: f64,
     /// Standard deviation square to the stripe, in the sheet, m.
     pub sigma_m: f64,
     /// How far a pixel is in the sheet, m, along the picture's rows and across them; of sensors that report lengths, what their
@@ -22,10 +25,11 @@ pub struct Support {
     pub sheet_per_px: Matrix2<f64>,
 }
 
-/// Where both support points of a stripe are reported, sheet coordinates, m.
+/// Both support points of a stripe as they are reported.
 #[must_use]
-pub fn reported(stripe: &[Support; 2]) -> [Vector2<f64>; 2] {
-    stripe.each_ref().map(|support| support.reported)
+pub fn reported([first, second]: &[Support; 2]) -> SupportPair {
+    let reported = [first.reported, second.reported];
+    SupportPair { reported, depth_ratio: second.depth_m / first.depth_m }
 }
 
 /// A seam point.
@@ -61,6 +65,9 @@ pub struct StripeFrame {
     pub sight: Sight,
     /// Its seam point beside the stripes: where plates do not meet it is a point of the edge.
     pub edge: Option<SeamSight>,
+    /// The unit vector in the sheet along which the edge point counts: what moves it across its stripe does not move it along this. How
+    /// high it is says the stripe, of whose light it was made; that of a bowed plate leaves the straight line by which its end is measured.
+    pub edge_axis: Vector2<f64>,
 }
 
 /// The frames of a scan, and how many of them show what.
@@ -128,9 +135,9 @@ pub fn frames(
         frames.with_both += usize::from(all);
         let sight =
             if frames.bare.contains(&joint) { seen.seam.map(Sight::Seam) } else { seen.sight(wanted, all) };
-        let edge = seen.seam;
+        let (edge, edge_axis) = (seen.seam, seen.edge_axis(&recording.sensor));
         let stamp_s = stamps.seconds(seen.stamp_ns);
-        frames.list.extend(sight.map(|sight| StripeFrame { stamp_s, joint, sight, edge }));
+        frames.list.extend(sight.map(|sight| StripeFrame { stamp_s, joint, sight, edge, edge_axis }));
     }
     frames.list.sort_by(|a, b| a.stamp_s.total_cmp(&b.stamp_s));
     Ok(frames)
@@ -189,6 +196,22 @@ impl Seen {
         stripes && plates.contains(&true) && (plates == &[true; 2] || self.seam.is_some())
     }
 
+    /// The axis along which an edge point counts. Its height is taken from a line through the end of its stripe: in profiles at the place along x where
+    /// that ends, in pictures square to it. The stripes of two plates that have an edge are parallel to within 6°.
+    fn edge_axis(&self, sensor: &Sensor) -> Vector2<f64> {
+        let Some([first, second]) = self.stripes.iter().flatten().next() else { return Vector2::x() };
+        let chord = second.reported - first.reported;
+        let across = match sensor {
+            Sensor::Profiler => Vector2::y(),
+            _ => {
+                let slope = first.sheet_per_px;
+                let in_picture = slope.try_inverse().unwrap_or_else(Matrix2::identity) * chord;
+                slope * Vector2::new(-in_picture.y, in_picture.x)
+            }
+        };
+        Vector2::new(across.y, -across.x).normalize()
+    }
+
     fn sight(&self, wanted: Measurements, all: bool) -> Option<Sight> {
         if let Some(seam) = self.seam.filter(|_| wanted == Measurements::Both && !all) {
             return Some(Sight::Seam(seam));
@@ -239,6 +262,10 @@ fn lifted(
     let normal = Vector2::new(-chord.y, chord.x).try_normalize(0.0).ok_or(Skip::NoIntersection)?;
     let support = |(reported, slope): (Vector2<f64>, Matrix2<f64>)| Support {
         reported,
+        depth_m: match stripe.points[0] {
+            Measured::Pixel(_) => observations.sheet.point(&reported).z,
+            _ => 1.0,
+        },
         // The error is square to the stripe in what the sensor reports; D carries it into the sheet.
         sigma_m: (slope.transpose() * normal).norm() * stripe.sigma,
         sheet_per_px: match stripe.points[0] {

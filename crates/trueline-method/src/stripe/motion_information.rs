@@ -128,7 +128,7 @@ mod tests {
     use trueline_lsq::{LeastSquares, NormalEquations};
     use trueline_sim::{PlatePair, Plates, Preset, Scenario, scan_plates};
 
-    const ROBOT_NOISE_M: f64 = 3.5e-5;
+    const ROBOT_NOISE_M: f64 = 5e-5;
 
     fn observed(recording: &Recording) -> (Observations, Vec<f64>) {
         let sampling = Sampling::of(recording, origin_ns(recording));

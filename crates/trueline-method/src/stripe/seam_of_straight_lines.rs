@@ -10,7 +10,7 @@ use crate::solve::fit::Fit;
 use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
 use crate::stripe::frame_residual::{linearize_frame, placement};
-use crate::stripe::frames::{Sight, StripeFrame, reported};
+use crate::stripe::frames::{Sight, StripeFrame};
 use crate::stripe::state::StripeState;
 use nalgebra::{Matrix2, SVector, Vector2};
 
@@ -47,7 +47,7 @@ fn beside_seam(
     let (stripes, _) = linearize_frame(observations, frame, at, &placement)?;
     let of_seam = StripeFrame { sight: Sight::Seam(seam), ..*frame };
     let (crossing, _) = linearize_frame(observations, &of_seam, at, &placement)?;
-    let supports = [reported(one), reported(other)];
+    let supports = [one, other].map(|supports| supports.each_ref().map(|support| support.reported));
     let on_line = |plate: usize, k: usize| {
         let row = 2 * plate + k;
         let normal = stripes.d_reported.fixed_rows::<1>(row).transpose();
@@ -77,8 +77,8 @@ mod tests {
     use trueline_sim::{Disturbance, PlateForm, Plates, Preset, scan_plates};
 
     /// Without noise the simulator's seam points, the crossing of lines through the columns of bowed stripes, lie beside the seam by what is
-    /// said here, to an eighth of it: lines of least squares count pixels, and one is up to a quarter longer at one end of an arm than
-    /// at the other. Where the stripes were seen changes nothing of that.
+    /// said here, to a fiftieth of it: the simulator's 24 places on a stripe are a line's columns to a part in 23², and its crossing is that of ideal pixels.
+    /// Where the stripes were seen changes nothing of that.
     #[test]
     fn simulated_seam_points_of_bowed_plates_lie_beside_the_seam_by_as_much() {
         let mut scenario = Preset::Good.scenario();
@@ -135,6 +135,6 @@ mod tests {
             assert!((aside_m - beside_m).norm() < 1e-6, "{aside_m} {beside_m}");
         }
         println!("up to {largest_m} m beside the seam, {off_m} m of it not said");
-        assert!(largest_m > 1e-5 && off_m < 0.125 * largest_m);
+        assert!(largest_m > 1e-5 && off_m < 0.02 * largest_m);
     }
 }

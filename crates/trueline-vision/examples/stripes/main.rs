@@ -136,18 +136,20 @@ fn cases() -> Vec<Case> {
 /// 0.2 mm in each surface term of both plates, of a fillet, of a lap and of one plate with its edge, in pictures and in profiles.
 fn bowed() -> Vec<Case> {
     let terms = ["r²", "rs", "s²", "r³", "r²s", "rs²", "s³"];
-    let paper = Preset::Paper.scenario();
-    let profiled =
-        Scenario { scan: paper.scan.clone(), timing: paper.timing.clone(), ..Preset::Profiler.scenario() };
+    let [paper, good] = [Preset::Paper, Preset::Good].map(Preset::scenario);
+    let profiled = |of: &Scenario| Scenario {
+        scan: of.scan.clone(),
+        timing: of.timing.clone(),
+        ..Preset::Profiler.scenario()
+    };
+    let scans = [("", paper.clone()), (" of profiles", profiled(&paper))];
+    let good_scans = [(", good", good.clone()), (" of profiles, good", profiled(&good))];
     let lap = PlatePair::Lap { step_m: 3e-3 };
-    let kinds = [
-        ("bowed", PlatePair::Meeting, &paper),
-        ("fillet of profiles, bowed", PlatePair::Meeting, &profiled),
-        ("lap, bowed", lap, &paper),
-        ("lap of profiles, bowed", lap, &profiled),
-        ("one plate, bowed", PlatePair::Edge, &paper),
-        ("one plate of profiles, bowed", PlatePair::Edge, &profiled),
-    ];
+    let pairs = [("fillet", PlatePair::Meeting), ("lap", lap), ("one plate", PlatePair::Edge)];
+    let kinds = pairs.into_iter().flat_map(|(kind, pair)| {
+        let scans = scans.iter().chain(&good_scans);
+        scans.map(move |(scan, scenario)| (format!("{kind}{scan}, bowed"), pair, scenario))
+    });
     let mut cases = Vec::new();
     for (name, pair, scenario) in kinds {
         let case = |name: String, forms| Case {
