@@ -140,20 +140,28 @@ fn tilts_above_the_tremble_are_seen() {
     }
 }
 
+/// Fillets and plates that are nearly in one plane, whose stripes differ by less in the picture than on the laser sheet, and an outside corner.
 #[test]
 fn a_recording_of_stripes_alone_calibrates_from_nothing() {
-    let scenario = scenario(Preset::Quick, 10.0);
-    let mut recording = scan_plates(&scenario, &Plates::default(), 3).unwrap();
-    recording.features.clear();
-    let config = with(Measurements::Auto, SensorMode::Prior);
-    let stripe = calibrate(&recording, None, &config).unwrap();
-    let (_, normalised) = error(&recording, &stripe);
-    assert_eq!(stripe.findings.stripes.as_ref().unwrap().used, Measurements::Stripe);
-    assert!(normalised < 24.3, "{normalised}");
-    let truth = recording.truth.as_ref().unwrap();
-    let (turn, _) =
-        se3::difference_decoupled(&stripe.best_fit().tool_from_camera, &truth.parameters.tool_from_camera);
-    assert!(turn.norm() < 1e-3);
+    for (preset, opening_deg) in [(Preset::Quick, 90.0), (Preset::Good, 170.0), (Preset::Good, 270.0)] {
+        let plates = Plates { opening_rad: f64::to_radians(opening_deg), ..Plates::default() };
+        let mut recording = scan_plates(&scenario(preset, 10.0), &plates, 3).unwrap();
+        recording.features.clear();
+        let config = with(Measurements::Auto, SensorMode::Prior);
+        let stripe = calibrate(&recording, None, &config).unwrap();
+        let (_, normalised) = error(&recording, &stripe);
+        assert_eq!(stripe.findings.stripes.as_ref().unwrap().used, Measurements::Stripe);
+        assert!(normalised < 24.3, "{opening_deg}: {normalised}");
+        let truth = recording.truth.as_ref().unwrap();
+        let (turn, _) = se3::difference_decoupled(
+            &stripe.best_fit().tool_from_camera,
+            &truth.parameters.tool_from_camera,
+        );
+        assert!(turn.norm() < 1e-3, "{opening_deg}: {turn}");
+        let [angle] = stripes(&stripe).angles[..] else { panic!("one joint") };
+        let off = angle.value_rad.to_degrees() - opening_deg;
+        assert!(off.abs() < 4.0 * angle.sigma_rad.to_degrees(), "{opening_deg}: {off} of {angle:?}");
+    }
 }
 
 #[test]

@@ -6,8 +6,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use trueline_dataset::{Feature, Measured, PlateStripe, Recording, Sensor, correlation_of};
 use trueline_model::{Camera, LaserSheet};
 
-/// Stripes that differ in direction by less (sine) do not cross anywhere near: 6°.
-const LEAST_ANGLE_SINE: f64 = 0.1;
+/// Stripes whose directions on the laser sheet differ by less (sine) do not cross anywhere near: 6°, as of plates that meet. In the picture of a sheet
+/// that is seen at a slant they differ by less.
+const LEAST_ANGLE_SINE: f64 = crate::stripe::start::LEAST_ANGLE_SINE;
 
 /// The same recording with the crossing of the two stripes of each frame as its seam point, if it has none of its own, or too few to calibrate by and enough
 /// crossings.
@@ -54,11 +55,11 @@ fn crossing(sensor: &Sensor, one: &PlateStripe, other: &PlateStripe) -> Option<(
     let lines = [flat(one)?, flat(other)?];
     let along = lines.map(|[a, b]| (b - a).normalize());
     let normals = along.map(|u| Vector2::new(-u.y, u.x));
-    let matrix = Matrix2::from_rows(&normals.map(|n| n.transpose()));
-    if matrix.determinant().abs() < LEAST_ANGLE_SINE {
+    let [on_sheet, beside] = [direction_on_sheet(sensor, one)?, direction_on_sheet(sensor, other)?];
+    if on_sheet.perp(&beside).abs() < LEAST_ANGLE_SINE {
         return None;
     }
-    let inverse = matrix.try_inverse()?;
+    let inverse = Matrix2::from_rows(&normals.map(|n| n.transpose())).try_inverse()?;
     let at = inverse * Vector2::new(normals[0].dot(&lines[0][0]), normals[1].dot(&lines[1][0]));
     // Each line at the crossing: its two support points weighed as they lie.
     let variance = |k: usize, sigma: f64| {
@@ -68,6 +69,19 @@ fn crossing(sensor: &Sensor, one: &PlateStripe, other: &PlateStripe) -> Option<(
     };
     let variances = Vector2::new(variance(0, one.sigma), variance(1, other.sigma));
     Some((bent(sensor, &at)?, inverse * Matrix2::from_diagonal(&variances) * inverse.transpose()))
+}
+
+/// Along which unit vector of the sheet a stripe runs.
+fn direction_on_sheet(sensor: &Sensor, stripe: &PlateStripe) -> Option<Vector2<f64>> {
+    let [a, b] = stripe.points.map(|point| match (point, sensor) {
+        (Measured::Pixel(pixel), Sensor::CameraLaser { camera, laser_plane_in_camera }) => {
+            let sheet = LaserSheet::from_plane(*laser_plane_in_camera);
+            let (point, _) = sheet.intersect(&camera.ray(&Vector2::from(pixel)).ok()?.0)?;
+            Some(sheet.coordinates(&point))
+        }
+        _ => flattened(sensor, point),
+    });
+    (b? - a?).try_normalize(0.0)
 }
 
 /// A point where straight stripes are straight: the ideal pixel of a camera, the sheet of other sensors.

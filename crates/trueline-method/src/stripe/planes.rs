@@ -49,7 +49,7 @@ pub struct PlatePoint {
 pub struct JointAngle {
     /// Number of the joint.
     pub joint: usize,
-    /// Angle that the plates open to the side on which they lie, rad.
+    /// Angle that the plates open to the sensor, rad: beyond π where it looks at an outside corner.
     pub value_rad: f64,
     /// Standard deviation, rad.
     pub sigma_rad: f64,
@@ -94,12 +94,13 @@ pub fn planes(
     let Planes { plates: mut all, mut angles, mut steps } = Planes::default();
     let seen = |(joint, _): &(usize, &Target)| !frames.bare.contains(joint);
     for (joint, target) in at.joints.iter().enumerate().filter(seen) {
-        let mut slopes = Vec::new();
+        let (mut slopes, mut to_sensor) = (Vec::new(), Vector3::zeros());
         for (number, plate) in target.plates.iter().enumerate().filter(|(number, _)| target.seen[*number]) {
             let first = unknowns.plane(joint, number).start;
             let seen = seen_points(observations, &frames.list, at, (joint, number));
             let best = BestPlane::over(visible(plate, &seen).unwrap_or([[0.0, 1.0], [-1.0, 1.0]]));
             let slope = best.slope(at, (joint, number));
+            to_sensor += seen.iter().map(|seen| seen.from - seen.point).sum::<Vector3<f64>>();
             let own = &slope * covariance * slope.transpose();
             let tilts: Matrix2<f64> = own.fixed_view::<2, 2>(0, 0).into_owned();
             let plane = best.of(plate);
@@ -116,7 +117,8 @@ pub fn planes(
         }
         match (&all[..], &slopes[..], &target.edge) {
             ([.., one, other], _, None) => {
-                let (value_rad, sigma_rad) = angle(&one.plane, &other.plane, &slopes, covariance);
+                let (value_rad, sigma_rad) =
+                    angle([&one.plane, &other.plane], &to_sensor, &slopes, covariance);
                 angles.push(JointAngle { joint, value_rad, sigma_rad });
             }
             ([.., one, other], [_, _], Some(edge)) => {
@@ -145,15 +147,22 @@ fn step(
     ((other.offset_m / cosine - one.offset_m).abs(), variance.max(0.0).sqrt())
 }
 
-/// The angle between two planes and its standard deviation, rad; `slopes` carry the tangent into (θ_a, θ_o, δ) of each.
-fn angle(one: &Plate, other: &Plate, slopes: &[DMatrix<f64>], covariance: &DMatrix<f64>) -> (f64, f64) {
+/// The angle that two planes open to a side and its standard deviation, rad; `slopes` carry the tangent into (θ_a, θ_o, δ) of each.
+fn angle(
+    [one, other]: [&Plate; 2],
+    side: &Vector3<f64>,
+    slopes: &[DMatrix<f64>],
+    covariance: &DMatrix<f64>,
+) -> (f64, f64) {
     let outward = [one, other].map(|plate| plate.chart.along.cross(&plate.normal));
     let axis = outward[0].cross(&outward[1]).normalize();
     // Turning a plate about the seam by θ opens the angle by −θ or θ, as the axis lies.
     let signs = [-axis.dot(&one.chart.along), axis.dot(&other.chart.along)];
     let slope = slopes[0].row(0) * signs[0] + slopes[1].row(0) * signs[1];
     let variance = (&slope * covariance * slope.transpose())[(0, 0)];
-    (outward[0].angle(&outward[1]), variance.max(0.0).sqrt())
+    let between = outward[0].angle(&outward[1]);
+    let is_inside = (outward[0] + outward[1]).dot(side) >= 0.0;
+    (if is_inside { between } else { std::f64::consts::TAU - between }, variance.max(0.0).sqrt())
 }
 
 /// How the plane that fits a visible surface best follows from its surface terms.

@@ -9,7 +9,7 @@ use trueline_method::Calibration;
 use trueline_method::order_statistics::median;
 use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_method::stripe::outcome::{Answer, StripeEstimate};
-use trueline_method::stripe::planes::PlaneEstimate;
+use trueline_method::stripe::planes::{PlaneEstimate, PlatePoint};
 
 /// Cells along the seam.
 const CELLS_ALONG: usize = 24;
@@ -85,22 +85,21 @@ fn angles(estimate: &StripeEstimate) -> Vec<(String, String)> {
     facts
 }
 
+/// How high each support point of a plate lies above its best plane, as the median of the part of the plate that it is in, m; `None` as for [`map`].
+pub(super) fn relief_m(plane: &PlaneEstimate) -> Option<Vec<f64>> {
+    let grid = Grid::over(plane)?;
+    let heights: Vec<f64> =
+        grid.heights_m(plane).into_iter().map(|of| median(of.into_iter()).unwrap_or(0.0)).collect();
+    Some(plane.points.iter().map(|point| heights[grid.cell_of(point)]).collect())
+}
+
 /// The median height of the support points in each part of a plate; `None` where it was seen in one place alone.
 fn map(plane: &PlaneEstimate, (id, title): (&'static str, &'static str)) -> Option<Chart> {
-    let limits = [0, 1].map(|axis| {
-        let places = || plane.points.iter().map(|point| point.place_m[axis]);
-        [places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max)]
-    });
-    if !limits.iter().all(|[low, high]| (high - low).is_finite() && high > low) {
-        return None;
-    }
-    let grids = CELLS_AWAY.map(|away| Grid { limits, counts: [CELLS_ALONG, away] });
-    let filled = |grid: &&Grid| grid.cells(plane).len() as f64 >= FILLED * grid.size() as f64;
-    let grid = grids.iter().find(filled).unwrap_or(&grids[CELLS_AWAY.len() - 1]);
+    let grid = Grid::over(plane)?;
     let cells = grid.cells(plane);
     let strongest = cells.iter().map(|cell| cell[2].abs()).fold(0.0, f64::max);
     let bow_mm = plane.bow_m * MM_PER_M;
-    let [x, y] = limits.map(|ends| ends.map(|m| m * MM_PER_M));
+    let [x, y] = grid.limits.map(|ends| ends.map(|m| m * MM_PER_M));
     Some(Chart {
         id,
         title,
@@ -125,12 +124,27 @@ fn map(plane: &PlaneEstimate, (id, title): (&'static str, &'static str)) -> Opti
 }
 
 /// A plate in cells, along the seam and away from it.
+#[derive(Clone, Copy)]
 struct Grid {
     limits: [[f64; 2]; 2],
     counts: [usize; 2],
 }
 
 impl Grid {
+    /// The finest whose cells the points of a plate nearly fill; `None` where it was seen in one place alone.
+    fn over(plane: &PlaneEstimate) -> Option<Self> {
+        let limits = [0, 1].map(|axis| {
+            let places = || plane.points.iter().map(|point| point.place_m[axis]);
+            [places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max)]
+        });
+        if !limits.iter().all(|[low, high]| (high - low).is_finite() && high > low) {
+            return None;
+        }
+        let grids = CELLS_AWAY.map(|away| Self { limits, counts: [CELLS_ALONG, away] });
+        let filled = |grid: &Self| grid.cells(plane).len() as f64 >= FILLED * grid.size() as f64;
+        grids.iter().find(|grid| filled(grid)).or(grids.last()).copied()
+    }
+
     fn size(&self) -> usize {
         self.counts[0] * self.counts[1]
     }
@@ -139,16 +153,24 @@ impl Grid {
         (self.limits[axis][1] - self.limits[axis][0]) / self.counts[axis] as f64
     }
 
+    /// Number of the cell that a point is in.
+    fn cell_of(&self, point: &PlatePoint) -> usize {
+        let [along, away] = [0, 1].map(|axis| {
+            let from = point.place_m[axis] - self.limits[axis][0];
+            ((from / self.side_m(axis)) as usize).min(self.counts[axis] - 1)
+        });
+        away * self.counts[0] + along
+    }
+
+    /// Heights of the points of each cell, m.
+    fn heights_m(&self, plane: &PlaneEstimate) -> Vec<Vec<f64>> {
+        let mut heights = vec![Vec::new(); self.size()];
+        plane.points.iter().for_each(|point| heights[self.cell_of(point)].push(point.height_m));
+        heights
+    }
+
     /// Middle, median height and number of points of each cell that has some, mm.
     fn cells(&self, plane: &PlaneEstimate) -> Vec<[f64; 4]> {
-        let mut heights: Vec<Vec<f64>> = vec![Vec::new(); self.size()];
-        for point in &plane.points {
-            let [along, away] = [0, 1].map(|axis| {
-                let from = point.place_m[axis] - self.limits[axis][0];
-                ((from / self.side_m(axis)) as usize).min(self.counts[axis] - 1)
-            });
-            heights[away * self.counts[0] + along].push(point.height_m);
-        }
         let middle_mm =
             |axis: usize, k: usize| (self.limits[axis][0] + (k as f64 + 0.5) * self.side_m(axis)) * MM_PER_M;
         let cell = |(k, of): (usize, &Vec<f64>)| {
@@ -156,6 +178,6 @@ impl Grid {
             let [along, away] = [k % self.counts[0], k / self.counts[0]];
             Some([middle_mm(0, along), middle_mm(1, away), height_mm, of.len() as f64])
         };
-        heights.iter().enumerate().filter_map(cell).collect()
+        self.heights_m(plane).iter().enumerate().filter_map(cell).collect()
     }
 }

@@ -1,6 +1,8 @@
 //! Path, field of view, seam points and lines in base.
 
 use super::Shown;
+use super::plates::relief_m;
+use crate::number::digits_for;
 use crate::page::{Block, Chart, Colour, Columns, Drawn, Part};
 use nalgebra::{Point3, Vector2, Vector3};
 use trueline_dataset::unit::MM_PER_M;
@@ -20,6 +22,12 @@ const POINTS: usize = 5000;
 const TITLES: [&str; 2] = [
     "Path of the tool, field of view and seam in base",
     "Path of the tool, field of view, seam and plates in base",
+];
+
+/// Likewise.
+const EXPLANATIONS: [&str; 2] = [
+    "Drag to turn; Ctrl and wheel, or + and −, zoom. Scales are alike; millimetres.",
+    "Drag to turn; Ctrl and wheel, or + and −, zoom. Scales are alike; millimetres. Colours say where a plate lies above or below its best plane, seen from the sensor.",
 ];
 
 pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
@@ -61,7 +69,8 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
         parts.push(Part { name, xyz: column(columns, ends), colour: Colour::D, line: true });
     }
     let plates = plates(shown, columns);
-    let title = TITLES[usize::from(!plates.is_empty())];
+    let has_plates = !plates.is_empty();
+    let title = TITLES[usize::from(has_plates)];
     parts.extend(plates);
     if let (Some(first), Some(last)) = (robot.first(), robot.last()) {
         let length_m = 0.1
@@ -78,23 +87,42 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     vec![Block::Chart(Chart {
         id: "scene",
         title,
-        explanation: "Drag to turn; Ctrl and wheel, or + and −, zoom. Scales are alike; millimetres.".to_owned(),
+        explanation: EXPLANATIONS[usize::from(has_plates)].to_owned(),
         alternative: "The tool's path, the field of view on the laser sheet at some places, the seam points, the line and, of whole stripes, their support points on the plates in the robot's base frame, in mm. Arrow keys turn the view.".to_owned(),
         wide: true,
         drawn: Drawn::Scene(parts),
     })]
 }
 
-/// The support points of each plate's stripes.
+/// A part of a plate is said to be high or low from this part of its greatest height on.
+const OFF_PLANE: f64 = 1.0 / 3.0;
+
+/// The support points of each plate's stripes: those of what is high, of what is low, and of the rest of it.
 fn plates(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Part> {
     let estimate = shown.calibration.findings.stripes.as_ref().and_then(|stripes| stripes.estimate.as_ref());
-    let mut part = |plane: &PlaneEstimate| {
+    let planes = estimate.map_or(&[][..], |estimate| &estimate.planes);
+    let mut parts = Vec::new();
+    for plane in planes {
+        let heights_m = relief_m(plane).unwrap_or_else(|| vec![0.0; plane.points.len()]);
+        let limit_m = OFF_PLANE * heights_m.iter().fold(0.0, |most: f64, height| most.max(height.abs()));
+        let limit_mm = format!("{:.1$} mm", limit_m * MM_PER_M, digits_for(limit_m * MM_PER_M));
+        let number = plane.number;
+        let kinds: [(String, Colour, &dyn Fn(f64) -> bool); 3] = [
+            (format!("plate {number}"), Colour::Soft, &|height| height.abs() <= limit_m),
+            (format!("plate {number}, {limit_mm} high and more"), Colour::E, &|height| height > limit_m),
+            (format!("plate {number}, {limit_mm} low and more"), Colour::F, &|height| height < -limit_m),
+        ];
         let stride = plane.points.len().div_ceil(POINTS).max(1);
-        let points = plane.points.iter().step_by(stride).map(|point| point.in_base);
-        let name = format!("plate {}", plane.number);
-        Part { name, xyz: column(columns, points), colour: Colour::Soft, line: false }
-    };
-    estimate.map_or_else(Vec::new, |estimate| estimate.planes.iter().map(&mut part).collect())
+        for (name, colour, is_of_it) in kinds {
+            let points = plane.points.iter().zip(&heights_m).step_by(stride);
+            let of_it: Vec<Vector3<f64>> =
+                points.filter(|(_, height)| is_of_it(**height)).map(|(point, _)| point.in_base).collect();
+            if !of_it.is_empty() {
+                parts.push(Part { name, xyz: column(columns, of_it), colour, line: false });
+            }
+        }
+    }
+    parts
 }
 
 fn column(columns: &mut Columns, points: impl IntoIterator<Item = Vector3<f64>>) -> crate::page::Column {
