@@ -11,9 +11,10 @@ use crate::sights::{NoiseLeft, Sight, Sights, feature_px, sheet_per_px};
 use crate::stripes_ahead::{Stripe, ends, stripe};
 use crate::truth::Truth;
 use crate::wrong_cells::SeenBy;
-use nalgebra::{SMatrix, UnitVector3, Vector3};
+use nalgebra::{Matrix2, SMatrix, UnitVector3, Vector2, Vector3};
 use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_method::stripe::frame_residual::{EDGE_ROW, ROWS};
+use trueline_method::stripe::frames::edge_axis;
 use trueline_method::stripe::state::SURFACE_SIGMA_M;
 use trueline_method::stripe::target::EDGE;
 use trueline_method::stripe::unknowns::{LOCAL_ALL, LOCAL_EDGE, LOCAL_SHAPE, StripeUnknowns};
@@ -133,8 +134,8 @@ impl<const R: usize, const N: usize> Rows<R, N> {
             by_turn: SMatrix::zeros(),
             sigma_m: [NOT_THERE_M; R],
         };
-        let found = ends(cell, (&ahead.joint, &ahead.along), in_camera, &sight.point_in_camera);
-        for (number, ends) in found.iter().enumerate().filter(|(number, _)| ahead.joint.seen[*number]) {
+        let ends_of = ends(cell, (&ahead.joint, &ahead.along), in_camera, &sight.point_in_camera);
+        for (number, ends) in ends_of.iter().enumerate().filter(|(number, _)| ahead.joint.seen[*number]) {
             let Stripe { places, noise } = stripe(cell, ends.as_ref()?)?;
             // What is even in a picture is not quite even on the sheet: of a scan that is not yet made it says thousandths.
             let reported = places.each_ref().map(|place| cell.sheet.coordinates(place));
@@ -144,16 +145,14 @@ impl<const R: usize, const N: usize> Rows<R, N> {
                 rows.set(cell, (2 * number + k, number), (ahead, sight, found), (&places[k], noise))?;
             }
         }
-        if ahead.joint.edge_on.is_some() {
-            let point = &sight.point_in_camera;
-            let found =
-                ahead.on_plate(cell, EDGE).linearize(&sight.placement, &cell.sheet.coordinates(point))?;
-            rows.set(cell, (EDGE_ROW, EDGE), (ahead, sight, &found), (point, 1.0))?;
+        if let Some(on) = ahead.joint.edge_on {
+            let places = stripe(cell, ends_of[on].as_ref()?)?.places;
+            rows.set_edge(cell, on, (ahead, sight), &places)?;
         }
         Some(rows)
     }
 
-    /// The residual of a place in the camera on a surface, whose noise is so many times a seam point's.
+    /// The residual of a support point of a plate, whose noise is so many times a seam point's.
     fn set(
         &mut self,
         cell: &Cell,
@@ -161,20 +160,65 @@ impl<const R: usize, const N: usize> Rows<R, N> {
         (ahead, sight, found): (&JointAhead, &Sight, &StripeJacobian),
         (place, noise): (&Vector3<f64>, f64),
     ) -> Option<()> {
+        self.add((row, number), (ahead, sight, found), 1.0);
+        self.set_own(cell, row, &found.normal, (place, noise))
+    }
+
+    /// The residual of an edge point: how far along its stripe it is from where the stripes on its plate and on the edge cross.
+    fn set_edge(
+        &mut self,
+        cell: &Cell,
+        on: usize,
+        (ahead, sight): (&JointAhead, &Sight),
+        places: &[Vector3<f64>; 2],
+    ) -> Option<()> {
+        let point = &sight.point_in_camera;
+        let at = cell.sheet.coordinates(point);
+        let of = |number: usize| ahead.on_plate(cell, number).linearize(&sight.placement, &at);
+        let (plate, edge) = (of(on)?, of(EDGE)?);
+        let [begin, end] = places.each_ref().map(|place| cell.sheet.coordinates(place));
+        let axis = edge_axis(&cell.sensor, &sheet_per_px(cell, point)?, &(end - begin));
+        let normals = Matrix2::from_rows(&[plate.normal.transpose(), edge.normal.transpose()]);
+        let shares = normals.transpose().try_inverse()? * axis;
+        self.add((EDGE_ROW, on), (ahead, sight, &plate), shares[0]);
+        self.add((EDGE_ROW, EDGE), (ahead, sight, &edge), shares[1]);
+        self.set_own(cell, EDGE_ROW, &axis, (point, 1.0))
+    }
+
+    /// Adds a share of how a residual moves with the unknowns and with the robot.
+    fn add(
+        &mut self,
+        (row, number): (usize, usize),
+        (ahead, sight, found): (&JointAhead, &Sight, &StripeJacobian),
+        share: f64,
+    ) {
         let unknowns = &ahead.unknowns;
-        let mut set = |first: usize, numbers: &[f64]| {
-            numbers.iter().enumerate().for_each(|(k, number)| self.columns[(row, first + k)] = *number);
+        let mut add = |first: usize, numbers: &[f64]| {
+            let columns = numbers.iter().enumerate();
+            columns.for_each(|(k, number)| self.columns[(row, first + k)] += share * number);
         };
-        set(TIME_OFFSET, &[found.d_time_offset]);
-        set(ROTATION, found.d_rotation.as_slice());
-        set(TRANSLATION, found.d_translation.as_slice());
-        set(unknowns.plane(0, number).start, found.d_plate.as_slice());
-        set(unknowns.surface(0, number).start, found.d_surface.as_slice());
-        set(unknowns.shape().start, found.d_shape.as_slice());
+        add(TIME_OFFSET, &[found.d_time_offset]);
+        add(ROTATION, found.d_rotation.as_slice());
+        add(TRANSLATION, found.d_translation.as_slice());
+        add(unknowns.plane(0, number).start, found.d_plate.as_slice());
+        add(unknowns.surface(0, number).start, found.d_surface.as_slice());
+        add(unknowns.shape().start, found.d_shape.as_slice());
         let arm: Vector3<f64> = found.foot_in_base - sight.placement.base_from_tool.translation.vector;
-        self.by_shift.set_row(row, &found.d_displacement.transpose());
-        self.by_turn.set_row(row, &arm.cross(&found.d_displacement).transpose());
-        let by_px = found.normal.transpose() * sheet_per_px(cell, place)?;
+        let mut by_shift = self.by_shift.row_mut(row);
+        by_shift += found.d_displacement.transpose() * share;
+        let mut by_turn = self.by_turn.row_mut(row);
+        by_turn += arm.cross(&found.d_displacement).transpose() * share;
+    }
+
+    /// The own noise of a residual along a vector of the sheet, so many times a seam point's.
+    fn set_own(
+        &mut self,
+        cell: &Cell,
+        row: usize,
+        along: &Vector2<f64>,
+        (place, noise): (&Vector3<f64>, f64),
+    ) -> Option<()> {
+        let by_px = along.transpose() * sheet_per_px(cell, place)?;
         self.by_px.set_row(row, &by_px);
         self.sigma_m[row] = noise * feature_px(cell) * by_px.norm();
         Some(())
@@ -206,15 +250,15 @@ impl<const R: usize, const N: usize> Rows<R, N> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
     use super::*;
     use crate::cell_toml;
     use crate::design::{DIMENSION, from_unit_box};
     use crate::motion::Motion;
     use crate::shape::Shape;
-    use nalgebra::{DVector, Point3, SVector, Vector2};
+    use nalgebra::{DVector, Point3, SVector};
     use std::path::Path;
-    use trueline_dataset::sensor_toml;
+    use trueline_dataset::{Sensor, sensor_toml};
     use trueline_geometry::so3;
 
     const FILLET: &str = "\n[[plates]]\nnormal = [-0.127023, 0.695640, 0.707072]\n[[plates]]\nnormal = [0.113104, -0.698038, 0.707072]\n";
@@ -253,6 +297,31 @@ mod tests {
             normal.dot(&from) - plate.offset_m - raised - height
         }
 
+        /// How far along an axis of the sheet a place is from the crossing of the cuts of a plate and of the edge moves with each unknown: both
+        /// conditions that the crossing meets, by differences.
+        fn slopes_of_end(
+            &self,
+            (on, time_s): (usize, f64),
+            at: &Vector2<f64>,
+            axis: &Vector2<f64>,
+        ) -> DVector<f64> {
+            const STEP: f64 = 1e-6;
+            let surfaces = [(on, time_s), (EDGE, time_s)];
+            let none = DVector::zeros(self.ahead.unknowns.dimension());
+            let normals = Matrix2::from_fn(|row, axis| {
+                let by = Vector2::from_fn(|k, _| if k == axis { STEP } else { 0.0 });
+                (self.phi(&none, surfaces[row], &(at + by)) - self.phi(&none, surfaces[row], &(at - by)))
+                    / (2.0 * STEP)
+            });
+            let inverse = normals.try_inverse().unwrap();
+            DVector::from_fn(none.len(), |k, _| {
+                let by = DVector::from_fn(none.len(), |i, _| if i == k { 10.0 * STEP } else { 0.0 });
+                let moved = surfaces
+                    .map(|seen| (self.phi(&by, seen, at) - self.phi(&-&by, seen, at)) / (20.0 * STEP));
+                axis.dot(&(inverse * Vector2::from(moved)))
+            })
+        }
+
         /// How the distance of a place of the sheet from the surface's cut moves with each unknown, by differences.
         ///
         /// `from_middle` is where a support point lies on its stripe: then bows move it as the straight line through all of the stripe.
@@ -287,6 +356,28 @@ mod tests {
                 }
             })
         }
+    }
+
+    /// The unit vector in the sheet whose product with a shift does not change where that is square to the stripe in the picture, by projection.
+    fn axis_of_end(cell: &Cell, [begin, end]: &[Vector3<f64>; 2], point: &Vector3<f64>) -> Vector2<f64> {
+        let Sensor::CameraLaser { camera, .. } = &cell.sensor else { panic!("a camera") };
+        let at = cell.sheet.coordinates(point);
+        let pixel = |shift: Vector2<f64>| {
+            let place = cell.sheet.point(&(at + shift));
+            camera.distortion.distort(&(place.xy() / place.z)).0.component_mul(&camera.focal)
+        };
+        let chord = (cell.sheet.coordinates(end) - cell.sheet.coordinates(begin)).normalize() * 1e-6;
+        let along = pixel(chord) - pixel(-chord);
+        // A shift across the stripe, of the direction in the sheet that is square to it in the picture: by bisection of its angle.
+        let shift = |angle: f64| Vector2::new(angle.cos(), angle.sin()) * 1e-6;
+        let product = |angle: f64| along.dot(&(pixel(shift(angle)) - pixel(-shift(angle))));
+        let begin = chord.y.atan2(chord.x);
+        let (mut low, mut high) = (begin, begin + std::f64::consts::PI);
+        for _ in 0..50 {
+            let middle = 0.5 * (low + high);
+            if product(middle) > 0.0 { low = middle } else { high = middle }
+        }
+        Vector2::new(low.sin(), -low.cos())
     }
 
     /// The line of least squares through a polynomial of third degree on a stripe of length 2√3 about zero, at 1: its mean and its slope
@@ -340,7 +431,17 @@ mod tests {
             let Some(rows) = Rows::<R, N>::of(&cell, &ahead, sight) else { continue };
             checked += 1;
             for (row, surface, at, from_middle) in places(&cell, &ahead, sight) {
-                let expected = forward.slopes((surface, sight.time_s), (&at, from_middle));
+                let expected = match ahead.joint.edge_on {
+                    Some(on) if surface == EDGE => {
+                        let camera_from_base = sight.placement.base_from_camera().rotation.inverse();
+                        let turned = |direction: &Vector3<f64>| camera_from_base * direction;
+                        let ends = ends(&cell, (&ahead.joint, &ahead.along), turned, &sight.point_in_camera);
+                        let places = stripe(&cell, ends[on].as_ref().unwrap()).unwrap().places;
+                        let axis = axis_of_end(&cell, &places, &sight.point_in_camera);
+                        forward.slopes_of_end((on, sight.time_s), &at, &axis)
+                    }
+                    _ => forward.slopes((surface, sight.time_s), (&at, from_middle)),
+                };
                 for k in 0..N {
                     // Velocities are one-sided differences over a short time, of some 1 m/s² at most.
                     let tolerance = if k == TIME_OFFSET { 1e-3 } else { 1e-7 };

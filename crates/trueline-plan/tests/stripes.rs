@@ -14,12 +14,10 @@ use cells::{exact, example, scenario};
 use nalgebra::{SMatrix, SVector, UnitVector3};
 use trueline_geometry::se3;
 use trueline_method::problem::parameters::{LINES, ROTATION, TRANSLATION};
-use trueline_method::stripe::state::SURFACE_SIGMA_M;
 use trueline_method::{Config, Measurements, Status, calibrate};
 use trueline_plan::surroundings::Plate;
 use trueline_plan::{Cell, Plan, PlanRequest, Shape, plan};
-use trueline_sim::noise::Noise;
-use trueline_sim::{PlateForm, PlatePair, Plates, scan_plates_along};
+use trueline_sim::{PlatePair, Plates, scan_plates_along};
 
 /// The example's cell where the guess is right, with plates about the seam, and as the simulator has them: of each whether it is on the right,
 /// how steeply it rises from the seam, and how far it lies below it.
@@ -82,15 +80,6 @@ struct Achieved {
     consistency: f64,
 }
 
-/// Forms of two plates of which every term is a normal number with the standard deviation that is taken for it.
-fn drawn_forms(seed: u64) -> [PlateForm; 2] {
-    let mut draw = Noise::new(seed, 11);
-    std::array::from_fn(|_| {
-        let mut term = || draw.normal(SURFACE_SIGMA_M);
-        PlateForm { across: term(), twist: term(), along: term(), cubic: [term(), term(), term(), term()] }
-    })
-}
-
 fn achieved(
     (cell, plates): (&Cell, &Plates),
     plan: &Plan,
@@ -103,9 +92,7 @@ fn achieved(
     let mut consistency = 0.0;
     for seed in 0..runs {
         let along = |time_s| plan.motion.base_from_tool(time_s);
-        // What is promised and said of whole stripes is the mean over plates that are as flat as they are taken to be.
-        let forms = if measurements == Measurements::Seam { plates.forms } else { drawn_forms(seed) };
-        let recording = scan_plates_along(&scenario, &Plates { forms, ..*plates }, &along, seed).unwrap();
+        let recording = scan_plates_along(&scenario, plates, &along, seed).unwrap();
         let truth = recording.truth.as_ref().unwrap().parameters;
         let found = calibrate(&recording, Some(&truth), &config).unwrap();
         assert_eq!(found.status(), Status::Accepted, "{:?}", found.reasons());

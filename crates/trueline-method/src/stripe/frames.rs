@@ -196,20 +196,10 @@ impl Seen {
         stripes && plates.contains(&true) && (plates == &[true; 2] || self.seam.is_some())
     }
 
-    /// The axis along which an edge point counts. Its height is taken from a line through the end of its stripe: in profiles at the place along x where
-    /// that ends, in pictures square to it. The stripes of two plates that have an edge are parallel to within 6°.
+    /// [`edge_axis`] of a picture; the stripes of two plates that have an edge are parallel to within 6°.
     fn edge_axis(&self, sensor: &Sensor) -> Vector2<f64> {
         let Some([first, second]) = self.stripes.iter().flatten().next() else { return Vector2::x() };
-        let chord = second.reported - first.reported;
-        let across = match sensor {
-            Sensor::Profiler => Vector2::y(),
-            _ => {
-                let slope = first.sheet_per_px;
-                let in_picture = slope.try_inverse().unwrap_or_else(Matrix2::identity) * chord;
-                slope * Vector2::new(-in_picture.y, in_picture.x)
-            }
-        };
-        Vector2::new(across.y, -across.x).normalize()
+        edge_axis(sensor, &first.sheet_per_px, &(second.reported - first.reported))
     }
 
     fn sight(&self, wanted: Measurements, all: bool) -> Option<Sight> {
@@ -218,6 +208,20 @@ impl Seen {
         }
         self.stripes.iter().any(Option::is_some).then_some(Sight::Stripes(self.stripes))
     }
+}
+
+/// The unit vector in the sheet along which an edge point counts, of a stripe that runs along `chord`. The point's height is taken from a line
+/// through the end of its stripe: in profiles at the place along x where that ends, in pictures square to it.
+#[must_use]
+pub fn edge_axis(sensor: &Sensor, sheet_per_px: &Matrix2<f64>, chord: &Vector2<f64>) -> Vector2<f64> {
+    let across = match sensor {
+        Sensor::Profiler => Vector2::y(),
+        _ => {
+            let in_picture = sheet_per_px.try_inverse().unwrap_or_else(Matrix2::identity) * chord;
+            sheet_per_px * Vector2::new(-in_picture.y, in_picture.x)
+        }
+    };
+    Vector2::new(across.y, -across.x).normalize()
 }
 
 fn seam_sight(observations: &Observations, observation: usize) -> SeamSight {

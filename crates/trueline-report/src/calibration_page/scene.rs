@@ -8,7 +8,6 @@ use nalgebra::{Point3, Vector2, Vector3};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_dataset::{RobotSample, Sensor};
 use trueline_geometry::{Line, Pose};
-use trueline_method::stripe::planes::PlaneEstimate;
 use trueline_model::LaserSheet;
 
 /// Poses of the path that are drawn.
@@ -18,16 +17,16 @@ const VIEWS: usize = 7;
 /// Seam points that are drawn.
 const POINTS: usize = 5000;
 
-/// Without plates, and with them.
-const TITLES: [&str; 2] = [
-    "Path of the tool, field of view and seam in base",
-    "Path of the tool, field of view, seam and plates in base",
-];
-
-/// Likewise.
-const EXPLANATIONS: [&str; 2] = [
-    "Drag to turn; Ctrl and wheel, or + and −, zoom. Scales are alike; millimetres.",
-    "Drag to turn; Ctrl and wheel, or + and −, zoom. Scales are alike; millimetres. Colours say where a plate lies above or below its best plane, seen from the sensor.",
+/// Title and explanation, without plates and with them.
+const WORDS: [[&str; 2]; 2] = [
+    [
+        "Path of the tool, field of view and seam in base",
+        "Drag to turn; Ctrl and wheel, or + and −, zoom. Scales are alike; millimetres.",
+    ],
+    [
+        "Path of the tool, field of view, seam and plates in base",
+        "Drag to turn; Ctrl and wheel, or + and −, zoom. Scales are alike; millimetres. Colours say where a plate lies above or below its best plane, seen from the sensor.",
+    ],
 ];
 
 pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
@@ -69,8 +68,7 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
         parts.push(Part { name, xyz: column(columns, ends), colour: Colour::D, line: true });
     }
     let plates = plates(shown, columns);
-    let has_plates = !plates.is_empty();
-    let title = TITLES[usize::from(has_plates)];
+    let [title, explanation] = WORDS[usize::from(!plates.is_empty())];
     parts.extend(plates);
     if let (Some(first), Some(last)) = (robot.first(), robot.last()) {
         let length_m = 0.1
@@ -87,7 +85,7 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     vec![Block::Chart(Chart {
         id: "scene",
         title,
-        explanation: EXPLANATIONS[usize::from(has_plates)].to_owned(),
+        explanation: explanation.to_owned(),
         alternative: "The tool's path, the field of view on the laser sheet at some places, the seam points, the line and, of whole stripes, their support points on the plates in the robot's base frame, in mm. Arrow keys turn the view.".to_owned(),
         wide: true,
         drawn: Drawn::Scene(parts),
@@ -107,18 +105,23 @@ fn plates(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Part> {
         let limit_m = OFF_PLANE * heights_m.iter().fold(0.0, |most: f64, height| most.max(height.abs()));
         let limit_mm = format!("{:.1$} mm", limit_m * MM_PER_M, digits_for(limit_m * MM_PER_M));
         let number = plane.number;
-        let kinds: [(String, Colour, &dyn Fn(f64) -> bool); 3] = [
-            (format!("plate {number}"), Colour::Soft, &|height| height.abs() <= limit_m),
-            (format!("plate {number}, {limit_mm} high and more"), Colour::E, &|height| height > limit_m),
-            (format!("plate {number}, {limit_mm} low and more"), Colour::F, &|height| height < -limit_m),
+        let kinds = [
+            (format!("plate {number}"), Colour::Soft),
+            (format!("plate {number}, {limit_mm} high and more"), Colour::E),
+            (format!("plate {number}, {limit_mm} low and more"), Colour::F),
         ];
+        let kind_of = |height_m: f64| match height_m {
+            height_m if height_m > limit_m => 1,
+            height_m if height_m < -limit_m => 2,
+            _ => 0,
+        };
         let stride = plane.points.len().div_ceil(POINTS).max(1);
-        for (name, colour, is_of_it) in kinds {
+        for (kind, (name, colour)) in kinds.into_iter().enumerate() {
             let points = plane.points.iter().zip(&heights_m).step_by(stride);
-            let of_it: Vec<Vector3<f64>> =
-                points.filter(|(_, height)| is_of_it(**height)).map(|(point, _)| point.in_base).collect();
-            if !of_it.is_empty() {
-                parts.push(Part { name, xyz: column(columns, of_it), colour, line: false });
+            let of_kind = points.filter(|(_, height_m)| kind_of(**height_m) == kind);
+            let of_kind: Vec<Vector3<f64>> = of_kind.map(|(point, _)| point.in_base).collect();
+            if !of_kind.is_empty() {
+                parts.push(Part { name, xyz: column(columns, of_kind), colour, line: false });
             }
         }
     }
