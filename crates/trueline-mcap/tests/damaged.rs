@@ -120,6 +120,25 @@ fn no_record_passes_as_one_of_another_kind() {
     }
 }
 
+/// A length that was altered so that it leads over the next chunk to a place where a record begins.
+#[test]
+fn a_record_that_hides_a_chunk_is_told_and_the_chunk_is_read() {
+    let (whole, known) = read_items(&UNFINISHED);
+    for chunk in chunks(&UNFINISHED).into_iter().skip(1) {
+        let mut at = 8;
+        let length = |at: usize| u64::from_le_bytes(UNFINISHED[at + 1..at + 9].try_into().unwrap()) as usize;
+        while at + 9 + length(at) < chunk.start {
+            at += 9 + length(at);
+        }
+        // The record before it now ends where it ends.
+        let mut file = UNFINISHED.clone();
+        file[at + 1..at + 9].copy_from_slice(&((chunk.end - at - 9) as u64).to_le_bytes());
+        let (items, damages) = read_items(&file);
+        assert!(damages.len() > known.len(), "record {} at {at}: {damages:?}", file[at]);
+        assert_eq!(words(&items), words(&whole), "record {} at {at}: {damages:?}", file[at]);
+    }
+}
+
 #[test]
 #[ignore = "takes minutes; a sample of it is below"]
 fn no_flipped_bit_of_all_is_taken_as_good() {

@@ -38,8 +38,20 @@ const fn layout(opcode: u8) -> &'static [Part] {
 /// Whether everything that a record's body says to be in it is in it.
 #[must_use]
 pub(super) fn fit(opcode: u8, body: &[u8]) -> bool {
-    let rest = layout(opcode).iter().try_fold(body, |rest, part| after(*part, rest));
-    rest.is_some()
+    behind(opcode, body).is_some()
+}
+
+/// Whether a record is longer than all that is in it: then its length may have been altered, and leads over others. Of a message the rest is its data, and other
+/// records are not known.
+#[must_use]
+pub(super) fn are_exceeded(opcode: u8, body: &[u8]) -> bool {
+    let is_known = opcode != op::MESSAGE && !layout(opcode).is_empty();
+    is_known && behind(opcode, body).is_some_and(|rest| !rest.is_empty())
+}
+
+/// What of a record's body is behind its parts; `None` where they do not fit.
+fn behind(opcode: u8, body: &[u8]) -> Option<&[u8]> {
+    layout(opcode).iter().try_fold(body, |rest, part| after(*part, rest))
 }
 
 /// What follows a part; `None` where it does not fit.
@@ -88,6 +100,15 @@ mod tests {
         let body = channel();
         assert!(fit(op::CHANNEL, &body));
         assert!((0..body.len()).all(|length| !fit(op::CHANNEL, &body[..length])));
+    }
+
+    #[test]
+    fn a_record_that_goes_on_behind_its_parts_is_seen() {
+        let mut body = channel();
+        assert!(!are_exceeded(op::CHANNEL, &body));
+        body.push(0);
+        assert!(fit(op::CHANNEL, &body) && are_exceeded(op::CHANNEL, &body));
+        assert!(!are_exceeded(op::MESSAGE, &[0; 30]) && !are_exceeded(0x80, &[0; 30]));
     }
 
     #[test]

@@ -5,6 +5,7 @@
 
 use crate::read::chunk::{self, ChunkHead, ChunkRecords, FRAME_BYTES, READ_BLOCK, RECORD_LIMIT};
 use crate::read::damage::Damage;
+use crate::read::inner_lengths;
 use crate::read::place::RecordPlace;
 use crate::read::summary;
 use crate::wire::about::{ABOUT_RECORD, is_whole};
@@ -222,6 +223,9 @@ impl<R: Read + Seek> LogReader<R> {
                 if let Err(error) = accepted {
                     self.damages.push(Damage::Record { offset, why: error.to_string() });
                 }
+                if inner_lengths::are_exceeded(opcode, body) {
+                    return self.resync(offset, "a record is longer than what is in it");
+                }
             }
         }
         Ok(())
@@ -261,8 +265,12 @@ impl<R: Read + Seek> LogReader<R> {
 
     fn step_in_chunk(&mut self, mut open: OpenChunk) -> io::Result<()> {
         let offset = open.offset;
+        let fits = open.head.end == open.length;
+        let beyond = "the length of a chunk does not fit its head";
         match open.records.next_record() {
-            None => return Ok(()),
+            None if fits => {}
+            // All of it was read; its length may lead over others.
+            None => return self.resync(offset, beyond),
             Some(Ok(record)) => {
                 let place = RecordPlace::Chunk { offset, number: open.number };
                 if let Err(error) = self.accept(record, place) {
@@ -275,8 +283,8 @@ impl<R: Read + Seek> LogReader<R> {
             Some(Err(error)) => {
                 let length = open.length as u64 + FRAME_BYTES;
                 self.damages.push(open.head.damage(offset, length, open.kept, &error));
-                if open.head.end != open.length {
-                    return self.resync(offset, "the length of a chunk does not fit its head");
+                if !fits {
+                    return self.resync(offset, beyond);
                 }
             }
         }

@@ -204,22 +204,19 @@ impl ProfileCaster {
     fn of_two(&mut self, arms: &[Vec<[f64; 2]>; 2], x_m: f64, corner_x: f64) -> Option<f64> {
         let ahead = |arm: &Vec<[f64; 2]>| arm.last().map_or(0.0, |end| end[0] - arm[0][0]);
         let side = usize::from((ahead(&arms[1]) > 0.0) == (x_m > corner_x));
-        let mut z_m = self.surface(&arms[side], x_m)?;
-        let (look, chance) = (&self.look, &mut self.chance);
         let from_corner_m = (x_m - corner_x).abs();
-        match self.pair {
-            // Between the plates of a fillet a column sees both, and the corner fills up.
-            PlatePair::Meeting if from_corner_m < MIXED_M && chance.happens(look.mixed) => {
-                z_m -= chance.uniform(0.0, 1.0) * (MIXED_M - from_corner_m);
-            }
-            // The column that the edge falls into sees both plates of a lap.
-            PlatePair::Lap { step_m }
-                if from_corner_m < 0.5 * look.column_m && chance.happens(look.mixed) =>
-            {
-                let towards = if side == self.edge_on { 1.0 } else { -1.0 };
-                z_m += towards * chance.uniform(0.0, step_m);
-            }
-            _ => {}
+        // The column that the edge falls into sees the upper plate of a lap and what lies behind, wherever its middle is.
+        if let PlatePair::Lap { step_m } = self.pair
+            && from_corner_m < 0.5 * self.look.column_m
+            && self.chance.happens(self.look.mixed)
+        {
+            return Some(arms[self.edge_on].first()?[1] + self.chance.uniform(0.0, step_m));
+        }
+        let mut z_m = self.surface(&arms[side], x_m)?;
+        // Between the plates of a fillet a column sees both, and the corner fills up.
+        if self.pair == PlatePair::Meeting && from_corner_m < MIXED_M && self.chance.happens(self.look.mixed)
+        {
+            z_m -= self.chance.uniform(0.0, 1.0) * (MIXED_M - from_corner_m);
         }
         Some(z_m)
     }

@@ -68,6 +68,16 @@ impl ProfileFinder {
         (0..count).find(|&k| has_foothold(k)).ok_or(NoSeam::NotStraight)
     }
 
+    /// How many of the columns before the last one of a face are lost.
+    pub(super) fn lost_before(&self, tip: &Face, last_x: f64, outward: Outward, pitch_mm: f64) -> usize {
+        let limit_mm = Self::limit_mm(&[*tip], 0.0);
+        let inward = |columns: f64| last_x - outward.sign() * columns * pitch_mm;
+        let [near_x, far_x] = [inward(0.5), inward(COUNTED_COLUMNS as f64 + 0.5)];
+        let before = |x: f64| self.points.partition_point(|point| point.x < x);
+        let near = &self.points[before(near_x.min(far_x))..before(near_x.max(far_x))];
+        COUNTED_COLUMNS.saturating_sub(near.iter().filter(|point| tip.off(point).abs() < limit_mm).count())
+    }
+
     fn end_of_tip(&self, tip: &Face, from_outside: &FromOutside) -> Result<FaceEnd, NoSeam> {
         let limit_mm = Self::limit_mm(&[*tip], 0.0);
         let last_k = self.last_on(tip, limit_mm, from_outside)?;
@@ -91,10 +101,7 @@ impl ProfileFinder {
         if leans(before.map(|k| [from_end(k), tip.off(&self.points[index(k)])])) {
             return Err(NoSeam::RoundedEnd);
         }
-        let reach_mm = (COUNTED_COLUMNS as f64 + 0.5) * pitch_mm;
-        let near = (last_k + 1..count).take_while(|&k| -from_end(k) < reach_mm);
-        let there = near.filter(|&k| is_on(&self.points[index(k)])).count();
-        let lost = COUNTED_COLUMNS.saturating_sub(there);
+        let lost = self.lost_before(tip, last_x, outward, pitch_mm);
         let last = tip.at_x(last_x).ok_or(NoSeam::NotStraight)?;
         let far = tip.at_x(last_x + outward.sign()).ok_or(NoSeam::NotStraight)?;
         let lost_part = lost_part([lost, COUNTED_COLUMNS]);

@@ -2,7 +2,7 @@
 //!
 //! Along the face the edge is known to the distance of two columns: it lies between the last that sees the upper face and the first that sees
 //! the lower one, anywhere with the same chance. Where more than a few columns lie between, the lower face is in the shadow, and the edge is
-//! right behind the upper one's last column.
+//! that of a face over nothing: see [`face_end`](super::face_end).
 
 use super::face::Face;
 use super::face_end::{FaceEnd, Outward};
@@ -16,6 +16,18 @@ use std::ops::Range;
 const STEP_SIGMAS: f64 = 8.0;
 /// Columns of two faces that are further apart have a shadow between them: two columns may be lost by chance, and rounding decides nothing.
 const COLUMNS_APART: f64 = 3.5;
+/// To which side each face ends.
+const OUTWARD: [Outward; 2] = [Outward::Right, Outward::Left];
+
+/// Where the upper of two faces ends.
+struct StepEdge {
+    /// Between which places of x, mm.
+    x_mm: [f64; 2],
+    /// Distance of columns, mm.
+    pitch_mm: f64,
+    /// Where the lower face begins further away than the next column: the points before it.
+    over_shadow: Option<Range<usize>>,
+}
 
 impl ProfileFinder {
     /// Two parallel faces and the edge of the upper one.
@@ -24,11 +36,18 @@ impl ProfileFinder {
         if self.settled_lines(split).is_some() {
             return Err(NoSeam::NoStep);
         }
-        self.stepped(split, sigma_mm).ok_or(NoSeam::NoStep)
+        let (mut joint, over_shadow) = self.stepped(split, sigma_mm).ok_or(NoSeam::NoStep)?;
+        if let (SeenSeam::Edge { face, end }, Some(upper)) = (&mut joint.seam, over_shadow)
+            && let Some(whole) = &joint.faces[*face]
+        {
+            let limit = Self::limit_mm(&[*whole], sigma_mm);
+            *end = self.face_end(whole, limit, upper, OUTWARD[*face])?;
+        }
+        Ok(joint)
     }
 
-    /// The same with the bend at a place; `None` where they are one face, or not straight.
-    fn stepped(&mut self, split: usize, sigma_mm: f64) -> Option<SeenJoint> {
+    /// The same with the bend at a place, and over a shadow the points of the upper face; `None` where they are one face, or not straight.
+    fn stepped(&mut self, split: usize, sigma_mm: f64) -> Option<(SeenJoint, Option<Range<usize>>)> {
         let faces = [self.face(0, split)?, self.face(split, self.points.len())?];
         let x_mm = 0.5 * (self.points[split - 1].x + self.points[split].x);
         let ends = [0, 1].map(|k| faces[k].at_x(x_mm));
@@ -39,13 +58,13 @@ impl ProfileFinder {
         }
         // Range grows away from the sensor.
         let upper = usize::from(right.y < left.y);
-        let rough = self.edge_between(&faces, upper, limit, 0..self.points.len())?;
+        let rough = self.edge_between(&faces, upper, limit, 0..self.points.len())?.x_mm;
         // Bowed faces leave their lines before the edge: it lies between their tips.
-        let outward = [Outward::Right, Outward::Left];
-        let tips = [0, 1].map(|k| self.tip(&faces[k], limit, rough[k], outward[k]));
+        let tips = [0, 1].map(|k| self.tip(&faces[k], limit, rough[k], OUTWARD[k]));
         let near = self.points.partition_point(|point| point.x < rough[0] - TIP_MM)
             ..self.points.partition_point(|point| point.x <= rough[1] + TIP_MM);
-        let [from_x, to_x] = self.edge_between(&tips, upper, Self::limit_mm(&tips, sigma_mm), near)?;
+        let edge = self.edge_between(&tips, upper, Self::limit_mm(&tips, sigma_mm), near)?;
+        let [from_x, to_x] = edge.x_mm;
         let x_mm = 0.5 * (from_x + to_x);
         let split = self.points.partition_point(|point| point.x < x_mm);
         for (face, run) in [(&faces[0], &self.points[..split]), (&faces[1], &self.points[split..])] {
@@ -57,13 +76,15 @@ impl ProfileFinder {
         let faces = self.beside(x_mm)?;
         let corner = faces[upper].at_x(x_mm)?;
         let half_lengths_mm = ends.map(|end| 0.5 * (end - corner).norm());
-        let tip = self.tip(&faces[upper], limit, [from_x, to_x][upper], outward[upper]);
-        let end = FaceEnd::within(tip, [from_x, to_x])?;
+        let last_x = [from_x, to_x][upper];
+        let tip = self.tip(&faces[upper], limit, last_x, OUTWARD[upper]);
+        let lost = self.lost_before(&tip, last_x, OUTWARD[upper], edge.pitch_mm);
+        let end = FaceEnd { lost, ..FaceEnd::within(tip, [from_x, to_x])? };
         let seam = SeenSeam::Edge { face: upper, end };
-        Some(SeenJoint { faces: faces.map(Some), half_lengths_mm, seam })
+        Some((SeenJoint { faces: faces.map(Some), half_lengths_mm, seam }, edge.over_shadow))
     }
 
-    /// Between which places the upper face ends, mm: of all places among a range of the points that with the fewest points of a face on the other
+    /// Where the upper face ends: of all places among a range of the points that with the fewest points of a face on the other
     /// one's side.
     fn edge_between(
         &mut self,
@@ -71,7 +92,7 @@ impl ProfileFinder {
         upper: usize,
         limit: f64,
         within: Range<usize>,
-    ) -> Option<[f64; 2]> {
+    ) -> Option<StepEdge> {
         let is_on = |face: usize, k: usize| faces[face].off(&self.points[k]).abs() < limit;
         let mut wrong = within.clone().filter(|&k| is_on(0, k)).count();
         let (mut split, mut fewest) = (within.start, wrong);
@@ -83,15 +104,15 @@ impl ProfileFinder {
         }
         let left = (within.start..split).rev().find(|&k| is_on(0, k))?;
         let right = (split..within.end).find(|&k| is_on(1, k))?;
+        let before_lower = if upper == 0 { 0..right } else { left + 1..self.points.len() };
         let [left, right] = [left, right].map(|k| self.points[k].x);
         self.spare.clear();
         self.spare.extend(self.points.windows(2).map(|pair| pair[1].x - pair[0].x));
-        let pitch = median(&mut self.spare);
-        if right - left <= COLUMNS_APART * pitch {
-            return Some([left, right]);
+        let pitch_mm = median(&mut self.spare);
+        if right - left <= COLUMNS_APART * pitch_mm {
+            return Some(StepEdge { x_mm: [left, right], pitch_mm, over_shadow: None });
         }
-        let (end, outward) = if upper == 0 { (left, Outward::Right) } else { (right, Outward::Left) };
-        let behind = end + outward.sign() * pitch;
-        Some([end.min(behind), end.max(behind)])
+        let x_mm = if upper == 0 { [left, left + pitch_mm] } else { [right - pitch_mm, right] };
+        Some(StepEdge { x_mm, pitch_mm, over_shadow: Some(before_lower) })
     }
 }
