@@ -57,7 +57,7 @@ impl Findings {
     /// and more of them are off.
     #[must_use]
     pub(crate) fn outlier_share(&self) -> f64 {
-        let share = self.used_stripes().map_or(0.0, |e| e.rejected as f64 / e.stripes.max(1) as f64);
+        let share = self.used_stripes().map_or(0.0, |estimate| estimate.counts.share());
         share.max(self.fit.residuals.outlier_share())
     }
 

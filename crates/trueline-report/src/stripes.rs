@@ -8,6 +8,7 @@ use trueline_dataset::result_file::{
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_method::stripe::outcome::{Answer, Because, StripeEstimate, StripeOutcome};
+use trueline_method::stripe::outlier_counts::OutlierCounts;
 use trueline_method::stripe::planes::PlaneEstimate;
 use trueline_method::{Calibration, Measurements};
 
@@ -38,6 +39,7 @@ pub(crate) fn entry(c: &Calibration) -> Option<StripesEntry> {
     let StripeOutcome { used, because, frames, with_both, skipped, estimate, .. } =
         c.findings.stripes.as_ref()?;
     let estimate = estimate.as_ref();
+    let counts = estimate.map_or_else(OutlierCounts::default, |e| e.counts);
     let angles = estimate.map_or(&[][..], |e| &e.angles);
     let steps = estimate.map_or(&[][..], |e| &e.steps);
     Some(StripesEntry {
@@ -46,8 +48,10 @@ pub(crate) fn entry(c: &Calibration) -> Option<StripesEntry> {
         frames: *frames,
         frames_with_both: *with_both,
         skipped: skipped.iter().map(|(why, count)| (why.code().to_owned(), *count)).collect(),
-        stripes: estimate.map_or(0, |e| e.stripes),
-        rejected: estimate.map_or(0, |e| e.rejected),
+        stripes: counts.stripes,
+        rejected: counts.rejected_stripes,
+        edge_points: counts.edge_points,
+        rejected_edge_points: counts.rejected_edge_points,
         noise_factor: estimate.map(|e| e.noise_factor),
         sigmas_apart: estimate.and_then(|e| e.sigmas_apart),
         joint_angles: angles
@@ -142,6 +146,16 @@ pub(crate) fn fact(estimate: &StripeEstimate, joint: usize) -> Option<(&'static 
     Some(("step", format!("{value:.0$} mm ± {sigma:.0$} mm", digits_for(sigma))))
 }
 
+/// What was left out as an outlier.
+fn astray(counts: &OutlierCounts) -> impl Iterator<Item = String> + use<> {
+    let OutlierCounts { stripes, rejected_stripes, edge_points, rejected_edge_points, .. } = *counts;
+    let of = |rejected, all, what| {
+        (rejected > 0).then(|| format!("{rejected} of {all} {what} left out: not on the plates"))
+    };
+    let stripes = of(rejected_stripes, stripes, "stripes");
+    stripes.into_iter().chain(of(rejected_edge_points, edge_points, "edge points"))
+}
+
 fn used(stripes: &StripeOutcome) -> String {
     let StripeOutcome { used, because, frames, with_both, skipped, estimate, .. } = stripes;
     let planes = estimate.as_ref().map_or(&[][..], |estimate| &estimate.planes);
@@ -153,10 +167,8 @@ fn used(stripes: &StripeOutcome) -> String {
             format!("{count} {} left out: {why}", if *count == 1 { "stripe" } else { "stripes" })
         })
         .collect();
-    let astray = estimate.as_ref().filter(|estimate| estimate.rejected > 0);
-    let astray =
-        astray.map(|e| format!("{} of {} stripes left out: not on the plates", e.rejected, e.stripes));
     let shown = format!("{with_both} of {frames} frames show {all}");
+    let astray = astray(&estimate.as_ref().map_or_else(OutlierCounts::default, |e| e.counts));
     let shown = [shown].into_iter().chain(lost).chain(astray).collect::<Vec<_>>().join("; ");
     let why = match because {
         Because::Asked => "as asked",

@@ -82,6 +82,10 @@ pub struct StripesEntry {
     pub stripes: usize,
     /// Of these, how many were left out as outliers.
     pub rejected: usize,
+    /// Points of the edge of a lap, a step or one plate that were looked at.
+    pub edge_points: usize,
+    /// Of these, how many were left out as outliers.
+    pub rejected_edge_points: usize,
     /// How much larger their noise is than expected.
     pub noise_factor: Option<f64>,
     /// How far the answers of seam points and stripes are apart, in sigma.

@@ -10,11 +10,9 @@ use crate::input::skip::Skip;
 use crate::input::timestamps::{Dejittered, Sampling};
 use crate::problem::placement::placement_at;
 use crate::stripe::frames::{Sight, StripeFrame, Support, frames};
-use crate::stripe::whitening::robot_sigma_rad;
 use nalgebra::{Matrix2, Vector3};
 use std::collections::BTreeMap;
 use trueline_dataset::{Guess, Recording};
-use trueline_geometry::Pose;
 use trueline_geometry::smoothed_velocity::smoothed_velocity;
 use trueline_model::{LaserSheet, Placement};
 
@@ -95,7 +93,7 @@ pub fn place_with_stripes(
     let (mut features, observations, robot_times_s) = placed(recording, by, wanted, config)?;
     if !recording.stripes.is_empty() {
         features.stripes = placed_stripes(recording, &observations, by, config)?;
-        features.robot_sigma_rad = attitude_noise_rad(recording, &observations, &robot_times_s);
+        features.robot_sigma_rad = observations.robot.rotation_noise_rad(recording, &robot_times_s);
     }
     Ok(features)
 }
@@ -169,11 +167,4 @@ fn placed_stripes(
         Some(PlacedStripes { stamp_s, line, placement, plates: [left, right] })
     };
     Ok(frames.list.iter().filter_map(of).collect())
-}
-
-fn attitude_noise_rad(recording: &Recording, observations: &Observations, times_s: &[f64]) -> f64 {
-    let poses: Vec<Pose> =
-        recording.robot.iter().map(|sample| recording.lines_from_carrier(sample)).collect();
-    let count = times_s.len().min(poses.len());
-    robot_sigma_rad(observations, &times_s[..count], &poses[..count])
 }

@@ -53,6 +53,8 @@ pub struct Observations {
     pub list: Vec<Observation>,
     /// Number of lines.
     pub line_count: usize,
+    /// Time between pictures where these are taken as their clock says, s.
+    pub image_tick_s: Option<f64>,
     /// Whether features are pixels.
     pub are_pixels: bool,
     /// Where the sensor's shape counts from, sheet coordinates, m: the middle of what it measured, or where an earlier
@@ -94,6 +96,7 @@ impl Observations {
             sheet,
             list,
             line_count,
+            image_tick_s,
             are_pixels,
             shape_origin_m,
             sheet_fit_rms_m,
@@ -101,12 +104,23 @@ impl Observations {
         } = self;
         drop(forgotten);
         let robot = RobotMotion::of(recording, sampling.robot_times_s(after), config)?;
-        Ok(Self { robot, sheet, list, line_count, are_pixels, shape_origin_m, sheet_fit_rms_m, skipped })
+        Ok(Self {
+            robot,
+            sheet,
+            list,
+            line_count,
+            image_tick_s,
+            are_pixels,
+            shape_origin_m,
+            sheet_fit_rms_m,
+            skipped,
+        })
     }
 
     /// Stamps of the images as recorded, or those of the clock behind them.
     pub(crate) fn take_image_times(&mut self, sampling: &Sampling, dejittered: Dejittered) {
         let times_s = sampling.image_times_s(dejittered);
+        self.image_tick_s = sampling.image_tick_s(dejittered);
         for o in &mut self.list {
             o.stamp_s = times_s[o.frame as usize];
         }
@@ -186,7 +200,17 @@ fn observe_on(
     }
     let line_count = count_lines(&list)?;
     let shape_origin_m = shape.map_or_else(|| middle(&sheet, &list), |shape| shape.origin_m);
-    Ok(Observations { robot, sheet, list, line_count, are_pixels, shape_origin_m, sheet_fit_rms_m, skipped })
+    Ok(Observations {
+        robot,
+        sheet,
+        list,
+        line_count,
+        image_tick_s: None,
+        are_pixels,
+        shape_origin_m,
+        sheet_fit_rms_m,
+        skipped,
+    })
 }
 
 /// What the rows of one image have said so far.

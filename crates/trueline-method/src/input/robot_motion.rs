@@ -102,6 +102,15 @@ impl RobotMotion {
         })
     }
 
+    /// What is left of the noise of the robot's attitudes in its path, rad per axis: as much of it as of the positions', and measured on the
+    /// same samples. `times_s` as for [`RobotMotion::of`].
+    #[must_use]
+    pub(crate) fn rotation_noise_rad(&self, recording: &Recording, times_s: &[f64]) -> f64 {
+        let (times, poses, _) = news(recording, times_s);
+        let recorded = smooth::rotation_noise(&times, &poses, self.period_s, GAP_PERIODS * self.period_s);
+        if self.recorded_noise_m > 0.0 { recorded * self.noise_m / self.recorded_noise_m } else { recorded }
+    }
+
     /// The same motion about these times (s, rising) by every other sample, and by those between: their noise has nothing in common.
     /// `None` for a stream too short for that.
     #[must_use]

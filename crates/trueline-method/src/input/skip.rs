@@ -17,8 +17,8 @@ pub enum Skip {
     NoIntersection,
     /// Its row repeats another of the same image.
     Repeated,
-    /// It is the only stripe of its plate.
-    LoneStripe,
+    /// Hardly any frame shows its plate.
+    RarePlate,
 }
 
 impl Skip {
@@ -32,7 +32,7 @@ impl Skip {
             Self::NoRay => "no-ray",
             Self::NoIntersection => "no-intersection",
             Self::Repeated => "repeated-row",
-            Self::LoneStripe => "only-stripe-of-its-plate",
+            Self::RarePlate => "plate-rarely-seen",
         }
     }
 }
@@ -46,7 +46,7 @@ impl fmt::Display for Skip {
             Self::NoRay => "pixel outside the image or the lens model",
             Self::NoIntersection => "ray does not meet the laser sheet",
             Self::Repeated => "row repeats another of its image",
-            Self::LoneStripe => "the only stripe of its plate",
+            Self::RarePlate => "on a plate that hardly any frame shows",
         })
     }
 }

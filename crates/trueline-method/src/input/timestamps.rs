@@ -344,6 +344,12 @@ impl Sampling {
         clock.map_or(&self.images.recorded_s, |clock| &clock.regular_s)
     }
 
+    /// Time between pictures where these are taken as their clock says, s.
+    #[must_use]
+    pub(crate) fn image_tick_s(&self, dejittered: Dejittered) -> Option<f64> {
+        self.images.clock.as_ref().filter(|_| dejittered.images).map(|clock| clock.period_s)
+    }
+
     /// The candidates worth trying, in this order, each compared with the best before.
     #[must_use]
     pub fn candidates(&self, config: &Config) -> Vec<Dejittered> {

@@ -9,6 +9,7 @@ use crate::error::Error;
 use crate::hypotheses::feature_bias::TakenBias;
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::Observations;
+use crate::input::skip::Skip;
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION, line_index};
 use crate::solve::fit::Fit;
 use crate::solve::settings::FitSettings;
@@ -18,19 +19,20 @@ use crate::stripe::flat_rank::AttitudeNoise;
 use crate::stripe::frames::{StripeFrames, frames};
 use crate::stripe::freed::without_bias;
 use crate::stripe::no_plates::NoPlates;
+use crate::stripe::outlier_counts::OutlierCounts;
 use crate::stripe::outcome::{Answer, Apart, Because, LEAST_SHARE, StripeEstimate, StripeOutcome};
 use crate::stripe::planes::Planes;
 use crate::stripe::seam_of_straight_lines::moved_without_forms;
 use crate::stripe::systematic::SharedErrors;
 use crate::stripe::unknowns::StripeUnknowns;
-use crate::stripe::whitening::{SharedNoise, robot_sigma_rad};
+use crate::stripe::whitening::SharedNoise;
 use crate::stripe::{
     as_seam, flat_rank, motion_information, planes, robot_accuracy, start, systematic, uncertainty,
 };
 use nalgebra::{DMatrix, DVector, SVector, Vector3};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use trueline_dataset::Recording;
-use trueline_geometry::{Pose, Trajectory};
+use trueline_geometry::Trajectory;
 use trueline_lsq::Information;
 
 /// A finished estimate from seam points, and what it was made of.
@@ -88,13 +90,12 @@ pub fn estimate(seam: &SeamEstimate<'_>) -> Result<Option<StripeOutcome>, Error>
     if let Some(bias) = seam.bias {
         without_bias(&mut frames, seam.observations, seam.fit.parameters(), bias);
     }
-    let like = &seam.answer.parameters;
     let kept = |because: Because, estimate: Option<StripeEstimate>| StripeOutcome {
         used: Measurements::Seam,
         because,
         frames: frames.total,
         with_both: frames.with_both,
-        skipped: frames.skipped_at(seam.observations, like.time_offset_s),
+        skipped: skipped(seam, &frames, estimate.as_ref()),
         stamped_later_s: frames.stamped_later_s,
         estimate: estimate.map(Box::new),
     };
@@ -121,6 +122,20 @@ pub fn estimate(seam: &SeamEstimate<'_>) -> Result<Option<StripeOutcome>, Error>
     Ok(Some(StripeOutcome { used, ..kept(because, Some(estimate)) }))
 }
 
+/// Stripes that could not be used, by reason.
+fn skipped(
+    seam: &SeamEstimate<'_>,
+    frames: &StripeFrames,
+    estimate: Option<&StripeEstimate>,
+) -> BTreeMap<Skip, usize> {
+    let mut skipped = frames.skipped_at(seam.observations, seam.answer.parameters.time_offset_s);
+    let along_sheet = estimate.map_or(0, |estimate| estimate.counts.along_sheet);
+    if along_sheet > 0 {
+        *skipped.entry(Skip::AlongPlane).or_insert(0) += along_sheet;
+    }
+    skipped
+}
+
 /// Unasked, the stripes are the answer where they agree with the seam points and do not know clearly less.
 fn decided(estimate: &StripeEstimate) -> Because {
     match estimate.sigmas_apart {
@@ -137,7 +152,7 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     let (times_s, shared) = (seam.robot_times_s, shared_noise(seam));
     let shape_prior = settings.shape_prior;
     let begin = start::start(observations, frames, like, like.shape)
-        .map_err(|why| why.with_unusable(frames.skipped.values().sum()))?;
+        .map_err(|why| why.with_unusable(frames.unplaced()))?;
     let fixed = [settings.fixed, &start::held(&begin, &frames.bare)].concat();
     let solver = StripeSolver {
         observations,
@@ -148,8 +163,9 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
         fixed: &fixed,
     };
     let fit = solver.fit(begin).map_err(|_| NoPlates::NoPlane)?;
-    if 2 * fit.rejected > fit.plates {
-        return Err(NoPlates::Scattered { rejected: fit.rejected, stripes: fit.plates });
+    let OutlierCounts { stripes, rejected_stripes: rejected, .. } = fit.counts;
+    if 2 * rejected > stripes {
+        return Err(NoPlates::Scattered { rejected, stripes });
     }
     let all = fit.information(&fixed, RANK_THRESHOLD).ok_or(NoPlates::NoPlane)?;
     let taken = seam.robot_taken.filter(|taken| robot_accuracy::shown(&fit, &all, *taken).is_none());
@@ -172,7 +188,7 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
         answer(seam, &fit, (&information, &seen), (&noise.covariance, &errors), &explained)
             .ok_or(NoPlates::Parallel)?;
     // What a scan does not show has no end to be found; it is refused for that.
-    if stripe.seam_error.is_some() && !fit.solution.termination.is_converged() {
+    if stripe.seam_error.is_some() && !(fit.is_settled && fit.solution.termination.is_converged()) {
         return Err(NoPlates::NotConverged);
     }
     let all = noise.covariance + explained.left_of(&errors).covariance();
@@ -186,8 +202,7 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
         sigmas_apart,
         apart: in_lengths(observations, &seam.answer.parameters, &stripe.parameters),
         noise_factor: fit.noise_factor,
-        rejected: fit.rejected,
-        stripes: fit.plates,
+        counts: fit.counts,
         explains_robot: taken.is_some(),
         seam: seam.answer.clone(),
         stripe,
@@ -197,13 +212,9 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
 /// The noise that all stripes of a frame share.
 fn shared_noise(seam: &SeamEstimate<'_>) -> SharedNoise {
     let SeamEstimate { recording, observations, settings, robot_times_s, .. } = *seam;
-    let poses: Vec<Pose> =
-        recording.robot.iter().map(|sample| recording.lines_from_carrier(sample)).collect();
-    // Samples with one stamp are one: then the noise of attitudes is measured on the first of each.
-    let count = robot_times_s.len().min(poses.len());
     SharedNoise {
         levels: NoiseLevels { factor: 1.0, ..settings.noise },
-        robot_sigma_rad: robot_sigma_rad(observations, &robot_times_s[..count], &poses[..count]),
+        robot_sigma_rad: observations.robot.rotation_noise_rad(recording, robot_times_s),
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::input::observations::Observations;
 use crate::problem::block_priors::ShapePrior;
 use crate::stripe::frames::StripeFrame;
+use crate::stripe::outlier_counts::OutlierCounts;
 use crate::stripe::problem::StripeProblem;
 use crate::stripe::robust_moments::RobustMoments;
 use crate::stripe::state::StripeState;
@@ -30,10 +31,10 @@ pub struct StripeFit<'a> {
     pub solution: Solution<StripeState>,
     /// How much larger the noise is than expected.
     pub noise_factor: f64,
-    /// Plates (or seam points) that do not belong to the rest.
-    pub rejected: usize,
-    /// Plates (or seam points) in all frames.
-    pub plates: usize,
+    /// What was looked at, and what does not belong to the rest.
+    pub counts: OutlierCounts,
+    /// Whether the weights have settled.
+    pub is_settled: bool,
     /// What the loss makes of the covariance.
     pub moments: RobustMoments,
 }
@@ -61,14 +62,14 @@ impl<'a> StripeSolver<'a> {
     /// # Errors
     /// [`SolveError`] if the cost is not finite there.
     pub(crate) fn fit(&self, start: StripeState) -> Result<StripeFit<'a>, SolveError> {
-        let (round, state) = self.settled(start)?;
+        let (round, state, is_settled) = self.settled(start)?;
         let solution = self.solved(&round, state, FINE)?;
-        let Round { problem, noise_factor, rejected, plates, moments } = round;
-        Ok(StripeFit { problem, solution, noise_factor, rejected, plates, moments })
+        let Round { problem, noise_factor, counts, moments } = round;
+        Ok(StripeFit { problem, solution, noise_factor, counts, is_settled, moments })
     }
 
-    /// The problem with weights that have settled, and where it has its optimum.
-    fn settled(&self, start: StripeState) -> Result<(Round<'a>, StripeState), SolveError> {
+    /// The problem with weights that have settled, where it has its optimum, and whether they have.
+    fn settled(&self, start: StripeState) -> Result<(Round<'a>, StripeState, bool), SolveError> {
         let mut state = start;
         let mut rounds = 0;
         loop {
@@ -77,15 +78,16 @@ impl<'a> StripeSolver<'a> {
             let first = solution.iterations.iter().find(|step| step.accepted).map_or(0.0, |step| step.step);
             state = solution.state;
             rounds += 1;
-            if first < SETTLED_SIGMAS || rounds == ROUNDS {
-                return Ok((round, state));
+            let is_settled = first < SETTLED_SIGMAS;
+            if is_settled || rounds == ROUNDS {
+                return Ok((round, state, is_settled));
             }
         }
     }
 
     /// The problem with the weights of a state.
     fn weighed(&self, state: &StripeState) -> Round<'a> {
-        let Weighed { frames, rejected, plates, factor, moments } =
+        let Weighed { frames, counts, factor, moments } =
             weigh(self.observations, self.frames, state, &self.shared, &self.loss);
         let problem = StripeProblem {
             observations: self.observations,
@@ -93,7 +95,7 @@ impl<'a> StripeSolver<'a> {
             unknowns: state.unknowns(),
             shape_prior: self.shape_prior,
         };
-        Round { problem, noise_factor: factor, rejected, plates, moments }
+        Round { problem, noise_factor: factor, counts, moments }
     }
 
     fn solved(
@@ -112,8 +114,7 @@ impl<'a> StripeSolver<'a> {
 struct Round<'a> {
     problem: StripeProblem<'a>,
     noise_factor: f64,
-    rejected: usize,
-    plates: usize,
+    counts: OutlierCounts,
     moments: RobustMoments,
 }
 

@@ -269,6 +269,9 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
     use trueline_sim::{Between, Disturbance, PlateForm, PlatePair, Plates, Preset, scan_plates};
 
+    /// Part of the largest entry of a column by which another may be off: a step of 1e-6 leaves 1e-12 of a third derivative, and the
+    /// foot is found to 1e-9.
+    const GRADIENT_TOLERANCE: f64 = 1e-6;
     /// A step small enough for differences: rad, m or s.
     const STEP: f64 = 1e-6;
 
@@ -292,7 +295,8 @@ mod tests {
             start(&observed, &all, &seam, Some(SheetShape::exact_about(&observed.shape_origin_m.into())));
         let begin = begin.unwrap();
         let unknowns = begin.unknowns();
-        let sizes = DVector::from_fn(unknowns.dimension(), |k, _| ((7 * k) as f64).sin() * 2e-5);
+        // Beside the robot's samples, too, where the path has a corner.
+        let sizes = DVector::from_fn(unknowns.dimension(), |k, _| ((7 * k + 1) as f64).sin() * 2e-5);
         let at = begin.retract(&sizes);
         let residual = |state: &StripeState, frame: &StripeFrame| {
             let placement = placement(&observed, frame.stamp_s, state).unwrap();
@@ -300,6 +304,7 @@ mod tests {
         };
         let inside = |frame: &&StripeFrame| observed.robot.trajectory.bracket(frame.stamp_s - 0.1).is_some();
         let mut most = SVector::<f64, ROWS>::zeros();
+        let (mut off, mut largest) = (vec![0.0_f64; sizes.len()], vec![0.0_f64; sizes.len()]);
         for frame in all.list.iter().filter(inside).step_by(20).map(sight_of) {
             let sensor = placement(&observed, frame.stamp_s, &at).unwrap();
             let (rows, gradients) = linearize_frame(&observed, &frame, &at, &sensor).unwrap();
@@ -312,14 +317,16 @@ mod tests {
                 let step = DVector::from_fn(unknowns.dimension(), |j, _| if j == k { STEP } else { 0.0 });
                 let [after, before] = [at.retract(&step), at.retract(&-step)].map(|at| residual(&at, &frame));
                 let slope = (after - before) / (2.0 * STEP);
-                // By the time offset in m/s, of some 0.1. What turns with the residual is left out: 1e-4 m of it, by levers of half a metre and turns of 1 rad/s.
-                let tolerance = if k == TIME_OFFSET { 1e-3 } else { 5e-4 };
-                let off = (slope - found.row(k).transpose()).amax();
-                assert!(off < tolerance, "{pair:?} {k}: {slope} {}", found.row(k));
+                off[k] = off[k].max((slope - found.row(k).transpose()).amax());
+                largest[k] = largest[k].max(slope.amax());
                 most = most.sup(&slope.abs());
             }
         }
         println!("{pair:?}: {most:?}");
+        for (k, (off, largest)) in off.iter().zip(&largest).enumerate() {
+            // A residual of 0.1 m rounds to 1e-17 m, and some dozen steps to it to 1e-16 m, over 2e-6.
+            assert!(*off < GRADIENT_TOLERANCE * largest + 1e-9, "{pair:?} {k}: {off:e} of {largest:e}");
+        }
     }
 
     #[test]

@@ -70,6 +70,17 @@ pub struct StripeFrame {
     pub edge_axis: Vector2<f64>,
 }
 
+impl StripeFrame {
+    /// How many stripes it shows.
+    #[must_use]
+    pub(crate) fn stripes(&self) -> usize {
+        match &self.sight {
+            Sight::Stripes(stripes) => stripes.iter().flatten().count(),
+            Sight::Seam(_) => 0,
+        }
+    }
+}
+
 /// The frames of a scan, and how many of them show what.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StripeFrames {
@@ -89,6 +100,8 @@ pub struct StripeFrames {
 
 /// Fewest stripes of a plate: three support points make a plane.
 const LEAST_STRIPES: usize = 2;
+/// Least part of a joint's frames that show a plate: two false stripes make a plane, but no plate.
+const LEAST_PART: f64 = 0.1;
 
 /// Everything that frames show of their joints.
 ///
@@ -143,27 +156,32 @@ pub fn frames(
     Ok(frames)
 }
 
-/// Which plates each joint has; the few stripes of another are left out.
+/// Which plates each joint has: those that a part of its frames show. The few stripes of another are left out and counted.
 fn plates_of_joints(
     seen: &mut BTreeMap<(i64, usize), Seen>,
     joints: usize,
     skipped: &mut BTreeMap<Skip, usize>,
 ) -> Vec<[bool; 2]> {
-    let mut counts = vec![[0; 2]; joints];
+    let mut counts = vec![([0; 2], 0); joints];
     for ((_, joint), seen) in seen.iter() {
-        let Some(counts) = counts.get_mut(*joint) else { continue };
+        let Some((counts, frames)) = counts.get_mut(*joint) else { continue };
+        *frames += 1;
         counts
             .iter_mut()
             .zip(&seen.stripes)
             .for_each(|(count, stripe)| *count += usize::from(stripe.is_some()));
     }
-    let plates: Vec<[bool; 2]> = counts.iter().map(|of| of.map(|count| count >= LEAST_STRIPES)).collect();
+    let is_seen = |count: usize, frames: usize| {
+        count >= LEAST_STRIPES && count as f64 >= LEAST_PART * frames as f64
+    };
+    let plates: Vec<[bool; 2]> =
+        counts.iter().map(|(of, frames)| of.map(|count| is_seen(count, *frames))).collect();
     for ((_, joint), seen) in seen.iter_mut() {
         let Some(plates) = plates.get(*joint) else { continue };
         let lone = seen.stripes.iter_mut().zip(plates).filter(|(_, has)| !**has);
         let left_out = lone.filter_map(|(stripe, _)| stripe.take()).count();
         if left_out > 0 {
-            *skipped.entry(Skip::LoneStripe).or_insert(0) += left_out;
+            *skipped.entry(Skip::RarePlate).or_insert(0) += left_out;
         }
     }
     plates
@@ -236,6 +254,12 @@ fn seam_sight(observations: &Observations, observation: usize) -> SeamSight {
 }
 
 impl StripeFrames {
+    /// Stripes that lie outside the picture or do not meet the laser plane.
+    #[must_use]
+    pub(crate) fn unplaced(&self) -> usize {
+        [Skip::NoRay, Skip::NoIntersection].iter().filter_map(|why| self.skipped.get(why)).sum()
+    }
+
     /// Stripes that could not be used: those that could not be lifted to the sheet, and those of frames in which the robot is not known with a time offset.
     #[must_use]
     pub fn skipped_at(&self, observations: &Observations, time_offset_s: f64) -> BTreeMap<Skip, usize> {
@@ -311,6 +335,8 @@ fn on_sheet(
 struct Stamps {
     /// Recorded stamp (ns) and the one that is used (s), rising.
     known: Vec<(i64, f64)>,
+    /// Time between pictures where these are taken as their clock says, s.
+    tick_s: Option<f64>,
 }
 
 impl Stamps {
@@ -318,19 +344,29 @@ impl Stamps {
         let stamp = |o: &Observation| (recording.features[o.row as usize].stamp_ns, o.stamp_s);
         let mut known: Vec<(i64, f64)> = observations.list.iter().map(stamp).collect();
         known.dedup_by_key(|(stamp_ns, _)| *stamp_ns);
-        Self { known }
+        Self { known, tick_s: observations.image_tick_s }
     }
 
-    /// The stamp of a frame; one without a seam point is as far from its neighbour as it was recorded.
+    /// The stamp of a frame, s. One without a seam point lies between its neighbours as it was recorded; where they have the stamps of an even
+    /// clock, at the tick of it that its own is nearest to.
     fn seconds(&self, stamp_ns: i64) -> f64 {
         let next = self.known.partition_point(|(known_ns, _)| *known_ns < stamp_ns);
-        let last = self.known.len().saturating_sub(1);
-        let around = [next.saturating_sub(1).min(last), next.min(last)];
-        let nearest = around
-            .into_iter()
-            .min_by_key(|&k| self.known.get(k).map_or(i64::MAX, |(ns, _)| (ns - stamp_ns).abs()));
-        nearest
-            .and_then(|k| self.known.get(k))
-            .map_or(0.0, |(ns, used_s)| used_s + (stamp_ns - ns) as f64 * 1e-9)
+        match (next.checked_sub(1).and_then(|last| self.known.get(last)), self.known.get(next)) {
+            (_, Some((known_ns, used_s))) if *known_ns == stamp_ns => *used_s,
+            (Some((before_ns, before_s)), Some((after_ns, after_s))) => {
+                let whole_s = self.elapsed_s(*before_ns, *after_ns);
+                // Stamps that stray by half a tick may be nearest to one and the same.
+                let part = if whole_s > 0.0 { self.elapsed_s(*before_ns, stamp_ns) / whole_s } else { 0.0 };
+                before_s + part * (after_s - before_s)
+            }
+            (Some((ns, used_s)), None) | (None, Some((ns, used_s))) => used_s + self.elapsed_s(*ns, stamp_ns),
+            (None, None) => 0.0,
+        }
+    }
+
+    /// Time from one recorded stamp to another, s; in whole ticks where the clock is even.
+    fn elapsed_s(&self, from_ns: i64, to_ns: i64) -> f64 {
+        let elapsed_s = (to_ns - from_ns) as f64 * 1e-9;
+        self.tick_s.map_or(elapsed_s, |tick_s| (elapsed_s / tick_s).round() * tick_s)
     }
 }

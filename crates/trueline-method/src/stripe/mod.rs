@@ -23,6 +23,7 @@ pub mod freed;
 pub mod motion_information;
 pub mod no_plates;
 pub mod outcome;
+pub mod outlier_counts;
 pub mod planes;
 pub mod problem;
 pub(crate) mod robot_accuracy;

@@ -6,6 +6,7 @@ use crate::config::Measurements;
 use crate::input::skip::Skip;
 use crate::problem::parameters::Parameters;
 use crate::stripe::no_plates::NoPlates;
+use crate::stripe::outlier_counts::OutlierCounts;
 use crate::stripe::planes::{JointAngle, JointStep, PlaneEstimate};
 use nalgebra::DMatrix;
 use std::collections::BTreeMap;
@@ -90,10 +91,8 @@ pub struct StripeEstimate {
     pub apart: Apart,
     /// How much larger the noise is than expected.
     pub noise_factor: f64,
-    /// Stripes that do not belong to the rest.
-    pub rejected: usize,
-    /// Stripes (and, with both, seam points) that were looked at.
-    pub stripes: usize,
+    /// What was looked at, and what does not belong to the rest.
+    pub counts: OutlierCounts,
     /// Whether the plates' forms explain what seemed to be errors of the robot by the seam points.
     pub explains_robot: bool,
     /// What the seam points say.

@@ -92,7 +92,7 @@ struct BetweenFrames<'a> {
     correlation: &'a NoiseCorrelation,
     /// Σ ρ s_i s_jᵀ with j before i.
     sum: DMatrix<f64>,
-    /// The frames that the next one may be alike, with their stamps, s.
+    /// sᵀ of the frames that the next one may be alike, with their stamps, s.
     recent: VecDeque<(f64, DMatrix<f64>)>,
 }
 
@@ -114,13 +114,12 @@ impl<'a> BetweenFrames<'a> {
             let mut alike = DMatrix::zeros(ERRORS, size);
             for (earlier_s, earlier) in &self.recent {
                 let correlation = self.correlation.over(stamp_s - earlier_s);
-                alike.zip_apply(&earlier.transpose(), |sum, s| *sum += correlation * s);
+                alike.zip_apply(earlier, |sum, s| *sum += correlation * s);
             }
             if !self.recent.is_empty() {
                 self.sum.gemm(1.0, &columns, &alike, 1.0);
             }
-            let columns = DMatrix::from_column_slice(size, ERRORS, columns.as_slice());
-            self.recent.push_back((*stamp_s, columns));
+            self.recent.push_back((*stamp_s, columns.transpose()));
         }
     }
 

@@ -14,12 +14,12 @@ use crate::stripe::frame_residual::{
     EDGE_ROW, FrameResidual, ROWS, linearize_frame, placement, residual_of_frame,
 };
 use crate::stripe::frames::{Sight, StripeFrame};
+use crate::stripe::outlier_counts::OutlierCounts;
 use crate::stripe::robust_moments::{Pull, RobustMoments};
 use crate::stripe::state::StripeState;
 use crate::stripe::target::EDGE;
 use crate::stripe::weighed_frame::{PoseError, WeighedFrame};
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
-use trueline_geometry::smooth;
 use trueline_lsq::Loss;
 
 /// Standard deviations of what all residuals of a frame share, and of everything together.
@@ -35,10 +35,8 @@ pub struct SharedNoise {
 pub struct Weighed {
     /// Those that take part.
     pub frames: Vec<WeighedFrame>,
-    /// Plates (or edge or seam points) that were left out of their frame as outliers.
-    pub rejected: usize,
-    /// Those that were looked at.
-    pub plates: usize,
+    /// What was looked at, and what was left out.
+    pub counts: OutlierCounts,
     /// The factor that was found.
     pub factor: f64,
     /// What the loss makes of a covariance.
@@ -50,19 +48,6 @@ const MEDIAN_OF_ONE: f64 = 0.454_94;
 /// Noise smaller than this part of what was expected is taken as that: a perfect simulation has none.
 const LEAST_FACTOR: f64 = 1e-3;
 
-/// What is left of the noise of the robot's attitudes in its path, rad; as much of it as of the positions'.
-#[must_use]
-pub(crate) fn robot_sigma_rad(
-    observations: &Observations,
-    times_s: &[f64],
-    poses: &[trueline_geometry::Pose],
-) -> f64 {
-    let robot = &observations.robot;
-    let gap_limit_s = robot.trajectory.gap_limit().max(4.0 * robot.period_s);
-    let recorded = smooth::rotation_noise(times_s, poses, robot.period_s, gap_limit_s);
-    if robot.recorded_noise_m > 0.0 { recorded * robot.noise_m / robot.recorded_noise_m } else { recorded }
-}
-
 /// Weighs every frame that can be placed at a state: first the factor by which all noise is larger than expected, then each
 /// plate for itself.
 #[must_use]
@@ -73,13 +58,15 @@ pub fn weigh(
     shared: &SharedNoise,
     loss: &Loss,
 ) -> Weighed {
-    let placed: Vec<(&StripeFrame, FrameResidual)> = frames
-        .iter()
-        .filter_map(|frame| {
-            let placement = placement(observations, frame.stamp_s, at)?;
-            Some((frame, linearize_frame(observations, frame, at, &placement)?.0))
-        })
-        .collect();
+    let mut counts = OutlierCounts::default();
+    let mut placed: Vec<(&StripeFrame, FrameResidual)> = Vec::with_capacity(frames.len());
+    for frame in frames {
+        let Some(placement) = placement(observations, frame.stamp_s, at) else { continue };
+        match linearize_frame(observations, frame, at, &placement) {
+            Some((parts, _)) => placed.push((frame, parts)),
+            None => counts.along_sheet += frame.stripes(),
+        }
+    }
     let expected = SharedNoise { levels: NoiseLevels { factor: 1.0, ..shared.levels }, ..*shared };
     let squared: Vec<[Option<f64>; BLOCKS]> = placed
         .iter()
@@ -87,17 +74,17 @@ pub fn weigh(
         .collect();
     let of_plates: Vec<f64> = squared.iter().flat_map(|[one, other, _]| [*one, *other]).flatten().collect();
     let factor = noise_factor(&of_plates).max(LEAST_FACTOR);
-    let rougher = edge_factor(squared.iter().filter_map(|squared| squared[EDGE]), factor);
+    let rougher = edge_factor(&edges(&placed, &expected), factor);
     let scaled = SharedNoise { levels: NoiseLevels { factor, ..shared.levels }, ..*shared };
-    let (moments, plates) = (RobustMoments::default(), squared.iter().flatten().flatten().count());
-    let mut all = Weighed { frames: Vec::with_capacity(placed.len()), rejected: 0, plates, factor, moments };
+    let moments = RobustMoments::default();
+    let mut all = Weighed { frames: Vec::with_capacity(placed.len()), counts, factor, moments };
     for (frame, parts) in &placed {
         let covariance = covariance(frame, parts, &scaled, rougher);
         let squared = squares(frame, parts, &covariance, rougher);
         let weights = squared.map(|squared| squared.map_or(0.0, |squared| loss.weight(squared)));
-        let looked_at = squared.iter().flatten().count();
-        let kept = weights.iter().filter(|w| **w > 0.0).count();
-        all.rejected += looked_at - kept;
+        for (block, (squared, weight)) in squared.iter().zip(weights).enumerate() {
+            all.counts.add(block == EDGE, squared.map(|_| weight > 0.0));
+        }
         let own = [0, 1, 2].map(|block| Some(own(frame, parts, block, rougher)? * factor.powi(2)));
         if let Some((whitener, rows)) = whitener(&own, &covariance, weights) {
             let pulls = [0, 1, 2].map(|block| {
@@ -113,11 +100,46 @@ pub fn weigh(
     all
 }
 
+/// The residual of an edge point and the two parts of the variance that is expected of it.
+#[derive(Clone, Copy, Debug)]
+struct EdgePoint {
+    /// Squared, m².
+    residual_m2: f64,
+    /// Of the point itself, m².
+    own_m2: f64,
+    /// Of the robot and the stamp, m².
+    shared_m2: f64,
+}
+
+fn edges(placed: &[(&StripeFrame, FrameResidual)], expected: &SharedNoise) -> Vec<EdgePoint> {
+    let of = |(frame, parts): &(&StripeFrame, FrameResidual)| {
+        let own_m2 = own(frame, parts, EDGE, 1.0)?.m11;
+        let all_m2 = block(&covariance(frame, parts, expected, 1.0), EDGE).m11;
+        let residual_m2 = parts.residual[EDGE_ROW].powi(2);
+        Some(EdgePoint { residual_m2, own_m2, shared_m2: all_m2 - own_m2 })
+    };
+    placed.iter().filter_map(of).collect()
+}
+
+/// Most steps to the roughness of an edge, and when it is found: it is known to some percent at best.
+const ROUGHNESS_STEPS: usize = 50;
+const ROUGHNESS_FOUND: f64 = 1e-3;
+
 /// How many times rougher an edge is than its points are said to be, beside what all noise is larger by: burrs are on edges and not on
-/// plates. No less than once.
-fn edge_factor(squared: impl Iterator<Item = f64>, factor: f64) -> f64 {
-    let median = median(squared).unwrap_or(0.0);
-    (median / MEDIAN_OF_ONE / factor.powi(2)).sqrt().max(1.0)
+/// plates, and robot and stamp have no part in them. No less than once.
+fn edge_factor(edges: &[EdgePoint], factor: f64) -> f64 {
+    let mut squared = 1.0;
+    for _ in 0..ROUGHNESS_STEPS {
+        let expected_m2 = |edge: &EdgePoint| edge.own_m2 * squared + edge.shared_m2;
+        let median = median(edges.iter().map(|edge| edge.residual_m2 / expected_m2(edge))).unwrap_or(0.0);
+        let ratio = median / MEDIAN_OF_ONE / factor.powi(2);
+        let before = squared;
+        squared = (squared * ratio).max(1.0);
+        if (squared / before - 1.0).abs() < ROUGHNESS_FOUND {
+            break;
+        }
+    }
+    squared.sqrt()
 }
 
 /// Own covariance of the rows of a plate, of the edge point or of the seam point; `None` if it is not there.
@@ -223,6 +245,37 @@ fn whitener(
 mod tests {
     use super::*;
     use nalgebra::{DMatrix, Matrix5, Vector5};
+
+    /// Burrs of twice what is said, beside shared noise of which every frame has another part: the roughness is found whatever that part is.
+    #[test]
+    fn edges_are_as_rough_as_their_own_part_is() {
+        let normal = |k: usize| {
+            // Quantiles of χ²₁ in another order, by the square of a normal number's: √2 erf⁻¹ by bisection.
+            let wanted = (((k * 611) % 2003) as f64 + 0.5) / 2003.0;
+            let (mut low, mut high) = (0.0_f64, 6.0_f64);
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                let steps = 200;
+                let width = middle / f64::from(steps);
+                let density = |x: f64| (-0.5 * x * x).exp() * (2.0 / std::f64::consts::PI).sqrt();
+                let inside: f64 = (0..steps).map(|s| density((f64::from(s) + 0.5) * width) * width).sum();
+                if inside < wanted { low = middle } else { high = middle }
+            }
+            low
+        };
+        for (roughness, factor) in [(2.0_f64, 1.0_f64), (1.0, 1.0), (3.0, 1.7)] {
+            let edges: Vec<EdgePoint> = (0..2003)
+                .map(|k| {
+                    let (own_m2, shared_m2) = (1.0 + (k % 3) as f64, [0.0, 1.0, 4.0][k % 5 % 3]);
+                    let variance = factor.powi(2) * (own_m2 * roughness.powi(2) + shared_m2);
+                    EdgePoint { residual_m2: normal(k).powi(2) * variance, own_m2, shared_m2 }
+                })
+                .collect();
+            let found = edge_factor(&edges, factor);
+            // The median of 2003 quantiles that are drawn evenly is known to some thousandths.
+            assert!((found / roughness - 1.0).abs() < 0.02, "{roughness} {factor}: {found}");
+        }
+    }
 
     /// Of the rows that count it whitens what is expected of them with the noise of each block over its weight; the others are zero.
     #[test]

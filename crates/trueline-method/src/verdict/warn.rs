@@ -112,7 +112,7 @@ fn causes(f: &Findings) -> impl Iterator<Item = Warning> {
 fn of_stripes(stripes: &StripeOutcome) -> Vec<Warning> {
     let StripeOutcome { skipped, stamped_later_s, estimate, .. } = stripes;
     let left_out = skipped.values().sum::<usize>();
-    let all = left_out + estimate.as_ref().map_or(0, |estimate| estimate.stripes);
+    let all = left_out + estimate.as_ref().map_or(0, |estimate| estimate.counts.stripes);
     let many = left_out * MANY_SKIPPED > all;
     let skipped = many.then(|| Warning::StripesSkipped { skipped: skipped.clone() });
     let unused = match stripes.because {

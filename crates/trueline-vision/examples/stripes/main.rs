@@ -85,7 +85,7 @@ fn main() {
         "{cells} cells a row; rotation and translation: norms; seam: RMS over ±30 mm × ±30 mm of the sheet"
     );
     println!(
-        "{:<44}{:<8}{:>17}{:>19}{:>19}{:>19}{:>8}{:>8}{:>7}{:>7}",
+        "{:<52}{:<8}{:>17}{:>19}{:>19}{:>19}{:>8}{:>8}{:>7}{:>7}",
         "scan",
         "use",
         "offset µs",
@@ -98,7 +98,7 @@ fn main() {
         "/bound"
     );
     for case in cases().iter().chain(&bowed()).filter(|case| case.title().contains(&filter)) {
-        print_row(case, &row(cells, case));
+        print_row(case, &row(cells, case), cells);
     }
 }
 
@@ -325,7 +325,7 @@ fn root_mean_of<T>(list: &[T], of: impl Fn(&T) -> f64) -> f64 {
     (list.iter().map(of).sum::<f64>() / list.len().max(1) as f64).sqrt()
 }
 
-fn print_row(case: &Case, row: &[Cell]) {
+fn print_row(case: &Case, row: &[Cell], cells: u64) {
     let pair = |k: usize, scale: f64, digits: usize| {
         let [error, said] =
             [root_mean(row, |c| c.error.0[k]) * scale, root_mean(row, |c| c.said.0[k]) * scale];
@@ -338,7 +338,7 @@ fn print_row(case: &Case, row: &[Cell]) {
     let over_bound =
         root_mean(row, |c| c.over_bound.map_or(f64::NAN, |over| over.norm_squared() / UNKNOWNS as f64));
     println!(
-        "{:<44}{:<8}{:>17}{:>19}{:>19}{:>19}{:>7.1}%{normalised:>8.3}{over_said:>7.3}{over_bound:>7.3}",
+        "{:<52}{:<8}{:>17}{:>19}{:>19}{:>19}{:>7.1}%{normalised:>8.3}{over_said:>7.3}{over_bound:>7.3}",
         case.name,
         case.measurements.name(),
         pair(0, 1e6, 1),
@@ -350,4 +350,8 @@ fn print_row(case: &Case, row: &[Cell]) {
     let mean = row.iter().map(|c| c.over_said).sum::<SVector<f64, UNKNOWNS>>() / row.len().max(1) as f64;
     let bias: Vec<String> = mean.iter().map(|bias| format!("{bias:+.2}")).collect();
     println!("    mean error in its own sigmas, offset, rotation, translation: {}", bias.join(" "));
+    let without = cells - row.len() as u64;
+    if without > 0 {
+        println!("    {without} of {cells} cells gave no answer and are in none of these figures");
+    }
 }

@@ -1,0 +1,94 @@
+//! Stripes of recordings that are not as the simulator makes them: poses that repeat, frames without a seam point, false stripes.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
+use std::collections::BTreeMap;
+use trueline_dataset::{Recording, RobotSample};
+use trueline_method::input::skip::Skip;
+use trueline_method::stripe::outcome::{Because, StripeEstimate};
+use trueline_method::{Calibration, Config, Measurements, Stamps, Status, calibrate};
+use trueline_sim::{PlatePair, Plates, Preset, scan_plates};
+
+fn calibrated(recording: &Recording, config: &Config) -> Calibration {
+    let truth = recording.truth.as_ref().unwrap().parameters;
+    calibrate(recording, Some(&truth), config).unwrap()
+}
+
+fn stripes(calibration: &Calibration) -> &StripeEstimate {
+    calibration.findings.stripes.as_ref().unwrap().estimate.as_ref().unwrap()
+}
+
+/// eᵀ C⁻¹ e of time offset, rotation and translation.
+fn normalised(recording: &Recording, calibration: &Calibration) -> f64 {
+    let off = calibration.best_fit().minus(&recording.truth.as_ref().unwrap().parameters);
+    let covariance = calibration.best_fit_covariance().fixed_view::<7, 7>(0, 0).into_owned();
+    off.dot(&covariance.cholesky().unwrap().solve(&off))
+}
+
+/// A robot that renews its pose every 12 ms and is read every 4 ms has the noise that it has: of positions and of attitudes alike.
+#[test]
+fn poses_that_repeat_have_the_noise_of_those_that_are_new() {
+    let mut scenario = Preset::Good.scenario();
+    scenario.timing.robot_period_s = 0.012;
+    scenario.disturbance.robot_rotation_noise_rad = 0.03_f64.to_radians();
+    let recording = scan_plates(&scenario, &Plates::default(), 3).unwrap();
+    let polled: Vec<RobotSample> = (recording.robot.iter())
+        .flat_map(|sample| {
+            [0, 4_000_000, 8_000_000]
+                .map(|later_ns| RobotSample { stamp_ns: sample.stamp_ns + later_ns, ..sample.clone() })
+        })
+        .collect();
+    let polled = Recording { robot: polled, ..recording.clone() };
+    let config = Config { measurements: Measurements::Stripe, ..Config::noise_only() };
+    let [new, polled] = [&recording, &polled].map(|recording| calibrated(recording, &config));
+    let [of_new, of_polled] = [&new, &polled].map(|calibration| stripes(calibration).noise_factor);
+    println!("noise factor {of_new:.3}, polled {of_polled:.3}");
+    // Both are measured on 600 frames: to some percent.
+    assert!((of_polled / of_new - 1.0).abs() < 0.1, "{of_new} {of_polled}");
+    for k in 1..4 {
+        let ratio = polled.sigma(k).unwrap() / new.sigma(k).unwrap();
+        assert!((0.85..1.2).contains(&ratio), "{k}: {ratio}");
+    }
+}
+
+/// Every other frame without a seam point: its stripes lie at the tick of the clock that their stamp is nearest to.
+#[test]
+fn stripes_without_a_seam_point_are_dejittered_as_the_others_are() {
+    let mut scenario = Preset::Good.scenario();
+    scenario.disturbance.frame_jitter_s = 3e-3;
+    let recording = scan_plates(&scenario, &Plates::default(), 1).unwrap();
+    let half = recording.features.iter().enumerate().filter(|(k, _)| k % 2 == 0).map(|(_, f)| f.clone());
+    let half = Recording { features: half.collect(), ..recording.clone() };
+    let config =
+        Config { measurements: Measurements::Stripe, stamps: Stamps::Regular, ..Config::noise_only() };
+    let [whole, halved] = [&recording, &half].map(|recording| calibrated(recording, &config));
+    let [of_whole, of_half] = [&whole, &halved].map(|calibration| stripes(calibration).noise_factor);
+    println!("noise factor {of_whole:.3}, half of the seam points {of_half:.3}");
+    assert!((of_half / of_whole - 1.0).abs() < 0.1, "{of_whole} {of_half}");
+    assert_eq!(stripes(&halved).counts.rejected_stripes, stripes(&whole).counts.rejected_stripes);
+    // χ²₇ exceeds 24.3 once in a thousand.
+    assert!(normalised(&half, &halved) < 24.3, "{}", normalised(&half, &halved));
+}
+
+/// Two false stripes among 659 make no second plate of one.
+#[test]
+fn few_false_stripes_are_no_plate() {
+    let plates = Plates { pair: PlatePair::Edge, ..Plates::default() };
+    let recording = scan_plates(&Preset::Good.scenario(), &plates, 2).unwrap();
+    let mut doubted = recording.clone();
+    for k in [100, 400] {
+        let mut other = recording.stripes[k].clone();
+        other.plate ^= 1;
+        doubted.stripes.push(other);
+    }
+    doubted.stripes.sort_by_key(|stripe| stripe.stamp_ns);
+    let config = Config { measurements: Measurements::Auto, ..Config::noise_only() };
+    let [one, other] = [&recording, &doubted].map(|recording| calibrated(recording, &config));
+    for calibration in [&one, &other] {
+        let outcome = calibration.findings.stripes.as_ref().unwrap();
+        assert_eq!((outcome.used, outcome.because), (Measurements::Stripe, Because::Agreement));
+        assert_eq!(calibration.status(), Status::Accepted, "{:?}", calibration.reasons());
+    }
+    let skipped = &other.findings.stripes.as_ref().unwrap().skipped;
+    assert_eq!(skipped, &BTreeMap::from([(Skip::RarePlate, 2)]));
+    assert_eq!(one.best_fit().guess().tool_from_camera, other.best_fit().guess().tool_from_camera);
+}
