@@ -69,6 +69,31 @@ fn stripes_without_a_seam_point_are_dejittered_as_the_others_are() {
     assert!(normalised(&half, &halved) < 24.3, "{}", normalised(&half, &halved));
 }
 
+/// Seam points in the first third of a scan alone: the clock of the pictures is that of all of them, and not that of these drawn out.
+#[test]
+fn the_clock_of_pictures_is_that_of_all_stripes() {
+    let scenario = Preset::Quick.scenario();
+    let config =
+        Config { measurements: Measurements::Stripe, stamps: Stamps::Regular, ..Config::noise_only() };
+    let mut sum = 0.0;
+    for seed in [1, 4, 7, 9] {
+        let recording = scan_plates(&scenario, &Plates::default(), seed).unwrap();
+        let first = recording.features.len() * 3 / 10;
+        let part = Recording { features: recording.features[..first].to_vec(), ..recording.clone() };
+        let [whole, part] = [&recording, &part].map(|recording| calibrated(recording, &config));
+        let truth_s = recording.truth.as_ref().unwrap().parameters.time_offset_s;
+        let off = |c: &Calibration| (c.best_fit().time_offset_s - truth_s) / c.sigma(0).unwrap();
+        println!(
+            "seed {seed}: time offset off by {:.2}, of all seam points {:.2} of its ±",
+            off(&part),
+            off(&whole)
+        );
+        sum += off(&part).powi(2);
+    }
+    // χ²₄ exceeds 18.5 once in a thousand.
+    assert!(sum < 18.5, "{sum}");
+}
+
 /// Two false stripes among 659 make no second plate of one.
 #[test]
 fn few_false_stripes_are_no_plate() {

@@ -3,7 +3,9 @@
 use crate::config::{Config, ResidualKind, Stamps};
 use crate::input::clock_model::{self, SILENCE_TICKS, StreamClock, Ticks};
 use crate::order_statistics::median;
+use std::collections::BTreeMap;
 use trueline_dataset::Recording;
+use trueline_dataset::picture_rows::PicturesOfRows;
 
 /// The stamps of one stream, one for each sample, rising, without doubles.
 #[derive(Clone, Debug)]
@@ -214,6 +216,16 @@ impl Stream {
         [0].into_iter().chain(starts).zip(ends).map(|(start, end)| &self.recorded_s[start..end])
     }
 
+    /// With the clock of a stream that has all of its stamps and others.
+    fn with_clock_of(self, all: &Self) -> Self {
+        let of = |stamp_s: &f64| all.recorded_s.partition_point(|s| s < stamp_s);
+        let clock = all.clock.as_ref().map(|clock| StreamClock {
+            regular_s: self.recorded_s.iter().map(|stamp_s| clock.regular_s[of(stamp_s)]).collect(),
+            ..clock.clone()
+        });
+        Self { clock, ..self }
+    }
+
     /// With the grain of these stamps.
     fn with_grain(self, stamps_ns: &[i64]) -> Self {
         Self { grain_s: grain_ns(stamps_ns).map(|ns| ns as f64 * 1e-9), ..self }
@@ -284,6 +296,27 @@ impl Stream {
     }
 }
 
+/// Stamps (ns, rising) and counters of all pictures of a recording, where some of them show stripes and no seam point: a clock that is fitted
+/// to the seam points alone says little of these. `None` where there are none, or the device's stamps tell of the clock.
+fn with_stripes_alone(recording: &Recording) -> Option<(Vec<i64>, Vec<Option<u64>>)> {
+    if recording.stripes.is_empty() || recording.features.iter().any(|f| f.device_ns.is_some()) {
+        return None;
+    }
+    let names = PicturesOfRows::of(recording).ok()?;
+    let features = recording.features.iter().map(|f| (names.of_feature(f), (f.stamp_ns, f.frame)));
+    let mut pictures: BTreeMap<i64, (i64, Option<u64>)> = features.collect();
+    let with_seam = pictures.len();
+    for stripe in &recording.stripes {
+        pictures.entry(names.of_stripe(stripe)).or_insert((stripe.stamp_ns, stripe.frame));
+    }
+    if pictures.len() == with_seam {
+        return None;
+    }
+    let mut pictures: Vec<(i64, Option<u64>)> = pictures.into_values().collect();
+    pictures.sort_unstable();
+    Some(pictures.into_iter().unzip())
+}
+
 impl Sampling {
     /// The stamps of a recording and the clocks behind them.
     #[must_use]
@@ -304,9 +337,13 @@ impl Sampling {
             Stream::new(stamps_ns, origin_ns, device_ns, counter)
                 .joined_from(&recording.joined_from_ns, origin_ns)
         };
+        let images = stream(&image_stamps, &image_device, &counter).with_grain(&pictures);
         Self {
             robot: stream(&robot_stamps, &robot_device, &[]).with_grain(&rows),
-            images: stream(&image_stamps, &image_device, &counter).with_grain(&pictures),
+            images: match with_stripes_alone(recording) {
+                Some((stamps_ns, counter)) => images.with_clock_of(&stream(&stamps_ns, &[], &counter)),
+                None => images,
+            },
         }
     }
 

@@ -171,9 +171,8 @@ fn plates_of_joints(
             .zip(&seen.stripes)
             .for_each(|(count, stripe)| *count += usize::from(stripe.is_some()));
     }
-    let is_seen = |count: usize, frames: usize| {
-        count >= LEAST_STRIPES && count as f64 >= LEAST_PART * frames as f64
-    };
+    let is_seen =
+        |count: usize, frames: usize| count >= LEAST_STRIPES && count as f64 >= LEAST_PART * frames as f64;
     let plates: Vec<[bool; 2]> =
         counts.iter().map(|(of, frames)| of.map(|count| is_seen(count, *frames))).collect();
     for ((_, joint), seen) in seen.iter_mut() {
