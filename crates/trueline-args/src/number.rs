@@ -8,14 +8,18 @@ fn number(text: &str, expected: &str, is_good: impl Fn(f64) -> bool) -> Result<f
     found.ok_or_else(|| format!("expected {expected}, found {text}"))
 }
 
+/// The least and the largest of what is above zero: squares of these, and quotients of squares, are numbers still.
+const LEAST: f64 = 1e-9;
+const LARGEST: f64 = 1e9;
+
 /// Above zero.
 pub(crate) fn above_zero(text: &str) -> Result<f64, String> {
-    number(text, "a number above zero", |x| x > 0.0)
+    number(text, "a number above zero, from 1e-9 to 1e9", |x| (LEAST..=LARGEST).contains(&x))
 }
 
 /// Zero or more.
 pub(crate) fn zero_or_more(text: &str) -> Result<f64, String> {
-    number(text, "a number of at least zero", |x| x >= 0.0)
+    number(text, "a number of at least zero, up to 1e9", |x| x == 0.0 || (LEAST..=LARGEST).contains(&x))
 }
 
 /// A duration of a simulated scan, s.
@@ -41,6 +45,11 @@ pub(crate) fn tilt_deg(text: &str) -> Result<f64, String> {
 /// How far a simulated robot travels, mm.
 pub(crate) fn travel_mm(text: &str) -> Result<f64, String> {
     number(text, "0 to 100 000 mm", |x| (0.0..=1e5).contains(&x))
+}
+
+/// Distance of a simulated profiler's columns, mm.
+pub(crate) fn column_mm(text: &str) -> Result<f64, String> {
+    number(text, "0.001 to 10 mm", |x| (0.001..=10.0).contains(&x))
 }
 
 /// How often a simulated weave comes back, Hz.

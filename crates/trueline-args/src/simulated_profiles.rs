@@ -8,7 +8,7 @@ use trueline_sim::ProfileLook;
 #[group(id = "of_profiles")]
 pub struct ProfileLookArgs {
     /// Distance of a profiler's columns, mm [default: 0.1]
-    #[arg(long, requires = "plates", value_parser = number::above_zero)]
+    #[arg(long, requires = "plates", value_parser = number::column_mm)]
     pub column_mm: Option<f64>,
     /// Part of a profiler's columns that do not return, 0 to 1 [default: 0.03]
     #[arg(long, requires = "plates", value_parser = number::share)]

@@ -27,7 +27,10 @@ fn a_number_that_is_out_of_range_is_told_and_not_taken_for_an_option() {
         ("simulate --out scan --duration-s -3", "`--duration-s`: expected 1 to 3600 s, found -3"),
         ("simulate --out scan --outliers 40", "`--outliers`: expected a share from 0 to 1, found 40"),
         ("simulate --out scan --drops -0.1", "`--drops`: expected a share from 0 to 1, found -0.1"),
-        ("calibrate scan --speed-mm-s -5", "`--speed-mm-s`: expected a number of at least zero, found -5"),
+        (
+            "calibrate scan --speed-mm-s -5",
+            "`--speed-mm-s`: expected a number of at least zero, up to 1e9, found -5",
+        ),
     ] {
         let (code, told) = trueline(place.path(), line);
         assert_eq!(code, 2, "{line}: {told}");

@@ -1,7 +1,7 @@
 //! A finished calibration as a file: the result that `calibrate --json` wrote, or a TOML like `initial.toml`.
 
 use crate::error::{Error, Problem};
-use crate::known_toml;
+use crate::known_toml::{self, mounted_at_m};
 use crate::recording::{Guess, Recording, Truth};
 use crate::result_file::{self, Covariance, PoseEntry, ResultFile, SensorEntry, Status};
 use crate::robot_csv::unit_quaternion;
@@ -71,8 +71,11 @@ impl PosesBySensor {
 /// `None` where a part is not observable.
 fn pose_of(entry: &PoseEntry) -> Option<Result<Pose, Problem>> {
     let [x, y, z] = entry.translation_mm;
-    let (translation_mm, wxyz) = (Vector3::new(x?, y?, z?), entry.rotation_wxyz?);
-    Some(unit_quaternion(wxyz).map(|rotation| se3::from_parts(rotation, translation_mm / MM_PER_M)))
+    let (translation_mm, wxyz) = ([x?, y?, z?], entry.rotation_wxyz?);
+    Some(
+        unit_quaternion(wxyz)
+            .and_then(|rotation| Ok(se3::from_parts(rotation, mounted_at_m(translation_mm)?))),
+    )
 }
 
 /// Reads a calibration: JSON if it begins with `{`, which no TOML does, whatever the file is called; else TOML.
@@ -140,7 +143,7 @@ pub fn known_of(file: &Path, result: &ResultFile) -> Result<KnownCalibration, Er
         time_offset_s: result.time_offset_s.ok_or_else(|| unseen("time_offset_s"))?,
         tool_from_camera: se3::from_parts(
             unit_quaternion(wxyz).map_err(at)?,
-            Vector3::new(x, y, z) / MM_PER_M,
+            mounted_at_m([x, y, z]).map_err(at)?,
         ),
     };
     let lines = result.lines.iter().filter_map(|line| {

@@ -92,11 +92,26 @@ fn not_finite(key: &'static str, found: &[f64]) -> Problem {
 }
 
 fn pose_from(wire: &PoseTable) -> Result<Pose, Problem> {
-    if !wire.translation_mm.iter().all(|x| x.is_finite()) {
-        return Err(not_finite("tool_from_camera.translation_mm", &wire.translation_mm));
-    }
     let rotation = unit_quaternion(wire.rotation_wxyz)?;
-    Ok(se3::from_parts(rotation, Vector3::from(wire.translation_mm) / MM_PER_M))
+    Ok(se3::from_parts(rotation, mounted_at_m(wire.translation_mm)?))
+}
+
+/// No sensor is mounted further from its tool, or from the robot's base, than this, mm.
+const FURTHEST_MM: f64 = 1e6;
+
+/// Where a sensor is mounted, m, of a translation in mm.
+///
+/// # Errors
+/// Numbers that are not finite, or further away than a kilometre: the squares of what follows would not be finite.
+pub(crate) fn mounted_at_m(translation_mm: [f64; 3]) -> Result<Vector3<f64>, Problem> {
+    if translation_mm.iter().all(|x| x.abs() <= FURTHEST_MM) {
+        return Ok(Vector3::from(translation_mm) / MM_PER_M);
+    }
+    Err(Problem::Value {
+        key: "tool_from_camera.translation_mm",
+        expected: "three numbers of at most a kilometre",
+        found: format!("{translation_mm:?}"),
+    })
 }
 
 fn line_from(wire: &LineTable) -> Result<Line, Problem> {

@@ -117,10 +117,13 @@ pub(crate) fn setup_from(tables: Tables<'_>, of_camera: bool) -> Result<SensorSe
     })
 }
 
+/// What is stated of a cell is no larger, in its own unit: squares of what is come to no end.
+const LARGEST: f64 = 1e6;
+
 fn not_negative(key: &'static str, value: Option<f64>) -> Result<Option<f64>, Problem> {
     match value {
-        Some(x) if !(x >= 0.0 && x.is_finite()) => {
-            Err(Problem::Value { key, expected: "a number of zero or more", found: x.to_string() })
+        Some(x) if !(0.0..=LARGEST).contains(&x) => {
+            Err(Problem::Value { key, expected: "a number from zero to a million", found: x.to_string() })
         }
         fine => Ok(fine),
     }

@@ -77,6 +77,14 @@ pub enum Error {
         /// How many it takes.
         needed: usize,
     },
+    /// Robot poses that are too far apart to tell what the robot did between them.
+    #[error("the robot's poses are {period_s:.3} s apart, at most {most_s} s can be used")]
+    RobotTooSlow {
+        /// Median time between poses, s.
+        period_s: f64,
+        /// The longest, s.
+        most_s: f64,
+    },
     /// The robot does not move.
     #[error("the robot does not move: all its poses are within {shift_mm:.3} mm and {turn_deg:.3}°")]
     RobotStandsStill {
@@ -189,6 +197,9 @@ impl Error {
             }
             Self::NoOverlap { .. } => "both streams must be stamped by the same clock, up to the time offset",
             Self::TooFewImages { .. } => "does the stamp of features.csv advance from image to image?",
+            Self::RobotTooSlow { .. } => {
+                "is time_s in seconds? Stamps in ms or µs look like that; otherwise record the robot's poses ten times a second or more"
+            }
             Self::RobotStandsStill { .. } => {
                 "record the scan while it moves; if it did, is the stream frozen, or of another robot?"
             }

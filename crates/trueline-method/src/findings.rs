@@ -9,6 +9,7 @@ use crate::assess::lens::LensCorrection;
 use crate::assess::misfit_cause::MisfitCause;
 use crate::assess::observability::Observability;
 use crate::assess::outlier_segments::OutlierSegment;
+use crate::assess::outliers::Outliers;
 use crate::assess::residuals::{FeatureResidual, ResidualSummary};
 use crate::assess::robot_field::RobotSigmas;
 use crate::assess::seam_error::SeamError;
@@ -53,12 +54,14 @@ pub struct Findings {
 }
 
 impl Findings {
-    /// Part of what was measured that does not belong to the rest: of the seam points, or of the stripes if those were used
-    /// and more of them are off.
+    /// What of the measurements does not belong to the rest: of the seam points, or of the stripes if those were used and more of them
+    /// are off.
     #[must_use]
-    pub(crate) fn outlier_share(&self) -> f64 {
-        let share = self.used_stripes().map_or(0.0, |estimate| estimate.counts.share());
-        share.max(self.fit.residuals.outlier_share())
+    pub(crate) fn outliers(&self) -> Outliers {
+        let ResidualSummary { outliers, used, .. } = self.fit.residuals;
+        let of_seam = Outliers { count: outliers, of: used };
+        let of_stripes = self.used_stripes().map(|estimate| estimate.counts.outliers());
+        of_stripes.filter(|stripes| stripes.share() > of_seam.share()).unwrap_or(of_seam)
     }
 
     /// How much larger the noise of the stripes is than expected, where the answer was made of them.

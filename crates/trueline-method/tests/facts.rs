@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 use trueline_method::assess::observability::{Group, Unobservable};
+use trueline_method::assess::outliers::Outliers;
 use trueline_method::input::skip::Skip;
 use trueline_method::verdict::{Axis, Quantity, Reason, StreamName, Warning};
 
@@ -94,7 +95,8 @@ fn codes_are_those_of_the_schema() {
         Reason::ClockStep { at_s: 0.0, step_s: 0.0, sigma_s: 0.0, pictures: None }.code(),
         "clock-step"
     );
-    assert_eq!(Reason::TooManyOutliers { share: 0.6 }.code(), "too-many-outliers");
+    let outliers = Outliers { count: 6, of: 10 };
+    assert_eq!(Reason::TooManyOutliers { outliers }.code(), "too-many-outliers");
     assert_eq!(Warning::ManyOutliers { share: 0.3 }.code(), "many-outliers");
     assert_eq!(Warning::ClockDrift { ppm: 1.0, sigma_ppm: 0.1, about_s: 2.0 }.code(), "clock-drift");
     assert_eq!(Skip::Outside.code(), "outside-robot-recording");

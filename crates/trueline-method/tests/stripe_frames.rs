@@ -34,7 +34,7 @@ fn poses_that_repeat_have_the_noise_of_those_that_are_new() {
     let polled: Vec<RobotSample> = (recording.robot.iter())
         .flat_map(|sample| {
             [0, 4_000_000, 8_000_000]
-                .map(|later_ns| RobotSample { stamp_ns: sample.stamp_ns + later_ns, ..sample.clone() })
+                .map(|later_ns| RobotSample { stamp_ns: sample.stamp_ns + later_ns, ..*sample })
         })
         .collect();
     let polled = Recording { robot: polled, ..recording.clone() };
@@ -56,7 +56,7 @@ fn stripes_without_a_seam_point_are_dejittered_as_the_others_are() {
     let mut scenario = Preset::Good.scenario();
     scenario.disturbance.frame_jitter_s = 3e-3;
     let recording = scan_plates(&scenario, &Plates::default(), 1).unwrap();
-    let half = recording.features.iter().enumerate().filter(|(k, _)| k % 2 == 0).map(|(_, f)| f.clone());
+    let half = recording.features.iter().enumerate().filter(|(k, _)| k % 2 == 0).map(|(_, f)| *f);
     let half = Recording { features: half.collect(), ..recording.clone() };
     let config =
         Config { measurements: Measurements::Stripe, stamps: Stamps::Regular, ..Config::noise_only() };
@@ -101,7 +101,7 @@ fn few_false_stripes_are_no_plate() {
     let recording = scan_plates(&Preset::Good.scenario(), &plates, 2).unwrap();
     let mut doubted = recording.clone();
     for k in [100, 400] {
-        let mut other = recording.stripes[k].clone();
+        let mut other = recording.stripes[k];
         other.plate ^= 1;
         doubted.stripes.push(other);
     }

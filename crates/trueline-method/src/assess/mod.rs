@@ -16,6 +16,7 @@ pub(crate) mod misfit_patterns;
 pub mod noise_filter;
 pub mod observability;
 pub mod outlier_segments;
+pub mod outliers;
 pub(crate) mod profile_likelihood;
 pub mod residuals;
 pub(crate) mod robot_accuracy;

@@ -122,12 +122,6 @@ pub struct ResidualSummary {
 }
 
 impl ResidualSummary {
-    /// Part of the evaluated features that are outliers.
-    #[must_use]
-    pub(crate) fn outlier_share(&self) -> f64 {
-        self.outliers as f64 / self.used.max(1) as f64
-    }
-
     /// Part of the evaluated features that are none.
     #[must_use]
     pub(crate) fn inlier_share(&self) -> f64 {

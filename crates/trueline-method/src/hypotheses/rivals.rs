@@ -120,10 +120,11 @@ struct Search<'a> {
 impl Search<'_> {
     fn finalists(&self) -> Vec<Candidate> {
         let steps = (self.solver.settings.config.offset_search_s / OFFSET_STEP_S).round() as i32;
+        let middle_s = self.middle_s();
         let threads = self.solver.settings.config.threads;
         let attitudes = self.attitudes();
         let guesses: Vec<Guess> = (-steps..=steps)
-            .map(|k| f64::from(k) * OFFSET_STEP_S)
+            .map(|k| middle_s + f64::from(k) * OFFSET_STEP_S)
             .flat_map(|time_offset_s| {
                 attitudes.iter().map(move |attitude| Guess { time_offset_s, tool_from_camera: *attitude })
             })
@@ -170,8 +171,14 @@ impl Search<'_> {
     }
 
     fn is_elsewhere(&self, at: &Parameters) -> bool {
-        !same(at, self.best)
-            && at.time_offset_s.abs() <= self.solver.settings.config.offset_search_s + OFFSET_STEP_S
+        let from_middle_s = (at.time_offset_s - self.middle_s()).abs();
+        !same(at, self.best) && from_middle_s <= self.solver.settings.config.offset_search_s + OFFSET_STEP_S
+    }
+
+    /// The middle of the time offsets that are tried, s: none, or that of a best solution that lies beyond those about none.
+    fn middle_s(&self) -> f64 {
+        let best_s = self.best.time_offset_s;
+        if best_s.abs() <= self.solver.settings.config.offset_search_s { 0.0 } else { best_s }
     }
 
     /// Part of the sample that is within a wide limit: enough to leave out what explains next to nothing.

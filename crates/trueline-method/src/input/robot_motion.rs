@@ -53,6 +53,9 @@ const ACCELERATION_S: f64 = 0.04;
 const REACH_PERIODS: f64 = 16.0;
 /// How far from the tool's origin the sensor's field is, m: half a metre at most.
 const LEVER_M: f64 = 0.25;
+/// Between poses further apart a robot that swings the sensor once in two seconds does anything; and its path, in pieces of
+/// [`STRAIGHT_S`], would be as long as its stamps say, whatever the size of its file.
+const LONGEST_PERIOD_S: f64 = 0.5;
 /// A robot that stays within this shift and [`LEAST_TURN_RAD`] does not move.
 const LEAST_SHIFT_M: f64 = 1e-4;
 /// See [`LEAST_SHIFT_M`].
@@ -67,6 +70,9 @@ impl RobotMotion {
         let (times, poses, updates) = news(recording, times_s);
         check_motion(&poses)?;
         let period_s = median_period_s(&times).map_err(Error::Trajectory)?;
+        if period_s > LONGEST_PERIOD_S {
+            return Err(Error::RobotTooSlow { period_s, most_s: LONGEST_PERIOD_S });
+        }
         let gap_limit_s = GAP_PERIODS * period_s;
         let recorded_noise_m = smooth::position_noise(&times, &poses, period_s, gap_limit_s);
         // The paper's residual comes with the paper's motion: straight between samples as they are.

@@ -1,5 +1,7 @@
 //! How many stripes and edge points were looked at, and how many were left out.
 
+use crate::assess::outliers::Outliers;
+
 /// Counts of what the frames of a scan show, and of what was left out as an outlier.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OutlierCounts {
@@ -26,10 +28,12 @@ impl OutlierCounts {
         *rejected += usize::from(kept == Some(false));
     }
 
-    /// Part of what was looked at that was left out.
+    /// Stripes and edge points together.
     #[must_use]
-    pub fn share(&self) -> f64 {
-        let rejected = self.rejected_stripes + self.rejected_edge_points;
-        rejected as f64 / (self.stripes + self.edge_points).max(1) as f64
+    pub fn outliers(&self) -> Outliers {
+        Outliers {
+            count: self.rejected_stripes + self.rejected_edge_points,
+            of: self.stripes + self.edge_points,
+        }
     }
 }

@@ -6,6 +6,7 @@ use super::warning_words::how_far_apart;
 use crate::assess::drawn_line_shift::DrawnLineShift;
 use crate::assess::instead_of_sensor::InsteadOfSensor;
 use crate::assess::observability::Unobservable;
+use crate::assess::outliers::Outliers;
 use crate::assess::sensor_shape::SensorShape;
 use crate::hypotheses::choice::Statement;
 use crate::input::skip::Skip;
@@ -107,8 +108,8 @@ pub enum Reason {
     },
     /// Most features are outliers.
     TooManyOutliers {
-        /// Part of the features.
-        share: f64,
+        /// How many, of how many.
+        outliers: Outliers,
     },
     /// In a stretch of the scan another time offset holds.
     OtherTimeOffset {
@@ -216,7 +217,7 @@ impl fmt::Display for Reason {
             }
             Self::CoarseRobotStamps { repeated, rows } => coarse_robot_stamps(repeated, rows),
             Self::StripesContradict { sigmas, ref apart } => stripes_contradict(sigmas, apart),
-            Self::TooManyOutliers { share } => format!("{:.0} % of the features are outliers", 100.0 * share),
+            Self::TooManyOutliers { outliers } => too_many_outliers(outliers),
             Self::OtherTimeOffset { span_s, step_s } => other_time_offset(span_s, step_s),
             Self::RobotStreamFroze { span_s } => robot_stream_froze(span_s),
             Self::ClockStep { at_s, step_s, sigma_s, pictures } => {
@@ -315,6 +316,17 @@ fn too_few_used([used, features]: [usize; 2], mostly: Skip, count: usize) -> Str
         _ => "",
     };
     format!("only {used} of {features} features could be used; {count}: {mostly}{question}")
+}
+
+fn too_many_outliers(outliers: Outliers) -> String {
+    let Outliers { count, of } = outliers;
+    let share = 100.0 * outliers.share();
+    if count > 0 && 2 * count < of {
+        return format!(
+            "{count} of {of} measurements are outliers ({share:.0} %): that the others agree may be chance, so scan longer or see what disturbs these"
+        );
+    }
+    format!("{share:.0} % of the measurements are outliers")
 }
 
 fn coarse_robot_stamps(repeated: usize, rows: usize) -> String {

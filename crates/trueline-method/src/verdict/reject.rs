@@ -56,9 +56,9 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
         reasons.push(Reason::CoarseRobotStamps { repeated, rows });
     }
     reasons.extend(f.stripes.as_ref().and_then(stripes_contradict));
-    let share = f.outlier_share();
-    if share > OUTLIERS {
-        reasons.push(Reason::TooManyOutliers { share });
+    let outliers = f.outliers();
+    if outliers.share() > OUTLIERS || !outliers.leave_a_majority() {
+        reasons.push(Reason::TooManyOutliers { outliers });
     }
     reasons.extend(f.checks.outlier_segments.iter().filter_map(|segment| broken_stretch(f, segment)));
     reasons.extend(f.clock.stepped.map(|step| Reason::ClockStep {

@@ -63,7 +63,7 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     warnings.extend(unusual_noise(f));
     warnings.extend(stripe_noise(f));
     warnings.extend(follows_motion(f));
-    let share = f.outlier_share();
+    let share = f.outliers().share();
     if share > MANY_OUTLIERS && share <= OUTLIERS {
         warnings.push(Warning::ManyOutliers { share });
     }

@@ -266,9 +266,13 @@ pub(super) fn decided_by_user(by: DecidedBy, other_time_offsets_s: &[f64]) -> St
         DecidedBy::Guess => "the initial guess",
         DecidedBy::Statement => "what was stated of the cell",
     };
+    if others.is_empty() {
+        return format!("the scan alone does not tell this answer from its mirror image: {by} decided");
+    }
     format!(
-        "the scan alone does not tell this answer from {} other(s), with time offsets of {}: {by} decided",
-        others.len(),
+        "the scan alone does not tell this answer from {} with {} of {}: {by} decided",
+        if others.len() == 1 { "another".to_owned() } else { format!("{} others", others.len()) },
+        if others.len() == 1 { "a time offset" } else { "time offsets" },
         others.join(", ")
     )
 }

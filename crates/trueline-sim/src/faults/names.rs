@@ -17,12 +17,43 @@ pub struct FaultName {
 }
 
 impl FaultName {
+    /// The smallest and the largest of its sizes, in the units of [`FaultName::units`]: of lengths over which something changes a hundredth at
+    /// least, of what is no departure to either side nothing at least.
+    fn sizes(&self, index: usize) -> (f64, f64) {
+        match self.name {
+            _ if index > 0 => (LEAST_LENGTH, LARGEST_SIZE),
+            name if NOT_NEGATIVE.contains(&name) => (0.0, LARGEST_SIZE),
+            _ => (-LARGEST_SIZE, LARGEST_SIZE),
+        }
+    }
+
     /// The fault of some size, in the units of [`FaultName::units`]; `None` for another number of sizes.
     #[must_use]
     pub fn of(&self, sizes: &[f64]) -> Option<Fault> {
         (sizes.len() == self.defaults.len()).then(|| (self.make)(sizes))
     }
 }
+
+/// Least second size: a length over which the first changes, or a share.
+const LEAST_LENGTH: f64 = 0.01;
+/// Largest size in any unit.
+const LARGEST_SIZE: f64 = 1e6;
+/// Faults whose first size is a magnitude.
+const NOT_NEGATIVE: [&str; 13] = [
+    "wobble",
+    "robot-field",
+    "robot-attitude",
+    "robot-arm",
+    "backlash",
+    "rolling-shutter",
+    "correlated-noise",
+    "image-grain",
+    "robot-grain",
+    "doubled-frames",
+    "uncounted-losses",
+    "late-arrival",
+    "attitude-lag",
+];
 
 /// Text that names no fault.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -33,6 +64,18 @@ pub enum FaultError {
     /// A size is no finite number.
     #[error("`{0}` is no number")]
     Number(String),
+    /// A size that no cell has, or that nothing can be simulated with.
+    #[error("`{name}`: expected a size from {least} to {largest}, found {found}")]
+    Size {
+        /// The fault.
+        name: &'static str,
+        /// The smallest size.
+        least: f64,
+        /// The largest size.
+        largest: f64,
+        /// What was given.
+        found: f64,
+    },
     /// More or fewer sizes than the fault has.
     #[error("`{name}` has {expected} size(s), found {found}")]
     Sizes {
@@ -61,6 +104,12 @@ impl std::str::FromStr for Fault {
             Some(sizes) => sizes.split(',').map(number).collect::<Result<Vec<_>, _>>()?,
             None => Vec::new(),
         };
+        for (index, &found) in given.iter().enumerate() {
+            let (least, largest) = kind.sizes(index);
+            if !(least..=largest).contains(&found) {
+                return Err(FaultError::Size { name: kind.name, least, largest, found });
+            }
+        }
         let found = given.len();
         given.extend(kind.defaults.iter().skip(found));
         kind.of(&given).ok_or(FaultError::Sizes { name: kind.name, expected: kind.defaults.len(), found })
