@@ -52,11 +52,13 @@ fn points_off_the_plane_that_the_sensors_file_states_are_refused() {
     }
 }
 
-/// Two poses 20 s apart: the line can be anywhere.
+/// Two poses, and two others 20 s later: the line can be anywhere.
 #[test]
 fn where_no_feature_can_be_used_nothing_is_known() {
     let mut recording = simulate(&Preset::Quick.scenario(), 1).unwrap();
-    recording.robot = vec![recording.robot[0], *recording.robot.last().unwrap()];
+    let robot = &recording.robot;
+    let count = robot.len();
+    recording.robot = [0, 1, count - 2, count - 1].map(|k| robot[k]).to_vec();
     let calibration = calibrate(&recording, None, &Config::default()).unwrap();
     assert_eq!(calibration.findings.fit.residuals.used, 0);
     assert!(matches!(calibration.reasons(), [Reason::TooFewUsed { used: 0, .. }]));
