@@ -89,13 +89,9 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
         inputs.insert(file.form.file_name().to_owned(), sha256(&file.bytes));
         profiles = file.read(&mut notes)?;
     } else {
+        let used = if features_text.is_some() { "features.csv" } else { "stripes.csv" };
+        notes.extend(unused_profiles(folder, used, stripes_text.is_some()));
         if let Some(text) = features_text {
-            notes.extend(ProfileFile::newer_than(folder, "features.csv").map(|file| {
-                format!(
-                    "{} is newer than features.csv, which is used: `trueline features` finds the seam in it",
-                    file.display()
-                )
-            }));
             let text = plain(&path("features.csv"), text, &mut notes)?;
             features = features_csv::read(&path("features.csv"), text.as_slice(), &sensor)?;
         } else if stripes_text.is_none() {
@@ -117,6 +113,21 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
     let recording =
         Recording { stripes, initial, truth, inputs, ..Recording::new(sensor, setup, robot, features) };
     Ok(FolderContent { recording, profiles, notes })
+}
+
+/// What is said of whole profiles that are not looked at, since a table of what was found in them is there.
+fn unused_profiles(folder: &Path, used: &str, has_stripes: bool) -> Option<String> {
+    if let Some(file) = ProfileFile::newer_than(folder, used) {
+        let file = file.display();
+        return Some(format!(
+            "{file} is newer than {used}, which is used: `trueline features` finds the seam in it"
+        ));
+    }
+    let file = ProfileFile::path_in(folder).filter(|_| !has_stripes)?;
+    let file = file.display();
+    Some(format!(
+        "{file} is not looked at, for {used} is used, without stripes.csv: `trueline features` finds the seam and both plates in it"
+    ))
 }
 
 /// A table as plain CSV; how it was written is noted.

@@ -45,6 +45,11 @@ impl ProfileFile {
         files.find(|file| written(file).is_some_and(|at| at > other))
     }
 
+    /// Where a folder has it.
+    pub(crate) fn path_in(folder: &Path) -> Option<PathBuf> {
+        ProfileForm::ALL.into_iter().map(|form| folder.join(form.file_name())).find(|file| file.exists())
+    }
+
     /// The file of a folder; `None` if there is none.
     ///
     /// # Errors

@@ -10,6 +10,7 @@ use crate::profile::{Profile, ProfilePoint};
 use crate::stamp;
 use crate::table::{self, ColumnSpec, Header, Table, optional, required};
 use crate::unit::{MM_PER_M, Quantity};
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::Path;
 
@@ -82,7 +83,21 @@ fn read_long(header: Header<'_>) -> Result<Vec<Profile>, Error> {
     Ok(profiles)
 }
 
+/// The first height that the header of a wide table leaves out, of those before its last one.
+fn missing_height(header: &Header<'_>) -> Option<Problem> {
+    let numbers: BTreeSet<usize> = header.names().iter().filter_map(|name| height_number(name)).collect();
+    let last = *numbers.last()?;
+    let missing = (0..last).find(|number| !numbers.contains(number))?;
+    let others = header.names().iter().filter(|name| height_number(name).is_none());
+    let others = others.map(|name| name.to_string()).collect::<Vec<_>>().join(", ");
+    let found = format!("{others}, and {} heights up to z{last}", numbers.len());
+    Some(Problem::MissingColumn { name: format!("z{missing}_mm"), found })
+}
+
 fn read_wide(header: Header<'_>, heights: usize) -> Result<Vec<Profile>, Error> {
+    if let Some(missing) = missing_height(&header) {
+        return Err(header.error(missing));
+    }
     let names: Vec<String> = (0..heights).map(|k| format!("z{k}")).collect();
     let columns = names.iter().map(|name| required(name, Quantity::Length));
     let specs: Vec<ColumnSpec<'_>> = SHARED.into_iter().chain(WIDE).chain(columns).collect();
@@ -91,6 +106,9 @@ fn read_wide(header: Header<'_>, heights: usize) -> Result<Vec<Profile>, Error> 
     while table.next_row()? {
         let (stamp_ns, frame) = (rising_stamp(&table, profiles.last())?, table.count(FRAME)?);
         let (x0_m, dx_m) = (table.required_number(FIRST)?, table.required_number(FIRST + 1)?);
+        if dx_m == 0.0 {
+            return Err(table.error_in(FIRST + 1, Problem::ProfileWithoutWidth));
+        }
         let mut points = Vec::with_capacity(heights);
         for k in 0..heights {
             let column = FIRST + WIDE.len() + k;

@@ -50,7 +50,13 @@ fn our_own_wide_form_has_holes() {
     // A column of heights is missing in the middle.
     let broken = "time_s,x0_mm,dx_mm,z0_mm,z2_mm\n0.1,0,1,300,301\n";
     let error = profiles_csv::read(Path::new("profiles.csv"), broken.as_bytes()).unwrap_err().to_string();
-    assert!(error.contains("z2_mm") || error.contains("z1_mm"), "{error}");
+    assert!(
+        error.contains("column `z1_mm` is missing; the header has: time_s, x0_mm, dx_mm, and 2 heights"),
+        "{error}"
+    );
+    let flat = "time_s,x0_mm,dx_mm,z0_mm,z1_mm\n0.1,0,0,300,301\n";
+    let error = profiles_csv::read(Path::new("profiles.csv"), flat.as_bytes()).unwrap_err().to_string();
+    assert!(error.contains("column `dx_mm`: the columns of a profile are no distance apart"), "{error}");
 }
 
 #[test]
@@ -414,5 +420,11 @@ fn profiles_that_are_newer_than_the_features_beside_them_are_mentioned() {
         write("profiles.csv", "time_s,x_mm,z_mm\n0.5,1,100\n", after_s);
         let notes = trueline_dataset::folder::read_content(dir.path()).unwrap().notes;
         assert_eq!(notes.iter().any(|note| note.contains("newer than features.csv")), is_told, "{notes:?}");
+        assert_eq!(notes.iter().any(|note| note.contains("is not looked at")), !is_told, "{notes:?}");
     }
+    // What `features` has written from them needs no word.
+    write("profiles.csv", "time_s,x_mm,z_mm\n0.5,1,100\n", 5);
+    write("stripes.csv", "time_s,frame,plate,x1_mm,z1_mm,x2_mm,z2_mm,sigma_n_mm\n", 10);
+    let notes = trueline_dataset::folder::read_content(dir.path()).map(|content| content.notes);
+    assert!(notes.is_err() || notes.unwrap().is_empty());
 }

@@ -196,7 +196,9 @@ impl Error {
                 "correct its [laser_plane], or leave it out: it is then fitted to the points"
             }
             Self::NoOverlap { .. } => "both streams must be stamped by the same clock, up to the time offset",
-            Self::TooFewImages { .. } => "does the stamp of features.csv advance from image to image?",
+            Self::TooFewImages { .. } => {
+                "does the stamp advance from picture to picture, or from profile to profile?"
+            }
             Self::RobotTooSlow { .. } => {
                 "is time_s in seconds? Stamps in ms or µs look like that; otherwise record the robot's poses ten times a second or more"
             }

@@ -320,7 +320,7 @@ impl fmt::Display for Warning {
                 unusual_noise(noise_factor, is_explained, of_answer)
             }
             Self::StructuredResiduals { left } => structured(left),
-            Self::ManyOutliers { share } => format!("{:.0} % of the features are outliers", 100.0 * share),
+            Self::ManyOutliers { share } => format!("{:.0} % of the measurements are outliers", 100.0 * share),
             Self::ClockDrift { ppm, sigma_ppm, about_s } => clock_drift(ppm, sigma_ppm, about_s),
             Self::RobotSamplesMissing { missing, of } => robot_samples_missing(missing, of),
             Self::RepeatedPoses { repeated, rows } => format!(
