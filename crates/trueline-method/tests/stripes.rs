@@ -122,9 +122,9 @@ fn constant_attitude_hides_the_translation_from_plates_as_well() {
     assert_eq!(stripe.status(), Status::NotAccepted);
 }
 
-/// Tilts of 5° are motion, and so are the lively scan's by a quarter: nothing is missing, also where the robot's attitudes tremble ten times as much.
+/// Tilts of 5° are motion, and so are the lively scan's by a quarter: nothing is missing, also where the noise of the robot's attitudes is ten times as large.
 #[test]
-fn tilts_above_the_tremble_are_seen() {
+fn tilts_above_the_noise_are_seen() {
     for (preset, duration_s, part) in [(Preset::Paper, 20.0, 1.0), (Preset::Quick, 10.0, 0.25)] {
         for seed in 1..=5 {
             let mut scenario = random_cell(&scenario(preset, duration_s), seed, 0.1);

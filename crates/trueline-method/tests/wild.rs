@@ -335,7 +335,7 @@ fn equal_stamps_are_a_grain_only_where_the_pictures_differ() {
     assert_eq!(c.findings.streams.images.grain_s, None);
 }
 
-/// An attitude that only trembles is no tilt, however much it trembles.
+/// An attitude that only has noise is no tilt, however large that is.
 #[test]
 fn noise_of_the_attitude_shows_nothing() {
     for sigma_rad in [1e-4, 5e-4, 2e-3] {

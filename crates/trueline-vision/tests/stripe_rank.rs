@@ -59,7 +59,7 @@ fn wrong(scenario: &Scenario, hidden: usize, pairs: &[PlatePair]) -> Vec<String>
 }
 
 /// Every shift of the sensor is a shift of the target: three directions. Of one plate with its edge they are not found in every cell (two of twelve are one or two
-/// off), nor of two plates with attitudes that tremble by 0.1° (two of four): neither is asked for here.
+/// off), nor of two plates with attitude noise of 0.1° (two of four): neither is asked for here.
 #[test]
 fn stripes_of_a_scan_with_a_constant_attitude_hide_three_directions() {
     let wrong = wrong(&Preset::ConstantAttitude.scenario(), 3, &[PlatePair::Meeting]);

@@ -1,6 +1,6 @@
 //! How much of what the scan seems to say is motion, and how much is noise of the robot's poses.
 //!
-//! A robot that is not tilted reports an attitude that trembles. The tremble is in the residuals and in the Jacobian
+//! A robot that is not tilted reports an attitude with noise. That noise is in the residuals and in the Jacobian
 //! alike, and a fit takes it for tilt and knows everything. A robot that runs along the line moves nothing across it,
 //! but noise of its positions makes a velocity, and with it a time offset that seems to be seen. So the path is taken
 //! twice, by every other sample: the motion is the same in both, the noise is not, and what two Jacobians have in
@@ -28,7 +28,7 @@ pub(crate) struct SplitSampleInformation {
 
 /// Observations that are looked at.
 const SAMPLE: usize = 1000;
-/// A direction with a smaller part of motion is not seen: tremble draws its unknown towards zero by the other part.
+/// A direction with a smaller part of motion is not seen: noise draws its unknown towards zero by the other part.
 const LEAST_SHARE: f64 = 0.9;
 /// The same for the time offset, whose column's noise is not in the residual and so only makes it look better known,
 /// which can be allowed for.
@@ -42,7 +42,7 @@ impl SplitSampleInformation {
         let zeros = || DMatrix::zeros(n, n);
         let mut signal = Self { own: zeros(), common_attitude: zeros(), common: zeros() };
         let every = every(problem.list);
-        // What is known beforehand is no tremble; as much of it as there is of the scan.
+        // What is known beforehand is no noise; as much of it as there is of the scan.
         let known = block_priors::information(problem.shape_prior.as_ref(), at) / every as f64;
         signal.own += &known;
         signal.common_attitude += &known;
@@ -84,10 +84,10 @@ impl SplitSampleInformation {
         (in_combination(&self.common) / in_combination(&self.own).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
     }
 
-    /// What is seen of an information without the directions that rest on tremble of the attitude.
+    /// What is seen of an information without the directions that rest on noise of the attitude.
     ///
     /// In the coordinates of the covariance's root the shares are the eigenvalues of one symmetric matrix, relative to
-    /// another: tremble and motion come apart although they share unknowns.
+    /// another: noise and motion come apart although they share unknowns.
     #[must_use]
     pub(crate) fn shown_by(&self, information: &Information) -> Information {
         let root = information.covariance_root();

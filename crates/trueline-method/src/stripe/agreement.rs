@@ -1,4 +1,4 @@
-//! Whether two answers of one scan agree: that of its seam points and that of its plates.
+//! Whether two results of one scan agree: that of its seam points and that of its plates.
 
 use nalgebra::{DMatrix, DVector};
 use trueline_lsq::Information;

@@ -141,7 +141,7 @@ fn decided(estimate: &StripeEstimate) -> Because {
     match estimate.sigmas_apart {
         Some(apart) if apart >= AGREEMENT_SIGMAS => Because::Disagreement,
         _ if estimate.stripe.seam_error.is_none() => Because::ShowsLess,
-        Some(_) if !estimate.knows_less() => Because::Agreement,
+        Some(_) if !estimate.is_clearly_less_accurate() => Because::Agreement,
         _ => Because::KnowsLess,
     }
 }
@@ -153,7 +153,7 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     let shape_prior = settings.shape_prior;
     let begin = start::start(observations, frames, like, like.shape)
         .map_err(|why| why.with_unusable(frames.unplaced()))?;
-    let fixed = [settings.fixed, &start::held(&begin, &frames.bare)].concat();
+    let fixed = [settings.fixed, &start::held(&begin, &frames.without_plates)].concat();
     let solver = StripeSolver {
         observations,
         frames: &frames.list,
@@ -171,13 +171,13 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     let taken = seam.robot_taken.filter(|taken| robot_accuracy::shown(&fit, &all, *taken).is_none());
     let about_s = motion_information::times_looked_at_s(&fit.problem, fit.state());
     let halves = observations.robot.halves(recording, times_s, &about_s);
-    let trembling = trembling(&fit, halves.as_ref());
-    let information = motion_information::shown_by_motion(&fit, (&all, &trembling), &fixed);
+    let pose_noise = pose_noise_information(&fit, halves.as_ref());
+    let information = motion_information::shown_by_motion(&fit, (&all, &pose_noise), &fixed);
     let information = information.ok_or(NoPlates::NoPlane)?;
     let attitudes = AttitudeNoise { sigma_rad: shared.robot_sigma_rad, factor: fit.noise_factor };
     let seen = flat_rank::shown(&fit.problem, fit.state(), attitudes, &fixed);
     let seen = seen.ok_or(NoPlates::NoPlane)?;
-    let noise = uncertainty::assess(&fit, (&information, &trembling), &shared);
+    let noise = uncertainty::assess(&fit, (&information, &pose_noise), &shared);
     let errors = systematic::systematic(&fit, &information, &seam.shared).with_held(
         &fit.solution.equations.hessian,
         information.covariance_root(),
@@ -219,7 +219,7 @@ fn shared_noise(seam: &SeamEstimate<'_>) -> SharedNoise {
 }
 
 /// What of the information is noise of the robot's poses; of a stream too short to tell, nothing.
-fn trembling(fit: &StripeFit<'_>, halves: Option<&[Trajectory; 2]>) -> DMatrix<f64> {
+fn pose_noise_information(fit: &StripeFit<'_>, halves: Option<&[Trajectory; 2]>) -> DMatrix<f64> {
     let size = fit.problem.unknowns.dimension();
     halves.map_or_else(|| DMatrix::zeros(size, size), |halves| motion_information::of_noise(fit, halves))
 }

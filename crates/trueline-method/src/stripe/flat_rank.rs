@@ -7,7 +7,7 @@
 //! Noise of the reported attitudes turns the sensor a little in every frame, which is no motion either. How much of the information it makes follows from
 //! what is left unknown of each frame's attitude, P, once its residuals have had their say: N = Σ (∂J/∂ω)ᵀ P (∂J/∂ω) over the whitened
 //! Jacobians. Two halves of the path would tell it without a level of the noise, but where stripes show an attitude far better than the robot
-//! reports it, the halves tremble by more than the poses that the fit takes, and directions that are seen seem to be noise.
+//! reports it, the halves are noisier than the poses that the fit takes, and directions that are seen seem to be noise.
 //!
 //! Of unknowns of which something is known beforehand nothing is asked: a direction is one of the others, and these follow.
 
@@ -59,15 +59,15 @@ fn of_attitudes(problem: &StripeProblem<'_>, at: &StripeState, noise: AttitudeNo
     let every = problem.frames.len().div_ceil(SAMPLE).max(1);
     let mut sums = FrameSums::new(problem.unknowns);
     for weighed in problem.frames.iter().step_by(every) {
-        for trembling in trembling_gradients(problem, weighed, at, noise).into_iter().flatten() {
-            sums.add(weighed, &SVector::zeros(), &trembling);
+        for pose_noise in pose_noise_gradients(problem, weighed, at, noise).into_iter().flatten() {
+            sums.add(weighed, &SVector::zeros(), &pose_noise);
         }
     }
     sums.hessian() * every as f64
 }
 
 /// ∂Jᵀ/∂ω of a frame by each column of P½, not whitened.
-fn trembling_gradients(
+fn pose_noise_gradients(
     problem: &StripeProblem<'_>,
     weighed: &WeighedFrame,
     at: &StripeState,

@@ -24,13 +24,13 @@ pub(crate) type FrameGradients = SMatrix<f64, LOCAL_ALL, ROWS>;
 pub(crate) struct FrameResidual {
     /// Residuals: support points by plate and the edge point, or the seam point along both axes of the sheet.
     pub residual: SVector<f64, ROWS>,
-    /// By the time offset, m/s.
+    /// ∂residual/∂(time offset), m/s.
     pub d_time_offset: SVector<f64, ROWS>,
-    /// By a displacement of the robot in base.
+    /// ∂residual/∂(displacement of the robot), base frame, m/m.
     pub d_displacement: SMatrix<f64, ROWS, 3>,
-    /// By a turn of the robot in base.
+    /// ∂residual/∂(rotation of the robot about the tool's origin), axes of base, m/rad.
     pub d_turn: SMatrix<f64, ROWS, 3>,
-    /// By a shift of what is measured, sheet coordinates.
+    /// ∂residual/∂(reported point), sheet coordinates, m/m.
     pub d_reported: SMatrix<f64, ROWS, 2>,
     /// Whether one of them is that of an edge point.
     pub has_edge: bool,

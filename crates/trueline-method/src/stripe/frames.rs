@@ -91,7 +91,7 @@ pub struct StripeFrames {
     /// Frames with the stripes on both plates; of a joint of which one plate is seen at all, with that and the seam point.
     pub with_both: usize,
     /// Joints of which the plates are not seen, and the seam points are used in their place.
-    pub bare: Vec<usize>,
+    pub without_plates: Vec<usize>,
     /// Stripes that could not be used.
     pub skipped: BTreeMap<Skip, usize>,
     /// By how much stripes are stamped later than the seam point of the same picture, where that is most, s.
@@ -140,14 +140,23 @@ pub fn frames(
         (seen.seam, seen.stamp_ns) = (Some(seam_sight(observations, index)), feature.stamp_ns);
     }
     let plates = plates_of_joints(&mut seen, observations.line_count, &mut skipped);
-    let bare = if wanted == Measurements::Both { bare(&plates) } else { Vec::new() };
-    let mut frames =
-        StripeFrames { total: seen.len(), bare, skipped, stamped_later_s, ..StripeFrames::default() };
+    let without_plates =
+        if wanted == Measurements::Both { joints_without_plates(&plates) } else { Vec::new() };
+    let mut frames = StripeFrames {
+        total: seen.len(),
+        without_plates,
+        skipped,
+        stamped_later_s,
+        ..StripeFrames::default()
+    };
     for ((_, joint), seen) in seen {
         let all = seen.has_all(plates.get(joint).unwrap_or(&[true; 2]));
         frames.with_both += usize::from(all);
-        let sight =
-            if frames.bare.contains(&joint) { seen.seam.map(Sight::Seam) } else { seen.sight(wanted, all) };
+        let sight = if frames.without_plates.contains(&joint) {
+            seen.seam.map(Sight::Seam)
+        } else {
+            seen.sight(wanted, all)
+        };
         let (edge, edge_axis) = (seen.seam, seen.edge_axis(&recording.sensor));
         let stamp_s = stamps.seconds(seen.stamp_ns);
         frames.list.extend(sight.map(|sight| StripeFrame { stamp_s, joint, sight, edge, edge_axis }));
@@ -187,7 +196,7 @@ fn plates_of_joints(
 }
 
 /// The joints of which no plate is seen.
-fn bare(plates: &[[bool; 2]]) -> Vec<usize> {
+fn joints_without_plates(plates: &[[bool; 2]]) -> Vec<usize> {
     (0..plates.len()).filter(|&joint| plates[joint] == [false; 2]).collect()
 }
 

@@ -1,7 +1,7 @@
 //! The whole stripe: both plates of the joint instead of the point where they meet.
 //!
-//! A straight stripe is two numbers a plate: two support points of it, each known square to the stripe. Four residuals a
-//! frame hold all that its columns say of the plates. The seam is where the plates meet.
+//! A straight stripe on a plate is two numbers: the offsets of two support points, measured perpendicular to the stripe. A frame has four
+//! such residuals, and a fifth, the edge point, where the plates do not meet. The seam is where the plates meet.
 //!
 //! ```text
 //! Recording::stripes ─frames─▶ StripeFrame ─problem─▶ StripeProblem ─fit─▶ StripeFit ─as_seam─▶ Parameters of the seam

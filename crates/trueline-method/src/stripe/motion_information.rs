@@ -1,9 +1,9 @@
 //! How much of what the stripes say is motion, and how much is noise of the robot's poses.
 //!
-//! Residuals are taken at poses that tremble, and their Jacobian J trembles with them: JᵀWJ is larger than that of the motion alone. Its
-//! tremble is square to the residuals in the mean, for derivatives are taken where the robot most likely was
+//! Residuals are taken at noisy poses, and their Jacobian J contains that noise: JᵀWJ is larger than that of the motion alone. Its
+//! pose noise is uncorrelated with the residuals in the mean, for derivatives are taken where the robot most likely was
 //! ([`PoseError`](crate::stripe::weighed_frame::PoseError)). So the score Jᵀ W r has the mean zero at the truth and the variance
-//! H = H₀ + N, with N of the tremble; but it moves with the unknowns by H₀ alone, for what J gains by an error of a pose the residual's
+//! H = H₀ + N, with N of that noise; but it moves with the unknowns by H₀ alone, for what J gains by an error of a pose the residual's
 //! curvature takes away again. The estimate's covariance is H₀⁻¹ (H₀ + N) H₀⁻¹ \[Fuller1987\], which is larger than both inverses.
 //!
 //! H₀ is what the Jacobians of two paths have in common, one by every other sample and one by those between: the motion is the same
@@ -153,7 +153,7 @@ mod tests {
         let truth = noisy.truth.as_ref().unwrap();
         let like = Parameters::straight(&truth.parameters, truth.lines.clone());
         let begin = start::start(&observations, &frames, &like, None).unwrap();
-        let fixed = start::held(&begin, &frames.bare);
+        let fixed = start::held(&begin, &frames.without_plates);
         let levels =
             NoiseLevels { robot_sigma_m: observations.robot.noise_m, stamp_sigma_s: 1e-4, factor: 1.0 };
         let shared = SharedNoise { levels, robot_sigma_rad: 1e-5 };

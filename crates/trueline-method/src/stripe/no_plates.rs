@@ -1,4 +1,4 @@
-//! Why stripes say nothing of plates.
+//! Why no plates can be estimated from the stripes.
 
 use std::fmt;
 

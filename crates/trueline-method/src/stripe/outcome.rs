@@ -1,4 +1,4 @@
-//! What the whole stripes have said beside the seam points, and which of them is the answer.
+//! Result of the whole-stripe estimate, and whether it or the seam points' result is reported.
 
 use crate::assess::observability::Observability;
 use crate::assess::seam_error::SeamError;
@@ -23,11 +23,11 @@ const CLEARLY: f64 = 1.25;
 pub enum Because {
     /// The user asked for it.
     Asked,
-    /// Seam points and stripes agree, and stripes know more.
+    /// Both agree, and the stripes' seam error is not clearly larger.
     Agreement,
-    /// They agree, but the seam points know clearly more.
+    /// Both agree, but the stripes' seam error is more than 1.25 times that of the seam points.
     KnowsLess,
-    /// The stripes do not show all of the hand-eye transform.
+    /// The hand-eye transform is not fully observable from the stripes.
     ShowsLess,
     /// They do not agree.
     Disagreement,
@@ -121,9 +121,9 @@ impl StripeEstimate {
         self.sigmas_apart.filter(|apart| is_open && *apart >= CONTRADICTION_SIGMAS)
     }
 
-    /// Whether a seam point that is measured later is known clearly worse by the stripes, everything counted.
+    /// Whether the stripes' predicted seam error exceeds that of the seam points by more than a factor of 1.25, all error sources counted.
     #[must_use]
-    pub(crate) fn knows_less(&self) -> bool {
+    pub(crate) fn is_clearly_less_accurate(&self) -> bool {
         match (&self.stripe.seam_error, &self.seam.seam_error) {
             (Some(by_stripe), Some(by_seam)) => by_stripe.rms_m > CLEARLY * by_seam.rms_m,
             (by_stripe, _) => by_stripe.is_none(),

@@ -92,7 +92,7 @@ pub fn planes(
 ) -> Planes {
     let unknowns = at.unknowns();
     let Planes { plates: mut all, mut angles, mut steps } = Planes::default();
-    let seen = |(joint, _): &(usize, &Target)| !frames.bare.contains(joint);
+    let seen = |(joint, _): &(usize, &Target)| !frames.without_plates.contains(joint);
     for (joint, target) in at.joints.iter().enumerate().filter(seen) {
         let (mut slopes, mut to_sensor) = (Vec::new(), Vector3::zeros());
         for (number, plate) in target.plates.iter().enumerate().filter(|(number, _)| target.seen[*number]) {

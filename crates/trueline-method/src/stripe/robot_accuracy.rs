@@ -94,7 +94,7 @@ mod tests {
         let begin = start::start(&observations, &frames, &like, None).unwrap();
         let levels = NoiseLevels { robot_sigma_m: 3e-5, stamp_sigma_s: 0.0, factor: 1.0 };
         let shared = SharedNoise { levels, robot_sigma_rad: 1e-5 };
-        let fixed = start::held(&begin, &frames.bare);
+        let fixed = start::held(&begin, &frames.without_plates);
         let solver = StripeSolver {
             observations: &observations,
             frames: &frames.list,

@@ -102,7 +102,7 @@ mod tests {
         let like = Parameters::straight(&truth.parameters, truth.lines.clone());
         let begin = start::start(&observations, &frames, &like, None).unwrap();
         let levels = NoiseLevels { robot_sigma_m: 0.0, stamp_sigma_s: 0.0, factor: 1.0 };
-        let fixed = start::held(&begin, &frames.bare);
+        let fixed = start::held(&begin, &frames.without_plates);
         let solver = StripeSolver {
             observations: &observations,
             frames: &frames.list,

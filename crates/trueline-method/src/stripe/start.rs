@@ -61,7 +61,7 @@ pub fn start(
         let middle_m = seam.curvatures.get(joint).map_or(0.0, |bow| bow.middle_m);
         let centre = line.anchor() + line.direction() * middle_m;
         let along = line.direction();
-        let target = if frames.bare.contains(&joint) {
+        let target = if frames.without_plates.contains(&joint) {
             let across = |axis: usize| Unit::new_normalize(line.axes().column(axis).into_owned());
             let meeting = |axis: usize| Plate::flat(centre, &across(axis), &along).ok_or(NoPlates::NoPlane);
             Target::meeting([meeting(1)?, meeting(2)?])
@@ -131,10 +131,12 @@ fn are_beside_a_gap([one, other]: &[Plate; 2]) -> bool {
 /// The unknowns that are held because nothing shows them: how the planes of a joint without plates lie about its seam, a plate that is
 /// not seen, how an edge leans about the seam, and the edge of plates that meet.
 #[must_use]
-pub fn held(state: &StripeState, bare: &[usize]) -> Vec<usize> {
+pub fn held(state: &StripeState, without_plates: &[usize]) -> Vec<usize> {
     let unknowns = state.unknowns();
-    let mut held: Vec<usize> =
-        bare.iter().flat_map(|&joint| [0, 1].map(|plate| unknowns.plane(joint, plate).start)).collect();
+    let mut held: Vec<usize> = without_plates
+        .iter()
+        .flat_map(|&joint| [0, 1].map(|plate| unknowns.plane(joint, plate).start))
+        .collect();
     for (joint, target) in state.joints.iter().enumerate() {
         let unseen = (0..2).filter(|&plate| !target.seen[plate]);
         held.extend(unseen.flat_map(|plate| unknowns.plane(joint, plate)));

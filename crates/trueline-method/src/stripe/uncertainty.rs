@@ -2,7 +2,7 @@
 //!
 //! As for seam points: a frame's four residuals are one score, so that what they share is in it, and neighbouring frames may be
 //! alike. The model knows the correlation of the robot's noise between them: its path is made of many samples; and it knows that the
-//! Jacobian trembles with the robot's poses ([`motion_information`](crate::stripe::motion_information)).
+//! Jacobian contains the noise of the robot's poses ([`motion_information`](crate::stripe::motion_information)).
 
 use crate::assess::row_table::RowTable;
 use crate::input::path_noise::NoiseCorrelation;
@@ -29,7 +29,7 @@ pub struct StripeUncertainty {
 #[must_use]
 pub fn assess(
     fit: &StripeFit<'_>,
-    (information, trembling): (&Information, &DMatrix<f64>),
+    (information, pose_noise): (&Information, &DMatrix<f64>),
     shared: &SharedNoise,
 ) -> StripeUncertainty {
     let (problem, at) = (&fit.problem, fit.state());
@@ -60,7 +60,7 @@ pub fn assess(
     let freedom = rows as f64 / (rows as f64 - unknowns).max(1.0);
     let (variance, bend) = fit.moments.variance_and_bend();
     let per_weight = variance * freedom;
-    let expected = alone + root.transpose() * trembling * root + between.sum();
+    let expected = alone + root.transpose() * pose_noise * root + between.sum();
     let (middle, model_share) = blend(&frames, &expected, per_weight);
     let covariance = root * (middle * (per_weight / bend.powi(2)) + known) * root.transpose();
     StripeUncertainty { covariance, model_share }

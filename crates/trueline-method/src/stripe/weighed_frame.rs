@@ -15,11 +15,11 @@ use trueline_model::Placement;
 /// robot's. So derivatives are taken where the robot most likely was, and the residual stays that of the reported pose.
 #[derive(Clone, Copy, Debug)]
 pub struct PoseError {
-    /// By how much the reported position is off, base, m.
+    /// Reported minus most likely true position, base frame, m.
     pub shift_m: Vector3<f64>,
-    /// By how much the reported attitude is turned, base, rad.
+    /// Reported minus most likely true attitude, a rotation vector about the axes of base, rad.
     pub turn_rad: Vector3<f64>,
-    /// By how much the time offset of this frame differs, s.
+    /// Added to the frame's stamp before the robot's pose is looked up, s.
     pub late_s: f64,
     /// What they make of the residuals, m.
     pub in_residual: SVector<f64, ROWS>,
