@@ -133,7 +133,7 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-/// 0.2 mm in each surface term of both plates, of a fillet, of a lap and of one plate with its edge, in pictures and in profiles.
+/// 0.2 mm in each surface term of both plates, of a fillet, of laps of 3 and 1 mm and of one plate with its edge, in pictures and in profiles.
 fn bowed() -> Vec<Case> {
     let terms = ["r²", "rs", "s²", "r³", "r²s", "rs²", "s³"];
     let [paper, good] = [Preset::Paper, Preset::Good].map(Preset::scenario);
@@ -144,8 +144,13 @@ fn bowed() -> Vec<Case> {
     };
     let scans = [("", paper.clone()), (" of profiles", profiled(&paper))];
     let good_scans = [(", good", good.clone()), (" of profiles, good", profiled(&good))];
-    let lap = PlatePair::Lap { step_m: 3e-3 };
-    let pairs = [("fillet", PlatePair::Meeting), ("lap", lap), ("one plate", PlatePair::Edge)];
+    let lap = |step_m| PlatePair::Lap { step_m };
+    let pairs = [
+        ("fillet", PlatePair::Meeting),
+        ("lap", lap(3e-3)),
+        ("low lap", lap(1e-3)),
+        ("one plate", PlatePair::Edge),
+    ];
     let kinds = pairs.into_iter().flat_map(|(kind, pair)| {
         let scans = scans.iter().chain(&good_scans);
         scans.map(move |(scan, scenario)| (format!("{kind}{scan}, bowed"), pair, scenario))
