@@ -80,11 +80,11 @@ pub struct StripesEntry {
     pub skipped: BTreeMap<String, usize>,
     /// Stripes (and, with `both`, seam points) that were looked at.
     pub stripes: usize,
-    /// Of these, how many were left out as outliers.
+    /// Of the stripes, how many were left out as outliers.
     pub rejected: usize,
     /// Points of the edge of a lap, a step or one plate that were looked at.
     pub edge_points: usize,
-    /// Of these, how many were left out as outliers.
+    /// Of the edge points, how many were left out as outliers.
     pub rejected_edge_points: usize,
     /// How much larger their noise is than expected.
     pub noise_factor: Option<f64>,
