@@ -249,9 +249,6 @@ pub enum Problem {
         /// The number.
         plate: u32,
     },
-    /// A profile whose columns are all at one place.
-    #[error("the columns of a profile are no distance apart")]
-    ProfileWithoutWidth,
     /// A stripe between a point and itself.
     #[error("the two points are the same")]
     StripeWithoutLength,
