@@ -22,9 +22,6 @@ impl Problem {
             | Self::UnknownUnit { .. }
             | Self::DuplicateColumn
             | Self::NoUnit { .. } => self.column_hint(),
-            Self::ProfileWithoutWidth => {
-                "dx is the distance of one column from the next, in the unit of its name"
-            }
             Self::FieldCount { .. } => "is the line cut off, or is a decimal comma used?",
             Self::NotAPlate { .. }
             | Self::PlateTwice { .. }

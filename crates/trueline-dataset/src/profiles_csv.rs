@@ -107,7 +107,9 @@ fn read_wide(header: Header<'_>, heights: usize) -> Result<Vec<Profile>, Error> 
         let (stamp_ns, frame) = (rising_stamp(&table, profiles.last())?, table.count(FRAME)?);
         let (x0_m, dx_m) = (table.required_number(FIRST)?, table.required_number(FIRST + 1)?);
         if dx_m == 0.0 {
-            return Err(table.error_in(FIRST + 1, Problem::ProfileWithoutWidth));
+            let expected = "the distance of one column from the next";
+            let problem = Problem::Value { key: "dx", expected, found: "0".to_owned() };
+            return Err(table.error_in(FIRST + 1, problem));
         }
         let mut points = Vec::with_capacity(heights);
         for k in 0..heights {

@@ -56,7 +56,10 @@ fn our_own_wide_form_has_holes() {
     );
     let flat = "time_s,x0_mm,dx_mm,z0_mm,z1_mm\n0.1,0,0,300,301\n";
     let error = profiles_csv::read(Path::new("profiles.csv"), flat.as_bytes()).unwrap_err().to_string();
-    assert!(error.contains("column `dx_mm`: the columns of a profile are no distance apart"), "{error}");
+    assert!(
+        error.contains("column `dx_mm`: `dx`: expected the distance of one column from the next, found 0"),
+        "{error}"
+    );
 }
 
 #[test]
