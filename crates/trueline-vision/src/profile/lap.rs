@@ -1,9 +1,8 @@
 //! The edge of a lap or a step in a profile: where the face nearer to the sensor ends, of two that are parallel.
 //!
 //! Along the face the edge is known to the distance of two columns: it lies between the last that sees the upper face and the first that sees
-//! the lower one, anywhere with the same chance. Seen from the side of the step's wall, which is square to the faces, the lower face begins beyond the wall's foot: the edge
-//! is before the first column on it by as much. Where more than a few columns lie between, the edge is that of a face over nothing: see
-//! [`face_end`](super::face_end).
+//! the lower one, anywhere with the same chance. Where more than a few columns lie between, the lower face is in the shadow, and the edge is
+//! that of a face over nothing: see [`face_end`](super::face_end).
 
 use super::face::Face;
 use super::face_end::{FaceEnd, Outward};
@@ -17,8 +16,6 @@ use std::ops::Range;
 const STEP_SIGMAS: f64 = 8.0;
 /// Columns of two faces that are further apart have a shadow between them: two columns may be lost by chance, and rounding decides nothing.
 const COLUMNS_APART: f64 = 3.5;
-/// An edge is not known to less than this part of a column: the wall's foot is where the faces' lines have it.
-const LEAST_WIDTH: f64 = 0.3;
 /// To which side each face ends.
 const OUTWARD: [Outward; 2] = [Outward::Right, Outward::Left];
 
@@ -113,49 +110,9 @@ impl ProfileFinder {
         self.spare.extend(self.points.windows(2).map(|pair| pair[1].x - pair[0].x));
         let pitch_mm = median(&mut self.spare);
         if right - left <= COLUMNS_APART * pitch_mm {
-            let wall_mm = wall_mm(faces, upper, [left, right][upper])?;
-            let x_mm = beside_wall([left, right], upper, wall_mm, LEAST_WIDTH * pitch_mm);
-            return Some(StepEdge { x_mm, pitch_mm, over_shadow: None });
+            return Some(StepEdge { x_mm: [left, right], pitch_mm, over_shadow: None });
         }
         let x_mm = if upper == 0 { [left, left + pitch_mm] } else { [right - pitch_mm, right] };
         Some(StepEdge { x_mm, pitch_mm, over_shadow: Some(before_lower) })
-    }
-}
-
-/// How far along x the wall of a step reaches from the edge of its upper face, at a place of x, to its foot on the lower one, mm; none where it is not seen.
-fn wall_mm(faces: &[Face; 2], upper: usize, x_mm: f64) -> Option<f64> {
-    let edge = faces[upper].at_x(x_mm)?;
-    let foot = faces[1 - upper].line.foot(&edge);
-    Some(((foot.x - edge.x) * OUTWARD[upper].sign()).max(0.0))
-}
-
-/// Between which places of x an edge is, of those between the last column on the upper face and the first on the lower one, where a wall lies
-/// before this one. A wall that there is no room for is not there.
-fn beside_wall([left, right]: [f64; 2], upper: usize, wall_mm: f64, least_mm: f64) -> [f64; 2] {
-    let width_mm = right - left - wall_mm;
-    if width_mm <= 0.0 {
-        return [left, right];
-    }
-    let middle = if upper == 0 { left + 0.5 * width_mm } else { right - 0.5 * width_mm };
-    let half = 0.5 * width_mm.max(least_mm);
-    [middle - half, middle + half]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::beside_wall;
-
-    #[test]
-    fn an_edge_lies_before_its_wall() {
-        let near = |found: [f64; 2], wanted: [f64; 2]| {
-            let off = found.iter().zip(wanted).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            assert!(off < 1e-12, "{found:?} {wanted:?}");
-        };
-        // No wall; one that is seen from the left, from the right; one that leaves next to nothing; one without room.
-        near(beside_wall([1.0, 1.2], 0, 0.0, 0.03), [1.0, 1.2]);
-        near(beside_wall([1.0, 1.2], 0, 0.15, 0.03), [1.0, 1.05]);
-        near(beside_wall([1.0, 1.2], 1, 0.15, 0.03), [1.15, 1.2]);
-        near(beside_wall([1.0, 1.2], 0, 0.19, 0.03), [0.99, 1.02]);
-        near(beside_wall([1.0, 1.2], 0, 0.25, 0.03), [1.0, 1.2]);
     }
 }

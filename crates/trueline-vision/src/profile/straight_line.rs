@@ -24,11 +24,6 @@ impl StraightLine {
         self.normal.dot(point) - self.distance_mm
     }
 
-    /// The point of the line that is nearest to a point.
-    pub(super) fn foot(&self, point: &Vector2<f64>) -> Vector2<f64> {
-        point - self.normal * self.off(point)
-    }
-
     /// Where it meets another one, unless they are nearly parallel.
     pub(super) fn meets(&self, other: &Self) -> Option<Vector2<f64>> {
         let matrix = Matrix2::from_rows(&[self.normal.transpose(), other.normal.transpose()]);
