@@ -19,7 +19,7 @@ pub(crate) fn above_zero(text: &str) -> Result<f64, String> {
 
 /// Zero or more.
 pub(crate) fn zero_or_more(text: &str) -> Result<f64, String> {
-    number(text, "a number of at least zero, up to 1e9", |x| x == 0.0 || (LEAST..=LARGEST).contains(&x))
+    number(text, "a number of at least zero, up to 1e9", |x| (0.0..=LARGEST).contains(&x))
 }
 
 /// A duration of a simulated scan, s.

@@ -56,6 +56,21 @@ fn a_statement_or_a_guess_decides_and_the_result_says_so() {
     assert_eq!(contradicted.status(), Status::NotAccepted);
 }
 
+/// Rivals are looked for about the answer, also where that lies beyond the 1.2 s about none.
+#[test]
+fn an_answer_beyond_the_window_has_its_rivals_as_well() {
+    let mut recording = simulate(&Weave::SPath.scenario(3), 3).unwrap();
+    let mut truth = recording.truth.as_ref().unwrap().parameters;
+    recording.features.iter_mut().for_each(|feature| feature.stamp_ns += 3_000_000_000);
+    truth.time_offset_s += 3.0;
+    let guessed = with(&recording, Some(&truth), KnownOfCell::default());
+    assert!(is_right(&guessed, &truth));
+    let ambiguity = &guessed.findings.checks.ambiguity;
+    assert_eq!(ambiguity.decided_by, Some(DecidedBy::Guess));
+    let apart_s = |at: &Parameters| (at.time_offset_s - truth.time_offset_s).abs();
+    assert!(ambiguity.others().any(|rival| (0.05..1.3).contains(&apart_s(&rival.parameters))));
+}
+
 #[test]
 fn an_ordinary_scan_is_decided_and_a_false_statement_is_refused() {
     let recording = simulate(&random_cell(&Preset::Quick.scenario(), 5, 0.1), 5).unwrap();

@@ -4,8 +4,9 @@
 use std::collections::BTreeMap;
 use trueline_dataset::{Recording, RobotSample};
 use trueline_method::input::skip::Skip;
+use trueline_method::stripe::no_plates::NoPlates;
 use trueline_method::stripe::outcome::{Because, StripeEstimate};
-use trueline_method::{Calibration, Config, Measurements, Stamps, Status, calibrate};
+use trueline_method::{Calibration, Config, Error, Measurements, Stamps, Status, calibrate};
 use trueline_sim::{PlatePair, Plates, Preset, scan_plates};
 
 fn calibrated(recording: &Recording, config: &Config) -> Calibration {
@@ -116,4 +117,16 @@ fn few_false_stripes_are_no_plate() {
     let skipped = &other.findings.stripes.as_ref().unwrap().skipped;
     assert_eq!(skipped, &BTreeMap::from([(Skip::RarePlate, 2)]));
     assert_eq!(one.best_fit().guess().tool_from_camera, other.best_fit().guess().tool_from_camera);
+}
+
+/// What is said of a stripe that is alone is not that it lies outside the picture.
+#[test]
+fn a_stripe_that_is_alone_is_not_said_to_lie_outside_the_picture() {
+    let mut recording = scan_plates(&Preset::Good.scenario(), &Plates::default(), 2).unwrap();
+    recording.stripes.truncate(1);
+    let truth = recording.truth.as_ref().unwrap().parameters;
+    let config = Config { measurements: Measurements::Stripe, ..Config::noise_only() };
+    let refused = calibrate(&recording, Some(&truth), &config).unwrap_err();
+    let Error::NoPlates { why } = refused else { panic!("{refused}") };
+    assert_eq!(why, NoPlates::Missing { line: 0, unusable: 0 });
 }

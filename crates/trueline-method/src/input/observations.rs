@@ -91,30 +91,9 @@ impl Observations {
         if before.robot == after.robot {
             return Ok(self);
         }
-        let Self {
-            robot: forgotten,
-            sheet,
-            list,
-            line_count,
-            image_tick_s,
-            are_pixels,
-            shape_origin_m,
-            sheet_fit_rms_m,
-            skipped,
-        } = self;
-        drop(forgotten);
-        let robot = RobotMotion::of(recording, sampling.robot_times_s(after), config)?;
-        Ok(Self {
-            robot,
-            sheet,
-            list,
-            line_count,
-            image_tick_s,
-            are_pixels,
-            shape_origin_m,
-            sheet_fit_rms_m,
-            skipped,
-        })
+        drop(self.robot);
+        self.robot = RobotMotion::of(recording, sampling.robot_times_s(after), config)?;
+        Ok(self)
     }
 
     /// Stamps of the images as recorded, or those of the clock behind them.
