@@ -7,8 +7,8 @@ use trueline_sim::production::{Layout, ScheduledChange};
 
 #[derive(Args)]
 pub struct ProductionArgs {
-    /// Write so many welds of one part, weld-0000 and on, each in a folder of its own in --out
-    #[arg(long, value_name = "PIECES", value_parser = clap::value_parser!(u32).range(1..), conflicts_with_all = not_of_production())]
+    /// Write so many welds of one part, up to 10,000, weld-0000 and on, each in a folder of its own in --out
+    #[arg(long, value_name = "PIECES", value_parser = clap::value_parser!(u32).range(1..=10_000), conflicts_with_all = not_of_production())]
     pub production: Option<u32>,
     /// How the part is welded
     #[arg(long, value_parser = one_of(&LAYOUTS), default_value = "box-angles", requires = "production")]

@@ -215,4 +215,8 @@ fn what_cannot_be_watched_is_told_and_is_no_alarm() {
     let change = run(&["simulate", "--production", "1", "--change", "weather=3@1", "--out", "x"]);
     assert_eq!(change.status.code(), Some(2));
     assert!(words(&change).contains("timing (ms)"), "{}", words(&change));
+    let many = run(&["simulate", "--production", "1000000000", "--out", "many"]);
+    assert_eq!(many.status.code(), Some(2));
+    assert!(words(&many).contains("1..=10000"), "{}", words(&many));
+    assert!(!dir.path().join("many").exists());
 }
