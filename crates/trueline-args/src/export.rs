@@ -1,10 +1,8 @@
 //! `trueline export`.
 
-use crate::choice::{Choice, one_of};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use std::path::PathBuf;
-use trueline_dataset::calibration_file::SensorAs;
 use trueline_export::FORMATS;
 
 #[derive(Args)]
@@ -13,7 +11,6 @@ use trueline_export::FORMATS;
   trueline export result.json --as kuka
   trueline export result.json --as urdf --parent tool0 --child laser > laser.urdf
   trueline export result.json --as kalibr --sensor scan/sensor.toml
-  trueline export result.json --as ur --for-sensor uncorrected
 
 The text goes to stdout, its convention in words to stderr. All forms say the \
 same: the pose of the sensor in the frame whose pose the robot reported while \
@@ -44,23 +41,10 @@ pub struct ExportArgs {
     /// sensor.toml, for forms that describe the camera
     #[arg(long)]
     pub sensor: Option<PathBuf>,
-    /// Which sensor the transform goes with; see sensor-off among the warnings
-    #[arg(long, value_name = "WHICH", value_parser = one_of(&SENSORS), default_value = "found")]
-    pub for_sensor: SensorAs,
     /// Print no words
     #[arg(long)]
     pub quiet: bool,
 }
-
-static SENSORS: [Choice<SensorAs>; 3] = [
-    ("found", "As its file says, with the result's correction of it", SensorAs::Found),
-    ("corrected", "As the file of `calibrate --write-sensor` says", SensorAs::Corrected),
-    (
-        "uncorrected",
-        "As its file says, where nothing can correct it: the best there is for it",
-        SensorAs::Uncorrected,
-    ),
-];
 
 fn names() -> Vec<&'static str> {
     FORMATS

@@ -144,10 +144,6 @@ pub(crate) fn command_line() -> String {
     COMMAND_LINE.get().cloned().unwrap_or_default()
 }
 
-/// What is said where a result corrects the sensor of another file.
-const OTHER_SENSOR: &str = "warning: sensor.toml is not the file that the calibration was made with, and the calibration corrects \
-     the sensor of that file; if camera, laser plane or shape differ, calibrate again with this one";
-
 /// Says, even if all is to be quiet, that a calibration was not accepted; whether it may be trusted.
 pub(crate) fn is_trusted(file: &Path, calibration: &KnownCalibration) -> bool {
     let is_trusted = calibration.accepted != Some(false);
@@ -160,8 +156,11 @@ pub(crate) fn is_trusted(file: &Path, calibration: &KnownCalibration) -> bool {
 /// The same where it meets a recording; one of a sensor that something else carries is refused.
 pub(crate) fn fits(file: &Path, known: &KnownCalibration, on: &Recording) -> Result<bool, Failure> {
     known.check_mounting(file, on.setup.mounted)?;
-    if known.corrects_another_file(on) {
-        words(OTHER_SENSOR);
+    if let Some(file) = known.belongs_to_another_file(on) {
+        words(&format!(
+            "warning: sensor.toml is not the file that the calibration belongs to ({}); use that file, or calibrate again with this one",
+            file.name
+        ));
     }
     Ok(is_trusted(file, known))
 }

@@ -135,19 +135,33 @@ fn evaluate_holds_a_scan_against_a_tolerance_and_knows_a_calibration_of_another_
 fn the_file_of_the_sensor_is_told_from_the_bracket() {
     let dir = tempfile::tempdir().unwrap();
     succeeds(dir.path(), "simulate -p good --fault plane-offset=1 -o scan -q");
+    succeeds(dir.path(), "calibrate scan -q --json stated.json");
+    let stated_sha256 = file_of(dir.path(), "stated.json")["sha256"].clone();
     succeeds(dir.path(), "calibrate scan -q --json off.json --write-sensor corrected.toml");
+    let off = file_of(dir.path(), "off.json");
+    assert!(off["name"] == "corrected.toml" && off["corrected"] == true && off["sha256"] != stated_sha256);
+    // With the stated file its transform is used no further without a word.
+    let (code, _, words) = told(dir.path(), "apply scan -c off.json --out seam.csv -q");
+    assert!(code == 0 && words.contains("belongs to (corrected.toml)"), "{words}");
     fs::copy(dir.path().join("corrected.toml"), dir.path().join("scan/sensor.toml")).unwrap();
+    let (_, words) = succeeds(dir.path(), "apply scan -c off.json --out seam.csv -q");
+    assert!(!words.contains("belongs to"), "{words}");
     succeeds(dir.path(), "calibrate scan -q --json right.json");
     let (code, table, words) = told(dir.path(), "diff off.json right.json");
-    assert!(code == 0 && words.contains("different sensor files"), "{table}{words}");
-    let (of_found, words) = succeeds(dir.path(), "export off.json --as matrix");
-    assert!(words.contains("--for-sensor corrected"), "{words}");
-    let of_corrected = succeeds(dir.path(), "export off.json --as matrix --for-sensor corrected").0;
-    let of_uncorrected = succeeds(dir.path(), "export off.json --as matrix --for-sensor uncorrected").0;
-    assert!(of_found != of_corrected && of_found != of_uncorrected && of_corrected != of_uncorrected);
-    told(dir.path(), "calibrate scan -q --sensor fixed --json held.json");
-    let (code, _, words) = told(dir.path(), "export held.json --as matrix --for-sensor corrected");
-    assert!(code == 2 && words.contains("no transform for that sensor"), "{words}");
+    assert!(code == 0 && !words.contains("different sensor files"), "{table}{words}");
+    let words = told(dir.path(), "diff stated.json right.json").2;
+    assert!(words.contains("different sensor files"), "{words}");
+    let (_, words) = succeeds(dir.path(), "export off.json --as matrix");
+    assert!(words.contains("belongs to the sensor file corrected.toml"), "{words}");
+}
+
+/// What a result says of the sensor file that its transform belongs to.
+fn file_of(at: &Path, result: &str) -> serde_json::Value {
+    let result: serde_json::Value = serde_json::from_slice(&fs::read(at.join(result)).unwrap()).unwrap();
+    let text = result.to_string();
+    // One transform: no other key has one, rivals aside.
+    assert!(!text.contains("corrected_tool_from_camera") && !text.contains("uncorrected"), "{text}");
+    result["sensor"]["file"].clone()
 }
 
 #[test]

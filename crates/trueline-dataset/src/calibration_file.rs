@@ -3,7 +3,9 @@
 use crate::error::{Error, Problem};
 use crate::known_toml::{self, mounted_at_m};
 use crate::recording::{Guess, Recording, Truth};
-use crate::result_file::{self, Covariance, PoseEntry, ResultFile, SensorEntry, Status};
+use crate::result_file::{
+    self, Covariance, ResultFile, RigidPartEntry, SensorEntry, SensorFileEntry, Status,
+};
 use crate::robot_csv::unit_quaternion;
 use crate::sensor_setup::{Mounted, SheetShape};
 use crate::sensor_toml;
@@ -21,61 +23,16 @@ pub struct KnownCalibration {
     pub hand_eye_sigma: Option<[f64; 2]>,
     /// The same of the first line's turn about its point (rad) and its offset there (m).
     pub line_sigma: Option<[f64; 2]>,
-    /// The correction of the sensor's sheet that goes with the hand-eye transform, in place of what sensor.toml corrects.
-    pub shape: Option<SheetShape>,
-    /// The hand-eye transforms that go with other files of the sensor.
-    pub poses: PosesBySensor,
-    /// SHA-256 of the sensor.toml that `shape` corrects, where the file tells.
-    pub sensor_sha256: Option<String>,
-    /// Whether it was warned that the sensor is not as its file says, so that `shape` is no small correction.
-    pub sensor_is_off: bool,
+    /// The correction of the sensor's sheet beyond what the transform of [`Self::known`] contains of it.
+    pub correction: Option<SheetCorrection>,
+    /// The sensor file that the transform belongs to, where the result tells.
+    pub sensor_file: Option<SensorFileEntry>,
     /// Whether it was accepted, where the file tells.
     pub accepted: Option<bool>,
     /// What carries the sensor, where the file tells; if it stands beside the robot, the transform is base_from_camera.
     pub mounted: Option<Mounted>,
     /// Whether its time offset is that of stamps that were made regular, or freed of a drift, and not of those recorded.
     pub stamps_treated: bool,
-}
-
-/// The sensor that a hand-eye transform goes with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SensorAs {
-    /// As its file says, with the result's correction of its shape.
-    Found,
-    /// As the file of `calibrate --write-sensor` says.
-    Corrected,
-    /// As its file says, without any correction: the transform is then the best of all that are wrong.
-    Uncorrected,
-}
-
-/// The hand-eye transforms of a result that go with other sensors than the one found.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct PosesBySensor {
-    /// With the corrected file.
-    pub corrected: Option<Pose>,
-    /// With the file as it was, for a sensor that takes no correction.
-    pub uncorrected: Option<Pose>,
-}
-
-impl PosesBySensor {
-    fn of(sensor: &SensorEntry) -> Result<Self, Problem> {
-        let pose = |entry: Option<&PoseEntry>| entry.and_then(pose_of).transpose();
-        let uncorrected = sensor.uncorrected.as_ref().map(|uncorrected| &uncorrected.tool_from_camera);
-        Ok(Self {
-            corrected: pose(sensor.corrected_tool_from_camera.as_ref())?,
-            uncorrected: pose(uncorrected)?,
-        })
-    }
-}
-
-/// `None` where a part is not observable.
-fn pose_of(entry: &PoseEntry) -> Option<Result<Pose, Problem>> {
-    let [x, y, z] = entry.translation_mm;
-    let (translation_mm, wxyz) = ([x?, y?, z?], entry.rotation_wxyz?);
-    Some(
-        unit_quaternion(wxyz)
-            .and_then(|rotation| Ok(se3::from_parts(rotation, mounted_at_m(translation_mm)?))),
-    )
 }
 
 /// Reads a calibration: JSON if it begins with `{`, which no TOML does, whatever the file is called; else TOML.
@@ -110,10 +67,8 @@ fn parse(file: &Path, text: &str) -> Result<KnownCalibration, Error> {
         known: known_toml::parse_truth(file, text)?,
         hand_eye_sigma: None,
         line_sigma: None,
-        shape: None,
-        poses: PosesBySensor::default(),
-        sensor_sha256: None,
-        sensor_is_off: false,
+        correction: None,
+        sensor_file: None,
         accepted: None,
         mounted: None,
         stamps_treated: false,
@@ -159,10 +114,8 @@ pub fn known_of(file: &Path, result: &ResultFile) -> Result<KnownCalibration, Er
         known: Truth { parameters, lines: lines.collect() },
         hand_eye_sigma,
         line_sigma: line_sigma(&result.covariance),
-        shape: shape_of(&result.sensor),
-        poses: PosesBySensor::of(&result.sensor).map_err(at)?,
-        sensor_sha256: result.inputs.get(SENSOR).cloned(),
-        sensor_is_off: result.warnings.iter().any(|warning| OF_SENSOR.contains(&warning.code.as_str())),
+        correction: correction_of(&result.sensor),
+        sensor_file: result.sensor.file.clone().or_else(|| stated_file(result)),
         accepted: result.status.map(|status| status == Status::Accepted),
         mounted: Some(match result.mounted.as_deref() {
             Some("fixed") => Mounted::Fixed,
@@ -175,16 +128,22 @@ pub fn known_of(file: &Path, result: &ResultFile) -> Result<KnownCalibration, Er
 /// The sensor's file among the inputs of a result and of a recording.
 const SENSOR: &str = "sensor.toml";
 
-/// Warnings of a sensor that is not as its file says.
-const OF_SENSOR: [&str; 2] = ["sensor-off", "lens-off"];
+/// What a result corrects of the sensor, and the part of that which its transform contains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SheetCorrection {
+    /// The whole correction, in place of what sensor.toml corrects.
+    pub shape: SheetShape,
+    /// Maps points that the shape has corrected to the frame of the transform; identity in results of schema 2 and before.
+    pub file_from_corrected: Pose,
+}
 
 impl KnownCalibration {
-    /// Whether it corrects the sensor of another file than that of a recording: of the same sensor that file may be corrected
-    /// already. Where one of the files is not known, this is not known either, and false.
+    /// The sensor file that its transform belongs to, where a recording was made with another one; `None` also where one of the two
+    /// is not known.
     #[must_use]
-    pub fn corrects_another_file(&self, recording: &Recording) -> bool {
-        let both = self.sensor_sha256.as_ref().zip(recording.inputs.get(SENSOR));
-        self.shape.is_some() && both.is_some_and(|(corrected, read)| corrected != read)
+    pub fn belongs_to_another_file(&self, recording: &Recording) -> Option<&SensorFileEntry> {
+        let read = recording.inputs.get(SENSOR)?;
+        self.sensor_file.as_ref().filter(|file| file.sha256 != *read)
     }
 
     /// Refuses what something else carries than the sensor that was calibrated: its transform goes from another frame. The error
@@ -202,28 +161,45 @@ impl KnownCalibration {
         }
     }
 
-    /// Whether another sensor file was read for it than for another calibration, where both tell.
+    /// Whether another calibration belongs to another sensor file, where both tell.
     #[must_use]
     pub fn is_of_another_file(&self, other: &Self) -> bool {
-        self.sensor_sha256.as_ref().zip(other.sensor_sha256.as_ref()).is_some_and(|(a, b)| a != b)
+        let both = self.sensor_file.as_ref().zip(other.sensor_file.as_ref());
+        both.is_some_and(|(a, b)| a.sha256 != b.sha256)
     }
 
-    /// The hand-eye transform that goes with a sensor; `None` where the file does not have it.
-    #[must_use]
-    pub fn tool_from_camera(&self, sensor: SensorAs) -> Option<Pose> {
-        match sensor {
-            SensorAs::Found => Some(self.known.parameters.tool_from_camera),
-            SensorAs::Corrected => self.poses.corrected,
-            SensorAs::Uncorrected => self.poses.uncorrected,
-        }
-    }
-
-    /// The recording of a sensor that is corrected as this calibration found it to be.
+    /// A recording of the stated sensor, corrected as this calibration found that sensor to be; with [`Self::with_correction`] go its
+    /// readings together.
     #[must_use]
     pub fn corrected(&self, mut recording: Recording) -> Recording {
-        recording.setup.shape = self.shape.or(recording.setup.shape);
+        recording.setup.shape = self.correction.map(|correction| correction.shape).or(recording.setup.shape);
         recording
     }
+
+    /// Time offset and hand-eye transform of the corrected sensor.
+    #[must_use]
+    pub fn with_correction(&self) -> Guess {
+        let Guess { time_offset_s, mut tool_from_camera } = self.known.parameters;
+        if let Some(correction) = &self.correction {
+            tool_from_camera *= correction.file_from_corrected;
+        }
+        Guess { time_offset_s, tool_from_camera }
+    }
+}
+
+/// The sensor file of results that do not name the one they belong to.
+fn stated_file(result: &ResultFile) -> Option<SensorFileEntry> {
+    let sha256 = result.inputs.get(SENSOR)?.clone();
+    Some(SensorFileEntry { name: SENSOR.to_owned(), sha256, corrected: false })
+}
+
+fn correction_of(sensor: &SensorEntry) -> Option<SheetCorrection> {
+    if sensor.file.as_ref().is_some_and(|file| file.corrected) {
+        return None;
+    }
+    let shape = shape_of(sensor)?;
+    let rigid = sensor.rigid_part.as_ref().map(RigidPartEntry::file_from_corrected);
+    Some(SheetCorrection { shape, file_from_corrected: rigid.unwrap_or_else(Pose::identity) })
 }
 
 fn shape_of(sensor: &SensorEntry) -> Option<SheetShape> {

@@ -270,8 +270,7 @@ fn code(warning: &Warning) -> String {
 }
 
 fn figures(scenario: &Scenario, recording: &Recording, truth: &Guess, result: &Calibration) -> Figures {
-    let (turn, shift) =
-        se3::difference_decoupled(&result.best_fit().tool_from_camera, &truth.tool_from_camera);
+    let (turn, shift) = se3::difference_decoupled(result.file_tool_from_camera(), &truth.tool_from_camera);
     let offset_s = result.best_fit().time_offset_s - truth.time_offset_s;
     let errors = [offset_s, turn.x, turn.y, turn.z, shift.x, shift.y, shift.z];
     let z = errors.iter().enumerate().filter_map(|(k, error)| Some(error.abs() / result.sigma(k)?));

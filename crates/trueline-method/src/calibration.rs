@@ -3,12 +3,14 @@
 //! What the scan does not show cannot be read as a number by accident: [`Calibration::time_offset`] and its like return
 //! the estimate with its ±, or what is missing and the motion that would show it.
 
+use crate::assess::file_frame::HandEyeOfFile;
 use crate::assess::observability::{Group, Unobservable};
 use crate::findings::Findings;
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION, line_index};
 use crate::verdict::{self, Axis, Reason, Status, Verdict, Warning};
 use nalgebra::{DMatrix, SMatrix, UnitQuaternion};
 use std::ops::Range;
+use trueline_dataset::result_file::SensorFileEntry;
 use trueline_geometry::{Line, Pose};
 
 /// A finished calibration.
@@ -92,7 +94,8 @@ impl Calibration {
         Ok(TimeOffset { value_s, sigma_s: self.sigma(TIME_OFFSET) })
     }
 
-    /// The hand-eye transform with its covariance.
+    /// The hand-eye transform with its covariance: that of the sensor file as it was stated, or as
+    /// [`Calibration::for_corrected_sensor`] has it.
     ///
     /// # Errors
     /// [`Unobservable`] if the scan does not show all of it; of rotation and translation the one that names directions.
@@ -104,7 +107,7 @@ impl Calibration {
             return Err(missing);
         }
         let covariance = SMatrix::from_fn(|i, j| self.covariance(ROTATION + i, ROTATION + j).unwrap_or(0.0));
-        Ok(HandEye { tool_from_camera: self.best_fit().tool_from_camera, covariance })
+        Ok(HandEye { tool_from_camera: *self.file_tool_from_camera(), covariance })
     }
 
     /// The hand-eye rotation; its components one by one are no quaternion.
@@ -113,7 +116,7 @@ impl Calibration {
     /// [`Unobservable`] if the scan does not show all of it.
     pub fn rotation(&self) -> Result<UnitQuaternion<f64>, Unobservable> {
         self.known(Group::Rotation, ROTATION..TRANSLATION)?;
-        Ok(self.best_fit().tool_from_camera.rotation)
+        Ok(self.file_tool_from_camera().rotation)
     }
 
     /// One component of the hand-eye translation.
@@ -123,7 +126,7 @@ impl Calibration {
     pub fn translation(&self, axis: Axis) -> Result<Translation, Unobservable> {
         let component = TRANSLATION + axis as usize;
         self.known(Group::Translation, component..component + 1)?;
-        let value_m = self.best_fit().tool_from_camera.translation.vector[axis as usize];
+        let value_m = self.file_tool_from_camera().translation.vector[axis as usize];
         Ok(Translation { value_m, sigma_m: self.sigma(component) })
     }
 
@@ -140,8 +143,35 @@ impl Calibration {
         Ok(LineEstimate { line_in_base, covariance })
     }
 
-    /// Where the solver ended, whether it means anything or not: what is not observable is an arbitrary number here.
-    /// For drawing and diagnosis; results are read from the other methods.
+    /// The same with the hand-eye transform of the corrected sensor, which was written as `file`; `None` where nothing is corrected.
+    #[must_use]
+    pub fn for_corrected_sensor(self, file: SensorFileEntry) -> Option<Self> {
+        let unknowns = self.findings.unknowns.for_corrected_sensor(file)?;
+        let findings = Findings { unknowns, ..self.findings };
+        Some(Self { findings, ..self })
+    }
+
+    /// The value of [`Calibration::tool_from_camera`], whether it means anything or not. For drawing.
+    #[must_use]
+    pub fn file_tool_from_camera(&self) -> &Pose {
+        &self.findings.unknowns.of_file.tool_from_camera
+    }
+
+    /// Another answer to the same scan, for the same sensor file, with its covariance: a rival, or a step on the way.
+    #[must_use]
+    pub fn for_file(&self, other: &Parameters, covariance: &DMatrix<f64>) -> HandEyeOfFile {
+        let frame = self.findings.unknowns.file_frame_by(other);
+        HandEyeOfFile::of(frame, other, covariance, covariance)
+    }
+
+    /// The transform of another answer to the same scan, for the same sensor file.
+    #[must_use]
+    pub fn file_pose(&self, other: &Parameters) -> Pose {
+        other.tool_from_camera * self.findings.unknowns.file_frame_by(other).camera_from_file
+    }
+
+    /// Where the solver ended, whether it means anything or not: what is not observable is an arbitrary number here, and the
+    /// hand-eye transform is that of the sensor with its shape. For drawing and diagnosis; results are read from the other methods.
     #[must_use]
     pub fn best_fit(&self) -> &Parameters {
         &self.findings.unknowns.parameters

@@ -5,10 +5,11 @@ use crate::assess::convergence;
 use crate::assess::corrected_sensor::CorrectedSensor;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::{self, Subject};
+use crate::assess::file_frame::{FileFrame, HandEyeOfFile, StatedSensor};
 use crate::assess::instead_of_sensor::{self, InsteadOfSensor};
 use crate::assess::misfit_cause::MisfitCause;
 use crate::assess::misfit_patterns::Patterns;
-use crate::assess::observability::{Group, RANK_THRESHOLD};
+use crate::assess::observability::{Group, Observability, RANK_THRESHOLD};
 use crate::assess::profile_likelihood::{self, Widening};
 use crate::assess::residuals::{self, FeatureResidual};
 use crate::assess::robot_field::RobotSigmas;
@@ -265,40 +266,52 @@ fn add_stripes(from: &Concluded<'_>, findings: &mut Findings, errors: &SeamError
     let torch = || seam_point_error::predict(observations, list, &parameters, &covariance, &config.used_at);
     findings.checks.seam_point_error = all_seen.then(torch).flatten();
     findings.checks.seam_error = seam_error;
-    findings.unknowns = Unknowns {
+    findings.unknowns =
+        with_sensor(from, Answered { parameters, covariance, noise_covariance, observability });
+    Ok(())
+}
+
+/// An answer without what it says of the sensor.
+struct Answered {
+    parameters: Parameters,
+    covariance: DMatrix<f64>,
+    noise_covariance: DMatrix<f64>,
+    observability: Observability,
+}
+
+/// With what it says of the sensor; the transform is that of the stated file.
+fn with_sensor(from: &Concluded<'_>, answered: Answered) -> Unknowns {
+    let Answered { parameters, covariance, noise_covariance, observability } = answered;
+    let observations = &from.assessed.drift_free.observations;
+    let shows_hand_eye = observability.shows_hand_eye();
+    let stated = StatedSensor::of(observations, &parameters).filter(|_| shows_hand_eye);
+    let frame = stated.as_ref().map_or_else(FileFrame::of_estimate, |stated| stated.frame);
+    Unknowns {
         estimated: (0..parameters.dimension()).map(|k| !from.settings.fixed.contains(&k)).collect(),
         sensor: SensorShape::of(from.recording, &parameters, &covariance, from.knowledge),
         corrected: CorrectedSensor::of(from.recording, observations, &parameters, &covariance)
-            .filter(|_| observability.shows_hand_eye()),
+            .filter(|_| shows_hand_eye),
+        stated,
+        written: None,
+        of_file: HandEyeOfFile::of(frame, &parameters, &covariance, &noise_covariance),
         parameters,
         covariance,
         noise_covariance,
         observability,
         held_at_guess: false,
-    };
-    Ok(())
+    }
 }
 
 fn unknowns(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &Systematic) -> Unknowns {
-    let parameters = from.assessed.drift_free.fit.parameters().clone();
     let noise_covariance = with_time_offset_widened(from, uncertainty.covariance.clone());
-    let covariance = &noise_covariance + systematic.covariance();
-    Unknowns {
-        estimated: (0..parameters.dimension()).map(|k| !from.settings.fixed.contains(&k)).collect(),
-        sensor: SensorShape::of(from.recording, &parameters, &covariance, from.knowledge),
-        corrected: CorrectedSensor::of(
-            from.recording,
-            &from.assessed.drift_free.observations,
-            &parameters,
-            &covariance,
-        )
-        .filter(|_| from.assessed.observability.shows_hand_eye()),
-        parameters,
-        covariance,
+    let answered = Answered {
+        parameters: from.assessed.drift_free.fit.parameters().clone(),
+        covariance: &noise_covariance + systematic.covariance(),
         noise_covariance,
         observability: from.assessed.observability.clone(),
-        held_at_guess: from.assessed.drift_free.fit.prior.is_some(),
-    }
+    };
+    let held_at_guess = from.assessed.drift_free.fit.prior.is_some();
+    Unknowns { held_at_guess, ..with_sensor(from, answered) }
 }
 
 /// The components that are held and not known exactly, each with its standard deviation, SI.

@@ -36,7 +36,11 @@ pub(crate) fn corrected(
         let at = first.best_fit();
         let guess = Guess { time_offset_s: at.time_offset_s, tool_from_camera: at.tool_from_camera };
         let again = calibrate(&with_lens, &guess)?;
-        first.findings.unknowns.corrected = again.findings.unknowns.corrected.clone();
+        first.findings.unknowns.corrected = again.findings.unknowns.corrected.clone().map(|mut corrected| {
+            let from_other = first.best_fit().tool_from_camera.inverse() * again.best_fit().tool_from_camera;
+            corrected.frame.camera_from_file = from_other * corrected.frame.camera_from_file;
+            corrected
+        });
         let Some(next) = again.findings.checks.cause.as_ref().and_then(of_cause) else { break };
         step = next;
         if (0..2).all(|k| step.distortion[k].abs() <= SETTLED * step.sigma[k]) {

@@ -4,6 +4,7 @@ use crate::assess::corrected_sensor::CorrectedSensor;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::HeldOut;
 use crate::assess::drawn_line_shift::DrawnLineShift;
+use crate::assess::file_frame::{FileFrame, HandEyeOfFile, StatedSensor};
 use crate::assess::instead_of_sensor::InsteadOfSensor;
 use crate::assess::lens::LensCorrection;
 use crate::assess::misfit_cause::MisfitCause;
@@ -26,6 +27,7 @@ use crate::solve::iteration_record::IterationRecord;
 use crate::stripe::outcome::{StripeEstimate, StripeOutcome};
 use nalgebra::DMatrix;
 use std::collections::BTreeMap;
+use trueline_dataset::result_file::SensorFileEntry;
 use trueline_lsq::Termination;
 
 /// Everything that was found.
@@ -89,6 +91,12 @@ pub struct Unknowns {
     pub sensor: Option<SensorShape>,
     /// The sensor as the scan corrects it; likewise.
     pub corrected: Option<CorrectedSensor>,
+    /// The sensor as its file states it; likewise, and where the scan does not show the whole hand-eye transform.
+    pub stated: Option<StatedSensor>,
+    /// The corrected sensor's file, where it was written and the hand-eye transform is that of it.
+    pub written: Option<SensorFileEntry>,
+    /// The hand-eye transform of the file that the result names, with the covariances that go with it.
+    pub(crate) of_file: HandEyeOfFile,
     /// Whether a component of the tangent was estimated, not held.
     pub estimated: Vec<bool>,
     /// What the scan shows.
@@ -108,14 +116,14 @@ impl Unknowns {
     #[must_use]
     pub fn noise_sigma(&self, component: usize) -> Option<f64> {
         let known = self.estimated[component] && self.observability.observable_components[component];
-        known.then(|| self.noise_covariance[(component, component)].max(0.0).sqrt())
+        known.then(|| self.of_file.noise_covariance[(component, component)].max(0.0).sqrt())
     }
 
     /// Covariance of two components of the tangent, SI; `None` if one was held or is not observable.
     #[must_use]
     pub fn covariance(&self, row: usize, column: usize) -> Option<f64> {
         let known = |k: usize| self.estimated[k] && self.observability.observable_components[k];
-        (known(row) && known(column)).then(|| self.covariance[(row, column)])
+        (known(row) && known(column)).then(|| self.of_file.covariance[(row, column)])
     }
 
     /// The bow of a line along its two cross axes, with one standard deviation of each, m at the ends of what was visible;
@@ -131,8 +139,21 @@ impl Unknowns {
     pub(crate) fn of_no_feature(mut self) -> Self {
         self.observability = Observability::of_nothing(&self.parameters);
         self.estimated.fill(false);
-        (self.sensor, self.corrected, self.held_at_guess) = (None, None, false);
+        (self.sensor, self.corrected, self.stated, self.held_at_guess) = (None, None, None, false);
         self
+    }
+
+    /// The same with the hand-eye transform of the corrected sensor's file.
+    pub(crate) fn for_corrected_sensor(mut self, written: SensorFileEntry) -> Option<Self> {
+        let frame = self.corrected.as_ref()?.frame;
+        self.of_file = HandEyeOfFile::of(frame, &self.parameters, &self.covariance, &self.noise_covariance);
+        (self.stated, self.written) = (None, Some(written));
+        Some(self)
+    }
+
+    /// The frame of the result's sensor file by another answer to the same scan.
+    pub(crate) fn file_frame_by(&self, other: &Parameters) -> FileFrame {
+        self.stated.as_ref().map_or(self.of_file.frame, |stated| stated.frame_by(other))
     }
 
     /// Whether the value of a component means anything: it was held, or it is observable.

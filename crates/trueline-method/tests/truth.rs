@@ -13,7 +13,8 @@ const VISIBLE: [Preset; 5] = [Preset::Paper, Preset::Quick, Preset::Weak, Preset
 /// Error of (t_d in s, rotation in rad, translation in m).
 fn errors(calibration: &Calibration, recording: &Recording) -> [f64; 7] {
     let (estimate, truth) = (calibration.best_fit(), &recording.truth.as_ref().unwrap().parameters);
-    let (turn, shift) = se3::difference_decoupled(&estimate.tool_from_camera, &truth.tool_from_camera);
+    let (turn, shift) =
+        se3::difference_decoupled(calibration.file_tool_from_camera(), &truth.tool_from_camera);
     let offset = estimate.time_offset_s - truth.time_offset_s;
     [offset, turn.x, turn.y, turn.z, shift.x, shift.y, shift.z]
 }

@@ -26,7 +26,7 @@ fn cell(preset: Preset, seed: u64) -> Scenario {
 /// Largest error of the seven sensor unknowns in standard deviations.
 fn largest_error(calibration: &Calibration, truth: &Guess) -> f64 {
     let (turn, shift) =
-        se3::difference_decoupled(&calibration.best_fit().tool_from_camera, &truth.tool_from_camera);
+        se3::difference_decoupled(calibration.file_tool_from_camera(), &truth.tool_from_camera);
     let offset = calibration.best_fit().time_offset_s - truth.time_offset_s;
     let errors = [offset, turn.x, turn.y, turn.z, shift.x, shift.y, shift.z];
     let sigmas = (0..7).map(|k| calibration.sigma(k).unwrap());

@@ -85,6 +85,15 @@ impl SheetShape {
         ReportedPoint { reported: origin + reported, d_true: d_m * affine, d_shape }
     }
 
+    /// d corrected / d h of a point that is reported at `reported`: of [`SheetShape::corrected`], the report being what it is; `None`
+    /// where the correction turns the sheet inside out.
+    #[must_use]
+    pub fn d_corrected_d_shape(&self, reported: &Vector2<f64>) -> Option<SMatrix<f64, 2, 5>> {
+        // 0 = ∂g/∂q dq + ∂g/∂h dh
+        let report = self.reported(&self.corrected(reported).0);
+        Some(-(report.d_true.try_inverse()? * report.d_shape))
+    }
+
     /// Moves the five numbers.
     #[must_use]
     pub fn retract(&self, step: &SVector<f64, 5>) -> Self {

@@ -12,7 +12,8 @@ use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 pub fn text(calibration: &Calibration, truth: &Truth) -> String {
     let (estimate, truth) = (calibration.best_fit(), &truth.parameters);
     let offset_s = estimate.time_offset_s - truth.time_offset_s;
-    let (turn, shift) = se3::difference_decoupled(&estimate.tool_from_camera, &truth.tool_from_camera);
+    let (turn, shift) =
+        se3::difference_decoupled(calibration.file_tool_from_camera(), &truth.tool_from_camera);
     let sigmas = |error: f64, at: usize| calibration.sigma(at).map_or(f64::NAN, |sigma| error / sigma);
     let axes = |error: Vector3<f64>, first: usize| {
         let each: Vec<String> = (0..3).map(|k| format!("{:+.1}", sigmas(error[k], first + k))).collect();

@@ -4,7 +4,7 @@ use crate::number::with_sigma;
 use nalgebra::{SMatrix, Vector3};
 use serde_json::{Value, json};
 use trueline_dataset::Guess;
-use trueline_dataset::calibration_file::{KnownCalibration, SensorAs};
+use trueline_dataset::KnownCalibration;
 use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::evaluate::difference::{ANSWERS, Difference, Estimate, Field, MOVED_Z};
@@ -36,30 +36,14 @@ pub fn estimate(parameters: Guess, result: &ResultFile) -> Result<Estimate, [&'s
     Ok(Estimate { parameters, covariance })
 }
 
-/// What stands of both calibrations is compared, and what has to be said of that: results of different sensor files are compared as
-/// the scans correct the sensor, for the same bracket has another transform with another file.
+/// What to mind where two results belong to different sensor files: the same bracket has another transform with another file.
 #[must_use]
-pub fn comparable([first, second]: [&KnownCalibration; 2]) -> ([Guess; 2], Option<&'static str>) {
-    let as_found = [first, second].map(|known| known.known.parameters);
-    if !first.is_of_another_file(second) {
-        return (as_found, None);
-    }
-    let corrected = |known: &KnownCalibration| {
-        let tool_from_camera = known.tool_from_camera(SensorAs::Corrected)?;
-        Some(Guess { tool_from_camera, ..known.known.parameters })
-    };
-    match (corrected(first), corrected(second)) {
-        (Some(a), Some(b)) => ([a, b], Some(COMPARED_CORRECTED)),
-        _ => (as_found, Some(OTHER_FILE)),
-    }
+pub fn other_file([first, second]: [&KnownCalibration; 2]) -> Option<&'static str> {
+    first.is_of_another_file(second).then_some(
+        "warning: the two results belong to different sensor files, so the difference may be in the files and not in the bracket. \
+         Calibrate both scans with one sensor file.",
+    )
 }
-
-/// See [`comparable`].
-const COMPARED_CORRECTED: &str = "the two results were made with different sensor files: compared are the transforms for the \
-     sensor as each scan corrects it (`sensor.corrected_tool_from_camera`)";
-/// See [`comparable`].
-const OTHER_FILE: &str = "warning: the two results were made with different sensor files, and at least one holds the sensor as its \
-     file says: what differs may be the files, and not the bracket";
 
 /// The difference; second minus first. With a tolerance, whether the seam has moved less than that.
 #[must_use]

@@ -51,7 +51,7 @@ pub fn of(c: &Calibration) -> ResultFile {
         images_ahead_s: None,
         at_torch: c.findings.checks.seam_point_error.as_ref().map(checks::at_torch),
         termination: c.findings.fit.termination.to_string(),
-        iterations: c.findings.fit.iterations.iter().map(iteration).collect(),
+        iterations: c.findings.fit.iterations.iter().map(|step| iteration(c, step)).collect(),
         inputs: c.findings.inputs.clone(),
         options: options(&c.findings.config),
     }
@@ -110,7 +110,7 @@ fn with_bow(c: &Calibration, number: usize, entry: LineEntry) -> LineEntry {
 
 /// A complete answer that the scan does not tell from the one given, but for what it does not show at all.
 fn rival(c: &Calibration, rival: &RivalAnswer) -> RivalEntry {
-    let pose = &rival.parameters.tool_from_camera;
+    let pose = c.file_pose(&rival.parameters);
     let shows = |group: Group| c.findings.unknowns.observability.shows(group);
     let translation = |axis: Axis| {
         c.is_known(TRANSLATION + axis as usize).then(|| pose.translation.vector[axis as usize] * MM_PER_M)
@@ -219,7 +219,8 @@ fn residuals(c: &Calibration) -> Residuals {
     }
 }
 
-fn iteration(i: &IterationRecord) -> IterationEntry {
+fn iteration(c: &Calibration, i: &IterationRecord) -> IterationEntry {
+    let pose = c.file_pose(&i.parameters);
     let lines = i.parameters.lines.iter().map(|l| IterationLine {
         nearest_point_mm: (l.to_pluecker().nearest_point_to_origin() * MM_PER_M).into(),
         direction: l.direction().into(),
@@ -228,8 +229,8 @@ fn iteration(i: &IterationRecord) -> IterationEntry {
         cost: i.cost,
         rms_mm: i.rms_m * MM_PER_M,
         time_offset_s: i.parameters.time_offset_s,
-        translation_mm: (i.parameters.tool_from_camera.translation.vector * MM_PER_M).into(),
-        rotation_wxyz: positive_w(&i.parameters.tool_from_camera.rotation),
+        translation_mm: (pose.translation.vector * MM_PER_M).into(),
+        rotation_wxyz: positive_w(&pose.rotation),
         lines: lines.collect(),
         accepted: i.accepted,
     }

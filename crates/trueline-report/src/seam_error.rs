@@ -1,11 +1,10 @@
 //! How far off a seam point is that is measured later: two numbers, where they come from, and what would shrink each part.
 
-use crate::number::{digits_for, positive_w};
+use crate::number::digits_for;
 use trueline_dataset::result_file::{
-    BudgetEntry, FieldEntry, PoseEntry, SeamErrorEntry, SensorEntry, UncorrectedEntry,
+    BudgetEntry, FieldEntry, RigidPartEntry, SeamErrorEntry, SensorEntry, SensorFileEntry,
 };
 use trueline_dataset::unit::MM_PER_M;
-use trueline_geometry::Pose;
 use trueline_method::Calibration;
 use trueline_method::assess::seam_error::SeamError;
 use trueline_method::assess::sensor_shape::{SensorShape, WALD_LIMIT};
@@ -36,11 +35,11 @@ pub fn entry(error: &SeamError) -> SeamErrorEntry {
 /// The sensor in the result's file.
 #[must_use]
 pub(crate) fn sensor_entry(c: &Calibration) -> SensorEntry {
-    let mode = c.findings.config.sensor.name().to_owned();
+    let (mode, file) = (c.findings.config.sensor.name().to_owned(), sensor_file(c));
+    let (stated, written) = (c.findings.unknowns.stated.as_ref(), c.findings.unknowns.written.as_ref());
     let Some(shape) = c.findings.unknowns.sensor else {
-        return SensorEntry { mode, ..SensorEntry::default() };
+        return SensorEntry { mode, file, ..SensorEntry::default() };
     };
-    let corrected = c.findings.unknowns.corrected.as_ref();
     SensorEntry {
         mode,
         shape: Some(per_mm(shape.shape.h)),
@@ -51,22 +50,27 @@ pub(crate) fn sensor_entry(c: &Calibration) -> SensorEntry {
         improved: shape.improved(),
         wald: Some(shape.wald),
         words: shape.words(),
-        corrected_tool_from_camera: corrected.map(|corrected| pose(&corrected.tool_from_camera)),
-        uncorrected: corrected.map(|corrected| UncorrectedEntry {
-            tool_from_camera: pose(&corrected.uncorrected.tool_from_camera),
-            remains_mm: corrected.uncorrected.remains_m * MM_PER_M,
-        }),
+        file,
+        remains_mm: stated.map(|stated| stated.remains_m * MM_PER_M).or(written.map(|_| 0.0)),
+        rigid_part: stated.map(|stated| RigidPartEntry::of(&stated.rigid, &stated.sheet, &stated.field)),
     }
 }
+
+/// The sensor file that the hand-eye transform belongs to: the one that was written, or that the recording came with.
+fn sensor_file(c: &Calibration) -> Option<SensorFileEntry> {
+    if let Some(written) = &c.findings.unknowns.written {
+        return Some(written.clone());
+    }
+    let sha256 = c.findings.inputs.get(STATED)?.clone();
+    Some(SensorFileEntry { name: STATED.to_owned(), sha256, corrected: false })
+}
+
+/// Name of the sensor file among the inputs.
+const STATED: &str = "sensor.toml";
 
 /// h₄ and h₅ are 1/m inside.
 fn per_mm([h1, h2, h3, h4, h5]: [f64; 5]) -> [f64; 5] {
     [h1, h2, h3, h4 / MM_PER_M, h5 / MM_PER_M]
-}
-
-fn pose(pose: &Pose) -> PoseEntry {
-    let translation: [f64; 3] = (pose.translation.vector * MM_PER_M).into();
-    PoseEntry { translation_mm: translation.map(Some), rotation_wxyz: Some(positive_w(&pose.rotation)) }
 }
 
 /// The two numbers and the budget as rows of the summary; none where the hand-eye transform is not all observable.
@@ -172,11 +176,16 @@ fn sensor_rows(c: &Calibration) -> Vec<(String, String)> {
     if !taken.is_empty() {
         rows.push(("  not seen".to_owned(), format!("{}: taken from the prior", taken.join(", "))));
     }
-    if let Some(corrected) = c.findings.unknowns.corrected.as_ref().filter(|_| shape.is_off()) {
-        let remains = mm(corrected.uncorrected.remains_m);
+    if let Some(written) = &c.findings.unknowns.written {
         rows.push((
-            "  uncorrected".to_owned(),
-            format!("{remains} more in every seam point, with the best hand-eye for the sensor as it is"),
+            "  corrected in".to_owned(),
+            format!("{}: the transform belongs to that file", written.name),
+        ));
+    }
+    if let Some(stated) = c.findings.unknowns.stated.as_ref().filter(|_| shape.is_off()) {
+        rows.push((
+            "  left by its file".to_owned(),
+            format!("{} in every seam point, with the sensor file as it is", mm(stated.remains_m)),
         ));
     }
     rows

@@ -68,15 +68,16 @@ pub(crate) fn entry(c: &Calibration) -> Option<StripesEntry> {
                 sigma_mm: step.sigma_m * MM_PER_M,
             })
             .collect(),
-        seam_answer: estimate.map(|e| answer(&e.seam)),
-        stripe_answer: estimate.map(|e| answer(&e.stripe)),
+        seam_answer: estimate.map(|e| answer(c, &e.seam)),
+        stripe_answer: estimate.map(|e| answer(c, &e.stripe)),
     })
 }
 
-fn answer(answer: &Answer) -> AnswerEntry {
+fn answer(c: &Calibration, answer: &Answer) -> AnswerEntry {
+    let of_file = c.for_file(&answer.parameters, &answer.covariance);
     let seen = |k: usize| answer.observability.observable_components[k];
-    let sigma = |k: usize| seen(k).then(|| answer.covariance[(k, k)].max(0.0).sqrt());
-    let pose = &answer.parameters.tool_from_camera;
+    let sigma = |k: usize| seen(k).then(|| of_file.covariance[(k, k)].max(0.0).sqrt());
+    let pose = &of_file.tool_from_camera;
     let three = |first: usize| [first, first + 1, first + 2];
     let turn_seen = three(ROTATION).into_iter().all(seen);
     AnswerEntry {

@@ -170,7 +170,7 @@ fn translation(c: &Calibration, axis: usize) -> String {
     if !c.is_known(TRANSLATION + axis) {
         return UNSEEN.to_owned();
     }
-    let value = c.best_fit().tool_from_camera.translation.vector[axis] * MM_PER_M;
+    let value = c.file_tool_from_camera().translation.vector[axis] * MM_PER_M;
     with_sigma(value, c.sigma(TRANSLATION + axis).map(|s| s * MM_PER_M), "mm")
 }
 
@@ -178,7 +178,7 @@ fn rotation(c: &Calibration) -> String {
     if c.rotation().is_err() {
         return UNSEEN.to_owned();
     }
-    let [w, x, y, z] = crate::number::positive_w(&c.best_fit().tool_from_camera.rotation);
+    let [w, x, y, z] = crate::number::positive_w(&c.file_tool_from_camera().rotation);
     format!("{w:.6} {x:.6} {y:.6} {z:.6}")
 }
 

@@ -154,5 +154,5 @@ fn watched(file: &Path, known: &KnownCalibration) -> Result<Watched, WatcherErro
     let is_json = calibration_file::is_json(&String::from_utf8_lossy(&bytes));
     let result = is_json.then(|| ResultFile::read(file)).transpose()?;
     let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    Ok(Watched { name: file.display().to_string(), sha256, guess: known.known.parameters, result })
+    Ok(Watched { name: file.display().to_string(), sha256, guess: known.with_correction(), result })
 }

@@ -20,7 +20,7 @@ pub(crate) fn run(args: &ApplyArgs) -> Result<ExitCode, Failure> {
     let recording = opening::open(&args.recording, None, args.quiet)?.recording;
     let is_trusted = output::fits(&args.calibration, &calibration, &recording)?;
     let recording = calibration.corrected(recording);
-    let known = &calibration.known.parameters;
+    let known = &calibration.with_correction();
     let seam = seam_points::place(&recording, known, &Config::default())?;
     if seam.list.is_empty() {
         return Err(Failure::new(

@@ -10,6 +10,7 @@ use std::time::Instant;
 use trueline_args::CalibrateArgs;
 use trueline_args::hints;
 use trueline_dataset::calibration_file;
+use trueline_dataset::result_file::SensorFileEntry;
 use trueline_dataset::sensor_setup::Mounted;
 use trueline_dataset::{SensorFile, SensorSetup, folder, sensor_toml};
 use trueline_method::{Calibration, Hold, ResidualKind, SensorMode, Status};
@@ -61,10 +62,11 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
         calibration.findings.fit.iterations.len(),
         began.elapsed().as_secs_f64()
     ));
+    let calibration = match &args.write_sensor {
+        Some(file) => with_written_sensor(file, &opened, calibration)?,
+        None => calibration,
+    };
     write_results(args, &opened, &calibration, images_ahead_ns)?;
-    if let Some(file) = &args.write_sensor {
-        write_sensor(file, &opened, &calibration, args.quiet)?;
-    }
     Ok(exit_code(&calibration))
 }
 
@@ -141,29 +143,31 @@ fn write_results(
     Ok(())
 }
 
-/// The sensor's file as the scan corrects it. What it said of its uncertainty held for the old one.
-fn write_sensor(file: &Path, opened: &Opened, calibration: &Calibration, quiet: bool) -> Result<(), Failure> {
+/// Writes the sensor's file as the scan corrects it, and gives the calibration with the hand-eye transform of that file. What the
+/// stated file said of its uncertainty held for the stated sensor.
+fn with_written_sensor(
+    file: &Path,
+    opened: &Opened,
+    calibration: Calibration,
+) -> Result<Calibration, Failure> {
     if calibration.status() == Status::NotAccepted {
-        output::words(&format!("{}: not written, for the calibration is not accepted", file.display()));
-        return Ok(());
+        output::words(&format!("{}: not written, because the calibration is not accepted", file.display()));
+        return Ok(calibration);
     }
-    let corrected = calibration.findings.unknowns.corrected.as_ref().ok_or_else(|| {
+    let missing = || {
         Failure::new(
             "`--write-sensor`: this scan gives no corrected sensor",
             "`trueline doctor DATASET` looks for the reason",
         )
-    })?;
+    };
+    let corrected = calibration.findings.unknowns.corrected.as_ref().ok_or_else(missing)?;
     let (shape, uncertainty) = (corrected.shape, corrected.uncertainty.clone());
     let setup = SensorSetup { uncertainty, shape, ..opened.recording.setup.clone() };
     let text = sensor_toml::format_file(&SensorFile { sensor: corrected.sensor.clone(), setup });
     output::file(file, &text)?;
-    if !quiet && corrected.shape.is_none() {
-        output::words(&format!(
-            "{}: goes with sensor.corrected_tool_from_camera of the result, or calibrate again with it",
-            file.display()
-        ));
-    }
-    Ok(())
+    let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
+    let written = SensorFileEntry { name, sha256: folder::sha256(text.as_bytes()), corrected: true };
+    calibration.for_corrected_sensor(written).ok_or_else(missing)
 }
 
 /// The paper's residual takes the sensor for exact, and so does a sensor that is held.

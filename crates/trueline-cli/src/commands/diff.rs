@@ -24,8 +24,10 @@ pub(crate) fn run(args: &DiffArgs) -> Result<ExitCode, Failure> {
     if let Some(mounted) = known[1].mounted {
         known[0].check_mounting(&args.first, mounted)?;
     }
-    let ([of_first, of_second], note) = comparison::comparable(known);
-    let estimates = (estimate(&args.first, of_first, &first)?, estimate(&args.second, of_second, &second)?);
+    let estimates = (
+        estimate(&args.first, known[0].known.parameters, &first)?,
+        estimate(&args.second, known[1].known.parameters, &second)?,
+    );
     let difference = between(&estimates.0, &estimates.1, &field).ok_or_else(|| {
         Failure::new("the covariances are not positive", "calibrate again: these results cannot be compared")
     })?;
@@ -34,7 +36,7 @@ pub(crate) fn run(args: &DiffArgs) -> Result<ExitCode, Failure> {
         output::json(file, &format!("{:#}", comparison::json(&difference, &field, tolerance_m)))?;
     }
     let is_trusted = output::is_trusted(&args.first, known[0]) & output::is_trusted(&args.second, known[1]);
-    note.into_iter().for_each(output::words);
+    comparison::other_file(known).into_iter().for_each(output::words);
     if !args.quiet {
         output::summary(args.json.as_deref(), &comparison::text(&difference, &field))?;
     }

@@ -5,7 +5,7 @@ use crate::{opening, output};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trueline_args::EvaluateArgs;
-use trueline_dataset::{Guess, Reference, calibration_file, reference_file};
+use trueline_dataset::{KnownCalibration, Reference, calibration_file, reference_file};
 use trueline_method::Config;
 use trueline_method::evaluate::evaluation::evaluate;
 use trueline_method::evaluate::other_cell::other_cell;
@@ -25,23 +25,22 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
     let tolerance_m = args.tolerance;
     let is_trusted = output::fits(&args.calibration, &calibration, &recording)?;
     let recording = calibration.corrected(recording);
-    let known = &calibration.known;
+    let known = calibration.with_correction();
     if calibration.stamps_treated && !args.quiet {
         output::words(
             "mind: that calibration was made with stamps that were dejittered or freed of a drift; here they are taken as \
              recorded, as a robot that follows the seam would. Their jitter and drift are in the figures.",
         );
     }
-    let stops =
-        args.static_scan.as_deref().map(|scan| stops(scan, &known.parameters, args.quiet)).transpose()?;
+    let stops = args.static_scan.as_deref().map(|scan| stops(scan, &calibration, args.quiet)).transpose()?;
     let references = match (&args.reference, &stops) {
         (Some(file), _) => Some(curves(reference_file::read(file)?)),
         (None, Some(stops)) => Some(through(stops)?),
         (None, None) => None,
     };
-    let evaluation = evaluate(&recording, &known.parameters, references, args.fit)?;
+    let evaluation = evaluate(&recording, &known, references, args.fit)?;
     let check = tolerance_m.map(|tolerance_m| evaluation.check(tolerance_m, args.coverage_percent / 100.0));
-    let other = other_cell(&recording, &known.parameters, evaluation.fitted_median_m(), &Config::default());
+    let other = other_cell(&recording, &known, evaluation.fitted_median_m(), &Config::default());
     if let Some(file) = &args.json {
         let mut json = evaluation_summary::json(&evaluation, check.as_ref(), other.as_ref());
         if let Some(stops) = &stops {
@@ -50,7 +49,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
         output::json(file, &format!("{json:#}"))?;
     }
     if let Some(file) = &args.csv {
-        let offset_s = known.parameters.time_offset_s;
+        let offset_s = known.time_offset_s;
         output::file(file, &evaluation_summary::points_csv(&evaluation, &recording.features, offset_s))?;
     }
     if let Some(file) = &args.report {
@@ -71,9 +70,10 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
 }
 
 /// The points of a scan at which the robot stood still.
-fn stops(scan: &Path, by: &Guess, quiet: bool) -> Result<Vec<Stop>, Failure> {
-    let recording = opening::open(scan, None, quiet)?.recording;
-    standstill::stops(&recording, by).map_err(|e| Failure::new(format!("{}: {e}", scan.display()), e.hint()))
+fn stops(scan: &Path, by: &KnownCalibration, quiet: bool) -> Result<Vec<Stop>, Failure> {
+    let recording = by.corrected(opening::open(scan, None, quiet)?.recording);
+    standstill::stops(&recording, &by.with_correction())
+        .map_err(|e| Failure::new(format!("{}: {e}", scan.display()), e.hint()))
 }
 
 fn through(stops: &[Stop]) -> Result<Vec<ReferenceCurve>, Failure> {

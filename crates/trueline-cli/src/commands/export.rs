@@ -4,9 +4,8 @@ use crate::failure::Failure;
 use crate::output;
 use std::process::ExitCode;
 use trueline_args::ExportArgs;
-use trueline_dataset::calibration_file::SensorAs;
 use trueline_dataset::sensor_setup::Mounted;
-use trueline_dataset::{calibration_file, sensor_toml};
+use trueline_dataset::{calibration_file, folder, sensor_toml};
 use trueline_export::{Mounting, named, time_offset};
 
 /// Runs the command.
@@ -17,20 +16,25 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
     };
     let calibration = calibration_file::read(result)?;
     let known = &calibration.known.parameters;
-    let tool_from_camera = calibration.tool_from_camera(args.for_sensor).ok_or_else(|| {
-        let missing = format!("{} has no transform for that sensor", result.display());
-        Failure::new(missing, "of a sensor that was held, or not seen, there is only --for-sensor found")
-    })?;
     let beside_robot = calibration.mounted == Some(Mounted::Fixed);
     let carrier = if beside_robot { "base" } else { "flange" };
     let mut mounting = Mounting {
         parent: args.parent.clone().unwrap_or_else(|| carrier.to_owned()),
         child: args.child.clone(),
         tool_number: args.tool_number,
-        ..Mounting::new(tool_from_camera, Some(known.time_offset_s))
+        ..Mounting::new(known.tool_from_camera, Some(known.time_offset_s))
     };
     if let Some(file) = &args.sensor {
-        mounting = mounting.with_camera_of(&sensor_toml::read(file)?.sensor);
+        let text = sensor_toml::read_text(file)?;
+        mounting = mounting.with_camera_of(&sensor_toml::parse(file, &text)?.sensor);
+        let sha256 = folder::sha256(text.as_bytes());
+        if let Some(own) = calibration.sensor_file.as_ref().filter(|own| own.sha256 != sha256) {
+            output::words(&format!(
+                "warning: {} is not the file that the calibration belongs to ({}); name that file",
+                file.display(),
+                own.name
+            ));
+        }
     }
     let format = named(form).ok_or_else(|| {
         Failure::new(format!("there is no form `{form}`"), "`trueline export --list` names all")
@@ -54,12 +58,8 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
     if beside_robot && !args.quiet {
         output::words("the sensor stands beside the robot: this is its pose in the robot's base, no tool");
     }
-    if calibration.sensor_is_off && args.for_sensor == SensorAs::Found {
-        output::words(
-            "warning: the sensor is not as its file says, and this transform goes with the result's correction of it: \
-             --for-sensor corrected is for the file of `calibrate --write-sensor`, --for-sensor uncorrected for a sensor that \
-             takes no correction",
-        );
+    if let (Some(file), false) = (&calibration.sensor_file, args.quiet) {
+        output::words(&format!("belongs to the sensor file {} (SHA-256 {})", file.name, file.sha256));
     }
     Ok(ExitCode::from(u8::from(!output::is_trusted(result, &calibration))))
 }

@@ -1,6 +1,6 @@
 //! The result as a file: one type, written by `calibrate --json` and read by every command that takes a calibration.
 //!
-//! Schema version 2; files of version 1 are read as well, their reasons being text without a code. Lengths are in
+//! Schema version 3; files of versions 1 and 2 are read as well: their transform holds together with the shape. Lengths are in
 //! millimetres, times in seconds and angles in radians, as the names say. What is not observable is null, never a made-up
 //! number; so is the sigma of what was held fixed. `docs/result.schema.json` is the JSON Schema of what is written.
 
@@ -28,7 +28,7 @@ pub use fact::Fact;
 pub use options::{DrawnLineOptions, Options, RequireOptions};
 pub use rival::RivalEntry;
 pub use seam_error::{BudgetEntry, FieldEntry, SeamErrorEntry};
-pub use sensor::{SensorEntry, UncorrectedEntry};
+pub use sensor::{RigidPartEntry, SensorEntry, SensorFileEntry};
 pub use stamps::{FeatureStream, RobotStream, Stamps, StepEntry, Stream};
 pub use stripes::{AngleEntry, AnswerEntry, HeightStepEntry, PlaneEntry, StripesEntry};
 pub use time_offset_use::TimeOffsetUse;
@@ -40,7 +40,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Version of the schema that is written.
-pub const SCHEMA_VERSION: u32 = 2;
+pub const SCHEMA_VERSION: u32 = 3;
 
 /// A whole result.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -67,7 +67,7 @@ pub struct ResultFile {
     /// What to do with it; absent if it is not observable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_offset_use: Option<TimeOffsetUse>,
-    /// The hand-eye transform: camera coordinates to tool coordinates.
+    /// The hand-eye transform: camera coordinates to tool coordinates. It belongs to the sensor file that `sensor.file` names.
     pub tool_from_camera: PoseEntry,
     /// The lines in base.
     #[serde(default)]

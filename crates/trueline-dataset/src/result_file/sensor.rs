@@ -1,7 +1,10 @@
 //! What the scan says of the sensor's own calibration.
 
-use super::answer::PoseEntry;
+use crate::unit::MM_PER_M;
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use trueline_geometry::{Pose, se3, so3};
+use trueline_model::{LaserSheet, RigidPart, SheetField};
 
 /// The sensor's own calibration.
 ///
@@ -30,20 +33,75 @@ pub struct SensorEntry {
     pub wald: Option<f64>,
     /// What was found, in words.
     pub words: Vec<String>,
-    /// The hand-eye transform that goes with the file of `--write-sensor`; of a camera it is not `tool_from_camera`, which
-    /// goes with the camera and laser plane that were given, and the shape.
-    pub corrected_tool_from_camera: Option<PoseEntry>,
-    /// What a sensor that takes no correction is served best by.
-    pub uncorrected: Option<UncorrectedEntry>,
+    /// The sensor file that `tool_from_camera` belongs to; null where the recording did not come with one.
+    pub file: Option<SensorFileEntry>,
+    /// What `tool_from_camera` leaves for the sensor as that file states it: RMS over the field, on top of the seam error; 0 for a file
+    /// that contains the correction, null where the shape was held or the scan does not show the whole transform.
+    pub remains_mm: Option<f64>,
+    /// The rigid part of the shape, which `tool_from_camera` contains: with it the shape and the transform are used together. Null for
+    /// a file that contains the correction.
+    pub rigid_part: Option<RigidPartEntry>,
 }
 
-/// The best hand-eye transform for a sensor that takes no correction.
+/// A sensor file.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct SensorFileEntry {
+    /// Its name: that of the input, or of `--write-sensor`.
+    pub name: String,
+    /// SHA-256 of its content.
+    pub sha256: String,
+    /// Whether it was written with the correction that the scan found.
+    pub corrected: bool,
+}
+
+/// A rigid motion in the laser sheet, q ↦ R q + s in the coordinates (a, b) of the sheet, and where these lie in the camera frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
-pub struct UncorrectedEntry {
-    /// The transform.
-    pub tool_from_camera: PoseEntry,
-    /// How far off its points then are, RMS over the scan's points, on top of the seam error.
-    pub remains_mm: f64,
+pub struct RigidPartEntry {
+    /// The angle of R, from a to b.
+    pub turn_rad: f64,
+    /// s.
+    pub shift_mm: [f64; 2],
+    /// Where a and b are zero, in the camera frame.
+    pub origin_mm: [f64; 3],
+    /// Direction of a, along the stripe, in the camera frame.
+    pub axis_a: [f64; 3],
+    /// Direction of b, in depth, in the camera frame.
+    pub axis_b: [f64; 3],
+    /// From and to of the field along a.
+    pub field_a_mm: [f64; 2],
+    /// From and to of the field along b.
+    pub field_b_mm: [f64; 2],
+}
+
+impl RigidPartEntry {
+    /// Of a motion in the coordinates of a sheet, over a field.
+    #[must_use]
+    pub fn of(part: &RigidPart, sheet: &LaserSheet, field: &SheetField) -> Self {
+        let mm = |m: f64| m * MM_PER_M;
+        let axis = |k: usize| -> [f64; 3] { sheet.axes().column(k).into_owned().into() };
+        Self {
+            turn_rad: part.turn_rad,
+            shift_mm: part.shift_m.map(mm),
+            origin_mm: <[f64; 3]>::from(*sheet.origin()).map(mm),
+            axis_a: axis(0),
+            axis_b: axis(1),
+            field_a_mm: field.width_m.map(mm),
+            field_b_mm: field.depth_m.map(mm),
+        }
+    }
+
+    /// The inverse of the motion, in the camera frame.
+    #[must_use]
+    pub fn file_from_corrected(&self) -> Pose {
+        let [origin, a, b] =
+            [self.origin_mm.map(|mm| mm / MM_PER_M), self.axis_a, self.axis_b].map(Vector3::from);
+        let shift = self.shift_mm.map(|mm| mm / MM_PER_M);
+        let rotation = so3::exp(&(a.cross(&b) * self.turn_rad));
+        let moved = origin + a * shift[0] + b * shift[1];
+        se3::from_parts(rotation, moved - rotation * origin).inverse()
+    }
 }

@@ -1,14 +1,14 @@
-//! The sensor's file as the scan corrects it, and the hand-eye transform that goes with it.
+//! The sensor's file as the scan corrects it, and the frame in which that file places points.
 //!
 //! A profiler, or points, take the shape as it is. A camera has no shape but focal lengths, principal point and laser plane.
 //! Of those seven only five are seen, and they also move the sheet as a whole; so the most likely seven are taken, given how
-//! well each was known before, and the hand-eye transform follows the sheet. A sensor that takes no correction at all is
-//! served best by the rigid motion nearest to it.
+//! well each was known before, and the frame follows the sheet.
 
+use crate::assess::file_frame::FileFrame;
 use crate::input::camera_sensor::CameraSensor;
 use crate::input::observations::Observations;
 use crate::problem::parameters::Parameters;
-use nalgebra::{DMatrix, DVector, Matrix3, Vector2, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector2, Vector3};
 use trueline_dataset::sensor_setup::{SensorParameter, SensorUncertainty, SheetShape};
 use trueline_dataset::{Recording, Sensor};
 use trueline_geometry::{Pose, se3, so3};
@@ -23,19 +23,8 @@ pub struct CorrectedSensor {
     /// How well that correction is known: what is known of the sensor before another scan. `None` of a camera, whose numbers
     /// a scan tells apart only with what was known of them before.
     pub uncertainty: Option<SensorUncertainty>,
-    /// The hand-eye transform that goes with it.
-    pub tool_from_camera: Pose,
-    /// What a sensor that takes no correction is served best by.
-    pub uncorrected: Uncorrected,
-}
-
-/// The best for a sensor that takes no correction.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Uncorrected {
-    /// The hand-eye transform.
-    pub tool_from_camera: Pose,
-    /// How far off its points are, RMS over the points of the scan, m.
-    pub remains_m: f64,
+    /// The frame in which it places points.
+    pub frame: FileFrame,
 }
 
 /// How well a camera's numbers are taken to be known where its file does not say: focal lengths (part), principal point
@@ -48,8 +37,6 @@ const LEAST_PART: f64 = 1e-2;
 const MET_M: f64 = 1e-8;
 /// Most steps of Gauss and Newton.
 const STEPS: usize = 8;
-/// Points that stand for the scan.
-const SAMPLE: usize = 200;
 
 impl CorrectedSensor {
     /// Of a solution with a shape, and the covariance of all unknowns; `None` without one, or where no camera has it.
@@ -61,20 +48,20 @@ impl CorrectedSensor {
         covariance: &DMatrix<f64>,
     ) -> Option<Self> {
         let shape = at.shape?;
-        let uncorrected = uncorrected(observations, at)?;
-        let (sensor, camera_from_corrected) = match &recording.sensor {
+        let as_found = FileFrame::of_estimate();
+        let (sensor, frame) = match &recording.sensor {
             Sensor::CameraLaser { camera, laser_plane_in_camera } => {
                 let sensor = CameraSensor { camera: *camera, plane: *laser_plane_in_camera };
-                let (corrected, moved) = corrected_camera(&sensor, recording, observations, at)?;
+                let (corrected, frame) = corrected_camera(&sensor, recording, observations, at)?;
                 let CameraSensor { camera, plane } = corrected;
-                (Sensor::CameraLaser { camera, laser_plane_in_camera: plane }, moved)
+                (Sensor::CameraLaser { camera, laser_plane_in_camera: plane }, frame)
             }
             // The sheet that was fitted to points is written with them.
             Sensor::Points { .. } => {
                 let plane = *observations.sheet.plane();
-                (Sensor::Points { laser_plane_in_camera: Some(plane) }, Pose::identity())
+                (Sensor::Points { laser_plane_in_camera: Some(plane) }, as_found)
             }
-            Sensor::Profiler => (Sensor::Profiler, Pose::identity()),
+            Sensor::Profiler => (Sensor::Profiler, as_found),
         };
         let takes_shape = !matches!(sensor, Sensor::CameraLaser { .. });
         Some(Self {
@@ -87,8 +74,7 @@ impl CorrectedSensor {
                 let found_from = before.chain(recording.measured_inputs()).cloned().collect();
                 SensorUncertainty { found_from, ..SensorUncertainty::of_shape(&covariance) }
             }),
-            tool_from_camera: at.tool_from_camera * camera_from_corrected,
-            uncorrected,
+            frame,
         })
     }
 }
@@ -99,61 +85,33 @@ pub fn total(recording: &Recording, found: &SheetShape) -> SheetShape {
     recording.setup.shape.as_ref().map_or(*found, |first| found.after(first))
 }
 
-/// The rigid motion that carries points nearest to others, by Gauss and Newton from the identity.
-fn nearest_rigid(points: &[(Vector3<f64>, Vector3<f64>)]) -> Option<Pose> {
-    let mut motion = Pose::identity();
-    for _ in 0..STEPS {
-        let mut slopes = DMatrix::zeros(3 * points.len(), 6);
-        let mut gap = DVector::zeros(3 * points.len());
-        for (k, (from, to)) in points.iter().enumerate() {
-            let moved = motion * nalgebra::Point3::from(*from);
-            slopes.view_mut((3 * k, 0), (3, 3)).copy_from(&-so3::hat(&(motion.rotation * from)));
-            slopes.view_mut((3 * k, 3), (3, 3)).copy_from(&Matrix3::identity());
-            gap.rows_mut(3 * k, 3).copy_from(&(to - moved.coords));
-        }
-        let step = slopes.svd(true, true).solve(&gap, 1e-12).ok()?;
-        motion =
-            se3::retract_decoupled(&motion, &step.fixed_rows::<3>(0).into(), &step.fixed_rows::<3>(3).into());
-    }
-    Some(motion)
-}
-
-fn uncorrected(observations: &Observations, at: &Parameters) -> Option<Uncorrected> {
-    let every = observations.list.len().div_ceil(SAMPLE).max(1);
-    let points: Vec<_> = observations
-        .list
-        .iter()
-        .step_by(every)
-        .map(|o| (o.point_in_camera, at.corrected(&observations.sheet, &o.point_in_camera)))
-        .collect();
-    let motion = nearest_rigid(&points)?;
-    let squares =
-        points.iter().map(|(from, to)| (motion * nalgebra::Point3::from(*from) - to).coords.norm_squared());
-    let remains_m = (squares.sum::<f64>() / points.len() as f64).sqrt();
-    Some(Uncorrected { tool_from_camera: at.tool_from_camera * motion, remains_m })
-}
-
-/// The most likely camera and laser plane that measure what the shape corrects, and the motion between their frame and the
-/// old one.
+/// The most likely camera and laser plane that measure what the shape corrects, and their frame.
 fn corrected_camera(
     old: &CameraSensor,
     recording: &Recording,
     observations: &Observations,
     at: &Parameters,
-) -> Option<(CameraSensor, Pose)> {
+) -> Option<(CameraSensor, FileFrame)> {
     let pixels = old.sample(recording);
-    let wanted: Vec<Vector3<f64>> = pixels
+    let (sheet, shape) = (&observations.sheet, at.shape?);
+    let wanted: Vec<(Vector3<f64>, SMatrix<f64, 3, 5>)> = pixels
         .iter()
-        .map(|pixel| Some(at.corrected(&observations.sheet, &old.point(pixel)?)))
+        .map(|pixel| {
+            let point = old.point(pixel)?;
+            let d_shape = shape.d_corrected_d_shape(&sheet.coordinates(&point))?;
+            Some((at.corrected(sheet, &point), sheet.axes() * d_shape))
+        })
         .collect::<Option<_>>()?;
     let (order, information) = numbers(old, recording)?;
     let n = order.len();
     let (mut sensor, mut moved, mut off) = (*old, Pose::identity(), DVector::zeros(n));
+    let mut d_moved = SMatrix::<f64, 6, 5>::zeros();
     for _ in 0..STEPS {
         let fields = sensor.fields(&order, &pixels)?;
         let mut hessian = DMatrix::zeros(n + 6, n + 6);
         let mut gradient = DVector::zeros(n + 6);
-        for (k, (pixel, wanted)) in pixels.iter().zip(&wanted).enumerate() {
+        let mut by_shape = DMatrix::zeros(n + 6, 5);
+        for (k, (pixel, (wanted, d_wanted))) in pixels.iter().zip(&wanted).enumerate() {
             let there = moved.rotation * sensor.point(pixel)?;
             let mut slope = DMatrix::zeros(3, n + 6);
             let turn = moved.rotation.to_rotation_matrix().into_inner();
@@ -164,6 +122,7 @@ fn corrected_camera(
             let gap = (wanted - there - moved.translation.vector) / MET_M;
             hessian += slope.transpose() * &slope;
             gradient += slope.transpose() * gap;
+            by_shape += slope.transpose() * (d_wanted / MET_M);
         }
         let mut known = hessian.view_mut((0, 0), (n, n));
         known += &information;
@@ -171,7 +130,10 @@ fn corrected_camera(
         pull -= &information * &off;
         let scale = DVector::from_iterator(n + 6, hessian.diagonal().iter().map(|d| d.sqrt().recip()));
         let scaled = DMatrix::from_fn(n + 6, n + 6, |i, j| hessian[(i, j)] * scale[i] * scale[j]);
-        let step = scaled.cholesky()?.solve(&gradient.component_mul(&scale)).component_mul(&scale);
+        let solver = scaled.cholesky()?;
+        let step = solver.solve(&gradient.component_mul(&scale)).component_mul(&scale);
+        let scales = DMatrix::from_diagonal(&scale);
+        d_moved = (&scales * solver.solve(&(&scales * by_shape))).fixed_view::<6, 5>(n, 0).into_owned();
         for (parameter, by) in order.iter().zip(step.iter()) {
             sensor = sensor.moved(*parameter, *by)?;
         }
@@ -179,7 +141,7 @@ fn corrected_camera(
         let (turn, shift) = (step.fixed_rows::<3>(n).into(), step.fixed_rows::<3>(n + 3).into());
         moved = se3::retract_decoupled(&moved, &turn, &shift);
     }
-    Some((sensor, moved))
+    Some((sensor, FileFrame { camera_from_file: moved, d_shape: d_moved }))
 }
 
 /// The camera's numbers that may be corrected, and how well they are known: the inverse of their covariance.

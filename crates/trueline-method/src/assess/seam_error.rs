@@ -13,9 +13,10 @@ use crate::problem::parameters::{Parameters, ROTATION, TIME_OFFSET, TRANSLATION}
 use crate::problem::placement::placement;
 use crate::problem::unknowns::Unknowns;
 use crate::solve::seam_chart::with_shape;
-use nalgebra::{DMatrix, Vector2, Vector3};
+use nalgebra::{DMatrix, Vector3};
 use trueline_geometry::so3;
 use trueline_lsq::Information;
+use trueline_model::SheetField;
 
 /// Seam error: one standard deviation, root mean square over the field.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,8 +75,6 @@ pub struct SeamErrorSources<'a> {
     pub speed_m_s: f64,
 }
 
-/// Points of the field along each axis.
-const GRID: usize = 5;
 /// Part of the points that may lie beyond either end of the field.
 const BEYOND: f64 = 0.02;
 
@@ -120,6 +119,16 @@ fn model_shares(field: &Field, hessian: &DMatrix<f64>, unknowns: &Unknowns) -> O
     Some([share(Vec::new())?, share(bows.clone().collect())?, share(bows.chain(shape).collect())?])
 }
 
+/// The rectangle of the sheet that a scan visited, but for its outermost points; `None` without any.
+#[must_use]
+pub fn visited_field(observations: &Observations, list: &[Observation]) -> Option<SheetField> {
+    let range = |axis: usize| {
+        let values = || list.iter().map(|o| observations.sheet.coordinates(&o.point_in_camera)[axis]);
+        Some([quantile(values(), BEYOND)?, quantile(values(), 1.0 - BEYOND)?])
+    };
+    Some(SheetField { width_m: range(0)?, depth_m: range(1)? })
+}
+
 /// Points of the field, and how the unknowns move them.
 struct Field {
     size_m: [f64; 2],
@@ -138,26 +147,16 @@ impl Field {
         at: &Parameters,
         speed_m_s: f64,
     ) -> Option<Self> {
-        let range = |axis: usize| {
-            let values = || list.iter().map(|o| observations.sheet.coordinates(&o.point_in_camera)[axis]);
-            Some([quantile(values(), BEYOND)?, quantile(values(), 1.0 - BEYOND)?])
-        };
-        let (width, depth) = (range(0)?, range(1)?);
+        let field = visited_field(observations, list)?;
         let middle = list.get(list.len() / 2)?;
         let base_from_tool = placement(observations, middle, at)?.base_from_tool.rotation;
         let along = base_from_tool.inverse() * at.lines.first()?.direction() * -speed_m_s;
         let (unknowns, shaped) = (at.unknowns(), with_shape(observations, at.clone()));
         let shape = shaped.shape?;
         let turn = at.tool_from_camera.rotation.to_rotation_matrix().into_inner();
-        let on_grid =
-            |range: [f64; 2], k: usize| range[0] + (range[1] - range[0]) * k as f64 / (GRID - 1) as f64;
         let (mut slopes, mut by_shape) = (Vec::new(), Vec::new());
-        for k in 0..GRID * GRID {
-            let there = Vector2::new(on_grid(width, k % GRID), on_grid(depth, k / GRID));
-            // The report is what it is: d true/dh = −(∂g/∂q)⁻¹ ∂g/∂h.
-            let report = shape.reported(&shape.corrected(&there).0);
-            let d_true = -(report.d_true.try_inverse()? * report.d_shape);
-            let d_shape = turn * observations.sheet.axes() * d_true;
+        for there in field.grid() {
+            let d_shape = turn * observations.sheet.axes() * shape.d_corrected_d_shape(&there)?;
             let point = observations.sheet.point(&shape.corrected(&there).0);
             let mut slope = DMatrix::zeros(3, unknowns.dimension());
             slope.view_mut((0, TIME_OFFSET), (3, 1)).copy_from(&along);
@@ -169,8 +168,7 @@ impl Field {
             slopes.push(slope);
             by_shape.push(DMatrix::from_column_slice(3, 5, d_shape.as_slice()));
         }
-        let size_m = [width[1] - width[0], depth[1] - depth[0]];
-        Some(Self { size_m, slopes, by_shape, along })
+        Some(Self { size_m: field.size_m(), slopes, by_shape, along })
     }
 
     /// Mean over the points of trace(Y C Yᵀ).

@@ -48,7 +48,7 @@ pub(super) fn blocks(c: &Calibration, images_ahead_s: Option<f64>) -> Vec<Block>
     }
     blocks.extend(offset_s.into_iter().flat_map(|offset_s| use_of_offset(offset_s, c.status())));
     if (ROTATION..LINES).all(|k| c.is_known(k)) {
-        let forms = forms(&Mounting::new(c.best_fit().tool_from_camera, offset_s));
+        let forms = forms(&Mounting::new(*c.file_tool_from_camera(), offset_s));
         let label = match c.status() {
             Status::Accepted => "The hand-eye transform, to copy",
             Status::NotAccepted => "The hand-eye transform (not accepted), to copy",
@@ -107,7 +107,7 @@ fn hand_eye(c: &Calibration) -> Card {
         .enumerate()
         .map(|(k, axis)| {
             let at = TRANSLATION + k;
-            let mm = c.best_fit().tool_from_camera.translation.vector[k] * MM_PER_M;
+            let mm = c.file_tool_from_camera().translation.vector[k] * MM_PER_M;
             let text = with_sigma(mm, c.sigma(at).map(|s| s * MM_PER_M), "mm");
             format!("{axis} {}", if c.is_known(at) { text.as_str() } else { UNSEEN })
         })
@@ -130,7 +130,7 @@ fn rotation(c: &Calibration) -> Vec<String> {
     let sigmas: Option<Vec<f64>> = (ROTATION..TRANSLATION).map(|k| c.sigma(k).map(f64::to_degrees)).collect();
     let finest = sigmas.iter().flatten().copied().fold(f64::INFINITY, f64::min);
     let digits = digits_for(finest);
-    let [z, y, x] = ZYX_INTRINSIC.angles(&c.best_fit().tool_from_camera.rotation).map(f64::to_degrees);
+    let [z, y, x] = ZYX_INTRINSIC.angles(&c.file_tool_from_camera().rotation).map(f64::to_degrees);
     let known = match &sigmas {
         Some(sigmas) => {
             let each: Vec<String> = sigmas.iter().map(|deg| format!("{deg:.0$}", digits_for(*deg))).collect();

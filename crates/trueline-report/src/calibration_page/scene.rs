@@ -44,7 +44,7 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     if c.rotation().is_ok() {
         let corners = view_corners(shown);
         let views = thinned(robot, VIEWS)
-            .flat_map(|sample| outline(&(carrier(sample) * c.best_fit().tool_from_camera), &corners));
+            .flat_map(|sample| outline(&(carrier(sample) * c.file_tool_from_camera()), &corners));
         let xyz = column(columns, views);
         parts.push(Part {
             name: "field of view on the laser sheet".to_owned(),

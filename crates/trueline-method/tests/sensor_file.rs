@@ -1,0 +1,118 @@
+//! One hand-eye transform a result, and it belongs to one sensor file: the stated one, or the corrected one that was written.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use nalgebra::{DMatrix, DVector, Point3, Vector2, Vector3};
+use trueline_dataset::result_file::SensorFileEntry;
+use trueline_dataset::{Measured, Recording, Sensor};
+use trueline_geometry::{Plane, Pose, se3};
+use trueline_method::{Calibration, Config, SensorMode, calibrate};
+use trueline_model::LaserSheet;
+use trueline_sim::{Disturbance, Preset, random_cell, simulate};
+
+/// The same recording with a laser plane that is stated a quarter of a millimetre off.
+fn stated_wrong(recording: &Recording) -> Recording {
+    let mut recording = recording.clone();
+    if let Sensor::CameraLaser { laser_plane_in_camera: plane, .. } = &mut recording.sensor {
+        *plane = Plane::new(plane.normal().into_inner(), plane.offset() + 0.25e-3).unwrap();
+    }
+    recording
+}
+
+/// A scan of a random cell, with noise of the features alone or without any.
+fn scan(seed: u64, noisy: bool) -> Recording {
+    let mut scenario = random_cell(&Preset::Good.scenario(), 1, 0.1);
+    let Disturbance { feature_noise_px, .. } = scenario.disturbance;
+    scenario.disturbance = Disturbance::default();
+    if noisy {
+        scenario.disturbance.feature_noise_px = feature_noise_px;
+    }
+    simulate(&scenario, seed).unwrap()
+}
+
+fn calibrated(recording: &Recording) -> Calibration {
+    calibrate(recording, None, &Config { sensor: SensorMode::Prior, ..Config::noise_only() }).unwrap()
+}
+
+/// Where a sensor's file places the scan's pixels, camera frame, m.
+fn points(sensor: &Sensor, recording: &Recording) -> Vec<Vector3<f64>> {
+    let Sensor::CameraLaser { camera, laser_plane_in_camera } = sensor else { panic!("a camera") };
+    let sheet = LaserSheet::from_plane(*laser_plane_in_camera);
+    let lift = |pixel: [f64; 2]| sheet.intersect(&camera.ray(&Vector2::from(pixel)).unwrap().0).unwrap().0;
+    let pixel = |measured| if let Measured::Pixel(pixel) = measured { pixel } else { panic!("pixels") };
+    recording.features.iter().map(|feature| lift(pixel(feature.measured))).collect()
+}
+
+fn rms_m(tool_from_camera: &Pose, points: &[Vector3<f64>], wanted: &[Vector3<f64>]) -> f64 {
+    let squares = points.iter().zip(wanted).map(|(point, wanted)| {
+        (tool_from_camera * Point3::from(*point)).coords.metric_distance(wanted).powi(2)
+    });
+    (squares.sum::<f64>() / points.len() as f64).sqrt()
+}
+
+#[test]
+fn the_stated_files_transform_leaves_what_is_said_and_no_other_leaves_less() {
+    let recording = scan(1, false);
+    let truth = recording.truth.as_ref().unwrap().parameters.tool_from_camera;
+    let there: Vec<Vector3<f64>> = points(&recording.sensor, &recording)
+        .iter()
+        .map(|point| (truth * Point3::from(*point)).coords)
+        .collect();
+    let wrong = stated_wrong(&recording);
+    let c = calibrated(&wrong);
+    let stated = c.findings.unknowns.stated.clone().unwrap();
+    let (pose, as_stated) = (c.tool_from_camera().unwrap().tool_from_camera, points(&wrong.sensor, &wrong));
+    let left_m = rms_m(&pose, &as_stated, &there);
+    // The scan's points are not the grid of the field: they are denser in its middle, where less is left.
+    assert!((0.4..1.1).contains(&(left_m / stated.remains_m)), "{left_m} {}", stated.remains_m);
+    // The transform of the corrected sensor, used with the stated file, is several times worse: this was the fault.
+    let found_m = rms_m(&c.best_fit().tool_from_camera, &as_stated, &there);
+    assert!(found_m > 3.0 * left_m, "{found_m} {left_m}");
+}
+
+#[test]
+fn the_written_files_transform_leaves_nothing() {
+    let recording = scan(1, false);
+    let truth = recording.truth.as_ref().unwrap().parameters.tool_from_camera;
+    let there: Vec<Vector3<f64>> = points(&recording.sensor, &recording)
+        .iter()
+        .map(|point| (truth * Point3::from(*point)).coords)
+        .collect();
+    let c = calibrated(&stated_wrong(&recording));
+    let corrected = c.findings.unknowns.corrected.clone().unwrap();
+    let file = SensorFileEntry { corrected: true, ..SensorFileEntry::default() };
+    let c = c.for_corrected_sensor(file).unwrap();
+    let left_m = rms_m(c.file_tool_from_camera(), &points(&corrected.sensor, &recording), &there);
+    // The two free numbers of the seven move the lens's distortion a little.
+    assert!(left_m < 3e-6, "{left_m}");
+}
+
+/// eᵀ C⁻¹ e of the hand-eye transform about that of the scan without noise.
+fn normalised(c: &Calibration, without_noise: &Calibration) -> f64 {
+    let (turn, shift) =
+        se3::difference_decoupled(c.file_tool_from_camera(), without_noise.file_tool_from_camera());
+    let error = DVector::from_iterator(6, turn.iter().chain(shift.iter()).copied());
+    let covariance = DMatrix::from_fn(6, 6, |i, j| c.covariance(1 + i, 1 + j).unwrap());
+    error.dot(&covariance.cholesky().unwrap().solve(&error))
+}
+
+#[test]
+fn the_uncertainty_is_that_of_the_files_transform() {
+    const SCANS: u64 = 20;
+    let file = || SensorFileEntry { corrected: true, ..SensorFileEntry::default() };
+    let exact = calibrated(&stated_wrong(&scan(1, false)));
+    let exact_corrected = exact.clone().for_corrected_sensor(file()).unwrap();
+    let mut sums = [0.0; 2];
+    for seed in 0..SCANS {
+        let c = calibrated(&stated_wrong(&scan(seed, true)));
+        // Of one file the transform is known better than together with a shape.
+        let found = c.best_fit_covariance().view((1, 1), (3, 3)).trace();
+        let of_file: f64 = (1..4).map(|k| c.sigma(k).unwrap().powi(2)).sum();
+        assert!(of_file < found, "{of_file} {found}");
+        sums[0] += normalised(&c, &exact) / (6.0 * SCANS as f64);
+        let corrected = c.for_corrected_sensor(file()).unwrap();
+        sums[1] += normalised(&corrected, &exact_corrected) / (6.0 * SCANS as f64);
+    }
+    println!("{sums:.2?}");
+    // χ² with 120 degrees of freedom over as many: ± 0.13, four times.
+    assert!(sums.iter().all(|mean| (0.5..1.5).contains(mean)), "{sums:?}");
+}
