@@ -35,7 +35,7 @@ that it has told of. A new calibration begins a new history in the same file. Wh
 --tell: a message (JSON) when an alarm is raised, becomes another one, or is over. It is kept with the weld until the receiver \
 has taken it, through dead networks and restarts; welds never wait for it.
 
-Exit code: 0 no change seen, 1 an alarm stands after the last weld, or was raised after one of these, 2 could not run."
+Exit code: 0 no alarm stands after the last weld, 1 an alarm stands, 2 could not run."
 )]
 pub struct WatchArgs {
     /// Welds in order of time: dataset folders, recording.mcap or rosbag2

@@ -94,10 +94,10 @@ impl<'a> LiveWatch<'a> {
         }
     }
 
-    /// The last look; whether nothing failed and no alarm was raised.
+    /// The last look; whether nothing failed and no alarm stands.
     pub(crate) fn finish(mut self) -> Result<bool, Failure> {
         self.look(true);
         tell_who_was_not_told(&mut self.watcher)?;
-        Ok(self.failed == 0 && self.watcher.alarms == 0)
+        Ok(self.failed == 0 && !self.watcher.is_alarm)
     }
 }

@@ -1,6 +1,6 @@
 //! The history as a page: control charts of what may change, of the noise, and of how improbable it all is.
 
-use crate::detect::judgement::ALARM_P_LOG10;
+use crate::detect::history::ALARM_P_LOG10;
 use crate::history_table::column;
 use crate::parameters::{CALIBRATION, Kind, ROTATION, SHAPE, TIME_OFFSET, TRANSLATION};
 use crate::store::HistoryRow;

@@ -4,13 +4,14 @@ use crate::alarm_message::{self, Event};
 use crate::detect::inside::CutWeld;
 use crate::detect::scatter::{self, LESSONS};
 use crate::detect::sensor_axes::SensorAxes;
-use crate::detect::{History, Judgement, PieceInformation, Scatter, Since, blindness, judge};
+use crate::detect::{History, Judgement, PieceInformation, Regime, Scatter, blindness, judge};
 use crate::innovation::{Evidence, Weld, WeldError, shape_origin_m};
+use crate::kept_regimes::{self, Lists, found_anew};
 use crate::parameters::{CALIBRATION, UNITS};
 use crate::reference::{Part, Reference};
-use crate::store::{NewWeld, Standing, Store, StoreError, StoredPart, StoredPiece, weld_number};
+use crate::store::{KEPT_STATISTICS, NewWeld, Store, StoreError, StoredPart, StoredPiece, weld_number};
 use crate::weld_content::content;
-use crate::weld_line::{Learning, Told, WeldLine};
+use crate::weld_line::{HistoryOf, Learning, Told, WeldLine};
 use nalgebra::{Matrix3, Vector3};
 use std::time::{SystemTime, UNIX_EPOCH};
 use trueline_dataset::result_file::ResultFile;
@@ -89,6 +90,7 @@ pub fn watch(
     let content = content(recording);
     let now_s = now_s();
     let transaction = store.begin()?;
+    let before = store.calibration_of_last_weld()?;
     let names = (calibration.sha256.as_str(), calibration.name.as_str());
     let (id, origin_m) = store.add_calibration(names, now_s, calibration.guess.time_offset_s, origin_m)?;
     if let Some((row, line)) = store.line_of(id, &content)? {
@@ -109,21 +111,33 @@ pub fn watch(
     };
     let evidence = weld.evidence(&parts[own].part, &reference)?;
     let pieces = store.pieces(id)?;
-    let standing = store.standing(id)?;
-    let in_control = learn(store, &pieces, &mut parts[own], standing.as_ref().map(|alarm| alarm.since))?;
+    let next_row = store.next_row()?;
+    let oldest = pieces.first().map_or(next_row, |piece| piece.id);
+    let mut kept = store.regimes(id, oldest)?;
+    if kept.is_empty() {
+        kept = found_anew(Lists { pieces: &pieces, parts: &parts, next_row }, &reference.prior);
+    }
+    let standing = store.standing(id)?.filter(|_| kept.last().is_some_and(|regime| regime.fault.is_some()));
+    let in_control = learn(store, kept_regimes::good(&pieces, &kept), &mut parts[own])?;
     let axes = sensor_axes(recording, &calibration.guess, origin_m);
-    let number = weld_number(store.next_row()?);
-    let seen = Seen { reference: &reference, parts: &parts, own, pieces: &pieces, evidence: &evidence };
-    let (judgement, information) = seen.judged(standing.as_ref());
+    let number = weld_number(next_row);
+    let lists = Lists { pieces: &pieces, parts: &parts, next_row };
+    let seen = Seen { reference: &reference, lists, own, evidence: &evidence };
+    let (judgement, information) = seen.judged(&lists.places(&kept));
     let mut line = seen.line((number, name), &judgement, &information, &axes);
     line.learning = line
         .learning
         .map(|learning| Learning { pieces: in_control + usize::from(judgement.alarm.is_none()), ..learning });
     line.sensor_file_differs = calibration.sensor_file_differs(recording);
+    line.calibration = calibration.name.clone();
+    line.history = HistoryOf::after(before, id, pieces.len());
     line.stamps_treated_alike = weld.stamps_as(reference.dejittered);
     let kind = line.alarm.as_ref().map(|told| told.alarm.change.kind.name());
     line.event = Event::between(standing.as_ref(), kind);
     store.add_weld(id, &seen.kept(&line, content, now_s, &judgement, &information))?;
+    let regimes = lists.rows(&judgement.regimes, &kept);
+    store.keep_regimes(id, oldest, &regimes)?;
+    store.drop_statistics(&lists.too_old(&regimes, KEPT_STATISTICS))?;
     if let Some(event) = line.event {
         let body = alarm_message::body(event, &store.cell(), &calibration.name, now_s, &line.to_json());
         store.add_message(&body.to_string())?;
@@ -132,16 +146,14 @@ pub fn watch(
     Ok(line)
 }
 
-/// Learns the scatter of a part when the number of its pieces, up to a standing alarm, reaches the next lesson. That number.
-fn learn(
+/// Learns the scatter of a part when the number of its good pieces reaches the next lesson. That number.
+fn learn<'a>(
     store: &Store,
-    pieces: &[StoredPiece],
+    good: impl Iterator<Item = &'a StoredPiece>,
     own: &mut StoredPart,
-    standing_since: Option<i64>,
 ) -> Result<usize, StoreError> {
-    let in_control =
-        |piece: &&StoredPiece| piece.part == own.id && standing_since.is_none_or(|since| piece.id < since);
-    let statistics: Vec<_> = pieces.iter().filter(in_control).map(|piece| &piece.statistic).collect();
+    let statistics: Vec<_> =
+        good.filter(|piece| piece.part == own.id).map(|piece| &piece.statistic).collect();
     let known = own.scatter.as_ref().map_or(0, |scatter| scatter.pieces);
     let Some(lesson) = scatter::lesson(statistics.len()).filter(|lesson| *lesson > known) else {
         return Ok(statistics.len());
@@ -156,43 +168,35 @@ fn learn(
 /// All that a judgement is made of.
 struct Seen<'a> {
     reference: &'a Reference,
-    parts: &'a [StoredPart],
+    lists: Lists<'a>,
     own: usize,
-    pieces: &'a [StoredPiece],
     evidence: &'a Evidence,
 }
 
 impl Seen<'_> {
     fn scatter(&self) -> Option<&Scatter> {
-        self.parts[self.own].scatter.as_ref()
+        self.lists.parts[self.own].scatter.as_ref()
     }
 
-    fn judged(&self, standing: Option<&Standing>) -> (Judgement, Vec<PieceInformation>) {
-        let of = |statistic, part: usize| {
-            let known = &self.parts[part];
-            PieceInformation::of(statistic, part, &known.part, known.scatter.as_ref())
-        };
-        let part_of = |piece: &StoredPiece| self.parts.iter().position(|part| part.id == piece.part);
-        let before = self.pieces.iter().filter_map(|p| Some(of(&p.statistic, part_of(p)?)));
-        let pieces: Vec<PieceInformation> = before.chain([of(&self.evidence.statistic, self.own)]).collect();
-        let scatters: Vec<Option<Scatter>> = self.parts.iter().map(|part| part.scatter.clone()).collect();
+    fn judged(&self, regimes: &[Regime]) -> (Judgement, Vec<PieceInformation>) {
+        let own = &self.lists.parts[self.own];
+        let last = PieceInformation::of(&self.evidence.statistic, self.own, &own.part, own.scatter.as_ref());
+        let mut pieces = self.lists.information();
+        pieces.push(last);
+        let scatters = self.lists.scatters();
         let cut = CutWeld {
             chunks: &self.evidence.chunks,
             bow_prior: &self.evidence.bow_prior,
-            part: &self.parts[self.own].part,
+            part: &own.part,
             dispersion: self.scatter().map_or([1.0; 4], |scatter| scatter.dispersion),
             freedom: self.evidence.statistic.freedom(),
         };
-        let dated = standing.and_then(|alarm| {
-            let piece = self.pieces.iter().position(|piece| piece.id == alarm.since)?;
-            Some(Since { piece, inside_s: Some(alarm.inside_s?) })
-        });
-        let history = History { pieces: &pieces, prior: &self.reference.prior, scatters: &scatters, dated };
+        let history = History { pieces: &pieces, prior: &self.reference.prior, scatters: &scatters, regimes };
         (judge(&history, Some(&cut)), pieces)
     }
 
     fn since(&self, piece: usize, (number, name): (i64, &str)) -> (i64, String) {
-        let before = self.pieces.get(piece);
+        let before = self.lists.pieces.get(piece);
         before.map_or_else(|| (number, name.to_owned()), |piece| (weld_number(piece.id), piece.name.clone()))
     }
 
@@ -216,7 +220,9 @@ impl Seen<'_> {
             alarm: judgement.alarm.clone().zip(since).map(|(alarm, since)| Told::of(alarm, since, axes)),
             event: None,
             sensor_file_differs: None,
-            part: self.parts[self.own].id,
+            part: self.lists.parts[self.own].id,
+            calibration: String::new(),
+            history: HistoryOf::Same,
             learning: self.scatter().is_none().then_some(Learning { pieces: 0, needed: LESSONS[0] }),
             p_log10: judgement.p_log10,
             stamps_treated_alike: true,
@@ -233,7 +239,7 @@ impl Seen<'_> {
         information: &[PieceInformation],
     ) -> NewWeld {
         let alarm = judgement.alarm.as_ref().map(|alarm| {
-            let since = self.pieces.get(alarm.since.piece).map(|piece| piece.id);
+            let since = self.lists.pieces.get(alarm.since.piece).map(|piece| piece.id);
             (alarm.change.kind.name(), since, alarm.change.p_log10)
         });
         NewWeld {

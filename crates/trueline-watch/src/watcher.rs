@@ -73,8 +73,8 @@ pub struct Watcher {
     couriers: Vec<Courier>,
     blind_to: Option<Vec<String>>,
     met_another_sensor: bool,
-    /// Welds with an alarm.
-    pub alarms: usize,
+    /// Whether an alarm stands after the last weld.
+    pub is_alarm: bool,
 }
 
 impl Watcher {
@@ -99,7 +99,7 @@ impl Watcher {
             couriers,
             blind_to: None,
             met_another_sensor: false,
-            alarms: 0,
+            is_alarm: false,
         })
     }
 
@@ -127,7 +127,7 @@ impl Watcher {
             .map_err(|error| WatcherError::Weld { name: name.to_owned(), error })?;
         line.blindness_is_news &= self.blind_to.as_ref() != Some(&line.blind_to);
         self.blind_to = Some(line.blind_to.clone());
-        self.alarms += usize::from(line.is_alarm());
+        self.is_alarm = line.is_alarm();
         if let Some(keep) = self.keep {
             let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
             self.store.forget_before(now.saturating_sub(keep).as_secs().cast_signed())?;

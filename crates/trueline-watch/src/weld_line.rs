@@ -15,6 +15,40 @@ pub struct Learning {
     pub needed: usize,
 }
 
+/// The history to which a weld belongs: each calibration has its own.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum HistoryOf {
+    /// That of the weld before.
+    Same,
+    /// One that begins with this weld; before came one of another calibration, by its name, if there was any.
+    New(Option<String>),
+    /// One that goes on after welds of another calibration, by its name.
+    Resumed(String),
+}
+
+impl HistoryOf {
+    /// By the calibration of the weld before, that of this weld, and how many of its welds are known.
+    #[must_use]
+    pub(crate) fn after(before: Option<(i64, String)>, own: i64, welds: usize) -> Self {
+        match before {
+            Some((id, _)) if id == own => Self::Same,
+            before if welds == 0 => Self::New(before.map(|(_, name)| name)),
+            Some((_, name)) => Self::Resumed(name),
+            None => Self::Same,
+        }
+    }
+
+    /// The word in files.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Same => "same",
+            Self::New(_) => "new",
+            Self::Resumed(_) => "resumed",
+        }
+    }
+}
+
 /// An alarm as it is told.
 #[derive(Clone, Debug)]
 pub struct Told {
@@ -81,6 +115,10 @@ pub struct WeldLine {
     pub sensor_file_differs: Option<bool>,
     /// Number of the part.
     pub part: i64,
+    /// The name of the calibration.
+    pub calibration: String,
+    /// To which history it belongs.
+    pub history: HistoryOf,
     /// Until the scatter of the part is in use: how far it has been learnt.
     pub learning: Option<Learning>,
     /// log₁₀ probability of the most significant change of each kind, in the order of [`Kind::ALL`].
@@ -112,6 +150,8 @@ impl WeldLine {
             event: None,
             sensor_file_differs: value["sensor_file_differs"].as_bool(),
             part: value["part"].as_i64().unwrap_or(0),
+            calibration: value["calibration"].as_str().unwrap_or_default().to_owned(),
+            history: HistoryOf::Same,
             learning: None,
             p_log10: [0.0; 4],
             stamps_treated_alike: true,
@@ -139,6 +179,7 @@ impl WeldLine {
         let learning = self.learning.map(|l| json!({ "pieces": l.pieces, "needed": l.needed }));
         json!({
             "number": self.number, "weld": self.weld, "used": self.used, "outliers": self.outliers, "noise_factor": self.noise_factor,
+            "calibration": self.calibration, "history": self.history.name(),
             "sensor_file_differs": self.sensor_file_differs, "part": self.part, "learning": learning, "blind_to": self.blind_to, "p_log10": by_kind,
             "alarm": self.alarm.as_ref().map(Told::to_json),
         })

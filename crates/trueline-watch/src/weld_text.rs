@@ -4,7 +4,7 @@ use crate::detect::Change;
 use crate::detect::sensor_axes::AXES;
 use crate::parameters::Kind;
 use crate::store::ReceiverRow;
-use crate::weld_line::{Learning, Told, WeldLine};
+use crate::weld_line::{HistoryOf, Learning, Told, WeldLine};
 use std::cmp::Ordering;
 
 /// What is told of a weld.
@@ -15,7 +15,8 @@ pub fn of(line: &WeldLine) -> String {
         let state = if line.is_alarm() { "an alarm stood" } else { "no change was seen" };
         return format!("{weld}: watched before; {state}; blind to: {}\n", hidden(&line.blind_to));
     }
-    let mut text = match (&line.alarm, line.event) {
+    let mut text = history_text(line);
+    text += &match (&line.alarm, line.event) {
         (None, event) => {
             let over = if event.is_some() { "the alarm is over; " } else { "" };
             let points = line.used;
@@ -41,6 +42,21 @@ pub fn of(line: &WeldLine) -> String {
         text += &format!("  warning: {OTHER_SENSOR}\n");
     }
     text
+}
+
+/// Which history begins or goes on, where that is news.
+fn history_text(line: &WeldLine) -> String {
+    let own = &line.calibration;
+    match &line.history {
+        HistoryOf::Same | HistoryOf::New(None) => String::new(),
+        HistoryOf::New(Some(before)) => format!(
+            "A new history begins: {own} is in use from weld {} on, after {before}. Earlier welds are not compared with it.\n",
+            line.number
+        ),
+        HistoryOf::Resumed(before) => {
+            format!("The history of {own} goes on at weld {}, after welds with {before}.\n", line.number)
+        }
+    }
 }
 
 /// What a difference between the files of the sensor does.

@@ -14,10 +14,8 @@ pub(crate) fn run(args: &HistoryArgs) -> Result<ExitCode, Failure> {
     output::expect_files(&[&args.state], &files)?;
     let store = Store::open_to_read(&args.state)?;
     let calibrations = store.calibrations()?;
-    let chosen = match args.calibration {
-        Some(id) => calibrations.iter().find(|row| row.id == id),
-        None => calibrations.last(),
-    };
+    let wanted = args.calibration.map_or_else(|| store.in_use(), |id| Ok(Some(id)))?;
+    let chosen = calibrations.iter().find(|row| Some(row.id) == wanted);
     let Some(chosen) = chosen else {
         return Err(Failure::new(
             format!("{}: there is no such calibration in it", args.state.display()),

@@ -143,6 +143,6 @@ impl Welds<'_> {
                 "the reasons stand above; all other welds have been watched",
             ));
         }
-        Ok(ExitCode::from(u8::from(self.watcher.alarms > 0)))
+        Ok(ExitCode::from(u8::from(self.watcher.is_alarm)))
     }
 }

@@ -7,7 +7,7 @@ use crate::trend::{Series, Trend};
 use serde_json::Value;
 use std::cmp::Ordering;
 use trueline_watch::Kind;
-use trueline_watch::detect::judgement::ALARM_P_LOG10;
+use trueline_watch::detect::history::ALARM_P_LOG10;
 use trueline_watch::history_table::column;
 use trueline_watch::parameters::{ROTATION, SHAPE, TIME_OFFSET, TRANSLATION};
 use trueline_watch::store::HistoryRow;

@@ -13,7 +13,7 @@ pub(super) const WELDS: usize = 300;
 pub struct CellView {
     /// Its name: that of the state file.
     pub name: String,
-    /// The calibration that is watched: the last one.
+    /// The calibration in use: that of the last weld.
     pub calibration: Option<CalibrationRow>,
     /// Its last welds in order of time.
     pub history: Vec<HistoryRow>,
@@ -32,7 +32,8 @@ impl CellView {
     /// A file that cannot be read.
     pub fn read(state: &Path) -> Result<Self, StoreError> {
         let store = Store::open_to_read(state)?;
-        let calibration = store.calibrations()?.pop();
+        let in_use = store.in_use()?;
+        let calibration = store.calibrations()?.into_iter().find(|row| Some(row.id) == in_use);
         let mut view = Self {
             name: store.cell(),
             receivers: store.receivers()?,

@@ -87,6 +87,15 @@ impl Store {
         rows.and_then(Iterator::collect).map_err(|e| self.failed(e))
     }
 
+    /// The number of the calibration in use: that of the last weld; of the last one that came, if there is no weld.
+    ///
+    /// # Errors
+    /// A database that cannot be read.
+    pub fn in_use(&self) -> Result<Option<i64>, StoreError> {
+        let text = "SELECT coalesce((SELECT calibration FROM welds ORDER BY id DESC LIMIT 1), (SELECT max(id) FROM calibrations))";
+        self.connection.query_row(text, [], |row| row.get(0)).map_err(|e| self.failed(e))
+    }
+
     /// The last welds of a calibration in order of time, at most so many.
     ///
     /// # Errors

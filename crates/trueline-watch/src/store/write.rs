@@ -1,6 +1,5 @@
 //! What is read and written for each weld, inside one transaction.
 
-use super::KEPT_STATISTICS;
 use super::codec;
 use super::schema::Store;
 use super::store_error::StoreError;
@@ -141,6 +140,17 @@ impl Store {
             .map_err(|e| self.failed(e))
     }
 
+    /// The number and the name of the calibration of the last weld.
+    ///
+    /// # Errors
+    /// A database that cannot be read.
+    pub(crate) fn calibration_of_last_weld(&self) -> Result<Option<(i64, String)>, StoreError> {
+        let text = "SELECT calibrations.id, calibrations.name FROM welds JOIN calibrations ON calibrations.id = calibration \
+                    ORDER BY welds.id DESC LIMIT 1";
+        let row = |row: &rusqlite::Row<'_>| Ok((row.get(0)?, row.get(1)?));
+        self.connection.query_row(text, [], row).optional().map_err(|e| self.failed(e))
+    }
+
     /// All parts of a calibration.
     ///
     /// # Errors
@@ -192,10 +202,9 @@ impl Store {
     /// A database that cannot be read, or damaged rows.
     pub fn pieces(&self, calibration: i64) -> Result<Vec<StoredPiece>, StoreError> {
         let text = "SELECT id, part, name, statistic FROM welds \
-                    WHERE calibration = ?1 AND statistic IS NOT NULL ORDER BY id DESC LIMIT ?2";
+                    WHERE calibration = ?1 AND statistic IS NOT NULL ORDER BY id";
         let mut query = self.connection.prepare(text).map_err(|e| self.failed(e))?;
-        let mut rows =
-            query.query(params![calibration, KEPT_STATISTICS as i64]).map_err(|e| self.failed(e))?;
+        let mut rows = query.query([calibration]).map_err(|e| self.failed(e))?;
         let mut pieces = Vec::new();
         while let Some(row) = rows.next().map_err(|e| self.failed(e))? {
             let read = || -> rusqlite::Result<(i64, i64, String, Vec<u8>)> {
@@ -205,7 +214,6 @@ impl Store {
             let statistic = codec::statistic(&bytes).ok_or_else(|| self.damaged("statistic", id))?;
             pieces.push(StoredPiece { id, part, name, statistic });
         }
-        pieces.reverse();
         Ok(pieces)
     }
 
@@ -233,7 +241,7 @@ impl Store {
         self.connection.execute(text, [watched_s]).map_err(|e| self.failed(e))
     }
 
-    /// Adds a judged weld with its alarm, and drops the statistic of the weld that nobody looks back on any more.
+    /// Adds a judged weld with its alarm.
     ///
     /// # Errors
     /// A database that cannot be written.
@@ -264,12 +272,6 @@ impl Store {
                 .execute(text, params![id, kind, since.unwrap_or(id), p_log10])
                 .map_err(|e| self.failed(e))?;
         }
-        let text = "UPDATE welds SET statistic = NULL WHERE calibration = ?1 AND statistic IS NOT NULL AND id < \
-                    (SELECT min(id) FROM (SELECT id FROM welds WHERE calibration = ?1 AND statistic IS NOT NULL \
-                    ORDER BY id DESC LIMIT ?2))";
-        self.connection
-            .execute(text, params![calibration, KEPT_STATISTICS as i64])
-            .map_err(|e| self.failed(e))?;
         Ok(id)
     }
 }
