@@ -77,7 +77,13 @@ impl<'a> LiveWatch<'a> {
                 "--camera IP or --replay DATASET, and --sensor FILE",
             ));
         };
-        let watcher = Watcher::of(&WatcherSettings { state, calibration, tell: &args.tell, keep: None })?;
+        let watcher = Watcher::of(&WatcherSettings {
+            state,
+            calibration,
+            tell: &args.tell,
+            keep: None,
+            tolerance_m: None,
+        })?;
         warn_of_calibration(&watcher, calibration);
         Ok(Some(Self { welds, watcher, args, number: 0, failed: 0 }))
     }

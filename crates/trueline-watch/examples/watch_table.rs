@@ -179,7 +179,7 @@ impl<'a> Taught<'a> {
 
 /// What a page about these welds would say they do not show.
 fn blind(line: &Line, taught: &Taught<'_>) -> Vec<String> {
-    let sheet_axes = SensorAxes { tool_from_axes: line.tool_from_axes, camera_to_seam_m: Vector3::zeros() };
+    let sheet_axes = SensorAxes { tool_from_axes: line.tool_from_axes };
     blindness::blind_to(&taught.pieces, &sheet_axes)
 }
 

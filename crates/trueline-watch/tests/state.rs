@@ -21,7 +21,7 @@ fn production() -> Production {
 
 fn watched(recording: &Recording) -> Watched {
     let guess = recording.truth.as_ref().unwrap().parameters;
-    Watched { name: "test".to_owned(), sha256: "0".to_owned(), guess, result: None }
+    Watched { name: "test".to_owned(), sha256: "0".to_owned(), guess, result: None, tolerance_m: None }
 }
 
 /// Not a test by itself: watches pieces from a number on, and says each that is finished.

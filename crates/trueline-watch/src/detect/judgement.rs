@@ -63,6 +63,8 @@ pub struct Judgement {
     /// Index of the first weld that is at the calibration again, where this weld ended a change; `None` also where a change was taken
     /// back because later welds do not bear it out.
     pub good_since: Option<usize>,
+    /// Whether the alarm is about another change than that of the weld before.
+    pub is_another: bool,
 }
 
 /// Judges the last weld; `cut` is that weld in stretches, where it is tested inside as well.
@@ -73,7 +75,7 @@ pub fn judge(history: &History<'_>, cut: Option<&CutWeld<'_>>) -> Judgement {
         regimes.push(Regime::good(0));
     }
     if history.pieces.is_empty() {
-        return Judgement { alarm: None, p_log10: [0.0; 4], regimes, good_since: None };
+        return Judgement { alarm: None, p_log10: [0.0; 4], regimes, good_since: None, is_another: false };
     }
     let end = over::end(history, &regimes);
     regimes.extend(end.map(Regime::good));
@@ -84,7 +86,8 @@ pub fn judge(history: &History<'_>, cut: Option<&CutWeld<'_>>) -> Judgement {
         None => judging.new(current.first, end.is_some(), cut),
     };
     let Judging { regimes, p_log10, .. } = judging;
-    Judgement { good_since: end.filter(|_| alarm.is_none()), alarm, p_log10, regimes }
+    let is_another = end.is_some() && alarm.is_some();
+    Judgement { good_since: end.filter(|_| !is_another), alarm, p_log10, regimes, is_another }
 }
 
 struct Judging<'a> {

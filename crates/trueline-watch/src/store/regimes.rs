@@ -1,5 +1,6 @@
 //! Where the welds of a calibration are cut at changes.
 
+use super::rows::weld_number;
 use super::schema::Store;
 use super::store_error::StoreError;
 use crate::parameters::Kind;
@@ -99,6 +100,42 @@ impl Store {
             insert.execute(values).map_err(failed)?;
         }
         Ok(())
+    }
+
+    /// The number of the weld before which a repair was reported, with no weld since then that tells.
+    ///
+    /// # Errors
+    /// A database that cannot be read.
+    pub fn reported_repair(&self, calibration: i64) -> Result<Option<i64>, StoreError> {
+        let last = self.regimes(calibration, i64::MAX)?.pop();
+        let Some(claimed) = last.filter(|regime| regime.claimed) else { return Ok(None) };
+        let stood = self.alarm_of_last_weld(calibration)?;
+        Ok(stood.map(|_| weld_number(claimed.first)))
+    }
+
+    /// Kind, row of the first weld and part of the change that stood after the last weld.
+    ///
+    /// # Errors
+    /// A database that cannot be read.
+    pub(crate) fn alarm_of_last_weld(
+        &self,
+        calibration: i64,
+    ) -> Result<Option<(String, i64, i64)>, StoreError> {
+        let text = "SELECT kind, since, part FROM alarms JOIN welds ON welds.id = weld \
+                    WHERE weld = (SELECT max(id) FROM welds WHERE calibration = ?1)";
+        let row = |row: &rusqlite::Row<'_>| Ok((row.get(0)?, row.get(1)?, row.get(2)?));
+        self.connection.query_row(text, [calibration], row).optional().map_err(|e| self.failed(e))
+    }
+
+    /// The row of the last weld of a name.
+    ///
+    /// # Errors
+    /// A database that cannot be read.
+    pub(crate) fn row_by_name(&self, calibration: i64, name: &str) -> Result<Option<i64>, StoreError> {
+        let text = "SELECT max(id) FROM welds WHERE calibration = ?1 AND name = ?2";
+        self.connection
+            .query_row(text, params![calibration, name], |row| row.get(0))
+            .map_err(|e| self.failed(e))
     }
 
     /// Drops the statistics of welds that nobody looks back on any more.

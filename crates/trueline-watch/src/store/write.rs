@@ -32,15 +32,15 @@ pub struct StoredPiece {
     pub statistic: WeldStatistic,
 }
 
-/// An alarm that stands.
+/// A change that stands.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Standing {
-    /// Kind of change.
+pub(crate) struct Standing {
+    /// Its kind.
     pub kind: String,
-    /// The row of the first weld after the change.
-    pub since: i64,
-    /// When it changed inside of that weld, s after its first robot sample.
-    pub inside_s: Option<f64>,
+    /// Whether it is within the tolerance.
+    pub is_within: bool,
+    /// Whether it is another one than that of the weld before.
+    pub is_another: bool,
 }
 
 /// A weld that has been judged.
@@ -62,8 +62,21 @@ pub struct NewWeld {
     pub p_log10: [f64; 4],
     /// What was told of it, a line of JSON.
     pub line: String,
-    /// Kind, first weld after the change (`None` is this weld) and log₁₀ probability of the alarm.
-    pub alarm: Option<(&'static str, Option<i64>, f64)>,
+    /// What stands.
+    pub alarm: Option<NewAlarm>,
+}
+
+/// What stands after a weld.
+#[derive(Clone, Copy, Debug)]
+pub struct NewAlarm {
+    /// Its kind.
+    pub kind: &'static str,
+    /// The row of the first weld after the change; `None` is this weld.
+    pub since: Option<i64>,
+    /// log₁₀ probability.
+    pub p_log10: f64,
+    /// Whether it is within the tolerance.
+    pub is_within: bool,
 }
 
 impl Store {
@@ -217,15 +230,14 @@ impl Store {
         Ok(pieces)
     }
 
-    /// The alarm that stood after the last weld.
+    /// The change that stood after the last weld.
     ///
     /// # Errors
     /// A database that cannot be read.
-    pub fn standing(&self, calibration: i64) -> Result<Option<Standing>, StoreError> {
-        let text = "SELECT kind, since, json_extract(line, '$.alarm.since_time_s') FROM alarms JOIN welds ON welds.id = weld \
-                    WHERE weld = (SELECT max(id) FROM welds WHERE calibration = ?1)";
+    pub(crate) fn standing(&self, calibration: i64) -> Result<Option<Standing>, StoreError> {
+        let text = "SELECT kind, within_tolerance FROM alarms WHERE weld = (SELECT max(id) FROM welds WHERE calibration = ?1)";
         let row = |row: &rusqlite::Row<'_>| {
-            Ok(Standing { kind: row.get(0)?, since: row.get(1)?, inside_s: row.get(2)? })
+            Ok(Standing { kind: row.get(0)?, is_within: row.get(1)?, is_another: false })
         };
         self.connection.query_row(text, [calibration], row).optional().map_err(|e| self.failed(e))
     }
@@ -266,10 +278,10 @@ impl Store {
         ];
         self.connection.execute(text, values).map_err(|e| self.failed(e))?;
         let id = self.connection.last_insert_rowid();
-        if let Some((kind, since, p_log10)) = weld.alarm {
-            let text = "INSERT INTO alarms (weld, kind, since, p_log10) VALUES (?1, ?2, ?3, ?4)";
+        if let Some(NewAlarm { kind, since, p_log10, is_within }) = weld.alarm {
+            let text = "INSERT INTO alarms (weld, kind, since, p_log10, within_tolerance) VALUES (?1, ?2, ?3, ?4, ?5)";
             self.connection
-                .execute(text, params![id, kind, since.unwrap_or(id), p_log10])
+                .execute(text, params![id, kind, since.unwrap_or(id), p_log10, is_within])
                 .map_err(|e| self.failed(e))?;
         }
         Ok(id)
