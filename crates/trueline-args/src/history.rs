@@ -16,7 +16,7 @@ pub struct HistoryArgs {
     /// The cell's memory, as `trueline watch` keeps it
     #[arg(long)]
     pub state: PathBuf,
-    /// Number of the calibration; else the last one
+    /// Number of the calibration; else that of the last weld
     #[arg(long)]
     pub calibration: Option<i64>,
     /// The last so many welds

@@ -77,7 +77,13 @@ impl<'a> LiveWatch<'a> {
                 "--camera IP or --replay DATASET, and --sensor FILE",
             ));
         };
-        let watcher = Watcher::of(&WatcherSettings { state, calibration, tell: &args.tell, keep: None })?;
+        let watcher = Watcher::of(&WatcherSettings {
+            state,
+            calibration,
+            tell: &args.tell,
+            keep: None,
+            tolerance_m: None,
+        })?;
         warn_of_calibration(&watcher, calibration);
         Ok(Some(Self { welds, watcher, args, number: 0, failed: 0 }))
     }
@@ -94,10 +100,10 @@ impl<'a> LiveWatch<'a> {
         }
     }
 
-    /// The last look; whether nothing failed and no alarm was raised.
+    /// The last look; whether nothing failed and no alarm stands.
     pub(crate) fn finish(mut self) -> Result<bool, Failure> {
         self.look(true);
         tell_who_was_not_told(&mut self.watcher)?;
-        Ok(self.failed == 0 && self.watcher.alarms == 0)
+        Ok(self.failed == 0 && !self.watcher.is_alarm)
     }
 }

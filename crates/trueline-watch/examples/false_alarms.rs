@@ -15,7 +15,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use trueline_sim::production::{Layout, piece};
 use trueline_watch::detect::change::VISIBLE;
-use trueline_watch::detect::judgement::ALARM_P_LOG10;
+use trueline_watch::detect::history::ALARM_P_LOG10;
 use trueline_watch::detect::tail::log10_probability;
 use trueline_watch::detect::windows::WINDOWS;
 use trueline_watch::innovation::{Weld, shape_origin_m};

@@ -15,6 +15,7 @@
     reason = "an example prints, and fails by panicking"
 )]
 
+use drawn::Drawn;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -24,12 +25,11 @@ use std::process::ExitCode;
 use trueline_dataset::Sensor;
 use trueline_model::LaserSheet;
 use trueline_sim::Plates;
-use trueline_sim::production::{Layout, PlacementScatter, Production, piece};
+use trueline_sim::production::{Layout, Production, piece};
 use trueline_watch::detect::sensor_axes::SensorAxes;
 use trueline_watch::detect::{Alarm, History, blindness, judge, scatter};
-use trueline_watch::innovation::{Weld, shape_origin_m};
 use trueline_watch::parameters::{CALIBRATION, Kind, TRANSLATION, UNITS};
-use trueline_watch::{Part, PieceInformation, Quadratic, Reference, Scatter, WeldStatistic};
+use trueline_watch::{PieceInformation, Quadratic, Scatter, WeldStatistic};
 
 /// Pieces before the change; the scatter is learnt from them.
 const BEFORE: usize = 60;
@@ -39,11 +39,11 @@ const AFTER: u64 = 64;
 const CALIBRATED: [f64; CALIBRATION] =
     [0.09, 0.08, 0.08, 0.08, 0.06, 0.06, 0.06, 0.03, 0.03, 0.06, 0.05, 0.04];
 
+#[path = "../tests/common/drawn.rs"]
+mod drawn;
+
 struct Line {
-    part: Part,
-    statistic: WeldStatistic,
-    root: DMatrix<f64>,
-    scatter: PlacementScatter,
+    drawn: Drawn,
     tool_from_axes: Matrix3<f64>,
     /// How deep in the sheet the welds lie, from the sensor, m.
     depth_m: f64,
@@ -51,44 +51,15 @@ struct Line {
 
 impl Line {
     fn of(production: &Production) -> Self {
-        let first = piece(production, 0, 1);
-        let guess = first.truth.as_ref().unwrap().parameters;
-        let reference = Reference::of_value(guess, shape_origin_m(&first, &guess).unwrap());
-        let weld = Weld::of(&first, &reference).unwrap();
-        let part = Part { lines: weld.seams() };
-        let statistic = weld.evidence(&part, &reference).unwrap().statistic;
-        let eigen = statistic.evidence.matrix.clone().symmetric_eigen();
-        let root = &eigen.eigenvectors
-            * DMatrix::from_diagonal(&eigen.eigenvalues.map(|value| value.max(0.0).sqrt()));
-        let Sensor::CameraLaser { laser_plane_in_camera, .. } = &first.sensor else {
-            unreachable!("a camera")
-        };
+        let drawn = Drawn::of(production);
+        let sensor = piece(production, 0, 1).sensor;
+        let Sensor::CameraLaser { laser_plane_in_camera, .. } = &sensor else { unreachable!("a camera") };
         let sheet = LaserSheet::from_plane(*laser_plane_in_camera);
         let [across, depth] = [0, 1].map(|k| sheet.axes().column(k).into_owned());
-        let tool_from_camera = guess.tool_from_camera.rotation.to_rotation_matrix();
+        let tool_from_camera = drawn.reference.guess.tool_from_camera.rotation.to_rotation_matrix();
         let tool_from_axes = tool_from_camera * Matrix3::from_columns(&[across, across.cross(&depth), depth]);
-        let depth_m = reference.shape_origin_m[1];
-        Self { part, statistic, root, scatter: production.scatter, tool_from_axes, depth_m }
-    }
-
-    /// A piece at an error θ of the calibration and a change ψ of the fixture, SI.
-    fn draw(&self, theta: &DVector<f64>, fixture: &DVector<f64>, random: &mut ChaCha8Rng) -> WeldStatistic {
-        let mut normal = |sigma: f64| {
-            let unit: f64 = StandardNormal.sample(random);
-            unit * sigma
-        };
-        let place = DVector::from_fn(6, |k, _| {
-            fixture[k] + normal(if k < 3 { self.scatter.translation_m } else { self.scatter.rotation_rad })
-        });
-        let mut seams = self.part.seams_from_placement() * place;
-        for k in 0..seams.len() {
-            seams[k] += if k % 4 >= 2 { normal(self.scatter.seam_m) } else { 0.0 };
-        }
-        let x = DVector::from_iterator(CALIBRATION + seams.len(), theta.iter().chain(seams.iter()).copied());
-        let noise = DVector::from_fn(x.len(), |_, _| normal(1.0));
-        let mut piece = self.statistic.clone();
-        piece.evidence.vector = &piece.evidence.matrix * x + &self.root * noise;
-        piece
+        let depth_m = drawn.reference.shape_origin_m[1];
+        Self { drawn, tool_from_axes, depth_m }
     }
 }
 
@@ -173,18 +144,21 @@ impl<'a> Taught<'a> {
             unit * CALIBRATED[k] * UNITS[k]
         });
         let still = DVector::zeros(6);
-        let before: Vec<WeldStatistic> = (0..BEFORE).map(|_| line.draw(&error, &still, random)).collect();
-        let scatters = [scatter::learnt(&before.iter().collect::<Vec<_>>(), &line.part)];
+        let before: Vec<WeldStatistic> =
+            (0..BEFORE).map(|_| line.drawn.piece(&error, &still, random)).collect();
+        let scatters = [scatter::learnt(&before.iter().collect::<Vec<_>>(), &line.drawn.part)];
         let variances = DVector::from_fn(CALIBRATION, |k, _| CALIBRATED[k].powi(-2));
         let prior =
             Quadratic { matrix: DMatrix::from_diagonal(&variances), vector: DVector::zeros(CALIBRATION) };
-        let pieces =
-            before.iter().map(|s| PieceInformation::of(s, 0, &line.part, scatters[0].as_ref())).collect();
+        let pieces = before
+            .iter()
+            .map(|s| PieceInformation::of(s, 0, &line.drawn.part, scatters[0].as_ref()))
+            .collect();
         Self { line, error, scatters, pieces, prior }
     }
 
     fn alarm(&self, pieces: &[PieceInformation]) -> Option<Alarm> {
-        judge(&History { pieces, prior: &self.prior, scatters: &self.scatters, dated: None }, None).alarm
+        judge(&History { pieces, prior: &self.prior, scatters: &self.scatters, regimes: &[] }, None).alarm
     }
 
     /// Welds on after a change until an alarm, at most so many pieces.
@@ -192,8 +166,8 @@ impl<'a> Taught<'a> {
         let (theta, fixture) = case.applied(self.line, &self.error);
         let mut pieces = self.pieces.clone();
         for after in 1..=most {
-            let drawn = self.line.draw(&theta, &fixture, random);
-            pieces.push(PieceInformation::of(&drawn, 0, &self.line.part, self.scatters[0].as_ref()));
+            let drawn = self.line.drawn.piece(&theta, &fixture, random);
+            pieces.push(PieceInformation::of(&drawn, 0, &self.line.drawn.part, self.scatters[0].as_ref()));
             if let Some(alarm) = self.alarm(&pieces) {
                 let rival = alarm.not_told_apart.contains(&case.kind);
                 return Outcome { delay: Some(after), named: alarm.change.kind == case.kind, rival };
@@ -205,7 +179,7 @@ impl<'a> Taught<'a> {
 
 /// What a page about these welds would say they do not show.
 fn blind(line: &Line, taught: &Taught<'_>) -> Vec<String> {
-    let sheet_axes = SensorAxes { tool_from_axes: line.tool_from_axes, camera_to_seam_m: Vector3::zeros() };
+    let sheet_axes = SensorAxes { tool_from_axes: line.tool_from_axes };
     blindness::blind_to(&taught.pieces, &sheet_axes)
 }
 

@@ -9,7 +9,7 @@ use trueline_sim::Plates;
 use trueline_sim::production::{Layout, Production, piece};
 use trueline_sim::scenario::Sine;
 use trueline_watch::detect::change::VISIBLE;
-use trueline_watch::detect::judgement::ALARM_P_LOG10;
+use trueline_watch::detect::history::ALARM_P_LOG10;
 use trueline_watch::detect::tail::log10_probability;
 use trueline_watch::innovation::{Weld, shape_origin_m};
 use trueline_watch::parameters::Kind;

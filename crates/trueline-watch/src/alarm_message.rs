@@ -2,6 +2,7 @@
 //! it is over.
 
 use crate::store::Standing;
+use crate::words::numbered;
 use serde_json::{Value, json};
 
 /// What happened to the alarm of a calibration.
@@ -9,21 +10,28 @@ use serde_json::{Value, json};
 pub enum Event {
     /// There was none before.
     Raised,
-    /// It names another kind than before.
+    /// It is another change than before.
     Changed,
-    /// It does not stand any more.
+    /// A change within the tolerance: a new one, or one that was an alarm.
+    WithinTolerance,
+    /// Nothing stands any more.
     Ended,
 }
 
 impl Event {
-    /// What happened between two welds, if anything did, by the kinds of their alarms.
+    /// What happened between two welds, if anything did: kind and first weld of what stands, and whether it is within the tolerance.
     #[must_use]
-    pub(crate) fn between(before: Option<&Standing>, now: Option<&str>) -> Option<Self> {
+    pub(crate) fn between(before: Option<&Standing>, now: Option<&Standing>) -> Option<Self> {
         match (before, now) {
-            (None, Some(_)) => Some(Self::Raised),
-            (Some(before), Some(now)) if before.kind != now => Some(Self::Changed),
+            (None, None) => None,
             (Some(_), None) => Some(Self::Ended),
-            _ => None,
+            (before, Some(now)) if now.is_within => {
+                let is_same = before.is_some_and(|before| before.is_within && before.kind == now.kind);
+                (!is_same).then_some(Self::WithinTolerance)
+            }
+            (None, Some(_)) => Some(Self::Raised),
+            (Some(before), Some(_)) if before.is_within => Some(Self::Raised),
+            (Some(before), Some(now)) => (before.kind != now.kind || now.is_another).then_some(Self::Changed),
         }
     }
 
@@ -33,25 +41,42 @@ impl Event {
         match self {
             Self::Raised => "raised",
             Self::Changed => "changed",
+            Self::WithinTolerance => "within-tolerance",
             Self::Ended => "ended",
         }
     }
 }
 
-/// The message about a weld, whose line is given as JSON. Its `text` is a sentence: chat programs show it as it is.
+/// The message about a weld, whose line is given as JSON. Its `text` is a sentence with the size and what to do: chat programs show it
+/// as it is.
 #[must_use]
 pub(crate) fn body(event: Event, cell: &str, calibration: &str, watched_s: i64, line: &Value) -> Value {
-    let (weld, alarm) = (line["weld"].as_str().unwrap_or_default(), &line["alarm"]);
-    let kind = alarm["kind"].as_str().unwrap_or_default();
-    let since = alarm["since"].as_str().unwrap_or_default();
+    let weld = line["weld"].as_str().unwrap_or_default();
+    let number = line["number"].as_i64().unwrap_or_default();
+    let (alarm, within) = (&line["alarm"], &line["change_within_tolerance"]);
+    let text = |of: &Value| of["text"].as_str().unwrap_or_default().to_owned();
     let text = match event {
-        Event::Raised => format!("{cell}: {kind} has changed since {since}"),
-        Event::Changed => format!("{cell}: it is rather {kind} that has changed, since {since}"),
-        Event::Ended => format!("{cell}: the alarm is over since {weld}"),
+        Event::Raised => format!("{cell}: ALARM. {}", text(alarm)),
+        Event::Changed => format!("{cell}: The alarm has changed. {}", text(alarm)),
+        Event::WithinTolerance => format!("{cell}: {}", text(within)),
+        Event::Ended => match (line["good_since_number"].as_i64(), line["good_since"].as_str()) {
+            (Some(good), Some(name)) => format!("{cell}: The fault is gone since {}.", numbered(good, name)),
+            _ => format!("{cell}: The alarm is over since {}: it is not confirmed.", numbered(number, weld)),
+        },
     };
     json!({
-        "event": event.name(), "text": text, "cell": cell, "calibration": calibration, "weld": weld,
-        "watched_unix_s": watched_s, "alarm": alarm,
+        "event": event.name(), "text": text, "cell": cell, "calibration": calibration, "weld": weld, "weld_number": number,
+        "watched_unix_s": watched_s, "state": line["state"], "alarm": alarm, "change_within_tolerance": within,
+    })
+}
+
+/// The message that a repair was reported: the next weld is the first that tells.
+#[must_use]
+pub(crate) fn repaired(cell: &str, calibration: &str, now_s: i64, before: i64) -> Value {
+    json!({
+        "event": Event::Ended.name(), "text": format!("{cell}: A repair before weld {before} is reported. The next welds will show it."),
+        "cell": cell, "calibration": calibration, "weld": null, "weld_number": before, "watched_unix_s": now_s, "state": "good",
+        "alarm": null, "change_within_tolerance": null,
     })
 }
 
@@ -61,11 +86,19 @@ mod tests {
 
     #[test]
     fn only_a_difference_is_an_event() {
-        let standing = Standing { kind: "timing".to_owned(), since: 3, inside_s: None };
-        assert_eq!(Event::between(None, None), None);
-        assert_eq!(Event::between(None, Some("timing")), Some(Event::Raised));
-        assert_eq!(Event::between(Some(&standing), Some("timing")), None);
-        assert_eq!(Event::between(Some(&standing), Some("bracket")), Some(Event::Changed));
-        assert_eq!(Event::between(Some(&standing), None), Some(Event::Ended));
+        let of = |kind: &str, is_within| Standing { kind: kind.to_owned(), is_within, is_another: false };
+        let (timing, bracket, within) = (of("timing", false), of("bracket", false), of("timing", true));
+        let again = Standing { is_another: true, ..timing.clone() };
+        let between = |before: Option<&Standing>, now: Option<&Standing>| Event::between(before, now);
+        assert_eq!(between(None, None), None);
+        assert_eq!(between(None, Some(&timing)), Some(Event::Raised));
+        assert_eq!(between(Some(&timing), Some(&timing)), None);
+        assert_eq!(between(Some(&timing), Some(&again)), Some(Event::Changed));
+        assert_eq!(between(Some(&timing), Some(&bracket)), Some(Event::Changed));
+        assert_eq!(between(Some(&timing), Some(&within)), Some(Event::WithinTolerance));
+        assert_eq!(between(None, Some(&within)), Some(Event::WithinTolerance));
+        assert_eq!(between(Some(&within), Some(&within)), None);
+        assert_eq!(between(Some(&within), Some(&timing)), Some(Event::Raised));
+        assert_eq!(between(Some(&within), None), Some(Event::Ended));
     }
 }

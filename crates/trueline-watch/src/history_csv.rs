@@ -59,7 +59,7 @@ mod tests {
         let text = csv(&[row]);
         let cells: Vec<usize> =
             text.replace("\"a, \"\"b\"\"\"", "name").lines().map(|l| l.split(',').count()).collect();
-        assert_eq!(cells, [7 + 24 + 4 + 1 + 4; 2]);
+        assert_eq!(cells, [7 + 24 + 4 + 1 + 5 + 3; 2]);
         assert!(text.contains(",1.000000,0.010000,"), "1 ms ± 0.01 ms: {text}");
         assert!(text.contains(",seam; bracket shift along,"), "{text}");
     }

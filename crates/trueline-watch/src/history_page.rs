@@ -1,10 +1,11 @@
 //! The history as a page: control charts of what may change, of the noise, and of how improbable it all is.
 
-use crate::detect::judgement::ALARM_P_LOG10;
+use crate::detect::history::ALARM_P_LOG10;
 use crate::history_table::column;
 use crate::parameters::{CALIBRATION, Kind, ROTATION, SHAPE, TIME_OFFSET, TRANSLATION};
-use crate::store::HistoryRow;
-use crate::weld_text::{hidden, how_rarely, numbered, what_changed};
+use crate::store::{AlarmRow, HistoryRow};
+use crate::told::State;
+use crate::words::{RAREST_SHOWN, hidden, how_rarely, numbered, what_changed};
 use std::ops::Range;
 use trueline_report::page::render::render;
 use trueline_report::page::{
@@ -18,10 +19,10 @@ const LEAST_SHOWN: f64 = 0.1;
 /// Alarms in the table.
 const MOST_ALARMS: usize = 50;
 
-/// Renders the page.
+/// Renders the page; `repaired` is the number of the weld before which a repair was reported, if no weld has told since then.
 #[must_use]
-pub fn html(history: &[HistoryRow], title: &str, command: &str) -> String {
-    let mut page = Page { title: title.to_owned(), verdict: verdict(history), ..Page::default() };
+pub fn html(history: &[HistoryRow], repaired: Option<i64>, title: &str, command: &str) -> String {
+    let mut page = Page { title: title.to_owned(), verdict: verdict(history, repaired), ..Page::default() };
     let columns = &mut page.columns;
     let charts = vec![
         probabilities(history, columns),
@@ -50,30 +51,37 @@ pub fn html(history: &[HistoryRow], title: &str, command: &str) -> String {
     render(&page)
 }
 
-fn verdict(history: &[HistoryRow]) -> Verdict {
+fn verdict(history: &[HistoryRow], repaired: Option<i64>) -> Verdict {
     let Some(last) = history.last() else {
         return Verdict { text: "No weld has been watched yet.".to_owned(), tone: Tone::Plain };
     };
-    match &last.alarm {
-        None => Verdict {
+    let blind = format!("These welds are blind to: {}.", hidden(&last.blind_to));
+    if let Some(before) = repaired {
+        let text = format!("A repair before weld {before} is reported. The next welds will show it. {blind}");
+        return Verdict { text, tone: Tone::Doubtful };
+    }
+    let words = last.alarm.as_ref().map(|alarm| words(history, alarm)).unwrap_or_default();
+    match last.state() {
+        State::Good => Verdict {
             text: format!(
-                "{} welds up to {}: no change seen. These welds are blind to: {}.",
+                "{} welds up to {}: no change seen. {blind}",
                 history.len(),
-                numbered(last.number, &last.name),
-                hidden(&last.blind_to)
+                numbered(last.number, &last.name)
             ),
             tone: Tone::Good,
         },
-        Some(alarm) => Verdict {
-            text: format!(
-                "Since {}: {}. These welds are blind to: {}.",
-                numbered(alarm.since, name_of(history, alarm.since)),
-                said(&alarm.kind),
-                hidden(&last.blind_to)
-            ),
-            tone: Tone::Bad,
-        },
+        State::WithinTolerance => {
+            Verdict { text: format!("Changed within the tolerance. {words} {blind}"), tone: Tone::Doubtful }
+        }
+        State::Alarm => Verdict { text: format!("ALARM. {words} {blind}"), tone: Tone::Bad },
     }
+}
+
+/// What has changed, its size and what to do; older rows have no size.
+fn words(history: &[HistoryRow], alarm: &AlarmRow) -> String {
+    alarm.text.clone().unwrap_or_else(|| {
+        format!("Since {}: {}.", numbered(alarm.since, name_of(history, alarm.since)), said(&alarm.kind))
+    })
 }
 
 fn name_of(history: &[HistoryRow], number: i64) -> &str {
@@ -85,26 +93,44 @@ fn said(kind: &str) -> &str {
     Kind::ALL.into_iter().find(|known| known.name() == kind).map_or(kind, |known| what_changed(known))
 }
 
-/// The first weld of each alarm that stood.
+/// Each change that stood, as its last weld has it.
 fn alarms(history: &[HistoryRow]) -> Table {
     let mut rows = Vec::new();
-    let mut before: Option<&str> = None;
-    for row in history {
-        let now = row.alarm.as_ref().map(|alarm| alarm.kind.as_str());
-        if let Some(alarm) = row.alarm.as_ref().filter(|_| now != before) {
-            rows.push(TableRow::plain(vec![
-                row.number.to_string(),
-                row.name.clone(),
-                said(&alarm.kind).to_owned(),
-                numbered(alarm.since, name_of(history, alarm.since)),
-                how_rarely(alarm.p_log10),
-            ]));
-        }
-        before = now;
+    let kind = |row: &HistoryRow| row.alarm.as_ref().map(|alarm| (alarm.kind.clone(), alarm.is_within));
+    for stretch in history.chunk_by(|a, b| kind(a) == kind(b)) {
+        let (Some(first), Some(last)) = (stretch.first(), stretch.last()) else { continue };
+        let Some(alarm) = &last.alarm else { continue };
+        let after = history.iter().find(|row| row.number > last.number);
+        let until = match after.map(|row| (row, row.alarm.is_none())) {
+            Some((row, true)) => format!("over at {}", numbered(row.number, &row.name)),
+            Some((row, false)) => format!("another at {}", numbered(row.number, &row.name)),
+            None => "stands".to_owned(),
+        };
+        let size = alarm.seam_error.map_or_else(
+            || "not shown".to_owned(),
+            |[value, sigma]| format!("{:.3} ± {:.3} mm", value * 1e3, sigma * 1e3),
+        );
+        rows.push(TableRow::plain(vec![
+            numbered(first.number, &first.name),
+            last.state().name().to_owned(),
+            words(history, alarm),
+            size,
+            until,
+            how_rarely(alarm.p_log10),
+        ]));
     }
     let first = rows.len().saturating_sub(MOST_ALARMS);
     Table {
-        head: ["weld", "name", "what changed", "since", "without a change"].map(str::to_owned).to_vec(),
+        head: [
+            "found at",
+            "state",
+            "what changed, and what to do",
+            "seam points off",
+            "until",
+            "without a change",
+        ]
+        .map(str::to_owned)
+        .to_vec(),
         rows: rows.split_off(first),
     }
 }
@@ -120,6 +146,27 @@ fn in_words(column: &str) -> String {
     stem.replace('_', " ")
 }
 
+/// What a weld says of a column: the change with its standard deviation, and whether it shows that by itself.
+struct Said {
+    value: f64,
+    sigma: f64,
+    is_shown: bool,
+}
+
+/// Of a column, in the unit of files. While something of another kind stands, what a weld says of this kind is made of that.
+fn said_of(row: &HistoryRow, k: usize) -> Option<Said> {
+    let factor = column(k).1;
+    let other_stands = row.alarm.as_ref().is_some_and(|alarm| {
+        Kind::ALL.into_iter().any(|kind| kind.name() == alarm.kind && !kind.columns().contains(&k))
+    });
+    let of = |place: usize| row.estimates.get(place).copied().flatten();
+    let (alone, by_itself) = (of(k), of(CALIBRATION + k));
+    // Older rows do not say whether it shows by itself.
+    let is_shown = !other_stands && (by_itself.is_some() || row.estimates.len() <= CALIBRATION);
+    let [value, sigma] = by_itself.filter(|_| is_shown).or(alone)?;
+    Some(Said { value: value * factor, sigma: sigma * factor, is_shown })
+}
+
 /// What each weld says of some columns by itself, with limits at three of its standard deviations.
 fn control(
     history: &[HistoryRow],
@@ -131,54 +178,73 @@ fn control(
     let per_mm = name.ends_with("percent_per_mm").then_some("percent per mm");
     let unit = per_mm.or_else(|| name.rsplit('_').next()).unwrap_or_default();
     let x = columns.add(welds(history));
-    let mut series = Vec::new();
-    let (mut widest, mut farthest) = (0.0_f64, 0.0_f64);
-    for (colour, k) in range.clone().enumerate() {
-        let (name, factor) = column(k);
-        let of = |row: &HistoryRow| row.estimates.get(k).copied().flatten();
-        let y = columns.add(history.iter().map(|row| of(row).map_or(f64::NAN, |[value, _]| value * factor)));
-        series.push(Series::points(&in_words(name), x, y, Colour::of(colour)));
-        farthest =
-            history.iter().filter_map(of).map(|[value, _]| (value * factor).abs()).fold(farthest, f64::max);
-        let mut sigmas: Vec<f64> = history.iter().filter_map(of).map(|[_, sigma]| sigma * factor).collect();
-        sigmas.sort_by(f64::total_cmp);
-        widest = widest.max(sigmas.get(sigmas.len() / 2).copied().unwrap_or(0.0));
-    }
-    // Both limits are always in view.
+    let all: Vec<Vec<Option<Said>>> =
+        range.clone().map(|k| history.iter().map(|row| said_of(row, k)).collect()).collect();
+    let shown = |of: &dyn Fn(&Said) -> f64| -> Vec<f64> {
+        all.iter().flatten().flatten().filter(|said| said.is_shown).map(of).collect()
+    };
+    let widest = all.iter().map(|own| median_sigma(own)).fold(0.0, f64::max);
+    let farthest = shown(&|said| said.value.abs()).into_iter().fold(0.0, f64::max);
+    // Both limits are always in view; what is not shown by itself widens nothing.
     let half = (1.05 * farthest.max(LIMITS * widest)).max(f64::MIN_POSITIVE);
+    let mut series = Vec::new();
+    for (colour, (k, own)) in range.zip(&all).enumerate() {
+        let y = own.iter().map(|said| said.as_ref().filter(|s| s.is_shown).map_or(f64::NAN, |s| s.value));
+        let y = columns.add(y);
+        series.push(Series::points(&in_words(column(k).0), x, y, Colour::of(colour)));
+        if own.iter().flatten().any(|said| !said.is_shown) && widest > 0.0 {
+            let limit = LIMITS * widest;
+            let grey = |said: &Option<Said>| {
+                said.as_ref().filter(|s| !s.is_shown).map_or(f64::NAN, |s| s.value.clamp(-limit, limit))
+            };
+            let y = columns.add(own.iter().map(grey));
+            series.push(Series::points("not shown by itself", x, y, Colour::Soft));
+        }
+    }
     let mark = |at: f64, name: &str| Mark { name: name.to_owned(), at, upright: false };
+    let marks = [1.0, -1.0].map(|sign| mark(sign * LIMITS * widest, "± 3 σ"));
     Block::Chart(Chart {
         id,
         title,
-        explanation:
-            "What each weld says by itself, as if nothing else had changed; the lines are three standard \
-                      deviations of one weld. The detector adds many welds up and sees far less than that."
-                .to_owned(),
+        explanation: format!("{EXPLANATION}{}", if widest > 0.0 { "" } else { NOTHING_SHOWN }),
         alternative: format!("{title} against the stored calibration in {unit} by weld"),
         wide: false,
         drawn: Drawn::Plot {
             x: Axis::of("weld"),
             y: Axis::of(&format!("change ({unit})")).between(-half, half),
             series,
-            marks: [1.0, -1.0].map(|sign| mark(sign * LIMITS * widest, "± 3 σ")).into(),
+            marks: if widest > 0.0 { marks.into() } else { Vec::new() },
         },
     })
+}
+
+const EXPLANATION: &str = "What each weld shows by itself, as if nothing of another kind had changed; the lines are three standard \
+     deviations of one weld. The detector adds many welds up and sees far less than that. Grey is what a weld does not show by itself, or \
+     what comes from a change of another kind: it is no evidence, and is drawn at the limits where it lies beyond.";
+const NOTHING_SHOWN: &str = " These welds do not show it at all.";
+
+fn median_sigma(own: &[Option<Said>]) -> f64 {
+    let mut sigmas: Vec<f64> =
+        own.iter().flatten().filter(|said| said.is_shown).map(|said| said.sigma).collect();
+    sigmas.sort_by(f64::total_cmp);
+    sigmas.get(sigmas.len() / 2).copied().unwrap_or(0.0)
 }
 
 fn probabilities(history: &[HistoryRow], columns: &mut Columns) -> Block {
     let x = columns.add(welds(history));
     let series = Kind::ALL.iter().enumerate().map(|(k, kind)| {
-        let of = |row: &HistoryRow| row.p_log10.get(k).map_or(f64::NAN, |p| (-p).max(LEAST_SHOWN));
+        let of =
+            |row: &HistoryRow| row.p_log10.get(k).map_or(f64::NAN, |p| (-p).clamp(LEAST_SHOWN, RAREST_SHOWN));
         let y = columns.add(history.iter().map(of));
         Series::points(kind.name(), x, y, Colour::of(k))
     });
     let series = series.collect();
-    let most = history.iter().flat_map(|row| &row.p_log10).map(|p| -p).fold(0.0, f64::max);
+    let most = history.iter().flat_map(|row| &row.p_log10).map(|p| -p).fold(0.0, f64::max).min(RAREST_SHOWN);
     Block::Chart(Chart {
         id: "improbable",
-        title: "How improbable without a change",
+        title: "Evidence for a change",
         explanation: "How rarely welds look like these if nothing has changed. Above the line is an alarm; the line is set for \
-                      one false alarm in 100,000 pieces."
+                      one false alarm in 100,000 pieces. What is rarer than 1 in 10²⁰ is drawn there."
             .to_owned(),
         alternative: "In how many welds it comes once without a change, by weld and kind of change".to_owned(),
         wide: true,

@@ -67,6 +67,7 @@ pub fn columns(history: &[HistoryRow]) -> Vec<(String, Values)> {
         all.push((format!("p_log10_{}", kind.name()), number(&|row| row.p_log10.get(k).copied())));
     }
     all.push(("blind_to".to_owned(), text(&|row| Some(row.blind_to.join("; ")))));
+    all.push(("state".to_owned(), text(&|row| Some(row.state().name().to_owned()))));
     all.push(("alarm".to_owned(), text(&|row| row.alarm.as_ref().map(|alarm| alarm.kind.clone()))));
     all.push(("alarm_since_weld".to_owned(), whole(&|row| row.alarm.as_ref().map(|alarm| alarm.since))));
     let name_of = |number: i64| {
@@ -75,5 +76,9 @@ pub fn columns(history: &[HistoryRow]) -> Vec<(String, Values)> {
     };
     all.push(("alarm_since_name".to_owned(), text(&|row| name_of(row.alarm.as_ref()?.since))));
     all.push(("alarm_p_log10".to_owned(), number(&|row| row.alarm.as_ref().map(|alarm| alarm.p_log10))));
+    let error = |row: &HistoryRow, which: usize| Some(row.alarm.as_ref()?.seam_error?[which] * 1e3);
+    all.push(("alarm_seam_error_mm".to_owned(), number(&|row| error(row, 0))));
+    all.push(("alarm_seam_error_sigma_mm".to_owned(), number(&|row| error(row, 1))));
+    all.push(("alarm_text".to_owned(), text(&|row| row.alarm.as_ref()?.text.clone())));
     all
 }

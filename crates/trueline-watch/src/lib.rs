@@ -28,7 +28,7 @@
 //! let welds: Vec<_> = (0..6).map(|number| piece(&production, number, 1)).collect();
 //! let truth = welds[0].truth.as_ref().ok_or("a simulation knows its truth")?;
 //! let calibration =
-//!     Watched { name: "result.json".into(), sha256: "0".into(), guess: truth.parameters, result: None };
+//!     Watched { name: "result.json".into(), sha256: "0".into(), guess: truth.parameters, result: None, tolerance_m: None };
 //!
 //! let folder = tempfile::tempdir()?;
 //! let store = Store::open(&folder.path().join("cell.sqlite"))?;
@@ -40,31 +40,38 @@
 
 mod alarm_message;
 pub mod detect;
+pub mod headline;
 pub mod history_csv;
 pub mod history_page;
 #[cfg(feature = "parquet")]
 pub mod history_parquet;
 pub mod history_table;
 pub mod innovation;
+mod kept_regimes;
 pub mod parameters;
 pub mod quadratic;
 pub mod reference;
+pub mod repair;
 pub mod store;
 pub mod tell;
+pub mod told;
 pub mod watch;
 pub mod watcher;
 mod weld_content;
 mod weld_folder;
 mod weld_line;
 pub mod weld_text;
+pub mod words;
 
 pub use detect::{Alarm, Judgement, PieceInformation, Scatter};
 pub use innovation::weld_statistic::WeldStatistic;
 pub use parameters::Kind;
 pub use quadratic::Quadratic;
 pub use reference::{Part, Reference};
+pub use repair::Repair;
 pub use store::Store;
+pub use told::State;
 pub use watch::{WatchError, Watched, watch};
 pub use watcher::{Watcher, WatcherError, WatcherSettings};
 pub use weld_folder::{Found, WeldFolder};
-pub use weld_line::{Learning, WeldLine};
+pub use weld_line::{HistoryOf, Learning, WeldLine};

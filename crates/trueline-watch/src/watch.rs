@@ -1,16 +1,23 @@
 //! One weld more: read the state, judge, keep, and tell.
 
 use crate::alarm_message::{self, Event};
+use crate::detect::change::Confidence;
 use crate::detect::inside::CutWeld;
 use crate::detect::scatter::{self, LESSONS};
 use crate::detect::sensor_axes::SensorAxes;
-use crate::detect::{History, Judgement, PieceInformation, Scatter, Since, blindness, judge};
+use crate::detect::{
+    Alarm, Change, History, Judgement, Movement, PieceInformation, Regime, Scatter, blindness, judge,
+};
 use crate::innovation::{Evidence, Weld, WeldError, shape_origin_m};
-use crate::parameters::{CALIBRATION, UNITS};
+use crate::kept_regimes::{self, Lists, found_anew};
+use crate::parameters::{CALIBRATION, Kind, UNITS};
 use crate::reference::{Part, Reference};
-use crate::store::{NewWeld, Standing, Store, StoreError, StoredPart, StoredPiece, weld_number};
+use crate::store::{
+    KEPT_STATISTICS, NewAlarm, NewWeld, Standing, Store, StoreError, StoredPart, StoredPiece, weld_number,
+};
+use crate::told::Told;
 use crate::weld_content::content;
-use crate::weld_line::{Learning, Told, WeldLine};
+use crate::weld_line::{HistoryOf, Learning, WeldLine};
 use nalgebra::{Matrix3, Vector3};
 use std::time::{SystemTime, UNIX_EPOCH};
 use trueline_dataset::result_file::ResultFile;
@@ -31,6 +38,8 @@ pub struct Watched {
     pub guess: Guess,
     /// The whole result, where there is one.
     pub result: Option<ResultFile>,
+    /// How far seam points may be moved by a change that is no alarm, m.
+    pub tolerance_m: Option<f64>,
 }
 
 /// Why a weld could not be watched.
@@ -59,7 +68,9 @@ impl Watched {
     /// Whether a weld was recorded with another sensor.toml than the one the calibration was made with; `None` where one of the
     /// two is not known.
     pub(crate) fn sensor_file_differs(&self, weld: &Recording) -> Option<bool> {
-        let made_with = self.result.as_ref()?.inputs.get(SENSOR)?;
+        let result = self.result.as_ref()?;
+        let named = result.sensor.file.as_ref().map(|file| &file.sha256);
+        let made_with = named.or_else(|| result.inputs.get(SENSOR))?;
         Some(made_with != weld.inputs.get(SENSOR)?)
     }
 
@@ -89,6 +100,7 @@ pub fn watch(
     let content = content(recording);
     let now_s = now_s();
     let transaction = store.begin()?;
+    let before = store.calibration_of_last_weld()?;
     let names = (calibration.sha256.as_str(), calibration.name.as_str());
     let (id, origin_m) = store.add_calibration(names, now_s, calibration.guess.time_offset_s, origin_m)?;
     if let Some((row, line)) = store.line_of(id, &content)? {
@@ -109,21 +121,45 @@ pub fn watch(
     };
     let evidence = weld.evidence(&parts[own].part, &reference)?;
     let pieces = store.pieces(id)?;
-    let standing = store.standing(id)?;
-    let in_control = learn(store, &pieces, &mut parts[own], standing.as_ref().map(|alarm| alarm.since))?;
-    let axes = sensor_axes(recording, &calibration.guess, origin_m);
-    let number = weld_number(store.next_row()?);
-    let seen = Seen { reference: &reference, parts: &parts, own, pieces: &pieces, evidence: &evidence };
-    let (judgement, information) = seen.judged(standing.as_ref());
-    let mut line = seen.line((number, name), &judgement, &information, &axes);
+    let next_row = store.next_row()?;
+    let oldest = pieces.first().map_or(next_row, |piece| piece.id);
+    let mut kept = store.regimes(id, oldest)?;
+    if kept.is_empty() {
+        kept = found_anew(Lists { pieces: &pieces, parts: &parts, next_row }, &reference.prior);
+    }
+    let standing = store.standing(id)?.filter(|_| kept.last().is_some_and(|regime| regime.fault.is_some()));
+    let in_control = learn(store, kept_regimes::good(&pieces, &kept), &mut parts[own])?;
+    let axes = sensor_axes(recording, &calibration.guess);
+    let movement = Movement::of(weld.features(), &axes, origin_m);
+    let number = weld_number(next_row);
+    let lists = Lists { pieces: &pieces, parts: &parts, next_row };
+    let seen = Seen { reference: &reference, lists, own, evidence: &evidence };
+    let (judgement, information) = seen.judged(&lists.places(&kept));
+    let tolerance = (calibration.tolerance_m, standing.as_ref().is_some_and(|change| change.is_within));
+    let mut line = seen.line((number, name), &judgement, blindness::blind_to(&information, &axes));
+    line.alarm = judgement.alarm.as_ref().map(|alarm| seen.told((number, name), alarm, &movement, tolerance));
+    let claimed = kept.last().filter(|regime| regime.claimed).map(|regime| weld_number(regime.first));
+    if let Some(told) = &mut line.alarm {
+        told.was_claimed = claimed == Some(told.since_number);
+    }
     line.learning = line
         .learning
         .map(|learning| Learning { pieces: in_control + usize::from(judgement.alarm.is_none()), ..learning });
     line.sensor_file_differs = calibration.sensor_file_differs(recording);
+    line.calibration = calibration.name.clone();
+    line.history = HistoryOf::after(before, id, pieces.len());
+    line.blindness_is_news = is_news(store.last_line(id)?, &line.blind_to, now_s);
     line.stamps_treated_alike = weld.stamps_as(reference.dejittered);
-    let kind = line.alarm.as_ref().map(|told| told.alarm.change.kind.name());
-    line.event = Event::between(standing.as_ref(), kind);
+    let now = line.alarm.as_ref().map(|told| Standing {
+        kind: told.alarm.change.kind.name().to_owned(),
+        is_within: told.is_within,
+        is_another: judgement.is_another,
+    });
+    line.event = Event::between(standing.as_ref(), now.as_ref());
     store.add_weld(id, &seen.kept(&line, content, now_s, &judgement, &information))?;
+    let regimes = lists.rows(&judgement.regimes, &kept);
+    store.keep_regimes(id, oldest, &regimes)?;
+    store.drop_statistics(&lists.too_old(&regimes, KEPT_STATISTICS))?;
     if let Some(event) = line.event {
         let body = alarm_message::body(event, &store.cell(), &calibration.name, now_s, &line.to_json());
         store.add_message(&body.to_string())?;
@@ -132,16 +168,25 @@ pub fn watch(
     Ok(line)
 }
 
-/// Learns the scatter of a part when the number of its pieces, up to a standing alarm, reaches the next lesson. That number.
-fn learn(
+/// How long a shift is, s.
+const SHIFT_S: i64 = 8 * 3600;
+
+/// Whether what welds are blind to is to be said: once a shift, and where it has changed since the last weld.
+fn is_news(last: Option<(String, i64)>, blind_to: &[String], now_s: i64) -> bool {
+    let Some((line, then_s)) = last else { return true };
+    let before: Option<serde_json::Value> = serde_json::from_str(&line).ok();
+    let is_same = before.is_some_and(|line| line["blind_to"] == serde_json::json!(blind_to));
+    !is_same || then_s.div_euclid(SHIFT_S) != now_s.div_euclid(SHIFT_S)
+}
+
+/// Learns the scatter of a part when the number of its good pieces reaches the next lesson. That number.
+fn learn<'a>(
     store: &Store,
-    pieces: &[StoredPiece],
+    good: impl Iterator<Item = &'a StoredPiece>,
     own: &mut StoredPart,
-    standing_since: Option<i64>,
 ) -> Result<usize, StoreError> {
-    let in_control =
-        |piece: &&StoredPiece| piece.part == own.id && standing_since.is_none_or(|since| piece.id < since);
-    let statistics: Vec<_> = pieces.iter().filter(in_control).map(|piece| &piece.statistic).collect();
+    let statistics: Vec<_> =
+        good.filter(|piece| piece.part == own.id).map(|piece| &piece.statistic).collect();
     let known = own.scatter.as_ref().map_or(0, |scatter| scatter.pieces);
     let Some(lesson) = scatter::lesson(statistics.len()).filter(|lesson| *lesson > known) else {
         return Ok(statistics.len());
@@ -156,67 +201,67 @@ fn learn(
 /// All that a judgement is made of.
 struct Seen<'a> {
     reference: &'a Reference,
-    parts: &'a [StoredPart],
+    lists: Lists<'a>,
     own: usize,
-    pieces: &'a [StoredPiece],
     evidence: &'a Evidence,
 }
 
 impl Seen<'_> {
     fn scatter(&self) -> Option<&Scatter> {
-        self.parts[self.own].scatter.as_ref()
+        self.lists.parts[self.own].scatter.as_ref()
     }
 
-    fn judged(&self, standing: Option<&Standing>) -> (Judgement, Vec<PieceInformation>) {
-        let of = |statistic, part: usize| {
-            let known = &self.parts[part];
-            PieceInformation::of(statistic, part, &known.part, known.scatter.as_ref())
-        };
-        let part_of = |piece: &StoredPiece| self.parts.iter().position(|part| part.id == piece.part);
-        let before = self.pieces.iter().filter_map(|p| Some(of(&p.statistic, part_of(p)?)));
-        let pieces: Vec<PieceInformation> = before.chain([of(&self.evidence.statistic, self.own)]).collect();
-        let scatters: Vec<Option<Scatter>> = self.parts.iter().map(|part| part.scatter.clone()).collect();
+    fn judged(&self, regimes: &[Regime]) -> (Judgement, Vec<PieceInformation>) {
+        let own = &self.lists.parts[self.own];
+        let last = PieceInformation::of(&self.evidence.statistic, self.own, &own.part, own.scatter.as_ref());
+        let mut pieces = self.lists.information();
+        pieces.push(last);
+        let scatters = self.lists.scatters();
         let cut = CutWeld {
             chunks: &self.evidence.chunks,
             bow_prior: &self.evidence.bow_prior,
-            part: &self.parts[self.own].part,
+            part: &own.part,
             dispersion: self.scatter().map_or([1.0; 4], |scatter| scatter.dispersion),
             freedom: self.evidence.statistic.freedom(),
         };
-        let dated = standing.and_then(|alarm| {
-            let piece = self.pieces.iter().position(|piece| piece.id == alarm.since)?;
-            Some(Since { piece, inside_s: Some(alarm.inside_s?) })
-        });
-        let history = History { pieces: &pieces, prior: &self.reference.prior, scatters: &scatters, dated };
+        let history = History { pieces: &pieces, prior: &self.reference.prior, scatters: &scatters, regimes };
         (judge(&history, Some(&cut)), pieces)
     }
 
-    fn since(&self, piece: usize, (number, name): (i64, &str)) -> (i64, String) {
-        let before = self.pieces.get(piece);
+    fn weld(&self, place: usize, (number, name): (i64, &str)) -> (i64, String) {
+        let before = self.lists.pieces.get(place);
         before.map_or_else(|| (number, name.to_owned()), |piece| (weld_number(piece.id), piece.name.clone()))
     }
 
-    fn line(
+    fn told(
         &self,
-        (number, name): (i64, &str),
-        judgement: &Judgement,
-        information: &[PieceInformation],
-        axes: &SensorAxes,
-    ) -> WeldLine {
+        own: (i64, &str),
+        alarm: &Alarm,
+        movement: &Movement,
+        tolerance: (Option<f64>, bool),
+    ) -> Told {
+        let welds = [alarm.since.piece, alarm.out_since].map(|place| self.weld(place, own));
+        let error = movement.by(&alarm.change, &self.lists.parts[self.own].part);
+        Told::of(alarm.clone(), welds, error, tolerance)
+    }
+
+    fn line(&self, own: (i64, &str), judgement: &Judgement, blind_to: Vec<String>) -> WeldLine {
         let statistic = &self.evidence.statistic;
-        let since = judgement.alarm.as_ref().map(|alarm| self.since(alarm.since.piece, (number, name)));
         WeldLine {
-            number,
-            weld: name.to_owned(),
+            number: own.0,
+            weld: own.1.to_owned(),
             used: statistic.used,
             outliers: statistic.outliers,
             noise_factor: statistic.noise_factor,
-            blind_to: blindness::blind_to(information, axes),
+            blind_to,
             blindness_is_news: true,
-            alarm: judgement.alarm.clone().zip(since).map(|(alarm, since)| Told::of(alarm, since, axes)),
+            alarm: None,
+            good_since: judgement.good_since.map(|place| self.weld(place, own)),
             event: None,
             sensor_file_differs: None,
-            part: self.parts[self.own].id,
+            part: self.lists.parts[self.own].id,
+            calibration: String::new(),
+            history: HistoryOf::Same,
             learning: self.scatter().is_none().then_some(Learning { pieces: 0, needed: LESSONS[0] }),
             p_log10: judgement.p_log10,
             stamps_treated_alike: true,
@@ -232,9 +277,11 @@ impl Seen<'_> {
         judgement: &Judgement,
         information: &[PieceInformation],
     ) -> NewWeld {
-        let alarm = judgement.alarm.as_ref().map(|alarm| {
-            let since = self.pieces.get(alarm.since.piece).map(|piece| piece.id);
-            (alarm.change.kind.name(), since, alarm.change.p_log10)
+        let alarm = line.alarm.as_ref().map(|told| NewAlarm {
+            kind: told.alarm.change.kind.name(),
+            since: self.lists.pieces.get(told.alarm.since.piece).map(|piece| piece.id),
+            p_log10: told.alarm.change.p_log10,
+            is_within: told.is_within,
         });
         NewWeld {
             name: line.weld.clone(),
@@ -250,19 +297,26 @@ impl Seen<'_> {
     }
 }
 
-/// Each column of θ by itself, as if nothing else had changed; `None` below what a piece can show.
+/// Each column of θ as if nothing else had changed, `None` below what a piece can show; then each as if nothing of another kind had, `None`
+/// where the piece does not show it by itself.
 fn estimates(piece: &PieceInformation) -> Vec<Option<[f64; 2]>> {
-    let of = |k: usize| {
+    let alone = |k: usize| {
         let information = piece.within.matrix[(k, k)];
         let shown = information > crate::detect::change::VISIBLE;
         shown
             .then(|| [piece.within.vector[k] / information, information.sqrt().recip()].map(|x| x * UNITS[k]))
     };
-    (0..CALIBRATION).map(of).collect()
+    let known = Confidence { noise_freedom: piece.freedom, taught_by: 0, dispersion: 1.0, pieces: 1 };
+    let by_kind = Kind::ALL.into_iter().filter(|kind| *kind != Kind::Seam).flat_map(|kind| {
+        let columns: Vec<usize> = kind.columns().collect();
+        let own = Change::of(kind, &piece.within.restricted(&columns), None, known);
+        own.value.into_iter().zip(own.sigma).map(|(value, sigma)| Some([value?, sigma?])).collect::<Vec<_>>()
+    });
+    (0..CALIBRATION).map(alone).chain(by_kind).collect()
 }
 
-/// The sensor's axes, and how far it is to the middle of what it sees (sheet coordinates), in the tool frame.
-fn sensor_axes(recording: &Recording, guess: &Guess, middle_m: [f64; 2]) -> SensorAxes {
+/// The sensor's axes in the tool frame.
+fn sensor_axes(recording: &Recording, guess: &Guess) -> SensorAxes {
     let sheet = match &recording.sensor {
         Sensor::CameraLaser { laser_plane_in_camera, .. }
         | Sensor::Points { laser_plane_in_camera: Some(laser_plane_in_camera) } => {
@@ -274,9 +328,9 @@ fn sensor_axes(recording: &Recording, guess: &Guess, middle_m: [f64; 2]) -> Sens
         (sheet.axes().column(0).into(), sheet.axes().column(1).into());
     let in_tool = |axis: &Vector3<f64>| guess.tool_from_camera.rotation * axis;
     let along = across.cross(&depth);
-    let tool_from_axes = Matrix3::from_columns(&[in_tool(&across), in_tool(&along), in_tool(&depth)]);
-    let camera_to_seam_m = in_tool(&sheet.point(&middle_m.into()));
-    SensorAxes { tool_from_axes, camera_to_seam_m }
+    SensorAxes {
+        tool_from_axes: Matrix3::from_columns(&[in_tool(&across), in_tool(&along), in_tool(&depth)]),
+    }
 }
 
 fn now_s() -> i64 {

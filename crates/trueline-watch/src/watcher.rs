@@ -1,5 +1,6 @@
 //! Watches weld after weld with one calibration, forgets old ones, and has alarms told to others.
 
+use crate::repair::{self, Repair, RepairError};
 use crate::store::{ReceiverRow, Store, StoreError};
 use crate::tell;
 use crate::tell::courier::{Courier, CourierError};
@@ -23,6 +24,8 @@ pub struct WatcherSettings<'a> {
     pub tell: &'a [String],
     /// Welds older than this are forgotten.
     pub keep: Option<Duration>,
+    /// How far seam points may be moved by a change that is no alarm, m.
+    pub tolerance_m: Option<f64>,
 }
 
 /// Why nothing can be watched.
@@ -40,6 +43,9 @@ pub enum WatcherError {
     /// Nobody can be told now.
     #[error(transparent)]
     Courier(#[from] CourierError),
+    /// A repair cannot be where it was reported.
+    #[error(transparent)]
+    Repair(#[from] RepairError),
     /// A weld cannot be watched.
     #[error("{name}: {error}")]
     Weld {
@@ -59,6 +65,7 @@ impl WatcherError {
             Self::Store(error) | Self::Courier(CourierError::Store(error)) => error.hint().to_owned(),
             Self::Receiver(_) => "http://HOST/PATH, https://HOST/PATH, or mqtt://HOST:PORT/TOPIC".to_owned(),
             Self::Courier(CourierError::Thread(_)) => "are there too many processes?".to_owned(),
+            Self::Repair(error) => error.hint().to_owned(),
             Self::Weld { error, .. } => error.hint().to_owned(),
         }
     }
@@ -71,10 +78,9 @@ pub struct Watcher {
     calibration: Watched,
     keep: Option<Duration>,
     couriers: Vec<Courier>,
-    blind_to: Option<Vec<String>>,
     met_another_sensor: bool,
-    /// Welds with an alarm.
-    pub alarms: usize,
+    /// Whether an alarm stands after the last weld.
+    pub is_alarm: bool,
 }
 
 impl Watcher {
@@ -84,23 +90,15 @@ impl Watcher {
     /// A file that cannot be used, or an address of no known kind.
     pub fn of(settings: &WatcherSettings<'_>) -> Result<Self, WatcherError> {
         let known = calibration_file::read(settings.calibration)?;
-        let calibration = watched(settings.calibration, &known)?;
+        let mut calibration = watched(settings.calibration, &known)?;
+        calibration.tolerance_m = settings.tolerance_m;
         let store = Store::open(settings.state)?;
         let (mut couriers, pace) = (Vec::new(), tell::Pace::default());
         for address in settings.tell {
             couriers.push(Courier::start(settings.state, tell::at(address, pace.patience)?, pace)?);
         }
         let keep = settings.keep;
-        Ok(Self {
-            store,
-            known,
-            calibration,
-            keep,
-            couriers,
-            blind_to: None,
-            met_another_sensor: false,
-            alarms: 0,
-        })
+        Ok(Self { store, known, calibration, keep, couriers, met_another_sensor: false, is_alarm: false })
     }
 
     /// Whether the calibration was accepted when it was made, where its file says so.
@@ -123,16 +121,34 @@ impl Watcher {
     pub fn one(&mut self, name: &str, recording: Recording) -> Result<WeldLine, WatcherError> {
         self.known.check_mounting(Path::new(&self.calibration.name), recording.setup.mounted)?;
         let recording = self.known.corrected(recording);
-        let mut line = watch(&self.store, &self.calibration, name, &recording)
+        let line = watch(&self.store, &self.calibration, name, &recording)
             .map_err(|error| WatcherError::Weld { name: name.to_owned(), error })?;
-        line.blindness_is_news &= self.blind_to.as_ref() != Some(&line.blind_to);
-        self.blind_to = Some(line.blind_to.clone());
-        self.alarms += usize::from(line.is_alarm());
+        self.is_alarm = line.is_alarm();
         if let Some(keep) = self.keep {
             let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
             self.store.forget_before(now.saturating_sub(keep).as_secs().cast_signed())?;
         }
         Ok(line)
+    }
+
+    /// Takes the fault that stands to be mended before a weld, by number or name; `None` is the next one.
+    ///
+    /// # Errors
+    /// A weld that is not known, or lies before the fault; a state that cannot be written.
+    pub fn repaired(&mut self, before: Option<&str>) -> Result<Repair, WatcherError> {
+        let now_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs().cast_signed());
+        let names = (self.calibration.sha256.as_str(), self.calibration.name.as_str());
+        let repair = repair::claim(&self.store, names, before, now_s)?;
+        self.is_alarm = false;
+        Ok(repair)
+    }
+
+    /// Whether a word names a weld that has been watched, by number or name.
+    ///
+    /// # Errors
+    /// A state that cannot be read.
+    pub fn knows(&self, weld: &str) -> Result<bool, WatcherError> {
+        Ok(repair::is_known(&self.store, &self.calibration.sha256, weld)?)
     }
 
     /// Tells whoever can be told once more, and returns those who could not. Their messages are kept.
@@ -154,5 +170,11 @@ fn watched(file: &Path, known: &KnownCalibration) -> Result<Watched, WatcherErro
     let is_json = calibration_file::is_json(&String::from_utf8_lossy(&bytes));
     let result = is_json.then(|| ResultFile::read(file)).transpose()?;
     let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    Ok(Watched { name: file.display().to_string(), sha256, guess: known.with_correction(), result })
+    Ok(Watched {
+        name: file.display().to_string(),
+        sha256,
+        guess: known.with_correction(),
+        result,
+        tolerance_m: None,
+    })
 }

@@ -1,9 +1,10 @@
 //! What is told of a weld: one line of JSON.
 
 use crate::alarm_message::Event;
-use crate::detect::sensor_axes::SensorAxes;
-use crate::detect::{Alarm, Change};
+use crate::detect::{Change, SeamError};
+use crate::headline::headline;
 use crate::parameters::Kind;
+use crate::told::{State, Told};
 use serde_json::{Value, json};
 
 /// How far a part has been learnt.
@@ -15,44 +16,37 @@ pub struct Learning {
     pub needed: usize,
 }
 
-/// An alarm as it is told.
-#[derive(Clone, Debug)]
-pub struct Told {
-    /// The alarm.
-    pub alarm: Alarm,
-    /// The number of the first weld after the change.
-    pub since_number: i64,
-    /// Its name.
-    pub since: String,
-    /// Of a bracket: how far a seam point has moved by [`crate::detect::sensor_axes::AXES`], with the standard deviation, m.
-    pub seam_point: Option<[Option<[f64; 2]>; 3]>,
+/// The history to which a weld belongs: each calibration has its own.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum HistoryOf {
+    /// That of the weld before.
+    Same,
+    /// One that begins with this weld; before came one of another calibration, by its name, if there was any.
+    New(Option<String>),
+    /// One that goes on after welds of another calibration, by its name.
+    Resumed(String),
 }
 
-impl Told {
-    /// An alarm with its words' numbers.
+impl HistoryOf {
+    /// By the calibration of the weld before, that of this weld, and how many of its welds are known.
     #[must_use]
-    pub fn of(alarm: Alarm, (since_number, since): (i64, String), axes: &SensorAxes) -> Self {
-        let seam_point = (alarm.change.kind == Kind::Bracket).then(|| axes.seam_point(&alarm.change));
-        Self { alarm, since_number, since, seam_point }
+    pub(crate) fn after(before: Option<(i64, String)>, own: i64, welds: usize) -> Self {
+        match before {
+            Some((id, _)) if id == own => Self::Same,
+            before if welds == 0 => Self::New(before.map(|(_, name)| name)),
+            Some((_, name)) => Self::Resumed(name),
+            None => Self::Same,
+        }
     }
 
-    fn to_json(&self) -> Value {
-        let alarm = &self.alarm;
-        let mut change = change_json(&alarm.change);
-        if let Some(moved) = &self.seam_point {
-            let of = |k: usize| moved.map(|axis| axis.map(|pair| pair[k] * 1e3));
-            change["seam_point_mm"] = json!(of(0));
-            change["sigma"]["seam_point_mm"] = json!(of(1));
+    /// The word in files.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Same => "same",
+            Self::New(_) => "new",
+            Self::Resumed(_) => "resumed",
         }
-        json!({
-            "kind": alarm.change.kind.name(),
-            "since": self.since,
-            "since_number": self.since_number,
-            "since_time_s": alarm.since.inside_s,
-            "change": change,
-            "p_log10": alarm.change.p_log10,
-            "not_told_apart": alarm.not_told_apart.iter().map(|kind| kind.name()).collect::<Vec<_>>(),
-        })
     }
 }
 
@@ -71,16 +65,23 @@ pub struct WeldLine {
     pub noise_factor: f64,
     /// What welds like these would not show.
     pub blind_to: Vec<String>,
-    /// Whether that is something else than after the weld before: then it is worth words.
+    /// Whether that and what is being learnt is worth words: at the first weld of a shift, and where it is something else than after
+    /// the weld before.
     pub blindness_is_news: bool,
-    /// What changed.
+    /// What changed, be it within the tolerance or not.
     pub alarm: Option<Told>,
+    /// Number and name of the first weld that is at the calibration again, if this weld ended a change.
+    pub good_since: Option<(i64, String)>,
     /// How the alarm differs from that of the weld before: then it is worth all its words.
     pub event: Option<Event>,
     /// Whether its sensor's file is another than that of the calibration; `None` where one of them is not known.
     pub sensor_file_differs: Option<bool>,
     /// Number of the part.
     pub part: i64,
+    /// The name of the calibration.
+    pub calibration: String,
+    /// To which history it belongs.
+    pub history: HistoryOf,
     /// Until the scatter of the part is in use: how far it has been learnt.
     pub learning: Option<Learning>,
     /// log₁₀ probability of the most significant change of each kind, in the order of [`Kind::ALL`].
@@ -109,9 +110,12 @@ impl WeldLine {
             blind_to: strings("blind_to"),
             blindness_is_news: false,
             alarm: None,
+            good_since: None,
             event: None,
             sensor_file_differs: value["sensor_file_differs"].as_bool(),
             part: value["part"].as_i64().unwrap_or(0),
+            calibration: value["calibration"].as_str().unwrap_or_default().to_owned(),
+            history: HistoryOf::Same,
             learning: None,
             p_log10: [0.0; 4],
             stamps_treated_alike: true,
@@ -119,13 +123,27 @@ impl WeldLine {
         }
     }
 
+    /// What stands after it.
+    #[must_use]
+    pub fn state(&self) -> State {
+        match &self.told_before {
+            Some(line) => {
+                let value: Value = serde_json::from_str(line).unwrap_or(Value::Null);
+                // Older lines have no word for it.
+                match (value["state"].as_str(), value["alarm"].is_null()) {
+                    (Some("changed-within-tolerance"), _) => State::WithinTolerance,
+                    (_, false) => State::Alarm,
+                    (_, true) => State::Good,
+                }
+            }
+            None => self.alarm.as_ref().map_or(State::Good, Told::state),
+        }
+    }
+
     /// Whether an alarm stands.
     #[must_use]
     pub fn is_alarm(&self) -> bool {
-        match &self.told_before {
-            Some(line) => serde_json::from_str::<Value>(line).is_ok_and(|value| !value["alarm"].is_null()),
-            None => self.alarm.is_some(),
-        }
+        self.state() == State::Alarm
     }
 
     /// As JSON.
@@ -136,13 +154,46 @@ impl WeldLine {
         }
         let by_kind: serde_json::Map<String, Value> =
             Kind::ALL.iter().zip(self.p_log10).map(|(kind, p)| (kind.name().to_owned(), json!(p))).collect();
+        let told = |state: State| self.alarm.as_ref().filter(|told| told.state() == state).map(told_json);
         let learning = self.learning.map(|l| json!({ "pieces": l.pieces, "needed": l.needed }));
         json!({
             "number": self.number, "weld": self.weld, "used": self.used, "outliers": self.outliers, "noise_factor": self.noise_factor,
+            "calibration": self.calibration, "history": self.history.name(),
             "sensor_file_differs": self.sensor_file_differs, "part": self.part, "learning": learning, "blind_to": self.blind_to, "p_log10": by_kind,
-            "alarm": self.alarm.as_ref().map(Told::to_json),
+            "state": self.state().name(), "alarm": told(State::Alarm), "change_within_tolerance": told(State::WithinTolerance),
+            "good_since_number": self.good_since.as_ref().map(|(number, _)| number),
+            "good_since": self.good_since.as_ref().map(|(_, name)| name),
         })
     }
+}
+
+/// A change with its numbers and sentences.
+fn told_json(told: &Told) -> Value {
+    let alarm = &told.alarm;
+    let mut change = change_json(&alarm.change);
+    let SeamError { by_axis, total } = told.seam_error;
+    if alarm.change.kind != Kind::Seam {
+        let of = |k: usize| by_axis.map(|axis| axis.map(|pair| pair[k] * 1e3));
+        change["seam_point_mm"] = json!(of(0));
+        change["sigma"]["seam_point_mm"] = json!(of(1));
+    }
+    let of = |k: usize| total.map(|pair| pair[k] * 1e3);
+    json!({
+        "kind": alarm.change.kind.name(),
+        "since": told.since,
+        "since_number": told.since_number,
+        "since_time_s": alarm.since.inside_s,
+        "wrong_since": told.out_since.1,
+        "wrong_since_number": told.out_since.0,
+        "seam_error_mm": of(0),
+        "seam_error_sigma_mm": of(1),
+        "tolerance_mm": told.tolerance_m.map(|m| m * 1e3),
+        "text": headline(told),
+        "change": change,
+        "p_log10": alarm.change.p_log10,
+        "not_told_apart": alarm.not_told_apart.iter().map(|kind| kind.name()).collect::<Vec<_>>(),
+        "in_spite_of_repair": told.was_claimed,
+    })
 }
 
 /// A change in the units of files, with its standard deviations; null is what does not show.

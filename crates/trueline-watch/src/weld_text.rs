@@ -1,10 +1,13 @@
 //! What is told of a weld, for the person who welds.
 
-use crate::detect::Change;
 use crate::detect::sensor_axes::AXES;
+use crate::detect::{Change, SeamError};
+use crate::headline::headline;
 use crate::parameters::Kind;
 use crate::store::ReceiverRow;
-use crate::weld_line::{Learning, Told, WeldLine};
+use crate::told::{State, Told};
+use crate::weld_line::{HistoryOf, Learning, WeldLine};
+use crate::words::{how_rarely, numbered, what_changed, where_to_look};
 use std::cmp::Ordering;
 
 /// What is told of a weld.
@@ -12,24 +15,26 @@ use std::cmp::Ordering;
 pub fn of(line: &WeldLine) -> String {
     let weld = numbered(line.number, &line.weld);
     if line.told_before.is_some() {
-        let state = if line.is_alarm() { "an alarm stood" } else { "no change was seen" };
-        return format!("{weld}: watched before; {state}; blind to: {}\n", hidden(&line.blind_to));
+        let state = match line.state() {
+            State::Alarm => "an alarm stood",
+            State::WithinTolerance => "a change within the tolerance stood",
+            State::Good => "no change was seen",
+        };
+        return format!("{weld}: watched before; {state}\n");
     }
-    let mut text = match (&line.alarm, line.event) {
+    let mut text = history_text(line);
+    text += &match (&line.alarm, line.event) {
         (None, event) => {
-            let over = if event.is_some() { "the alarm is over; " } else { "" };
-            let points = line.used;
-            format!(
-                "{weld}: {over}no change seen in {points} seam points; blind to: {}\n",
-                hidden(&line.blind_to)
-            )
+            let over = event.map(|_| over_text(line)).unwrap_or_default();
+            format!("{weld}: {over}no change seen in {} seam points\n", line.used)
         }
         (Some(told), None) => standing_text(&weld, told),
         (Some(told), Some(_)) => alarm_text(&weld, told),
     };
-    // While an alarm stands nothing is learnt.
-    let learns = line.alarm.is_none() || line.event.is_some();
-    text += &line.learning.filter(|_| learns).map(learning_text).unwrap_or_default();
+    // While a change stands nothing is learnt.
+    let learning = line.learning.filter(|_| line.alarm.is_none());
+    let is_done = |learning: &Learning| learning.pieces >= learning.needed;
+    text += &learning.filter(|l| line.blindness_is_news || is_done(l)).map(learning_text).unwrap_or_default();
     if line.blindness_is_news {
         text += &blindness_text(&line.blind_to);
     }
@@ -43,37 +48,44 @@ pub fn of(line: &WeldLine) -> String {
     text
 }
 
+/// Which history begins or goes on, where that is news.
+fn history_text(line: &WeldLine) -> String {
+    let own = &line.calibration;
+    match &line.history {
+        HistoryOf::Same | HistoryOf::New(None) => String::new(),
+        HistoryOf::New(Some(before)) => format!(
+            "A new history begins: {own} is in use from weld {} on, after {before}. Earlier welds are not compared with it.\n",
+            line.number
+        ),
+        HistoryOf::Resumed(before) => {
+            format!("The history of {own} goes on at weld {}, after welds with {before}.\n", line.number)
+        }
+    }
+}
+
 /// What a difference between the files of the sensor does.
 pub const OTHER_SENSOR: &str = "sensor.toml is not the file that the calibration was made with: where the two differ, welds look \
                                 as if the bracket or the sensor had changed";
 
-/// A weld by its number and name.
-#[must_use]
-pub fn numbered(number: i64, name: &str) -> String {
-    format!("weld {number} ({name})")
-}
-
-/// What welds would not show, in words.
-#[must_use]
-pub fn hidden(blind_to: &[String]) -> String {
-    if blind_to.is_empty() { "nothing".to_owned() } else { blind_to.join(", ") }
+/// What ended a change.
+fn over_text(line: &WeldLine) -> String {
+    match &line.good_since {
+        Some((number, name)) => format!("The fault is gone since {}; ", numbered(*number, name)),
+        None => "The alarm is over: later welds do not confirm it; ".to_owned(),
+    }
 }
 
 fn learning_text(learning: Learning) -> String {
     let Learning { pieces, needed } = learning;
     match pieces.cmp(&needed) {
-        Ordering::Less => format!(
-            "  the fixture is being learnt: {pieces} of {needed} pieces; until then a part that lies elsewhere raises no alarm\n"
-        ),
+        Ordering::Less => {
+            format!("  Learning the fixture: {pieces} of {needed} parts. No fixture alarms until then.\n")
+        }
         Ordering::Equal => {
-            format!(
-                "  the fixture has been learnt from {pieces} pieces; from the next one on it is watched\n"
-            )
+            format!("  Learnt the fixture from {pieces} parts. It is watched from the next part on.\n")
         }
         Ordering::Greater => {
-            format!(
-                "  the fixture could not be learnt from {pieces} pieces; a part that lies elsewhere raises no alarm\n"
-            )
+            format!("  The fixture cannot be learnt from {pieces} parts. No fixture alarms.\n")
         }
     }
 }
@@ -93,28 +105,23 @@ fn blindness_text(blind_to: &[String]) -> String {
     )
 }
 
-fn since_text(told: &Told) -> String {
-    let since = numbered(told.since_number, &told.since);
-    match told.alarm.since.inside_s {
-        Some(at_s) => format!("since {at_s:.1} s into {since}"),
-        None => format!("since {since}"),
-    }
-}
-
-/// An alarm that was told in full at an earlier weld.
+/// A change that was told in full at an earlier weld.
 fn standing_text(weld: &str, told: &Told) -> String {
-    let change = &told.alarm.change;
-    let amount =
-        told.seam_point.iter().map(seam_point_text).chain(numbers(change)).next().unwrap_or_default();
-    format!("{weld}: {} {}: {amount}\n", what_changed(change.kind), since_text(told))
+    let word = if told.is_within { "changed within the tolerance" } else { "alarm" };
+    format!("{weld}: {word}: {}\n", headline(told))
 }
 
 fn alarm_text(weld: &str, told: &Told) -> String {
-    let Told { alarm, seam_point, .. } = told;
-    let (what, when) = (what_changed(alarm.change.kind), since_text(told));
-    let mut text =
-        format!("{weld}: ALARM: {what}, {when}\n  look at: {}\n", where_to_look(alarm.change.kind));
-    for part in seam_point.iter().map(seam_point_text).chain(numbers(&alarm.change)) {
+    let Told { alarm, seam_error, .. } = told;
+    let kind = alarm.change.kind;
+    let word = if told.is_within { "CHANGED WITHIN THE TOLERANCE" } else { "ALARM" };
+    let mut text = format!("{weld}: {word}: {}\n", headline(told));
+    if told.was_claimed {
+        text += "  The repair that was reported before this weld did not end it.\n";
+    }
+    text += &format!("  what: {}\n  look at: {}\n", what_changed(kind), where_to_look(kind));
+    let moved = (kind != Kind::Seam).then(|| seam_error_text(seam_error));
+    for part in moved.into_iter().chain(numbers(&alarm.change)) {
         text += &format!("  {part}\n");
     }
     text += &format!("  without a change this comes {}\n", how_rarely(alarm.change.p_log10));
@@ -125,10 +132,7 @@ fn alarm_text(weld: &str, told: &Told) -> String {
             others.join(" or the ")
         );
     }
-    if alarm.change.kind != Kind::Seam {
-        text += "  repair it or calibrate again: `trueline calibrate`\n";
-    }
-    text
+    text + "  once it is mended: `trueline watch --repaired`; after a new calibration: --calibration with its file\n"
 }
 
 /// What is told of a receiver that could not be told of alarms.
@@ -143,50 +147,14 @@ pub fn not_told(receiver: &ReceiverRow) -> String {
     )
 }
 
-/// How far a bracket has moved a seam point.
-fn seam_point_text(moved: &[Option<[f64; 2]>; 3]) -> String {
+/// How far a change moves seam points.
+fn seam_error_text(error: &SeamError) -> String {
     let one = |(name, axis): (&&str, &Option<[f64; 2]>)| match axis {
         Some([value, sigma]) => format!("{name} {:+.3} ± {:.3} mm", value * 1e3, sigma * 1e3),
         None => format!("{name} not shown"),
     };
-    let all: Vec<String> = AXES.iter().zip(moved).map(one).collect();
-    format!("a seam point moves with it (along the stripe, along the seam, in depth): {}", all.join(", "))
-}
-
-/// What has changed.
-#[must_use]
-pub fn what_changed(kind: Kind) -> &'static str {
-    match kind {
-        Kind::Timing => "the camera's time offset has changed",
-        Kind::Bracket => "the sensor has moved on the robot",
-        Kind::Sensor => "the sensor itself has changed",
-        Kind::Seam => "the part lies elsewhere",
-    }
-}
-
-/// Where to look then.
-#[must_use]
-pub fn where_to_look(kind: Kind) -> &'static str {
-    match kind {
-        Kind::Timing => "exposure, driver, network, and who set a clock",
-        Kind::Bracket => {
-            "the sensor's bracket, the torch or tool, and the sensor's camera and laser, for one that has shifted inside looks the same"
-        }
-        Kind::Sensor => "the sensor's window, camera and laser, and its temperature",
-        Kind::Seam => "the fixture; the calibration is still good",
-    }
-}
-
-/// Beyond this log₁₀ the tail of the distribution is a figure of the model, and not of any cell.
-const RAREST_LOG10: f64 = -12.0;
-
-/// A probability in words.
-#[must_use]
-pub fn how_rarely(p_log10: f64) -> String {
-    if p_log10 < RAREST_LOG10 {
-        return format!("less than once in {:.0e} welds", 10f64.powf(-RAREST_LOG10));
-    }
-    format!("once in {:.0e} welds", 10f64.powf(-p_log10))
+    let all: Vec<String> = AXES.iter().zip(&error.by_axis).map(one).collect();
+    format!("seam points move (along the stripe, along the seam, in depth): {}", all.join(", "))
 }
 
 fn noun(kind: Kind) -> &'static str {

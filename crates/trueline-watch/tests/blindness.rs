@@ -4,7 +4,7 @@
 mod common;
 
 use common::{evidence, exact, part};
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3};
 use trueline_dataset::Sensor;
 use trueline_model::LaserSheet;
 use trueline_sim::production::{Layout, PlacementScatter, piece};
@@ -40,7 +40,7 @@ fn blind(layout: Layout) -> Vec<String> {
     let [across, depth] = [0, 1].map(|k| sheet.axes().column(k).into_owned());
     let turn = reference.guess.tool_from_camera.rotation.to_rotation_matrix();
     let tool_from_axes = turn * Matrix3::from_columns(&[across, across.cross(&depth), depth]);
-    let axes = SensorAxes { tool_from_axes, camera_to_seam_m: Vector3::zeros() };
+    let axes = SensorAxes { tool_from_axes };
     let scatter = known(&part, production.scatter);
     blind_to(&[PieceInformation::of(&statistic, 0, &part, Some(&scatter))], &axes)
 }

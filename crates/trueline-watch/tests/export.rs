@@ -27,7 +27,14 @@ fn row(id: i64, alarm: Option<AlarmRow>) -> HistoryRow {
 
 #[test]
 fn every_number_is_there_and_what_is_not_known_is_null() {
-    let alarm = AlarmRow { kind: "bracket".to_owned(), since: 3, p_log10: -7.5 };
+    let alarm = AlarmRow {
+        kind: "bracket".to_owned(),
+        since: 3,
+        p_log10: -7.5,
+        is_within: true,
+        text: Some("Seam points sit 0.38 mm off.".to_owned()),
+        seam_error: Some([3.8e-4, 1e-5]),
+    };
     let bytes = history_parquet::bytes(&[row(7, None), row(8, Some(alarm))]).unwrap();
     let reader = SerializedFileReader::new(bytes::Bytes::from(bytes)).unwrap();
     let rows: Vec<_> = reader.get_row_iter(None).unwrap().map(Result::unwrap).collect();
@@ -49,6 +56,10 @@ fn every_number_is_there_and_what_is_not_known_is_null() {
     assert_eq!(
         (value(1, "alarm_since_weld"), value(1, "alarm_p_log10")),
         (Field::Long(3), Field::Double(-7.5))
+    );
+    assert_eq!(
+        (value(1, "state"), value(1, "alarm_seam_error_mm")),
+        (Field::Str("changed-within-tolerance".to_owned()), Field::Double(0.38))
     );
     let empty = history_parquet::bytes(&[]).unwrap();
     assert_eq!(

@@ -18,7 +18,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use trueline_sim::production::{Layout, Production};
 use trueline_watch::detect::inside::CutWeld;
-use trueline_watch::detect::{Alarm, History, judge};
+use trueline_watch::detect::{History, Judgement, Regime, judge};
 use trueline_watch::innovation::Evidence;
 use trueline_watch::parameters::{CALIBRATION, UNITS};
 use trueline_watch::{Part, PieceInformation, Reference, Scatter};
@@ -84,7 +84,7 @@ impl Drawn {
         drawn
     }
 
-    fn judged(&self, pieces: &[PieceInformation], last: &Evidence, before: Option<&Alarm>) -> Option<Alarm> {
+    fn judged(&self, pieces: &[PieceInformation], last: &Evidence, regimes: &[Regime]) -> Judgement {
         let cut = CutWeld {
             chunks: &last.chunks,
             bow_prior: &last.bow_prior,
@@ -92,10 +92,9 @@ impl Drawn {
             dispersion: [1.0; 4],
             freedom: last.statistic.freedom(),
         };
-        let dated = before.map(|alarm| alarm.since).filter(|since| since.inside_s.is_some());
         let scatters = [Some(self.scatter.clone())];
-        let history = History { pieces, prior: &self.reference.prior, scatters: &scatters, dated };
-        judge(&history, Some(&cut)).alarm
+        let history = History { pieces, prior: &self.reference.prior, scatters: &scatters, regimes };
+        judge(&history, Some(&cut))
     }
 
     /// How far the size of a change is off, in standard deviations as stated, after so many pieces more: `None` where there was
@@ -110,13 +109,14 @@ impl Drawn {
         for _ in 0..BEFORE {
             pieces.push(information(&self.piece(&[0.0; CALIBRATION], 0.0, &mut random)));
         }
-        let mut standing = None;
+        let mut regimes = Vec::new();
         let mut off = [None; LATER.len()];
         for later in 0..=LATER[LATER.len() - 1] {
             let last = self.piece(&change, if later == 0 { after } else { 0.0 }, &mut random);
             pieces.push(information(&last));
-            standing = self.judged(&pieces, &last, standing.as_ref());
-            let (Some(at), Some(alarm)) = (LATER.iter().position(|l| *l == later), &standing) else {
+            let judgement = self.judged(&pieces, &last, &regimes);
+            regimes = judgement.regimes;
+            let (Some(at), Some(alarm)) = (LATER.iter().position(|l| *l == later), &judgement.alarm) else {
                 continue;
             };
             let own = column - alarm.change.kind.columns().start.min(column);

@@ -42,7 +42,7 @@ impl Cell {
             freedom: last.statistic.freedom(),
         };
         judge(
-            &History { pieces, prior: &self.reference.prior, scatters: &self.scatters, dated: None },
+            &History { pieces, prior: &self.reference.prior, scatters: &self.scatters, regimes: &[] },
             Some(&cut),
         )
     }

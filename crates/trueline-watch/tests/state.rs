@@ -7,7 +7,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::Barrier;
 use trueline_dataset::Recording;
 use trueline_sim::production::{Change, Layout, Production, ScheduledChange, piece};
-use trueline_watch::{Store, WatchError, Watched, watch};
+use trueline_watch::{HistoryOf, Store, WatchError, Watched, watch};
 
 /// The environment variable that makes a copy of this test program a worker.
 const WORKER: &str = "TRUELINE_WATCH_WORKER";
@@ -21,7 +21,7 @@ fn production() -> Production {
 
 fn watched(recording: &Recording) -> Watched {
     let guess = recording.truth.as_ref().unwrap().parameters;
-    Watched { name: "test".to_owned(), sha256: "0".to_owned(), guess, result: None }
+    Watched { name: "test".to_owned(), sha256: "0".to_owned(), guess, result: None, tolerance_m: None }
 }
 
 /// Not a test by itself: watches pieces from a number on, and says each that is finished.
@@ -260,7 +260,7 @@ fn old_welds_are_forgotten_and_what_the_detector_needs_is_not() {
     let connection = rusqlite::Connection::open(&file).unwrap();
     connection.execute_batch(&copies(300)).unwrap();
     connection
-        .execute_batch("INSERT INTO alarms SELECT id, 'timing', 1, -9 FROM welds WHERE id % 7 = 0")
+        .execute_batch("INSERT INTO alarms (weld, kind, since, p_log10) SELECT id, 'timing', 1, -9 FROM welds WHERE id % 7 = 0")
         .unwrap();
     let welds = || store.calibrations().unwrap()[0].welds;
     assert_eq!(welds(), 301);
@@ -284,4 +284,26 @@ fn copies(count: usize) -> String {
          SELECT calibration, part, 'copy ' || k, 'copy ' || k, watched_s, used, outliers, noise_factor, estimates, p_log10, \
          line FROM n, welds WHERE welds.id = 1"
     )
+}
+
+/// Welds of another calibration between, whose history begins and ends there.
+#[test]
+fn the_calibration_in_use_is_that_of_the_last_weld() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(&state(&folder)).unwrap();
+    let production = production();
+    let known = watched(&piece(&production, 0, 1));
+    let other = Watched { name: "other".to_owned(), sha256: "1".to_owned(), ..known.clone() };
+    assert_eq!(store.in_use().unwrap(), None);
+    let said = [&known, &known, &other, &known].into_iter().enumerate().map(|(number, calibration)| {
+        let line = watch(&store, calibration, "weld", &piece(&production, number, 1)).unwrap();
+        (store.in_use().unwrap(), line.history)
+    });
+    let expected = [
+        (Some(1), HistoryOf::New(None)),
+        (Some(1), HistoryOf::Same),
+        (Some(2), HistoryOf::New(Some("test".to_owned()))),
+        (Some(1), HistoryOf::Resumed("other".to_owned())),
+    ];
+    assert_eq!(said.collect::<Vec<_>>(), expected);
 }

@@ -5,8 +5,8 @@ use crate::output;
 use std::process::ExitCode;
 use trueline_args::HistoryArgs;
 use trueline_watch::store::{CalibrationRow, HistoryRow};
-use trueline_watch::weld_text::{hidden, numbered};
-use trueline_watch::{Store, history_csv, history_page};
+use trueline_watch::words::{hidden, numbered};
+use trueline_watch::{State, Store, history_csv, history_page};
 
 /// Runs the command.
 pub(crate) fn run(args: &HistoryArgs) -> Result<ExitCode, Failure> {
@@ -14,10 +14,8 @@ pub(crate) fn run(args: &HistoryArgs) -> Result<ExitCode, Failure> {
     output::expect_files(&[&args.state], &files)?;
     let store = Store::open_to_read(&args.state)?;
     let calibrations = store.calibrations()?;
-    let chosen = match args.calibration {
-        Some(id) => calibrations.iter().find(|row| row.id == id),
-        None => calibrations.last(),
-    };
+    let wanted = args.calibration.map_or_else(|| store.in_use(), |id| Ok(Some(id)))?;
+    let chosen = calibrations.iter().find(|row| Some(row.id) == wanted);
     let Some(chosen) = chosen else {
         return Err(Failure::new(
             format!("{}: there is no such calibration in it", args.state.display()),
@@ -25,6 +23,7 @@ pub(crate) fn run(args: &HistoryArgs) -> Result<ExitCode, Failure> {
         ));
     };
     let history = store.history(chosen.id, args.last)?;
+    let repaired = store.reported_repair(chosen.id)?;
     if let Some(file) = &args.csv {
         output::json(file, &history_csv::csv(&history))?;
     }
@@ -33,20 +32,32 @@ pub(crate) fn run(args: &HistoryArgs) -> Result<ExitCode, Failure> {
     }
     if let Some(file) = &args.report {
         let title = format!("{} by {}", args.state.display(), chosen.name);
-        output::file(file, &history_page::html(&history, &title, &output::command_line()))?;
+        output::file(file, &history_page::html(&history, repaired, &title, &output::command_line()))?;
     }
     if !args.quiet {
         calibrations.iter().for_each(|row| output::words(&text(row, row.id == chosen.id)));
-        let alarm = history.last().and_then(|row| row.alarm.as_ref());
-        output::words(&match alarm {
-            Some(alarm) => format!("alarm: {}, since {}", alarm.kind, since(&store, alarm.since)?),
-            None => "no change seen".to_owned(),
-        });
+        output::words(&state(&store, &history, repaired)?);
         if let Some(last) = history.last() {
             output::words(&format!("blind to: {}", hidden(&last.blind_to)));
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// What stands after the last weld, with its size and what to do.
+fn state(store: &Store, history: &[HistoryRow], repaired: Option<i64>) -> Result<String, Failure> {
+    if let Some(before) = repaired {
+        return Ok(format!("A repair before weld {before} is reported. The next welds will show it."));
+    }
+    let Some((last, alarm)) = history.last().and_then(|row| Some((row, row.alarm.as_ref()?))) else {
+        return Ok("no change seen".to_owned());
+    };
+    let word = if last.state() == State::Alarm { "alarm" } else { "changed within the tolerance" };
+    let text = match &alarm.text {
+        Some(text) => text.clone(),
+        None => format!("since {}", since(store, alarm.since)?),
+    };
+    Ok(format!("{word}: {}: {text}", alarm.kind))
 }
 
 /// A weld by its number and its name, if that is still kept.

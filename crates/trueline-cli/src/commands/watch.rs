@@ -9,7 +9,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 use trueline_args::WatchArgs;
 use trueline_dataset::json_lines;
-use trueline_watch::{Store, Watcher, WatcherSettings, WeldFolder};
+use trueline_watch::{Repair, Store, Watcher, WatcherSettings, WeldFolder};
 
 /// How often a folder is looked at.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
@@ -17,7 +17,8 @@ const LOOK_EVERY: Duration = Duration::from_millis(500);
 /// Runs the command.
 pub(crate) fn run(args: &WatchArgs) -> Result<ExitCode, Failure> {
     let Some(calibration) = &args.calibration else { return serve_only(args) };
-    if args.folder.is_none() && args.welds.is_empty() && args.serve.serve.is_none() {
+    if args.folder.is_none() && args.welds.is_empty() && args.serve.serve.is_none() && args.repaired.is_none()
+    {
         return Err(Failure::new(
             "there is no weld to watch",
             "name welds, or a folder that fills: --folder FOLDER",
@@ -33,10 +34,12 @@ pub(crate) fn run(args: &WatchArgs) -> Result<ExitCode, Failure> {
         calibration,
         tell: &args.tell,
         keep: args.keep_days,
+        tolerance_m: args.tolerance,
     })?;
     warn_of_calibration(&watcher, calibration);
     let _page = WatchPage::of(&args.serve, states(args))?;
-    let mut session = Welds { args, watcher, failed: 0 };
+    let mut session = Welds { args, watcher, failed: 0, repaired_before: None };
+    session.repaired()?;
     match &args.folder {
         Some(folder) => session.fills(folder)?,
         None => {
@@ -95,9 +98,43 @@ struct Welds<'a> {
     args: &'a WatchArgs,
     watcher: Watcher,
     failed: usize,
+    /// A weld that is still to come, and follows a repair.
+    repaired_before: Option<PathBuf>,
 }
 
 impl Welds<'_> {
+    /// Takes note of a repair: before a weld that has been watched, or one that is still to come.
+    fn repaired(&mut self) -> Result<(), Failure> {
+        let Some(weld) = &self.args.repaired else { return Ok(()) };
+        let path = PathBuf::from(weld);
+        if weld.is_empty() {
+            self.note_repair(None)
+        } else if self.watcher.knows(weld)? || !path.exists() {
+            self.note_repair(Some(weld))
+        } else if self.args.welds.contains(&path) {
+            self.repaired_before = Some(path);
+            Ok(())
+        } else {
+            self.note_repair(None)?;
+            self.one(&path)
+        }
+    }
+
+    fn note_repair(&mut self, before: Option<&str>) -> Result<(), Failure> {
+        let words = match self.watcher.repaired(before)? {
+            Repair::Before(weld) => {
+                format!(
+                    "Noted: the fault was mended before weld {weld}. The welds from there on will show it."
+                )
+            }
+            Repair::NothingStands => "No change stands: there is nothing to mend.".to_owned(),
+        };
+        if !self.args.quiet {
+            output::words(&words);
+        }
+        Ok(())
+    }
+
     fn fills(&mut self, folder: &Path) -> Result<(), Failure> {
         let mut welds = WeldFolder::of(folder);
         interrupt::watch()?;
@@ -126,6 +163,9 @@ impl Welds<'_> {
 
     fn one(&mut self, weld: &Path) -> Result<(), Failure> {
         let recording = opening::open(weld, None, true)?.recording;
+        if self.repaired_before.take_if(|path| path == weld).is_some() {
+            self.note_repair(None)?;
+        }
         let line = told(&mut self.watcher, &weld.display().to_string(), recording, self.args.quiet)?;
         match &self.args.json {
             Some(path) if path == Path::new("-") => output::json(path, &line)?,
@@ -143,6 +183,6 @@ impl Welds<'_> {
                 "the reasons stand above; all other welds have been watched",
             ));
         }
-        Ok(ExitCode::from(u8::from(self.watcher.alarms > 0)))
+        Ok(ExitCode::from(u8::from(self.watcher.is_alarm)))
     }
 }

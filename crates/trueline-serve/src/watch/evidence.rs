@@ -2,13 +2,21 @@
 
 use serde_json::Value;
 use trueline_watch::Kind;
-use trueline_watch::weld_text::{numbered, what_changed, where_to_look};
+use trueline_watch::words::{numbered, what_changed, where_to_look};
 
 /// What the change is called, and where to look.
 #[must_use]
 pub(super) fn what(alarm: &Value) -> [&'static str; 2] {
     let kind = Kind::ALL.into_iter().find(|kind| alarm["kind"].as_str() == Some(kind.name()));
     kind.map_or(["something has changed", ""], |kind| [what_changed(kind), where_to_look(kind)])
+}
+
+/// Its size and what to do, in words; older lines have less.
+#[must_use]
+pub(super) fn text(alarm: &Value) -> String {
+    alarm["text"]
+        .as_str()
+        .map_or_else(|| format!("{}, since {}", what(alarm)[0], since(alarm)), str::to_owned)
 }
 
 /// When it changed.
@@ -55,7 +63,14 @@ fn all_numbers(alarm: &Value) -> Vec<Row> {
             |(k, name): (usize, &&'static str)| (*name, one(&change[key][k], &sigma[key][k], factor, unit));
         names.iter().enumerate().map(row).collect()
     };
-    match alarm["kind"].as_str() {
+    // Older lines do not have it of every kind.
+    let mut rows = if change["seam_point_mm"].is_array() {
+        let names = ["seam point across", "seam point along", "seam point, depth"];
+        list("seam_point_mm", &names, 1.0, "mm")
+    } else {
+        Vec::new()
+    };
+    rows.extend(match alarm["kind"].as_str() {
         Some("timing") => {
             vec![("time offset", one(&change["time_offset_ms"], &sigma["time_offset_ms"], 1.0, "ms"))]
         }
@@ -73,19 +88,13 @@ fn all_numbers(alarm: &Value) -> Vec<Row> {
                 .collect()
         }
         Some("bracket" | "seam") => {
-            // Older states do not have it.
-            let mut rows = if change["seam_point_mm"].is_array() {
-                let names = ["seam point across", "seam point along", "seam point, depth"];
-                list("seam_point_mm", &names, 1.0, "mm")
-            } else {
-                Vec::new()
-            };
-            rows.extend(list("translation_mm", &["shift x", "shift y", "shift z"], 1.0, "mm"));
+            let mut rows = list("translation_mm", &["shift x", "shift y", "shift z"], 1.0, "mm");
             rows.extend(list("rotation_deg", &["turn x", "turn y", "turn z"], 1.0, "°"));
             rows
         }
         _ => Vec::new(),
-    }
+    });
+    rows
 }
 
 /// Words of a list in a line.

@@ -7,9 +7,9 @@ use prometheus_client::metrics::gauge::Gauge;
 use prometheus_client::registry::{Registry, Unit};
 use std::fmt;
 use std::sync::atomic::AtomicU64;
-use trueline_watch::Kind;
 use trueline_watch::detect::blindness::names;
 use trueline_watch::parameters::TIME_OFFSET;
+use trueline_watch::{Kind, State};
 
 type Labels = Vec<(&'static str, String)>;
 type Gauges = Family<Labels, Gauge<f64, AtomicU64>>;
@@ -20,6 +20,10 @@ struct Numbers {
     welds: Gauges,
     last_weld_s: Gauges,
     alarm: Gauges,
+    within: Gauges,
+    seam_error_m: Gauges,
+    seam_error_sigma_m: Gauges,
+    tolerance_m: Gauges,
     evidence: Gauges,
     time_offset_s: Gauges,
     time_offset_sigma_s: Gauges,
@@ -38,12 +42,26 @@ impl Numbers {
         };
         let welds = plain("welds", "Welds that are kept of the calibration in use");
         let alarm = plain("alarm", "1 while an alarm of this kind stands");
+        let within = plain(
+            "changed_within_tolerance",
+            "1 while a change of this kind stands that is within the tolerance",
+        );
         let evidence =
             plain("evidence", "Minus log10 of the probability without a change; an alarm is at 6.25");
         let noise = plain("noise_factor", "Residuals of the last weld over what was expected");
         let waiting = plain("messages_waiting", "Messages about alarms that a receiver has not been told");
         let blind =
             plain("blind", "1 while welds like the last ones would not show such a change, however many");
+        let mut lengths = |name: &str, help: &str| {
+            let gauges = Gauges::default();
+            registry.register_with_unit(name, help, Unit::Meters, gauges.clone());
+            gauges
+        };
+        let seam_error_m =
+            lengths("seam_error", "How far seam points sit off by the change that stands; 0 without one");
+        let seam_error_sigma_m = lengths("seam_error_sigma", "One standard deviation of it");
+        let tolerance_m =
+            lengths("tolerance", "How far seam points may sit off without an alarm, if that is set");
         let mut seconds = |name: &str, help: &str| {
             let gauges = Gauges::default();
             registry.register_with_unit(name, help, Unit::Seconds, gauges.clone());
@@ -57,6 +75,10 @@ impl Numbers {
             welds,
             last_weld_s,
             alarm,
+            within,
+            seam_error_m,
+            seam_error_sigma_m,
+            tolerance_m,
             evidence,
             time_offset_s,
             time_offset_sigma_s,
@@ -82,10 +104,26 @@ impl Numbers {
         set(&self.noise, last.noise_factor);
         for (k, kind) in Kind::ALL.into_iter().enumerate() {
             let own = labels(Some(("kind", kind.name())));
-            let stands = last.alarm.as_ref().is_some_and(|alarm| alarm.kind == kind.name());
-            self.alarm.get_or_create(&own).set(f64::from(u8::from(stands)));
+            let stands = |state: State| {
+                let is_own = last.alarm.as_ref().is_some_and(|alarm| alarm.kind == kind.name());
+                f64::from(u8::from(is_own && cell.state() == state))
+            };
+            self.alarm.get_or_create(&own).set(stands(State::Alarm));
+            self.within.get_or_create(&own).set(stands(State::WithinTolerance));
             let evidence = last.p_log10.get(k).map_or(0.0, |p| -p);
             self.evidence.get_or_create(&own).set(evidence);
+        }
+        let change = cell.change();
+        let mm = |key: &str| change.map_or(Some(0.0), |change| change[key].as_f64());
+        let lengths = [
+            (&self.seam_error_m, mm("seam_error_mm")),
+            (&self.seam_error_sigma_m, mm("seam_error_sigma_mm")),
+            (&self.tolerance_m, change.and_then(|change| change["tolerance_mm"].as_f64())),
+        ];
+        for (gauges, value_mm) in lengths {
+            if let Some(value_mm) = value_mm {
+                set(gauges, value_mm * 1e-3);
+            }
         }
         for (kind, what) in names() {
             let word =

@@ -1,17 +1,18 @@
 //! Cells as a page: state, trend, the last alarm with its evidence.
 
 use super::evidence;
-use super::view::CellView;
+use super::view::{CellView, change_of};
 use crate::html::{block, card, escape, facts, list};
 use crate::trend::{Series, Trend};
 use serde_json::Value;
 use std::cmp::Ordering;
-use trueline_watch::Kind;
-use trueline_watch::detect::judgement::ALARM_P_LOG10;
+use trueline_watch::detect::history::ALARM_P_LOG10;
 use trueline_watch::history_table::column;
-use trueline_watch::parameters::{ROTATION, SHAPE, TIME_OFFSET, TRANSLATION};
+use trueline_watch::parameters::{CALIBRATION, ROTATION, SHAPE, TIME_OFFSET, TRANSLATION};
 use trueline_watch::store::HistoryRow;
-use trueline_watch::weld_text::{OTHER_SENSOR, hidden, how_rarely, numbered};
+use trueline_watch::weld_text::OTHER_SENSOR;
+use trueline_watch::words::{RAREST_SHOWN, hidden, how_rarely, numbered};
+use trueline_watch::{Kind, State};
 
 /// The blocks of all cells; `Err` is what stands in the place of a cell that cannot be read.
 #[must_use]
@@ -30,24 +31,13 @@ fn inside(cell: &CellView, now_s: i64) -> String {
     let Some(last) = cell.history.last() else {
         return "<p class=\"state\">No weld has been watched yet.</p>".to_owned();
     };
-    let state = match cell.alarm() {
-        None => "<p class=\"state good\">No change seen.</p>".to_owned(),
-        Some(alarm) => {
-            let since = evidence::since(alarm);
-            format!(
-                "<p class=\"state bad\">ALARM: {}, since {}</p>",
-                escape(evidence::what(alarm)[0]),
-                escape(&since)
-            )
-        }
-    };
     let blind = escape(&hidden(&last.blind_to));
-    let state = format!("{state}<p>These welds are blind to: {blind}.</p>");
+    let state = format!("{}<p>These welds are blind to: {blind}.</p>", state(cell));
     let mut cards = card("Now", "", &now(cell, last, now_s));
     if let Some((line, at_s)) = &cell.last_alarm {
-        cards += &alarm_card(line, *at_s, now_s, cell.alarm().is_some());
+        cards += &alarm_card(line, *at_s, now_s, cell.state());
     }
-    cards += &card("How improbable without a change", "", &(improbable(&cell.history).svg() + IMPROBABLE));
+    cards += &card("Evidence for a change", "", &(improbable(&cell.history).svg() + IMPROBABLE));
     let charts = [
         ("Time offset: change (ms)", TIME_OFFSET..ROTATION, ["change", "", ""]),
         ("Bracket: shift, tool axes (mm)", TRANSLATION..SHAPE, ["x", "y", "z"]),
@@ -61,11 +51,24 @@ fn inside(cell: &CellView, now_s: i64) -> String {
     format!("{state}<div class=\"blocks\">{cards}</div>")
 }
 
+/// What stands, with its size and what to do.
+fn state(cell: &CellView) -> String {
+    if let Some(before) = cell.repaired {
+        return format!(
+            "<p class=\"state mind\">A repair before weld {before} is reported. The next welds will show it.</p>"
+        );
+    }
+    let Some(change) = cell.change() else { return "<p class=\"state good\">No change seen.</p>".to_owned() };
+    let (class, word) = match cell.state() {
+        State::WithinTolerance => ("mind", "Changed within the tolerance"),
+        State::Alarm | State::Good => ("bad", "ALARM"),
+    };
+    format!("<p class=\"state {class}\">{word}: {}</p>", escape(&evidence::text(change)))
+}
+
 /// How the chart above it is read.
 const IMPROBABLE: &str = "<p class=\"soft\">3 is once in 1,000 welds, 6 once in a million, 20 as rare as that or rarer. Above the \
      dashed line is an alarm.</p>";
-/// What is rarer is drawn here: else an alarm of a thousand zeros would hide everything that comes near the line.
-const RAREST_SHOWN: f64 = 20.0;
 
 fn now(cell: &CellView, last: &HistoryRow, now_s: i64) -> String {
     let line = cell.last.as_ref().unwrap_or(&Value::Null);
@@ -89,7 +92,7 @@ fn now(cell: &CellView, last: &HistoryRow, now_s: i64) -> String {
     for receiver in &cell.receivers {
         let waiting = match (receiver.waiting, &receiver.error) {
             (0, _) => "has been told everything".to_owned(),
-            (n, None) => format!("{n} messages are on their way"),
+            (n, None) => format!("{n} messages waiting"),
             (n, Some(why)) => format!("{n} messages wait: {why}"),
         };
         rows.push(("alarms to", format!("{}: {waiting}", receiver.name)));
@@ -110,12 +113,13 @@ fn learning(pieces: u64, needed: u64) -> String {
     }
 }
 
-fn alarm_card(line: &Value, at_s: i64, now_s: i64, stands: bool) -> String {
-    let alarm = &line["alarm"];
+fn alarm_card(line: &Value, at_s: i64, now_s: i64, state: State) -> String {
+    let alarm = change_of(line);
     let p = alarm["p_log10"].as_f64().unwrap_or(0.0);
     let [what, look_at] = evidence::what(alarm);
     let mut rows = vec![
         ("what", what.to_owned()),
+        ("in short", evidence::text(alarm)),
         ("look at", look_at.to_owned()),
         ("since", evidence::since(alarm)),
         ("told at", format!("{}, {}", evidence::weld(line, "number", "weld"), ago(now_s - at_s))),
@@ -126,8 +130,12 @@ fn alarm_card(line: &Value, at_s: i64, now_s: i64, stands: bool) -> String {
     let others = others
         .into_iter()
         .map(|kind| format!("it may also be the {kind}: these welds do not tell them apart"));
-    let heading = if stands { "The alarm that stands" } else { "The last alarm; it is over" };
-    card(heading, if stands { "alarm" } else { "" }, &(facts(rows) + &list(others)))
+    let (heading, class) = match state {
+        State::Alarm => ("Active alarm", "alarm"),
+        State::WithinTolerance => ("Change within the tolerance", ""),
+        State::Good => ("Last alarm (cleared)", ""),
+    };
+    card(heading, class, &(facts(rows) + &list(others)))
 }
 
 fn improbable(history: &[HistoryRow]) -> Trend {
@@ -157,8 +165,10 @@ fn by_weld(
 ) -> Trend {
     let series = range.zip(names).map(|(k, name)| {
         let factor = column(k).1;
+        // What a weld does not show by itself is no point; older rows do not say that.
         let value = |row: &HistoryRow| {
-            row.estimates.get(k).copied().flatten().map_or(f64::NAN, |[value, _]| value * factor)
+            let by_itself = row.estimates.get(CALIBRATION + k).or_else(|| row.estimates.get(k));
+            by_itself.copied().flatten().map_or(f64::NAN, |[value, _]| value * factor)
         };
         let points = history.iter().map(|row| [row.number as f64, value(row)]).collect();
         Series { name, points, dotted: true, ..Series::default() }

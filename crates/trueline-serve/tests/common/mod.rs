@@ -19,7 +19,13 @@ pub(crate) fn state_with_an_alarm(folder: &Path) -> PathBuf {
     production.speed_m_s = 0.12;
     production.change = Some(ScheduledChange { change: Change::Timing(1e-3), piece: 4, after: 0.0 });
     let guess = piece(&production, 0, 1).truth.unwrap().parameters;
-    let known = Watched { name: "result.json".to_owned(), sha256: "0".to_owned(), guess, result: None };
+    let known = Watched {
+        name: "result.json".to_owned(),
+        sha256: "0".to_owned(),
+        guess,
+        result: None,
+        tolerance_m: None,
+    };
     store.receiver("http://plc.example/alarm?token=secret", "plc.example").unwrap();
     for number in 0..6 {
         let name =

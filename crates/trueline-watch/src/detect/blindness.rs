@@ -49,7 +49,7 @@ pub fn blind_to(pieces: &[PieceInformation], axes: &SensorAxes) -> Vec<String> {
 /// Every change that may be named as hidden: its kind, and what of it, which is empty for a kind as a whole.
 #[must_use]
 pub fn names() -> Vec<(Kind, String)> {
-    let axes = SensorAxes { tool_from_axes: Matrix3::identity(), camera_to_seam_m: Vector3::zeros() };
+    let axes = SensorAxes { tool_from_axes: Matrix3::identity() };
     let of = |kind| directions(kind, ALL, &axes).into_iter().map(move |(name, _)| (kind, name));
     let mut all: Vec<_> = Kind::ALL.into_iter().flat_map(of).collect();
     all.dedup();

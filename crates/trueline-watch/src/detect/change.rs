@@ -45,6 +45,25 @@ impl Shown {
     }
 }
 
+impl Shown {
+    /// √(xᵀ M x) and its standard deviation for M = `square`; `None` where a part of it does not show.
+    fn root_mean_square(&self, square: &DMatrix<f64>) -> Option<[f64; 2]> {
+        let (seen, all) = ((&self.projector * square).trace(), square.trace());
+        if seen < MOSTLY * all {
+            return None;
+        }
+        let gradient = square * &self.value;
+        let size = self.value.dot(&gradient).max(0.0).sqrt();
+        // Where nothing has moved it is as well known as on average.
+        let variance = if size > 0.0 {
+            gradient.dot(&(&self.covariance * &gradient)) / (size * size)
+        } else {
+            (&self.covariance * square).trace()
+        };
+        Some([size, variance.max(0.0).sqrt()])
+    }
+}
+
 /// How well the scatter behind a statistic is known.
 #[derive(Clone, Copy, Debug)]
 pub struct Confidence {
@@ -111,6 +130,17 @@ impl Change {
         let units = &UNITS[self.kind.columns()];
         self.shown
             .combination(&DVector::from_iterator(units.len(), weights.iter().zip(units).map(|(w, u)| w * u)))
+    }
+}
+
+impl Change {
+    /// √(xᵀ M x) of the kind's columns x (SI) for M = `square`, and its standard deviation; `None` where these welds do not show it.
+    #[must_use]
+    pub(crate) fn root_mean_square(&self, square: &DMatrix<f64>) -> Option<[f64; 2]> {
+        let units = &UNITS[self.kind.columns()];
+        self.shown.root_mean_square(&DMatrix::from_fn(units.len(), units.len(), |i, j| {
+            square[(i, j)] * units[i] * units[j]
+        }))
     }
 }
 

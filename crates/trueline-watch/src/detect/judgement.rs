@@ -1,19 +1,18 @@
 //! The verdict on the last weld, by all that came before.
+//!
+//! The welds are cut into regimes ([`super::regime`]). Where the last one is at the calibration, windows of its last welds are
+//! compared with all good welds before. Where a change stands, it is asked first whether it is over or has become another one
+//! ([`super::over`]); else its kind, its date and its amount are found anew with one weld more.
 
-use super::change::{Change, Confidence};
+use super::change::Change;
+use super::history::{ALARM_P_LOG10, History, Stretch, near};
 use super::inside::{self, CutWeld};
-use super::piece::PieceInformation;
-use super::scatter::Scatter;
-use super::windows::{Sums, WINDOWS, WindowEvidence};
+use super::over;
+use super::regime::{Fault, Regime, out_since};
+use super::windows::WINDOWS;
 use crate::parameters::Kind;
-use crate::quadratic::Quadratic;
 
-/// An alarm is raised at this log₁₀ probability of the most significant of all windows and kinds. It is meant for one false
-/// alarm in 100,000 pieces: windows that overlap count as some two independent ones a piece. The example `false_alarms`
-/// measures it.
-pub const ALARM_P_LOG10: f64 = -6.25;
-
-/// The same for a cut inside of a weld, of which there are sixty by kind: together they are left a third of the false
+/// The limit of an alarm for a cut inside of a weld, of which there are sixty by kind: together they are left a third of the false
 /// alarms, whatever their correlation.
 pub(crate) const INSIDE_P_LOG10: f64 = -7.25;
 
@@ -21,22 +20,13 @@ pub(crate) const INSIDE_P_LOG10: f64 = -7.25;
 /// are more cuts than windows.
 const CUT_MUST_GAIN: f64 = 2.0;
 
+/// A change that stands is taken back above this log₁₀ probability: as much above the limit of an alarm as it takes to end one,
+/// [`over::OVER_ONCE_IN`].
+const TAKEN_BACK_P_LOG10: f64 = ALARM_P_LOG10 + 3.0;
+
 /// Two kinds are not told apart if the sums of squares they explain, less their dimensions, differ by less: three standard
 /// deviations.
 const TOLD_APART: f64 = 9.0;
-
-/// Welds of one calibration in order of time; the last is judged.
-#[derive(Clone, Copy)]
-pub struct History<'a> {
-    /// What they say.
-    pub pieces: &'a [PieceInformation],
-    /// What is known of the calibration itself.
-    pub prior: &'a Quadratic,
-    /// Scatter of each part, where it has been learnt.
-    pub scatters: &'a [Option<Scatter>],
-    /// When an alarm that stands began, if that was found to be inside of a weld.
-    pub dated: Option<Since>,
-}
 
 /// When something changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,6 +44,9 @@ pub struct Alarm {
     pub change: Change,
     /// Since when.
     pub since: Since,
+    /// Index of the first weld that was not at the calibration, with none since then that was: before `since` where one change has
+    /// become another.
+    pub out_since: usize,
     /// Kinds that would explain it nearly as well.
     pub not_told_apart: Vec<Kind>,
 }
@@ -65,85 +58,160 @@ pub struct Judgement {
     pub alarm: Option<Alarm>,
     /// log₁₀ probability of the most significant change of each kind, in the order of [`Kind::ALL`].
     pub p_log10: [f64; 4],
+    /// The regimes up to this weld.
+    pub regimes: Vec<Regime>,
+    /// Index of the first weld that is at the calibration again, where this weld ended a change; `None` also where a change was taken
+    /// back because later welds do not bear it out.
+    pub good_since: Option<usize>,
+    /// Whether the alarm is about another change than that of the weld before.
+    pub is_another: bool,
 }
 
 /// Judges the last weld; `cut` is that weld in stretches, where it is tested inside as well.
 #[must_use]
 pub fn judge(history: &History<'_>, cut: Option<&CutWeld<'_>>) -> Judgement {
-    let Some(last) = history.pieces.last() else {
-        return Judgement { alarm: None, p_log10: [0.0; 4] };
+    let mut regimes = history.regimes.to_vec();
+    if regimes.is_empty() {
+        regimes.push(Regime::good(0));
+    }
+    if history.pieces.is_empty() {
+        return Judgement { alarm: None, p_log10: [0.0; 4], regimes, good_since: None, is_another: false };
+    }
+    let end = over::end(history, &regimes);
+    regimes.extend(end.map(Regime::good));
+    let mut judging = Judging { history, regimes, p_log10: [0.0; 4] };
+    let current = judging.regimes.last().copied().unwrap_or(Regime::good(0));
+    let alarm = match current.fault {
+        Some(fault) => judging.standing(current, fault),
+        None => judging.new(current.first, end.is_some(), cut),
     };
-    let total = sums(history, 0..history.pieces.len());
-    let lengths: Vec<usize> = WINDOWS.into_iter().filter(|length| *length <= history.pieces.len()).collect();
-    let found = changes(history, &total, last.part, &lengths);
-    let mut p_log10 = [0.0_f64; 4];
-    for (change, _) in &found {
-        let own = &mut p_log10[change.kind as usize];
-        *own = own.min(change.p_log10);
-    }
-    let inside = cut.and_then(|weld| {
-        let before = sums(history, 0..history.pieces.len() - 1);
-        inside::strongest(weld, &before.level(history.prior))
-    });
-    let best = found.iter().map(|(change, _)| change.p_log10).fold(0.0, f64::min);
-    if let Some((change, at_s)) = inside.filter(|(change, _)| change.p_log10 < best - CUT_MUST_GAIN) {
-        let own = &mut p_log10[change.kind as usize];
-        *own = own.min(change.p_log10);
-        let since = Since { piece: history.pieces.len() - 1, inside_s: Some(at_s) };
-        let raised = change.p_log10 <= INSIDE_P_LOG10;
-        let alarm = raised.then_some(Alarm { change, since, not_told_apart: Vec::new() });
-        return Judgement { alarm, p_log10 };
-    }
-    let alarm = (best <= ALARM_P_LOG10).then(|| named(history, &total, last.part, &found)).flatten();
-    Judgement { alarm, p_log10 }
+    let Judging { regimes, p_log10, .. } = judging;
+    let is_another = end.is_some() && alarm.is_some();
+    Judgement { good_since: end.filter(|_| !is_another), alarm, p_log10, regimes, is_another }
 }
 
-fn sums(history: &History<'_>, range: std::ops::Range<usize>) -> Sums {
-    let mut sums = Sums::nothing(history.scatters.len());
-    history.pieces[range].iter().for_each(|piece| sums.add(piece));
-    sums
+struct Judging<'a> {
+    history: &'a History<'a>,
+    regimes: Vec<Regime>,
+    p_log10: [f64; 4],
 }
 
-/// Changes of every kind at the beginning of each window, with the window's length.
-fn changes(history: &History<'_>, total: &Sums, part: usize, lengths: &[usize]) -> Vec<(Change, usize)> {
-    let mut inside = Sums::nothing(history.scatters.len());
-    let mut found = Vec::new();
-    let mut next = lengths.iter();
-    let mut wanted = next.next();
-    for (k, piece) in history.pieces.iter().rev().enumerate() {
-        let Some(length) = wanted else { break };
-        inside.add(piece);
-        if k + 1 == *length {
-            let evidence = WindowEvidence::of(&total.without(&inside), &inside, part, history.prior);
-            let of = |kind| change(history, &evidence, part, kind);
-            found.extend(Kind::ALL.map(|kind| (of(kind), *length)));
-            wanted = next.next();
+impl<'a> Judging<'a> {
+    fn last(&self) -> usize {
+        self.history.pieces.len() - 1
+    }
+
+    fn stretch(&self, first: usize, part: usize) -> Stretch<'a> {
+        let good = self.history.good_before(&self.regimes, first);
+        Stretch { history: self.history, good, first, part, standing: None }
+    }
+
+    /// A change since the welds are at the calibration. `ended`: they have been only just now found to be no more as they were
+    /// before, so all of them are one window.
+    fn new(&mut self, first: usize, ended: bool, cut: Option<&CutWeld<'_>>) -> Option<Alarm> {
+        let part = self.history.pieces[self.last()].part;
+        let stretch = self.stretch(first, part);
+        let most = stretch.count();
+        let windows: Vec<usize> = WINDOWS.into_iter().filter(|length| *length <= most).collect();
+        let lengths = if ended { vec![most] } else { windows };
+        let found = stretch.changes(&lengths);
+        let best = strongest(&found);
+        let inside = cut.filter(|_| !ended).and_then(|weld| {
+            let before = stretch.good.with(&self.history.sums(first..self.last()));
+            inside::strongest(weld, &before.level(self.history.prior))
+        });
+        let limit = best.map_or(0.0, |(change, _)| change.p_log10);
+        let inside = inside.filter(|(change, _)| change.p_log10 < limit - CUT_MUST_GAIN);
+        let named = match (&inside, best) {
+            (None, Some((best, length))) if best.p_log10 <= ALARM_P_LOG10 => {
+                let lengths = if ended { vec![most] } else { near(length, most) };
+                named(&stretch, &stretch.changes(&lengths), best.kind, None)
+            }
+            _ => None,
+        };
+        self.note(&found);
+        if let Some((change, at_s)) = inside {
+            self.note(&[(change.clone(), 1)]);
+            let raised = change.p_log10 <= INSIDE_P_LOG10;
+            let since = Since { piece: self.last(), inside_s: Some(at_s) };
+            return raised.then(|| self.raised(change, since, Vec::new()));
+        }
+        named.map(|(change, since, others)| self.raised(change, since, others))
+    }
+
+    fn raised(&mut self, change: Change, since: Since, not_told_apart: Vec<Kind>) -> Alarm {
+        let part = self.history.pieces[self.last()].part;
+        let fault = Fault { kind: change.kind, part, raised: self.last() };
+        self.regimes.push(Regime { first: since.piece, inside_s: since.inside_s, fault: Some(fault) });
+        self.alarm(change, since, not_told_apart)
+    }
+
+    fn alarm(&self, change: Change, since: Since, not_told_apart: Vec<Kind>) -> Alarm {
+        let out_since = out_since(&self.regimes).unwrap_or(since.piece);
+        Alarm { change, since, out_since, not_told_apart }
+    }
+
+    /// A change that stands, with one weld more. It began at most as long before it was known to as it took to find it, and before it
+    /// was found.
+    fn standing(&mut self, current: Regime, fault: Fault) -> Option<Alarm> {
+        let before = self.regimes.iter().rev().nth(1).copied();
+        let took = fault.raised + 1 - current.first;
+        let earliest = before
+            .filter(|regime| regime.fault.is_none())
+            .map(|regime| regime.first.max(current.first.saturating_sub(took)));
+        let earliest = earliest.unwrap_or(current.first);
+        let latest = earliest.max(match (before, current.inside_s) {
+            (Some(Regime { fault: Some(_), .. }), _) => current.first,
+            (_, Some(_)) => fault.raised + 1,
+            (_, None) => fault.raised,
+        });
+        let part = match fault.kind {
+            Kind::Seam => fault.part,
+            _ => self.history.pieces[self.last()].part,
+        };
+        let stretch = self.stretch(earliest, part);
+        let shortest = (self.last() + 1).saturating_sub(latest).max(1);
+        let found = stretch.changes(&(shortest..=stretch.count()).collect::<Vec<_>>());
+        let best = strongest(&found).filter(|(change, _)| change.p_log10 <= TAKEN_BACK_P_LOG10);
+        let dated = current.inside_s.map(|_| Since { piece: current.first, inside_s: current.inside_s });
+        let named = best.and_then(|(best, _)| named(&stretch, &found, best.kind, dated));
+        self.note(&found);
+        self.regimes.pop();
+        let Some((change, since, others)) = named else {
+            // No change after all: its welds are good ones.
+            if self.regimes.last().is_none_or(|regime| regime.fault.is_some()) {
+                self.regimes.push(Regime::good(current.first));
+            }
+            return None;
+        };
+        let fault = Fault { kind: change.kind, part, raised: fault.raised };
+        self.regimes.push(Regime { first: since.piece, inside_s: since.inside_s, fault: Some(fault) });
+        Some(self.alarm(change, since, others))
+    }
+
+    fn note(&mut self, found: &[(Change, usize)]) {
+        for (change, _) in found {
+            let own = &mut self.p_log10[change.kind as usize];
+            *own = own.min(change.p_log10);
         }
     }
-    found
 }
 
-fn change(history: &History<'_>, evidence: &WindowEvidence, part: usize, kind: Kind) -> Change {
-    let scatter = history.scatters.get(part).and_then(Option::as_ref);
-    let known = Confidence {
-        noise_freedom: evidence.freedom,
-        taught_by: scatter.map_or(0, |s| s.pieces),
-        dispersion: scatter.map_or(1.0, |s| s.dispersion[kind as usize]),
-        pieces: evidence.pieces,
-    };
-    Change::of(kind, &evidence.about(kind), evidence.within(kind).as_ref(), known)
+fn strongest(found: &[(Change, usize)]) -> Option<(&Change, usize)> {
+    let best = found.iter().min_by(|a, b| a.0.p_log10.total_cmp(&b.0.p_log10));
+    best.map(|(change, length)| (change, *length))
 }
 
-/// The most significant change, its place found to a single piece, and what could be taken for it.
-fn named(history: &History<'_>, total: &Sums, last_part: usize, found: &[(Change, usize)]) -> Option<Alarm> {
-    let (best, length) = found.iter().min_by(|a, b| a.0.p_log10.total_cmp(&b.0.p_log10))?;
-    // Between the windows before and after the best.
-    let shortest = length / 2 + usize::from(*length == 1);
-    let lengths: Vec<usize> = (shortest..=(2 * length).min(history.pieces.len())).collect();
-    let all = changes(history, total, last_part, &lengths);
+/// The change of a kind, its place found to a single piece, and what could be taken for it.
+fn named(
+    stretch: &Stretch<'_>,
+    all: &[(Change, usize)],
+    kind: Kind,
+    dated: Option<Since>,
+) -> Option<(Change, Since, Vec<Kind>)> {
     let (own, length) = all
         .iter()
-        .filter(|(change, _)| change.kind == best.kind)
+        .filter(|(change, _)| change.kind == kind)
         .max_by(|a, b| a.0.explained.total_cmp(&b.0.explained))?;
     let worth = |change: &Change| change.explained - change.dimensions as f64;
     let rivals: Vec<&Change> = all
@@ -156,33 +224,32 @@ fn named(history: &History<'_>, total: &Sums, last_part: usize, found: &[(Change
     // bracket that must be looked at.
     let doubt = rivals.iter().find(|rival| own.kind == Kind::Seam && rival.kind == Kind::Bracket);
     let change = doubt.map_or_else(|| own.clone(), |bracket| (*bracket).clone());
-    let since = since(history, history.pieces.len() - length);
-    let change = sized(history, &change, since, last_part);
+    let since = since(dated, stretch.history.pieces.len() - length);
+    let change = sized(stretch, &change, since);
     let kinds = rivals.iter().map(|rival| rival.kind).chain([own.kind]);
     let mut not_told_apart: Vec<Kind> = kinds.filter(|kind| *kind != change.kind).collect();
     not_told_apart.sort_unstable();
-    Some(Alarm { change, since, not_told_apart })
+    Some((change, since, not_told_apart))
 }
 
 /// When something changed, if whole welds say that `first` was the first one after it. A weld in the middle of which something
 /// changed is like those before it or like those after it: what was found inside of it stays.
-fn since(history: &History<'_>, first: usize) -> Since {
-    let dated = history.dated.filter(|dated| dated.piece == first || dated.piece + 1 == first);
+fn since(dated: Option<Since>, first: usize) -> Since {
+    let dated = dated.filter(|dated| dated.piece == first || dated.piece + 1 == first);
     dated.unwrap_or(Since { piece: first, inside_s: None })
 }
 
 /// The same change with its amount from welds that lie wholly before or wholly after it. The one in which it happened says an
 /// amount between none and all of it, and which one that was is known to two welds: the first that is more like those after,
 /// and the one before it.
-fn sized(history: &History<'_>, change: &Change, since: Since, last_part: usize) -> Change {
-    let count = history.pieces.len();
+fn sized(stretch: &Stretch<'_>, change: &Change, since: Since) -> Change {
+    let count = stretch.history.pieces.len();
     let (before, after) = match since {
         Since { piece, inside_s: Some(_) } => (piece, piece + 1),
         Since { piece, inside_s: None } => (piece.saturating_sub(1), piece + 1),
     };
     // The only weld after a change is all that there is to say how large it is.
     let after = if after < count { after } else { count - 1 };
-    let [before, after] = [0..before, after..count].map(|range| sums(history, range));
-    let evidence = WindowEvidence::of(&before, &after, last_part, history.prior);
-    change.with_amount_of(self::change(history, &evidence, last_part, change.kind))
+    let before = stretch.first..before.max(stretch.first);
+    change.with_amount_of(stretch.change_between(before, after..count, change.kind))
 }

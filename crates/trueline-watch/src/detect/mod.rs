@@ -2,15 +2,22 @@
 
 pub mod blindness;
 pub mod change;
+pub mod history;
 pub mod inside;
 pub mod judgement;
+mod over;
 pub mod piece;
+pub mod regime;
 pub mod scatter;
+pub mod seam_error;
 pub mod sensor_axes;
 pub mod tail;
 pub mod windows;
 
 pub use change::Change;
-pub use judgement::{Alarm, History, Judgement, Since, judge};
+pub use history::History;
+pub use judgement::{Alarm, Judgement, Since, judge};
 pub use piece::PieceInformation;
+pub use regime::{Fault, Regime};
 pub use scatter::Scatter;
+pub use seam_error::{Movement, SeamError};

@@ -1,8 +1,9 @@
-//! The last k pieces against all before: evidence about a change at that place.
+//! Some pieces against all others: evidence about a change between them.
 //!
 //! Unknown are the error θ₀ of the stored calibration, the mean place ψ of each part, and the change δ of either. θ₀ has the
 //! calibration's own covariance; ψ is free. Marginalising θ₀ and ψ leaves the generalised likelihood ratio of a change
-//! whose level before is not known exactly: right from the first piece on, and with the usual one after many.
+//! whose level before is not known exactly: right from the first piece on, and with the usual one after many. Where a change
+//! stands already, its own amount is one more unknown, which the pieces since then share.
 
 use super::piece::PieceInformation;
 use crate::parameters::{ALL, CALIBRATION, Kind};
@@ -17,9 +18,8 @@ pub const WINDOWS: [usize; 9] = [1, 2, 4, 8, 16, 32, 64, 128, 256];
 const LEVEL: Range<usize> = 0..CALIBRATION;
 /// δ, columns as in [`crate::parameters`].
 const CHANGE: usize = CALIBRATION;
-const LEVEL_AND_CHANGE: usize = CHANGE + ALL;
-/// And ψ of one part.
-const WITH_PLACE: usize = LEVEL_AND_CHANGE + 6;
+/// The change that stands already, the same columns.
+const STANDING: usize = CHANGE + ALL;
 
 /// Sums over pieces of each part.
 #[derive(Clone, Debug)]
@@ -32,11 +32,23 @@ pub struct Sums {
     pub pieces: usize,
 }
 
-/// Evidence about a change: (θ₀, δ), and the part of it that does not depend on where seams lie: (θ₀, δ of θ).
+/// A change that stands: pieces since then, what has changed, and the part whose place that may be.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Standing<'a> {
+    /// The pieces since then that are not in the window.
+    pub sums: &'a Sums,
+    /// What has changed.
+    pub kind: Kind,
+    /// The part whose place it may be.
+    pub part: usize,
+}
+
+/// Evidence about a change: (θ₀, δ, what stands), and the part of it that does not depend on where seams lie: the same of θ alone.
 #[derive(Clone, Debug)]
 pub(crate) struct WindowEvidence {
     all: Quadratic,
     within: Quadratic,
+    standing: Option<Kind>,
     /// Degrees of freedom of the noise in the window.
     pub freedom: f64,
     /// Pieces in the window.
@@ -63,6 +75,16 @@ impl Sums {
         self.within.add(&piece.within);
         self.freedom += piece.freedom;
         self.pieces += 1;
+    }
+
+    /// These pieces and others.
+    #[must_use]
+    pub(crate) fn with(&self, other: &Self) -> Self {
+        let mut evidence = self.evidence.clone();
+        evidence.iter_mut().zip(&other.evidence).for_each(|(a, b)| a.add(b));
+        let mut within = self.within.clone();
+        within.add(&other.within);
+        Self { evidence, within, freedom: self.freedom + other.freedom, pieces: self.pieces + other.pieces }
     }
 
     /// The rest of a sum when a part of it is taken away.
@@ -98,54 +120,99 @@ impl WindowEvidence {
     /// those of other parts have not.
     #[must_use]
     pub(crate) fn of(before: &Sums, inside: &Sums, part: usize, prior: &Quadratic) -> Self {
-        let mut all = Quadratic::nothing(LEVEL_AND_CHANGE);
+        Self::beyond(None, before, inside, part, prior)
+    }
+
+    /// The same on top of a change that stands: about what has changed since then.
+    #[must_use]
+    pub(crate) fn beyond(
+        standing: Option<Standing<'_>>,
+        before: &Sums,
+        inside: &Sums,
+        part: usize,
+        prior: &Quadratic,
+    ) -> Self {
+        let shared = if standing.is_some() { STANDING + ALL } else { STANDING };
+        let mut all = Quadratic::nothing(shared);
         add_corner(&mut all, prior);
         for (k, (old, new)) in before.evidence.iter().zip(&inside.evidence).enumerate() {
-            let mut own = old.of_unknowns(&piece_from_unknowns(false, false));
-            own.add(&new.of_unknowns(&piece_from_unknowns(true, k == part)));
-            all.add(&own.marginal(LEVEL_AND_CHANGE));
+            let map =
+                |changed: Option<bool>, stands: Option<bool>| piece_from_unknowns(shared, changed, stands);
+            let mut own = old.of_unknowns(&map(None, None));
+            let stands = standing.map(|change| change.part == k);
+            own.add(&new.of_unknowns(&map(Some(k == part), stands)));
+            if let Some(middle) = standing.and_then(|change| change.sums.evidence.get(k)) {
+                own.add(&middle.of_unknowns(&map(None, stands)));
+            }
+            all.add(&own.marginal(shared));
         }
-        let mut within = Quadratic::nothing(2 * CALIBRATION);
-        add_corner(&mut within, prior);
-        add_corner(&mut within, &before.within);
-        let mut both = DMatrix::zeros(CALIBRATION, 2 * CALIBRATION);
-        both.view_mut((0, 0), (CALIBRATION, CALIBRATION)).fill_with_identity();
-        both.view_mut((0, CALIBRATION), (CALIBRATION, CALIBRATION)).fill_with_identity();
-        within.add(&inside.within.of_unknowns(&both));
-        Self { all, within, freedom: inside.freedom, pieces: inside.pieces }
+        Self {
+            all,
+            within: within(standing.map(|change| change.sums), before, inside, prior),
+            standing: standing.map(|change| change.kind),
+            freedom: inside.freedom,
+            pieces: inside.pieces,
+        }
     }
 
     /// Evidence about a change of one kind alone.
     #[must_use]
     pub(crate) fn about(&self, kind: Kind) -> Quadratic {
-        alone(&self.all, kind)
+        self.alone(&self.all, kind, STANDING)
     }
 
     /// The part of it that does not depend on where seams lie; `None` for a change of just that.
     #[must_use]
     pub(crate) fn within(&self, kind: Kind) -> Option<Quadratic> {
-        (kind != Kind::Seam).then(|| alone(&self.within, kind))
+        (kind != Kind::Seam).then(|| self.alone(&self.within, kind, 2 * CALIBRATION))
+    }
+
+    /// θ₀ and the amount of what stands marginalised, all other kinds held at no change.
+    fn alone(&self, evidence: &Quadratic, kind: Kind, standing_at: usize) -> Quadratic {
+        let from = |at: usize, columns: Range<usize>| at + columns.start..at + columns.end;
+        let own = from(CHANGE, kind.columns());
+        let stands = self.standing.map_or(0..0, |kind| from(standing_at, kind.columns()));
+        // Where a part lies is none of what a piece says wherever its seams are.
+        let stands = if stands.end <= evidence.size() { stands } else { 0..0 };
+        evidence.restricted(&Quadratic::indices(&[own, LEVEL, stands])).marginal(kind.columns().len())
     }
 }
 
-/// θ₀ marginalised, all other kinds held at no change.
-fn alone(evidence: &Quadratic, kind: Kind) -> Quadratic {
-    let columns = kind.columns();
-    let own = CHANGE + columns.start..CHANGE + columns.end;
-    let count = columns.len();
-    evidence.restricted(&Quadratic::indices(&[own, LEVEL])).marginal(count)
+/// (θ₀, δ of θ, what stands of θ), wherever seams lie.
+fn within(standing: Option<&Sums>, before: &Sums, inside: &Sums, prior: &Quadratic) -> Quadratic {
+    let blocks = if standing.is_some() { 3 } else { 2 };
+    let map = |own: &[usize]| {
+        let mut map = DMatrix::zeros(CALIBRATION, blocks * CALIBRATION);
+        for block in own {
+            map.view_mut((0, block * CALIBRATION), (CALIBRATION, CALIBRATION)).fill_with_identity();
+        }
+        map
+    };
+    let mut sum = Quadratic::nothing(blocks * CALIBRATION);
+    add_corner(&mut sum, prior);
+    add_corner(&mut sum, &before.within);
+    match standing {
+        Some(middle) => {
+            sum.add(&middle.within.of_unknowns(&map(&[0, 2])));
+            sum.add(&inside.within.of_unknowns(&map(&[0, 1, 2])));
+        }
+        None => sum.add(&inside.within.of_unknowns(&map(&[0, 1]))),
+    }
+    sum
 }
 
-/// (θ, ψ) of a piece from (θ₀, δ, ψ).
-fn piece_from_unknowns(changed: bool, place_changed: bool) -> DMatrix<f64> {
-    let mut map = DMatrix::zeros(ALL, WITH_PLACE);
+/// (θ, ψ) of a piece from (`shared` unknowns, ψ), where it lies after the change or after what stands, and whether that is one of
+/// its own place.
+fn piece_from_unknowns(shared: usize, changed: Option<bool>, stands: Option<bool>) -> DMatrix<f64> {
+    let mut map = DMatrix::zeros(ALL, shared + 6);
     map.view_mut((0, 0), (CALIBRATION, CALIBRATION)).fill_with_identity();
-    map.view_mut((CALIBRATION, LEVEL_AND_CHANGE), (6, 6)).fill_with_identity();
-    if changed {
-        map.view_mut((0, CHANGE), (CALIBRATION, CALIBRATION)).fill_with_identity();
-    }
-    if place_changed {
-        map.view_mut((CALIBRATION, CHANGE + CALIBRATION), (6, 6)).fill_with_identity();
+    map.view_mut((CALIBRATION, shared), (6, 6)).fill_with_identity();
+    for (at, place) in [(CHANGE, changed), (STANDING, stands)] {
+        let Some(place) = place else { continue };
+        map.view_mut((0, at), (CALIBRATION, CALIBRATION)).fill_with_identity();
+        if place {
+            map.view_mut((CALIBRATION, at + CALIBRATION), (6, 6)).fill_with_identity();
+        }
     }
     map
 }

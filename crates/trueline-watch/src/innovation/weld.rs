@@ -35,6 +35,12 @@ impl Weld {
         self.fits.iter().map(|fit| fit.seam.line).collect()
     }
 
+    /// Its seam points with where the sensor was.
+    #[must_use]
+    pub(crate) fn features(&self) -> &PlacedFeatures {
+        &self.features
+    }
+
     /// Whether the stamps were treated as those of the calibration.
     #[must_use]
     pub(crate) fn stamps_as(&self, wanted: Dejittered) -> bool {

@@ -7,17 +7,20 @@
 
 mod codec;
 mod messages;
+mod regimes;
 mod rows;
 mod schema;
 mod store_error;
 mod write;
 
 pub use messages::{Message, ReceiverRow};
+pub use regimes::{StoredFault, StoredRegime};
 pub(crate) use rows::weld_number;
 pub use rows::{AlarmRow, CalibrationRow, HistoryRow};
 pub use schema::{SCHEMA_VERSION, Store};
 pub use store_error::StoreError;
-pub use write::{NewWeld, Standing, StoredPart, StoredPiece};
+pub(crate) use write::Standing;
+pub use write::{NewAlarm, NewWeld, StoredPart, StoredPiece};
 
-/// Welds of which the statistic is kept, for each calibration: twice the longest window.
+/// Welds of which the statistic is kept, for each calibration: twice the longest window of good ones, and as many others.
 pub(crate) const KEPT_STATISTICS: usize = 512;

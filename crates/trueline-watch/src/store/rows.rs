@@ -1,8 +1,10 @@
 //! What is kept for good: one row a weld, for charts and tables.
 
 use super::codec;
+use super::regimes::FIRST_WITH_REGIMES;
 use super::schema::Store;
 use super::store_error::StoreError;
+use crate::told::State;
 use rusqlite::OptionalExtension;
 
 /// Older files are read without being changed.
@@ -40,8 +42,8 @@ pub struct HistoryRow {
     pub outliers: usize,
     /// How much larger the residuals are than expected.
     pub noise_factor: f64,
-    /// For each column of θ the change and its standard deviation (SI) if nothing else changed; `None` where this weld does
-    /// not show it.
+    /// For each column of θ the change and its standard deviation (SI) if nothing else changed; then, if the row is not older than that,
+    /// the same if nothing of another kind changed. `None` where this weld does not show it.
     pub estimates: Vec<Option<[f64; 2]>>,
     /// log₁₀ probability of the most significant change of each kind, in the order of [`crate::Kind::ALL`].
     pub p_log10: Vec<f64>,
@@ -60,6 +62,24 @@ pub struct AlarmRow {
     pub since: i64,
     /// How improbable without a change, log₁₀.
     pub p_log10: f64,
+    /// Whether the change is within the tolerance.
+    pub is_within: bool,
+    /// What has changed and what to do, in words; nothing in older rows.
+    pub text: Option<String>,
+    /// How far seam points lie off, with its standard deviation, m.
+    pub seam_error: Option<[f64; 2]>,
+}
+
+impl HistoryRow {
+    /// What stood after it.
+    #[must_use]
+    pub fn state(&self) -> State {
+        match &self.alarm {
+            None => State::Good,
+            Some(alarm) if alarm.is_within => State::WithinTolerance,
+            Some(_) => State::Alarm,
+        }
+    }
 }
 
 impl Store {
@@ -87,15 +107,33 @@ impl Store {
         rows.and_then(Iterator::collect).map_err(|e| self.failed(e))
     }
 
+    /// The number of the calibration in use: that of the last weld; of the last one that came, if there is no weld.
+    ///
+    /// # Errors
+    /// A database that cannot be read.
+    pub fn in_use(&self) -> Result<Option<i64>, StoreError> {
+        let text = "SELECT coalesce((SELECT calibration FROM welds ORDER BY id DESC LIMIT 1), (SELECT max(id) FROM calibrations))";
+        self.connection.query_row(text, [], |row| row.get(0)).map_err(|e| self.failed(e))
+    }
+
     /// The last welds of a calibration in order of time, at most so many.
     ///
     /// # Errors
     /// A database that cannot be read, or damaged rows.
     pub fn history(&self, calibration: i64, most: usize) -> Result<Vec<HistoryRow>, StoreError> {
-        let text = "SELECT welds.id, name, part, watched_s, used, outliers, noise_factor, estimates, welds.p_log10, \
-                    kind, since, alarms.p_log10, json_extract(line, '$.blind_to') FROM welds LEFT JOIN alarms ON alarms.weld = welds.id \
-                    WHERE calibration = ?1 ORDER BY welds.id DESC LIMIT ?2";
-        let mut query = self.connection.prepare(text).map_err(|e| self.failed(e))?;
+        let is_within = if self.versions()?.1 < FIRST_WITH_REGIMES { "0" } else { "within_tolerance" };
+        let of_change = |key: &str| {
+            format!(
+                "coalesce(json_extract(line, '$.alarm.{key}'), json_extract(line, '$.change_within_tolerance.{key}'))"
+            )
+        };
+        let [words, error, sigma] = ["text", "seam_error_mm", "seam_error_sigma_mm"].map(of_change);
+        let text = format!(
+            "SELECT welds.id, name, part, watched_s, used, outliers, noise_factor, estimates, welds.p_log10, \
+             kind, since, alarms.p_log10, json_extract(line, '$.blind_to'), {is_within}, {words}, {error}, {sigma} \
+             FROM welds LEFT JOIN alarms ON alarms.weld = welds.id WHERE calibration = ?1 ORDER BY welds.id DESC LIMIT ?2"
+        );
+        let mut query = self.connection.prepare(&text).map_err(|e| self.failed(e))?;
         let limit = i64::try_from(most).unwrap_or(i64::MAX);
         let mut rows = query.query((calibration, limit)).map_err(|e| self.failed(e))?;
         let mut history = Vec::new();
@@ -158,12 +196,23 @@ pub(crate) const fn weld_number(row: i64) -> i64 {
     row - 1
 }
 
+fn pair_m(value_mm: Option<f64>, sigma_mm: Option<f64>) -> Option<[f64; 2]> {
+    Some([value_mm? * 1e-3, sigma_mm? * 1e-3])
+}
+
 type Read = (HistoryRow, Vec<u8>, Vec<u8>);
 
 fn read_row(row: &rusqlite::Row<'_>) -> rusqlite::Result<Read> {
     let count = |column: usize| row.get::<_, i64>(column).map(|n| n.unsigned_abs() as usize);
     let alarm = match row.get::<_, Option<String>>(9)? {
-        Some(kind) => Some(AlarmRow { kind, since: weld_number(row.get(10)?), p_log10: row.get(11)? }),
+        Some(kind) => Some(AlarmRow {
+            kind,
+            since: weld_number(row.get(10)?),
+            p_log10: row.get(11)?,
+            is_within: row.get(13)?,
+            text: row.get(14)?,
+            seam_error: pair_m(row.get(15)?, row.get(16)?),
+        }),
         None => None,
     };
     let blind_to: Option<String> = row.get(12)?;

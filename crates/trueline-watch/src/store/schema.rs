@@ -12,7 +12,7 @@ pub const SCHEMA_VERSION: i64 = MIGRATIONS.len() as i64;
 const APPLICATION_ID: i64 = 0x7472_7565;
 
 /// What leads from each version to the next; none of them is ever changed.
-const MIGRATIONS: [&str; 3] = [VERSION_1, VERSION_2, VERSION_3];
+const MIGRATIONS: [&str; 4] = [VERSION_1, VERSION_2, VERSION_3, VERSION_4];
 
 const VERSION_1: &str = "
 CREATE TABLE calibrations (
@@ -93,6 +93,23 @@ END;
 CREATE TRIGGER weld_goes AFTER DELETE ON welds BEGIN
     UPDATE calibrations SET welds = welds - 1 WHERE id = OLD.calibration;
 END;
+";
+
+/// Where welds are cut at changes, and whether an alarm is of a change within its tolerance. Of the welds that are there already the
+/// next one finds the regimes anew.
+const VERSION_4: &str = "
+CREATE TABLE regimes (
+    id INTEGER PRIMARY KEY,
+    calibration INTEGER NOT NULL REFERENCES calibrations (id),
+    first INTEGER NOT NULL,
+    inside_s REAL,
+    kind TEXT,
+    part INTEGER,
+    raised INTEGER,
+    claimed INTEGER NOT NULL DEFAULT 0
+) STRICT;
+CREATE INDEX regimes_by_calibration ON regimes (calibration, id);
+ALTER TABLE alarms ADD COLUMN within_tolerance INTEGER NOT NULL DEFAULT 0;
 ";
 
 /// How long one program waits for another.

@@ -1,6 +1,5 @@
 //! What is read and written for each weld, inside one transaction.
 
-use super::KEPT_STATISTICS;
 use super::codec;
 use super::schema::Store;
 use super::store_error::StoreError;
@@ -33,15 +32,15 @@ pub struct StoredPiece {
     pub statistic: WeldStatistic,
 }
 
-/// An alarm that stands.
+/// A change that stands.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Standing {
-    /// Kind of change.
+pub(crate) struct Standing {
+    /// Its kind.
     pub kind: String,
-    /// The row of the first weld after the change.
-    pub since: i64,
-    /// When it changed inside of that weld, s after its first robot sample.
-    pub inside_s: Option<f64>,
+    /// Whether it is within the tolerance.
+    pub is_within: bool,
+    /// Whether it is another one than that of the weld before.
+    pub is_another: bool,
 }
 
 /// A weld that has been judged.
@@ -63,8 +62,21 @@ pub struct NewWeld {
     pub p_log10: [f64; 4],
     /// What was told of it, a line of JSON.
     pub line: String,
-    /// Kind, first weld after the change (`None` is this weld) and log₁₀ probability of the alarm.
-    pub alarm: Option<(&'static str, Option<i64>, f64)>,
+    /// What stands.
+    pub alarm: Option<NewAlarm>,
+}
+
+/// What stands after a weld.
+#[derive(Clone, Copy, Debug)]
+pub struct NewAlarm {
+    /// Its kind.
+    pub kind: &'static str,
+    /// The row of the first weld after the change; `None` is this weld.
+    pub since: Option<i64>,
+    /// log₁₀ probability.
+    pub p_log10: f64,
+    /// Whether it is within the tolerance.
+    pub is_within: bool,
 }
 
 impl Store {
@@ -141,6 +153,17 @@ impl Store {
             .map_err(|e| self.failed(e))
     }
 
+    /// The number and the name of the calibration of the last weld.
+    ///
+    /// # Errors
+    /// A database that cannot be read.
+    pub(crate) fn calibration_of_last_weld(&self) -> Result<Option<(i64, String)>, StoreError> {
+        let text = "SELECT calibrations.id, calibrations.name FROM welds JOIN calibrations ON calibrations.id = calibration \
+                    ORDER BY welds.id DESC LIMIT 1";
+        let row = |row: &rusqlite::Row<'_>| Ok((row.get(0)?, row.get(1)?));
+        self.connection.query_row(text, [], row).optional().map_err(|e| self.failed(e))
+    }
+
     /// All parts of a calibration.
     ///
     /// # Errors
@@ -192,10 +215,9 @@ impl Store {
     /// A database that cannot be read, or damaged rows.
     pub fn pieces(&self, calibration: i64) -> Result<Vec<StoredPiece>, StoreError> {
         let text = "SELECT id, part, name, statistic FROM welds \
-                    WHERE calibration = ?1 AND statistic IS NOT NULL ORDER BY id DESC LIMIT ?2";
+                    WHERE calibration = ?1 AND statistic IS NOT NULL ORDER BY id";
         let mut query = self.connection.prepare(text).map_err(|e| self.failed(e))?;
-        let mut rows =
-            query.query(params![calibration, KEPT_STATISTICS as i64]).map_err(|e| self.failed(e))?;
+        let mut rows = query.query([calibration]).map_err(|e| self.failed(e))?;
         let mut pieces = Vec::new();
         while let Some(row) = rows.next().map_err(|e| self.failed(e))? {
             let read = || -> rusqlite::Result<(i64, i64, String, Vec<u8>)> {
@@ -205,19 +227,17 @@ impl Store {
             let statistic = codec::statistic(&bytes).ok_or_else(|| self.damaged("statistic", id))?;
             pieces.push(StoredPiece { id, part, name, statistic });
         }
-        pieces.reverse();
         Ok(pieces)
     }
 
-    /// The alarm that stood after the last weld.
+    /// The change that stood after the last weld.
     ///
     /// # Errors
     /// A database that cannot be read.
-    pub fn standing(&self, calibration: i64) -> Result<Option<Standing>, StoreError> {
-        let text = "SELECT kind, since, json_extract(line, '$.alarm.since_time_s') FROM alarms JOIN welds ON welds.id = weld \
-                    WHERE weld = (SELECT max(id) FROM welds WHERE calibration = ?1)";
+    pub(crate) fn standing(&self, calibration: i64) -> Result<Option<Standing>, StoreError> {
+        let text = "SELECT kind, within_tolerance FROM alarms WHERE weld = (SELECT max(id) FROM welds WHERE calibration = ?1)";
         let row = |row: &rusqlite::Row<'_>| {
-            Ok(Standing { kind: row.get(0)?, since: row.get(1)?, inside_s: row.get(2)? })
+            Ok(Standing { kind: row.get(0)?, is_within: row.get(1)?, is_another: false })
         };
         self.connection.query_row(text, [calibration], row).optional().map_err(|e| self.failed(e))
     }
@@ -233,7 +253,7 @@ impl Store {
         self.connection.execute(text, [watched_s]).map_err(|e| self.failed(e))
     }
 
-    /// Adds a judged weld with its alarm, and drops the statistic of the weld that nobody looks back on any more.
+    /// Adds a judged weld with its alarm.
     ///
     /// # Errors
     /// A database that cannot be written.
@@ -258,18 +278,12 @@ impl Store {
         ];
         self.connection.execute(text, values).map_err(|e| self.failed(e))?;
         let id = self.connection.last_insert_rowid();
-        if let Some((kind, since, p_log10)) = weld.alarm {
-            let text = "INSERT INTO alarms (weld, kind, since, p_log10) VALUES (?1, ?2, ?3, ?4)";
+        if let Some(NewAlarm { kind, since, p_log10, is_within }) = weld.alarm {
+            let text = "INSERT INTO alarms (weld, kind, since, p_log10, within_tolerance) VALUES (?1, ?2, ?3, ?4, ?5)";
             self.connection
-                .execute(text, params![id, kind, since.unwrap_or(id), p_log10])
+                .execute(text, params![id, kind, since.unwrap_or(id), p_log10, is_within])
                 .map_err(|e| self.failed(e))?;
         }
-        let text = "UPDATE welds SET statistic = NULL WHERE calibration = ?1 AND statistic IS NOT NULL AND id < \
-                    (SELECT min(id) FROM (SELECT id FROM welds WHERE calibration = ?1 AND statistic IS NOT NULL \
-                    ORDER BY id DESC LIMIT ?2))";
-        self.connection
-            .execute(text, params![calibration, KEPT_STATISTICS as i64])
-            .map_err(|e| self.failed(e))?;
         Ok(id)
     }
 }

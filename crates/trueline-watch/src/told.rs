@@ -1,0 +1,75 @@
+//! A change as it is told: with the names of welds, its size and the tolerance.
+
+use crate::detect::{Alarm, SeamError};
+
+/// What stands after a weld.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum State {
+    /// No change is seen.
+    Good,
+    /// A change that moves seam points by less than the tolerance.
+    WithinTolerance,
+    /// An alarm.
+    Alarm,
+}
+
+impl State {
+    /// The word in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::WithinTolerance => "changed-within-tolerance",
+            Self::Alarm => "alarm",
+        }
+    }
+}
+
+/// A change as it is told.
+#[derive(Clone, Debug)]
+pub struct Told {
+    /// The change.
+    pub alarm: Alarm,
+    /// The number of the first weld after the change.
+    pub since_number: i64,
+    /// Its name.
+    pub since: String,
+    /// Number and name of the first weld that was not at the calibration, with none since then that was.
+    pub out_since: (i64, String),
+    /// How far it moves seam points.
+    pub seam_error: SeamError,
+    /// How far they may be moved, m.
+    pub tolerance_m: Option<f64>,
+    /// Whether it is within the tolerance.
+    pub is_within: bool,
+    /// Whether somebody said that what was wrong before had been mended just there.
+    pub was_claimed: bool,
+}
+
+/// A change is within the tolerance if it is by so many standard deviations.
+const SURELY: f64 = 2.0;
+
+impl Told {
+    /// A change with its words' numbers. `was_within`: whether the weld before was told to be within the tolerance.
+    #[must_use]
+    pub fn of(
+        alarm: Alarm,
+        welds: [(i64, String); 2],
+        seam_error: SeamError,
+        tolerance: (Option<f64>, bool),
+    ) -> Self {
+        let [(since_number, since), out_since] = welds;
+        let (tolerance_m, was_within) = tolerance;
+        // What is within stays so as long as it is; what is not must surely be.
+        let is_within = tolerance_m.zip(seam_error.total).is_some_and(|(tolerance_m, [error_m, sigma_m])| {
+            error_m + SURELY * sigma_m <= tolerance_m || was_within && error_m <= tolerance_m
+        });
+        Self { alarm, since_number, since, out_since, seam_error, tolerance_m, is_within, was_claimed: false }
+    }
+
+    /// Whether it is an alarm.
+    #[must_use]
+    pub fn state(&self) -> State {
+        if self.is_within { State::WithinTolerance } else { State::Alarm }
+    }
+}
