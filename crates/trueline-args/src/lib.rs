@@ -29,6 +29,7 @@ mod drawn_line;
 mod evaluate;
 mod export;
 mod features;
+mod headings;
 pub mod hints;
 mod history;
 mod import;
@@ -129,7 +130,7 @@ pub fn command() -> clap::Command {
     fn completed(command: clap::Command) -> clap::Command {
         command.mut_args(|arg| with_letter(with_negative_numbers(arg))).mut_subcommands(completed)
     }
-    completed(Arguments::command()).max_term_width(100)
+    headings::with_headings(completed(Arguments::command()), "").max_term_width(100)
 }
 
 /// The command that words name, the first of them being the program, with what it is made of: `import csv`.
