@@ -199,7 +199,7 @@ impl Recording {
         let config = options.config()?;
         let recording = Arc::clone(&self.inner);
         interruptible::run(py, move || {
-            let found = doctor::diagnose(&recording, &config, |_| ());
+            let found = doctor::diagnose(&recording, &config, None, |_| ());
             Ok(format!("{:#}", diagnosis::json(&found)))
         })
     }

@@ -28,8 +28,7 @@ pub fn pages(calibration: &Calibration) -> Option<String> {
 fn for_reason(reason: &Reason) -> Option<&'static str> {
     match reason {
         Reason::ResidualsTooLarge { .. } => Some(
-            "`trueline doctor` tries the usual mistakes; --feature-sigma-px or --feature-sigma-mm states the noise of the \
-             sensor",
+            "`trueline doctor` tries the usual mistakes; --feature-sigma-px or --feature-sigma-mm states the sensor's noise",
         ),
         Reason::SensorOff { beyond_stated: true, .. } => Some(
             "--sensor free estimates it without what [uncertainty] in sensor.toml states; correct that, or calibrate the sensor again",

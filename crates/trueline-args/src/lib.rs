@@ -29,6 +29,7 @@ mod drawn_line;
 mod evaluate;
 mod export;
 mod features;
+mod headings;
 pub mod hints;
 mod history;
 mod import;
@@ -129,7 +130,7 @@ pub fn command() -> clap::Command {
     fn completed(command: clap::Command) -> clap::Command {
         command.mut_args(|arg| with_letter(with_negative_numbers(arg))).mut_subcommands(completed)
     }
-    completed(Arguments::command()).max_term_width(100)
+    headings::with_headings(completed(Arguments::command()), "").max_term_width(100)
 }
 
 /// The command that words name, the first of them being the program, with what it is made of: `import csv`.
@@ -264,9 +265,11 @@ pub struct DemoArgs {
   trueline doctor scan
   trueline doctor scan --fix scan-fixed
 
-Tried: mm and m, quaternion order, inverted poses or rotations, rho read as translation, degrees and radians, \
-swapped or mirrored pixels, a mirrored laser plane, the order of the distortion, clocks of different origin, a \
-switched tool frame; and against initial.toml: sign of the offset, inverted transform, units, another tool frame.
+Named first: what `calibrate` says of the data, and poses that no robot takes. Then tried, the likeliest first: mm, m and \
+inches, quaternion order, inverted poses or rotations, Euler angles in all orders, rho read as translation, degrees and \
+radians, s, ms and µs, swapped or mirrored pixels, a mirrored laser plane, the order of the distortion, frame rate, clocks of \
+different origin, a switched tool frame; and against initial.toml: sign of the offset, inverted transform, units, another \
+tool frame.
 
 Where nothing is wrong, --fix writes nothing.
 
@@ -280,6 +283,9 @@ pub struct DoctorArgs {
     /// Write the dataset without the mistake that was found, to a new folder
     #[arg(long, value_name = "OUT")]
     pub fix: Option<PathBuf>,
+    /// Begin no further trial after so long, s
+    #[arg(long, value_name = "SECONDS", default_value_t = 12.0, value_parser = crate::number::seconds)]
+    pub longest_s: f64,
     /// Replace the folder of --fix if it has trueline's files alone; it is kept as FIX.replaced-1
     #[arg(long, requires = "fix")]
     pub force: bool,

@@ -28,3 +28,33 @@ fn paragraphs_are_left_to_the_terminal_to_break() {
     }
     assert!(broken.is_empty(), "{broken:#?}");
 }
+
+/// What a user types for an option of a command itself, and not for one of every command.
+fn own_options(command: &clap::Command) -> Vec<&clap::Arg> {
+    command.get_arguments().filter(|arg| arg.get_long().is_some() && !arg.is_global_set()).collect()
+}
+
+/// A list of 36 options in a row is read by nobody.
+#[test]
+fn a_command_with_many_options_has_what_everybody_needs_first_and_the_rest_under_headings() {
+    let mut many = 0;
+    for (name, command) in commands(&trueline_args::command(), "") {
+        let options = own_options(&command);
+        if options.len() <= 10 {
+            continue;
+        }
+        many += 1;
+        let first: Vec<_> = options.iter().filter(|arg| arg.get_help_heading().is_none()).collect();
+        assert!(first.len() <= 5, "{name}: {} options have no heading", first.len());
+        assert!(first.iter().all(|arg| !arg.is_hide_short_help_set()), "{name}");
+        let [short, long] = [command.clone().render_help(), command.clone().render_long_help()]
+            .map(|text| text.to_string().lines().count());
+        assert!(short < long, "{name}: -h has {short} lines, --help {long}");
+        for wanted in ["json", "report"] {
+            let has = options.iter().any(|arg| arg.get_long() == Some(wanted));
+            let is_first = first.iter().any(|arg| arg.get_long() == Some(wanted));
+            assert!(!has || is_first, "{name}: --{wanted} is not among the first");
+        }
+    }
+    assert!(many >= 10, "{many} commands have many options");
+}

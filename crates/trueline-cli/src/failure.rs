@@ -1,5 +1,6 @@
 //! Why a command could not run, and what to do about it.
 
+use crate::wrong_file;
 use clap::error::ContextKind;
 use std::error::Error as _;
 use std::fmt;
@@ -56,7 +57,10 @@ impl fmt::Display for Failure {
 
 impl From<trueline_dataset::Error> for Failure {
     fn from(error: trueline_dataset::Error) -> Self {
-        Self::new(error.to_string(), error.hint())
+        match wrong_file::failure(&error) {
+            Some(failure) => failure,
+            None => Self::new(error.to_string(), error.hint()),
+        }
     }
 }
 

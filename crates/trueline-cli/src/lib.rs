@@ -19,6 +19,7 @@ mod pictures;
 mod planned_scan;
 mod progress;
 mod robot_link;
+mod wrong_file;
 
 use clap::FromArgMatches;
 use clap::error::ErrorKind;

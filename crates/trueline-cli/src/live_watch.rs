@@ -3,6 +3,7 @@
 use crate::failure::Failure;
 use crate::live_cell::LiveCell;
 use crate::output;
+use crate::wrong_file;
 use std::path::Path;
 use std::sync::Arc;
 use trueline_args::RecordArgs;
@@ -12,14 +13,18 @@ use trueline_watch::{Watcher, WatcherError, WatcherSettings, weld_text};
 
 impl From<WatcherError> for Failure {
     fn from(error: WatcherError) -> Self {
-        let hint = error.hint();
-        Self::new(error.to_string(), hint)
+        let of_another_kind = match &error {
+            WatcherError::Calibration(error) => wrong_file::failure(error),
+            WatcherError::Store(error) => wrong_file::of_state(error),
+            _ => None,
+        };
+        of_another_kind.unwrap_or_else(|| Self::new(error.to_string(), error.hint()))
     }
 }
 
 impl From<trueline_watch::store::StoreError> for Failure {
     fn from(error: trueline_watch::store::StoreError) -> Self {
-        Self::new(error.to_string(), error.hint())
+        wrong_file::of_state(&error).unwrap_or_else(|| Self::new(error.to_string(), error.hint()))
     }
 }
 

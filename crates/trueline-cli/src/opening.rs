@@ -3,12 +3,13 @@
 use crate::failure::Failure;
 use crate::output;
 use crate::picture_progress::PictureProgress;
+use crate::wrong_file;
 use std::env;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 use trueline_dataset::feature_cache::FeatureCache;
 use trueline_dataset::{FoundSeams, Profile};
-use trueline_mcap::Imported;
+use trueline_mcap::{ImportError, Imported};
 use trueline_open::error::folder_of;
 use trueline_open::{How, OpenError, OpenObserver, Opened, Told};
 use trueline_vision::Joint;
@@ -98,6 +99,12 @@ fn this_program() -> String {
     )
 }
 
+/// A file where the folder of a scan is needed.
+pub(crate) fn not_a_folder(file: &Path) -> Failure {
+    wrong_file::of_recording(&ImportError::NotARecording { file: file.to_owned() })
+        .unwrap_or_else(|| failure(&OpenError::PartOfDataset(file.to_owned()), None))
+}
+
 /// What a person can do about it, with the options that help.
 fn failure(error: &OpenError, joint: Option<Joint>) -> Failure {
     let hint = match error {
@@ -115,11 +122,16 @@ fn failure(error: &OpenError, joint: Option<Joint>) -> Failure {
         }
         other => other.hint(),
     };
-    Failure::new(error.to_string(), hint)
+    match error {
+        OpenError::File(error) => wrong_file::failure(error),
+        OpenError::Import(error) => wrong_file::of_recording(error),
+        _ => None,
+    }
+    .unwrap_or_else(|| Failure::new(error.to_string(), hint))
 }
 
 impl From<trueline_mcap::ImportError> for Failure {
     fn from(error: trueline_mcap::ImportError) -> Self {
-        Self::new(error.to_string(), error.hint())
+        wrong_file::of_recording(&error).unwrap_or_else(|| Self::new(error.to_string(), error.hint()))
     }
 }

@@ -108,8 +108,8 @@ pub enum Problem {
         /// What is not of a kind that is replaced.
         other: String,
     },
-    /// A folder in the place of a file that is to be written.
-    #[error("is a folder")]
+    /// A folder in the place of a file.
+    #[error("is a folder; a file is needed")]
     IsFolder,
     /// A file that is to be written, or read, in a folder that is not there.
     #[error("there is no folder `{}`", folder.display())]

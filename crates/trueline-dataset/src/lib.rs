@@ -24,6 +24,7 @@ pub mod dialect;
 pub mod error;
 pub mod feature_cache;
 pub mod features_csv;
+pub mod file_kind;
 pub mod folder;
 mod found_seams;
 mod frame_signals;

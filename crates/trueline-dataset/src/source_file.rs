@@ -17,7 +17,7 @@ pub fn open(file: &Path) -> Result<File, Error> {
     // Asked before it is opened: opening a pipe waits for somebody who writes.
     let kind = std::fs::metadata(file).map_err(refused)?.file_type();
     if kind.is_dir() {
-        return Err(Error::unreadable(file, "a folder", "name a file in it"));
+        return Err(Error::in_file(file, Problem::IsFolder));
     }
     if !kind.is_file() {
         let hint = "pipes and devices may never end: copy what is in them into a file first";

@@ -16,7 +16,7 @@ fn main() {
             let Some(recording) = simulate(&random_cell(&preset.scenario(), seed, 0.1), seed) else {
                 continue;
             };
-            let found = diagnose(&recording, &Config::default(), |_| {});
+            let found = diagnose(&recording, &Config::default(), None, |_| {});
             examined += 1;
             tried += usize::from(!found.trials.is_empty());
             claimed += usize::from(!found.findings.is_empty());

@@ -24,14 +24,14 @@ use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Streams, Unk
 use crate::hypotheses::ambiguity::Ambiguity;
 use crate::hypotheses::clock_drift::DriftFree;
 use crate::hypotheses::feature_bias::{FeatureBias, TakenBias};
-use crate::hypotheses::search::Mirrored;
+use crate::hypotheses::search::{BetterMinimum, Mirrored};
 use crate::hypotheses::unbiased::{Assessed, inflation};
 use crate::input::observations::origin_ns;
 use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::input::skip::Skip;
 use crate::input::timestamps::{Dejittered, Sampling};
 use crate::problem::line_problem::LineProblem;
-use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
+use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::released::{better_without_drawing_m, held_sensor, shifted_lines};
 use crate::solve::covariance::{self, Uncertainty};
 use crate::solve::drawn_lines;
@@ -53,7 +53,7 @@ pub(crate) struct Concluded<'a> {
     pub(crate) knowledge: &'a ShapeKnowledge,
     pub(crate) mirrored: Mirrored,
     pub(crate) ambiguity: Ambiguity,
-    pub(crate) better: Option<Parameters>,
+    pub(crate) better: Option<BetterMinimum>,
     pub(crate) assessed: &'a Assessed,
     pub(crate) levels: SystematicLevels,
     /// How far the robot was taken to be off.
@@ -180,6 +180,7 @@ fn clock(drift_free: &DriftFree) -> ClockFindings {
         drifted: drift_free.drifted,
         step: drift_free.step,
         stepped: drift_free.stepped,
+        noise_factor_without_step: drift_free.noise_factor_without_step,
     }
 }
 
@@ -197,7 +198,10 @@ fn judged(
     errors: &SeamErrors<'_>,
 ) -> Result<Calibration, Error> {
     add_stripes(from, &mut findings, errors)?;
-    if let Some(released) = from.released {
+    // What fits no better when released tells nothing of what was held.
+    if let Some(released) =
+        from.released.filter(|released| !verdict::residuals_are_too_large(&released.findings))
+    {
         compare(&findings.config, &mut findings.checks, released);
     }
     let verdict = verdict::of(&findings);
@@ -362,7 +366,7 @@ fn checks(
         } else {
             from.ambiguity.without_rivals()
         },
-        better_time_offset_s: from.better.as_ref().map(|better| better.time_offset_s),
+        better: from.better,
         held_out: cross_validation::check(&subject(from, uncertainty), config),
         outlier_segments: outlier_segments::find(
             observations,

@@ -20,7 +20,7 @@ use crate::config::{Config, Measurements};
 use crate::hypotheses::ambiguity::Ambiguity;
 use crate::hypotheses::drift_and_step::{Drift, Step};
 use crate::hypotheses::feature_bias::FeatureBias;
-use crate::hypotheses::search::Mirrored;
+use crate::hypotheses::search::{BetterMinimum, Mirrored};
 use crate::input::timestamps::StampReport;
 use crate::problem::parameters::Parameters;
 use crate::solve::iteration_record::IterationRecord;
@@ -56,6 +56,12 @@ pub struct Findings {
 }
 
 impl Findings {
+    /// The length that counts as a pixel, m, where features are lengths; `None` where they are pixels.
+    #[must_use]
+    pub fn length_per_px_m(&self) -> Option<f64> {
+        self.fit.residuals.rms_px.is_none().then(|| self.config.length_per_px_m())
+    }
+
     /// What of the measurements does not belong to the rest: of the seam points, or of the stripes if those were used and more of them
     /// are off.
     #[must_use]
@@ -195,8 +201,8 @@ pub struct Checks {
     pub mirrored: Mirrored,
     /// What else explains the scan, and what decided.
     pub ambiguity: Ambiguity,
-    /// Time offset of a better minimum than the guess led to, s.
-    pub better_time_offset_s: Option<f64>,
+    /// A better minimum than the guess led to.
+    pub better: Option<BetterMinimum>,
     /// The parts of the scan against each other.
     pub held_out: Option<HeldOut>,
     /// Stretches of the scan that do not belong to the rest.
@@ -245,6 +251,8 @@ pub struct ClockFindings {
     pub step: Option<Step>,
     /// A step of a clock that is significant.
     pub stepped: Option<Step>,
+    /// How much larger the residuals are than expected once that step is taken out.
+    pub noise_factor_without_step: Option<f64>,
 }
 
 /// The streams that were recorded.

@@ -2,7 +2,8 @@
 
 use serde_json::{Value, json};
 use std::fmt::Write;
-use trueline_method::diagnose::doctor::{Diagnosis, Outcome};
+use trueline_method::diagnose::doctor::Diagnosis;
+use trueline_method::diagnose::outcome::Outcome;
 
 /// The diagnosis in a few lines of plain text; `all` lists what was tried in vain as well.
 #[must_use]
@@ -22,13 +23,20 @@ pub fn text(d: &Diagnosis, all: bool) -> String {
     for reason in &d.as_recorded.said {
         let _ = writeln!(out, "  {:<40} {reason}", "");
     }
-    let told = |name: &str| all || d.explained_by.contains(&name);
-    for trial in d.trials.iter().filter(|trial| told(trial.name)) {
+    let told = |name: &str| all || d.explained_by.iter().any(|explains| explains.as_str() == name);
+    for trial in d.trials.iter().filter(|trial| told(&trial.name)) {
         let _ = writeln!(out, "  {:<40} {}", format!("if undone: {}", trial.name), fit(&trial.outcome));
     }
-    let hidden = d.trials.iter().filter(|trial| !told(trial.name)).count();
+    let hidden = d.trials.iter().filter(|trial| !told(&trial.name)).count();
     if hidden > 0 {
         let _ = writeln!(out, "  {hidden} other mistakes were tried in vain; --verbose lists them");
+    }
+    if !d.not_tried.is_empty() {
+        let _ = writeln!(
+            out,
+            "  {} mistakes were not tried, for the time was spent: --longest-s gives more",
+            d.not_tried.len()
+        );
     }
     out
 }
@@ -54,6 +62,7 @@ pub fn json(d: &Diagnosis) -> Value {
     json!({
         "findings": d.findings,
         "explained_by": d.explained_by,
+        "not_tried": d.not_tried,
         "as_recorded": outcome(&d.as_recorded),
         "without": d.trials.iter().map(|t| json!({ "mistake": t.name, "outcome": outcome(&t.outcome) })).collect::<Vec<_>>(),
     })

@@ -52,7 +52,7 @@ fn reason_values(reason: &Reason) -> Value {
             json!({ "time_offsets_s": answers.iter().map(|answer| answer.time_offset_s).collect::<Vec<_>>() })
         }
         Reason::NotConverged { termination } => json!({ "termination": termination.to_string() }),
-        Reason::ResidualsTooLarge { noise_factor } => json!({ "noise_factor": noise_factor }),
+        Reason::ResidualsTooLarge { noise_factor, .. } => json!({ "noise_factor": noise_factor }),
         Reason::SensorOff { shape, instead, beyond_stated } => {
             let mut facts = sensor_off(shape, instead);
             facts["beyond_stated"] = json!(beyond_stated);
@@ -117,8 +117,8 @@ fn warning_values(warning: &Warning) -> Value {
         Warning::UncertaintyNotApplied | Warning::SensorOfItsOwnScan | Warning::MirrorBySensor => json!({}),
         Warning::SensorOff { shape, instead } => sensor_off(shape, instead),
         Warning::LensOff { lens } => lens_off(lens),
-        Warning::LikelyCause { kind, size_si, sigma_si } => likely_cause(*kind, *size_si, *sigma_si),
-        Warning::FeatureBias { bias } => {
+        Warning::LikelyCause { kind, size_si, sigma_si, .. } => likely_cause(*kind, *size_si, *sigma_si),
+        Warning::FeatureBias { bias, .. } => {
             json!({ "px_per_10deg": bias.px, "sigma_px_per_10deg": bias.sigma_px, "wald": bias.wald })
         }
         Warning::HeldAtGuess { held } => {

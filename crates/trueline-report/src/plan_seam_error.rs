@@ -4,7 +4,9 @@ use crate::number::digits_for;
 use crate::plan_source::Source;
 use crate::seam_error::{self, BudgetPart, mm};
 use serde_json::{Value, json};
+use trueline_dataset::Sensor;
 use trueline_dataset::unit::MM_PER_M;
+use trueline_method::Config;
 use trueline_method::assess::seam_error::SeamError;
 
 /// The seam error with all that adds to it, and that of the scan alone.
@@ -20,14 +22,16 @@ pub(crate) fn rows(source: &Source<'_>) -> Vec<(String, String)> {
         let mark = if error.rms_m <= wanted_m { "reached" } else { "MISSED" };
         format!("; wanted {} mm: {mark}", wanted_m * MM_PER_M)
     });
+    let are_pixels = matches!(source.cell.sensor, Sensor::CameraLaser { .. });
+    let of_lengths = (!are_pixels).then(|| Config::default().length_per_px_m());
     let said = format!(
-        "± {} in use{by}: the scan alone ± {}, and with it a robot of {} mm ({}), the sensor's own calibration and a feature bias of {} px \
+        "± {} in use{by}: the scan alone ± {}, and with it a robot of {} mm ({}), the sensor's own calibration and a feature bias of {} \
          per 10° of tilt (assumed){wanted}",
         mm(error.rms_m),
         mm(error.scan_alone_m()),
         levels.robot_accuracy_m * MM_PER_M,
         if levels.robot_is_stated { "stated" } else { "assumed" },
-        levels.feature_bias_px,
+        seam_error::bias(levels.feature_bias_px, of_lengths),
     );
     let mut rows = vec![("seam error".to_owned(), said)];
     if source.asked.seam_m.is_some() {

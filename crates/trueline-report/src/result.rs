@@ -31,7 +31,7 @@ pub fn of(c: &Calibration) -> ResultFile {
         reasons: c.reasons().iter().map(facts::reason).collect(),
         warnings: c.warnings().iter().map(facts::warning).collect(),
         time_offset_s,
-        time_offset_use: time_offset_s.map(time_offset_use),
+        time_offset_use: time_offset_s.filter(|_| c.status() == Status::Accepted).map(time_offset_use),
         tool_from_camera: tool_from_camera(c),
         lines: (0..c.best_fit().lines.len()).map(|k| line(c, k)).collect(),
         planes: stripes::planes(c),
@@ -61,7 +61,9 @@ pub fn of(c: &Calibration) -> ResultFile {
 #[must_use]
 pub fn in_recorded_stamps(result: ResultFile, images_ahead_s: f64) -> ResultFile {
     let result = result.with_images_ahead(images_ahead_s);
-    ResultFile { time_offset_use: result.time_offset_s.map(time_offset_use), ..result }
+    let is_accepted = result.status == Some(result_file::Status::Accepted);
+    let time_offset_use = result.time_offset_s.filter(|_| is_accepted).map(time_offset_use);
+    ResultFile { time_offset_use, ..result }
 }
 
 fn time_offset_use(offset_s: f64) -> TimeOffsetUse {

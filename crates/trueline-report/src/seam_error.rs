@@ -121,8 +121,9 @@ pub fn assumed(c: &Calibration, error: &SeamError) -> Option<String> {
     }
     if error.budget_m.feature_bias > 0.0 {
         let state = if levels.bias_is_estimated { "estimated" } else { "assumed" };
-        let px = (100.0 * levels.feature_bias_px).round() / 100.0;
-        with.push(format!("a feature bias of {px} px per 10° of tilt ({state})"));
+        let per_px_m = c.findings.length_per_px_m();
+        let bias = bias(levels.feature_bias_px, per_px_m);
+        with.push(format!("a feature bias of {bias} per 10° of tilt ({state})"));
     }
     if error.budget_m.held > 0.0 {
         with.push("what is held, as it was stated".to_owned());
@@ -135,6 +136,14 @@ pub fn assumed(c: &Calibration, error: &SeamError) -> Option<String> {
         [] => None,
         [only] => Some(only.clone()),
         [first @ .., last] => Some(format!("{} and {last}", first.join(", "))),
+    }
+}
+
+/// A feature bias in px, or in mm where features are lengths, of which one of so many m counts as a pixel.
+pub(crate) fn bias(px: f64, per_px_m: Option<f64>) -> String {
+    match per_px_m {
+        None => format!("{} px", (100.0 * px).round() / 100.0),
+        Some(per_px_m) => format!("{} mm", (1000.0 * px * per_px_m * MM_PER_M).round() / 1000.0),
     }
 }
 

@@ -13,7 +13,7 @@ use trueline_method::assess::residuals::FeatureResidual;
 use trueline_method::assess::seam_point_error::SeamPointError;
 use trueline_method::input::timestamps::StampReport;
 use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION, line_index};
-use trueline_method::{Calibration, Hold, Status};
+use trueline_method::{Calibration, Hold, Reason, Status};
 
 const MS_PER_S: f64 = 1e3;
 
@@ -30,7 +30,8 @@ pub fn verdict(c: &Calibration) -> String {
 #[must_use]
 pub fn sentence(c: &Calibration) -> String {
     if let (Status::NotAccepted, Some(reason)) = (c.status(), c.reasons().first()) {
-        if let Some(motion) = missing_motion(&c.findings.unknowns.observability.unobservable) {
+        let unobservable = &c.findings.unknowns.observability.unobservable;
+        if let (Reason::Unobservable(_), Some(motion)) = (reason, missing_motion(unobservable)) {
             return format!("Not accepted: {motion}");
         }
         let more = c.reasons().len() - 1;
@@ -113,7 +114,7 @@ pub(crate) const OVER_TIME: &str = "residual over time";
 pub fn rows(c: &Calibration) -> Vec<(String, String)> {
     let mut rows = seam_error::rows(c);
     rows.push(("time offset".to_owned(), offset(c)));
-    if c.is_known(TIME_OFFSET) {
+    if c.is_known(TIME_OFFSET) && c.status() == Status::Accepted {
         rows.push(("to use it".to_owned(), rule(c)));
     }
     for (k, axis) in ["x", "y", "z"].iter().enumerate() {

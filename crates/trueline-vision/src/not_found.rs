@@ -138,7 +138,7 @@ pub enum NotFound {
         distance_px: f64,
     },
     /// Too little of the stripe is to be seen.
-    #[error("too little of the stripe is visible beside the seam: {:.0} % of the arm; {:.0} % are needed", 100.0 * visible, 100.0 * needed)]
+    #[error("too little of the stripe is visible beside the seam: {:.1} % of its arm, at least {:.0} % is needed", 100.0 * visible, 100.0 * needed)]
     TooLittle {
         /// Part of the cross-sections that show the stripe.
         visible: f64,

@@ -2,7 +2,9 @@
 
 use crate::failure::Failure;
 use crate::{opening, output, progress};
+use std::num::NonZeroUsize;
 use std::process::ExitCode;
+use std::time::Duration;
 use trueline_args::DoctorArgs;
 use trueline_dataset::folder;
 use trueline_method::{Config, diagnose::doctor::diagnose};
@@ -13,7 +15,10 @@ pub(crate) fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
     output::expect_files(&[&args.dataset], &[args.json.as_deref()])?;
     let opened = opening::open(&args.dataset, None, args.quiet)?;
     let recording = &opened.recording;
-    let mut found = progress::steps(args.quiet, |watch| diagnose(recording, &Config::default(), watch));
+    let threads = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    let config = Config { threads, ..Config::default() };
+    let longest = Some(Duration::from_secs_f64(args.longest_s));
+    let mut found = progress::steps(args.quiet, |watch| diagnose(recording, &config, longest, watch));
     let measured = found.calibration.as_ref().and_then(|calibration| opened.measured_offset(calibration));
     match &measured {
         Some(measured) if !measured.offset.agrees() => found.findings.push(measured.to_string()),

@@ -13,6 +13,9 @@ use trueline_vision::{PictureRegion, StripeChoice};
 
 /// Runs the command.
 pub(crate) fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
+    if args.dataset.is_file() {
+        return Err(opening::not_a_folder(&args.dataset));
+    }
     if !images::index_of(&args.dataset).exists()
         && let Some(profiles) = folder::read_profiles(&args.dataset)?
     {

@@ -1,9 +1,12 @@
 //! Mistakes with a number of their own, which the scan tells: how far a picture was cut out, by how much an axis is too long.
 
+use crate::Calibration;
 use crate::config::Config;
 use crate::diagnose::mistake::{with_image_stamps, with_pixels};
 use crate::diagnose::pose_mistakes::with_axis_scaled;
-use crate::diagnose::quick_fit::quick_fit;
+use crate::diagnose::quick_fit::glance;
+use crate::diagnose::steps::Budget;
+use crate::parallel;
 use nalgebra::Vector2;
 use trueline_dataset::{Measured, Recording, Sensor};
 
@@ -23,6 +26,8 @@ pub enum Estimated {
     StampRate {
         /// Times.
         factor: f64,
+        /// Images a second as they are stamped.
+        stamped_hz: f64,
     },
 }
 
@@ -50,9 +55,10 @@ impl Estimated {
                 ["x", "y", "z"][*axis],
                 100.0 * (factor - 1.0)
             ),
-            Self::StampRate { factor } => format!(
-                "the image (or profile) stamps were made with a rate that is not the sensor's: it sends {:.3} times as often as \
-                 was taken; give the rate that it really has, or record a stamp with every image",
+            Self::StampRate { factor, stamped_hz } => format!(
+                "the image (or profile) stamps were made with a rate that is not the sensor's: it sends {:.2} Hz, {:.3} times as often \
+                 as the stamped {stamped_hz:.2} Hz; give the rate that it really has, or record a stamp with every image",
+                stamped_hz / factor,
                 1.0 / factor
             ),
         }
@@ -64,12 +70,23 @@ impl Estimated {
         match *self {
             Self::Crop([u0, v0]) => with_pixels(recording, |[u, v], _| [u + u0, v + v0]),
             Self::AxisScale { axis, factor } => Some(with_axis_scaled(recording, axis, 1.0 / factor)),
-            Self::StampRate { factor } => {
+            Self::StampRate { factor, .. } => {
                 let first_ns = recording.features.first()?.stamp_ns;
                 let since = |stamp_ns: i64| ((stamp_ns - first_ns) as f64 * factor).round() as i64;
                 Some(with_image_stamps(recording, |stamp_ns| first_ns + since(stamp_ns)))
             }
         }
+    }
+}
+
+impl Estimated {
+    /// What a calibration without it leaves of it; `None` where that is nothing, or is not looked for.
+    pub(super) fn refined(&self, without: &Calibration) -> Option<Self> {
+        let (Self::StampRate { factor, stamped_hz }, Some(drift)) = (*self, without.findings.clock.drifted)
+        else {
+            return None;
+        };
+        Some(Self::StampRate { factor: factor / (1.0 + drift.ppm * 1e-6), stamped_hz })
     }
 }
 
@@ -83,14 +100,14 @@ const CROP_STEPS_PX: [f64; 4] = [80.0, 30.0, 10.0, 3.0];
 /// The corner of a picture that was cut out, where the residuals are smallest; `None` if it was not, or if the pixels would
 /// not lie in the sensor's picture.
 #[must_use]
-pub(crate) fn crop(recording: &Recording, config: &Config) -> Option<Estimated> {
-    let mut corner = nearest_corner(recording, config)?;
+pub(super) fn crop(recording: &Recording, config: &Config, budget: Budget) -> Option<Estimated> {
+    let mut corner = nearest_corner(recording, config, budget)?;
     for step in CROP_STEPS_PX {
         for axis in [1, 0, 1, 0] {
             let moved = |to: f64| {
                 let mut corner = corner;
                 corner[axis] = to;
-                left(&Estimated::Crop(corner.into()).mend(recording)?, config)
+                left(&Estimated::Crop(corner.into()).mend(recording)?, config, budget)
             };
             corner[axis] = least(moved, corner[axis], step)?;
         }
@@ -99,10 +116,12 @@ pub(crate) fn crop(recording: &Recording, config: &Config) -> Option<Estimated> 
     (is_crop && is_inside(recording, &corner)).then(|| Estimated::Crop(corner.map(f64::round).into()))
 }
 
-/// What is left of the residuals of a recording, squared, in units of noise.
-pub(super) fn left(recording: &Recording, config: &Config) -> Option<f64> {
-    let fit = quick_fit(recording, config).ok()?;
-    Some((fit.noise_factor / fit.explained).powi(2))
+/// What is left of the residuals of a recording, squared, in units of noise; `None` where there is no result, or no time.
+pub(super) fn left(recording: &Recording, config: &Config, budget: Budget) -> Option<f64> {
+    if budget.is_spent() {
+        return None;
+    }
+    Some(glance(recording, config).ok()?.left().powi(2))
 }
 
 /// Where a function is least by a parabola through three of its values, within two steps; `None` where one is missing.
@@ -127,15 +146,19 @@ fn is_inside(recording: &Recording, corner: &Vector2<f64>) -> bool {
 }
 
 /// Of corners all over the picture the one with which the scan fits best.
-fn nearest_corner(recording: &Recording, config: &Config) -> Option<Vector2<f64>> {
+fn nearest_corner(recording: &Recording, config: &Config, budget: Budget) -> Option<Vector2<f64>> {
     let Sensor::CameraLaser { camera, .. } = &recording.sensor else { return None };
     let steps = camera.size.map(|size| (f64::from(size) / CROP_STEP_PX) as u32);
     let corners = (0..steps[1]).flat_map(|v| (0..steps[0]).map(move |u| [u, v]));
-    let tried = corners
+    let corners: Vec<Vector2<f64>> = corners
         .map(|corner| Vector2::from(corner.map(f64::from)) * CROP_STEP_PX)
         .filter(|corner| is_inside(recording, corner))
-        .filter_map(|corner| Some((left(&Estimated::Crop(corner.into()).mend(recording)?, config)?, corner)));
-    tried.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, corner)| corner)
+        .collect();
+    let (threads, config) = (config.threads, Config { threads: 1, ..config.clone() });
+    let tried = parallel::filter_map(threads, &corners, |corner| {
+        Some((left(&Estimated::Crop((*corner).into()).mend(recording)?, &config, budget)?, *corner))
+    });
+    tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, corner)| corner)
 }
 
 /// Distances from the middle at which a scale is tried, first and then about what was found.
@@ -147,8 +170,13 @@ const LEAST_SCALE: f64 = 5e-4;
 
 /// The scale of an axis that leaves the smallest residuals, of what is tried.
 #[must_use]
-pub(crate) fn axis_scale(recording: &Recording, config: &Config, axis: usize) -> Option<Estimated> {
-    let scaled = |factor: f64| left(&Estimated::AxisScale { axis, factor }.mend(recording)?, config);
+pub(super) fn axis_scale(
+    recording: &Recording,
+    config: &Config,
+    budget: Budget,
+    axis: usize,
+) -> Option<Estimated> {
+    let scaled = |factor: f64| left(&Estimated::AxisScale { axis, factor }.mend(recording)?, config, budget);
     let mut best = 1.0;
     for step in SCALE_STEPS {
         best = least(scaled, best, step)?;

@@ -11,22 +11,37 @@ use trueline_geometry::{Plane, so3};
 use trueline_model::BrownConrady;
 
 /// The mistakes that are tried, the most frequent first.
-pub(crate) const MISTAKES: [Mistake; 20] = [
+pub(crate) const MISTAKES: &[Mistake] = &[
     Mistake {
         name: "robot in m, labelled mm",
         says: "the robot's positions are 1000 times too small: they are metres; name the columns x_m, y_m, z_m",
-        mend: |r| {
-            (reach_m(r) < REACH_M[0])
-                .then(|| with_positions(r, |p| p.base_from_tool.translation.vector * 1e3))
-        },
+        mend: |r| with_robot_scaled(r, 1e3),
     },
     Mistake {
         name: "robot in mm, labelled m",
         says: "the robot's positions are 1000 times too large: they are millimetres; name the columns x_mm, y_mm, z_mm",
-        mend: |r| {
-            (reach_m(r) > REACH_M[1])
-                .then(|| with_positions(r, |p| p.base_from_tool.translation.vector * 1e-3))
-        },
+        mend: |r| with_robot_scaled(r, 1e-3),
+    },
+    Mistake {
+        name: "robot in inches, labelled mm",
+        says: "the robot's positions are 25.4 times too small: they are inches; multiply x, y and z by 25.4",
+        mend: |r| with_robot_scaled(r, MM_PER_INCH),
+    },
+    Mistake {
+        name: "robot in mm, labelled inches",
+        says: "the robot's positions are 25.4 times too large: they are millimetres and were converted as inches",
+        mend: |r| with_robot_scaled(r, 1.0 / MM_PER_INCH),
+    },
+    Mistake {
+        name: "sensor in inches, labelled mm",
+        says: "the sensor's lengths (points, profile or laser plane) are 25.4 times too small: they are inches",
+        mend: |r| with_sensor_scaled(r, MM_PER_INCH),
+    },
+    Mistake {
+        name: "sensor in mm, labelled inches",
+        says: "the sensor's lengths (points, profile or laser plane) are 25.4 times too large: they are millimetres and were \
+               converted as inches",
+        mend: |r| with_sensor_scaled(r, 1.0 / MM_PER_INCH),
     },
     Mistake {
         name: "quaternion x y z w",
@@ -61,12 +76,12 @@ pub(crate) const MISTAKES: [Mistake; 20] = [
     Mistake {
         name: "features in m, labelled mm",
         says: "the sensor's lengths (points, profile or laser plane) are 1000 times too small: they are metres",
-        mend: |r| if stand_off_m(r)? < STAND_OFF_M[0] { with_sensor_scaled(r, 1e3) } else { None },
+        mend: |r| with_sensor_scaled(r, 1e3),
     },
     Mistake {
         name: "features in mm, labelled m",
         says: "the sensor's lengths (points, profile or laser plane) are 1000 times too large: they are millimetres",
-        mend: |r| if stand_off_m(r)? > STAND_OFF_M[1] { with_sensor_scaled(r, 1e-3) } else { None },
+        mend: |r| with_sensor_scaled(r, 1e-3),
     },
     Mistake {
         name: "u and v swapped",
@@ -96,12 +111,42 @@ pub(crate) const MISTAKES: [Mistake; 20] = [
     Mistake {
         name: "image stamps in s, labelled ms",
         says: "the image stamps are 1000 times too small: they are seconds",
-        mend: |r| with_image_times(r, 1000.0),
+        mend: |r| with_times(r, [1.0, 1e3]),
     },
     Mistake {
         name: "image stamps in ms, labelled s",
         says: "the image stamps are 1000 times too large: they are milliseconds",
-        mend: |r| with_image_times(r, 0.001),
+        mend: |r| with_times(r, [1.0, 1e-3]),
+    },
+    Mistake {
+        name: "image stamps in µs, labelled s",
+        says: "the image stamps are 1,000,000 times too large: they are microseconds",
+        mend: |r| with_times(r, [1.0, 1e-6]),
+    },
+    Mistake {
+        name: "robot stamps in ms, labelled s",
+        says: "the robot's stamps are 1000 times too large: they are milliseconds",
+        mend: |r| with_times(r, [1e-3, 1.0]),
+    },
+    Mistake {
+        name: "robot stamps in µs, labelled s",
+        says: "the robot's stamps are 1,000,000 times too large: they are microseconds",
+        mend: |r| with_times(r, [1e-6, 1.0]),
+    },
+    Mistake {
+        name: "robot stamps in s, labelled ms",
+        says: "the robot's stamps are 1000 times too small: they are seconds",
+        mend: |r| with_times(r, [1e3, 1.0]),
+    },
+    Mistake {
+        name: "all stamps in ms, labelled s",
+        says: "the stamps of robot and images are 1000 times too large: they are milliseconds",
+        mend: |r| with_times(r, [1e-3, 1e-3]),
+    },
+    Mistake {
+        name: "all stamps in µs, labelled s",
+        says: "the stamps of robot and images are 1,000,000 times too large: they are microseconds",
+        mend: |r| with_times(r, [1e-6, 1e-6]),
     },
     Mistake {
         name: "laser plane on the other side",
@@ -125,11 +170,23 @@ pub(crate) const MISTAKES: [Mistake; 20] = [
     },
 ];
 
-/// Robots work between these distances from their base, m. A robot 1000 times too small and a sensor 1000 times
-/// too large fit alike; only their size tells which it is.
-const REACH_M: [f64; 2] = [0.02, 20.0];
-/// Laser sensors work between these distances, m.
-const STAND_OFF_M: [f64; 2] = [0.005, 5.0];
+/// A robot 1000 times too small and a sensor 1000 times too large fit alike; only their size tells which it is: a robot works about
+/// so far from its base, m.
+const USUAL_REACH_M: f64 = 1.0;
+/// A laser sensor works about so far away, m.
+const USUAL_STAND_OFF_M: f64 = 0.2;
+const MM_PER_INCH: f64 = 25.4;
+
+/// Whether a length times a factor is nearer to what is usual, on a logarithmic scale.
+fn is_likelier(length_m: f64, factor: f64, usual_m: f64) -> bool {
+    let away = |length_m: f64| (length_m / usual_m).ln().abs();
+    away(length_m * factor) < away(length_m)
+}
+
+fn with_robot_scaled(recording: &Recording, factor: f64) -> Option<Recording> {
+    is_likelier(reach_m(recording), factor, USUAL_REACH_M)
+        .then(|| with_positions(recording, |p| p.base_from_tool.translation.vector * factor))
+}
 
 /// Typical distance of the tool from the base, m.
 fn reach_m(recording: &Recording) -> f64 {
@@ -155,6 +212,9 @@ fn scaled_angles(rotation: &UnitQuaternion<f64>, factor: f64) -> UnitQuaternion<
 }
 
 fn with_sensor_scaled(recording: &Recording, factor: f64) -> Option<Recording> {
+    if !is_likelier(stand_off_m(recording)?, factor, USUAL_STAND_OFF_M) {
+        return None;
+    }
     let mut mended = with_features(recording, |measured| match measured {
         Measured::Pixel(pixel) => Measured::Pixel(pixel),
         Measured::Point(point) => Measured::Point(point.map(|x| x * factor)),
@@ -198,17 +258,27 @@ fn with_profile_mirrored(recording: &Recording) -> Option<Recording> {
     })
 }
 
-/// Image stamps in another unit; only where the two streams then last about as long.
-fn with_image_times(recording: &Recording, factor: f64) -> Option<Recording> {
-    let lasts_s = |first: i64, last: i64| (last - first) as f64 * 1e-9;
-    let robot_s = lasts_s(recording.robot.first()?.stamp_ns, recording.robot.last()?.stamp_ns);
-    let first = recording.features.first()?.stamp_ns;
-    let images_s = lasts_s(first, recording.features.last()?.stamp_ns) * factor;
-    let mended = with_image_stamps(recording, |stamp_ns| (stamp_ns as f64 * factor).round() as i64);
+/// Stamps of robot and images in other units; only where the two streams then last about as long, and the robot is sampled as often as
+/// its path can be followed.
+fn with_times(recording: &Recording, [robot, images]: [f64; 2]) -> Option<Recording> {
+    let scaled = |stamp_ns: i64, factor: f64| (stamp_ns as f64 * factor).round() as i64;
+    let mut mended = with_image_stamps(recording, |stamp_ns| scaled(stamp_ns, images));
+    mended.robot.iter_mut().for_each(|sample| sample.stamp_ns = scaled(sample.stamp_ns, robot));
     // Stamps since 1970 in another unit leave the range of stamps, and with it what can be calculated with.
-    let can_be = mended.features.iter().all(|feature| stamp::is_in_range(feature.stamp_ns));
-    (can_be && images_s > 0.3 * robot_s && images_s < 3.0 * robot_s).then_some(mended)
+    let stamps = mended.robot.iter().map(|s| s.stamp_ns).chain(mended.features.iter().map(|f| f.stamp_ns));
+    let can_be = stamps.into_iter().all(stamp::is_in_range);
+    let lasts_s = |first: i64, last: i64| (last - first) as f64 * 1e-9;
+    let robot_s = lasts_s(mended.robot.first()?.stamp_ns, mended.robot.last()?.stamp_ns);
+    let images_s = lasts_s(mended.features.first()?.stamp_ns, mended.features.last()?.stamp_ns);
+    let period_s = robot_s / mended.robot.len() as f64;
+    let is_followed = (LEAST_PERIOD_S..MOST_PERIOD_S).contains(&period_s);
+    (can_be && is_followed && images_s > 0.3 * robot_s && images_s < 3.0 * robot_s).then_some(mended)
 }
+
+/// No controller sends poses more often, s …
+const LEAST_PERIOD_S: f64 = 5e-5;
+/// … and a path that is sampled less often cannot be followed, s.
+const MOST_PERIOD_S: f64 = 0.5;
 
 fn with_starts_aligned(recording: &Recording) -> Option<Recording> {
     let shift_ns = recording.robot.first()?.stamp_ns - recording.features.first()?.stamp_ns;

@@ -53,9 +53,9 @@ pub(super) fn implausible(recording: &Recording) -> Vec<String> {
 const WORST_CLOCK_PPM: f64 = 1000.0;
 
 /// Stamps that fit with a drift that no clock has were made with another rate.
-pub(super) fn wrong_rate(c: &Calibration) -> Option<String> {
+pub(super) fn wrong_rate(c: &Calibration, stamped_hz: f64) -> Option<String> {
     let drift = c.findings.clock.drifted.filter(|drift| drift.ppm.abs() > WORST_CLOCK_PPM)?;
-    Some(Estimated::StampRate { factor: 1.0 / (1.0 + drift.ppm * 1e-6) }.says())
+    Some(Estimated::StampRate { factor: 1.0 / (1.0 + drift.ppm * 1e-6), stamped_hz }.says())
 }
 
 /// A guess further off than this is of something else, m and rad.

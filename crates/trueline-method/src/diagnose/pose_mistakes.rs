@@ -8,7 +8,7 @@ use trueline_dataset::{Recording, RobotSample};
 use trueline_geometry::so3;
 
 /// Mistakes in the poses, the most frequent first.
-pub(crate) const POSE_MISTAKES: [Mistake; 18] = [
+pub(crate) const POSE_MISTAKES: &[Mistake] = &[
     Mistake {
         name: "Euler angles ZYX taken for XYZ",
         says: "the attitude was made from Euler angles in the wrong order: they are about z, then the new y, then the new x \

@@ -6,7 +6,7 @@ use trueline_dataset::{Measured, Recording, Sensor};
 use trueline_model::BrownConrady;
 
 /// Mistakes in the sensor's numbers.
-pub(crate) const SENSOR_MISTAKES: [Mistake; 11] = [
+pub(crate) const SENSOR_MISTAKES: &[Mistake] = &[
     Mistake {
         name: "pixels already undistorted",
         says: "the pixels are of undistorted images, and are undistorted again: give distortion = [0, 0, 0, 0, 0]",
@@ -25,6 +25,16 @@ pub(crate) const SENSOR_MISTAKES: [Mistake; 11] = [
                 k3: -k3,
             })
         },
+    },
+    Mistake {
+        name: "focal length half as large",
+        says: "the focal length in sensor.toml is half of what it is: is it of another resolution, or of another lens?",
+        mend: |r| with_focal_length_scaled(r, 2.0),
+    },
+    Mistake {
+        name: "focal length twice as large",
+        says: "the focal length in sensor.toml is twice what it is: is it of another resolution, or of another lens?",
+        mend: |r| with_focal_length_scaled(r, 0.5),
     },
     Mistake {
         name: "pixels counted from 1",
@@ -84,6 +94,13 @@ fn with_distortion(
         return None;
     }
     camera.distortion = change(camera.distortion);
+    Some(mended)
+}
+
+fn with_focal_length_scaled(recording: &Recording, factor: f64) -> Option<Recording> {
+    let mut mended = recording.clone();
+    let Sensor::CameraLaser { camera, .. } = &mut mended.sensor else { return None };
+    camera.focal = camera.focal.map(|f| f * factor);
     Some(mended)
 }
 

@@ -7,6 +7,8 @@ use crate::config::Config;
 use crate::diagnose::clock_alignment::places;
 use crate::diagnose::estimated_mistakes::{Estimated, least, left};
 use crate::diagnose::shift_regression::{Place, ShiftRegression};
+use crate::diagnose::steps::Budget;
+use crate::order_statistics::median;
 use trueline_dataset::Recording;
 
 /// Rates that are tried about the one with which both streams last equally long, and their distance, parts.
@@ -26,7 +28,12 @@ const OVERLAP: (f64, f64) = (0.5, 2.0);
 
 /// The rate with which the scan fits best; `None` where it is that of the stamps.
 #[must_use]
-pub(super) fn stamp_rate(recording: &Recording, config: &Config) -> Option<Estimated> {
+pub(super) fn stamp_rate(
+    recording: &Recording,
+    config: &Config,
+    budget: Budget,
+    stamped_hz: f64,
+) -> Option<Estimated> {
     let (first, last) = (recording.features.first()?, recording.features.last()?);
     let (robot_first, robot_last) = (recording.robot.first()?, recording.robot.last()?);
     let lasts_s = |from_ns: i64, to_ns: i64| (to_ns - from_ns) as f64 * 1e-9;
@@ -47,10 +54,16 @@ pub(super) fn stamp_rate(recording: &Recording, config: &Config) -> Option<Estim
     let mut factor = scored.max_by(|a, b| a.0.total_cmp(&b.0))?.1;
     for step in STEPS {
         factor = least(
-            |rate| left(&Estimated::StampRate { factor: rate }.mend(recording)?, config),
+            |factor| left(&Estimated::StampRate { factor, stamped_hz }.mend(recording)?, config, budget),
             factor,
             step,
         )?;
     }
-    ((factor - 1.0).abs() > LEAST_RATE).then_some(Estimated::StampRate { factor })
+    ((factor - 1.0).abs() > LEAST_RATE).then_some(Estimated::StampRate { factor, stamped_hz })
+}
+
+/// Images a second as they are stamped; those that are missing do not count.
+pub(super) fn stamped_hz(recording: &Recording) -> f64 {
+    let steps = recording.features.windows(2).map(|pair| (pair[1].stamp_ns - pair[0].stamp_ns) as f64 * 1e-9);
+    median(steps.filter(|step_s| *step_s > 0.0)).map_or(f64::NAN, |period_s| 1.0 / period_s)
 }

@@ -1,4 +1,24 @@
-//! How far a search has come, for whoever waits for it.
+//! How far a search has come, for whoever waits for it, and how long it may go on.
+
+use std::time::{Duration, Instant};
+
+/// When a search must end.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Budget {
+    until: Option<Instant>,
+}
+
+impl Budget {
+    /// From now on; `None` is without end.
+    pub(super) fn of(longest: Option<Duration>) -> Self {
+        Self { until: longest.and_then(|longest| Instant::now().checked_add(longest)) }
+    }
+
+    /// Whether nothing new is to be begun.
+    pub(super) fn is_spent(&self) -> bool {
+        self.until.is_some_and(|until| Instant::now() >= until)
+    }
+}
 
 /// What is tried next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

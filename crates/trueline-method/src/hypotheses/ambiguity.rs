@@ -12,6 +12,8 @@ use crate::solve::solver::Solver;
 pub struct RunnerUp {
     /// Its time offset, s.
     pub time_offset_s: f64,
+    /// How much larger its residuals are than expected.
+    pub noise_factor: f64,
     /// How it compares with the best.
     pub test: PairedTest,
 }
@@ -75,9 +77,11 @@ pub fn settle(
     guessed: bool,
 ) -> (Fit, Ambiguity) {
     let known = &solver.settings.config.known;
-    let runner_up = rivals
-        .first()
-        .map(|rival| RunnerUp { time_offset_s: rival.fit.parameters().time_offset_s, test: rival.test });
+    let runner_up = rivals.first().map(|rival| RunnerUp {
+        time_offset_s: rival.fit.parameters().time_offset_s,
+        noise_factor: rival.fit.noise.factor,
+        test: rival.test,
+    });
     rivals.retain(|rival| rival.is_named() && !rival.test.decided() && !rival.test.reversed());
     let has_mirror = mirror.is_some();
     let mut answers: Vec<Fit> =
@@ -121,8 +125,11 @@ fn described(
     let statements = if rivals.is_empty() { Vec::new() } else { statements_for(0, &all) };
     let mut ambiguity = Ambiguity { rivals, statements, ..Ambiguity::default() };
     let first = ambiguity.others().next();
-    let first =
-        first.map(|rival| RunnerUp { time_offset_s: rival.parameters.time_offset_s, test: rival.test });
+    let first = first.map(|rival| RunnerUp {
+        time_offset_s: rival.parameters.time_offset_s,
+        noise_factor: rival.noise_factor,
+        test: rival.test,
+    });
     ambiguity.runner_up = first.or(runner_up_before);
     ambiguity
 }

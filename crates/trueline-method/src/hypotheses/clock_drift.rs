@@ -28,6 +28,8 @@ pub struct DriftFree {
     pub step: Option<Step>,
     /// A step that they have made; it is not taken out.
     pub stepped: Option<Step>,
+    /// How much larger the residuals are than expected without that step.
+    pub noise_factor_without_step: Option<f64>,
 }
 
 /// A drift is one hypothesis.
@@ -81,6 +83,7 @@ pub(crate) fn remove_drift(
         drift: drifted.or(drift),
         drifted,
         step,
+        noise_factor_without_step: stepped.as_ref().map(|s| s.noise_factor),
         stepped: stepped.map(|s| s.step),
     })
 }
@@ -114,11 +117,12 @@ struct WithoutDrift {
 /// The scan without its drift, if what is left says that there was one.
 fn drift_out(solver: &Solver<'_>, fit: &Fit, rate_sigma_ppm: f64) -> Result<Option<WithoutDrift>, Error> {
     let (mut observations, mut fit) = (solver.observations.clone(), fit.clone());
-    let mut total_ppm = 0.0;
+    // Rates multiply: of a rate that is wrong by a fifth the sum of the rounds would be two per cent off.
+    let mut kept = 1.0;
     let mut left = clock_check(&solver.on(&observations), &fit).and_then(|clock| clock.drift());
     for _ in 0..ROUNDS {
         let Some(found) = left.filter(|d| d.ppm.abs() > 0.1 * d.sigma_ppm) else { break };
-        total_ppm += found.ppm;
+        kept *= 1.0 - found.ppm * 1e-6;
         for o in &mut observations.list {
             // The stamps run fast about the middle, where they are right.
             o.stamp_s -= found.ppm * 1e-6 * (o.stamp_s - found.about_s);
@@ -127,7 +131,7 @@ fn drift_out(solver: &Solver<'_>, fit: &Fit, rate_sigma_ppm: f64) -> Result<Opti
         left = clock_check(&solver.on(&observations), &fit).and_then(|clock| clock.drift());
     }
     let drift = left.map(|left| Drift {
-        ppm: left.ppm + total_ppm,
+        ppm: (1.0 / (kept * (1.0 - left.ppm * 1e-6)) - 1.0) * 1e6,
         sigma_ppm: left.sigma_ppm.hypot(rate_sigma_ppm),
         ..left
     });
@@ -140,6 +144,7 @@ fn drift_out(solver: &Solver<'_>, fit: &Fit, rate_sigma_ppm: f64) -> Result<Opti
 
 struct WithoutStep {
     step: Step,
+    noise_factor: f64,
     twice_negative_log_likelihood: f64,
 }
 
@@ -178,6 +183,7 @@ fn step_out(solver: &Solver<'_>, fit: &Fit, rate_sigma_ppm: f64) -> Result<Optio
     }
     Ok(total.filter(|step| step.step_s.abs() > STEP_SIGMAS * step.sigma_s).map(|step| WithoutStep {
         step,
+        noise_factor: fit.noise.factor,
         twice_negative_log_likelihood: solver
             .on(&observations)
             .twice_negative_log_likelihood(fit.parameters()),

@@ -24,7 +24,22 @@ pub struct Found {
     /// What else explains the scan, and what decided.
     pub ambiguity: Ambiguity,
     /// A better one, where the guess led elsewhere.
-    pub better: Option<Parameters>,
+    pub better: Option<BetterMinimum>,
+}
+
+/// A better optimum than the one that a guess led to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BetterMinimum {
+    /// Its time offset, s.
+    pub time_offset_s: f64,
+    /// How much larger its residuals are than expected.
+    pub noise_factor: f64,
+}
+
+impl BetterMinimum {
+    fn of(fit: &Fit) -> Self {
+        Self { time_offset_s: fit.parameters().time_offset_s, noise_factor: fit.noise.factor }
+    }
 }
 
 /// Whether a mirrored attitude fits as well as the one found.
@@ -110,13 +125,13 @@ fn from_guess(solver: &Solver<'_>, guess: &Guess) -> Result<Found, Error> {
             chooses = from_guess(fit.parameters()) <= CLEARLY_NEARER * from_guess(at.parameters());
             mirror = Some(*at);
         }
-        MirrorComparison::Better(mirror) => better = Some(mirror.parameters().clone()),
+        MirrorComparison::Better(mirror) => better = Some(BetterMinimum::of(&mirror)),
     }
     let rivals = rivals::find(solver, &fit, mirror.as_ref().map(Fit::parameters));
     // Where something is held, the search from nothing would look elsewhere.
     if better.is_none() && solver.settings.fixed.is_empty() && is_doubtful(solver.observations, &fit) {
         let other = search(solver, Breadth::WIDE)?.fit;
-        better = is_better(solver, &other, &fit).then(|| other.parameters().clone());
+        better = is_better(solver, &other, &fit).then(|| BetterMinimum::of(&other));
     }
     let best = OfTwo { fit, mirrored, mirror };
     Ok(Found { better, ..settled(solver, best, rivals, chooses) })
@@ -128,6 +143,15 @@ fn from_guess(solver: &Solver<'_>, guess: &Guess) -> Result<Found, Error> {
 /// As [`find`].
 pub(crate) fn likeliest(solver: &Solver<'_>) -> Result<Fit, Error> {
     search(solver, Breadth::USUAL).map(|best| best.fit)
+}
+
+/// An optimum from nothing where the time offset is nearly known, found among few starts.
+///
+/// # Errors
+/// As [`find`].
+pub(crate) fn glance(solver: &Solver<'_>) -> Result<Fit, Error> {
+    let Solver { observations, settings } = solver;
+    solver.fit(start::from_nothing(observations, settings.config, &settings.noise, Breadth::GLANCE)?)
 }
 
 fn from_nothing(solver: &Solver<'_>) -> Result<Found, Error> {

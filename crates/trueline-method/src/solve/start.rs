@@ -29,6 +29,8 @@ pub struct Breadth {
 impl Breadth {
     /// Enough for scans of 20 s. The basin reaches about 0.4 s to either side.
     pub(crate) const USUAL: Self = Self { offset_step_s: 0.4, survivors: 24, finalists: 4 };
+    /// Where the time offset is known to a fraction of a second and a wrong answer is far from the right one.
+    pub(crate) const GLANCE: Self = Self { offset_step_s: 0.4, survivors: 8, finalists: 2 };
     /// Where that has found nothing good: in a scan of a few seconds a wrong attitude fits for a while.
     pub const WIDE: Self = Self { offset_step_s: 0.2, survivors: 100, finalists: 12 };
 }

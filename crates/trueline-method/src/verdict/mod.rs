@@ -1,6 +1,7 @@
 //! Whether a calibration can be accepted: facts with a code, values and a sentence each.
 
 mod limits;
+mod mistake;
 mod quantity;
 mod reason;
 mod reject;
@@ -12,6 +13,7 @@ mod warning_words;
 
 pub use quantity::{Axis, Quantity};
 pub use reason::{Answer, Reason};
+pub(crate) use reject::residuals_are_too_large;
 pub use stream_name::StreamName;
 pub use warning::Warning;
 

@@ -66,6 +66,8 @@ pub enum Reason {
     ResidualsTooLarge {
         /// How many times larger than expected.
         noise_factor: f64,
+        /// Whether time offset or hand-eye were held, which may be wrong instead of the data.
+        is_held: bool,
     },
     /// Too few of the features could be used.
     TooFewUsed {
@@ -207,7 +209,7 @@ impl fmt::Display for Reason {
                     .to_owned()
             }
             Self::NotConverged { termination } => format!("the solver did not converge ({termination})"),
-            Self::ResidualsTooLarge { noise_factor } => residuals_too_large(noise_factor),
+            Self::ResidualsTooLarge { noise_factor, is_held } => residuals_too_large(noise_factor, is_held),
             Self::SensorOff { ref shape, ref instead, beyond_stated } => {
                 contradicted_sensor(shape, instead, beyond_stated)
             }
@@ -286,11 +288,12 @@ fn answer(answer: &Answer) -> String {
     if statements.is_empty() { offset } else { format!("{offset} ({})", statements.join(" or ")) }
 }
 
-fn residuals_too_large(noise_factor: f64) -> String {
+fn residuals_too_large(noise_factor: f64, is_held: bool) -> String {
+    let held = if is_held { " or in what --fix holds" } else { "" };
     format!(
-        "residuals are {noise_factor:.1} times larger than noise explains: wrong units, frames or laser plane, another \
-         line, more than half of the features outliers, or stamps that do not tell when; or the sensor is noisier than \
-         was stated"
+        "This looks like a mistake in the data{held}: run `trueline doctor`. The residuals are {noise_factor:.1} times larger than \
+         the stated noise. Wrong units, orders or frames, a wrong laser plane, another line or stamps of another time do this. A \
+         sensor noisier than stated does it too"
     )
 }
 

@@ -1,6 +1,7 @@
 //! The criteria that a calibration must meet.
 
 use super::limits::{COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, MOST_NOISE_FACTOR, NOISE_FACTOR, OUTLIERS};
+use super::mistake;
 use super::quantity::Quantity;
 use super::reason::{Answer, Reason};
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
@@ -34,6 +35,9 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
         // All else that the fit says would be said of that error.
         return reasons;
     }
+    if mistake::is_likely(f) {
+        return vec![too_large(f)].into_iter().chain(of_streams(f)).collect();
+    }
     if !f.unknowns.held_at_guess {
         reasons.extend(f.unknowns.observability.unobservable.iter().cloned().map(Reason::Unobservable));
     }
@@ -47,14 +51,10 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
         reasons.push(Reason::NotConverged { termination: f.fit.termination });
     }
     if residuals_are_too_large(f) {
-        let noise_factor = f.stripe_noise_factor().map_or(f.fit.noise_factor, |n| n.max(f.fit.noise_factor));
-        reasons.push(Reason::ResidualsTooLarge { noise_factor });
+        reasons.push(too_large(f));
     }
     reasons.extend(too_few_used(f));
-    let (repeated, rows) = (f.streams.robot.doubles, f.streams.robot_rows);
-    if repeated as f64 > COARSE_STAMPS * rows as f64 {
-        reasons.push(Reason::CoarseRobotStamps { repeated, rows });
-    }
+    reasons.extend(of_streams(f));
     reasons.extend(f.stripes.as_ref().and_then(stripes_contradict));
     let outliers = f.outliers();
     if outliers.share() > OUTLIERS || !outliers.leave_a_majority() {
@@ -71,6 +71,17 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
     reasons
 }
 
+fn too_large(f: &Findings) -> Reason {
+    let noise_factor = f.stripe_noise_factor().map_or(f.fit.noise_factor, |n| n.max(f.fit.noise_factor));
+    Reason::ResidualsTooLarge { noise_factor, is_held: !f.config.hold.is_empty() }
+}
+
+/// What is wrong with the robot's stamps whatever the fit says.
+fn of_streams(f: &Findings) -> Option<Reason> {
+    let (repeated, rows) = (f.streams.robot.doubles, f.streams.robot_rows);
+    (repeated as f64 > COARSE_STAMPS * rows as f64).then_some(Reason::CoarseRobotStamps { repeated, rows })
+}
+
 /// Stripes that nobody has chosen and that say something else.
 fn stripes_contradict(stripes: &StripeOutcome) -> Option<Reason> {
     let estimate = stripes.estimate.as_ref()?;
@@ -84,7 +95,7 @@ pub(super) fn turn_is_undetermined(f: &Findings) -> bool {
 }
 
 /// Residuals that are no noise: they follow the motion, or are larger than any edge explains.
-pub(super) fn residuals_are_too_large(f: &Findings) -> bool {
+pub(crate) fn residuals_are_too_large(f: &Findings) -> bool {
     if f.checks.better_without_drawing_m.is_some() {
         // They are the error of a drawing, within its ±: without it they are not too large.
         return false;
@@ -112,10 +123,10 @@ fn contradicted(f: &Findings) -> Vec<Reason> {
 fn other_minima(f: &Findings) -> Vec<Reason> {
     let (ambiguity, time_offset_s) = (&f.checks.ambiguity, f.unknowns.parameters.time_offset_s);
     let outdone = ambiguity.runner_up.filter(|rival| rival.test.reversed());
-    let better = f.checks.better_time_offset_s.filter(|_| outdone.is_none());
+    let better = f.checks.better.filter(|_| outdone.is_none());
     let mut reasons: Vec<Reason> = better
         .into_iter()
-        .map(|better_time_offset_s| Reason::WorseMinimum { better_time_offset_s })
+        .map(|better| Reason::WorseMinimum { better_time_offset_s: better.time_offset_s })
         .collect();
     reasons.extend(outdone.map(|rival| Reason::WrongTimeOffset {
         time_offset_s,

@@ -4,6 +4,7 @@ use super::limits::{
     CROSS_VALIDATION_RATIO, CROSS_VALIDATION_SIGMAS, CROSS_VALIDATION_SURPLUS, MANY_MISSING, MANY_OUTLIERS,
     MANY_SKIPPED, OUTLIERS, POORLY_KNOWN_M, USELESS_M, USUAL_NOISE_FACTOR,
 };
+use super::mistake;
 use super::quantity::{Axis, Quantity};
 use super::reject::{residuals_are_too_large, turn_is_undetermined};
 use super::stream_name::StreamName;
@@ -39,6 +40,11 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
         warnings.extend(stamps(f));
         return warnings;
     }
+    if mistake::is_likely(f) {
+        warnings.extend(likely_cause(f));
+        warnings.extend(stamps(f));
+        return warnings;
+    }
     warnings.extend(drawn_line_not_needed(f));
     warnings.extend(causes(f));
     let widened_by = f.fit.widened_by.filter(|_| !turn_is_undetermined(f));
@@ -47,7 +53,7 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     let poorly = known.filter(|(scan_alone_m, all_m)| *scan_alone_m > POORLY_KNOWN_M || *all_m > USELESS_M);
     warnings.extend(poorly.map(|(scan_alone_m, all_m)| Warning::PoorlyKnown { scan_alone_m, all_m }));
     let bias = f.checks.feature_bias.filter(|bias| bias.is_found);
-    warnings.extend(bias.map(|bias| Warning::FeatureBias { bias }));
+    warnings.extend(bias.map(|bias| Warning::FeatureBias { bias, per_px_m: f.length_per_px_m() }));
     if f.checks.mirrored == Mirrored::ToldApartBySensor {
         warnings.push(Warning::MirrorBySensor);
     }
@@ -94,18 +100,23 @@ fn causes(f: &Findings) -> impl Iterator<Item = Warning> {
     let instead = &f.checks.instead_of_sensor;
     let off = off.map(|shape| Warning::SensorOff { shape, instead: instead.clone() });
     let lens = f.checks.lens.map(|lens| Warning::LensOff { lens });
-    let cause = f.checks.cause.as_ref().filter(|_| f.checks.lens.is_none());
-    let cause = cause.map(|cause| Warning::LikelyCause {
-        kind: cause.kind,
-        size_si: cause.size,
-        sigma_si: cause.sigma,
-    });
+    let cause = likely_cause(f);
     let robot = f.checks.robot_seems.map(|seems| Warning::RobotWorse {
         seems,
         taken: f.checks.robot_taken,
         stated: f.checks.seam_error.is_some_and(|error| error.levels.robot_is_stated),
     });
     [off, lens, cause, robot].into_iter().flatten()
+}
+
+fn likely_cause(f: &Findings) -> Option<Warning> {
+    let cause = f.checks.cause.as_ref().filter(|_| f.checks.lens.is_none())?;
+    Some(Warning::LikelyCause {
+        kind: cause.kind,
+        size_si: cause.size,
+        sigma_si: cause.sigma,
+        per_px_m: f.length_per_px_m(),
+    })
 }
 
 /// Stripes that are not as the seam points have it, or that could not be used.

@@ -68,11 +68,15 @@ pub enum Warning {
         size_si: f64,
         /// Its standard deviation by noise.
         sigma_si: f64,
+        /// The length that counts as a pixel, m, where features are lengths.
+        per_px_m: Option<f64>,
     },
     /// The detector's point moves with the tilt; this was taken out.
     FeatureBias {
         /// By how much.
         bias: FeatureBias,
+        /// The length that counts as a pixel, m, where features are lengths.
+        per_px_m: Option<f64>,
     },
     /// A mirrored attitude is told apart only if the sensor is as its file says.
     MirrorBySensor,
@@ -296,8 +300,8 @@ impl fmt::Display for Warning {
             Self::SensorOff { ref shape, ref instead } => sensor_off(shape, instead),
             Self::LensOff { ref lens } => lens_off(lens),
             Self::DrawnLineNotNeeded { with_m, without_m } => drawn_line_not_needed([with_m, without_m]),
-            Self::LikelyCause { kind, size_si, sigma_si } => likely_cause(kind, size_si, sigma_si),
-            Self::FeatureBias { ref bias } => feature_bias(bias),
+            Self::LikelyCause { kind, size_si, sigma_si, per_px_m } => likely_cause(kind, [size_si, sigma_si], per_px_m),
+            Self::FeatureBias { ref bias, per_px_m } => feature_bias(bias, per_px_m),
             Self::MirrorBySensor => MIRROR_BY_SENSOR.to_owned(),
             Self::StripesSkipped { ref skipped } => left_out("stripes", skipped),
             Self::StripesUnused { why } => format!("the stripes are not used: {why}; {}", why.hint()),

@@ -12,7 +12,7 @@ use crate::input::skip::Skip;
 use crate::stripe::outcome::Apart;
 use std::collections::BTreeMap;
 
-pub(super) fn likely_cause(kind: CauseKind, size: f64, sigma: f64) -> String {
+pub(super) fn likely_cause(kind: CauseKind, [size, sigma]: [f64; 2], per_px_m: Option<f64>) -> String {
     let (mm, ms) =
         (format!("{:.3} ± {:.3} mm", size * MM_PER_M, sigma * MM_PER_M), [size, sigma].map(|s| s * MS_PER_S));
     match kind {
@@ -43,7 +43,7 @@ pub(super) fn likely_cause(kind: CauseKind, size: f64, sigma: f64) -> String {
             )
         }
         CauseKind::Lens => "the distortion of the lens is not what sensor.toml states".to_owned(),
-        CauseKind::TiltBias => tilt_bias(size, sigma),
+        CauseKind::TiltBias => tilt_bias(size, sigma, per_px_m),
         CauseKind::SideBias => format!(
             "the detector errs by {size:.2} ± {sigma:.2} px to different sides on the two halves of the picture; look at \
              its features in the pictures"
@@ -72,16 +72,20 @@ pub(super) fn drawn_line_not_needed(known_m: [f64; 2]) -> String {
     )
 }
 
-pub(super) fn feature_bias(bias: &FeatureBias) -> String {
+pub(super) fn feature_bias(bias: &FeatureBias, per_px_m: Option<f64>) -> String {
     let (px, sigma_px) = bias.clearest_px();
-    format!("{}; this is taken out", tilt_bias(px, sigma_px))
+    format!("{}; this is taken out", tilt_bias(px, sigma_px, per_px_m))
 }
 
-fn tilt_bias(px: f64, sigma_px: f64) -> String {
+fn tilt_bias(px: f64, sigma_px: f64, per_px_m: Option<f64>) -> String {
+    let px = px.abs();
+    let by = match per_px_m {
+        None => format!("{px:.2} ± {sigma_px:.2} px"),
+        Some(m) => format!("{:.3} ± {:.3} mm", px * m * MM_PER_M, sigma_px * m * MM_PER_M),
+    };
     format!(
-        "the detector's point moves with the tilt, by {:.2} ± {sigma_px:.2} px for each 10° (a pass with the sensor spun by \
-         180° about its view shows it best)",
-        px.abs()
+        "the detector's point moves with the tilt, by {by} for each 10° (a pass with the sensor spun by 180° about its view shows it \
+         best)"
     )
 }
 

@@ -26,7 +26,9 @@ pub(super) fn blocks(c: &Calibration, images_ahead_s: Option<f64>) -> Vec<Block>
     }
     let advice: Vec<String> =
         c.findings.unknowns.observability.unobservable.iter().map(ToString::to_string).collect();
-    if !advice.is_empty() {
+    // Of data with a mistake in them this says nothing.
+    let is_of_data = matches!(c.reasons().first(), Some(Reason::ResidualsTooLarge { .. }));
+    if !advice.is_empty() && !is_of_data {
         blocks.push(Block::Notice {
             heading: "What could not be seen, and the motion that shows it",
             items: advice,
@@ -46,24 +48,25 @@ pub(super) fn blocks(c: &Calibration, images_ahead_s: Option<f64>) -> Vec<Block>
             bad: false,
         });
     }
-    blocks.extend(offset_s.into_iter().flat_map(|offset_s| use_of_offset(offset_s, c.status())));
+    if c.status() == Status::Accepted {
+        blocks.extend(to_use(c, offset_s));
+    }
+    blocks
+}
+
+/// What to copy of an accepted result.
+fn to_use(c: &Calibration, offset_s: Option<f64>) -> Vec<Block> {
+    let mut blocks: Vec<Block> = offset_s.into_iter().flat_map(use_of_offset).collect();
     if (ROTATION..LINES).all(|k| c.is_known(k)) {
         let forms = forms(&Mounting::new(*c.file_tool_from_camera(), offset_s));
-        let label = match c.status() {
-            Status::Accepted => "The hand-eye transform, to copy",
-            Status::NotAccepted => "The hand-eye transform (not accepted), to copy",
-        };
-        blocks.push(Block::Choice { label, forms });
+        blocks.push(Block::Choice { label: "The hand-eye transform, to copy", forms });
     }
     blocks
 }
 
 /// What to do with the time offset.
-fn use_of_offset(offset_s: f64, status: Status) -> [Block; 2] {
-    let label = match status {
-        Status::Accepted => "How to use the time offset, to copy",
-        Status::NotAccepted => "How to use the time offset (not accepted), to copy",
-    };
+fn use_of_offset(offset_s: f64) -> [Block; 2] {
+    let label = "How to use the time offset, to copy";
     let snippet = |snippet: time_offset::Snippet| Form {
         name: snippet.language,
         convention: "The pose at the true exposure, then the transform: a seam point in base.",
@@ -94,6 +97,10 @@ fn offset(c: &Calibration, offset_s: Option<f64>) -> Card {
     };
     let ms = offset_s * 1e3;
     let value = with_sigma(ms, c.sigma(TIME_OFFSET).map(|s| s * 1e3), "ms");
+    if c.status() == Status::NotAccepted {
+        let meaning = "Not accepted: do not use it.".to_owned();
+        return Card { name: "Time offset", values: vec![value], meaning };
+    }
     let meaning = format!(
         "Use the robot's pose at the true exposure, not at the stamp: images are stamped {}.",
         if ms >= 0.0 { "late" } else { "early: the robot's stamps are the late ones" }

@@ -3,7 +3,7 @@
 use crate::frame::Frame;
 use crate::joint::arm_pair::needed_px;
 use crate::line::Line2;
-use crate::measure::stripe_end::{BANDS, Edge, EndFinder, EndSearch};
+use crate::measure::stripe_end::{BANDS, Edge, EndFinder, EndSearch, LEFT};
 use crate::measure::stripe_meter::{Fit, StripeMeter};
 use crate::measure::template::Template;
 use crate::not_found::NotFound;
@@ -97,7 +97,7 @@ impl EndSurroundings {
 }
 
 /// Nothing of a plate could be measured.
-const NOTHING: NotFound = NotFound::TooLittle { visible: 0.0, needed: 0.0 };
+const NOTHING: NotFound = NotFound::TooLittle { visible: 0.0, needed: LEFT };
 
 /// Finds ends of plates; memory is kept from one to the next.
 #[derive(Clone, Debug, Default)]

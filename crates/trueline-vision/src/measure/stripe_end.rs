@@ -51,7 +51,7 @@ const EVENEST: f64 = 10.0;
 /// Light beyond the edge is taken to be at least this part of the plate's: lenses stray some.
 const LEAST_DARK: f64 = 0.08;
 /// Part of the plate's light that may be left beyond an edge.
-const LEFT: f64 = 0.5;
+pub(crate) const LEFT: f64 = 0.5;
 
 /// One band: its light on the plate and beyond, and the sums of costs along it.
 #[derive(Clone, Debug, Default)]

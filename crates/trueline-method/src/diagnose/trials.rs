@@ -1,0 +1,233 @@
+//! Undoes mistakes one at a time, the likeliest first, until one explains the scan or the time is spent.
+
+use crate::calibrate::calibrate;
+use crate::config::Config;
+use crate::diagnose::estimated_mistakes::{Estimated, axis_scale, crop};
+use crate::diagnose::euler_mistakes::{self, EulerMistake};
+use crate::diagnose::mistakes::MISTAKES;
+use crate::diagnose::outcome::Outcome;
+use crate::diagnose::pose_mistakes::POSE_MISTAKES;
+use crate::diagnose::quick_fit::glance;
+use crate::diagnose::sensor_mistakes::SENSOR_MISTAKES;
+use crate::diagnose::stamp_rate::stamp_rate;
+use crate::diagnose::steps::{Budget, Step, Steps};
+use crate::parallel;
+use trueline_dataset::Recording;
+
+/// How a mistake is undone.
+#[derive(Clone, Copy, Debug)]
+pub enum Mend {
+    /// As it is listed.
+    Listed(fn(&Recording) -> Option<Recording>),
+    /// By composing its angles in another sequence.
+    Euler(EulerMistake),
+    /// By what was estimated of it.
+    Estimated(Estimated),
+}
+
+impl Mend {
+    /// The recording without the mistake; `None` where it cannot have been made.
+    #[must_use]
+    pub fn of(&self, recording: &Recording) -> Option<Recording> {
+        match self {
+            Self::Listed(mend) => mend(recording),
+            Self::Euler(mistake) => Some(mistake.mend(recording)),
+            Self::Estimated(found) => found.mend(recording),
+        }
+    }
+}
+
+/// The recording with one mistake undone.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    /// The mistake's name.
+    pub name: String,
+    /// What it means.
+    pub says: String,
+    /// How it is undone.
+    pub mend: Mend,
+    /// How the recording calibrates without it.
+    pub outcome: Outcome,
+    /// Whether only a few of its features were fitted, because another mistake explains these better.
+    pub is_screened: bool,
+}
+
+/// Two mistakes that leave residuals within this factor explain equally well.
+const ALIKE: f64 = 1.1;
+/// Features on which all mistakes are tried …
+pub(super) const FEW: usize = 300;
+/// … and how many of them are then looked at with all …
+const PROMISING: usize = 4;
+/// … if their residuals are within this factor of the smallest.
+const NEARLY_BEST: f64 = 2.0;
+/// A few features may leave so many times what many leave.
+const OF_FEW: f64 = 1.3;
+/// Measured on a scan that nothing explains, in quick fits of [`FEW`] features: a calibration, …
+pub(super) const CALIBRATION_COSTS: usize = 20;
+/// … the search for a crop, for the rate of the stamps, and for the scale of an axis.
+const CROP_COSTS: usize = 50;
+/// See [`CROP_COSTS`].
+const RATE_COSTS: usize = 6;
+/// See [`CROP_COSTS`].
+const SCALE_COSTS: usize = 5;
+
+/// A recording on which mistakes are tried.
+pub(super) struct Trials<'a, W> {
+    /// As many of its features as are calibrated.
+    pub recording: &'a Recording,
+    /// As many as are fitted quickly.
+    pub few: &'a Recording,
+    pub config: &'a Config,
+    pub as_recorded: &'a Outcome,
+    pub steps: &'a mut Steps<W>,
+    pub budget: Budget,
+    /// Images a second as they are stamped.
+    pub stamped_hz: f64,
+    /// What was tried.
+    pub done: Vec<Trial>,
+    /// What there was no time for.
+    pub not_tried: Vec<String>,
+}
+
+/// A mistake whose size is known.
+type Candidate = (String, String, Mend);
+
+impl<W: FnMut(Step<'_>)> Trials<'_, W> {
+    /// Tries all, until something explains the scan.
+    pub(super) fn run(&mut self) {
+        let listed = MISTAKES.iter().chain(POSE_MISTAKES).chain(SENSOR_MISTAKES);
+        let listed = listed.map(|m| (m.name.to_owned(), m.says.to_owned(), Mend::Listed(m.mend)));
+        self.attempt(listed.collect());
+        if self.is_explained() {
+            return;
+        }
+        let (few, config, budget, stamped_hz) = (self.few, self.config, self.budget, self.stamped_hz);
+        self.estimate("rate of the image stamps", RATE_COSTS, || stamp_rate(few, config, budget, stamped_hz));
+        for (axis, name) in ["scale of x", "scale of y", "scale of z"].into_iter().enumerate() {
+            self.estimate(name, SCALE_COSTS, || axis_scale(few, config, budget, axis));
+        }
+        if !self.is_explained() && !self.as_recorded.fits() {
+            let euler = euler_mistakes::all().into_iter();
+            self.attempt(euler.map(|m| (m.name(), m.says(), Mend::Euler(m))).collect());
+        }
+        if !self.is_explained() {
+            self.estimate("cropped images", CROP_COSTS, || crop(few, config, budget));
+        }
+    }
+
+    fn is_explained(&self) -> bool {
+        !explanations(self.as_recorded, &self.done).is_empty()
+    }
+
+    /// Estimates a mistake's size and tries it, unless something explains the scan or there is no time.
+    fn estimate(&mut self, name: &str, costs: usize, find: impl FnOnce() -> Option<Estimated>) {
+        if self.is_explained() {
+            return;
+        }
+        if self.budget.is_spent() {
+            self.not_tried.push(name.to_owned());
+            return;
+        }
+        self.steps.expect(costs);
+        self.steps.begin(name, costs);
+        let found = find();
+        if found.is_none() && self.budget.is_spent() {
+            self.not_tried.push(name.to_owned());
+        }
+        self.attempt(
+            found
+                .map(|found| (found.name().to_owned(), found.says(), Mend::Estimated(found)))
+                .into_iter()
+                .collect(),
+        );
+    }
+
+    /// Tries each on a few features, and the best of them on many.
+    fn attempt(&mut self, candidates: Vec<Candidate>) {
+        let mut screened = self.screen(candidates);
+        screened.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let best = screened.first().map_or(f64::INFINITY, |(left, _)| *left);
+        let most =
+            OF_FEW * self.as_recorded.explained_below() * self.as_recorded.left().unwrap_or(f64::INFINITY);
+        let is_promising = |k: usize, left: f64| k < PROMISING && left <= NEARLY_BEST * best && left < most;
+        let promising = screened.iter().enumerate().filter(|(k, (left, _))| is_promising(*k, *left)).count();
+        self.steps.expect(promising * CALIBRATION_COSTS);
+        for (k, (left, trial)) in screened.into_iter().enumerate() {
+            let confirmed = k == 0 || !self.budget.is_spent();
+            let trial = if is_promising(k, left) && confirmed { self.calibrated(trial) } else { Some(trial) };
+            self.done.extend(trial);
+        }
+    }
+
+    /// How the recording fits without each mistake, in a few features; as many at a time as there are threads.
+    fn screen(&mut self, candidates: Vec<Candidate>) -> Vec<(f64, Trial)> {
+        let possible: Vec<(Candidate, Recording)> =
+            candidates.into_iter().filter_map(|c| c.2.of(self.few).map(|mended| (c, mended))).collect();
+        self.steps.expect(possible.len());
+        let (threads, config) = (self.config.threads.max(1), Config { threads: 1, ..self.config.clone() });
+        let mut screened = Vec::new();
+        for group in possible.chunks(2 * threads) {
+            if self.budget.is_spent() || self.is_certain(&screened) {
+                let names = group.iter().map(|((name, ..), _)| name.clone());
+                if self.budget.is_spent() {
+                    self.not_tried.extend(names);
+                }
+                continue;
+            }
+            self.steps.begin(&group[0].0.0, group.len());
+            let fits = parallel::map(threads, group.len(), |k| Outcome::quick(glance(&group[k].1, &config)));
+            for (((name, says, mend), _), outcome) in group.iter().zip(fits) {
+                let left = outcome.left().unwrap_or(f64::INFINITY);
+                let (name, says) = (name.clone(), says.clone());
+                screened.push((left, Trial { name, says, mend: *mend, outcome, is_screened: true }));
+            }
+        }
+        screened
+    }
+
+    /// Whether one of many ranked mistakes leaves noise where there were residuals far above it: those that are less likely need not
+    /// be tried. The lists are short enough to be tried whole.
+    fn is_certain(&self, screened: &[(f64, Trial)]) -> bool {
+        let is_ranked = screened.iter().any(|(_, trial)| matches!(trial.mend, Mend::Euler(_)));
+        is_ranked && !self.as_recorded.fits() && screened.iter().any(|(_, trial)| trial.outcome.is_noise())
+    }
+
+    fn calibrated(&mut self, trial: Trial) -> Option<Trial> {
+        self.steps.begin(&trial.name, CALIBRATION_COSTS);
+        let mut trial = trial;
+        let mut result = calibrate(&trial.mend.of(self.recording)?, None, self.config);
+        if let (Mend::Estimated(found), Ok(calibration)) = (trial.mend, &result)
+            && let Some(refined) = found.refined(calibration)
+        {
+            (trial.mend, trial.says) = (Mend::Estimated(refined), refined.says());
+            result = calibrate(&trial.mend.of(self.recording)?, None, self.config);
+        }
+        Some(Trial { outcome: Outcome::of(&result), is_screened: false, ..trial })
+    }
+}
+
+/// The trials that explain a bad fit, by name and in words: far better than as recorded, and as good as the best of them.
+pub(super) fn explanations(as_recorded: &Outcome, trials: &[Trial]) -> Vec<(String, String)> {
+    let is_geometry = as_recorded.fits();
+    let limit = as_recorded.explained_below() * as_recorded.left().unwrap_or(f64::INFINITY);
+    let mut good: Vec<(&Trial, f64)> = trials
+        .iter()
+        .filter(|trial| !trial.is_screened && trial.outcome.fits())
+        // Where the sensor seemed off, a mistake must leave it right.
+        .filter(|trial| !(is_geometry && trial.outcome.sensor_is_off))
+        .filter(|trial| trial.outcome.left().is_some_and(|left| left < limit))
+        .filter_map(|trial| Some((trial, trial.outcome.noise_factor?)))
+        .collect();
+    good.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let best = good.first().map_or(f64::INFINITY, |(_, factor)| *factor);
+    good.retain(|(_, factor)| *factor <= ALIKE * best);
+    let before =
+        as_recorded.noise_factor.map_or_else(|| "no result".to_owned(), |factor| format!("{factor:.1}"));
+    good.iter()
+        .map(|(trial, factor)| {
+            let words =
+                format!("{} (residuals in units of the expected noise: {before} → {factor:.1})", trial.says);
+            (trial.name.clone(), words)
+        })
+        .collect()
+}

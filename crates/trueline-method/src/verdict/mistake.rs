@@ -1,0 +1,20 @@
+//! Whether the data themselves are wrong: residuals far above the noise that no other cause explains.
+//!
+//! A wrong unit or order leaves residuals of hundreds of standard deviations. Whatever the fit says then (mirrored attitudes,
+//! rivals, what cannot be observed) is said of a model that the scan contradicts, and follows from the mistake.
+
+use super::limits::MOST_NOISE_FACTOR;
+use super::reject::residuals_are_too_large;
+use crate::findings::Findings;
+
+/// Whether the likeliest explanation is a mistake in the data.
+pub(super) fn is_likely(f: &Findings) -> bool {
+    residuals_are_too_large(f) && !others_leave(f).any(|left| left <= MOST_NOISE_FACTOR)
+}
+
+/// How much larger than expected the residuals are with each of the other explanations.
+fn others_leave(f: &Findings) -> impl Iterator<Item = f64> {
+    let better = f.checks.better.map(|better| better.noise_factor);
+    let rival = f.checks.ambiguity.runner_up.filter(|rival| rival.test.reversed());
+    [better, rival.map(|rival| rival.noise_factor), f.clock.noise_factor_without_step].into_iter().flatten()
+}
