@@ -76,34 +76,54 @@ impl ProfileFinder {
     /// The face on one side of a seam.
     fn face_before(&mut self, side: &Side, sigma_mm: f64) -> Option<Face> {
         let usual = self.trial(side, left_out_mm(side.length_mm))?;
-        if !usual.face.is_bent() && self.is_even(side, &usual, sigma_mm) {
+        if self.is_straight_to_end(side, &usual, sigma_mm) {
             return Some(usual.face);
         }
         let mut trials = vec![usual];
-        while let Some(Trial { left_out_mm, .. }) = trials.last()
-            && left_out_mm * STEP < MOST_LEFT_OUT * side.length_mm
-            && let Some(trial) = self.trial(side, left_out_mm * STEP)
-        {
+        let straight = loop {
+            let left_out_mm = trials[trials.len() - 1].left_out_mm * STEP;
+            if left_out_mm > MOST_LEFT_OUT * side.length_mm {
+                break None;
+            }
+            let Some(trial) = self.trial(side, left_out_mm) else { break None };
             trials.push(trial);
+            if self.is_straight_but_for_the_end(side, &trials, trials.len() - 1, sigma_mm) {
+                break Some(trials.len() - 1);
+            }
+        };
+        let chosen = straight.unwrap_or_else(|| self.straightest(side, &trials, sigma_mm));
+        if chosen == 0 {
+            return Some(usual.face);
         }
-        // Noise that neighbouring columns share is larger than what they differ by.
+        // What bends away from the face smoothly has begun before it is seen: one step more.
+        let more = self.trial(side, trials[chosen].left_out_mm * STEP);
+        Some(more.unwrap_or(trials[chosen]).face)
+    }
+
+    /// Number of the trial to take where none is straight by the noise of single columns: noise that neighbours share is larger than what they differ by.
+    fn straightest(&self, side: &Side, trials: &[Trial], sigma_mm: f64) -> usize {
         let least_mm = trials.iter().map(|trial| trial.face.spread_mm()).fold(f64::INFINITY, f64::min);
         let sigma_mm = sigma_mm.max(least_mm);
-        let is_even: Vec<bool> = trials.iter().map(|trial| self.is_even(side, trial, sigma_mm)).collect();
-        let straight = (0..trials.len()).find(|&k| {
-            let face = &trials[k].face;
-            is_even[k]
-                && !face.is_bent()
-                && !(is_even[0] && usual.face.is_bent() && face.is_bent_like(&usual.face))
-        });
-        let chosen = match straight {
-            Some(chosen) => chosen,
-            None if is_even[0] => 0,
-            None => self.likeliest(side, &trials, sigma_mm),
-        };
-        // What bends away from the face smoothly has begun before it is seen: one step more.
-        let chosen = if chosen == 0 { 0 } else { (chosen + 1).min(trials.len() - 1) };
-        Some(trials[chosen].face)
+        let straight =
+            (1..trials.len()).find(|&k| self.is_straight_but_for_the_end(side, trials, k, sigma_mm));
+        match straight {
+            _ if self.is_straight_to_end(side, &trials[0], sigma_mm) => 0,
+            Some(straight) => straight,
+            None if self.is_even(side, &trials[0], sigma_mm) => 0,
+            None => self.likeliest(side, trials, sigma_mm),
+        }
+    }
+
+    fn is_straight_to_end(&self, side: &Side, trial: &Trial, sigma_mm: f64) -> bool {
+        !trial.face.is_bent() && self.is_even(side, trial, sigma_mm)
+    }
+
+    /// Whether a trial is straight, and no stretch of a face that is bent alike all along.
+    fn is_straight_but_for_the_end(&self, side: &Side, trials: &[Trial], k: usize, sigma_mm: f64) -> bool {
+        let (usual, face) = (&trials[0], &trials[k].face);
+        let is_straight = self.is_straight_to_end(side, &trials[k], sigma_mm);
+        let is_one_bend = || usual.face.is_bent() && face.is_bent_like(&usual.face);
+        is_straight && !(is_one_bend() && self.is_even(side, usual, sigma_mm))
     }
 
     fn trial(&mut self, side: &Side, left_out_mm: f64) -> Option<Trial> {
