@@ -41,7 +41,10 @@ impl From<Failure> for PyErr {
     fn from(failure: Failure) -> Self {
         Python::attach(|py| {
             let error = TruelineError::new_err(failure.message);
-            match error.value(py).setattr("hint", failure.hint) {
+            let raised = error.value(py);
+            // Tracebacks print the notes of an exception, and only these.
+            let noted = raised.call_method1("add_note", (format!("hint: {}", failure.hint),));
+            match noted.and_then(|_| raised.setattr("hint", failure.hint)) {
                 Ok(()) => error,
                 Err(other) => other,
             }

@@ -2,15 +2,23 @@
 
 use crate::failure::Failure;
 use trueline::Requirement;
+use trueline_open::nearest;
 
 /// What a name stands for.
 ///
 /// # Errors
-/// A name that is none, with those that are.
+/// A name that is none, with those that are and the nearest of them.
 pub(crate) fn choice<T: Copy>(option: &str, name: &str, known: &[(&str, T)]) -> Result<T, Failure> {
     known.iter().find(|(known, _)| *known == name).map(|(_, value)| *value).ok_or_else(|| {
         let names: Vec<_> = known.iter().map(|(name, _)| *name).collect();
-        Failure::new(format!("{option}: there is no {name:?}"), format!("one of {}", names.join(", ")))
+        let choices = names.join(", ");
+        let message = format!("{option}: there is no {name:?}; the choices are {choices}");
+        match nearest(name, names) {
+            Some(near) => {
+                Failure::new(format!("{message}. Did you mean {near:?}?"), format!("{option}={near:?}"))
+            }
+            None => Failure::new(message, format!("one of {choices}")),
+        }
     })
 }
 

@@ -4,6 +4,7 @@ use crate::calibration::{Calibration, Made};
 use crate::columns::{self, FeatureErrors};
 use crate::failure::Failure;
 use crate::interruptible;
+use crate::named::choice;
 use crate::options::Options;
 use crate::pictures::joint_of;
 use crate::rows::{self, Extras, FARTHEST_SEEN_M};
@@ -141,14 +142,7 @@ impl Recording {
     /// A simulated scan of a preset; with `random_cell` the time offset, the hand-eye transform and the seam are drawn anew.
     #[staticmethod]
     fn simulate(py: Python<'_>, preset: &str, seed: u64, random_cell: bool) -> PyResult<Self> {
-        let known = PRESETS.iter().find(|known| known.name() == preset).copied();
-        let preset = known.ok_or_else(|| {
-            let names: Vec<_> = PRESETS.iter().map(|preset| preset.name()).collect();
-            Failure::new(
-                format!("there is no preset {preset:?}"),
-                format!("the presets are {}", names.join(", ")),
-            )
-        })?;
+        let preset = choice("preset", preset, &PRESETS.map(|known| (known.name(), known)))?;
         let mut scenario = preset.scenario();
         if random_cell {
             scenario = trueline_sim::random_cell(&scenario, seed, RANDOM_OFFSET_S);

@@ -93,7 +93,6 @@ def calibrate(
     >>> abs(result.time_offset_s - scan.truth.time_offset_s) < 5 * result.sigma.time_offset_s
     True
     """
-    known = as_compiled(options)
     arrays = {
         "base_from_tool": base_from_tool,
         "feature_times_s": feature_times_s,
@@ -102,6 +101,7 @@ def calibrate(
     }
     errors = {"feature_sigma": feature_sigma, "feature_correlation": feature_correlation}
     extras = {"line": line, "frame": frame, **errors, "stripes": stripes}
+    known = as_compiled(options, ("initial", *arrays, *extras))
     recordings = _recordings(robot_times_s)
     if recordings:
         given = [name for name, value in (arrays | extras).items() if value is not None]

@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .brief import Brief
 
-@dataclass(frozen=True)
-class Fact:
+
+@dataclass(frozen=True, repr=False)
+class Fact(Brief):
     """A reason or a warning: a stable code, a sentence, and the values in it."""
 
     code: str
@@ -21,8 +23,8 @@ class Fact:
         return self.text
 
 
-@dataclass(frozen=True)
-class Sigma:
+@dataclass(frozen=True, repr=False)
+class Sigma(Brief):
     """One standard deviation; NaN where a direction is not observable, ``None`` for what has none at all.
 
     Rotation is a left perturbation in the tool frame.
@@ -33,16 +35,16 @@ class Sigma:
     translation_m: NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Covariance:
+@dataclass(frozen=True, repr=False)
+class Covariance(Brief):
     """Covariance of everything estimated; each name ends in its unit."""
 
     names: list[str]
     matrix: NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Line:
+@dataclass(frozen=True, repr=False)
+class Line(Brief):
     """A line in base, m."""
 
     label: str
@@ -50,8 +52,8 @@ class Line:
     direction: NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Plane:
+@dataclass(frozen=True, repr=False)
+class Plane(Brief):
     """A plate in base: normal · point is the offset. NaN in what is not observable.
 
     ``sigma_rad`` is the standard deviation of the normal about the axis about which it is known least, ``sigma_m`` that of the
@@ -66,8 +68,8 @@ class Plane:
     bow_m: float
 
 
-@dataclass(frozen=True)
-class Residuals:
+@dataclass(frozen=True, repr=False)
+class Residuals(Brief):
     """Residuals, one row a feature that could be used.
 
     ``row`` is the feature's row in the recording, ``normalised`` its distance in standard deviations, ``weight`` that of the

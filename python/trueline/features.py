@@ -16,7 +16,7 @@ from .stamps import seconds, stamps_ns
 from .stripes import Stripes, stripes_of
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Features:
     """Seam points of the pictures, or profiles, that show one: what :func:`calibrate` takes.
 
@@ -35,6 +35,11 @@ class Features:
     correlation: NDArray[np.float64]
     stripes: Stripes
     not_found: dict[int, str]
+
+    def __repr__(self) -> str:
+        count = len(self.not_found)
+        without = f", none in {count} frame{'s' if count > 1 else ''}" if count else ""
+        return f"<trueline.Features: {self.joint}, {len(self.times_s)} seam points{without}>"
 
 
 def features(

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _trueline
+from .brief import Brief
 from .options import checked, in_units
 from .sensor import Sensor, sensor_text
 
@@ -46,8 +47,8 @@ class RecordOptions(TypedDict, total=False):
 DEFAULTS = {"protocol": "egm", "stamp": "first-packet", "tool": "tool0"}
 
 
-@dataclass(frozen=True)
-class LiveState:
+@dataclass(frozen=True, repr=False)
+class LiveState(Brief):
     """How a recording is doing.
 
     ``base_from_tool`` is the robot's newest pose, 4×4 in metres. ``robot`` and ``estimate`` are for people; the sigmas are the random part, what a longer scan makes smaller; ``None`` is what
@@ -69,8 +70,8 @@ class LiveState:
     advice: list[str]
 
 
-@dataclass(frozen=True)
-class Recorded:
+@dataclass(frozen=True, repr=False)
+class Recorded(Brief):
     """What became of a recording; ``complete`` if nothing was lost, else ``words`` say what."""
 
     file: str
@@ -100,6 +101,11 @@ class LiveRecording:
             self.close()
             raise StopIteration
         return LiveState(**state)
+
+    def __repr__(self) -> str:
+        if self.recorded is not None:
+            return f"<trueline.LiveRecording: ended, {self.recorded.robot_poses} robot poses in {self.recorded.file}>"
+        return f"<trueline.LiveRecording: {'under way' if self._finish.alive else 'ended'}>"
 
     def close(self) -> None:
         """End the recording; it returns when all is in the file.
@@ -148,7 +154,7 @@ def record(
                     break
         result = trueline.calibrate("scan")
     """
-    taken = dict.fromkeys(RecordOptions.__annotations__) | DEFAULTS | checked(options, RecordOptions)
+    taken = dict.fromkeys(RecordOptions.__annotations__) | DEFAULTS | checked(options, RecordOptions, ("sensor",))
     text = None if sensor is None else sensor_text(sensor)
     settings = taken | {"out": out, "sensor_toml": text, "want": in_units(taken, "want")}
     return LiveRecording(_trueline.LiveRecording(settings))

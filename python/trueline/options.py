@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numbers
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Literal, TypeAlias, TypedDict, get_type_hints
+
+from .names import nearest
 
 Held: TypeAlias = Literal["time-offset", "hand-eye"]
 Segment: TypeAlias = tuple[Sequence[float], Sequence[float]]
@@ -51,8 +53,8 @@ UNITS = ("ms", "deg", "mm")
 GROUPS = ("require", "fixed_sigma")
 
 
-def as_compiled(options: Options) -> dict[str, Any]:
-    """The options as the compiled half takes them; what is not given keeps its default.
+def as_compiled(options: Options, others: Iterable[str] = ()) -> dict[str, Any]:
+    """The options as the compiled half takes them; what is not given keeps its default. ``others`` are further keywords of the caller.
 
     Raises
     ------
@@ -62,7 +64,7 @@ def as_compiled(options: Options) -> dict[str, Any]:
         For less than one thread.
     """
     taken = {"fix": [], "drawn_line": [], "accept_partial": False, "align_clocks": False}
-    every = dict.fromkeys(Options.__annotations__) | taken | checked(options, Options)
+    every = dict.fromkeys(Options.__annotations__) | taken | checked(options, Options, others)
     if every["threads"] is not None and every["threads"] < 1:
         raise ValueError(f"threads: expected one or more, found {every['threads']}")
     if isinstance(every["fix"], str):
@@ -81,7 +83,7 @@ WORDS: dict[Any, tuple[Any, str]] = {
 """What a value may be by its hint, and what that is called; everything else is a name."""
 
 
-def checked(given: Mapping[str, Any], of: type) -> dict[str, Any]:
+def checked(given: Mapping[str, Any], of: type, others: Iterable[str] = ()) -> dict[str, Any]:
     """Options that are given, if there are such options and their values are of their type; ``None`` is as if left out.
 
     >>> checked({"threads": None, "looks": "+z"}, Options)
@@ -90,7 +92,8 @@ def checked(given: Mapping[str, Any], of: type) -> dict[str, Any]:
     hints = get_type_hints(of)
     for name, value in given.items():
         if name not in hints:
-            raise TypeError(f"there is no option {name!r}; options are {', '.join(sorted(hints))}")
+            options = sorted({*hints, *others})
+            raise TypeError(f"there is no option {name!r}.{nearest(name, options)} Options are {', '.join(options)}")
         kind, words = WORDS.get(hints[name], (str, "a name"))
         # To Python True is a number.
         if value is not None and (not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool)):

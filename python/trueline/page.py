@@ -10,6 +10,9 @@ class Page(str):
 
     __slots__ = ()
 
+    def __repr__(self) -> str:
+        return f"<trueline page: {len(self)} characters of HTML>"
+
     def _repr_html_(self) -> str:
         return framed(self, "800px")
 

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
+from .names import nearest
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -29,14 +31,18 @@ Quantity: TypeAlias = Literal["time offset", "distance", "translation", "rotatio
 
 
 def convergence(steps: list[dict[str, Any]], of: Quantity, ax: Axes | None = None) -> Axes:
-    """A quantity after every step of the solver."""
+    """How far a quantity is from its end value after every step of the solver, on a logarithmic axis.
+
+    The last step is the end value itself: no logarithm shows its distance, so the curves end one step before it.
+    """
     if of not in get_args(Quantity):
-        raise ValueError(f"of: there is no {of!r}; one of {', '.join(get_args(Quantity))}")
+        raise ValueError(f"of: there is no {of!r}; one of {', '.join(get_args(Quantity))}.{nearest(str(of), get_args(Quantity))}")
     label, curves = _curves(steps, of)
     ax = _axes(ax)
     for name, values in curves.items():
-        ax.plot(np.arange(len(steps)), values, "o-", markersize=3, label=name)
-    ax.set(xlabel="step of the solver", ylabel=label, title=f"Convergence of the {of}")
+        off = np.abs(np.asarray(values) - values[-1])
+        ax.plot(np.arange(len(steps)), np.where(off > 0.0, off, np.nan), "o-", markersize=3, label=name)
+    ax.set(xlabel="step of the solver", ylabel=f"{label}, off from its end", title=f"Convergence of the {of}", yscale="log")
     if len(curves) > 1:
         ax.legend()
     return ax
@@ -45,16 +51,16 @@ def convergence(steps: list[dict[str, Any]], of: Quantity, ax: Axes | None = Non
 def _curves(steps: list[dict[str, Any]], of: Quantity) -> tuple[str, dict[str, list[float]]]:
     """The label of the axis, and the curves by name."""
     if of == "time offset":
-        return "time offset / ms", {of: [step["time_offset_s"] * 1e3 for step in steps]}
+        return "time offset (ms)", {of: [step["time_offset_s"] * 1e3 for step in steps]}
     if of == "distance":
-        return "RMS distance from the line / mm", {of: [step["rms_mm"] for step in steps]}
+        return "RMS distance from the line (mm)", {of: [step["rms_mm"] for step in steps]}
     if of == "translation":
-        return "translation / mm", _columns("xyz", [step["translation_mm"] for step in steps])
+        return "translation (mm)", _columns("xyz", [step["translation_mm"] for step in steps])
     if of == "rotation":
         return "rotation", _columns(("qw", "qx", "qy", "qz"), [step["rotation_wxyz"] for step in steps])
     nearest = [[x for line in step["lines"] for x in line["nearest_point_mm"]] for step in steps]
     names = [f"{axis} of line {number}" for number in range(len(nearest[0]) // 3) for axis in "xyz"]
-    return "point of the line nearest to the base / mm", _columns(names, nearest)
+    return "point of the line nearest to the base (mm)", _columns(names, nearest)
 
 
 def _columns(names: Iterable[str], rows: list[list[float]]) -> dict[str, list[float]]:

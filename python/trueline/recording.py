@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _trueline
 from .arrays import floats, whole
+from .brief import Brief
 from .poses import Poses, matrices
 from .run import run
 from .sensor import Sensor, SensorText, sensor_text
@@ -22,8 +23,8 @@ from .stamps import seconds, stamps_ns
 from .stripes import Stripes, stripe_arrays, stripes_of
 
 
-@dataclass(frozen=True)
-class Guess:
+@dataclass(frozen=True, repr=False)
+class Guess(Brief):
     """Time offset in seconds and ``tool_from_camera`` as a 4×4 matrix in metres."""
 
     time_offset_s: float

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from . import _trueline
 from .estimates import Covariance, Fact, Line, Plane, Residuals, Sigma
+from .names import text_of
 from .page import Page, framed
 from .result_json import facts_of, number_of, numbers_of, sigma_of
 from .rotations import matrices_of
@@ -213,8 +214,8 @@ class Result:
         return residuals_over_time(self.residuals, ax)
 
     def plot_convergence(self, ax: Axes | None = None, of: Quantity = "time offset") -> Axes:
-        """A quantity after every step of the solver (needs matplotlib): ``"time offset"`` and ``"distance"`` are the paper's Fig. 6,
-        ``"line"`` is Fig. 7, ``"translation"`` and ``"rotation"`` are Fig. 8."""
+        """How far a quantity is from its end value after every step of the solver (needs matplotlib): ``"time offset"``
+        and ``"distance"`` are the paper's Fig. 6, ``"line"`` is Fig. 7, ``"translation"`` and ``"rotation"`` are Fig. 8."""
         from .plots import convergence
 
         return convergence(self.document["iterations"], of, ax)
@@ -245,10 +246,16 @@ class Result:
 
 def load(path: str | os.PathLike[str]) -> Result:
     """Read the result that :meth:`Result.save` or ``trueline calibrate --json`` wrote."""
+    text = text_of(path, EXPECTED)
     try:
-        return Result(Path(path).read_text(encoding="utf-8"))
+        return Result(text)
+    except json.JSONDecodeError as error:
+        raise ValueError(f"{path}: is no JSON ({error}); expected {EXPECTED}") from error
     except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
+        raise ValueError(f"{path}: {error}; expected {EXPECTED}") from error
+
+
+EXPECTED = "a result that Result.save or `trueline calibrate --json` wrote"
 
 
 def _short(result: Result) -> str:

@@ -29,4 +29,6 @@ def run(*words: str) -> str:
     message, _, hint = done.stderr.strip().removeprefix("error: ").partition("\n\nhint: ")
     error = TruelineError(message)
     error.hint = hint
+    if hint:
+        error.add_note(f"hint: {hint}")
     raise error

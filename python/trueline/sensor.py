@@ -10,6 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from .brief import Brief
+from .names import text_of
+
 
 @dataclass(frozen=True)
 class Camera:
@@ -96,8 +99,8 @@ class Points:
         return _toml({"kind": "points"})
 
 
-@dataclass(frozen=True)
-class SensorText:
+@dataclass(frozen=True, repr=False)
+class SensorText(Brief):
     """A sensor as the text of a ``sensor.toml``."""
 
     text: str
@@ -127,7 +130,7 @@ def sensor_text(sensor: Sensor) -> str:
     if isinstance(sensor, str) and "\n" in sensor:
         raise ValueError("sensor: expected a path, found several lines; SensorText(text) is a sensor of this text")
     path = Path(sensor)
-    return (path / "sensor.toml" if path.is_dir() else path).read_text(encoding="utf-8")
+    return text_of(path / "sensor.toml" if path.is_dir() else path, "a sensor.toml, or a folder that holds one")
 
 
 def _toml(tables: Mapping[str, Any]) -> str:

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .arrays import floats, whole
+from .brief import Brief
 from .stamps import seconds, stamps_ns
 
 
-@dataclass(frozen=True)
-class Stripes:
+@dataclass(frozen=True, repr=False)
+class Stripes(Brief):
     """Stripes on plates, each known by two of its points whose errors perpendicular to it are independent.
 
     Parameters

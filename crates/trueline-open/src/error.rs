@@ -1,6 +1,7 @@
 //! Why a scan cannot be opened.
 
 use crate::detector::DetectorError;
+use crate::nearest::nearest_place;
 use std::path::{Path, PathBuf};
 use trueline_dataset::join::JoinError;
 use trueline_mcap::ImportError;
@@ -59,7 +60,11 @@ impl OpenError {
     #[must_use]
     pub fn hint(&self) -> String {
         let hint = match self {
-            Self::NoPlace(_) => "give a dataset folder, a recording.mcap or a rosbag2 folder",
+            Self::NoPlace(place) => {
+                let expected = "give a dataset folder, a recording.mcap or a rosbag2 folder";
+                let near = nearest_place(place).map(|near| format!("; did you mean `{}`?", near.display()));
+                return format!("{expected}{}", near.unwrap_or_default());
+            }
             Self::PartOfDataset(file) => return format!("give its folder: `{}`", folder_of(file).display()),
             Self::SeamKnown(_) => "without a joint the seam is taken as it is known",
             Self::NoSeamInPictures(_) => "look at some pictures with the overlay of what is seen in them",

@@ -22,6 +22,7 @@
 
 pub mod detector;
 pub mod error;
+mod nearest;
 mod observer;
 mod open;
 mod outlier_pictures;
@@ -31,6 +32,7 @@ mod several;
 mod trigger;
 
 pub use error::OpenError;
+pub use nearest::nearest;
 pub use observer::{OpenObserver, Told, told_of_import};
 pub use open::{How, Opened, open};
 pub use outlier_pictures::{OutlierPicture, outlier_pictures};

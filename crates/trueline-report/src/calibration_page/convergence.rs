@@ -16,7 +16,7 @@ pub(super) fn blocks(c: &Calibration, columns: &mut Columns) -> Vec<Block> {
     let index = columns.add((0..steps.len()).map(|k| k as f64));
     let curves = [
         Some(distance(&steps)),
-        c.is_known(TIME_OFFSET).then(|| time_offset(&steps)),
+        c.is_known(TIME_OFFSET).then(|| time_offset(&steps, c)),
         Some(translation(&steps, c)),
         Some(rotation(&steps, c)),
         Some(lines(&steps, c)),
@@ -53,6 +53,15 @@ fn all(steps: &[&IterationRecord], of: impl Fn(&IterationRecord) -> f64) -> Vec<
     steps.iter().map(|step| of(step)).collect()
 }
 
+/// How far a quantity is from its end after each step, in units of which its own one has so many. The end itself has no place on a logarithmic axis: it is left out.
+fn distances(steps: &[&IterationRecord], of: impl Fn(&IterationRecord) -> f64, units: f64) -> Vec<f64> {
+    all(steps, |step| of(step).abs() * units).into_iter().map(above_zero).collect()
+}
+
+fn above_zero(distance: f64) -> f64 {
+    if distance > 0.0 { distance } else { f64::NAN }
+}
+
 fn distance(steps: &[&IterationRecord]) -> Curves {
     Curves {
         id: "convergence-rms",
@@ -63,13 +72,17 @@ fn distance(steps: &[&IterationRecord]) -> Curves {
     }
 }
 
-fn time_offset(steps: &[&IterationRecord]) -> Curves {
+fn time_offset(steps: &[&IterationRecord], c: &Calibration) -> Curves {
+    let end_s = c.best_fit().time_offset_s;
     Curves {
         id: "convergence-offset",
-        title: "Time offset",
-        explanation: "The paper's Fig. 6 a.",
-        y: Axis::of("time offset (ms)"),
-        curves: vec![("time offset".to_owned(), all(steps, |step| step.parameters.time_offset_s * 1e3))],
+        title: "Time offset, off from where it ends",
+        explanation: "The paper's Fig. 6 a, as distance from the result.",
+        y: Axis::log("off by (ms)"),
+        curves: vec![(
+            "time offset".to_owned(),
+            distances(steps, |step| step.parameters.time_offset_s - end_s, 1e3),
+        )],
     }
 }
 
@@ -78,13 +91,13 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 fn translation(steps: &[&IterationRecord], c: &Calibration) -> Curves {
     let end = c.best_fit().tool_from_camera.translation.vector;
     let off = |k: usize| {
-        all(steps, move |step| (step.parameters.tool_from_camera.translation.vector - end)[k] * MM_PER_M)
+        distances(steps, move |step| (step.parameters.tool_from_camera.translation.vector - end)[k], MM_PER_M)
     };
     Curves {
         id: "convergence-translation",
         title: "Hand-eye translation, off from where it ends",
-        explanation: "The paper's Fig. 8, as difference from the result.",
-        y: Axis::of("off by (mm)"),
+        explanation: "The paper's Fig. 8, as distance from the result.",
+        y: Axis::log("off by (mm)"),
         curves: (0..3).map(|k| (AXES[k].to_owned(), off(k))).collect(),
     }
 }
@@ -92,15 +105,16 @@ fn translation(steps: &[&IterationRecord], c: &Calibration) -> Curves {
 fn rotation(steps: &[&IterationRecord], c: &Calibration) -> Curves {
     let end = &c.best_fit().tool_from_camera;
     let off = |k: usize| {
-        all(steps, move |step| {
-            se3::difference_decoupled(&step.parameters.tool_from_camera, end).0[k].to_degrees()
-        })
+        let turn = move |step: &IterationRecord| {
+            se3::difference_decoupled(&step.parameters.tool_from_camera, end).0[k]
+        };
+        distances(steps, turn, 1_f64.to_degrees())
     };
     Curves {
         id: "convergence-rotation",
         title: "Hand-eye rotation, off from where it ends",
         explanation: "About the tool's axes.",
-        y: Axis::of("off by (°)"),
+        y: Axis::log("off by (°)"),
         curves: (0..3).map(|k| (AXES[k].to_owned(), off(k))).collect(),
     }
 }
@@ -110,7 +124,7 @@ fn lines(steps: &[&IterationRecord], c: &Calibration) -> Curves {
         id: "convergence-line",
         title: "Lines, off from where they end",
         explanation: "Angle between the directions, and distance at the result's middle (the paper's Fig. 7 has four numbers that depend on the base).",
-        y: Axis::of("off by (mm, or mrad)"),
+        y: Axis::log("off by (mm, or mrad)"),
         curves: line_curves(steps, &c.best_fit().lines),
     }
 }
@@ -122,7 +136,7 @@ fn line_curves(steps: &[&IterationRecord], end: &[Line]) -> Vec<(String, Vec<f64
             let of = |value: &dyn Fn(&Line) -> f64| {
                 steps
                     .iter()
-                    .map(|step| step.parameters.lines.get(k).map_or(f64::NAN, value))
+                    .map(|step| above_zero(step.parameters.lines.get(k).map_or(f64::NAN, value)))
                     .collect::<Vec<f64>>()
             };
             let angle = of(&|line| {

@@ -5,41 +5,100 @@
 pub(super) struct Bow {
     /// From where to where along the face its line is that with equal weights.
     pub(super) place: Place,
-    /// The parts of Legendre's second and third polynomial, mm.
-    pub(super) parts: [f64; 2],
+    /// The parts of Legendre's second, third and fourth polynomial, mm; the last one is looked for in faces that are bent by more than plates are.
+    pub(super) parts: [f64; 3],
+    /// What columns scatter by about the bowed face, mm.
+    pub(super) spread_mm: f64,
 }
 
 impl Bow {
-    /// What of it is a line (its middle, and how much more at the end) over another place, and the bow that is left there: of u = a + c v with v from −1 to 1
-    /// P₂(u) = (3a² + c² − 1)/2 + 3ac v + c² P₂(v), and P₃(u) likewise.
+    /// What of it is a line (its middle, and how much more at the end) over another place, and the bow that is left there: its powers of u = a + c v, with v from −1
+    /// to 1, are taken apart into Legendre's polynomials of v.
     pub(super) fn over(&self, place: &Place) -> ([f64; 2], Self) {
         let (a, c) = (self.place.of_one(place.middle), place.half / self.place.half);
-        let [square, cube] = self.parts;
-        let level =
-            square * 0.5 * (3.0 * a * a + c * c - 1.0) + cube * (2.5 * (a.powi(3) + a * c * c) - 1.5 * a);
-        let turn = square * 3.0 * a * c + cube * (2.5 * (3.0 * a * a * c + 0.6 * c.powi(3)) - 1.5 * c);
-        let parts = [square * c * c + cube * 5.0 * a * c * c, cube * c.powi(3)];
-        ([level, turn], Self { place: *place, parts })
+        let [square, cube, fourth] = self.parts;
+        // Powers of u, each with what it has of the powers of v.
+        let of_u = [
+            0.375 * fourth - 0.5 * square,
+            -1.5 * cube,
+            1.5 * square - 3.75 * fourth,
+            2.5 * cube,
+            4.375 * fourth,
+        ];
+        let of_v = |power: usize| -> f64 {
+            let steps = (power..=4).map(|k| of_u[k] * BINOMIAL[k][power] * a.powi((k - power) as i32));
+            steps.sum::<f64>() * c.powi(power as i32)
+        };
+        let [one, first, second, third, last] = [0, 1, 2, 3, 4].map(of_v);
+        let line = [one + second / 3.0 + last / 5.0, first + 0.6 * third];
+        let parts = [second / 1.5 + last / 1.75, third / 2.5, last / 4.375];
+        (line, Self { place: *place, parts, ..*self })
+    }
+
+    /// How far the face is off its line at a place, mm, and how much it is turned against it.
+    pub(super) fn at(&self, at: f64) -> [f64; 2] {
+        let sum = |of: [f64; 3]| self.parts.iter().zip(of).map(|(part, value)| part * value).sum::<f64>();
+        [sum(bent(at)), sum(bent_slopes(at)) / self.place.half]
     }
 }
+
+const BINOMIAL: [[f64; 5]; 5] = [
+    [1.0, 0.0, 0.0, 0.0, 0.0],
+    [1.0, 1.0, 0.0, 0.0, 0.0],
+    [1.0, 2.0, 1.0, 0.0, 0.0],
+    [1.0, 3.0, 3.0, 1.0, 0.0],
+    [1.0, 4.0, 6.0, 4.0, 1.0],
+];
 
 /// What plates are usually bowed by, mm, this far from the seam, mm: by the square of the distance, and by its cube.
 const USUAL_BOW_MM: f64 = 0.2;
 const USUAL_BOW_AT_MM: f64 = 25.0;
+/// Squares of both parts by what plates and noise make them: a sum of more is a face that is bent, once in 3,000 plates.
+const BENT: f64 = 16.0;
 
 impl Bow {
-    /// How a face continues beyond its line at a place near to it, and what that leaves of the variance there: both polynomials as far as they are told
-    /// from the noise, of which the middle of the line has this variance. Of a short face they hardly are, and plates are bowed by so much and no more.
+    /// By how much more than plates usually are the face is bent, squared: 1 where plates and chance explain it. The seam is at a place near to it, and
+    /// the middle of the line has a variance.
+    pub(super) fn excess(&self, seam_at: f64, middle_variance_mm2: f64) -> f64 {
+        let squares = self.squares(seam_at, middle_variance_mm2);
+        if squares > BENT { 0.5 * squares } else { 1.0 }
+    }
+
+    /// The squares of both parts by what plates and noise make them: about two of a plate.
+    pub(super) fn squares(&self, seam_at: f64, middle_variance_mm2: f64) -> f64 {
+        let usual_mm = self.usual_mm(seam_at);
+        let square = |k: usize| {
+            self.parts[k].powi(2) / (usual_mm[k].powi(2) + middle_variance_mm2 * SQUARES_IN_LINE[k])
+        };
+        square(0) + square(1)
+    }
+
+    /// The square, by what noise makes it, of what it is bent by less or more than an arc would be that is bent like a longer stretch.
+    pub(super) fn square_if_bent_like(&self, longer: &Self, middle_variance_mm2: f64) -> f64 {
+        let as_bent_mm = longer.parts[0] * (self.place.half / longer.place.half).powi(2);
+        (self.parts[0] - as_bent_mm).powi(2) / (middle_variance_mm2 * SQUARES_IN_LINE[0])
+    }
+
+    /// Parts of the polynomials in what plates are bowed by: in the square and the cube of the distance from the seam, and in its fourth power.
+    fn usual_mm(&self, seam_at: f64) -> [f64; 3] {
+        let [half, from_seam] =
+            [1.0, seam_at.abs()].map(|of_half| of_half * self.place.half / USUAL_BOW_AT_MM);
+        let square = 2.0 / 3.0 * half * half * (3.0 * from_seam).hypot(1.0);
+        [square, 0.4 * half.powi(3), half.powi(4) / 4.375].map(|part| part * USUAL_BOW_MM)
+    }
+
+    /// How a face continues beyond its line at a place near to it, and what that leaves of the variance there: the polynomials as far as they are told
+    /// from the noise, of which the middle of the line has this variance. Of a short face they hardly are, and plates are bowed by so much and no more. Of a
+    /// face that is bent by more, the bend is taken to be of its own size in the fourth polynomial as well.
     pub(super) fn beyond_line(&self, at: f64, middle_variance_mm2: f64) -> BeyondLine {
         let (values, slopes) = (bent(at), bent_slopes(at));
-        let [half, from_seam] = [1.0, at.abs()].map(|of_half| of_half * self.place.half / USUAL_BOW_AT_MM);
-        // Parts of the polynomials in the square and in the cube of the distance from the seam.
-        let square = 2.0 / 3.0 * half * half * (3.0 * from_seam).hypot(1.0);
-        let usual_mm = [square, 0.4 * half.powi(3)].map(|part| part * USUAL_BOW_MM);
+        let excess = self.excess(at, middle_variance_mm2);
+        let [square, cube, fourth] = self.usual_mm(at).map(|part| part * part);
+        let usual_mm2 = [square * excess, cube * excess, fourth * (excess - 1.0)];
         let mut beyond = BeyondLine::default();
-        for (k, squares_in_line) in [5.0, 7.0].into_iter().enumerate() {
+        for (k, squares_in_line) in SQUARES_IN_LINE.into_iter().enumerate() {
             let noise = middle_variance_mm2 * squares_in_line;
-            let told = usual_mm[k].powi(2) / (usual_mm[k].powi(2) + noise);
+            let told = if usual_mm2[k] > 0.0 { usual_mm2[k] / (usual_mm2[k] + noise) } else { 0.0 };
             beyond.shift_mm += told * self.parts[k] * values[k];
             beyond.slope += told * self.parts[k] * slopes[k] / self.place.half;
             beyond.variance_mm2 += told * noise * values[k] * values[k];
@@ -85,12 +144,16 @@ impl Place {
     }
 }
 
-/// Legendre's second and third polynomial.
-pub(super) fn bent(at: f64) -> [f64; 2] {
-    [1.5 * at * at - 0.5, at * (2.5 * at * at - 1.5)]
+/// How many times the variance of a line's middle that of the part of each polynomial is: 1 over the mean of its square.
+const SQUARES_IN_LINE: [f64; 3] = [5.0, 7.0, 9.0];
+
+/// Legendre's second, third and fourth polynomial.
+pub(super) fn bent(at: f64) -> [f64; 3] {
+    let square = at * at;
+    [1.5 * square - 0.5, at * (2.5 * square - 1.5), (4.375 * square - 3.75) * square + 0.375]
 }
 
 /// Their derivatives.
-fn bent_slopes(at: f64) -> [f64; 2] {
-    [3.0 * at, 7.5 * at * at - 1.5]
+fn bent_slopes(at: f64) -> [f64; 3] {
+    [3.0 * at, 7.5 * at * at - 1.5, at * (17.5 * at * at - 7.5)]
 }

@@ -14,7 +14,7 @@ use super::bow::{Bow, Place, bent};
 use super::face::{Face, RoughDirection};
 use super::finder::{COUNTED_SIGMAS, ProfileFinder};
 use crate::measure::regression::{Regression, RobustLine};
-use nalgebra::{Matrix4, Vector4};
+use nalgebra::{SMatrix, SVector};
 
 impl ProfileFinder {
     /// A robust line through a run of the points as [`ProfileFinder::face`] has it, after the run's bow is taken out of them. The face ends to the left and to
@@ -29,19 +29,28 @@ impl ProfileFinder {
         let bowed = self.regressor.rough_line(&self.shifts)?;
         let sigma_px = self.regressor.spread(&bowed);
         let place = Place::between(self.shifts[0].s, self.shifts[self.shifts.len() - 1].s);
-        let Some(bow) = self.bow(&bowed, COUNTED_SIGMAS * sigma_px, &place) else {
+        let Some(mut bow) = self.bow(&bowed, COUNTED_SIGMAS * sigma_px, &place) else {
             return Some(Face::of(about, self.regressor.fit(&self.shifts)?));
         };
+        let is_bent = bow.is_bent(&place);
+        if is_bent {
+            bow = self.nearer_bow::<5>(&bowed, &bow, COUNTED_SIGMAS * bow.spread_mm, &place)?;
+        }
         self.place_by_column(&about, &bowed, &bow, &place);
-        let bow = self.nearer_bow(&bowed, &bow, COUNTED_SIGMAS * bow.spread_mm, &place)?;
-        let BowFit { terms: [_, _, of_square, of_cube], spread_mm } = bow;
+        let limit_mm = COUNTED_SIGMAS * bow.spread_mm;
+        let bow = match is_bent {
+            true => self.nearer_bow::<5>(&bowed, &bow, limit_mm, &place)?,
+            false => self.nearer_bow::<4>(&bowed, &bow, limit_mm, &place)?,
+        };
+        let [_, _, parts @ ..] = bow.terms;
+        let spread_mm = bow.spread_mm;
         for shift in &mut self.shifts {
-            let [square, cube] = bent(place.of_one(shift.s));
-            shift.shift_px -= of_square * square + of_cube * cube;
+            let values = bent(place.of_one(shift.s));
+            shift.shift_px -= parts.iter().zip(values).map(|(part, value)| part * value).sum::<f64>();
         }
         let straight = self.regressor.fit_near(&self.shifts, &bowed)?;
         let regression = Regression { sigma_px, ..straight };
-        let bow = Bow { place, parts: [of_square, of_cube] };
+        let bow = Bow { place, parts, spread_mm };
         let face = Face { bow: Some(bow), ..Face::of(about, regression) };
         let [first, last] = self.columns_on(&regression, COUNTED_SIGMAS * spread_mm)?;
         let at = |x: Option<f64>| Some(face.along_at(x?));
@@ -55,10 +64,7 @@ impl ProfileFinder {
     fn place_by_column(&mut self, about: &RoughDirection, line: &RobustLine, bow: &BowFit, place: &Place) {
         let per_shift = about.along.y / about.along.x;
         for shift in &mut self.shifts {
-            let [level, turn, of_square, of_cube] = bow.terms;
-            let at = place.of_one(shift.s);
-            let [square, cube] = bent(at);
-            let on_face = line.shift_at(shift.s) + level + turn * at + of_square * square + of_cube * cube;
+            let on_face = line.shift_at(shift.s) + bow.at(place.of_one(shift.s));
             shift.s -= per_shift * (shift.shift_px - on_face);
         }
     }
@@ -66,19 +72,25 @@ impl ProfileFinder {
     /// The bow in the shifts about a face's line, of those that are not further off it than a limit, and then once more of those that are not further off the bowed face
     /// than they scatter; `None` of too few.
     fn bow(&self, line: &RobustLine, limit_mm: f64, place: &Place) -> Option<BowFit> {
-        let rough = self.nearer_bow(line, &BowFit::default(), limit_mm, place)?;
-        self.nearer_bow(line, &rough, COUNTED_SIGMAS * rough.spread_mm, place)
+        let rough = self.nearer_bow::<4>(line, &BowFit::default(), limit_mm, place)?;
+        self.nearer_bow::<4>(line, &rough, COUNTED_SIGMAS * rough.spread_mm, place)
     }
 
-    fn nearer_bow(&self, line: &RobustLine, from: &BowFit, limit_mm: f64, place: &Place) -> Option<BowFit> {
-        let (mut normal, mut right) = (Matrix4::zeros(), Vector4::zeros());
+    /// The first N terms of the bow nearer than before.
+    fn nearer_bow<const N: usize>(
+        &self,
+        line: &RobustLine,
+        from: &BowFit,
+        limit_mm: f64,
+        place: &Place,
+    ) -> Option<BowFit> {
+        let (mut normal, mut right) = (SMatrix::<f64, N, N>::zeros(), SVector::<f64, N>::zeros());
         let (mut squares, mut count) = (0.0, 0.0);
-        let known = Vector4::from(from.terms);
         for shift in &self.shifts {
-            let at = place.of_one(shift.s);
-            let [square, cube] = bent(at);
-            let terms = Vector4::new(1.0, at, square, cube);
-            let off = shift.shift_px - line.shift_at(shift.s) - known.dot(&terms);
+            let every = terms(place.of_one(shift.s));
+            let terms = SVector::<f64, N>::from_fn(|k, _| every[k]);
+            let known: f64 = from.terms.iter().zip(every).map(|(term, value)| term * value).sum();
+            let off = shift.shift_px - line.shift_at(shift.s) - known;
             if off.abs() > limit_mm {
                 continue;
             }
@@ -89,7 +101,9 @@ impl ProfileFinder {
         }
         let step = normal.cholesky()?.solve(&right);
         let spread_mm = ((squares - step.dot(&right)).max(0.0) / count).sqrt();
-        Some(BowFit { terms: (known + step).into(), spread_mm })
+        let mut found = BowFit { spread_mm, count, ..*from };
+        found.terms.iter_mut().zip(step.iter()).for_each(|(term, step)| *term += step);
+        Some(found)
     }
 
     /// The first and the last column that lie no further from a line than a limit.
@@ -101,9 +115,30 @@ impl ProfileFinder {
     }
 }
 
-/// Parts of a constant, of a line and of Legendre's second and third polynomial in shifts, mm, and what these scatter by about them.
+/// Parts of a constant, of a line and of Legendre's second, third and fourth polynomial in shifts, mm, what these scatter by about them, and how many there are.
 #[derive(Clone, Copy, Debug, Default)]
 struct BowFit {
-    terms: [f64; 4],
+    terms: [f64; 5],
     spread_mm: f64,
+    count: f64,
+}
+
+impl BowFit {
+    /// What it adds to the line at a place.
+    fn at(&self, at: f64) -> f64 {
+        self.terms.iter().zip(terms(at)).map(|(term, value)| term * value).sum()
+    }
+
+    /// Whether it is more than that of a plate.
+    fn is_bent(&self, place: &Place) -> bool {
+        let [_, _, parts @ ..] = self.terms;
+        let bow = Bow { place: *place, parts, spread_mm: self.spread_mm };
+        // The seam is hardly further away than the end of the face.
+        bow.excess(1.0, self.spread_mm * self.spread_mm / self.count) > 1.0
+    }
+}
+
+fn terms(at: f64) -> [f64; 5] {
+    let [square, cube, fourth] = bent(at);
+    [1.0, at, square, cube, fourth]
 }

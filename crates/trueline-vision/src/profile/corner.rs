@@ -7,6 +7,7 @@
 use super::face::{Face, LEAST_SIGMA_MM, RoughFace};
 use super::finder::{COUNTED_SIGMAS, FACE_POINTS, LEAST_STRAIGHT, ProfileFinder};
 use super::no_seam::NoSeam;
+use super::round_face::{between_x, round, round_as_a_whole};
 use super::seen_joint::{SeenJoint, SeenSeam};
 use nalgebra::Vector2;
 
@@ -14,8 +15,9 @@ use nalgebra::Vector2;
 const PLACES: usize = 24;
 /// Points among which the bend is searched.
 const SEARCHED_POINTS: usize = 250;
-/// Rounds in which bowed faces settle: each leaves a hundredth of what it moves them by.
-const ROUNDS: usize = 2;
+/// Bowed faces have settled where a round moves them by less, mm: it leaves a hundredth of that, of faces that are bent by more than plates are a tenth. And most rounds.
+const SETTLED_MM: f64 = 1e-3;
+const MOST_ROUNDS: usize = 8;
 /// Widest hole between the faces, as a part of the profile: what lies further away is no corner of these faces.
 const WIDEST_HOLE: f64 = 0.2;
 
@@ -23,8 +25,10 @@ impl ProfileFinder {
     /// Two faces that meet.
     pub(super) fn meeting(&mut self, sigma_mm: f64) -> Result<SeenJoint, NoSeam> {
         let split = self.best_split(sigma_mm).ok_or(NoSeam::NotStraight)?;
-        let faces = self.settled_lines(split).ok_or(NoSeam::NoAngle)?;
-        self.checked(&faces)
+        let Some(faces) = self.settled_lines(split) else {
+            return Err(self.one_round_face(sigma_mm).unwrap_or(NoSeam::NoAngle));
+        };
+        self.checked(&faces, sigma_mm)
     }
 
     /// Index of the first point right of the bend, searched among a few hundred of the points: the faces settle it afterwards.
@@ -59,6 +63,12 @@ impl ProfileFinder {
         Some(left.squares_up_to(before, limit_mm) + right.squares_up_to(after, limit_mm))
     }
 
+    /// Why all columns are of one round face, if they are.
+    fn one_round_face(&mut self, sigma_mm: f64) -> Option<NoSeam> {
+        let face = self.face_without_bow(0, self.points.len(), [None, None])?;
+        round_as_a_whole(&face, sigma_mm)
+    }
+
     /// Lines on either side of their own intersection; `None` for such that are parallel.
     pub(super) fn settled_lines(&mut self, mut split: usize) -> Option<[RoughFace; 2]> {
         let mut faces = self.rough_faces(split)?;
@@ -79,7 +89,7 @@ impl ProfileFinder {
         Some([self.rough_face(0, split)?, self.rough_face(split, self.points.len())?])
     }
 
-    fn checked(&mut self, faces: &[RoughFace; 2]) -> Result<SeenJoint, NoSeam> {
+    fn checked(&mut self, faces: &[RoughFace; 2], sigma_mm: f64) -> Result<SeenJoint, NoSeam> {
         let corner = faces[0].line.meets(&faces[1].line).ok_or(NoSeam::NoAngle)?;
         let split = self.points.partition_point(|point| point.x < corner.x);
         for (face, run) in faces.iter().zip([&self.points[..split], &self.points[split..]]) {
@@ -97,10 +107,30 @@ impl ProfileFinder {
         if hole > WIDEST_HOLE * (ends[1].x - ends[0].x) {
             return Err(NoSeam::Apart);
         }
-        let faces = self.beside(corner.x).ok_or(NoSeam::NotStraight)?;
-        let (faces, corner) = settled_ends(faces, corner.x).ok_or(NoSeam::NoAngle)?;
+        let (faces, x_mm) = self.faces_before(corner.x, sigma_mm).ok_or(NoSeam::NotStraight)?;
+        if let Some(reason) = round(&faces, sigma_mm) {
+            return Err(reason);
+        }
+        let [from_x, to_x] = between_x(&faces);
+        let (faces, corner) = settled_ends(faces, x_mm).ok_or(NoSeam::NoAngle)?;
+        let is_beyond = !(from_x..=to_x).contains(&corner.x);
+        if is_beyond || self.steepest_drop_mm(from_x, to_x) > WIDEST_HOLE * (ends[1].x - ends[0].x) {
+            return Err(NoSeam::Apart);
+        }
         let half_lengths_mm = ends.map(|end| 0.5 * (end - corner).norm());
         Ok(SeenJoint { faces: faces.map(Some), half_lengths_mm, seam: SeenSeam::Crossing(corner) })
+    }
+
+    /// By how much the range changes at most from three columns to the next three between two places, mm: a single false column is none of three.
+    fn steepest_drop_mm(&self, from_x: f64, to_x: f64) -> f64 {
+        let before = |x: f64| self.points.partition_point(|point| point.x < x);
+        let middle = |three: &[Vector2<f64>]| {
+            let [a, b, c] = [0, 1, 2].map(|k| three[k].y);
+            a.max(b).min(a.min(b).max(c))
+        };
+        let between = &self.points[before(from_x)..before(to_x).max(before(from_x))];
+        let drops = between.windows(6).map(|six| (middle(&six[3..]) - middle(&six[..3])).abs());
+        drops.fold(0.0, f64::max)
     }
 
     /// The faces on either side of a place, without what lies next to it.
@@ -113,12 +143,15 @@ impl ProfileFinder {
 /// their surfaces do: their lines cross beside it, by more than the bow itself, and in every profile alike.
 fn settled_ends(mut faces: [Face; 2], mut x_mm: f64) -> Option<([Face; 2], Vector2<f64>)> {
     let mut corner = faces[0].line.meets(&faces[1].line)?;
-    for _ in 0..ROUNDS {
+    for _ in 0..MOST_ROUNDS {
         let [left, right] = faces.map(|face| face.tangent_beside(&corner));
         corner = left.meets(&right)?;
         let by_x_mm = corner.x - x_mm;
         faces = [faces[0].with_end_moved(1, by_x_mm), faces[1].with_end_moved(0, by_x_mm)];
         x_mm = corner.x;
+        if by_x_mm.abs() < SETTLED_MM {
+            break;
+        }
     }
     let [left, right] = faces.map(|face| face.tangent_beside(&corner));
     Some((faces, left.meets(&right)?))

@@ -169,7 +169,7 @@ impl RoughDirection {
     }
 
     /// The unit direction of a line of a slope about it.
-    fn direction(&self, slope: f64) -> Vector2<f64> {
+    pub(super) fn direction(&self, slope: f64) -> Vector2<f64> {
         (self.along + square_to(&self.along) * slope).normalize()
     }
 

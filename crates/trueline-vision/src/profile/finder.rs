@@ -143,8 +143,7 @@ impl ProfileFinder {
     /// stripe, or the face is rounded. Where the face begins or goes on beyond the profile nothing is left out.
     pub(super) fn face_between(&mut self, from: Option<f64>, to: Option<f64>) -> Option<Face> {
         let (first, last) = (self.points.first()?.x, self.points.last()?.x);
-        let length = to.unwrap_or(last) - from.unwrap_or(first);
-        let left_out = LEFT_OUT_MM.min(LEFT_OUT_PART * length);
+        let left_out = left_out_mm(to.unwrap_or(last) - from.unwrap_or(first));
         let ends_x = [from.map(|x| x + left_out), to.map(|x| x - left_out)];
         let before = |x: f64| self.points.partition_point(|point| point.x < x);
         let start = ends_x[0].map_or(0, before).min(self.points.len() - FACE_POINTS);
@@ -164,4 +163,9 @@ impl ProfileFinder {
         let tip = self.face(start, end);
         tip.filter(|tip| Self::is_straight(tip, &self.points[start..end], limit_mm)).unwrap_or(*face)
     }
+}
+
+/// How much of a face is left out next to a seam, mm along x.
+pub(super) fn left_out_mm(length_mm: f64) -> f64 {
+    LEFT_OUT_MM.min(LEFT_OUT_PART * length_mm)
 }

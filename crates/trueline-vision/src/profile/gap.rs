@@ -10,11 +10,14 @@ use super::no_seam::NoSeam;
 use super::seen_joint::{SeenJoint, SeenSeam};
 use super::straight_line::LEAST_ANGLE_SINE;
 use crate::measure::regression::median;
+use nalgebra::Vector2;
 
 /// Narrowest gap, in distances of columns: three columns without a return are chance.
 const NARROWEST_COLUMNS: f64 = 4.5;
 /// A second gap of this part of the widest one's width makes it doubtful.
 const RIVAL: f64 = 0.7;
+/// Part of a hole that something nearer fills where it is none.
+const FILLED: f64 = 0.5;
 /// Rounds in which faces and gap settle.
 const ROUNDS: usize = 3;
 
@@ -47,6 +50,9 @@ impl ProfileFinder {
             return Err(NoSeam::NotStraight);
         }
         let [x_left, x_right] = [last, first].map(|k| self.points[k].x);
+        if self.is_filled(&faces, limit, last + 1..first, x_right - x_left) {
+            return Err(NoSeam::NoGap);
+        }
         let (far_left, far_right) = (self.points[0], self.points[self.points.len() - 1]);
         let faces = [
             self.face_between(None, Some(x_left)).ok_or(NoSeam::NotStraight)?,
@@ -66,6 +72,22 @@ impl ProfileFinder {
         let half_lengths_mm =
             [(far_left - ends[0].at()).norm(), (far_right - ends[1].at()).norm()].map(|length| 0.5 * length);
         Ok(SeenJoint { faces: faces.map(Some), half_lengths_mm, seam: SeenSeam::Gap(ends) })
+    }
+
+    /// Whether something stands in most of a hole, nearer to the sensor than the faces: a bead or a ball on a plate.
+    fn is_filled(
+        &self,
+        faces: &[Face; 2],
+        limit_mm: f64,
+        within: std::ops::Range<usize>,
+        width_mm: f64,
+    ) -> bool {
+        let pitch_mm = width_mm / within.len().max(1) as f64;
+        let is_nearer = |point: &&Vector2<f64>| {
+            faces.iter().all(|face| face.at_x(point.x).is_some_and(|at| point.y < at.y - limit_mm))
+        };
+        let nearer = self.points[within].iter().filter(is_nearer).count() as f64;
+        nearer * pitch_mm > FILLED * width_mm && pitch_mm < FILLED * width_mm
     }
 
     /// The faces on either side of a hole.

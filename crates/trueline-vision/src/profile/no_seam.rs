@@ -36,4 +36,36 @@ pub enum NoSeam {
     /// An edge that is rounded over more than 1 mm.
     #[error("the face bends away over more than 1 mm before it ends")]
     RoundedEnd,
+    /// A face that bends as much everywhere as where it should meet the other one: pipe, bead, ball, groove.
+    #[error("a round face (radius about {0}) and no corner")]
+    RoundFace(RadiusUm),
+}
+
+/// The radius of a round face, whole µm: reasons are counted, and so must be equal or not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct RadiusUm(pub u32);
+
+impl RadiusUm {
+    /// That of a radius in mm.
+    #[must_use]
+    pub fn of_mm(mm: f64) -> Self {
+        Self((mm * UM_PER_MM).round() as u32)
+    }
+
+    /// In mm.
+    #[must_use]
+    pub fn mm(self) -> f64 {
+        f64::from(self.0) / UM_PER_MM
+    }
+}
+
+const UM_PER_MM: f64 = 1e3;
+
+impl std::fmt::Display for RadiusUm {
+    /// With two digits: a bend is not known better.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mm = self.mm();
+        let digits = if mm < 10.0 { 1 } else { 0 };
+        write!(f, "{mm:.digits$} mm")
+    }
 }

@@ -4,8 +4,8 @@ use super::face_end::FaceEnd;
 use super::finder::ProfileFinder;
 use super::joint::ProfileJoint;
 use super::no_seam::NoSeam;
-use super::rounded_ends::{refuse_rounded, widen_rounded};
 use super::seen_joint::SeenJoint;
+use super::shape_of_plate::{refuse_shapes, share_radius, widen_rounded};
 use super::sight::Sight;
 use super::view::at_border;
 use crate::scan::joint_choice::odd_widths;
@@ -29,7 +29,8 @@ pub(super) fn seen(profiles: &[&Profile], joint: ProfileJoint) -> Vec<Result<See
         .map(|(k, sight)| sight.and_then(|sight| sight.joint([left[k], right[k]])))
         .collect();
     refuse_odd_gaps(&mut joints);
-    refuse_rounded(&mut joints);
+    refuse_shapes(&mut joints);
+    share_radius(&mut joints);
     widen_rounded(&mut joints);
     joints
 }
