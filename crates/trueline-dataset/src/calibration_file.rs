@@ -133,8 +133,9 @@ const SENSOR: &str = "sensor.toml";
 pub struct SheetCorrection {
     /// The whole correction, in place of what sensor.toml corrects.
     pub shape: SheetShape,
-    /// Maps points that the shape has corrected to the frame of the transform; identity in results of schema 2 and before.
-    pub file_from_corrected: Pose,
+    /// Maps what the sensor file places to where the shape puts it, as far as a rigid motion does: the transform contains it. Identity
+    /// in results of schema 2 and before.
+    pub corrected_from_file: Pose,
 }
 
 impl KnownCalibration {
@@ -181,7 +182,7 @@ impl KnownCalibration {
     pub fn with_correction(&self) -> Guess {
         let Guess { time_offset_s, mut tool_from_camera } = self.known.parameters;
         if let Some(correction) = &self.correction {
-            tool_from_camera *= correction.file_from_corrected;
+            tool_from_camera *= correction.corrected_from_file.inverse();
         }
         Guess { time_offset_s, tool_from_camera }
     }
@@ -198,8 +199,8 @@ fn correction_of(sensor: &SensorEntry) -> Option<SheetCorrection> {
         return None;
     }
     let shape = shape_of(sensor)?;
-    let rigid = sensor.rigid_part.as_ref().map(RigidPartEntry::file_from_corrected);
-    Some(SheetCorrection { shape, file_from_corrected: rigid.unwrap_or_else(Pose::identity) })
+    let rigid = sensor.rigid_part.as_ref().and_then(RigidPartEntry::corrected_from_file);
+    Some(SheetCorrection { shape, corrected_from_file: rigid.unwrap_or_else(Pose::identity) })
 }
 
 fn shape_of(sensor: &SensorEntry) -> Option<SheetShape> {

@@ -35,6 +35,14 @@ impl LaserSheet {
         Self { plane, origin: Vector3::zeros(), axes: Matrix3x2::from_columns(&[Vector3::x(), Vector3::z()]) }
     }
 
+    /// A sheet with an origin and two unit axes in it, square to each other; `None` of axes that span no plane.
+    #[must_use]
+    pub fn from_axes(origin: Vector3<f64>, axes: Matrix3x2<f64>) -> Option<Self> {
+        let normal = axes.column(0).cross(&axes.column(1));
+        let plane = Plane::new(normal, normal.dot(&origin))?;
+        Some(Self { plane, origin, axes })
+    }
+
     /// The plane n·p = d in the camera frame.
     #[must_use]
     pub fn plane(&self) -> &Plane {

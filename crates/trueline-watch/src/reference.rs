@@ -1,11 +1,11 @@
 //! What welds are compared with: the stored calibration, and where each part's seams usually lie.
 
-use crate::parameters::{CALIBRATION, SHAPE, UNITS};
+use crate::parameters::{CALIBRATION, ROTATION, SHAPE, TRANSLATION, UNITS};
 use crate::quadratic::Quadratic;
 use nalgebra::{DMatrix, DVector, Vector3, Vector4};
 use trueline_dataset::Guess;
 use trueline_dataset::result_file::ResultFile;
-use trueline_geometry::Line;
+use trueline_geometry::{Line, so3};
 use trueline_method::input::timestamps::Dejittered;
 
 /// A stored calibration as the detector needs it.
@@ -57,7 +57,7 @@ impl Reference {
                 robot: regular(&result.stamps.robot.stream.used),
                 images: regular(&result.stamps.features.stream.used),
             },
-            prior: information(covariance(result)),
+            prior: information(with_shape(covariance(result), guess, result, shape_origin_m)),
             ..Self::of_value(guess, shape_origin_m)
         }
     }
@@ -83,6 +83,34 @@ fn covariance(result: &ResultFile) -> DMatrix<f64> {
         (false, true) => (UNKNOWN[i] / UNITS[i]).powi(2),
         (false, false) => 0.0,
     })
+}
+
+/// The transform of the result is that of its sensor file, and the welds are corrected by the shape: what is not known of the shape moves
+/// the transform of the corrected sensor, δω = δω′ − R D_ω δh, δt = δt′ + R p × δω − R D_t δh.
+fn with_shape(
+    covariance: DMatrix<f64>,
+    guess: Guess,
+    result: &ResultFile,
+    shape_origin_m: [f64; 2],
+) -> DMatrix<f64> {
+    let Some((d_shape, moved)) = result.sensor.rigid_part.as_ref().and_then(|rigid| {
+        Some((rigid.d_shape(shape_origin_m)?, rigid.corrected_from_file()?.translation.vector))
+    }) else {
+        return covariance;
+    };
+    let turn = guess.tool_from_camera.rotation.to_rotation_matrix().into_inner();
+    let by_shape = [0, 3].map(|row| turn * d_shape.fixed_rows::<3>(row));
+    let lever = so3::hat(&(turn * moved));
+    let mut slope = DMatrix::identity(CALIBRATION, CALIBRATION);
+    slope.view_mut((ROTATION, SHAPE), (3, 5)).copy_from(&-by_shape[0]);
+    slope.view_mut((TRANSLATION, ROTATION), (3, 3)).copy_from(&lever);
+    slope.view_mut((TRANSLATION, SHAPE), (3, 5)).copy_from(&(-by_shape[1] - lever * by_shape[0]));
+    for i in 0..CALIBRATION {
+        for j in 0..CALIBRATION {
+            slope[(i, j)] *= UNITS[j] / UNITS[i];
+        }
+    }
+    &slope * covariance * slope.transpose()
 }
 
 /// Score zero: the stored value is the best guess of itself. Directions of no variance are known to a ten-thousandth of a

@@ -1,10 +1,10 @@
 //! What the scan says of the sensor's own calibration.
 
 use crate::unit::MM_PER_M;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3x2, SMatrix, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
-use trueline_geometry::{Pose, se3, so3};
-use trueline_model::{LaserSheet, RigidPart, SheetField};
+use trueline_geometry::Pose;
+use trueline_model::{LaserSheet, RigidPart, SheetField, SheetShape};
 
 /// The sensor's own calibration.
 ///
@@ -94,14 +94,29 @@ impl RigidPartEntry {
         }
     }
 
-    /// The inverse of the motion, in the camera frame.
-    #[must_use]
-    pub fn file_from_corrected(&self) -> Pose {
-        let [origin, a, b] =
-            [self.origin_mm.map(|mm| mm / MM_PER_M), self.axis_a, self.axis_b].map(Vector3::from);
-        let shift = self.shift_mm.map(|mm| mm / MM_PER_M);
-        let rotation = so3::exp(&(a.cross(&b) * self.turn_rad));
-        let moved = origin + a * shift[0] + b * shift[1];
-        se3::from_parts(rotation, moved - rotation * origin).inverse()
+    /// The sheet in whose coordinates the motion is; `None` of axes that span no plane.
+    fn sheet(&self) -> Option<LaserSheet> {
+        let axes = Matrix3x2::from_columns(&[self.axis_a, self.axis_b].map(Vector3::from));
+        LaserSheet::from_axes(Vector3::from(self.origin_mm.map(metres)), axes)
     }
+
+    /// The motion in the camera frame: maps what the sensor file places to where the shape puts it; `None` of axes that span no plane.
+    #[must_use]
+    pub fn corrected_from_file(&self) -> Option<Pose> {
+        let part = RigidPart { turn_rad: self.turn_rad, shift_m: self.shift_mm.map(metres) };
+        Some(part.in_camera(&self.sheet()?))
+    }
+
+    /// d (left rotation, translation) of [`Self::corrected_from_file`] / d h about an origin in the sheet, m, near the shape of a sensor
+    /// without fault.
+    #[must_use]
+    pub fn d_shape(&self, shape_origin_m: [f64; 2]) -> Option<SMatrix<f64, 6, 5>> {
+        let field = SheetField { width_m: self.field_a_mm.map(metres), depth_m: self.field_b_mm.map(metres) };
+        let exact = SheetShape::exact_about(&Vector2::from(shape_origin_m));
+        Some(field.rigid_part(&exact)?.d_in_camera(&self.sheet()?))
+    }
+}
+
+fn metres(mm: f64) -> f64 {
+    mm / MM_PER_M
 }
