@@ -31,7 +31,7 @@ use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::input::skip::Skip;
 use crate::input::timestamps::{Dejittered, Sampling};
 use crate::problem::line_problem::LineProblem;
-use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
+use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::released::{better_without_drawing_m, held_sensor, shifted_lines};
 use crate::solve::covariance::{self, Uncertainty};
 use crate::solve::drawn_lines;

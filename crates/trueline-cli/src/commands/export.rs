@@ -26,7 +26,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
     };
     if let Some(file) = &args.sensor {
         let text = sensor_toml::read_text(file)?;
-        mounting = mounting.with_camera_of(&sensor_toml::parse(file, &text)?.sensor);
+        mounting = mounting.with_camera_of(&sensor_toml::parse(file, &text)?);
         let sha256 = folder::sha256(text.as_bytes());
         if let Some(own) = calibration.sensor_file.as_ref().filter(|own| own.sha256 != sha256) {
             output::words(&format!(
