@@ -36,6 +36,7 @@ fn a_production_is_watched_from_its_calibration_to_an_alarm() {
         run(&[&["watch", "welds/weld-0000", "welds/weld-0001", "--json", "-"], STATE.as_slice()].concat());
     assert_eq!(watched.status.code(), Some(0), "{}", words(&watched));
     let told = lines(&watched);
+    let words_of_first = words(&watched);
     assert_eq!(told.len(), 2);
     for line in &told {
         assert!(line["used"].as_u64().unwrap() > 100 && line["alarm"].is_null(), "{line}");
@@ -53,7 +54,13 @@ fn a_production_is_watched_from_its_calibration_to_an_alarm() {
     assert_eq!(said.matches("  look at: ").count(), 1, "{said}");
     assert_eq!(said.matches("since weld 4 (welds/weld-0004)").count(), 2, "{said}");
     let silent: Vec<&str> = said.lines().filter(|line| line.contains("no change")).collect();
-    assert!(silent.len() == 4 && silent.iter().all(|line| line.contains("blind to: seam")), "{said}");
+    assert_eq!(silent.len(), 4, "{said}");
+    // What they are blind to was told with the first weld of the shift, and has not changed.
+    assert!(!said.contains("blind"), "{said}");
+    assert!(
+        words_of_first.contains("  seam: these welds would not show where the part lies"),
+        "{words_of_first}"
+    );
     std::fs::create_dir(dir.path().join("empty")).unwrap();
     let empty = run(&[&["watch", "--folder", "empty", "--once"], STATE.as_slice()].concat());
     assert_eq!(empty.status.code(), Some(0));
@@ -74,7 +81,7 @@ fn a_production_is_watched_from_its_calibration_to_an_alarm() {
     assert_eq!(history.status.code(), Some(0), "{}", words(&history));
     let table = String::from_utf8_lossy(&history.stdout).into_owned();
     assert_eq!(table.lines().count(), 7, "{table}");
-    assert!(words(&history).contains("alarm: timing, since weld 4 (welds/weld-0004)"), "{}", words(&history));
+    assert!(words(&history).contains("alarm: timing: Pictures come 0."), "{}", words(&history));
     let parquet = run(&["history", "--state", "cell.sqlite", "--parquet", "history.parquet", "--quiet"]);
     assert_eq!(parquet.status.code(), Some(0), "{}", words(&parquet));
     assert!(std::fs::read(dir.path().join("history.parquet")).unwrap().starts_with(b"PAR1"));
@@ -83,7 +90,9 @@ fn a_production_is_watched_from_its_calibration_to_an_alarm() {
     another_sensor_file_is_said(dir.path());
     let page = std::fs::read_to_string(dir.path().join("history.html")).unwrap();
     assert!(
-        page.contains("Control charts") && page.contains("Since weld 4 (") && page.contains("blind to: seam")
+        page.contains("Control charts")
+            && page.contains("later since weld 4 (")
+            && page.contains("blind to: seam")
     );
 }
 
@@ -132,10 +141,112 @@ fn is_served(folder: &Path) {
         stream.read_to_string(&mut reply).unwrap();
         reply
     };
-    assert!(get("/").contains("ALARM: the camera&#39;s time offset has changed"));
+    assert!(get("/").contains("ALARM: Pictures come 0."));
     assert!(get("/metrics").contains("trueline_watch_alarm{cell=\"cell\",kind=\"timing\"} 1.0"));
     program.kill().unwrap();
     program.wait().unwrap();
+}
+
+/// Good check scans and some that are 0.3 mm off along the seam, of one cell and its calibration.
+fn bumped_and_good(folder: &Path) {
+    let layout = ["--layout", "check-scan", "--quiet", "--production", "14"];
+    let make = |more: &[&str]| trueline(folder, &[&["simulate"], layout.as_slice(), more].concat()).status;
+    assert!(make(&["--out", "good"]).success());
+    assert!(make(&["--change", "bracket-x=0.3@8", "--out", "bumped"]).success());
+}
+
+fn names(folder: &str, numbers: std::ops::Range<usize>) -> Vec<String> {
+    numbers.map(|number| format!("{folder}/weld-{number:04}")).collect()
+}
+
+fn watch(folder: &Path, welds: &[String], more: &[&str]) -> Output {
+    let fixed = ["watch", "--state", "cell.sqlite", "--calibration", "good/weld-0000/truth.toml"];
+    let welds = welds.iter().map(String::as_str);
+    trueline(folder, &fixed.into_iter().chain(more.iter().copied()).chain(welds).collect::<Vec<_>>())
+}
+
+/// Six good welds, two bad ones, the good ones again: the alarm ends with the first of them, and none comes later.
+#[test]
+fn a_mended_fault_is_over_and_stays_so() {
+    let dir = tempfile::tempdir().unwrap();
+    bumped_and_good(dir.path());
+    let welds = [names("good", 0..6), names("bumped", 8..10), names("good", 6..14)].concat();
+    let watched = watch(dir.path(), &welds, &["--json", "-"]);
+    assert_eq!(watched.status.code(), Some(0), "no alarm stands: {}", words(&watched));
+    let told = lines(&watched);
+    let states: Vec<&str> = told.iter().map(|line| line["state"].as_str().unwrap()).collect();
+    assert_eq!(states, [vec!["good"; 6], vec!["alarm"; 2], vec!["good"; 8]].concat());
+    let alarm = &told[7]["alarm"];
+    assert_eq!((&alarm["kind"], &alarm["since_number"]), (&"bracket".into(), &6.into()), "{alarm}");
+    let (error_mm, sigma_mm) =
+        (alarm["seam_error_mm"].as_f64().unwrap(), alarm["seam_error_sigma_mm"].as_f64().unwrap());
+    assert!((error_mm - 0.3).abs() < 4.0 * sigma_mm && sigma_mm < 0.05, "{alarm}");
+    let text = alarm["text"].as_str().unwrap();
+    assert!(text.starts_with("Seam points sit 0.") && text.ends_with("Calibrate again."), "{text}");
+    assert_eq!((&told[8]["good_since_number"], &told[8]["alarm"]), (&8.into(), &Value::Null));
+    assert!(
+        words(&watched).contains("The fault is gone since weld 8 (good/weld-0006)"),
+        "{}",
+        words(&watched)
+    );
+    // Its welds teach nothing about the fixture.
+    assert_eq!(told[15]["learning"]["pieces"], 14, "{}", told[15]);
+    let history = trueline(dir.path(), &["history", "--state", "cell.sqlite", "--report", "history.html"]);
+    assert!(words(&history).contains("no change seen"), "{}", words(&history));
+    let page = std::fs::read_to_string(dir.path().join("history.html")).unwrap();
+    assert!(page.contains("over at weld 8 (good/weld-0006)") && page.contains(text), "the alarm and its end");
+}
+
+/// Below the tolerance a change is told everywhere, and is no alarm; above it is one.
+#[test]
+fn a_change_within_the_tolerance_is_told_and_is_no_alarm() {
+    let dir = tempfile::tempdir().unwrap();
+    bumped_and_good(dir.path());
+    let welds = [names("good", 0..4), names("bumped", 8..10)].concat();
+    let watched = watch(dir.path(), &welds, &["--json", "-", "--tolerance", "0.5mm"]);
+    assert_eq!(watched.status.code(), Some(0), "{}", words(&watched));
+    let told = lines(&watched);
+    assert_eq!(told[5]["state"], "changed-within-tolerance", "{}", told[5]);
+    let change = &told[5]["change_within_tolerance"];
+    assert!(told[5]["alarm"].is_null() && change["kind"] == "bracket" && change["tolerance_mm"] == 0.5);
+    assert!(change["text"].as_str().unwrap().contains("within the tolerance of 0.50 mm"), "{change}");
+    let history = trueline(dir.path(), &["history", "--state", "cell.sqlite", "--csv", "-"]);
+    assert!(words(&history).contains("changed within the tolerance: bracket: Seam points sit 0."));
+    let table = String::from_utf8_lossy(&history.stdout).into_owned();
+    assert_eq!(table.matches(",changed-within-tolerance,bracket,").count(), 2, "{table}");
+    let watched = watch(dir.path(), &names("bumped", 10..11), &["--tolerance", "0.1mm"]);
+    assert_eq!(watched.status.code(), Some(1), "{}", words(&watched));
+    assert!(words(&watched).contains("ALARM: Seam points sit 0."), "{}", words(&watched));
+}
+
+/// A repair that is reported is believed until the welds say otherwise.
+#[test]
+fn a_repair_is_noted_and_a_wrong_one_is_told() {
+    let dir = tempfile::tempdir().unwrap();
+    bumped_and_good(dir.path());
+    let said = |welds: &[String], more: &[&str]| {
+        let output = watch(dir.path(), welds, more);
+        (output.status.code().unwrap(), words(&output))
+    };
+    assert_eq!(said(&[names("good", 0..6), names("bumped", 8..10)].concat(), &["--quiet"]).0, 1);
+    assert_eq!(
+        said(&[], &["--repaired"]),
+        (0, "Noted: the fault was mended before weld 8. The welds from there on will show it.\n".to_owned())
+    );
+    let history = trueline(dir.path(), &["history", "--state", "cell.sqlite"]);
+    assert!(words(&history).contains("A repair before weld 8 is reported"), "{}", words(&history));
+    let (code, words) = said(&names("bumped", 10..11), &[]);
+    assert_eq!(code, 1, "{words}");
+    assert!(words.contains("The repair that was reported before this weld did not end it."), "{words}");
+    assert!(words.contains("Something is wrong since weld 6"), "{words}");
+    let (code, words) = said(&[], &["--repaired", "good/weld-0006"]);
+    assert!(code == 0 && words.contains("before weld 9") && words.contains("no change seen"), "{words}");
+    assert!(said(&[], &["--repaired"]).1.contains("No change stands"));
+    assert_eq!(said(&names("bumped", 11..12), &["--quiet"]).0, 1);
+    for wrong in ["3", "weld-9999"] {
+        let (code, words) = said(&[], &["--repaired", wrong]);
+        assert!(code == 2 && words.contains("hint:"), "{words}");
+    }
 }
 
 #[cfg(feature = "webhook")]

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Growing, offer_picture, state_with_an_alarm};
+use common::{Growing, offer_picture, state_with_an_alarm, state_within_tolerance};
 use trueline_serve::http::Media;
 use trueline_serve::{Site, WatchSite};
 
@@ -33,9 +33,12 @@ fn a_page_tells_state_alarm_and_evidence_of_every_cell() {
     is_inert(&page.replace("&lt;img src=x onerror=alert(1)&gt;", ""));
     for expected in [
         "cell-7",
-        "ALARM: the camera&#39;s time offset has changed, since weld 4 (&lt;img src=x onerror=alert(1)&gt;)",
+        "ALARM: Pictures come ",
+        "later since weld 4 (&lt;img src=x onerror=alert(1)&gt;), seam points sit ",
+        "Look at exposure, driver, network and clocks, or calibrate again.",
+        "the camera&#39;s time offset has changed",
         "These welds are blind to: seam.",
-        "The alarm that stands",
+        "Active alarm",
         "blind to",
         "fixture",
         "is being learnt: 4 of 30 pieces",
@@ -54,6 +57,28 @@ fn a_page_tells_state_alarm_and_evidence_of_every_cell() {
     // Four lines of probabilities and a limit; one dot a weld that shows its time offset.
     assert!(page.matches("class=\"limit\"").count() >= 1 && page.matches("class=\"dot a\"").count() >= 6);
     assert!(!page.contains("NaN"));
+}
+
+/// The same change where it is within the tolerance, and after a repair was reported.
+#[test]
+fn what_is_within_the_tolerance_is_amber_and_no_alarm() {
+    let folder = tempfile::tempdir().unwrap();
+    let site = WatchSite::of(vec![state_within_tolerance(folder.path())]);
+    let page = text(&site, "/");
+    assert!(page.contains("class=\"state mind\">Changed within the tolerance: Pictures come "), "{page}");
+    assert!(!page.contains("ALARM"), "{page}");
+    let metrics = text(&site, "/metrics");
+    for expected in [
+        "trueline_watch_alarm{cell=\"cell-8\",kind=\"timing\"} 0.0",
+        "trueline_watch_changed_within_tolerance{cell=\"cell-8\",kind=\"timing\"} 1.0",
+        "trueline_watch_tolerance_meters{cell=\"cell-8\"} 0.001",
+    ] {
+        assert!(metrics.contains(expected), "{expected}:\n{metrics}");
+    }
+    let line = metrics.lines().find(|line| line.starts_with("trueline_watch_seam_error_meters{")).unwrap();
+    let error_m: f64 = line.rsplit(' ').next().unwrap().parse().unwrap();
+    // 1 ms at the 0.12 m/s of these scans, and what their swing adds.
+    assert!((1.1e-4..3e-4).contains(&error_m), "{line}");
 }
 
 #[test]

@@ -73,10 +73,21 @@ pub(crate) fn body(event: Event, cell: &str, calibration: &str, watched_s: i64, 
 /// The message that a repair was reported: the next weld is the first that tells.
 #[must_use]
 pub(crate) fn repaired(cell: &str, calibration: &str, now_s: i64, before: i64) -> Value {
+    let text = format!("{cell}: A repair before weld {before} is reported. The next welds will show it.");
+    ended((cell, calibration), text, now_s, before)
+}
+
+/// The message that an alarm is about a calibration that is in use no more.
+#[must_use]
+pub(crate) fn replaced(cell: &str, [old, new]: [&str; 2], now_s: i64, from: i64) -> Value {
+    let text = format!("{cell}: {new} is in use from weld {from} on. The alarm about {old} is closed.");
+    ended((cell, new), text, now_s, from)
+}
+
+fn ended((cell, calibration): (&str, &str), text: String, now_s: i64, number: i64) -> Value {
     json!({
-        "event": Event::Ended.name(), "text": format!("{cell}: A repair before weld {before} is reported. The next welds will show it."),
-        "cell": cell, "calibration": calibration, "weld": null, "weld_number": before, "watched_unix_s": now_s, "state": "good",
-        "alarm": null, "change_within_tolerance": null,
+        "event": Event::Ended.name(), "text": text, "cell": cell, "calibration": calibration, "weld": null, "weld_number": number,
+        "watched_unix_s": now_s, "state": "good", "alarm": null, "change_within_tolerance": null,
     })
 }
 

@@ -28,7 +28,9 @@ pub fn headline(told: &Told) -> String {
     };
     let first = (told.out_since.0 != told.since_number)
         .then(|| format!(" Something is wrong since {}.", numbered(told.out_since.0, &told.out_since.1)));
-    format!("{what}.{} {}", first.unwrap_or_default(), what_to_do(told))
+    let beyond = told.tolerance_m.filter(|_| told.state() == State::Alarm);
+    let beyond = beyond.map(|m| format!(" (tolerance {})", millimetres(m)));
+    format!("{what}{}.{} {}", beyond.unwrap_or_default(), first.unwrap_or_default(), what_to_do(told))
 }
 
 /// What to do about it.

@@ -177,55 +177,71 @@ fn control(
     let name = column(range.start).0;
     let per_mm = name.ends_with("percent_per_mm").then_some("percent per mm");
     let unit = per_mm.or_else(|| name.rsplit('_').next()).unwrap_or_default();
-    let x = columns.add(welds(history));
     let all: Vec<Vec<Option<Said>>> =
         range.clone().map(|k| history.iter().map(|row| said_of(row, k)).collect()).collect();
-    let shown = |of: &dyn Fn(&Said) -> f64| -> Vec<f64> {
-        all.iter().flatten().flatten().filter(|said| said.is_shown).map(of).collect()
-    };
-    let widest = all.iter().map(|own| median_sigma(own)).fold(0.0, f64::max);
-    let farthest = shown(&|said| said.value.abs()).into_iter().fold(0.0, f64::max);
+    let widest = all.iter().map(|own| median_sigma(own, true)).fold(0.0, f64::max);
+    let is_shown = widest > 0.0;
+    // Where nothing is shown by itself, the picture is as large as chance.
+    let alone = all.iter().map(|own| median_sigma(own, false)).fold(0.0, f64::max);
+    let limit = LIMITS * if is_shown { widest } else { alone };
+    let every = all.iter().flatten().flatten();
+    let farthest = every.filter(|said| said.is_shown).map(|said| said.value.abs()).fold(0.0, f64::max);
     // Both limits are always in view; what is not shown by itself widens nothing.
-    let half = (1.05 * farthest.max(LIMITS * widest)).max(f64::MIN_POSITIVE);
+    let half = (1.05 * farthest.max(limit)).max(f64::MIN_POSITIVE);
+    let x = columns.add(welds(history));
     let mut series = Vec::new();
     for (colour, (k, own)) in range.zip(&all).enumerate() {
-        let y = own.iter().map(|said| said.as_ref().filter(|s| s.is_shown).map_or(f64::NAN, |s| s.value));
-        let y = columns.add(y);
-        series.push(Series::points(&in_words(column(k).0), x, y, Colour::of(colour)));
-        if own.iter().flatten().any(|said| !said.is_shown) && widest > 0.0 {
-            let limit = LIMITS * widest;
-            let grey = |said: &Option<Said>| {
-                said.as_ref().filter(|s| !s.is_shown).map_or(f64::NAN, |s| s.value.clamp(-limit, limit))
-            };
-            let y = columns.add(own.iter().map(grey));
-            series.push(Series::points("not shown by itself", x, y, Colour::Soft));
+        if is_shown_by(own) || !all.iter().any(|own| own.iter().any(Option::is_some)) {
+            let y = own.iter().map(|said| said.as_ref().filter(|s| s.is_shown).map_or(f64::NAN, |s| s.value));
+            let y = columns.add(y);
+            series.push(Series::points(&in_words(column(k).0), x, y, Colour::of(colour)));
         }
     }
+    let grey = hidden_points(history, &all, limit);
+    if !grey.is_empty() {
+        let [x, y] = [0, 1].map(|k| columns.add(grey.iter().map(|point| point[k])));
+        series.push(Series::points("not shown by itself", x, y, Colour::Soft));
+    }
     let mark = |at: f64, name: &str| Mark { name: name.to_owned(), at, upright: false };
-    let marks = [1.0, -1.0].map(|sign| mark(sign * LIMITS * widest, "± 3 σ"));
+    let marks = [1.0, -1.0].map(|sign| mark(sign * limit, "± 3 σ"));
     Block::Chart(Chart {
         id,
         title,
-        explanation: format!("{EXPLANATION}{}", if widest > 0.0 { "" } else { NOTHING_SHOWN }),
+        explanation: EXPLANATION.to_owned(),
         alternative: format!("{title} against the stored calibration in {unit} by weld"),
         wide: false,
         drawn: Drawn::Plot {
             x: Axis::of("weld"),
             y: Axis::of(&format!("change ({unit})")).between(-half, half),
             series,
-            marks: if widest > 0.0 { marks.into() } else { Vec::new() },
+            marks: if is_shown { marks.into() } else { Vec::new() },
         },
     })
 }
 
-const EXPLANATION: &str = "What each weld shows by itself, as if nothing of another kind had changed; the lines are three standard \
-     deviations of one weld. The detector adds many welds up and sees far less than that. Grey is what a weld does not show by itself, or \
-     what comes from a change of another kind: it is no evidence, and is drawn at the limits where it lies beyond.";
-const NOTHING_SHOWN: &str = " These welds do not show it at all.";
+const EXPLANATION: &str = "What each weld shows, as if nothing of another kind had changed; the lines are 3 σ of one weld. Grey is what \
+     a weld does not show by itself, or the effect of another change: no evidence, and drawn within the limits only.";
 
-fn median_sigma(own: &[Option<Said>]) -> f64 {
+fn is_shown_by(own: &[Option<Said>]) -> bool {
+    own.iter().flatten().any(|said| said.is_shown)
+}
+
+/// What is not shown by itself, weld and value, within limits.
+fn hidden_points(history: &[HistoryRow], all: &[Vec<Option<Said>>], limit: f64) -> Vec<[f64; 2]> {
+    let mut points = Vec::new();
+    for own in all {
+        for (weld, said) in welds(history).zip(own) {
+            if let Some(said) = said.as_ref().filter(|said| !said.is_shown) {
+                points.push([weld, said.value.clamp(-limit, limit)]);
+            }
+        }
+    }
+    points
+}
+
+fn median_sigma(own: &[Option<Said>], is_shown: bool) -> f64 {
     let mut sigmas: Vec<f64> =
-        own.iter().flatten().filter(|said| said.is_shown).map(|said| said.sigma).collect();
+        own.iter().flatten().filter(|said| said.is_shown == is_shown).map(|said| said.sigma).collect();
     sigmas.sort_by(f64::total_cmp);
     sigmas.get(sigmas.len() / 2).copied().unwrap_or(0.0)
 }
@@ -274,4 +290,62 @@ fn noise(history: &[HistoryRow], columns: &mut Columns) -> Block {
             marks: Vec::new(),
         },
     })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+
+    fn row(number: i64, kind: Option<&str>) -> HistoryRow {
+        // A shift along x of 5 of its own ± as if nothing else had changed, which the weld does not show by itself, and a time offset.
+        let mut estimates = vec![None; 2 * CALIBRATION];
+        estimates[TRANSLATION] = Some([5e-4, 1e-4]);
+        estimates[TIME_OFFSET] = Some([1e-4, 1e-5]);
+        estimates[CALIBRATION + TIME_OFFSET] = Some([1e-4, 1e-5]);
+        let alarm = kind.map(|kind| AlarmRow {
+            kind: kind.to_owned(),
+            since: number,
+            p_log10: -464.0,
+            is_within: false,
+            text: None,
+            seam_error: None,
+        });
+        HistoryRow {
+            number,
+            name: format!("weld-{number}"),
+            part: 1,
+            watched_s: 0,
+            used: 100,
+            outliers: 0,
+            noise_factor: 1.0,
+            estimates,
+            p_log10: vec![-464.0, -1.0, -1.0, -1.0],
+            blind_to: Vec::new(),
+            alarm,
+        }
+    }
+
+    #[test]
+    fn what_a_weld_does_not_show_by_itself_is_no_evidence() {
+        let [shift, offset] = [TRANSLATION, TIME_OFFSET].map(|k| said_of(&row(0, None), k).unwrap());
+        assert!(!shift.is_shown && offset.is_shown && (offset.value - 0.1).abs() < 1e-12);
+        // While the sensor has moved, a time offset of a weld may be that.
+        assert!(!said_of(&row(0, Some("bracket")), TIME_OFFSET).unwrap().is_shown);
+        assert!(said_of(&row(0, Some("timing")), TIME_OFFSET).unwrap().is_shown);
+        let all = vec![vec![said_of(&row(3, None), TRANSLATION)]];
+        assert_eq!(hidden_points(&[row(3, None)], &all, 0.3), [[3.0, 0.3]], "within the limits");
+        // Rows of older states have no second half.
+        let old = HistoryRow { estimates: row(0, None).estimates[..CALIBRATION].to_vec(), ..row(0, None) };
+        assert!(said_of(&old, TRANSLATION).unwrap().is_shown);
+    }
+
+    #[test]
+    fn a_page_stops_at_the_rarest_that_means_anything_and_says_how_alarms_ended() {
+        let history = [row(0, None), row(1, Some("timing")), row(2, None)];
+        let page = html(&history, None, "cell", "trueline history");
+        assert!(page.contains("\"limits\":[0.1,20.0]"), "no 1 in 10 to the 464");
+        assert!(page.contains("over at weld 2 (weld-2)"));
+        assert!(html(&history[..2], Some(2), "cell", "").contains("A repair before weld 2 is reported"));
+    }
 }

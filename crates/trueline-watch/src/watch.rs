@@ -147,7 +147,7 @@ pub fn watch(
         .map(|learning| Learning { pieces: in_control + usize::from(judgement.alarm.is_none()), ..learning });
     line.sensor_file_differs = calibration.sensor_file_differs(recording);
     line.calibration = calibration.name.clone();
-    line.history = HistoryOf::after(before, id, pieces.len());
+    line.history = HistoryOf::after(before.clone(), id, pieces.len());
     line.blindness_is_news = is_news(store.last_line(id)?, &line.blind_to, now_s);
     line.stamps_treated_alike = weld.stamps_as(reference.dejittered);
     let now = line.alarm.as_ref().map(|told| Standing {
@@ -155,7 +155,15 @@ pub fn watch(
         is_within: told.is_within,
         is_another: judgement.is_another,
     });
-    line.event = Event::between(standing.as_ref(), now.as_ref());
+    // Whoever was told of another calibration's alarm since then is told of this one's anew.
+    let is_same = line.history == HistoryOf::Same;
+    line.event = Event::between(standing.as_ref().filter(|_| is_same), now.as_ref());
+    if let Some((other, other_name)) = before.filter(|_| !is_same)
+        && store.alarm_of_last_weld(other)?.is_some()
+    {
+        let names = [other_name.as_str(), calibration.name.as_str()];
+        store.add_message(&alarm_message::replaced(&store.cell(), names, now_s, number).to_string())?;
+    }
     store.add_weld(id, &seen.kept(&line, content, now_s, &judgement, &information))?;
     let regimes = lists.rows(&judgement.regimes, &kept);
     store.keep_regimes(id, oldest, &regimes)?;
@@ -241,7 +249,7 @@ impl Seen<'_> {
         tolerance: (Option<f64>, bool),
     ) -> Told {
         let welds = [alarm.since.piece, alarm.out_since].map(|place| self.weld(place, own));
-        let error = movement.by(&alarm.change, &self.lists.parts[self.own].part);
+        let error = movement.by(&alarm.change, &self.lists.parts[alarm.part].part);
         Told::of(alarm.clone(), welds, error, tolerance)
     }
 

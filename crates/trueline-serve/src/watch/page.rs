@@ -45,7 +45,10 @@ fn inside(cell: &CellView, now_s: i64) -> String {
         ("Sensor: scale (%)", SHAPE..SHAPE + 3, ["width", "depth", "shear"]),
     ];
     for (heading, range, names) in charts {
-        cards += &card(heading, "", &by_weld(&cell.history, range, names, heading).svg());
+        let trend = by_weld(&cell.history, range, names, heading);
+        let shows = trend.series.iter().flat_map(|series| &series.points).any(|[_, y]| y.is_finite());
+        let not_shown = "<p class=\"soft\">These welds do not show it by itself.</p>".to_owned();
+        cards += &card(heading, "", &if shows { trend.svg() } else { not_shown });
     }
     cards += &card("Noise: residuals over expected", "", &noise(&cell.history).svg());
     format!("{state}<div class=\"blocks\">{cards}</div>")

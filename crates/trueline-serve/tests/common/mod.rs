@@ -13,19 +13,23 @@ use trueline_watch::{Store, Watched, watch};
 
 /// Six pieces, the clock 1 ms late from the fifth on. One of them has a name that is markup.
 pub(crate) fn state_with_an_alarm(folder: &Path) -> PathBuf {
-    let file = folder.join("cell-7.sqlite");
+    late_state(folder, "cell-7", None)
+}
+
+/// The same where that is within a tolerance of 1 mm.
+pub(crate) fn state_within_tolerance(folder: &Path) -> PathBuf {
+    late_state(folder, "cell-8", Some(1e-3))
+}
+
+fn late_state(folder: &Path, cell: &str, tolerance_m: Option<f64>) -> PathBuf {
+    let file = folder.join(format!("{cell}.sqlite"));
     let store = Store::open(&file).unwrap();
     let mut production = Layout::CheckScan.production();
     production.speed_m_s = 0.12;
     production.change = Some(ScheduledChange { change: Change::Timing(1e-3), piece: 4, after: 0.0 });
     let guess = piece(&production, 0, 1).truth.unwrap().parameters;
-    let known = Watched {
-        name: "result.json".to_owned(),
-        sha256: "0".to_owned(),
-        guess,
-        result: None,
-        tolerance_m: None,
-    };
+    let known =
+        Watched { name: "result.json".to_owned(), sha256: "0".to_owned(), guess, result: None, tolerance_m };
     store.receiver("http://plc.example/alarm?token=secret", "plc.example").unwrap();
     for number in 0..6 {
         let name =

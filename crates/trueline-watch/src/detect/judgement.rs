@@ -47,6 +47,8 @@ pub struct Alarm {
     /// Index of the first weld that was not at the calibration, with none since then that was: before `since` where one change has
     /// become another.
     pub out_since: usize,
+    /// Index of the part that lies elsewhere, if that is it.
+    pub part: usize,
     /// Kinds that would explain it nearly as well.
     pub not_told_apart: Vec<Kind>,
 }
@@ -148,7 +150,8 @@ impl<'a> Judging<'a> {
 
     fn alarm(&self, change: Change, since: Since, not_told_apart: Vec<Kind>) -> Alarm {
         let out_since = out_since(&self.regimes).unwrap_or(since.piece);
-        Alarm { change, since, out_since, not_told_apart }
+        let part = self.regimes.last().and_then(|regime| regime.fault).map_or(0, |fault| fault.part);
+        Alarm { change, since, out_since, part, not_told_apart }
     }
 
     /// A change that stands, with one weld more. It began at most as long before it was known to as it took to find it, and before it

@@ -1,13 +1,10 @@
 //! Where the welds of a calibration are cut at changes.
 
 use super::rows::weld_number;
-use super::schema::Store;
+use super::schema::{FIRST_WITH_REGIMES, Store};
 use super::store_error::StoreError;
 use crate::parameters::Kind;
 use rusqlite::{OptionalExtension, params};
-
-/// Older files are read without being changed.
-pub(super) const FIRST_WITH_REGIMES: i64 = 4;
 
 /// Welds between two changes.
 #[derive(Clone, Debug, PartialEq)]

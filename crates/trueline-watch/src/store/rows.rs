@@ -1,8 +1,7 @@
 //! What is kept for good: one row a weld, for charts and tables.
 
 use super::codec;
-use super::regimes::FIRST_WITH_REGIMES;
-use super::schema::Store;
+use super::schema::{FIRST_WITH_REGIMES, Store};
 use super::store_error::StoreError;
 use crate::told::State;
 use rusqlite::OptionalExtension;

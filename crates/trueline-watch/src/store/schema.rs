@@ -112,6 +112,9 @@ CREATE INDEX regimes_by_calibration ON regimes (calibration, id);
 ALTER TABLE alarms ADD COLUMN within_tolerance INTEGER NOT NULL DEFAULT 0;
 ";
 
+/// The first version with them: older files are read without being changed.
+pub(super) const FIRST_WITH_REGIMES: i64 = 4;
+
 /// How long one program waits for another.
 const PATIENCE: Duration = Duration::from_secs(30);
 /// Between two tries of what the library does not wait for.
