@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use trueline_dataset::join::JoinError;
 use trueline_mcap::ImportError;
 use trueline_vision::Joint;
+use trueline_vision::profile::NoSeam;
 use trueline_vision::scan::ScanError;
 
 /// Why a scan cannot be opened.
@@ -25,8 +26,13 @@ pub enum OpenError {
     #[error("there is no seam in any of {0} pictures")]
     NoSeamInPictures(usize),
     /// No profile shows a seam.
-    #[error("there is no seam in any of {0} profiles")]
-    NoSeamInProfiles(usize),
+    #[error("there is no seam in any of {profiles} profiles{}", .most.map(|reason| format!(": {reason}")).unwrap_or_default())]
+    NoSeamInProfiles {
+        /// How many profiles.
+        profiles: usize,
+        /// Why most of them have none.
+        most: Option<NoSeam>,
+    },
     /// A joint that profiles are not searched for.
     #[error("a {} is not looked for in profiles", .0.name())]
     NotInProfiles(Joint),
@@ -68,7 +74,10 @@ impl OpenError {
             Self::PartOfDataset(file) => return format!("give its folder: `{}`", folder_of(file).display()),
             Self::SeamKnown(_) => "without a joint the seam is taken as it is known",
             Self::NoSeamInPictures(_) => "look at some pictures with the overlay of what is seen in them",
-            Self::NoSeamInProfiles(_) => {
+            Self::NoSeamInProfiles { most: Some(NoSeam::RoundFace(_)), .. } => {
+                "scan two flat faces that meet: on a pipe, a ball or in a groove there is no line to calibrate by"
+            }
+            Self::NoSeamInProfiles { .. } => {
                 "name the joint: two faces that meet (fillet, v-groove, corner), a lap, a butt or an edge, which must move in the view"
             }
             Self::NotInProfiles(_) => {

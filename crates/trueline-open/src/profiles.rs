@@ -24,7 +24,8 @@ pub fn seams_of_profiles(
         without: &seams.reasons(),
     });
     if seams.found.features.is_empty() {
-        return Err(OpenError::NoSeamInProfiles(profiles.len()));
+        let most = seams.reasons().into_iter().max_by_key(|(_, count)| *count).map(|(reason, _)| reason);
+        return Err(OpenError::NoSeamInProfiles { profiles: profiles.len(), most });
     }
     Ok(seams.found)
 }

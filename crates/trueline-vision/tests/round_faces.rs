@@ -59,7 +59,7 @@ fn is_round(found: &ProfileSeams) -> Option<f64> {
         _ => None,
     });
     let radii: Vec<f64> = radii.collect();
-    (2 * radii.len() > found.not_found.len()).then(|| radii[0])
+    (2 * radii.len() >= found.not_found.len()).then(|| radii[0])
 }
 
 #[test]
@@ -260,7 +260,7 @@ fn read_profile(file: &Path, number: usize) -> Profile {
     Profile { stamp_ns: number as i64 * 1_000_000_000, frame: Some(number as u64), points: points.collect() }
 }
 
-/// Profiles of a ball of 12.7 mm radius and of one of 40 mm: circles of these radii or smaller.
+/// Profiles of a ball of 12.7 mm radius and of one of 40 mm: circles of these radii or smaller. Three of the first ten see hardly more than reflections.
 #[test]
 fn real_balls_are_no_corners() {
     let folder = real_profiles();

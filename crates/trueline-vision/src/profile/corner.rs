@@ -25,10 +25,9 @@ impl ProfileFinder {
     /// Two faces that meet.
     pub(super) fn meeting(&mut self, sigma_mm: f64) -> Result<SeenJoint, NoSeam> {
         let split = self.best_split(sigma_mm).ok_or(NoSeam::NotStraight)?;
-        let Some(faces) = self.settled_lines(split) else {
-            return Err(self.one_round_face(sigma_mm).unwrap_or(NoSeam::NoAngle));
-        };
-        self.checked(&faces, sigma_mm)
+        let faces = self.settled_lines(split).ok_or(NoSeam::NoAngle);
+        let joint = faces.and_then(|faces| self.checked(&faces, sigma_mm));
+        joint.map_err(|reason| self.one_round_face(sigma_mm).unwrap_or(reason))
     }
 
     /// Index of the first point right of the bend, searched among a few hundred of the points: the faces settle it afterwards.

@@ -123,7 +123,9 @@ impl ProfileFinder {
         let (usual, face) = (&trials[0], &trials[k].face);
         let is_straight = self.is_straight_to_end(side, &trials[k], sigma_mm);
         let is_one_bend = || usual.face.is_bent() && face.is_bent_like(&usual.face);
-        is_straight && !(is_one_bend() && self.is_even(side, usual, sigma_mm))
+        // Noise that neighbouring columns share is larger than what they differ by, in both alike.
+        let shared_mm = sigma_mm.max(face.spread_mm());
+        is_straight && !(is_one_bend() && self.is_even(side, usual, shared_mm))
     }
 
     fn trial(&mut self, side: &Side, left_out_mm: f64) -> Option<Trial> {
