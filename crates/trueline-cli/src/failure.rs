@@ -58,7 +58,7 @@ impl fmt::Display for Failure {
 impl From<trueline_dataset::Error> for Failure {
     fn from(error: trueline_dataset::Error) -> Self {
         match wrong_file::failure(&error) {
-            Some(failure) => failure,
+            Some((message, hint)) => Self::new(message, hint),
             None => Self::new(error.to_string(), error.hint()),
         }
     }

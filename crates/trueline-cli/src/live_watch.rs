@@ -18,13 +18,16 @@ impl From<WatcherError> for Failure {
             WatcherError::Store(error) => wrong_file::of_state(error),
             _ => None,
         };
-        of_another_kind.unwrap_or_else(|| Self::new(error.to_string(), error.hint()))
+        let (message, hint) = of_another_kind.unwrap_or_else(|| (error.to_string(), error.hint()));
+        Self::new(message, hint)
     }
 }
 
 impl From<trueline_watch::store::StoreError> for Failure {
     fn from(error: trueline_watch::store::StoreError) -> Self {
-        wrong_file::of_state(&error).unwrap_or_else(|| Self::new(error.to_string(), error.hint()))
+        let of_another_kind = wrong_file::of_state(&error);
+        let (message, hint) = of_another_kind.unwrap_or_else(|| (error.to_string(), error.hint().to_owned()));
+        Self::new(message, hint)
     }
 }
 

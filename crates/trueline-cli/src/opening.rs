@@ -101,8 +101,7 @@ fn this_program() -> String {
 
 /// A file where the folder of a scan is needed.
 pub(crate) fn not_a_folder(file: &Path) -> Failure {
-    wrong_file::of_recording(&ImportError::NotARecording { file: file.to_owned() })
-        .unwrap_or_else(|| failure(&OpenError::PartOfDataset(file.to_owned()), None))
+    failure(&OpenError::Import(ImportError::NotARecording { file: file.to_owned() }), None)
 }
 
 /// What a person can do about it, with the options that help.
@@ -122,16 +121,20 @@ fn failure(error: &OpenError, joint: Option<Joint>) -> Failure {
         }
         other => other.hint(),
     };
-    match error {
+    let of_another_kind = match error {
         OpenError::File(error) => wrong_file::failure(error),
         OpenError::Import(error) => wrong_file::of_recording(error),
         _ => None,
-    }
-    .unwrap_or_else(|| Failure::new(error.to_string(), hint))
+    };
+    let (message, hint) = of_another_kind.unwrap_or_else(|| (error.to_string(), hint));
+    Failure::new(message, hint)
 }
 
 impl From<trueline_mcap::ImportError> for Failure {
     fn from(error: trueline_mcap::ImportError) -> Self {
-        wrong_file::of_recording(&error).unwrap_or_else(|| Self::new(error.to_string(), error.hint()))
+        let of_another_kind = wrong_file::of_recording(&error);
+        let (message, hint) =
+            of_another_kind.unwrap_or_else(|| (error.to_string(), error.hint().to_string()));
+        Self::new(message, hint)
     }
 }

@@ -1,28 +1,27 @@
 //! A file in the place of another one: what it is, and what is needed there.
 
-use crate::failure::Failure;
 use std::path::Path;
 use trueline_dataset::error::Problem;
 use trueline_dataset::file_kind::{FileKind, Form};
 use trueline_mcap::ImportError;
 use trueline_watch::store::StoreError;
 
-/// The failure for a file that is of another kind than it was read as; `None` where it may be the right one.
-pub(crate) fn failure(error: &trueline_dataset::Error) -> Option<Failure> {
+/// Message and hint for a file that is of another kind than it was read as; `None` where it may be the right one.
+pub(crate) fn failure(error: &trueline_dataset::Error) -> Option<(String, String)> {
     let kind = FileKind::of(&error.file)?;
     let needed = needed(&error.problem, &kind)?;
     Some(told(&error.file, &kind, needed))
 }
 
 /// The same for a state of `watch`.
-pub(crate) fn of_state(error: &StoreError) -> Option<Failure> {
+pub(crate) fn of_state(error: &StoreError) -> Option<(String, String)> {
     let (StoreError::Database { file, .. } | StoreError::NoFile { file }) = error else { return None };
     let kind = FileKind::of(file).filter(|kind| *kind != FileKind::Database)?;
     Some(told(file, &kind, "the data base of `trueline watch --state`"))
 }
 
 /// The same for a recording.
-pub(crate) fn of_recording(error: &ImportError) -> Option<Failure> {
+pub(crate) fn of_recording(error: &ImportError) -> Option<(String, String)> {
     let file = match error {
         ImportError::NotARecording { file } => file,
         ImportError::Io { file, .. } => file.ancestors().find(|part| part.is_file())?,
@@ -32,8 +31,8 @@ pub(crate) fn of_recording(error: &ImportError) -> Option<Failure> {
     Some(told(file, &kind, "a scan (a dataset folder, an .mcap file or a rosbag2)"))
 }
 
-fn told(file: &Path, kind: &FileKind, needed: &str) -> Failure {
-    Failure::new(format!("{}: is {kind}; {needed} is needed", file.display()), hint(file, kind))
+fn told(file: &Path, kind: &FileKind, needed: &str) -> (String, String) {
+    (format!("{}: is {kind}; {needed} is needed", file.display()), hint(file, kind))
 }
 
 /// What a reader wanted that found something else; `None` where what is there has the form that was wanted.

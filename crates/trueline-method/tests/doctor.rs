@@ -362,3 +362,41 @@ fn stamps_counted_with_another_rate() {
         assert!(said.contains(&format!(" Hz, {factor:.2}")), "{factor}: {said}");
     }
 }
+
+/// Stamps in ms that were taken for s leave no result at all, and are named all the same.
+#[test]
+fn stamps_of_the_robot_in_another_unit() {
+    for (factor, words) in [(1_000, "they are milliseconds"), (1_000_000, "they are microseconds")] {
+        assert_named(|r| r.robot.iter_mut().for_each(|s| s.stamp_ns *= factor), words);
+    }
+}
+
+#[test]
+fn inches() {
+    assert_named(|r| with_positions(r, |p| p.map(|x| x / 25.4)), "they are inches");
+}
+
+/// Kawasaki's O, A, T composed as if they were KUKA's A, B, C.
+#[test]
+fn angles_of_a_sequence_that_few_know() {
+    let written: trueline_geometry::euler::EulerSequence = "zyz-intrinsic".parse().unwrap();
+    let composed: trueline_geometry::euler::EulerSequence = "zyx-intrinsic".parse().unwrap();
+    let mut recording = good_elsewhere();
+    for s in &mut recording.robot {
+        s.base_from_tool.rotation = composed.rotation(written.angles(&s.base_from_tool.rotation));
+    }
+    assert_first(&recording, "zyz-intrinsic");
+}
+
+/// A sensor of 60 Hz whose stamps were counted with 50 Hz: the ratio to a thousandth, and the rate in Hz.
+#[test]
+fn a_rate_is_refined() {
+    let mut recording = simulate(&Preset::Profiler.scenario(), 11).unwrap();
+    let first_ns = recording.features[0].stamp_ns;
+    for feature in &mut recording.features {
+        feature.stamp_ns = first_ns + ((feature.stamp_ns - first_ns) as f64 * 1.2).round() as i64;
+    }
+    let found = examined(&recording);
+    let said = found.findings.first().cloned().unwrap_or_default();
+    assert!(said.contains("1.200 times as often as the stamped") && said.contains(" Hz"), "{said}");
+}

@@ -64,7 +64,7 @@ pub struct ResultFile {
     /// The image stamped t was exposed at t − this; null if it is not observable.
     #[serde(default)]
     pub time_offset_s: Option<f64>,
-    /// What to do with it; absent if it is not observable.
+    /// What to do with it; absent if it is not observable, or if the result is not accepted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_offset_use: Option<TimeOffsetUse>,
     /// The hand-eye transform: camera coordinates to tool coordinates. It belongs to the sensor file that `sensor.file` names.

@@ -9,10 +9,9 @@ use crate::calibrate::calibrate;
 use crate::calibration::Calibration;
 use crate::config::Config;
 use crate::diagnose::quick_fit::quick_fit;
-use crate::diagnose::shift_regression::{Place, ShiftRegression};
+use crate::diagnose::shift_regression::{ShiftRegression, places};
 use crate::diagnose::steps::{Step, Steps};
-use crate::order_statistics::median;
-use trueline_dataset::{Feature, Measured, Recording};
+use trueline_dataset::Recording;
 
 /// The shift that was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,9 +80,7 @@ const LEAST_SHARE: f64 = 0.5;
 const APART_S: f64 = 0.4;
 /// Shifts that are calibrated.
 const CANDIDATES: usize = 4;
-/// Seam points that the regression looks at, and that a candidate's calibration looks at.
-const POINTS: usize = 400;
-/// See [`POINTS`].
+/// Seam points that a candidate's calibration looks at.
 const CALIBRATED: usize = 400;
 /// Residuals of a candidate that fits, in units of the expected noise, as the doctor has it.
 const FITS: f64 = 5.0;
@@ -246,33 +243,6 @@ fn peaks(regression: &ShiftRegression) -> Vec<Peak> {
         }
     }
     peaks
-}
-
-/// Where the seam is in the picture of the line that is seen most, wild points smoothed away.
-pub(super) fn places(features: &[Feature]) -> Vec<Place> {
-    let lines = features.iter().map(|feature| feature.line).max().map_or(0, |last| last as usize + 1);
-    let mut counts = vec![0_usize; lines];
-    features.iter().for_each(|feature| counts[feature.line as usize] += 1);
-    let most = (0..lines).max_by_key(|line| counts[*line]).unwrap_or(0);
-    let origin_ns = features.first().map_or(0, |feature| feature.stamp_ns);
-    let raw: Vec<Place> = features
-        .iter()
-        .filter(|feature| feature.line as usize == most)
-        .map(|feature| Place {
-            time_s: (feature.stamp_ns - origin_ns) as f64 * 1e-9,
-            at: match feature.measured {
-                Measured::Pixel(at) | Measured::Profile(at) => at,
-                // The stripe spans the sheet: two of three coordinates tell it.
-                Measured::Point([x, _, z]) => [x, z],
-            },
-        })
-        .collect();
-    let every = raw.len().div_ceil(POINTS).max(1);
-    let middle = |k: usize, axis: usize| {
-        let around = raw[k.saturating_sub(3)..(k + 4).min(raw.len())].iter();
-        median(around.map(|place| place.at[axis])).unwrap_or(raw[k].at[axis])
-    };
-    (0..raw.len()).step_by(every).map(|k| Place { at: [middle(k, 0), middle(k, 1)], ..raw[k] }).collect()
 }
 
 /// Every so-many-th image, whole.

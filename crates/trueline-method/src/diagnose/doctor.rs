@@ -85,29 +85,30 @@ pub fn diagnose(
     let (explained_by, mut findings): (Vec<_>, Vec<_>) =
         explanations(&as_recorded, &done).into_iter().unzip();
     findings.extend(certain);
-    findings.extend(told(recording, config, &result, &as_recorded));
+    findings.extend(told(recording, config, &result, explained_by.is_empty()));
     if findings.is_empty() && !as_recorded.fits() {
         findings.push(unexplained(&result));
     }
     Diagnosis { as_recorded, calibration: result.ok(), trials: done, not_tried, explained_by, findings }
 }
 
-/// What calibrations say of the data and of the guess.
+/// What calibrations say of the data and of the guess. Of a recording with a mistake in it that is known, what follows from it is not.
 fn told(
     recording: &Recording,
     config: &Config,
     by_noise: &Result<Calibration, Error>,
-    as_recorded: &Outcome,
+    is_unexplained: bool,
 ) -> Vec<String> {
     let Ok(by_noise) = by_noise else { return Vec::new() };
-    if !as_recorded.fits() {
-        return told::of_data(by_noise);
+    let fits = Outcome::of(&Ok(by_noise.clone())).fits();
+    let mut told: Vec<String> =
+        wrong_rate(by_noise, stamped_hz(recording)).filter(|_| fits).into_iter().collect();
+    if fits || is_unexplained {
+        // As `trueline calibrate` does it, of as many features as are looked at.
+        let whole = calibrate(&thinned(recording, FEATURES), None, config);
+        told.extend(whole.iter().flat_map(told::of_data));
     }
-    let mut told: Vec<String> = wrong_rate(by_noise, stamped_hz(recording)).into_iter().collect();
-    // As `trueline calibrate` does it, of as many features as are looked at.
-    let whole = calibrate(&thinned(recording, FEATURES), None, config);
-    told.extend(whole.iter().flat_map(told::of_data));
-    told.extend(recording.initial.iter().flat_map(|guess| wrong_guess(by_noise, guess)));
+    told.extend(recording.initial.iter().filter(|_| fits).flat_map(|guess| wrong_guess(by_noise, guess)));
     told
 }
 

@@ -2,8 +2,8 @@
 
 use crate::assess::residuals;
 use crate::config::Config;
-use crate::diagnose::clock_alignment::{aligned, places};
-use crate::diagnose::shift_regression::ShiftRegression;
+use crate::diagnose::mistake::with_image_stamps;
+use crate::diagnose::shift_regression::{ShiftRegression, places};
 use crate::error::Error;
 use crate::hypotheses::search;
 use crate::input::noise_levels::NoiseLevels;
@@ -48,7 +48,8 @@ pub(super) fn quick_fit(recording: &Recording, config: &Config) -> Result<QuickF
 /// As [`quick_fit`].
 pub(super) fn glance(recording: &Recording, config: &Config) -> Result<QuickFit, Error> {
     let Some(offset_s) = likeliest_offset_s(recording, config) else { return quick_fit(recording, config) };
-    let there = aligned(recording, (offset_s * 1e9).round() as i64);
+    let offset_ns = (offset_s * 1e9).round() as i64;
+    let there = with_image_stamps(recording, |stamp_ns| stamp_ns - offset_ns);
     fitted(&there, &Config { offset_search_s: KNOWN_TO_S, ..config.clone() }, search::glance)
 }
 

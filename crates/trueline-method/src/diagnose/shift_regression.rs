@@ -1,7 +1,8 @@
 //! How much of the seam's motion in the sheet the robot's motion explains, if image stamps are shifted.
 
+use crate::order_statistics::median;
 use nalgebra::{SMatrix, SVector, Vector3};
-use trueline_dataset::Recording;
+use trueline_dataset::{Feature, Measured, Recording};
 use trueline_geometry::{Pose, so3};
 
 /// Coordinates of the robot.
@@ -10,6 +11,8 @@ const COORDINATES: usize = 6;
 const ALL: usize = COORDINATES + 2;
 /// A coordinate that varies less than this (m, rad) says nothing.
 const MOVES: f64 = 1e-5;
+/// Seam points that a regression looks at.
+const POINTS: usize = 400;
 /// Fewest places that a regression is made of.
 const LEAST_PLACES: usize = 30;
 
@@ -145,4 +148,31 @@ fn explained(covariance: &SMatrix<f64, ALL, ALL>, count: f64) -> Option<Explaine
         whole += variance;
     }
     (whole > 0.0).then(|| Explained { explained: 1.0 - left / whole, score })
+}
+
+/// Where the seam is in the picture of the line that is seen most, wild points smoothed away.
+pub(super) fn places(features: &[Feature]) -> Vec<Place> {
+    let lines = features.iter().map(|feature| feature.line).max().map_or(0, |last| last as usize + 1);
+    let mut counts = vec![0_usize; lines];
+    features.iter().for_each(|feature| counts[feature.line as usize] += 1);
+    let most = (0..lines).max_by_key(|line| counts[*line]).unwrap_or(0);
+    let origin_ns = features.first().map_or(0, |feature| feature.stamp_ns);
+    let raw: Vec<Place> = features
+        .iter()
+        .filter(|feature| feature.line as usize == most)
+        .map(|feature| Place {
+            time_s: (feature.stamp_ns - origin_ns) as f64 * 1e-9,
+            at: match feature.measured {
+                Measured::Pixel(at) | Measured::Profile(at) => at,
+                // The stripe spans the sheet: two of three coordinates tell it.
+                Measured::Point([x, _, z]) => [x, z],
+            },
+        })
+        .collect();
+    let every = raw.len().div_ceil(POINTS).max(1);
+    let middle = |k: usize, axis: usize| {
+        let around = raw[k.saturating_sub(3)..(k + 4).min(raw.len())].iter();
+        median(around.map(|place| place.at[axis])).unwrap_or(raw[k].at[axis])
+    };
+    (0..raw.len()).step_by(every).map(|k| Place { at: [middle(k, 0), middle(k, 1)], ..raw[k] }).collect()
 }

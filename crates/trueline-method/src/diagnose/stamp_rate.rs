@@ -4,9 +4,8 @@
 //! [`crate::diagnose::shift_regression`]); what that finds is refined by fits.
 
 use crate::config::Config;
-use crate::diagnose::clock_alignment::places;
 use crate::diagnose::estimated_mistakes::{Estimated, least, left};
-use crate::diagnose::shift_regression::{Place, ShiftRegression};
+use crate::diagnose::shift_regression::{Place, ShiftRegression, places};
 use crate::diagnose::steps::Budget;
 use crate::order_statistics::median;
 use trueline_dataset::Recording;

@@ -52,6 +52,8 @@ pub struct Trial {
     pub is_screened: bool,
 }
 
+/// Sequences of Euler angles that are tried before what takes long; the others come last.
+const USUAL_SEQUENCES: usize = 60;
 /// Two mistakes that leave residuals within this factor explain equally well.
 const ALIKE: f64 = 1.1;
 /// Features on which all mistakes are tried …
@@ -106,12 +108,16 @@ impl<W: FnMut(Step<'_>)> Trials<'_, W> {
         for (axis, name) in ["scale of x", "scale of y", "scale of z"].into_iter().enumerate() {
             self.estimate(name, SCALE_COSTS, || axis_scale(few, config, budget, axis));
         }
-        if !self.is_explained() && !self.as_recorded.fits() {
-            let euler = euler_mistakes::all().into_iter();
-            self.attempt(euler.map(|m| (m.name(), m.says(), Mend::Euler(m))).collect());
-        }
+        let mut euler = if self.as_recorded.fits() { Vec::new() } else { euler_mistakes::all() };
+        let rare = euler.split_off(euler.len().min(USUAL_SEQUENCES));
+        self.try_sequences(euler);
+        self.estimate("cropped images", CROP_COSTS, || crop(few, config, budget));
+        self.try_sequences(rare);
+    }
+
+    fn try_sequences(&mut self, euler: Vec<EulerMistake>) {
         if !self.is_explained() {
-            self.estimate("cropped images", CROP_COSTS, || crop(few, config, budget));
+            self.attempt(euler.into_iter().map(|m| (m.name(), m.says(), Mend::Euler(m))).collect());
         }
     }
 

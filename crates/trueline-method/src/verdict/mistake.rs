@@ -3,8 +3,7 @@
 //! A wrong unit or order leaves residuals of hundreds of standard deviations. Whatever the fit says then (mirrored attitudes,
 //! rivals, what cannot be observed) is said of a model that the scan contradicts, and follows from the mistake.
 
-use super::limits::MOST_NOISE_FACTOR;
-use super::reject::residuals_are_too_large;
+use super::limits::{MOST_NOISE_FACTOR, NOISE_FACTOR};
 use crate::findings::Findings;
 
 /// Whether the likeliest explanation is a mistake in the data.
@@ -17,4 +16,15 @@ fn others_leave(f: &Findings) -> impl Iterator<Item = f64> {
     let better = f.checks.better.map(|better| better.noise_factor);
     let rival = f.checks.ambiguity.runner_up.filter(|rival| rival.test.reversed());
     [better, rival.map(|rival| rival.noise_factor), f.clock.noise_factor_without_step].into_iter().flatten()
+}
+
+/// Residuals that are no noise: they follow the motion, or are larger than any edge explains.
+pub(crate) fn residuals_are_too_large(f: &Findings) -> bool {
+    if f.checks.better_without_drawing_m.is_some() {
+        // They are the error of a drawing, within its ±: without it they are not too large.
+        return false;
+    }
+    let factor = f.fit.noise_factor;
+    let stripes_are = f.stripe_noise_factor().is_some_and(|factor| factor > MOST_NOISE_FACTOR);
+    stripes_are || factor > MOST_NOISE_FACTOR || factor > NOISE_FACTOR && !f.fit.structure.may_be_noise()
 }

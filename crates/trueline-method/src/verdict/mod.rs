@@ -11,9 +11,9 @@ mod warn;
 mod warning;
 mod warning_words;
 
+pub(crate) use mistake::residuals_are_too_large;
 pub use quantity::{Axis, Quantity};
 pub use reason::{Answer, Reason};
-pub(crate) use reject::residuals_are_too_large;
 pub use stream_name::StreamName;
 pub use warning::Warning;
 

@@ -292,8 +292,8 @@ fn residuals_too_large(noise_factor: f64, is_held: bool) -> String {
     let held = if is_held { " or in what --fix holds" } else { "" };
     format!(
         "This looks like a mistake in the data{held}: run `trueline doctor`. The residuals are {noise_factor:.1} times larger than \
-         the stated noise. Wrong units, orders or frames, a wrong laser plane, another line or stamps of another time do this. A \
-         sensor noisier than stated does it too"
+         the stated noise. Wrong units, orders or frames, a wrong laser plane, another line, stamps of another time or outliers in \
+         more than half of the features do this. A sensor noisier than stated does it too"
     )
 }
 

@@ -1,7 +1,7 @@
 //! The criteria that a calibration must meet.
 
-use super::limits::{COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, MOST_NOISE_FACTOR, NOISE_FACTOR, OUTLIERS};
-use super::mistake;
+use super::limits::{COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, OUTLIERS};
+use super::mistake::{self, residuals_are_too_large};
 use super::quantity::Quantity;
 use super::reason::{Answer, Reason};
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
@@ -92,17 +92,6 @@ fn stripes_contradict(stripes: &StripeOutcome) -> Option<Reason> {
 /// Whether the profile of the likelihood sets no bound to a turn of the sensor.
 pub(super) fn turn_is_undetermined(f: &Findings) -> bool {
     f.fit.widened_by.is_some_and(|by| by >= profile_likelihood::MOST)
-}
-
-/// Residuals that are no noise: they follow the motion, or are larger than any edge explains.
-pub(crate) fn residuals_are_too_large(f: &Findings) -> bool {
-    if f.checks.better_without_drawing_m.is_some() {
-        // They are the error of a drawing, within its ±: without it they are not too large.
-        return false;
-    }
-    let factor = f.fit.noise_factor;
-    let stripes_are = f.stripe_noise_factor().is_some_and(|factor| factor > MOST_NOISE_FACTOR);
-    stripes_are || factor > MOST_NOISE_FACTOR || factor > NOISE_FACTOR && !f.fit.structure.may_be_noise()
 }
 
 /// What was held and is not so by the scan.

@@ -4,9 +4,9 @@ use super::limits::{
     CROSS_VALIDATION_RATIO, CROSS_VALIDATION_SIGMAS, CROSS_VALIDATION_SURPLUS, MANY_MISSING, MANY_OUTLIERS,
     MANY_SKIPPED, OUTLIERS, POORLY_KNOWN_M, USELESS_M, USUAL_NOISE_FACTOR,
 };
-use super::mistake;
+use super::mistake::{self, residuals_are_too_large};
 use super::quantity::{Axis, Quantity};
-use super::reject::{residuals_are_too_large, turn_is_undetermined};
+use super::reject::turn_is_undetermined;
 use super::stream_name::StreamName;
 use super::warning::Warning;
 use crate::assess::correlated_noise::Structure;
