@@ -5,6 +5,7 @@ use clap::{Args, Subcommand};
 use std::path::PathBuf;
 use trueline_sensor::Board;
 use trueline_sensor::intrinsics::DistortionModel;
+use trueline_sensor::laser_plane::StripeOn;
 
 #[derive(Args)]
 pub struct SensorArgs {
@@ -69,6 +70,11 @@ static DISTORTIONS: [Choice<DistortionChoice>; 6] = [
     ("five", "k1, k2, p1, p2, k3", Some(DistortionModel::Five)),
 ];
 
+static STRIPE_ON: [Choice<StripeOn>; 2] = [
+    ("board", "On the squares only", StripeOn::Board),
+    ("sheet", "On the squares and the paper around them", StripeOn::Sheet),
+];
+
 #[derive(Args)]
 #[command(after_help = "Examples:
   trueline sensor laser-plane stripes --board chessboard:9x6:25 --sensor camera.toml --out sensor.toml
@@ -78,7 +84,8 @@ static DISTORTIONS: [Choice<DistortionChoice>; 6] = [
 
 From pictures: the laser's stripe falls on the board, and board and stripe are in one picture. Where the stripe drowns in the \
 light, take two pictures of every pose, with and without laser, under the same name in two folders. Put the board at 10 or more \
-poses, near and far, tilted to every side.
+poses, near and far, tilted to every side. The stripe may be 0.7 to 40 px wide, saturated, short or broken, and lie on the squares or on \
+the paper beside them.
 From a plain flat plate and the robot, with --plate: stop 15 to 20 times before the plate, near and far, the tool tilted by 20 \
 degrees to every side, the stripe on the plate right across the picture, and write a table: picture,x_mm,y_mm,z_mm,qw,qx,qy,qz, \
 the tool's pose at each picture, with the pictures beside the table. The plate may be anywhere, it must only stand still. --initial \
@@ -99,6 +106,9 @@ pub struct LaserPlaneArgs {
     /// Folder with the same pictures without the laser
     #[arg(long, requires = "board")]
     pub without_laser: Option<PathBuf>,
+    /// Where on the board the stripe is looked for
+    #[arg(long, requires = "board", value_parser = one_of(&STRIPE_ON), default_value = "sheet")]
+    pub stripe_on: StripeOn,
     /// A plain plate instead of a board: INPUT is a CSV picture,x_mm,y_mm,z_mm,qw,qx,qy,qz
     #[arg(long, conflicts_with_all = ["board", "without_laser"], requires_all = ["sensor", "initial"])]
     pub plate: bool,

@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use trueline_dataset::sensor_setup::SensorCovariance;
 use trueline_dataset::sensor_toml::CameraFile;
 use trueline_sensor::Board;
-use trueline_sensor::laser_plane::{KnownCamera, StripedView, striped_picture};
+use trueline_sensor::laser_plane::{BoardPicture, KnownCamera, NoStripe, StripeOn, striped_picture};
 
 /// What one picture gave.
-pub type Found = Result<StripedView, striped_picture::NoStripe>;
+pub type Found = Result<BoardPicture, NoStripe>;
 
 /// The camera as its file knows it; without a covariance it is taken for exact.
 #[must_use]
@@ -32,9 +32,18 @@ pub fn look(
     files: &[PathBuf],
     without_laser: Option<&Path>,
     camera: &CameraFile,
-    board: &Board,
+    ground: (&Board, StripeOn),
 ) -> Result<Vec<Found>, BoardError> {
-    files.par_iter().map(|file| look_at(file, without_laser, camera, board)).collect()
+    files.par_iter().map(|file| look_at(file, without_laser, camera, ground)).collect()
+}
+
+/// Puts what the fit says of the pictures with a board, in their order, into what was found.
+pub fn conclude(found: &mut [Found], of_pictures: Vec<Result<(), NoStripe>>) {
+    for (found, of_picture) in found.iter_mut().filter(|found| found.is_ok()).zip(of_pictures) {
+        if let Err(why) = of_picture {
+            *found = Err(why);
+        }
+    }
 }
 
 /// Why pictures are not used, one reason a line.
@@ -50,7 +59,7 @@ fn look_at(
     file: &Path,
     without_laser: Option<&Path>,
     camera: &CameraFile,
-    board: &Board,
+    ground: (&Board, StripeOn),
 ) -> Result<Found, BoardError> {
     let (lit, _) = pictures::read(file)?;
     let found = [lit.width() as u32, lit.height() as u32];
@@ -62,5 +71,5 @@ fn look_at(
         (Some(folder), Some(name)) => Some(pictures::read(&folder.join(name))?.0),
         _ => None,
     };
-    Ok(striped_picture::look(&lit, dark.as_ref(), &camera.camera, board))
+    Ok(striped_picture::look(&lit, dark.as_ref(), &camera.camera, ground))
 }

@@ -49,6 +49,12 @@ pub fn camera(report: &CameraReport<'_>) -> Value {
         .map(|e| json!({ "model": e.model.name(), "rms_px": e.rms_px, "akaike": e.akaike }))
         .collect();
     value["corner_sigma_px"] = json!(fit.corner_sigma_px);
+    value["sheet"] = json!({
+        "estimated": fit.is_sheet_free,
+        "rise_mm": fit.sheet_rise_m * MM_PER_M,
+        "shape": fit.state.sheet.numbers(),
+    });
+    value["overdispersion"] = json!(fit.overdispersion);
     value["covariance"] = json!({
         "order": ["fx_px", "fy_px", "cx_px", "cy_px", "k1", "k2", "p1", "p2", "k3"],
         "matrix": rows(&fit.covariance),
@@ -60,6 +66,7 @@ pub fn camera(report: &CameraReport<'_>) -> Value {
             "difference_px": halves.difference.rms_px(),
             "expected_px": halves.expected_px,
             "normalized": halves.normalized,
+            "widened": halves.widened,
         })
     });
     value["next_picture"] = report.next.map_or(Value::Null, |next| {
@@ -122,6 +129,7 @@ pub fn joint_plane(fit: &JointFit, (reasons, warnings): (&[Remark], &[Remark])) 
     value["stripe_sigma_px"] = json!(fit.stripe_sigma_px);
     value["corner_sigma_px"] = json!(fit.corner_sigma_px);
     value["flatness_mm"] = json!(fit.flatness_m * MM_PER_M);
+    value["sheet"] = json!({ "rise_mm": fit.sheet_rise_m * MM_PER_M, "shape": fit.state.sheet.numbers() });
     value["camera"] = json!({
         "width": camera.size[0], "height": camera.size[1],
         "fx": camera.focal.x, "fy": camera.focal.y, "cx": camera.centre.x, "cy": camera.centre.y,

@@ -55,6 +55,9 @@ pub fn camera(report: &CameraReport<'_>) -> String {
         fit.corners(),
         fit.rms_px
     );
+    if fit.is_sheet_free {
+        let _ = writeln!(out, "  {:<18} {}", "sheet", sheet(fit.sheet_rise_m));
+    }
     let worst = report.uncertainty.values_px.iter().copied().fold(0.0, f64::max);
     let _ = writeln!(
         out,
@@ -78,6 +81,11 @@ pub fn camera(report: &CameraReport<'_>) -> String {
         let _ = writeln!(out, "  {:<18} {file}: {reason}", "not used");
     }
     out
+}
+
+/// How a board's sheet is bent.
+fn sheet(rise_m: f64) -> String {
+    format!("bent by {:.2} mm from its middle to a corner of the squares", rise_m.abs() * MM_PER_M)
 }
 
 /// The coefficients, each with its uncertainty.
@@ -150,6 +158,7 @@ pub fn joint_plane(fit: &JointFit, remarks: (&[Remark], &[Remark])) -> Option<St
         ("boards", fit.points.len().to_string()),
         ("stripe", format!("{:.3} px across, corners {:.3} px", fit.stripe_sigma_px, fit.corner_sigma_px)),
         ("points", format!("{rms_mm:.4} mm rms from the plane")),
+        ("sheet", sheet(fit.sheet_rise_m)),
         ("boards are flat to", format!("{flat_mm:.4} mm")),
         ("offset, middle", format!("± {middle_mm:.4} mm in the middle of the points")),
     ];

@@ -17,7 +17,7 @@ use trueline_dataset::Pixels;
 use trueline_geometry::{Plane, Pose, se3, so3};
 use trueline_model::{BrownConrady, Camera, LaserSheet};
 use trueline_sensor::intrinsics::{DistortionModel, fit};
-use trueline_sensor::laser_plane::{KnownCamera, StripedView, fit_joint, striped_picture};
+use trueline_sensor::laser_plane::{BoardPicture, KnownCamera, StripeOn, fit_pictures, striped_picture};
 use trueline_sensor::projection::{project_from_board, to_vector};
 use trueline_sensor::{Board, Gray, View, chessboard};
 use trueline_sim::boards::{BoardScene, Stripe, render};
@@ -158,13 +158,13 @@ fn plane_set(random: &mut ChaCha12Rng) -> Outcome {
     };
     let laser = Stripe { laser_plane_in_camera: plane, brightness: 100.0, thickness_m: 0.5e-3 };
     let exact = KnownCamera { camera: camera(), covariance: SMatrix::zeros() };
-    let views: Vec<StripedView> = (0..PICTURES)
+    let looked: Vec<BoardPicture> = (0..PICTURES)
         .filter_map(|_| {
             let lit = picture(pose(random, on_plane), Some(laser), random.random())?;
-            striped_picture::look(&lit, None, &exact.camera, &BOARD).ok()
+            striped_picture::look(&lit, None, &exact.camera, (&BOARD, StripeOn::Sheet)).ok()
         })
         .collect();
-    let fit = fit_joint(&exact, &BOARD, &views).ok()?;
+    let fit = fit_pictures(&exact, &BOARD, &looked).ok()?.fit;
     let found = fit.plane()?;
     // Tilts are counted from the estimate toward its own axes.
     let tilt = LaserSheet::from_plane(found).axes().transpose() * (n - found.normal().into_inner());

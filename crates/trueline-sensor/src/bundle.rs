@@ -6,11 +6,12 @@
 //! Gauss–Newton Hessian is the Schur complement.
 
 use crate::board::Board;
-pub use crate::bundle_state::{BoardState, BundleState, SHARED_SIZE};
+pub use crate::bundle_state::{BoardState, BundleState, SENSOR_SIZE, SHARED_SIZE};
 use crate::inverse_of_free::inverse_of_free;
 pub use crate::picture_fit::Picture;
 use crate::picture_fit::{PictureEquations, PictureFit};
 use crate::projection::{CAMERA_SIZE, CameraVector, from_vector, to_vector};
+use crate::sheet::SHEET_SIZE;
 use crate::sheet_tilt;
 use nalgebra::{DMatrix, DVector, SMatrix};
 use trueline_lsq::{LeastSquares, NormalEquations};
@@ -91,6 +92,19 @@ impl Bundle {
         state
     }
 
+    /// What is known beforehand of what all pictures share.
+    pub(crate) fn add_prior(&self, state: &BundleState, equations: &mut NormalEquations) {
+        if let Some(prior) = &self.camera_prior {
+            prior.add(&state.camera, equations);
+        }
+        let (information, pull, cost) = state.sheet.prior();
+        for k in 0..SHEET_SIZE {
+            equations.hessian[(SENSOR_SIZE + k, SENSOR_SIZE + k)] += information[k];
+            equations.gradient[SENSOR_SIZE + k] += pull[k];
+        }
+        equations.cost += cost;
+    }
+
     /// The equations of each picture at a state, for whoever needs more than their sum.
     #[must_use]
     pub(crate) fn picture_equations(&self, state: &BundleState) -> Vec<PictureEquations> {
@@ -146,6 +160,7 @@ impl LeastSquares for Bundle {
         self.fitted(BundleState {
             camera: from_vector(state.camera.size, &moved),
             laser_plane_in_camera: plane,
+            sheet: state.sheet.moved(&step.fixed_rows::<SHEET_SIZE>(SENSOR_SIZE).into()),
             boards: state.boards.clone(),
         })
     }
@@ -153,13 +168,12 @@ impl LeastSquares for Bundle {
     fn cost(&self, state: &BundleState) -> f64 {
         let pictures =
             (0..self.pictures.len()).map(|k| self.picture(k).equations(state, &state.boards[k]).cost);
-        pictures.sum::<f64>() + self.camera_prior.as_ref().map_or(0.0, |prior| prior.cost(&state.camera))
+        let of_camera = self.camera_prior.as_ref().map_or(0.0, |prior| prior.cost(&state.camera));
+        pictures.sum::<f64>() + of_camera + state.sheet.prior().2
     }
 
     fn linearize(&self, state: &BundleState, equations: &mut NormalEquations) {
-        if let Some(prior) = &self.camera_prior {
-            prior.add(&state.camera, equations);
-        }
+        self.add_prior(state, equations);
         for picture in self.picture_equations(state) {
             equations.cost += picture.cost;
             if let Some((hessian, gradient)) = picture.reduced() {

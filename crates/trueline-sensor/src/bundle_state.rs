@@ -1,12 +1,17 @@
 //! The unknowns of the joint fit: what all pictures share, and what is each picture's own.
 
-use crate::projection::CAMERA_SIZE;
-use nalgebra::SVector;
+use crate::board::{Board, FoundCorner};
+use crate::projection::{CAMERA_SIZE, project_from_board};
+use crate::sheet::{SHEET_SIZE, SheetShape};
+use nalgebra::{SVector, Vector2};
 use trueline_geometry::{Plane, Pose};
 use trueline_model::Camera;
 
-/// Unknowns that all pictures share: nine of the camera, three of the plane.
-pub const SHARED_SIZE: usize = CAMERA_SIZE + 3;
+/// Unknowns of the sensor: nine of the camera, three of the plane.
+pub const SENSOR_SIZE: usize = CAMERA_SIZE + 3;
+
+/// Unknowns that all pictures share: the sensor's, then those of the board's sheet.
+pub const SHARED_SIZE: usize = SENSOR_SIZE + SHEET_SIZE;
 
 /// Unknowns of one picture: six of the pose, two of the flatness.
 pub(crate) const PICTURE_SIZE: usize = 8;
@@ -18,8 +23,23 @@ pub struct BundleState {
     pub camera: Camera,
     /// The laser plane in the camera frame; `None` where there is no stripe to measure it.
     pub laser_plane_in_camera: Option<Plane>,
+    /// The shape of the board's sheet, the same in all pictures.
+    pub sheet: SheetShape,
     /// For each picture, pose and flatness of its board.
     pub boards: Vec<BoardState>,
+}
+
+impl BundleState {
+    /// Where a board's corner should be seen; `None` behind the camera.
+    pub(crate) fn pixel_of(
+        &self,
+        board: &Board,
+        camera_from_board: &Pose,
+        corner: &FoundCorner,
+    ) -> Option<Vector2<f64>> {
+        let (point, _) = self.sheet.corner(board, corner.column, corner.row);
+        Some(project_from_board(&self.camera, camera_from_board, &point)?.pixel)
+    }
 }
 
 /// What one picture's board is like.

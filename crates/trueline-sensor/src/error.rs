@@ -34,6 +34,16 @@ pub enum Error {
         /// The fewest that will do.
         needed: usize,
     },
+    /// The bright lines of the pictures lie in no plane.
+    #[error(
+        "no laser plane explains the bright lines of the pictures: the best has a stripe in {found} of them; {needed} are needed"
+    )]
+    NoCommonPlane {
+        /// Boards whose stripe lies in the plane of most.
+        found: usize,
+        /// The fewest that will do.
+        needed: usize,
+    },
     /// Too few stops before a plate.
     #[error("the stripe was found at {found} stops; {needed} are needed")]
     TooFewStops {
@@ -74,6 +84,10 @@ impl Error {
             }
             Self::NoPlate => {
                 "is each pose that of its picture, does the plate stand still, and is the hand-eye transform right to 10 degrees?"
+            }
+            Self::TooFewBoards { found: 0, .. } | Self::NoCommonPlane { .. } => {
+                "the stripe must lie on the board or on its sheet, be 0.7 to 40 px wide and brighter than both of its sides: is the laser \
+                 on, and the exposure short enough to see its stripe as a line?"
             }
             Self::TooFewBoards { .. } | Self::OneLine => {
                 "put the board at several distances and tilts, so that the stripes spread over the plane"

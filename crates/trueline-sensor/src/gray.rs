@@ -59,6 +59,17 @@ impl Gray {
         Some(above * (1.0 - y) + under * y)
     }
 
+    /// Levels in 65,536 steps from the darkest to the brightest, and how large a step is: what is compared within one picture.
+    #[must_use]
+    pub fn steps(&self) -> (Vec<u16>, f64) {
+        let (low, high) = (self.levels.iter())
+            .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), level| {
+                (low.min(*level), high.max(*level))
+            });
+        let step = ((high - low) / f32::from(u16::MAX)).max(f32::MIN_POSITIVE);
+        (self.levels.iter().map(|level| ((level - low) / step).round() as u16).collect(), f64::from(step))
+    }
+
     /// Half as large in each direction, every pixel the mean of four; pixel (c, r) of it is centred at
     /// (2c + ½, 2r + ½) of this one.
     #[must_use]

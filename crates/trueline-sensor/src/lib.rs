@@ -36,6 +36,7 @@ pub mod laser_plane;
 mod picture_fit;
 mod pixel_ray;
 pub mod projection;
+pub mod sheet;
 pub mod sheet_tilt;
 pub mod stripe_residual;
 pub mod verdict;

@@ -5,9 +5,10 @@
 //! Its residual is how far the pixel is from where the stripe should run, across the stripe.
 
 use crate::board::{Board, FoundCorner};
-use crate::bundle_state::{BoardState, BundleState, PICTURE_SIZE, SHARED_SIZE};
+use crate::bundle_state::{BoardState, BundleState, PICTURE_SIZE, SENSOR_SIZE, SHARED_SIZE};
 use crate::projection::{CAMERA_SIZE, project_from_board};
-use crate::stripe_residual::{StripePixel, StripePoint};
+use crate::sheet::SHEET_SIZE;
+use crate::stripe_residual::{Sheet, StripePixel, StripePoint};
 use nalgebra::{SMatrix, SVector};
 
 /// Where a twist is measured from: one metre of it is not seen by any board.
@@ -129,13 +130,17 @@ impl PictureFit<'_> {
     fn add_corners(&self, state: &BundleState, board: &BoardState, equations: &mut PictureEquations) {
         let weight = 1.0 / self.corner_sigma_px;
         for corner in &self.picture.corners {
-            let point = self.board.corner(corner.column, corner.row);
+            let (point, d_sheet) = state.sheet.corner(self.board, corner.column, corner.row);
             let Some(seen) = project_from_board(&state.camera, &board.camera_from_board, &point) else {
                 equations.cost = f64::INFINITY;
                 return;
             };
             let mut d_shared = SMatrix::<f64, 2, SHARED_SIZE>::zeros();
             d_shared.fixed_columns_mut::<CAMERA_SIZE>(0).copy_from(&(seen.d_camera * weight));
+            // A move of the point in the board's frame is one of the board by as much, in the camera's.
+            let d_point = seen.d_pose.fixed_columns::<3>(3)
+                * board.camera_from_board.rotation.to_rotation_matrix().matrix();
+            d_shared.fixed_columns_mut::<SHEET_SIZE>(SENSOR_SIZE).copy_from(&(d_point * d_sheet * weight));
             let mut d_own = SMatrix::<f64, 2, PICTURE_SIZE>::zeros();
             d_own.fixed_columns_mut::<6>(0).copy_from(&(seen.d_pose * weight));
             equations.add(&((seen.pixel - corner.pixel) * weight), &d_shared, &d_own);
@@ -150,7 +155,8 @@ impl PictureFit<'_> {
         equations: &mut PictureEquations,
     ) {
         for stripe in &self.picture.stripe {
-            let Some(point) = StripePoint::of(&state.camera, plane, board, stripe) else {
+            let sheet = Sheet { board: self.board, shape: &state.sheet };
+            let Some(point) = StripePoint::of(&state.camera, plane, (board, sheet), stripe) else {
                 equations.cost = f64::INFINITY;
                 return;
             };

@@ -2,6 +2,7 @@
 
 use crate::board::{Board, FoundCorner, View};
 use crate::board_hand_eye::joint::{BoardFit, HAND_EYE, SIZE, TIME_OFFSET};
+use crate::intrinsics::cross_validation::AGREES;
 use crate::intrinsics::{CameraFit, CrossValidation};
 use crate::laser_plane::plate::PlateFit;
 use crate::laser_plane::{DOUBTFUL, JointFit, PlaneFit};
@@ -38,9 +39,6 @@ pub(crate) const MOST_TIME_OFFSET_SIGMA_S: f64 = 2e-3;
 /// Corners that fit worse than this are not those of a sharp board, px.
 pub(crate) const MOST_RMS_PX: f64 = 2.0;
 
-/// Halves that differ by this many times what they say of themselves disagree.
-pub(crate) const MOST_NORMALIZED: f64 = 4.0;
-
 /// Points of a laser plane scatter by less than this about it, m: a stripe's middle is found to a tenth of it.
 const USUAL_PLANE_RMS_M: f64 = 0.5e-3;
 
@@ -63,8 +61,13 @@ pub enum Remark {
     },
     /// Halves of the pictures disagree.
     HalvesDisagree {
-        /// Squared difference by its expectation.
-        normalized: f64,
+        /// Their difference by its expectation.
+        ratio: f64,
+    },
+    /// The uncertainty was widened to hold the difference of two halves.
+    HalvesWidened {
+        /// By how many times.
+        factor: f64,
     },
     /// Pictures were left out.
     PicturesLeftOut {
@@ -137,6 +140,7 @@ impl Remark {
             Self::FocalUncertain { .. } => "focal-length-uncertain",
             Self::BadFit { .. } => "corners-do-not-fit",
             Self::HalvesDisagree { .. } => "halves-disagree",
+            Self::HalvesWidened { .. } => "uncertainty-widened",
             Self::PicturesLeftOut { .. } => "pictures-left-out",
             Self::NormalUncertain { .. } => "plane-normal-uncertain",
             Self::OffsetUncertain { .. } => "plane-offset-uncertain",
@@ -163,10 +167,15 @@ impl fmt::Display for Remark {
             Self::BadFit { rms_px } => {
                 write!(f, "corners are {rms_px:.2} px off: is the board flat, are the pictures sharp?")
             }
-            Self::HalvesDisagree { normalized } => write!(
+            Self::HalvesDisagree { ratio } => write!(
                 f,
-                "two halves of the pictures differ {:.1} times more than their uncertainty explains: is the board flat, the lens fixed?",
-                normalized.sqrt()
+                "two halves of the pictures differ {ratio:.1} times more than their uncertainty explains. The lens was refocused between the \
+                 pictures, or the board is wavy: glue it on something flat, and take all pictures in one session"
+            ),
+            Self::HalvesWidened { factor } => write!(
+                f,
+                "every ± is widened {factor:.1} times, because two halves of the pictures differ by that much more than it explains. Is the \
+                 board wavy, is the lens fixed?"
             ),
             Self::PicturesLeftOut { count: 1 } => {
                 write!(f, "a picture does not fit the others and was left out")
@@ -258,8 +267,13 @@ pub fn of_camera(fit: &CameraFit, halves: Option<&CrossValidation>) -> (Vec<Rema
     if exceeds(fit.rms_px, MOST_RMS_PX) {
         reasons.push(Remark::BadFit { rms_px: fit.rms_px });
     }
-    if let Some(halves) = halves.filter(|halves| halves.normalized > MOST_NORMALIZED) {
-        warnings.push(Remark::HalvesDisagree { normalized: halves.normalized });
+    if let Some(halves) = halves {
+        // Widened, but not enough.
+        if exceeds(halves.ratio(), AGREES * (1.0 + 1e-9)) {
+            reasons.push(Remark::HalvesDisagree { ratio: halves.ratio() * halves.widened });
+        } else if halves.widened > 1.0 {
+            warnings.push(Remark::HalvesWidened { factor: halves.widened });
+        }
     }
     let left_out = fit.used.len() - fit.pictures();
     if left_out > 0 {

@@ -59,10 +59,10 @@ fn the_gradient_is_that_of_the_cost_with_boards_eliminated() {
     let (bundle, state) = striped_bundle(7);
     let state = bundle.fitted(state);
     let mut steps = DVector::from_element(SHARED_SIZE, 1e-3);
-    // A thousandth of what each may move: px, coefficients, rad and m.
-    for (k, step) in
-        [0.5, 0.5, 0.5, 0.5, 1e-3, 1e-3, 1e-4, 1e-4, 1e-3, 1e-4, 1e-4, 1e-5].into_iter().enumerate()
-    {
+    // A thousandth of what each may move: px, coefficients, rad, m, and parts of the sheet.
+    let sizes =
+        [0.5, 0.5, 0.5, 0.5, 1e-3, 1e-3, 1e-4, 1e-4, 1e-3, 1e-4, 1e-4, 1e-5, 1e-4, 1e-4, 1e-4, 1e-5, 1e-5];
+    for (k, step) in sizes.into_iter().enumerate() {
         steps[k] = step;
     }
     // In standard deviations of residual. The boards settle to 1e-9 of them, which differences over steps of about one

@@ -8,9 +8,7 @@ use scenes::{board, camera, plane, poses, striped_poses};
 use trueline_dataset::{GrayImage, Pixels};
 use trueline_geometry::Pose;
 use trueline_sensor::intrinsics::{DistortionModel, fit};
-use trueline_sensor::laser_plane::{
-    Ground, KnownCamera, StripedView, fit_joint, joint, stripe, striped_picture,
-};
+use trueline_sensor::laser_plane::{BoardPicture, KnownCamera, StripeOn, fit_pictures, striped_picture};
 use trueline_sensor::projection::{project_from_board, to_vector};
 use trueline_sensor::{Board, Gray, View, chessboard};
 use trueline_sim::boards::{BoardScene, Stripe, render};
@@ -98,15 +96,17 @@ fn a_board_of_another_size_and_a_picture_without_one_are_told() {
 fn corners_under_the_stripe_are_left_out() {
     let square = |off: &[f64]| off.iter().map(|d| d * d).sum::<f64>() / off.len() as f64;
     let [mut all, mut kept, mut dark] = [Vec::new(), Vec::new(), Vec::new()];
-    for (k, pose) in striped_poses(9).iter().enumerate() {
+    let (mut seen, poses) = (Vec::new(), striped_poses(9));
+    for (k, pose) in poses.iter().enumerate() {
         let lit = gray(&render(&scene(*pose, Some(laser())), 150 + k as u64));
-        let Ok(StripedView { view, .. }) = striped_picture::look(&lit, None, &camera(), &board()) else {
-            continue;
-        };
-        kept.extend(distances(&view, pose));
+        seen.push(striped_picture::look(&lit, None, &camera(), (&board(), StripeOn::Sheet)).unwrap());
         all.extend(distances(&chessboard::find(&lit, &board()).unwrap(), pose));
         let picture = gray(&render(&scene(*pose, None), 190 + k as u64));
         dark.extend(distances(&chessboard::find(&picture, &board()).unwrap(), pose));
+    }
+    let exact = KnownCamera { camera: camera(), covariance: SMatrix::zeros() };
+    for (k, striped) in fit_pictures(&exact, &board(), &seen).unwrap().views {
+        kept.extend(distances(&striped.view, &poses[k]));
     }
     // Some 200 corners of two axes: squares are good to 1/√200 = 7 %, three times that to a quarter.
     assert!(kept.len() > 150 && kept.len() < all.len(), "{} of {}", kept.len(), all.len());
@@ -117,22 +117,21 @@ fn corners_under_the_stripe_are_left_out() {
 #[test]
 fn the_plane_follows_from_stripes_on_boards_alone_and_in_pairs() {
     for pairs in [false, true] {
-        let mut views = Vec::new();
-        for (k, pose) in striped_poses(9).iter().enumerate() {
-            let lit = gray(&render(&scene(*pose, Some(laser())), 50 + k as u64));
-            let dark = gray(&render(&scene(*pose, None), 90 + k as u64));
-            let view = chessboard::find(if pairs { &dark } else { &lit }, &board()).unwrap();
-            let found = joint::pose_of(&camera(), &board(), &view).unwrap();
-            let ground = Ground::board(&camera(), &board(), &found);
-            let shown = if pairs { lit.less(&dark).unwrap() } else { lit };
-            let stripe = stripe::find(&shown, &camera(), &ground);
-            if !stripe.is_empty() {
-                views.push(StripedView { view, stripe });
-            }
-        }
-        assert!(views.len() >= 5, "{} boards with a stripe", views.len());
+        let looked: Vec<BoardPicture> = striped_poses(9)
+            .iter()
+            .enumerate()
+            .map(|(k, pose)| {
+                let lit = gray(&render(&scene(*pose, Some(laser())), 50 + k as u64));
+                let dark = gray(&render(&scene(*pose, None), 90 + k as u64));
+                let dark = pairs.then_some(&dark);
+                striped_picture::look(&lit, dark, &camera(), (&board(), StripeOn::Sheet)).unwrap()
+            })
+            .collect();
         let exact = KnownCamera { camera: camera(), covariance: SMatrix::zeros() };
-        let fit = fit_joint(&exact, &board(), &views).unwrap();
+        let fitted = fit_pictures(&exact, &board(), &looked).unwrap();
+        let used = fitted.pictures.iter().filter(|picture| picture.is_ok()).count();
+        assert!(used >= 8, "pairs {pairs}: {:?}", fitted.pictures);
+        let fit = fitted.fit;
         let found = fit.plane().unwrap();
         let tilt = found.normal().cross(plane().normal()).norm().to_degrees();
         let sigma = fit.covariance[(9, 9)].max(fit.covariance[(10, 10)]).sqrt().to_degrees();

@@ -16,6 +16,7 @@ pub mod overlay;
 pub mod overlay_folder;
 pub mod picture;
 pub mod picture_light;
+pub mod pieces;
 pub mod profile;
 pub mod rare_joint;
 pub mod region;

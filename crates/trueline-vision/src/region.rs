@@ -30,6 +30,15 @@ impl PictureRegion {
         &self.corners
     }
 
+    /// The same region in a picture with `factor` × `factor` pixels made one.
+    #[must_use]
+    pub(crate) fn binned(&self, factor: usize) -> Option<Self> {
+        let k = factor as f64;
+        let corners: Vec<[f64; 2]> =
+            self.corners.iter().map(|corner| (corner.add_scalar(-0.5 * (k - 1.0)) / k).into()).collect();
+        Self::polygon(&corners)
+    }
+
     /// Whether any of it may lie in pictures of a size, px.
     #[must_use]
     pub fn overlaps(&self, size: [u32; 2]) -> bool {

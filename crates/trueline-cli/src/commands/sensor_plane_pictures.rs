@@ -7,7 +7,7 @@ use trueline_args::LaserPlaneArgs;
 use trueline_board::{pictures, sensor_file, striped};
 use trueline_dataset::sensor_toml::{self, CameraFile, format_camera};
 use trueline_report::{sensor_json, sensor_text};
-use trueline_sensor::laser_plane::{JointFit, StripedView, fit_joint};
+use trueline_sensor::laser_plane::{BoardPicture, JointFit, PicturesFit, fit_pictures};
 use trueline_sensor::verdict;
 
 /// Runs the command.
@@ -26,10 +26,12 @@ pub(crate) fn run(args: &LaserPlaneArgs) -> Result<ExitCode, Failure> {
     };
     let camera = sensor_toml::read_camera(sensor)?;
     let files = pictures::files(&args.input)?;
-    let found = striped::look(&files, args.without_laser.as_deref(), &camera, board)?;
-    let views: Vec<StripedView> = found.iter().filter_map(|f| f.as_ref().ok().cloned()).collect();
-    let fit = fit_joint(&striped::known(&camera), board, &views)
+    let ground = (board, args.stripe_on);
+    let mut found = striped::look(&files, args.without_laser.as_deref(), &camera, ground)?;
+    let seen: Vec<BoardPicture> = found.iter().filter_map(|f| f.as_ref().ok().cloned()).collect();
+    let PicturesFit { fit, pictures, .. } = fit_pictures(&striped::known(&camera), board, &seen)
         .map_err(|e| Failure::new(format!("{e}{}", striped::why_not(&files, &found)), e.hint()))?;
+    striped::conclude(&mut found, pictures);
     conclude(args, &camera, &fit, &striped::why_not(&files, &found))
 }
 

@@ -7,6 +7,7 @@ use crate::board::{Board, FoundCorner, View};
 use crate::bundle::{BoardState, Bundle, BundleState, Picture};
 use crate::laser_plane::joint::pose_of;
 use crate::projection::CAMERA_SIZE;
+use crate::sheet::SheetShape;
 use nalgebra::{Matrix6, SMatrix, Vector3};
 use std::f64::consts::FRAC_PI_2;
 use trueline_geometry::{Pose, se3, so3};
@@ -41,8 +42,12 @@ impl BoardSighting {
             flatness_m: 0.0,
             camera_prior: None,
         };
-        let state =
-            bundle.fitted(BundleState { camera: *camera, laser_plane_in_camera: None, boards: vec![start] });
+        let state = bundle.fitted(BundleState {
+            camera: *camera,
+            laser_plane_in_camera: None,
+            sheet: SheetShape::default(),
+            boards: vec![start],
+        });
         let equations = bundle.picture_equations(&state).pop()?;
         let information = equations.own.fixed_view::<6, 6>(0, 0).into_owned();
         let d_shared = equations.own_from_shared()?;

@@ -64,15 +64,15 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// The evidence of `residuals` numbers with a sum of squares in px².
+    /// The evidence of `residuals` numbers with a sum of squares in px², which `coefficients` numbers were fitted to.
     #[must_use]
-    pub fn new(model: DistortionModel, sum_of_squares: f64, residuals: usize) -> Self {
+    pub fn new(model: DistortionModel, coefficients: usize, sum_of_squares: f64, residuals: usize) -> Self {
         let n = residuals as f64;
         Self {
             model,
             // Two numbers for each corner.
             rms_px: (2.0 * sum_of_squares / n).sqrt(),
-            akaike: n * (sum_of_squares / n).ln() + 2.0 * model.size() as f64,
+            akaike: n * (sum_of_squares / n).ln() + 2.0 * coefficients as f64,
         }
     }
 }

@@ -3,13 +3,14 @@
 use super::distortion_model::{DistortionModel, Evidence};
 use super::start::start;
 use crate::board::{Board, View};
-use crate::bundle::{Bundle, BundleState, Picture, SHARED_SIZE};
+use crate::bundle::{Bundle, BundleState, Picture, SENSOR_SIZE, SHARED_SIZE};
 use crate::error::Error;
 use crate::inverse_of_free::inverse_of_free;
-use crate::projection::{CAMERA_SIZE, project_from_board};
+use crate::projection::CAMERA_SIZE;
+use crate::sheet::{SHEET_SIZE, SheetShape};
 use nalgebra::{SMatrix, Vector2};
 use trueline_geometry::statistics::median;
-use trueline_lsq::{SolveOptions, solve};
+use trueline_lsq::{NormalEquations, SolveOptions, solve};
 
 /// A corner is left out if it is farther off than this, in robust standard deviations of its picture's fit. Of 10,000
 /// good corners (a two-dimensional normal distribution) one reaches 4.3.
@@ -40,6 +41,13 @@ pub struct CameraFit {
     pub state: BundleState,
     /// The distortion that was fitted.
     pub model: DistortionModel,
+    /// Whether the board's sheet is bent or stretched by more than chance makes it seem; else it is held flat.
+    pub is_sheet_free: bool,
+    /// How far the sheet rises from its middle to the corner of the squares that is farthest off, m; positive away from the camera.
+    pub sheet_rise_m: f64,
+    /// How much more pictures pull at the camera than the noise of their corners explains, as a part of the variance; the
+    /// covariance holds it where it is above one.
+    pub overdispersion: f64,
     /// For each picture and each of its corners, where it is seen less where it should be, px.
     pub residuals_px: Vec<Vec<Vector2<f64>>>,
     /// Which corners count.
@@ -94,6 +102,7 @@ pub fn fit(
         views,
         used: views.iter().map(|view| vec![true; view.corners.len()]).collect(),
         state: start(size, board, views).ok_or(Error::NoPose)?,
+        is_sheet_free: SheetShape::is_seen_on(board),
     };
     for model in DistortionModel::ALL {
         rough.solve(model)?;
@@ -109,6 +118,7 @@ pub fn fit(
     let best = (0..fits.len()).min_by(|a, b| evidence[*a].akaike.total_cmp(&evidence[*b].akaike));
     let best = best.ok_or(Error::NoPose)?;
     rough.state = fits.swap_remove(best).1;
+    rough.flatten(&evidence[best])?;
     rough.concluded(evidence[best].model, evidence)
 }
 
@@ -118,9 +128,37 @@ struct Rough<'a> {
     views: &'a [View],
     used: Vec<Vec<bool>>,
     state: BundleState,
+    /// Whether the shape of the board's sheet is estimated.
+    is_sheet_free: bool,
 }
 
 impl Rough<'_> {
+    /// Takes the sheet for flat where the pictures do not bear out that it is not.
+    fn flatten(&mut self, bent: &Evidence) -> Result<(), Error> {
+        if !self.is_sheet_free {
+            return Ok(());
+        }
+        let bent_state = self.state.clone();
+        self.is_sheet_free = false;
+        self.solve(bent.model)?;
+        if self.evidence(bent.model).akaike > bent.akaike {
+            (self.state, self.is_sheet_free) = (bent_state, true);
+        }
+        Ok(())
+    }
+
+    /// Numbers that all pictures share and that are held.
+    fn fixed(&self, model: DistortionModel) -> Vec<usize> {
+        let mut fixed = model.fixed();
+        fixed.extend(CAMERA_SIZE..if self.is_sheet_free { SENSOR_SIZE } else { SHARED_SIZE });
+        fixed
+    }
+
+    /// Numbers that all pictures share and that are estimated, besides the four of every camera.
+    fn coefficients(&self, model: DistortionModel) -> usize {
+        model.size() + if self.is_sheet_free { SHEET_SIZE } else { 0 }
+    }
+
     fn bundle(&self, corner_sigma_px: f64) -> Bundle {
         let pictures = self.views.iter().zip(&self.used).map(|(view, used)| Picture {
             corners: view.corners.iter().zip(used).filter(|(_, used)| **used).map(|(c, _)| *c).collect(),
@@ -145,17 +183,17 @@ impl Rough<'_> {
     fn solve(&mut self, model: DistortionModel) -> Result<(), Error> {
         let counting = self.counting();
         let bundle = self.bundle(1.0);
-        let mut fixed = model.fixed();
-        fixed.extend(CAMERA_SIZE..SHARED_SIZE);
+        let fixed = self.fixed(model);
         let mut camera = self.state.camera;
         let mut coefficients = camera.distortion.to_opencv();
         coefficients[model.size()..].fill(0.0);
         camera.distortion = trueline_model::BrownConrady::from_opencv(coefficients);
         let boards = counting.iter().map(|k| self.state.boards[*k]).collect();
-        let begin = bundle.fitted(BundleState { camera, laser_plane_in_camera: None, boards });
+        let sheet = if self.is_sheet_free { self.state.sheet } else { SheetShape::default() };
+        let begin = bundle.fitted(BundleState { camera, laser_plane_in_camera: None, sheet, boards });
         let options = SolveOptions { max_iterations: 200, ..SolveOptions::default() };
         let solution = solve(&bundle, begin, &fixed, &options).map_err(|_| Error::NoPose)?;
-        self.state.camera = solution.state.camera;
+        (self.state.camera, self.state.sheet) = (solution.state.camera, solution.state.sheet);
         for (k, board) in counting.into_iter().zip(solution.state.boards) {
             self.state.boards[k] = board;
         }
@@ -169,9 +207,9 @@ impl Rough<'_> {
     fn residuals(&self) -> Vec<Vec<Vector2<f64>>> {
         let of_view = |(view, board): (&View, &crate::bundle::BoardState)| {
             let seen = view.corners.iter().map(|corner| {
-                let point = self.board.corner(corner.column, corner.row);
-                project_from_board(&self.state.camera, &board.camera_from_board, &point)
-                    .map_or(Vector2::repeat(f64::INFINITY), |seen| corner.pixel - seen.pixel)
+                self.state
+                    .pixel_of(&self.board, &board.camera_from_board, corner)
+                    .map_or(Vector2::repeat(f64::INFINITY), |seen| corner.pixel - seen)
             });
             seen.collect()
         };
@@ -226,25 +264,29 @@ impl Rough<'_> {
 
     fn evidence(&self, model: DistortionModel) -> Evidence {
         let (sum, count) = self.sum_of_squares();
-        Evidence::new(model, sum, count)
+        Evidence::new(model, self.coefficients(model), sum, count)
     }
 
     fn concluded(self, model: DistortionModel, evidence: Vec<Evidence>) -> Result<CameraFit, Error> {
         let (sum, count) = self.sum_of_squares();
-        let unknowns = 4 + model.size() + 6 * self.counting().len();
+        let unknowns = 4 + self.coefficients(model) + 6 * self.counting().len();
         if count <= unknowns {
             return Err(Error::TooFewCorners { found: count / 2, needed: unknowns / 2 + 1 });
         }
         let corner_sigma_px = (sum / (count - unknowns) as f64).sqrt();
         let counting = self.counting();
         let boards = counting.iter().map(|k| self.state.boards[*k]).collect();
-        let at = BundleState { camera: self.state.camera, laser_plane_in_camera: None, boards };
-        let covariance =
-            camera_covariance(&self.bundle(corner_sigma_px), &at, model).ok_or(Error::NotFixed)?;
+        let at = BundleState { boards, ..self.state.clone() };
+        let (covariance, overdispersion) =
+            camera_covariance(&self.bundle(corner_sigma_px), &at, &self.fixed(model))
+                .ok_or(Error::NotFixed)?;
         let residuals_px = self.residuals();
         Ok(CameraFit {
             residuals_px,
             model,
+            is_sheet_free: self.is_sheet_free,
+            sheet_rise_m: self.state.sheet.rise_m(&self.board),
+            overdispersion,
             corner_sigma_px,
             rms_px: (2.0 * sum / count as f64).sqrt(),
             covariance,
@@ -255,17 +297,34 @@ impl Rough<'_> {
     }
 }
 
-/// Covariance of the camera's parameters with the boards free; `None` if the pictures do not fix them.
+/// Covariance of the camera's parameters with boards and sheet free, and by how much the pictures differ more than their corners'
+/// noise explains; `None` if the pictures do not fix them.
+///
+/// Errors that all corners of a picture share, as of a sheet that is wavy or a board that is not in focus, do not show in the residuals:
+/// pose and camera take them up. They show in how the pictures pull: at the best fit the gradients gₖ of the pictures sum
+/// to nothing, and with white noise E Σ gₖᵀ C gₖ = p − Σ tr (C Hₖ)², with C the covariance and Hₖ a picture's information.
 fn camera_covariance(
     bundle: &Bundle,
     state: &BundleState,
-    model: DistortionModel,
-) -> Option<SMatrix<f64, CAMERA_SIZE, CAMERA_SIZE>> {
-    let mut information = SMatrix::<f64, CAMERA_SIZE, CAMERA_SIZE>::zeros();
-    for picture in bundle.picture_equations(state) {
-        information += picture.reduced()?.0.fixed_view::<CAMERA_SIZE, CAMERA_SIZE>(0, 0);
+    fixed: &[usize],
+) -> Option<(SMatrix<f64, CAMERA_SIZE, CAMERA_SIZE>, f64)> {
+    let mut prior = NormalEquations::zeros(SHARED_SIZE);
+    bundle.add_prior(state, &mut prior);
+    let mut information = SMatrix::<f64, SHARED_SIZE, SHARED_SIZE>::from_fn(|i, j| prior.hessian[(i, j)]);
+    let pictures: Option<Vec<_>> = bundle.picture_equations(state).iter().map(|p| p.reduced()).collect();
+    let pictures = pictures?;
+    information +=
+        pictures.iter().map(|(hessian, _)| hessian).sum::<SMatrix<f64, SHARED_SIZE, SHARED_SIZE>>();
+    let covariance = inverse_of_free(&information, fixed)?;
+    let (mut pull, mut expected) = (0.0, (SHARED_SIZE - fixed.len()) as f64);
+    for (hessian, gradient) in &pictures {
+        pull += gradient.dot(&(covariance * gradient));
+        let share = covariance * hessian;
+        expected -= (share * share).trace();
     }
-    inverse_of_free(&information, &model.fixed())
+    let overdispersion = if expected > 0.0 { pull / expected } else { 1.0 };
+    let of_camera = covariance.fixed_view::<CAMERA_SIZE, CAMERA_SIZE>(0, 0) * overdispersion.max(1.0);
+    Some((of_camera, overdispersion))
 }
 
 /// σ of one axis, from the median distance.

@@ -99,7 +99,12 @@ fn information_of(
         flatness_m: 0.0,
         camera_prior: None,
     };
-    let state = BundleState { camera, laser_plane_in_camera: None, boards: vec![BoardState::flat(*pose)] };
+    let state = BundleState {
+        camera,
+        laser_plane_in_camera: None,
+        sheet: fit.state.sheet,
+        boards: vec![BoardState::flat(*pose)],
+    };
     let (hessian, _) = bundle.picture_equations(&state).first()?.reduced()?;
     Some(hessian.fixed_view::<CAMERA_SIZE, CAMERA_SIZE>(0, 0).into())
 }

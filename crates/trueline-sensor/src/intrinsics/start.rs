@@ -6,6 +6,7 @@
 use crate::board::{Board, View};
 use crate::bundle::{BoardState, BundleState};
 use crate::homography;
+use crate::sheet::SheetShape;
 use nalgebra::{Matrix2, Matrix3, Vector2};
 use trueline_model::{BrownConrady, Camera};
 
@@ -21,7 +22,7 @@ pub(super) fn start(size: [u32; 2], board: &Board, views: &[View]) -> Option<Bun
     let camera = camera(size, &homographies);
     let pose = |h: &Matrix3<f64>| Some(BoardState::flat(homography::pose(h, &camera.focal, &camera.centre)?));
     let boards: Option<Vec<BoardState>> = homographies.iter().map(pose).collect();
-    Some(BundleState { camera, laser_plane_in_camera: None, boards: boards? })
+    Some(BundleState { camera, laser_plane_in_camera: None, sheet: SheetShape::default(), boards: boards? })
 }
 
 /// The homography of a view.

@@ -12,9 +12,9 @@ use crate::picture_fit::{PictureEquations, flatness_information};
 use nalgebra::{Cholesky, Const, Matrix2, SMatrix, SVector, Vector2};
 use trueline_lsq::NormalEquations;
 
-/// Boards are between these, m: a tenth of a micrometre is perfect, a millimetre is no board.
+/// Boards are between these, m: a tenth of a micrometre is perfect; a sheet of paper beside its squares is off by millimetres.
 const FLATTEST_M: f64 = 1e-7;
-const LEAST_FLAT_M: f64 = 1e-3;
+const LEAST_FLAT_M: f64 = 5e-3;
 
 /// Values of each decade that are looked at first, and halvings of their distance afterwards: to 2 %.
 const PER_DECADE: usize = 4;
@@ -81,9 +81,7 @@ impl Flatness {
         let flat = BundleState { boards, ..state.clone() };
         let free = Bundle { flatness_m: f64::INFINITY, ..bundle.clone() };
         let mut prior = NormalEquations::zeros(SHARED_SIZE);
-        if let Some(camera) = &bundle.camera_prior {
-            camera.add(&state.camera, &mut prior);
-        }
+        bundle.add_prior(state, &mut prior);
         Some(Self {
             boards: free.picture_equations(&flat).iter().map(BoardEquations::of).collect::<Option<_>>()?,
             hessian: SMatrix::from_fn(|i, j| prior.hessian[(i, j)]),

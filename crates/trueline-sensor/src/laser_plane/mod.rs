@@ -4,13 +4,16 @@ mod flatness;
 pub mod ground;
 pub mod joint;
 pub mod next_board;
+pub mod pictures;
 pub mod plate;
 pub mod points;
+mod seen_boards;
 mod shared_plane;
-pub mod stripe;
 pub mod striped_picture;
 mod striped_view;
 
-pub use ground::Ground;
+pub use ground::{Ground, StripeOn};
 pub use joint::{JointFit, KnownCamera, StripedView, fit_joint};
+pub use pictures::{PicturesFit, fit_pictures};
 pub use points::{BoardResidual, DOUBTFUL, FEWEST_BOARDS, PlaneFit, fit_points, jackknife};
+pub use striped_picture::{BoardPicture, NoStripe};

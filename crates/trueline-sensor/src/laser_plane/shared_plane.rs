@@ -1,60 +1,178 @@
-//! The plane that most boards' stripes share, found without trusting any of them: what was taken for a stripe on the others was
-//! none.
+//! The plane that the stripes of most boards share, found without trusting any of them: what was taken for a stripe on the others was
+//! none, and of several bright lines in a picture one is the laser's.
+//!
+//! A plane through one line of each of two pictures says where all others must show a stripe: the plane that finds the most
+//! light there is the laser's. Lines that are printed on the board move with it, and those that are fixed before the camera lie in planes
+//! through its centre, where no depth could be measured.
 
 use crate::board::Board;
 use crate::bundle_state::BoardState;
 use crate::error::Error;
-use crate::laser_plane::striped_view::{StripedView, on_board, pose_of};
-use crate::stripe_residual::{StripePixel, StripePoint};
-use nalgebra::Vector3;
+use crate::laser_plane::seen_boards::SeenBoards;
+use crate::laser_plane::striped_picture::BoardPicture;
+use crate::laser_plane::striped_view::StripedView;
+use crate::stripe_residual::Sheet;
+use nalgebra::{Vector2, Vector3};
 use trueline_geometry::statistics::median;
-use trueline_geometry::{Plane, fit};
+use trueline_geometry::{Plane, Pose, fit};
 use trueline_model::Camera;
 
 /// A stripe that is farther off the plane than so many times what is typical is none.
-const GROSS: f64 = 10.0;
+pub(crate) const GROSS: f64 = 10.0;
 
 /// Stripes this near a plane are on it, px.
-const NEAR_PX: f64 = 0.1;
+pub(crate) const NEAR_PX: f64 = 0.1;
 
-/// The boards whose stripes lie on the plane that most of them share, and that plane.
-///
-/// # Errors
-/// A board without a pose, or stripes that all lie on one line.
-pub(crate) fn of_most<'a>(
-    camera: &Camera,
-    board: &Board,
-    views: &[&'a StripedView],
-) -> Result<(Vec<&'a StripedView>, Plane), Error> {
-    let boards: Option<Vec<BoardState>> =
-        views.iter().map(|view| pose_of(camera, board, &view.view).map(BoardState::flat)).collect();
-    let boards = boards.ok_or(Error::NoPose)?;
-    let distances = |plane: &Plane| -> Vec<f64> {
-        views.iter().zip(&boards).map(|(view, board)| distance_px(camera, plane, board, view)).collect()
-    };
-    let typical = |plane: &Plane| median(distances(plane).into_iter()).unwrap_or(f64::INFINITY);
-    // A plane through each two boards: the one from which the boards' median is the least.
-    let on_boards: Vec<Vec<Vector3<f64>>> = (views.iter().zip(&boards))
-        .map(|(view, state)| view.stripe.iter().filter_map(|pixel| on_board(camera, state, pixel)).collect())
-        .collect();
-    let pairs = (0..views.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
-    let (typical_px, plane) = pairs
-        .filter_map(|(i, j)| Some(fit::plane(&[on_boards[i].as_slice(), &on_boards[j]].concat())?.plane))
-        .map(|plane| (typical(&plane), plane))
-        .min_by(|a, b| a.0.total_cmp(&b.0))
-        .ok_or(Error::OneLine)?;
-    let most_px = GROSS * typical_px.max(NEAR_PX);
-    let near = views.iter().zip(distances(&plane)).filter(|(_, px)| *px <= most_px).map(|(view, _)| *view);
-    Ok((near.collect(), plane))
+/// A line this far from where a plane would show it is worth half of one that is there, px: sheets that are bent move a stripe by some px.
+pub(crate) const HALF_PX: f64 = 3.0;
+
+/// Lines of a picture from which planes are tried: those with the most light.
+const TRIED: usize = 6;
+
+/// Points of a line that are looked at.
+const LOOKED_AT: usize = 12;
+
+/// The least angle between the laser plane and the camera's rays, rad: sensors have 15° and more, and what is fixed before the camera zero.
+const LEAST_ANGLE_RAD: f64 = 0.03;
+
+/// A bright line in a picture of a board.
+struct Line {
+    /// Rays of some of its pixels, at depth one.
+    rays: Vec<Vector3<f64>>,
+    /// Where these meet the sheet, in the camera frame, m.
+    points: Vec<Vector3<f64>>,
+    /// Its light, as a part of that of the clearest line of its picture.
+    weight: f64,
 }
 
-/// Root mean square distance of a stripe from where a plane would show it on its board, px.
-fn distance_px(camera: &Camera, plane: &Plane, board: &BoardState, view: &StripedView) -> f64 {
-    let square = |pixel| {
-        let pixel = StripePixel { pixel, px_per_m: 1.0, along_m: 0.0 };
-        let point = StripePoint::of(camera, plane, board, &pixel)?;
-        Some((point.distance_m * point.px_per_m).powi(2))
+/// The lines of a picture, and its board.
+struct Lines {
+    board: Pose,
+    lines: Vec<Line>,
+}
+
+/// A plane, and how far the best line of each picture lies from it.
+struct Found {
+    plane: Plane,
+    evidence: f64,
+    off_px: Vec<f64>,
+}
+
+/// The plane of most stripes, and which of them lie near it.
+///
+/// # Errors
+/// Stripes that all lie on one line.
+pub(crate) fn of_most(
+    camera: &Camera,
+    board: &Board,
+    seen: &SeenBoards,
+    views: &[&StripedView],
+) -> Result<(Vec<usize>, Plane), Error> {
+    let sheet = Sheet { board, shape: &seen.sheet };
+    let of_view = |(view, state): (&&StripedView, &BoardState)| {
+        let pose = state.camera_from_board;
+        let line = Line::of(camera, sheet, &pose, (&view.stripe, 1.0));
+        Lines { board: pose, lines: line.into_iter().collect() }
     };
-    let sum: Option<f64> = view.stripe.iter().map(|pixel| square(*pixel)).sum();
-    sum.map_or(f64::INFINITY, |sum| (sum / view.stripe.len() as f64).sqrt())
+    let lines: Vec<Lines> = views.iter().zip(&seen.boards).map(of_view).collect();
+    let found = best(camera, &lines)?;
+    let most_px = GROSS * median(found.off_px.iter().copied()).unwrap_or(f64::INFINITY).max(NEAR_PX);
+    let near = (0..views.len()).filter(|k| found.off_px[*k] <= most_px);
+    Ok((near.collect(), found.plane))
+}
+
+/// The plane of the pieces of most pictures.
+///
+/// # Errors
+/// Pieces that all lie on one line.
+pub(crate) fn of_pieces(
+    camera: &Camera,
+    board: &Board,
+    seen: &SeenBoards,
+    pictures: &[BoardPicture],
+) -> Result<Plane, Error> {
+    let sheet = Sheet { board, shape: &seen.sheet };
+    let of_picture = |(picture, state): (&BoardPicture, &BoardState)| {
+        let pose = state.camera_from_board;
+        let light = |k: usize| picture.pieces[k].length_px * picture.pieces[k].contrast;
+        let mut order: Vec<usize> = (0..picture.pieces.len()).collect();
+        order.sort_by(|a, b| light(*b).total_cmp(&light(*a)));
+        let most = order.first().map_or(1.0, |k| light(*k));
+        let of_piece =
+            |k: &usize| Line::of(camera, sheet, &pose, (&picture.pieces[*k].pixels, light(*k) / most));
+        Lines { board: pose, lines: order.iter().filter_map(of_piece).collect() }
+    };
+    let lines: Vec<Lines> = pictures.iter().zip(&seen.boards).map(of_picture).collect();
+    Ok(best(camera, &lines)?.plane)
+}
+
+impl Line {
+    fn of(
+        camera: &Camera,
+        sheet: Sheet<'_>,
+        pose: &Pose,
+        (pixels, weight): (&[Vector2<f64>], f64),
+    ) -> Option<Self> {
+        let step = pixels.len().div_ceil(LOOKED_AT).max(1);
+        let (mut rays, mut points) = (Vec::new(), Vec::new());
+        for pixel in pixels.iter().step_by(step).chain(pixels.last()) {
+            rays.push(camera.ray(pixel).ok()?.0);
+            points.push(sheet.seen(camera, pose, pixel)?);
+        }
+        (points.len() >= 2).then_some(Self { rays, points, weight })
+    }
+
+    /// Root mean square distance from where a plane shows its stripe on the board, px. With the ray r of a point at depth λ and the board's
+    /// normal m, the point moves off the plane by λ (n − m (n·r)/(m·r)) for a move of the ray.
+    fn off_px(&self, plane: &Plane, board: &Pose, focal_px: f64) -> f64 {
+        let (normal, across) = (plane.normal().into_inner(), board.rotation * Vector3::z());
+        let off = |(ray, point): (&Vector3<f64>, &Vector3<f64>)| {
+            let per_ray = (normal - across * (normal.dot(ray) / across.dot(ray))).xy().norm() * point.z;
+            plane.signed_distance(point) * focal_px / per_ray
+        };
+        let sum: f64 = self.rays.iter().zip(&self.points).map(|at| off(at).powi(2)).sum();
+        (sum / self.points.len() as f64).sqrt()
+    }
+}
+
+/// The plane that finds the most light where it says that there is a stripe.
+fn best(camera: &Camera, pictures: &[Lines]) -> Result<Found, Error> {
+    let tried = |picture: &'_ Lines| picture.lines.len().min(TRIED);
+    let mut best: Option<Found> = None;
+    for (i, one) in pictures.iter().enumerate() {
+        for other in &pictures[..i] {
+            for a in &one.lines[..tried(one)] {
+                for b in &other.lines[..tried(other)] {
+                    let Some(plane) = through(a, b) else { continue };
+                    let found = seen_by(camera, plane, pictures);
+                    if best.as_ref().is_none_or(|best| found.evidence > best.evidence) {
+                        best = Some(found);
+                    }
+                }
+            }
+        }
+    }
+    best.ok_or(Error::OneLine)
+}
+
+/// The plane through two lines; `None` if it passes so near the camera's centre that no depth could be measured with it.
+fn through(a: &Line, b: &Line) -> Option<Plane> {
+    let all = [a.points.as_slice(), &b.points].concat();
+    let plane = fit::plane(&all)?.plane;
+    let middle = all.iter().sum::<Vector3<f64>>() / all.len() as f64;
+    (plane.offset().abs() > LEAST_ANGLE_RAD * middle.norm()).then_some(plane)
+}
+
+fn seen_by(camera: &Camera, plane: Plane, pictures: &[Lines]) -> Found {
+    let (mut evidence, mut off_px) = (0.0, Vec::with_capacity(pictures.len()));
+    for picture in pictures {
+        let worth = picture.lines.iter().map(|line| {
+            let off_px = line.off_px(&plane, &picture.board, camera.focal.x);
+            (line.weight / (1.0 + (off_px / HALF_PX).powi(2)), off_px)
+        });
+        let (most, off) = worth.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, f64::INFINITY));
+        evidence += most;
+        off_px.push(off);
+    }
+    Found { plane, evidence, off_px }
 }

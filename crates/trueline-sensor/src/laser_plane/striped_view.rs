@@ -1,9 +1,8 @@
 //! A board with a stripe on it, as a known camera sees it.
 
 use crate::board::{Board, View};
-use crate::bundle_state::BoardState;
 use crate::homography;
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector2;
 use trueline_geometry::Pose;
 use trueline_model::Camera;
 
@@ -24,12 +23,4 @@ pub fn pose_of(camera: &Camera, board: &Board, view: &View) -> Option<Pose> {
     let ideal: Option<Vec<Vector2<f64>>> =
         view.corners.iter().map(|c| camera.ray(&c.pixel).ok().map(|(ray, _)| ray.xy())).collect();
     homography::pose(&homography::fit(&on_board, &ideal?)?, &Vector2::repeat(1.0), &Vector2::zeros())
-}
-
-/// Where a pixel's ray meets the board, in the camera frame, m.
-pub(crate) fn on_board(camera: &Camera, board: &BoardState, pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
-    let (ray, _) = camera.ray(pixel).ok()?;
-    let normal = board.camera_from_board.rotation * Vector3::z();
-    let depth = normal.dot(&board.camera_from_board.translation.vector) / normal.dot(&ray);
-    (depth > 0.0 && depth.is_finite()).then(|| ray * depth)
 }

@@ -11,6 +11,7 @@ use trueline_geometry::{Plane, Pose, se3, so3};
 use trueline_model::{BrownConrady, Camera};
 use trueline_sensor::bundle::{BoardState, Bundle, BundleState, CameraPrior, Picture};
 use trueline_sensor::projection::{CAMERA_SIZE, project_from_board};
+use trueline_sensor::sheet::SheetShape;
 use trueline_sensor::stripe_residual::StripePixel;
 use trueline_sensor::{Board, FoundCorner, View};
 
@@ -123,7 +124,15 @@ pub(crate) fn striped_bundle(seed: u64) -> (Bundle, BundleState) {
         flatness_m: 5e-5,
         camera_prior: CameraPrior::new(&near, &covariance),
     };
-    (bundle, BundleState { camera: near, laser_plane_in_camera: Some(plane()), boards })
+    (
+        bundle,
+        BundleState {
+            camera: near,
+            laser_plane_in_camera: Some(plane()),
+            sheet: SheetShape::new([0.02, -0.01, 0.03, 1e-3, -5e-4]),
+            boards,
+        },
+    )
 }
 
 /// Poses whose middle is on the laser plane: tilted to every side, near and far, from the left to the right.

@@ -172,8 +172,9 @@ fn support(marks: &mut MarkColumns, through: [f32; 2], along: [f32; 2]) -> f32 {
 }
 
 /// Finds segments; keeps its memory from one picture to the next.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct SegmentFinder {
+    trials: usize,
     marks: Vec<Mark>,
     columns: MarkColumns,
     members: Vec<Mark>,
@@ -181,7 +182,24 @@ pub(crate) struct SegmentFinder {
     spare: Vec<Vec<SegmentMark>>,
 }
 
+impl Default for SegmentFinder {
+    fn default() -> Self {
+        Self::with_trials(TRIALS)
+    }
+}
+
 impl SegmentFinder {
+    /// One that tries another number of lines for a segment.
+    pub(crate) fn with_trials(trials: usize) -> Self {
+        Self {
+            trials,
+            marks: Vec::new(),
+            columns: MarkColumns::default(),
+            members: Vec::new(),
+            spare: Vec::new(),
+        }
+    }
+
     /// The straight segments among the edgels, the strongest first.
     pub(crate) fn find(&mut self, edgels: &[Edgel], lens: &Lens, segments: &mut Vec<LineSegment>) {
         self.spare.extend(segments.drain(..).map(|segment| segment.marks));
@@ -204,7 +222,7 @@ impl SegmentFinder {
         self.columns.fill(&self.marks);
         let count = self.marks.len();
         let mut best: Option<(f32, Mark, [f32; 2])> = None;
-        for trial in 0..TRIALS {
+        for trial in 0..self.trials {
             // Multiples of irrational numbers spread evenly over all pairs.
             let first = self.marks[spread(trial, 0.618_034, count)];
             let second = self.marks[spread(trial, 0.414_214_f32 + trial as f32 * 1e-4, count)];

@@ -36,8 +36,9 @@ struct Bar {
 }
 
 /// Finds ridges; keeps its memory from one picture to the next.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct RidgeFinder {
+    most_sites: usize,
     bars: Vec<Bar>,
     contrasts: Vec<f32>,
     /// What bars usually have, and the spread of that, in levels.
@@ -45,7 +46,18 @@ pub(crate) struct RidgeFinder {
     spread: f32,
 }
 
+impl Default for RidgeFinder {
+    fn default() -> Self {
+        Self { most_sites: MOST_SITES, bars: Vec::new(), contrasts: Vec::new(), usual: 0.0, spread: 0.0 }
+    }
+}
+
 impl RidgeFinder {
+    /// One that looks at all places of a region, however many: for pictures that nobody waits for.
+    pub(crate) fn everywhere() -> Self {
+        Self { most_sites: usize::MAX, ..Self::default() }
+    }
+
     /// The edgels of ridges within a region of a picture; none where the region has more places than are looked at.
     pub(crate) fn find<L: Level>(
         &mut self,
@@ -60,7 +72,7 @@ impl RidgeFinder {
             .map(|size| (margin..size.saturating_sub(margin)).step_by(STEP));
         let sites = rows.flat_map(|v| columns.clone().map(move |u| [u, v]));
         for site in sites.filter(|site| region.contains(site[0] as f64, site[1] as f64)) {
-            if self.bars.len() == MOST_SITES {
+            if self.bars.len() == self.most_sites {
                 return;
             }
             let far = HALF_WIDTH as f64;

@@ -9,7 +9,7 @@ use crate::picture::Level;
 /// Sections that share a background.
 pub(crate) const BLOCK: usize = 16;
 /// Pixels beside the stripe from which the background is taken.
-const BESIDE: usize = 4;
+pub(crate) const BESIDE: usize = 4;
 /// Of so many sections one is asked for the background.
 const ASKED: usize = 4;
 /// Sections to each side over which the amplitude is averaged.
@@ -22,17 +22,17 @@ pub(crate) struct Background {
     pub(crate) above: f32,
 }
 
-/// The level beside the stripe, on each side, for each block of stations.
+/// The level beside the stripe, on each side, for each block of stations; `shared` of them, [`BLOCK`] at most, are a block.
 #[inline(always)]
 pub(crate) fn backgrounds_beside<L: Level>(
     view: &SectionView<'_, L>,
     stations: &[Station],
-    reach_px: f64,
+    (reach_px, shared): (f64, usize),
     backgrounds: &mut Vec<Background>,
 ) {
     backgrounds.clear();
     let mut last = Background::default();
-    for block in stations.chunks(BLOCK) {
+    for block in stations.chunks(shared) {
         let mut sides = [[0.0_f32; BLOCK / ASKED]; 2];
         let mut count = 0;
         for station in block.iter().step_by(ASKED) {
@@ -83,11 +83,11 @@ pub struct CrossSection {
 pub(crate) fn section_stripe<L: Level>(
     view: &SectionView<'_, L>,
     stations: &[Station],
-    backgrounds: &[Background],
+    (backgrounds, shared): (&[Background], usize),
     template: &Template,
     sections: &mut Vec<CrossSection>,
 ) {
-    for (block, background) in stations.chunks(BLOCK).zip(backgrounds) {
+    for (block, background) in stations.chunks(shared).zip(backgrounds) {
         for station in block {
             let reach = template.reach_px * station.stretch.abs();
             let Some(pixels) = view.pixels(station.centre, reach) else { continue };
@@ -149,7 +149,7 @@ pub(crate) fn band_section<L: Level>(
 /// Adds the stripe at each station to a stack, scaled to amplitude one.
 #[inline(always)]
 pub(crate) fn stack_stripe<L: Level>(
-    (view, stations, backgrounds): &(SectionView<'_, L>, &[Station], &[Background]),
+    (view, stations, backgrounds, shared): &(SectionView<'_, L>, &[Station], &[Background], usize),
     sections: &[CrossSection],
     least: f64,
     reach_px: f64,
@@ -157,7 +157,7 @@ pub(crate) fn stack_stripe<L: Level>(
 ) {
     let mut sections = sections.iter().peekable();
     let rising = stations.first().zip(stations.last()).is_some_and(|(first, last)| first.at <= last.at);
-    for (block, background) in stations.chunks(BLOCK).zip(*backgrounds) {
+    for (block, background) in stations.chunks(*shared).zip(*backgrounds) {
         for station in block {
             // Not every station has been measured, and the line has moved since: some at its ends have gone.
             let passed = |section: &&CrossSection| {

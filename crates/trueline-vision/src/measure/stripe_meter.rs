@@ -111,8 +111,10 @@ fn differs(shorter: &Regression, longer: &Regression, s: f64) -> bool {
 }
 
 /// Measures stripes; memory is kept from one to the next.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct StripeMeter {
+    /// Sections that share a background.
+    shared: usize,
     track: Track,
     backgrounds: Vec<Background>,
     sections: Vec<CrossSection>,
@@ -123,7 +125,33 @@ pub struct StripeMeter {
     dark: Vec<[f64; 2]>,
 }
 
+impl Default for StripeMeter {
+    fn default() -> Self {
+        Self::sharing(BLOCK)
+    }
+}
+
 impl StripeMeter {
+    /// One for stripes on a painted surface: each section has a background of its own.
+    #[must_use]
+    pub fn on_paint() -> Self {
+        Self::sharing(1)
+    }
+
+    fn sharing(shared: usize) -> Self {
+        Self {
+            shared,
+            track: Track::default(),
+            backgrounds: Vec::new(),
+            sections: Vec::new(),
+            shifts: Vec::new(),
+            regressor: Regressor::default(),
+            stack: Stack::default(),
+            sorted: Vec::new(),
+            dark: Vec::new(),
+        }
+    }
+
     /// The sections of the last measurement.
     #[must_use]
     pub fn sections(&self) -> &[CrossSection] {
@@ -144,7 +172,7 @@ impl StripeMeter {
         self.measure_background(template.reach_px, frame.picture);
         let view = SectionView::new(frame.picture, self.track.by_columns);
         sections.clear();
-        for (block, background) in self.track.stations.chunks(BLOCK).zip(&self.backgrounds) {
+        for (block, background) in self.track.stations.chunks(self.shared).zip(&self.backgrounds) {
             sections.extend(
                 block.iter().filter_map(|station| band_section(&view, station, background, width_px)),
             );
@@ -376,7 +404,7 @@ impl StripeMeter {
         fastest!(section_stripe(
             &view,
             &self.track.stations,
-            &self.backgrounds,
+            (&self.backgrounds, self.shared),
             template,
             &mut self.sections
         ));
@@ -388,7 +416,7 @@ impl StripeMeter {
         self.measure_background(reach_px, picture);
         self.stack.clear();
         let view = SectionView::new(picture, self.track.by_columns);
-        let along = (view, self.track.stations.as_slice(), self.backgrounds.as_slice());
+        let along = (view, self.track.stations.as_slice(), self.backgrounds.as_slice(), self.shared);
         fastest!(stack_stripe(&along, &self.sections, least, reach_px, &mut self.stack));
         self.stack.template()
     }
@@ -396,7 +424,12 @@ impl StripeMeter {
     /// The level beside the stripe, on each side, for each block of sections.
     fn measure_background<L: Level>(&mut self, reach_px: f64, picture: &Picture<'_, L>) {
         let view = SectionView::new(picture, self.track.by_columns);
-        fastest!(backgrounds_beside(&view, &self.track.stations, reach_px, &mut self.backgrounds));
+        fastest!(backgrounds_beside(
+            &view,
+            &self.track.stations,
+            (reach_px, self.shared),
+            &mut self.backgrounds
+        ));
     }
 
     /// Three quarters of the way up among the amplitudes: right with half of the stripe missing.

@@ -67,6 +67,8 @@ pub struct Template {
     pub energy: f64,
     /// Width where the profile has four fifths of its peak, as a part of that where it has three tenths.
     shoulders: f64,
+    /// Width at half of the peak, px.
+    width_px: f64,
 }
 
 impl Template {
@@ -127,7 +129,8 @@ impl Template {
             }
         }
         let shoulders = half_width(profile, SHOULDER_HEIGHTS[0]) / half_width(profile, SHOULDER_HEIGHTS[1]);
-        Self { reach_px: bins as f64 / PER_PX, weights: signed, gain, energy, shoulders }
+        let width_px = 2.0 * half_width(profile, 0.5) / PER_PX;
+        Self { reach_px: bins as f64 / PER_PX, weights: signed, gain, energy, shoulders, width_px }
     }
 
     /// How much the profile is like that of a line behind a lens that is out of focus, which makes of a point an even disc: from zero,
@@ -135,6 +138,12 @@ impl Template {
     #[must_use]
     pub(crate) fn flatness(&self) -> f64 {
         ((self.shoulders - NORMAL) / (DISC - NORMAL)).clamp(0.0, 1.0)
+    }
+
+    /// Width at half of the profile's height, px.
+    #[must_use]
+    pub(crate) fn width_px(&self) -> f64 {
+        self.width_px
     }
 
     /// Sums of levels with each weight. Levels are those of pixels from a first signed distance on in steps of `step_px`, which may
