@@ -28,6 +28,7 @@ use crate::hypotheses::unbiased::{Assessed, inflation};
 use crate::input::observations::origin_ns;
 use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::input::skip::Skip;
+use crate::input::stops::Stops;
 use crate::input::timestamps::{Dejittered, Sampling};
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
@@ -99,7 +100,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         unknowns = unknowns.of_no_feature();
     }
     let mut checks = checks(from, &uncertainty, &unknowns, &features);
-    if from.assessed.all_observable() {
+    if unknowns.observability.shows_all() {
         checks.seam_error = seam_error(from, &uncertainty, &systematic);
     }
     checks.cause = from.cause.clone();
@@ -129,6 +130,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         clock: clock(&from.assessed.drift_free),
         streams,
         stripes: None,
+        stops: config.at_stops.then_some(Stops::Stated),
         sensor_of_its_own_scan: false,
         uncertainty_ignored: is_stated && config.residual == ResidualKind::PointToLine,
         inputs: from.recording.inputs.clone(),
@@ -255,16 +257,17 @@ fn add_stripes(from: &Concluded<'_>, findings: &mut Findings, errors: &SeamError
     };
     let Answer { parameters, covariance, noise_covariance, observability, seam_error } =
         estimate.stripe.clone();
+    let observability = observability.bounded(&covariance);
     if estimate.explains_robot {
         findings.checks.robot_seems = None;
     }
     let (config, fit, observations) =
         (from.settings.config, &from.assessed.drift_free.fit, &from.assessed.drift_free.observations);
-    let all_seen = observability.observable_components[..LINES].iter().all(|seen| *seen);
+    let all_seen = observability.shows_all();
     let list = fit.placed.of(observations);
     let torch = || seam_point_error::predict(observations, list, &parameters, &covariance, &config.used_at);
     findings.checks.seam_point_error = all_seen.then(torch).flatten();
-    findings.checks.seam_error = seam_error;
+    findings.checks.seam_error = seam_error.filter(|_| all_seen);
     findings.unknowns = Unknowns {
         estimated: (0..parameters.dimension()).map(|k| !from.settings.fixed.contains(&k)).collect(),
         sensor: SensorShape::of(from.recording, &parameters, &covariance, from.knowledge),
@@ -275,6 +278,7 @@ fn add_stripes(from: &Concluded<'_>, findings: &mut Findings, errors: &SeamError
         noise_covariance,
         observability,
         held_at_guess: false,
+        has_time_offset: !config.at_stops,
     };
     Ok(())
 }
@@ -283,6 +287,7 @@ fn unknowns(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &System
     let parameters = from.assessed.drift_free.fit.parameters().clone();
     let noise_covariance = with_time_offset_widened(from, uncertainty.covariance.clone());
     let covariance = &noise_covariance + systematic.covariance();
+    let observability = from.assessed.observability.clone().bounded(&covariance);
     Unknowns {
         estimated: (0..parameters.dimension()).map(|k| !from.settings.fixed.contains(&k)).collect(),
         sensor: SensorShape::of(from.recording, &parameters, &covariance, from.knowledge),
@@ -292,12 +297,13 @@ fn unknowns(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &System
             &parameters,
             &covariance,
         )
-        .filter(|_| from.assessed.observability.shows_hand_eye()),
+        .filter(|_| observability.shows_hand_eye()),
         parameters,
         covariance,
         noise_covariance,
-        observability: from.assessed.observability.clone(),
+        observability,
         held_at_guess: from.assessed.drift_free.fit.prior.is_some(),
+        has_time_offset: !from.settings.config.at_stops,
     }
 }
 
@@ -318,6 +324,7 @@ fn seam_error(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &Syst
     let (fit, observations) = (&from.assessed.drift_free.fit, &from.assessed.drift_free.observations);
     let sources = SeamErrorSources {
         hessian: &fit.solution.equations.hessian,
+        fixed: from.settings.fixed,
         noise: &uncertainty.covariance,
         stamps_variance_s2: {
             let widened = with_time_offset_widened(from, uncertainty.covariance.clone());
@@ -368,7 +375,7 @@ fn checks(
         robot_taken: from.robot_taken,
         robot_seems: from.robot_seems,
         feature_bias: None,
-        seam_point_error: from.assessed.all_observable().then(predict).flatten(),
+        seam_point_error: observability.shows_all().then(predict).flatten(),
     }
 }
 
@@ -388,6 +395,9 @@ fn streams(from: &Concluded<'_>, repeated_features: usize) -> Streams {
 
 /// What the residuals cannot tell of the time offset: noise in its column, and what the stamps leave unsaid.
 fn with_time_offset_widened(from: &Concluded<'_>, mut covariance: DMatrix<f64>) -> DMatrix<f64> {
+    if from.settings.fixed.contains(&TIME_OFFSET) {
+        return covariance;
+    }
     // Noise in its column makes it look better known than it is, and with it all that goes with it: of a share s the optimum's
     // variance is that of the gradient, 1, over the square of the curvature that motion gives, s².
     let variance = covariance[(TIME_OFFSET, TIME_OFFSET)];
