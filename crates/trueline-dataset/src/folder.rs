@@ -79,11 +79,7 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
         sensor_toml::parse_file(&sensor_path, &utf8(&sensor_path, sensor_text)?)?;
     refuse_what_is_not_applied(&sensor_path, &setup)?;
     let robot = match (robot_text, &stops) {
-        (Some(robot_text), _) => {
-            // The longest of the texts: it is let go once its poses are read.
-            let robot_text = plain(&path("robot.csv"), robot_text, &mut notes)?;
-            robot_csv::read(&path("robot.csv"), robot_text.as_slice())?
-        }
+        (Some(robot_text), _) => robot_over_time(&path("robot.csv"), robot_text, &mut notes)?,
         (None, stops) => stops.as_ref().map(StopPoses::robot).unwrap_or_default(),
     };
     let mut profiles = Vec::new();
@@ -124,6 +120,16 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
         ..Recording::new(sensor, setup, robot, features)
     };
     Ok(FolderContent { recording, profiles, notes })
+}
+
+/// The robot's poses over time. The text is the longest of all: it is let go once its poses are read.
+fn robot_over_time(
+    file: &Path,
+    bytes: Vec<u8>,
+    notes: &mut Vec<String>,
+) -> Result<Vec<RobotSample>, Error> {
+    let text = plain(file, bytes, notes)?;
+    robot_csv::read(file, text.as_slice())
 }
 
 /// The tables of seam points and of stripes, not yet read.
