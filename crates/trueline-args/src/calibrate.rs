@@ -25,12 +25,14 @@ use trueline_sensor::Board;
   trueline calibrate scan --require translation=0.1mm,time=0.1ms
   trueline calibrate scan --initial guess.toml --accept-partial
   trueline calibrate scan --initial guess.toml --fix time-offset
+  trueline calibrate stops --at-stops
   trueline calibrate scan --drawn-line 1150,80,120:1450,80,120 --drawn-line-sigma-mm 0.05
   trueline calibrate scan --residual point-to-line --report paper.html
   trueline calibrate scan --write-sensor corrected.toml --certificate sensor.html
   trueline calibrate scan --use both --json -
   trueline calibrate scan --sensor fixed --robot-accuracy-mm 0 --feature-bias-px 0
   trueline calibrate board-scan --target board --board chessboard:9x6:25 --json reference.json
+  trueline calibrate board-stops --target board --board chessboard:9x6:25 --at-stops
 
 How to use the time offset: true exposure = stamp - time offset. Look up the \
 robot's pose at that time, between the two samples around it, and multiply:
@@ -64,6 +66,9 @@ pub struct CalibrateArgs {
     /// Robust loss; the default is tukey for sheet and huber for point-to-line
     #[arg(long, value_parser = one_of(&LOSSES))]
     pub loss: Option<Loss>,
+    /// The robot stands at each reading: calibrate without a time offset; poses come from robot.csv, or one a stop from poses.csv
+    #[arg(long)]
+    pub at_stops: bool,
     /// Hold at the initial value (may be given twice)
     #[arg(long, value_parser = one_of(&HOLDS))]
     pub fix: Vec<Hold>,
@@ -169,6 +174,7 @@ impl CalibrateArgs {
             measurements: self.measurements.unwrap_or_default(),
             residual: self.residual,
             loss: self.loss,
+            at_stops: self.at_stops,
             hold: self.fix.clone(),
             held_sigma: self.fixed_sigma.map_or_else(HeldSigma::default, |sigma| HeldSigma {
                 time_s: sigma.time_s,
@@ -204,12 +210,10 @@ impl CalibrateArgs {
 }
 
 /// Options that say nothing of a board.
-const OF_SEAMS: [&str; 27] = [
+const OF_SEAMS: [&str; 24] = [
     "measurements",
-    "initial",
     "residual",
     "loss",
-    "fix",
     "fixed_sigma",
     "drawn_line",
     "feature_sigma_px",
@@ -220,7 +224,6 @@ const OF_SEAMS: [&str; 27] = [
     "write_sensor",
     "certificate",
     "operator",
-    "robot_accuracy_mm",
     "feature_bias_px",
     "stamps",
     "require",

@@ -41,6 +41,7 @@ fn for_reason(reason: &Reason) -> Option<&'static str> {
         Reason::AmbiguousTimeOffset { .. } => {
             Some("state what is known with --offset-within SECONDS or --looks AXIS")
         }
+        Reason::AtStops { .. } => Some("`trueline calibrate DATASET --at-stops`"),
         Reason::Unobservable(_) => Some("`trueline plan` finds a scan that shows everything"),
         _ => None,
     }

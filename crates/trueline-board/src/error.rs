@@ -22,7 +22,7 @@ pub enum BoardError {
     #[error("{}: there are no pictures", .0.display())]
     NoPictures(PathBuf),
     /// A dataset without pictures.
-    #[error("{}: there are no pictures: no images/index.csv", .0.display())]
+    #[error("{}: there are no pictures: no images/index.csv, and no poses.csv with a column picture", .0.display())]
     NoIndex(PathBuf),
     /// A picture without pixels.
     #[error("{0}: the picture is empty")]

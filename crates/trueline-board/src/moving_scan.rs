@@ -1,4 +1,5 @@
-//! A scan of a robot that moves its camera before a board: time offset, hand-eye transform and the board.
+//! A scan of a robot that carries its camera before a board: time offset, hand-eye transform and the board. At stops there is no time
+//! offset.
 
 use crate::error::BoardError;
 use crate::striped::known;
@@ -9,15 +10,18 @@ use std::path::Path;
 use trueline_dataset::sensor_setup::{Mounted, SensorSetup};
 use trueline_dataset::sensor_toml::{self, CameraFile};
 use trueline_dataset::{
-    Feature, Measured, PictureFolder, PictureSource, Recording, RobotSample, Sensor, folder, images,
+    Feature, Guess, Measured, PictureFolder, PictureSource, Recording, RobotSample, Sensor, folder, images,
 };
 use trueline_geometry::{Pose, smooth};
-use trueline_method::Config;
+use trueline_method::assess::robot_field::RobotSigmas;
+use trueline_method::config::ASSUMED_ROBOT_ACCURACY_M;
 use trueline_method::input::observations::origin_ns;
 use trueline_method::input::robot_motion::RobotMotion;
+use trueline_method::input::stops::{self, Stops};
 use trueline_method::input::timestamps::{Dejittered, Sampling};
+use trueline_method::{Config, Hold};
 use trueline_sensor::board_hand_eye::joint::{BoardFit, SIZE};
-use trueline_sensor::board_hand_eye::{BoardSighting, ErrorModel, Sightings, moving};
+use trueline_sensor::board_hand_eye::{BoardSighting, ErrorModel, RobotPath, Sightings, moving};
 use trueline_sensor::laser_plane::KnownCamera;
 use trueline_sensor::{Board, Gray, View, chessboard};
 
@@ -34,41 +38,116 @@ pub struct BoardScan {
     pub robot_noise_m: f64,
     /// Pictures that show no whole, sharp board, by reason.
     pub skipped: BTreeMap<String, usize>,
-    /// SHA-256 of `robot.csv`.
-    pub robot_sha256: String,
+    /// Whether the robot stood at each picture, and who says so.
+    pub stops: Option<Stops>,
+    /// Whether the time offset is a result: at stops there is none, and what is held is none.
+    pub shows_time_offset: bool,
+    /// The robot's file, and its SHA-256.
+    pub robot_file: (&'static str, String),
+}
+
+/// What is known of a scan beforehand.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct BoardOptions {
+    /// Whether the robot stood at each picture.
+    pub at_stops: bool,
+    /// Where to start.
+    pub guess: Option<Guess>,
+    /// Whether the time offset is held there.
+    pub holds_offset: bool,
+    /// Absolute accuracy of the robot, m, of which poses at stops have their part; `None` is what the sensor's file says, or
+    /// [`ASSUMED_ROBOT_ACCURACY_M`].
+    pub robot_accuracy_m: Option<f64>,
 }
 
 /// Calibrates from a dataset folder with pictures of a board, with the threads of the current rayon pool.
 ///
 /// # Errors
 /// Files that cannot be used, and scans that show too little.
-pub fn calibrate(dataset: &Path, board: &Board) -> Result<BoardScan, BoardError> {
-    let camera = known(&camera_of(dataset)?);
-    let (robot, robot_sha256) = folder::read_robot(dataset)?;
+pub fn calibrate(dataset: &Path, board: &Board, options: &BoardOptions) -> Result<BoardScan, BoardError> {
+    let file = camera_of(dataset)?;
+    let camera = known(&file);
+    let robot = folder::read_robot(dataset)?;
     let seen = Seen::in_pictures(dataset, board, &camera)?;
-    let scan = stamped(robot, &seen.stamps_ns);
-    let origin_ns = origin_ns(&scan);
-    let sampling = Sampling::of(&scan, origin_ns);
-    let (config, as_recorded) = (Config::default(), Dejittered::default());
-    let times_s = sampling.robot_times_s(as_recorded);
-    let motion = RobotMotion::of(&scan, times_s, &config)?;
-    let noise = ErrorModel {
-        position_m: motion.noise_m,
-        rotation_rad: rotation_noise_rad(&scan, times_s, &motion),
-        stamp_s: sampling.stamp_sigma_s(&config, as_recorded),
+    let scan = Recording { at_stops: robot.at_stops, ..stamped(robot.samples, &seen.stamps_ns) };
+    let wanted = Config {
+        at_stops: options.at_stops,
+        hold: if options.holds_offset { vec![Hold::TimeOffset] } else { Vec::new() },
+        ..Config::default()
     };
-    let stamps_s: Vec<f64> = seen.stamps_ns.iter().map(|ns| (ns - origin_ns) as f64 * 1e-9).collect();
-    let fit = moving::calibrate(board, &seen.sightings, &stamps_s, &motion.trajectory, &noise).map_err(
-        |error| BoardError::Calibration { dataset: dataset.to_owned(), error, why: seen.why_not() },
-    )?;
+    let failed = |error| BoardError::Calibration { dataset: dataset.to_owned(), error, why: seen.why_not() };
+    let guess = options.guess.map(|guess| (guess.time_offset_s, guess.tool_from_camera));
+    let (fit, stops, robot_noise_m) = match stops::of(&scan, &wanted)? {
+        Some((scan, stops)) => {
+            let accuracy_m = options.robot_accuracy_m.or(file.setup.robot_accuracy_m);
+            let noise = at_stops_noise(accuracy_m.unwrap_or(ASSUMED_ROBOT_ACCURACY_M));
+            let poses = poses_at(&scan, &seen.stamps_ns);
+            let robot = RobotPath::Stops(&poses);
+            let fit = moving::calibrate_along(board, &seen.sightings, robot, &noise, guess);
+            (fit.map_err(failed)?, Some(stops), 0.0)
+        }
+        None => {
+            let moved = Moved::of(&scan, &seen.stamps_ns)?;
+            let robot = moved.path(options.holds_offset);
+            let fit = moving::calibrate_along(board, &seen.sightings, robot, &moved.noise, guess);
+            (fit.map_err(failed)?, None, moved.motion.recorded_noise_m)
+        }
+    };
     Ok(BoardScan {
         covariance: fit.covariance_with(&camera.covariance),
         fit,
         corner_sigma_px: seen.corner_sigma_px,
-        robot_noise_m: motion.recorded_noise_m,
+        robot_noise_m,
         skipped: seen.skipped,
-        robot_sha256,
+        stops,
+        shows_time_offset: stops.is_none() && !options.holds_offset,
+        robot_file: (robot.file_name, robot.sha256),
     })
+}
+
+/// Errors of a robot of this accuracy, m, from one stop to the next: stops are some decimetres apart, as a scan is long.
+fn at_stops_noise(accuracy_m: f64) -> ErrorModel {
+    let RobotSigmas { position_m, attitude_rad } = RobotSigmas::of_accuracy(accuracy_m);
+    ErrorModel { position_m, rotation_rad: attitude_rad, stamp_s: 0.0 }
+}
+
+/// The pose of each picture of a scan at stops, base_from_tool.
+fn poses_at(scan: &Recording, stamps_ns: &[i64]) -> Vec<Pose> {
+    let at = |stamp_ns: &i64| scan.robot.partition_point(|sample| sample.stamp_ns < *stamp_ns);
+    stamps_ns.iter().filter_map(|stamp| Some(scan.robot.get(at(stamp))?.base_from_tool)).collect()
+}
+
+/// A robot that moved while pictures were taken.
+struct Moved {
+    motion: RobotMotion,
+    stamps_s: Vec<f64>,
+    noise: ErrorModel,
+}
+
+impl Moved {
+    fn of(scan: &Recording, stamps_ns: &[i64]) -> Result<Self, BoardError> {
+        let origin_ns = origin_ns(scan);
+        let sampling = Sampling::of(scan, origin_ns);
+        let (config, as_recorded) = (Config::default(), Dejittered::default());
+        let times_s = sampling.robot_times_s(as_recorded);
+        let motion = RobotMotion::of(scan, times_s, &config)?;
+        let noise = ErrorModel {
+            position_m: motion.noise_m,
+            rotation_rad: rotation_noise_rad(scan, times_s, &motion),
+            stamp_s: sampling.stamp_sigma_s(&config, as_recorded),
+        };
+        let stamps_s = stamps_ns.iter().map(|ns| (ns - origin_ns) as f64 * 1e-9).collect();
+        Ok(Self { motion, stamps_s, noise })
+    }
+
+    fn path(&self, offset_is_known: bool) -> RobotPath<'_> {
+        let (trajectory, stamps_s) = (&self.motion.trajectory, &self.stamps_s[..]);
+        if offset_is_known {
+            RobotPath::MovingAtKnownOffset { trajectory, stamps_s }
+        } else {
+            RobotPath::Moving { trajectory, stamps_s }
+        }
+    }
 }
 
 fn camera_of(dataset: &Path) -> Result<CameraFile, BoardError> {
@@ -90,7 +169,7 @@ struct Seen {
 
 impl Seen {
     fn in_pictures(dataset: &Path, board: &Board, known: &KnownCamera) -> Result<Self, BoardError> {
-        if !images::index_of(dataset).exists() {
+        if !images::are_named_in(dataset)? {
             return Err(BoardError::NoIndex(dataset.to_owned()));
         }
         let pictures = PictureFolder::open(dataset)?;

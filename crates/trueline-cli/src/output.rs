@@ -10,6 +10,7 @@ use trueline_dataset::Recording;
 use trueline_dataset::calibration_file::KnownCalibration;
 use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::{outputs, whole_file};
+use trueline_method::input::stops::stand_at_readings;
 use trueline_report::terminal_text::{json_shown, shown};
 use trueline_report::verdict_colours::coloured;
 use trueline_report::wrapped::wrapped_to;
@@ -156,6 +157,15 @@ pub(crate) fn is_trusted(file: &Path, calibration: &KnownCalibration) -> bool {
 /// The same where it meets a recording; one of a sensor that something else carries is refused.
 pub(crate) fn fits(file: &Path, known: &KnownCalibration, on: &Recording) -> Result<bool, Failure> {
     known.check_mounting(file, on.setup.mounted)?;
+    if known.at_stops && !on.at_stops && !stand_at_readings(on) {
+        return Err(Failure::new(
+            format!(
+                "{}: was made at stops and has no time offset, and in this recording the robot moves",
+                file.display()
+            ),
+            "calibrate a scan of the moving robot: that gives the time offset",
+        ));
+    }
     if let Some(file) = known.belongs_to_another_file(on) {
         words(&format!(
             "warning: sensor.toml is not the file that the calibration belongs to ({}); use that file, or calibrate again with this one",

@@ -33,6 +33,8 @@ pub struct KnownCalibration {
     pub mounted: Option<Mounted>,
     /// Whether its time offset is that of stamps that were made regular, or freed of a drift, and not of those recorded.
     pub stamps_treated: bool,
+    /// Whether the robot stood at each reading: then there is no time offset, and the one in `known` is zero.
+    pub at_stops: bool,
 }
 
 /// Reads a calibration: JSON if it begins with `{`, which no TOML does, whatever the file is called; else TOML.
@@ -40,7 +42,22 @@ pub struct KnownCalibration {
 /// # Errors
 /// A file that is missing or broken, or a result in which offset or hand-eye could not be seen.
 pub fn read(file: &Path) -> Result<KnownCalibration, Error> {
+    with_time_offset(file, read_without_time_offset(file)?)
+}
+
+/// The same, also of a robot that stood at each reading, so that there is no time offset.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_without_time_offset(file: &Path) -> Result<KnownCalibration, Error> {
     parse(file, &result_file::text_of(file)?)
+}
+
+fn with_time_offset(file: &Path, known: KnownCalibration) -> Result<KnownCalibration, Error> {
+    if known.at_stops {
+        return Err(Error::in_file(file, Problem::NotCalibrated { key: "time_offset_s" }));
+    }
+    Ok(known)
 }
 
 /// Reads a guess, from the same files.
@@ -61,7 +78,7 @@ pub fn parse_guess(file: &Path, text: &str) -> Result<Guess, Error> {
 
 fn parse(file: &Path, text: &str) -> Result<KnownCalibration, Error> {
     if is_json(text) {
-        return known_of(file, &ResultFile::parse(file, text)?);
+        return known(file, &ResultFile::parse(file, text)?);
     }
     Ok(KnownCalibration {
         known: known_toml::parse_truth(file, text)?,
@@ -72,6 +89,7 @@ fn parse(file: &Path, text: &str) -> Result<KnownCalibration, Error> {
         accepted: None,
         mounted: None,
         stamps_treated: false,
+        at_stops: false,
     })
 }
 
@@ -86,6 +104,10 @@ pub fn is_json(text: &str) -> bool {
 /// # Errors
 /// A result in which offset or hand-eye could not be seen.
 pub fn known_of(file: &Path, result: &ResultFile) -> Result<KnownCalibration, Error> {
+    with_time_offset(file, known(file, result)?)
+}
+
+fn known(file: &Path, result: &ResultFile) -> Result<KnownCalibration, Error> {
     let at = |problem| Error::in_file(file, problem);
     let unseen = |key| at(Problem::NotCalibrated { key });
     let [x, y, z] = result.tool_from_camera.translation_mm;
@@ -94,8 +116,10 @@ pub fn known_of(file: &Path, result: &ResultFile) -> Result<KnownCalibration, Er
     };
     let wxyz =
         result.tool_from_camera.rotation_wxyz.ok_or_else(|| unseen("tool_from_camera.rotation_wxyz"))?;
+    let at_stops = result.options.at_stops && result.time_offset_s.is_none();
+    let time_offset_s = result.time_offset_s.or(at_stops.then_some(0.0));
     let parameters = Guess {
-        time_offset_s: result.time_offset_s.ok_or_else(|| unseen("time_offset_s"))?,
+        time_offset_s: time_offset_s.ok_or_else(|| unseen("time_offset_s"))?,
         tool_from_camera: se3::from_parts(
             unit_quaternion(wxyz).map_err(at)?,
             mounted_at_m([x, y, z]).map_err(at)?,
@@ -122,6 +146,7 @@ pub fn known_of(file: &Path, result: &ResultFile) -> Result<KnownCalibration, Er
             _ => Mounted::Tool,
         }),
         stamps_treated: result.stamps.are_treated(),
+        at_stops,
     })
 }
 

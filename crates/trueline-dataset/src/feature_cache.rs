@@ -5,7 +5,7 @@ use crate::found_seams::FoundSeams;
 use crate::recording::Sensor;
 use crate::source_file;
 use crate::whole_file;
-use crate::{features_csv, images, picture_source::PictureFolder, stripes_csv};
+use crate::{features_csv, images, picture_source::PictureFolder, stop_poses, stripes_csv};
 use sha2::{Digest, Sha256};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -40,6 +40,7 @@ impl FeatureCache {
         };
         add(&dataset.join("sensor.toml"))?;
         add(&images::index_of(dataset))?;
+        add(&dataset.join(stop_poses::FILE))?;
         pictures.frames().iter().try_for_each(|frame| add(&frame.path))?;
         digest.update(how.as_bytes());
         Ok(digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect())

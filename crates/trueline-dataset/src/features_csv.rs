@@ -3,7 +3,8 @@
 use crate::error::{Error, Problem};
 use crate::recording::{Feature, LAST_LINE, MOST_CORRELATION, Measured, Sensor};
 use crate::stamp;
-use crate::table::{self, ColumnSpec, Table, optional, required};
+use crate::stop_poses::{RowKey, StopPoses};
+use crate::table::{self, ColumnSpec, Header, Table, optional, required};
 use crate::unit::{MM_PER_M, Quantity};
 use std::io::Write;
 use std::path::Path;
@@ -15,8 +16,7 @@ const DEVICE_TIME: usize = 3;
 /// Where the coordinates begin; their standard deviations follow them.
 const FIRST: usize = 4;
 
-const SHARED: [ColumnSpec<'static>; 4] = [
-    required("time", Quantity::Time),
+const SHARED: [ColumnSpec<'static>; 3] = [
     optional("line", Quantity::Count),
     optional("frame", Quantity::Count),
     optional("device_time", Quantity::Time),
@@ -41,19 +41,19 @@ const PROFILE: [ColumnSpec<'static>; 5] = [
 const POINT: [ColumnSpec<'static>; 3] =
     [required("x", Quantity::Length), required("y", Quantity::Length), required("z", Quantity::Length)];
 
-fn columns(sensor: &Sensor) -> Vec<ColumnSpec<'static>> {
+fn columns(sensor: &Sensor, key: RowKey<'_>) -> Vec<ColumnSpec<'static>> {
     let own: &[ColumnSpec<'static>] = match sensor {
         Sensor::CameraLaser { .. } => &PIXEL,
         Sensor::Profiler => &PROFILE,
         Sensor::Points { .. } => &POINT,
     };
-    SHARED.iter().chain(own).copied().collect()
+    [key.spec()].iter().chain(&SHARED).chain(own).copied().collect()
 }
 
 /// Whether a name is that of a column of a sensor's file.
 #[must_use]
 pub(crate) fn is_column(name: &str, sensor: &Sensor) -> bool {
-    table::is_one_of(name, &columns(sensor))
+    table::is_one_of(name, &columns(sensor, RowKey::Stamp))
 }
 
 /// Reads the features of a sensor.
@@ -61,25 +61,35 @@ pub(crate) fn is_column(name: &str, sensor: &Sensor) -> bool {
 /// # Errors
 /// Anything that is not a clean table of that sensor's columns with rising stamps.
 pub fn read(file: &Path, bytes: &[u8], sensor: &Sensor) -> Result<Vec<Feature>, Error> {
-    let mut table = Table::open(file, bytes, &columns(sensor))?;
+    read_at(file, bytes, sensor, None)
+}
+
+/// The same where the robot stood at stops, which rows name in the place of a stamp.
+///
+/// # Errors
+/// As [`read`], and a stop without a pose.
+pub(crate) fn read_at(
+    file: &Path,
+    bytes: &[u8],
+    sensor: &Sensor,
+    stops: Option<&StopPoses>,
+) -> Result<Vec<Feature>, Error> {
+    let header = Header::read(file, bytes)?;
+    let key = RowKey::of(&header, stops)?;
+    let mut table = header.find(&columns(sensor, key))?;
     let mut features: Vec<Feature> = table.room();
     while table.next_row()? {
-        let feature = read_row(&table, sensor)?;
-        if let Some(last) = features.last()
-            && feature.stamp_ns < last.stamp_ns
-        {
-            let (previous_s, this_s) = (stamp::seconds(last.stamp_ns), stamp::seconds(feature.stamp_ns));
-            return Err(table.error_in(TIME, Problem::TimeRunsBackwards { previous_s, this_s }));
-        }
-        features.push(feature);
+        let last_ns = features.last().map(|last| last.stamp_ns);
+        features.push(read_row(&table, sensor, key.stamp_ns(&table, TIME, last_ns)?)?);
     }
+    features.sort_by_key(|feature| feature.stamp_ns);
     if features.is_empty() {
         return Err(Error::in_file(file, Problem::NoRows));
     }
     Ok(features)
 }
 
-fn read_row(table: &Table<'_>, sensor: &Sensor) -> Result<Feature, Error> {
+fn read_row(table: &Table<'_>, sensor: &Sensor, stamp_ns: i64) -> Result<Feature, Error> {
     let at = |k: usize| table.required_number(FIRST + k);
     let measured = match sensor {
         Sensor::CameraLaser { .. } => Measured::Pixel([at(0)?, at(1)?]),
@@ -92,7 +102,7 @@ fn read_row(table: &Table<'_>, sensor: &Sensor) -> Result<Feature, Error> {
         line.ok_or_else(|| table.error_in(LINE, Problem::NotALine { line: number, last: LAST_LINE }))?;
     let sigma = read_sigma(table, sensor)?;
     Ok(Feature {
-        stamp_ns: table.stamp_ns(TIME)?,
+        stamp_ns,
         line,
         frame: table.count(FRAME)?,
         device_ns: table.optional_stamp_ns(DEVICE_TIME)?,

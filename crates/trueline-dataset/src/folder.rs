@@ -3,18 +3,19 @@
 use crate::dialect::plain_csv;
 use crate::error::{Error, Problem};
 use crate::found_seams::FoundSeams;
+pub use crate::hash::{sha256, sha256_of};
 use crate::profile::Profile;
 use crate::profile_file::{self, ProfileFile, ProfileForm};
 use crate::recording::{Feature, PlateStripe, Recording, RobotSample, Sensor};
 use crate::sensor_setup::{RegionOfInterest, SensorSetup};
 use crate::sensor_toml::SensorFile;
 use crate::source_file;
+use crate::stop_poses::{self, StopPoses};
 use crate::stripes_csv;
 use crate::whole_file;
 use crate::whole_folder::WholeFolder;
 use crate::{features_csv, known_toml, robot_csv, sensor_toml};
-use sha2::{Digest, Sha256};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -63,7 +64,8 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
     let mut inputs = BTreeMap::new();
     let mut load = |name: &str| load(&folder.join(name), name, &mut inputs);
     let sensor_text = required(folder, "sensor.toml", &mut load)?;
-    let robot_text = required(folder, "robot.csv", &mut load)?;
+    let stops = StopPoses::of(folder)?;
+    let robot_text = if stops.is_some() { None } else { Some(required(folder, "robot.csv", &mut load)?) };
     let features_text = if found.is_none() { load("features.csv")? } else { None };
     let look_at_profiles = found.is_none() && features_text.is_none() && !folder.join("stripes.csv").exists();
     let profile_file = if look_at_profiles { ProfileFile::of(folder)? } else { None };
@@ -76,33 +78,25 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
     let SensorFile { sensor, setup } =
         sensor_toml::parse_file(&sensor_path, &utf8(&sensor_path, sensor_text)?)?;
     refuse_what_is_not_applied(&sensor_path, &setup)?;
-    let robot = {
-        // The longest of the texts: it is let go once its poses are read.
-        let robot_text = plain(&path("robot.csv"), robot_text, &mut notes)?;
-        robot_csv::read(&path("robot.csv"), robot_text.as_slice())?
+    let robot = match (robot_text, &stops) {
+        (Some(robot_text), _) => robot_over_time(&path("robot.csv"), robot_text, &mut notes)?,
+        (None, stops) => stops.as_ref().map(StopPoses::robot).unwrap_or_default(),
     };
-    let (mut features, mut stripes, mut profiles) = (Vec::new(), Vec::new(), Vec::new());
-    if let Some(found) = found {
-        (features, stripes) = (found.features, found.stripes);
-    } else if let Some(file) = profile_file {
-        check_is_profiler(&sensor_path, &sensor)?;
-        inputs.insert(file.form.file_name().to_owned(), sha256(&file.bytes));
-        profiles = file.read(&mut notes)?;
-    } else {
-        let used = if features_text.is_some() { "features.csv" } else { "stripes.csv" };
-        notes.extend(unused_profiles(folder, used, stripes_text.is_some()));
-        if let Some(text) = features_text {
-            let text = plain(&path("features.csv"), text, &mut notes)?;
-            features = features_csv::read(&path("features.csv"), text.as_slice(), &sensor)?;
-        } else if stripes_text.is_none() {
-            return Err(Error::in_file(&path("features.csv"), Problem::Missing));
+    let mut profiles = Vec::new();
+    let is_found = found.is_some();
+    let FoundSeams { features, stripes } = match (found, profile_file) {
+        (Some(found), _) => found,
+        (None, Some(file)) => {
+            check_is_profiler(&sensor_path, &sensor)?;
+            inputs.insert(file.form.file_name().to_owned(), sha256(&file.bytes));
+            profiles = file.read(&mut notes, stops.as_ref())?;
+            FoundSeams::default()
         }
-        if let Some(text) = stripes_text {
-            let text = plain(&path("stripes.csv"), text, &mut notes)?;
-            let lines = features.iter().map(|feature| feature.line + 1).max().unwrap_or(1);
-            stripes = stripes_csv::read_of_lines(&path("stripes.csv"), text.as_slice(), &sensor, lines)?;
+        (None, None) => {
+            let tables = Tables { folder, features_text, stripes_text };
+            tables.read(&sensor, stops.as_ref(), &mut notes)?
         }
-    }
+    };
     let initial_path = path("initial.toml");
     let initial = initial_text
         .map(|text| known_toml::parse_guess(&initial_path, &utf8(&initial_path, text)?))
@@ -110,9 +104,83 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
     let truth_path = path("truth.toml");
     let truth =
         truth_text.map(|text| known_toml::parse_truth(&truth_path, &utf8(&truth_path, text)?)).transpose()?;
-    let recording =
-        Recording { stripes, initial, truth, inputs, ..Recording::new(sensor, setup, robot, features) };
+    if let Some(stops) = &stops {
+        inputs.insert(stop_poses::FILE.to_owned(), stops.sha256.clone());
+        if !is_found {
+            stops.check_each_is_read(&stamps_of(&features, &stripes, &profiles))?;
+        }
+        notes.extend(unused_beside_stops(folder));
+    }
+    let recording = Recording {
+        stripes,
+        initial,
+        truth,
+        inputs,
+        at_stops: stops.is_some(),
+        ..Recording::new(sensor, setup, robot, features)
+    };
     Ok(FolderContent { recording, profiles, notes })
+}
+
+/// The robot's poses over time. The text is the longest of all: it is let go once its poses are read.
+fn robot_over_time(
+    file: &Path,
+    bytes: Vec<u8>,
+    notes: &mut Vec<String>,
+) -> Result<Vec<RobotSample>, Error> {
+    let text = plain(file, bytes, notes)?;
+    robot_csv::read(file, text.as_slice())
+}
+
+/// The tables of seam points and of stripes, not yet read.
+struct Tables<'a> {
+    folder: &'a Path,
+    features_text: Option<Vec<u8>>,
+    stripes_text: Option<Vec<u8>>,
+}
+
+impl Tables<'_> {
+    /// What they hold; rows name a stop where the robot stood at stops.
+    fn read(
+        self,
+        sensor: &Sensor,
+        stops: Option<&StopPoses>,
+        notes: &mut Vec<String>,
+    ) -> Result<FoundSeams, Error> {
+        let path = |name: &str| self.folder.join(name);
+        let (features_file, stripes_file) = (path("features.csv"), path("stripes.csv"));
+        let used = if self.features_text.is_some() { "features.csv" } else { "stripes.csv" };
+        notes.extend(unused_profiles(self.folder, used, self.stripes_text.is_some()));
+        if self.features_text.is_none() && self.stripes_text.is_none() {
+            return Err(Error::in_file(&features_file, Problem::Missing));
+        }
+        let mut found = FoundSeams::default();
+        if let Some(text) = self.features_text {
+            let text = plain(&features_file, text, notes)?;
+            found.features = features_csv::read_at(&features_file, &text, sensor, stops)?;
+        }
+        if let Some(text) = self.stripes_text {
+            let text = plain(&stripes_file, text, notes)?;
+            let lines = found.features.iter().map(|feature| feature.line + 1).max().unwrap_or(1);
+            found.stripes = stripes_csv::read_of_lines(&stripes_file, &text, (sensor, lines), stops)?;
+        }
+        Ok(found)
+    }
+}
+
+/// What is said of files that are not looked at, since poses.csv is there.
+fn unused_beside_stops(folder: &Path) -> impl Iterator<Item = String> {
+    let unused = ["robot.csv", "images/index.csv"].map(|name| folder.join(name)).into_iter();
+    unused.filter(|file| file.exists()).map(|file| {
+        format!("{} is not looked at, for {} has a pose for each stop", file.display(), stop_poses::FILE)
+    })
+}
+
+/// Stamps of all that was read.
+fn stamps_of(features: &[Feature], stripes: &[PlateStripe], profiles: &[Profile]) -> BTreeSet<i64> {
+    let stripes = stripes.iter().map(|stripe| stripe.stamp_ns);
+    let profiles = profiles.iter().map(|profile| profile.stamp_ns);
+    features.iter().map(|feature| feature.stamp_ns).chain(stripes).chain(profiles).collect()
 }
 
 /// What is said of whole profiles that are not looked at, since a table of what was found in them is there.
@@ -160,18 +228,36 @@ pub fn read_sensor_file(folder: &Path) -> Result<SensorFile, Error> {
     Ok(sensor)
 }
 
-/// Reads the robot's poses of a dataset folder alone, and the SHA-256 of their file.
+/// The robot's poses of a dataset folder.
+#[derive(Clone, Debug)]
+pub struct RobotPoses {
+    /// The poses.
+    pub samples: Vec<RobotSample>,
+    /// Whether there is one for each stop, and stamps only pair them with readings.
+    pub at_stops: bool,
+    /// Their file.
+    pub file_name: &'static str,
+    /// SHA-256 of that file.
+    pub sha256: String,
+}
+
+/// Reads the robot's poses of a dataset folder alone.
 ///
 /// # Errors
 /// A file that is missing or cannot be used.
-pub fn read_robot(folder: &Path) -> Result<(Vec<RobotSample>, String), Error> {
+pub fn read_robot(folder: &Path) -> Result<RobotPoses, Error> {
+    if let Some(stops) = StopPoses::of(folder)? {
+        let (samples, sha256) = (stops.robot(), stops.sha256);
+        return Ok(RobotPoses { samples, at_stops: true, file_name: stop_poses::FILE, sha256 });
+    }
     let file = folder.join("robot.csv");
     let mut inputs = BTreeMap::new();
     let bytes =
         load(&file, "robot.csv", &mut inputs)?.ok_or_else(|| Error::in_file(&file, Problem::Missing))?;
     let plain = plain(&file, bytes, &mut Vec::new())?;
-    let robot = robot_csv::read(&file, plain.as_slice())?;
-    Ok((robot, inputs.remove("robot.csv").unwrap_or_default()))
+    let samples = robot_csv::read(&file, plain.as_slice())?;
+    let sha256 = inputs.remove("robot.csv").unwrap_or_default();
+    Ok(RobotPoses { samples, at_stops: false, file_name: "robot.csv", sha256 })
 }
 
 /// Nothing that a file states is ignored: what no command applies yet is refused.
@@ -217,8 +303,16 @@ type WriteTable<'a> = &'a dyn Fn(&mut dyn Write) -> std::io::Result<()>;
 fn replace(folder: &Path, name: &str, table: Option<WriteTable<'_>>) -> Result<Option<PathBuf>, Error> {
     let file = folder.join(format!("{name}.csv"));
     let unfinished = folder.join(format!("{name}.unfinished.csv"));
+    let stops = StopPoses::of(folder)?;
     if let Some(write) = table {
-        write_with(&unfinished, |out| write(out))?;
+        write_with(&unfinished, |out| match &stops {
+            Some(stops) => {
+                let mut stamped = Vec::new();
+                write(&mut stamped)?;
+                out.write_all(&stops.named(&stamped))
+            }
+            None => write(out),
+        })?;
     }
     let mut kept = None;
     // What is there already, to the byte, needs no copy.
@@ -288,7 +382,7 @@ fn sensor_text(recording: &Recording) -> String {
 pub fn read_profiles(folder: &Path) -> Result<Option<Vec<Profile>>, Error> {
     let Some(file) = ProfileFile::of(folder)? else { return Ok(None) };
     check_is_profiler(&folder.join("sensor.toml"), &read_sensor(folder)?)?;
-    file.read(&mut Vec::new()).map(Some)
+    file.read(&mut Vec::new(), StopPoses::of(folder)?.as_ref()).map(Some)
 }
 
 /// Profiles are those of a profiler.
@@ -327,27 +421,6 @@ fn load(file: &Path, name: &str, inputs: &mut BTreeMap<String, String>) -> Resul
     }
     inputs.insert(name.to_owned(), sha256(&bytes));
     Ok(Some(bytes))
-}
-
-/// SHA-256 in hexadecimal.
-#[must_use]
-pub fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
-}
-
-/// SHA-256 in hexadecimal of what can be read, however long it is.
-///
-/// # Errors
-/// What the reader says.
-pub fn sha256_of(mut reader: impl std::io::Read) -> std::io::Result<String> {
-    let mut digest = Sha256::new();
-    let mut block = vec![0; 1 << 16];
-    loop {
-        match reader.read(&mut block)? {
-            0 => return Ok(digest.finalize().iter().map(|b| format!("{b:02x}")).collect()),
-            count => digest.update(&block[..count]),
-        }
-    }
 }
 
 pub(crate) fn utf8(file: &Path, bytes: Vec<u8>) -> Result<String, Error> {

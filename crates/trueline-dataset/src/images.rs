@@ -3,6 +3,7 @@
 use crate::dialect::{plain_file, quoted};
 use crate::error::{Error, Problem};
 use crate::stamp;
+use crate::stop_poses::StopPoses;
 use crate::table::{ColumnSpec, Table, optional, required};
 use crate::unit::Quantity;
 use std::borrow::Cow;
@@ -41,11 +42,33 @@ pub fn index_of(dataset: &Path) -> PathBuf {
     dataset.join("images").join("index.csv")
 }
 
-/// Reads the index of a dataset folder.
+/// Whether a dataset folder names pictures: in their index, or one for each stop of the robot.
+///
+/// # Errors
+/// Stops that cannot be read.
+pub fn are_named_in(dataset: &Path) -> Result<bool, Error> {
+    Ok(match StopPoses::of(dataset)? {
+        Some(stops) => stops.pictures()?.is_some(),
+        None => index_of(dataset).exists(),
+    })
+}
+
+/// Reads the index of a dataset folder, or the pictures of its stops.
 ///
 /// # Errors
 /// Anything that is not a clean table with rising stamps whose files lie in the folder of the index.
 pub fn read_index(dataset: &Path) -> Result<Vec<FrameFile>, Error> {
+    if let Some(stops) = StopPoses::of(dataset)?
+        && let Some(pictures) = stops.pictures()?
+    {
+        let frame = |(number, (stamp_ns, path)): (usize, (i64, PathBuf))| FrameFile {
+            stamp_ns,
+            frame: number as u64,
+            device_ns: None,
+            path,
+        };
+        return Ok(pictures.into_iter().enumerate().map(frame).collect());
+    }
     let file = index_of(dataset);
     if !file.exists() && dataset.is_dir() {
         let has_features = dataset.join("features.csv").exists();

@@ -55,6 +55,9 @@ impl Problem {
             | Self::OtherMounting { .. }
             | Self::NewerResult { .. }
             | Self::NotCalibrated { .. } => self.calibration_hint(),
+            Self::Value { key: "stop" | "picture", .. } => {
+                "poses.csv has one row for each stop, and each reading names its stop in a column `stop` (or `picture`)"
+            }
             Self::PointRepeated => "leave one of the two out",
             Self::ForeignRow { .. } => "is this the right file for this format?",
             Self::RowsDiffer { .. } => "every feature belongs to one image, row by row",

@@ -3,6 +3,7 @@
 use crate::dialect::plain_csv;
 use crate::error::{Error, Problem};
 use crate::profile::Profile;
+use crate::stop_poses::StopPoses;
 use crate::{no_return, profiles_csv, source_file};
 use std::path::{Path, PathBuf};
 
@@ -75,14 +76,22 @@ impl ProfileFile {
     ///
     /// # Errors
     /// What cannot be used.
-    pub(crate) fn read(self, notes: &mut Vec<String>) -> Result<Vec<Profile>, Error> {
+    pub(crate) fn read(
+        self,
+        notes: &mut Vec<String>,
+        stops: Option<&StopPoses>,
+    ) -> Result<Vec<Profile>, Error> {
         let path = self.path.clone();
-        let profiles = self.read_any(notes)?;
+        let profiles = self.read_any(notes, stops)?;
         no_return::check(&profiles).map_err(|problem| Error::in_file(&path, problem))?;
         Ok(profiles)
     }
 
-    fn read_any(self, notes: &mut Vec<String>) -> Result<Vec<Profile>, Error> {
+    fn read_any(self, notes: &mut Vec<String>, stops: Option<&StopPoses>) -> Result<Vec<Profile>, Error> {
+        if self.form == ProfileForm::Parquet && stops.is_some() {
+            let hint = "write profiles.csv in its place, with a column `stop`";
+            return Err(Error::unreadable(&self.path, "a Parquet file beside poses.csv", hint));
+        }
         if self.form == ProfileForm::Parquet {
             return from_parquet(&self.path, self.bytes);
         }
@@ -90,7 +99,7 @@ impl ProfileFile {
         if !dialect.is_plain() {
             notes.push(format!("{}: {dialect}", self.path.display()));
         }
-        profiles_csv::read(&self.path, csv.as_slice())
+        profiles_csv::read_at(&self.path, csv.as_slice(), stops)
     }
 }
 

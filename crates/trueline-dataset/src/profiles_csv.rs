@@ -8,7 +8,8 @@
 use crate::error::{Error, Problem};
 use crate::profile::{Profile, ProfilePoint};
 use crate::stamp;
-use crate::table::{self, ColumnSpec, Header, Table, optional, required};
+use crate::stop_poses::{RowKey, StopPoses};
+use crate::table::{self, ColumnSpec, Header, optional, required};
 use crate::unit::{MM_PER_M, Quantity};
 use std::collections::BTreeSet;
 use std::io::Write;
@@ -52,9 +53,19 @@ fn height_number(name: &str) -> Option<usize> {
 /// # Errors
 /// Anything that is not a clean table with rising stamps.
 pub fn read(file: &Path, bytes: &[u8]) -> Result<Vec<Profile>, Error> {
+    read_at(file, bytes, None)
+}
+
+/// The same where the robot stood at stops, which rows name in the place of a stamp.
+///
+/// # Errors
+/// As [`read`], and a stop without a pose.
+pub(crate) fn read_at(file: &Path, bytes: &[u8], stops: Option<&StopPoses>) -> Result<Vec<Profile>, Error> {
     let header = Header::read(file, bytes)?;
+    let key = RowKey::of(&header, stops)?;
     let heights = header.names().iter().filter(|name| height_number(name).is_some()).count();
-    let profiles = if heights > 0 { read_wide(header, heights)? } else { read_long(header)? };
+    let mut profiles = if heights > 0 { read_wide(header, heights, key)? } else { read_long(header, key)? };
+    profiles.sort_by_key(|profile| profile.stamp_ns);
     if profiles.is_empty() {
         return Err(Error::in_file(file, Problem::NoRows));
     }
@@ -64,12 +75,13 @@ pub fn read(file: &Path, bytes: &[u8]) -> Result<Vec<Profile>, Error> {
     Ok(profiles)
 }
 
-fn read_long(header: Header<'_>) -> Result<Vec<Profile>, Error> {
-    let specs: Vec<ColumnSpec<'_>> = SHARED.into_iter().chain(LONG).collect();
+fn read_long(header: Header<'_>, key: RowKey<'_>) -> Result<Vec<Profile>, Error> {
+    let specs: Vec<ColumnSpec<'_>> = shared(key).into_iter().chain(LONG).collect();
     let mut table = header.find(&specs)?;
     let mut profiles: Vec<Profile> = Vec::new();
     while table.next_row()? {
-        let (stamp_ns, frame) = (rising_stamp(&table, profiles.last())?, table.count(FRAME)?);
+        let last_ns = profiles.last().map(|last| last.stamp_ns);
+        let (stamp_ns, frame) = (key.stamp_ns(&table, TIME, last_ns)?, table.count(FRAME)?);
         let point = ProfilePoint {
             x_m: table.required_number(FIRST)?,
             z_m: table.required_number(FIRST + 1)?,
@@ -94,17 +106,18 @@ fn missing_height(header: &Header<'_>) -> Option<Problem> {
     Some(Problem::MissingColumn { name: format!("z{missing}_mm"), found })
 }
 
-fn read_wide(header: Header<'_>, heights: usize) -> Result<Vec<Profile>, Error> {
+fn read_wide(header: Header<'_>, heights: usize, key: RowKey<'_>) -> Result<Vec<Profile>, Error> {
     if let Some(missing) = missing_height(&header) {
         return Err(header.error(missing));
     }
     let names: Vec<String> = (0..heights).map(|k| format!("z{k}")).collect();
     let columns = names.iter().map(|name| required(name, Quantity::Length));
-    let specs: Vec<ColumnSpec<'_>> = SHARED.into_iter().chain(WIDE).chain(columns).collect();
+    let specs: Vec<ColumnSpec<'_>> = shared(key).into_iter().chain(WIDE).chain(columns).collect();
     let mut table = header.find(&specs)?;
     let mut profiles: Vec<Profile> = Vec::new();
     while table.next_row()? {
-        let (stamp_ns, frame) = (rising_stamp(&table, profiles.last())?, table.count(FRAME)?);
+        let last_ns = profiles.last().map(|last| last.stamp_ns);
+        let (stamp_ns, frame) = (key.stamp_ns(&table, TIME, last_ns)?, table.count(FRAME)?);
         let (x0_m, dx_m) = (table.required_number(FIRST)?, table.required_number(FIRST + 1)?);
         if dx_m == 0.0 {
             let expected = "the distance of one column from the next";
@@ -124,15 +137,11 @@ fn read_wide(header: Header<'_>, heights: usize) -> Result<Vec<Profile>, Error> 
     Ok(profiles)
 }
 
-fn rising_stamp(table: &Table<'_>, last: Option<&Profile>) -> Result<i64, Error> {
-    let stamp_ns = table.stamp_ns(TIME)?;
-    match last {
-        Some(last) if stamp_ns < last.stamp_ns => {
-            let (previous_s, this_s) = (stamp::seconds(last.stamp_ns), stamp::seconds(stamp_ns));
-            Err(table.error_in(TIME, Problem::TimeRunsBackwards { previous_s, this_s }))
-        }
-        _ => Ok(stamp_ns),
-    }
+/// The columns of both forms, with what pairs their rows with the robot in the first.
+fn shared(key: RowKey<'_>) -> [ColumnSpec<'static>; 2] {
+    let mut shared = SHARED;
+    shared[TIME] = key.spec();
+    shared
 }
 
 /// Writes profiles in the long form; those without a point leave no row.

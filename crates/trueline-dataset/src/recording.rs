@@ -28,6 +28,8 @@ pub struct Recording {
     pub inputs: BTreeMap<String, String>,
     /// Of several recordings that were joined, the first stamp of each but the first, ns: nothing was recorded just before it.
     pub joined_from_ns: Vec<i64>,
+    /// Whether the robot stood at each reading: then `robot` has one pose for each stamp of a reading, and stamps only pair them.
+    pub at_stops: bool,
 }
 
 /// What a recording is read from beside what was measured: two scans may share these.
@@ -47,6 +49,7 @@ impl Recording {
             truth: None,
             inputs: BTreeMap::new(),
             joined_from_ns: Vec::new(),
+            at_stops: false,
         }
     }
 

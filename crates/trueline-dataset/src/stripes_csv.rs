@@ -10,8 +10,10 @@
 use crate::error::{Error, Problem};
 use crate::recording::{Measured, PlateStripe, Sensor};
 use crate::stamp;
-use crate::table::{ColumnSpec, Table, optional, required};
+use crate::stop_poses::{RowKey, StopPoses};
+use crate::table::{ColumnSpec, Header, Table, optional, required};
 use crate::unit::{MM_PER_M, Quantity};
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::Path;
 use trueline_geometry::Plane;
@@ -23,11 +25,8 @@ const PLATE: usize = 2;
 const FIRST: usize = 3;
 const SIGMA: usize = 7;
 
-const SHARED: [ColumnSpec<'static>; 3] = [
-    required("time", Quantity::Time),
-    optional("frame", Quantity::Count),
-    required("plate", Quantity::Count),
-];
+const SHARED: [ColumnSpec<'static>; 2] =
+    [optional("frame", Quantity::Count), required("plate", Quantity::Count)];
 
 const PIXELS: [ColumnSpec<'static>; 5] = [
     required("u1", Quantity::Pixel),
@@ -54,38 +53,40 @@ const LEAST_Y: f64 = 0.05;
 /// Anything that is not a clean table of these columns with rising stamps, plates 0 and 1, positive sigmas and two points
 /// that are not the same.
 pub fn read(file: &Path, bytes: &[u8], sensor: &Sensor) -> Result<Vec<PlateStripe>, Error> {
-    read_of_lines(file, bytes, sensor, 1)
+    read_of_lines(file, bytes, (sensor, 1), None)
 }
 
-/// The same of so many lines: plates 2k and 2k + 1 are those of line k.
+/// The same of so many lines: plates 2k and 2k + 1 are those of line k. Where the robot stood at stops, rows name them.
 ///
 /// # Errors
 /// As [`read`].
 pub(crate) fn read_of_lines(
     file: &Path,
     bytes: &[u8],
-    sensor: &Sensor,
-    lines: u32,
+    (sensor, lines): (&Sensor, u32),
+    stops: Option<&StopPoses>,
 ) -> Result<Vec<PlateStripe>, Error> {
     let last_plate = 2 * lines.max(1) - 1;
     let own = if matches!(sensor, Sensor::CameraLaser { .. }) { PIXELS } else { LENGTHS };
-    let columns: Vec<ColumnSpec<'static>> = SHARED.into_iter().chain(own).collect();
-    let mut table = Table::open(file, bytes, &columns)?;
+    let header = Header::read(file, bytes)?;
+    let key = RowKey::of(&header, stops)?;
+    let columns: Vec<ColumnSpec<'static>> = [key.spec()].into_iter().chain(SHARED).chain(own).collect();
+    let mut table = header.find(&columns)?;
     let mut stripes: Vec<PlateStripe> = Vec::new();
+    let mut plates = BTreeSet::new();
     while table.next_row()? {
-        let stripe = read_row(&table, file, sensor, last_plate)?;
-        if let Some(last) = stripes.last()
-            && stripe.stamp_ns < last.stamp_ns
-        {
-            let (previous_s, this_s) = (stamp::seconds(last.stamp_ns), stamp::seconds(stripe.stamp_ns));
-            return Err(table.error_in(TIME, Problem::TimeRunsBackwards { previous_s, this_s }));
+        let last_ns = stripes.last().map(|last| last.stamp_ns);
+        let stamp_ns = key.stamp_ns(&table, TIME, last_ns)?;
+        if key.rises() && last_ns != Some(stamp_ns) {
+            plates.clear();
         }
-        let same = |other: &&PlateStripe| other.stamp_ns == stripe.stamp_ns;
-        if stripes.iter().rev().take_while(same).any(|other| other.plate == stripe.plate) {
+        let stripe = PlateStripe { stamp_ns, ..read_row(&table, file, sensor, last_plate)? };
+        if !plates.insert((stamp_ns, stripe.plate)) {
             return Err(table.error_in(PLATE, Problem::PlateTwice { plate: stripe.plate }));
         }
         stripes.push(stripe);
     }
+    stripes.sort_by_key(|stripe| stripe.stamp_ns);
     if stripes.is_empty() {
         return Err(Error::in_file(file, Problem::NoRows));
     }
@@ -117,7 +118,7 @@ fn read_row(table: &Table<'_>, file: &Path, sensor: &Sensor, last_plate: u32) ->
             ends.map(|end| on_plane(&plane, end))
         }
     };
-    Ok(PlateStripe { stamp_ns: table.stamp_ns(TIME)?, frame: table.count(FRAME)?, plate, points, sigma })
+    Ok(PlateStripe { stamp_ns: 0, frame: table.count(FRAME)?, plate, points, sigma })
 }
 
 fn without_direction(sigma: f64, length: f64, sensor: &Sensor) -> Problem {

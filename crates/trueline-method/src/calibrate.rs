@@ -19,6 +19,7 @@ use crate::input::feature_noise;
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::{MIN_IMAGES, Observations, observe, origin_ns};
 use crate::input::shape_knowledge::ShapeKnowledge;
+use crate::input::stops;
 use crate::input::timestamps::{Dejittered, Sampling};
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET};
 use crate::released::{freed, held_sensor, released};
@@ -31,7 +32,8 @@ use trueline_geometry::Trajectory;
 
 /// Estimates time offset, hand-eye transform and lines from a recording.
 ///
-/// `guess` is where to start; without it the start is found from nothing.
+/// `guess` is where to start; without it the start is found from nothing. Where the robot stands at each reading, there is no
+/// time offset, and a guess of it says nothing.
 ///
 /// # Errors
 /// [`Error`] if there is no estimate at all. A doubtful one is a [`Calibration`] that is not accepted.
@@ -40,19 +42,28 @@ pub fn calibrate(
     guess: Option<&Guess>,
     config: &Config,
 ) -> Result<Calibration, Error> {
+    let Some((by_stops, stops)) = stops::of(recording, config)? else {
+        return over_time(recording, guess, config);
+    };
+    let guess = guess.map(stops::guess);
+    Ok(over_time(&by_stops, guess.as_ref(), &stops::options(config))?.at_stops(stops))
+}
+
+/// The same over the time of the recording's stamps.
+fn over_time(recording: &Recording, guess: Option<&Guess>, config: &Config) -> Result<Calibration, Error> {
     if config.sensor == SensorMode::Prior && recording.is_in_its_sensors_uncertainty() {
         // The optimum beside the shape that this scan gave is the joint one, and with the shape's covariance so are the ±.
         let held = Config { sensor: SensorMode::Fixed, ..config.clone() };
-        return Ok(calibrate(recording, guess, &held)?.with_sensor_of_its_own_scan());
+        return Ok(over_time(recording, guess, &held)?.with_sensor_of_its_own_scan());
     }
     if let Some(released) = released(config, recording) {
         // What holds nothing of these: it is not released again.
-        let released = calibrate(recording, guess, &released).ok();
+        let released = over_time(recording, guess, &released).ok();
         return with_stated_lens(recording, guess, config, released.as_ref());
     }
     let as_stated = with_stated_lens(recording, guess, config, None)?;
     if let Some(freed) = freed(config, &as_stated) {
-        let freed = calibrate(recording, guess, &freed).ok();
+        let freed = over_time(recording, guess, &freed).ok();
         if freed.as_ref().is_some_and(|freed| held_sensor(config, freed).is_some_and(|shape| shape.is_off()))
         {
             return with_stated_lens(recording, guess, config, freed.as_ref());
@@ -200,7 +211,8 @@ fn check_overlap(observations: &Observations, config: &Config) -> Result<(), Err
 fn held_components(config: &Config, guess: Option<&Guess>) -> Result<Vec<usize>, Error> {
     let mut fixed = Vec::new();
     for hold in &config.hold {
-        if guess.is_none() {
+        let is_absent = config.at_stops && *hold == Hold::TimeOffset;
+        if guess.is_none() && !is_absent {
             return Err(Error::NothingToHold { held: hold.name() });
         }
         match hold {

@@ -6,6 +6,7 @@
 use crate::assess::file_frame::HandEyeOfFile;
 use crate::assess::observability::{Group, Unobservable};
 use crate::findings::Findings;
+use crate::input::stops::Stops;
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION, line_index};
 use crate::verdict::{self, Axis, Reason, Status, Verdict, Warning};
 use nalgebra::{DMatrix, SMatrix, UnitQuaternion};
@@ -63,6 +64,13 @@ impl Calibration {
     #[must_use]
     pub(crate) fn with_sensor_of_its_own_scan(mut self) -> Self {
         self.findings.sensor_of_its_own_scan = true;
+        Self { verdict: verdict::of(&self.findings), findings: self.findings }
+    }
+
+    /// The same of a robot that stood at each reading.
+    #[must_use]
+    pub(crate) fn at_stops(mut self, stops: Stops) -> Self {
+        self.findings.stops = Some(stops);
         Self { verdict: verdict::of(&self.findings), findings: self.findings }
     }
 

@@ -29,6 +29,7 @@ use crate::hypotheses::unbiased::{Assessed, inflation};
 use crate::input::observations::origin_ns;
 use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::input::skip::Skip;
+use crate::input::stops::Stops;
 use crate::input::timestamps::{Dejittered, Sampling};
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
@@ -100,7 +101,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         unknowns = unknowns.of_no_feature();
     }
     let mut checks = checks(from, &uncertainty, &unknowns, &features);
-    if from.assessed.all_observable() {
+    if unknowns.observability.shows_all() {
         checks.seam_error = seam_error(from, &uncertainty, &systematic);
     }
     checks.cause = from.cause.clone();
@@ -130,6 +131,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         clock: clock(&from.assessed.drift_free),
         streams,
         stripes: None,
+        stops: config.at_stops.then_some(Stops::Stated),
         sensor_of_its_own_scan: false,
         uncertainty_ignored: is_stated && config.residual == ResidualKind::PointToLine,
         inputs: from.recording.inputs.clone(),
@@ -260,16 +262,17 @@ fn add_stripes(from: &Concluded<'_>, findings: &mut Findings, errors: &SeamError
     };
     let Answer { parameters, covariance, noise_covariance, observability, seam_error } =
         estimate.stripe.clone();
+    let observability = observability.bounded(&covariance);
     if estimate.explains_robot {
         findings.checks.robot_seems = None;
     }
     let (config, fit, observations) =
         (from.settings.config, &from.assessed.drift_free.fit, &from.assessed.drift_free.observations);
-    let all_seen = observability.observable_components[..LINES].iter().all(|seen| *seen);
+    let all_seen = observability.shows_all();
     let list = fit.placed.of(observations);
     let torch = || seam_point_error::predict(observations, list, &parameters, &covariance, &config.used_at);
     findings.checks.seam_point_error = all_seen.then(torch).flatten();
-    findings.checks.seam_error = seam_error;
+    findings.checks.seam_error = seam_error.filter(|_| all_seen);
     findings.unknowns =
         with_sensor(from, Answered { parameters, covariance, noise_covariance, observability });
     Ok(())
@@ -303,16 +306,18 @@ fn with_sensor(from: &Concluded<'_>, answered: Answered) -> Unknowns {
         noise_covariance,
         observability,
         held_at_guess: false,
+        has_time_offset: !from.settings.config.at_stops,
     }
 }
 
 fn unknowns(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &Systematic) -> Unknowns {
     let noise_covariance = with_time_offset_widened(from, uncertainty.covariance.clone());
+    let covariance = &noise_covariance + systematic.covariance();
     let answered = Answered {
         parameters: from.assessed.drift_free.fit.parameters().clone(),
-        covariance: &noise_covariance + systematic.covariance(),
+        observability: from.assessed.observability.clone().bounded(&covariance),
+        covariance,
         noise_covariance,
-        observability: from.assessed.observability.clone(),
     };
     let held_at_guess = from.assessed.drift_free.fit.prior.is_some();
     Unknowns { held_at_guess, ..with_sensor(from, answered) }
@@ -335,6 +340,7 @@ fn seam_error(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &Syst
     let (fit, observations) = (&from.assessed.drift_free.fit, &from.assessed.drift_free.observations);
     let sources = SeamErrorSources {
         hessian: &fit.solution.equations.hessian,
+        fixed: from.settings.fixed,
         noise: &uncertainty.covariance,
         stamps_variance_s2: {
             let widened = with_time_offset_widened(from, uncertainty.covariance.clone());
@@ -385,7 +391,7 @@ fn checks(
         robot_taken: from.robot_taken,
         robot_seems: from.robot_seems,
         feature_bias: None,
-        seam_point_error: from.assessed.all_observable().then(predict).flatten(),
+        seam_point_error: observability.shows_all().then(predict).flatten(),
     }
 }
 
@@ -405,6 +411,9 @@ fn streams(from: &Concluded<'_>, repeated_features: usize) -> Streams {
 
 /// What the residuals cannot tell of the time offset: noise in its column, and what the stamps leave unsaid.
 fn with_time_offset_widened(from: &Concluded<'_>, mut covariance: DMatrix<f64>) -> DMatrix<f64> {
+    if from.settings.fixed.contains(&TIME_OFFSET) {
+        return covariance;
+    }
     // Noise in its column makes it look better known than it is, and with it all that goes with it: of a share s the optimum's
     // variance is that of the gradient, 1, over the square of the curvature that motion gives, s².
     let variance = covariance[(TIME_OFFSET, TIME_OFFSET)];

@@ -192,6 +192,8 @@ pub struct Config {
     pub residual: ResidualKind,
     /// Robust loss on the whitened residual; `None` is the residual's own: see [`Config::final_loss`].
     pub loss: Option<Loss>,
+    /// Whether the robot stands at each reading: then there is no time offset, and stamps only pair readings and poses.
+    pub at_stops: bool,
     /// What is held at its initial value.
     pub hold: Vec<Hold>,
     /// How well that is known.
@@ -244,6 +246,7 @@ impl Default for Config {
             measurements: Measurements::Auto,
             residual: ResidualKind::Sheet,
             loss: None,
+            at_stops: false,
             hold: Vec::new(),
             held_sigma: HeldSigma::default(),
             drawn_lines: Vec::new(),

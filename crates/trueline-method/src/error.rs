@@ -93,6 +93,24 @@ pub enum Error {
         /// Largest turn, degrees.
         turn_deg: f64,
     },
+    /// A reading at a stop that has no pose.
+    #[error("the reading of {stamp_s:.3} s has no pose of the robot")]
+    NoPoseAtStop {
+        /// Its stamp, s.
+        stamp_s: f64,
+    },
+    /// A reading at a stop during which the robot moves.
+    #[error(
+        "the robot does not stand at the reading of {stamp_s:.3} s: it moves by {shift_mm:.2} mm and {turn_deg:.2}° within 0.3 s"
+    )]
+    MovesAtStop {
+        /// Its stamp, s.
+        stamp_s: f64,
+        /// How far it goes, mm.
+        shift_mm: f64,
+        /// How far it turns, degrees.
+        turn_deg: f64,
+    },
     /// Something is held that was never given.
     #[error("`{held}` is to be held fixed, but there is no initial value for it")]
     NothingToHold {
@@ -200,7 +218,13 @@ impl Error {
                 "does the stamp advance from picture to picture, or from profile to profile?"
             }
             Self::RobotTooSlow { .. } => {
-                "is time_s in seconds? Stamps in ms or µs look like that; otherwise record the robot's poses ten times a second or more"
+                "is time_s in seconds? Stamps in ms or µs look like that; otherwise record the robot's poses ten times a second or more. If the robot stands at each reading, use --at-stops"
+            }
+            Self::NoPoseAtStop { .. } => {
+                "record the robot while it stands, or write one pose a stop into poses.csv: stop,x_mm,y_mm,z_mm,qw,qx,qy,qz"
+            }
+            Self::MovesAtStop { .. } => {
+                "wait until the robot stands before a reading, or leave this reading out; without --at-stops a moving robot is calibrated"
             }
             Self::RobotStandsStill { .. } => {
                 "record the scan while it moves; if it did, is the stream frozen, or of another robot?"

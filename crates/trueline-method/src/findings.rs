@@ -21,8 +21,9 @@ use crate::hypotheses::ambiguity::Ambiguity;
 use crate::hypotheses::drift_and_step::{Drift, Step};
 use crate::hypotheses::feature_bias::FeatureBias;
 use crate::hypotheses::search::{BetterMinimum, Mirrored};
+use crate::input::stops::Stops;
 use crate::input::timestamps::StampReport;
-use crate::problem::parameters::Parameters;
+use crate::problem::parameters::{Parameters, TIME_OFFSET};
 use crate::solve::iteration_record::IterationRecord;
 use crate::stripe::outcome::{StripeEstimate, StripeOutcome};
 use nalgebra::DMatrix;
@@ -47,6 +48,8 @@ pub struct Findings {
     pub stripes: Option<StripeOutcome>,
     /// Whether the recording states how well the sensor is known, which the ± do not contain.
     pub uncertainty_ignored: bool,
+    /// Whether the robot stood at each reading, and who says so; `None` where it moves.
+    pub stops: Option<Stops>,
     /// Whether the sensor was held because its file was written from this scan.
     pub sensor_of_its_own_scan: bool,
     /// SHA-256 of the inputs.
@@ -109,6 +112,8 @@ pub struct Unknowns {
     pub observability: Observability,
     /// Whether what it does not show was held at the initial guess, as the user allowed.
     pub held_at_guess: bool,
+    /// Whether there is a time offset at all: a robot that stands at each reading has none.
+    pub has_time_offset: bool,
 }
 
 impl Unknowns {
@@ -165,7 +170,8 @@ impl Unknowns {
     /// Whether the value of a component means anything: it was held, or it is observable.
     #[must_use]
     pub fn is_known(&self, component: usize) -> bool {
-        self.held_at_guess || self.observability.observable_components[component]
+        let exists = component != TIME_OFFSET || self.has_time_offset;
+        exists && (self.held_at_guess || self.observability.observable_components[component])
     }
 }
 

@@ -93,7 +93,7 @@ fn small_path_m(recording: &Recording) -> Option<f64> {
 }
 
 fn open_folder(path: &Path, how: &How, observer: &dyn OpenObserver) -> Result<Opened, OpenError> {
-    let pictures = if images::index_of(path).exists() { Some(PictureFolder::open(path)?) } else { None };
+    let pictures = if images::are_named_in(path)? { Some(PictureFolder::open(path)?) } else { None };
     let features = path.join("features.csv");
     if let (Some(pictures), false) = (&pictures, features.exists()) {
         return open_pictures(path, pictures.clone(), how, observer);

@@ -1,12 +1,13 @@
 //! A calibration before a moving board, in words and as the file of a result.
 
 use crate::number::{positive_w, with_sigma};
+use crate::summary::AT_STOPS;
 use nalgebra::SMatrix;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use trueline_dataset::result_file::{
-    Covariance, Fact, Observability, PoseEntry, Residuals, ResultFile, SCHEMA_VERSION, Sigma, Stamps, Status,
-    Tool,
+    Covariance, Fact, Observability, Options, PoseEntry, Residuals, ResultFile, SCHEMA_VERSION, Sigma,
+    Stamps, Status, Tool,
 };
 use trueline_dataset::unit::MM_PER_M;
 use trueline_sensor::board_hand_eye::joint::{BoardFit, HAND_EYE, SIZE, TIME_OFFSET};
@@ -28,6 +29,10 @@ pub struct BoardReport<'a> {
     pub robot_noise_m: f64,
     /// Pictures that show no whole, sharp board, by reason.
     pub skipped: &'a BTreeMap<String, usize>,
+    /// Whether the robot stood at each picture: then there is no time offset.
+    pub at_stops: bool,
+    /// Whether the time offset was found; else there is none, or it was held.
+    pub shows_time_offset: bool,
     /// SHA-256 of what was read, by name.
     pub inputs: &'a BTreeMap<String, String>,
 }
@@ -50,15 +55,18 @@ pub fn of(report: &BoardReport<'_>) -> ResultFile {
         status: Some(if report.reasons.is_empty() { Status::Accepted } else { Status::NotAccepted }),
         reasons: facts(report.reasons),
         warnings: facts(report.warnings),
-        time_offset_s: Some(unknowns.time_offset_s),
+        time_offset_s: (!report.at_stops).then_some(unknowns.time_offset_s),
         tool_from_camera: PoseEntry {
             translation_mm: translation_mm.map(Some),
             rotation_wxyz: Some(positive_w(&unknowns.tool_from_camera.rotation)),
         },
-        sigma: sigma(&report.covariance),
-        sigma_noise: sigma(&fit.covariance),
-        covariance: covariance(&report.covariance),
-        observability: Observability { rank: SIZE, size: SIZE, ..Observability::default() },
+        sigma: sigma(&report.covariance, report.shows_time_offset),
+        sigma_noise: sigma(&fit.covariance, report.shows_time_offset),
+        covariance: covariance(&report.covariance, report.shows_time_offset),
+        observability: {
+            let size = if report.shows_time_offset { SIZE } else { SIZE - 1 };
+            Observability { rank: size, size, ..Observability::default() }
+        },
         residuals: Residuals {
             rms_px: Some(report.corner_sigma_px * std::f64::consts::SQRT_2),
             rms_mm: Some(fit.shift_rms_m * MM_PER_M),
@@ -70,6 +78,7 @@ pub fn of(report: &BoardReport<'_>) -> ResultFile {
             ..Residuals::default()
         },
         stamps: Stamps { robot_noise_mm: report.robot_noise_m * MM_PER_M, ..Stamps::default() },
+        options: Options { at_stops: report.at_stops, ..Options::default() },
         termination: "board".to_owned(),
         inputs: report.inputs.clone(),
         ..ResultFile::default()
@@ -80,24 +89,26 @@ fn fact(remark: &Remark) -> Fact {
     Fact { code: remark.code().to_owned(), text: remark.to_string(), ..Fact::default() }
 }
 
-fn sigma(covariance: &SMatrix<f64, SIZE, SIZE>) -> Sigma {
+fn sigma(covariance: &SMatrix<f64, SIZE, SIZE>, shows_time_offset: bool) -> Sigma {
     let of = |k: usize| covariance[(k, k)].max(0.0).sqrt();
     let three = |first: usize, scale: f64| [0, 1, 2].map(|k| Some(of(first + k) * scale));
     Sigma {
-        time_offset_s: Some(of(TIME_OFFSET)),
+        time_offset_s: shows_time_offset.then(|| of(TIME_OFFSET)),
         rotation_rad: three(HAND_EYE, 1.0),
         translation_mm: three(HAND_EYE + 3, MM_PER_M),
     }
 }
 
 /// Time offset and hand-eye transform: what a result of a line has too, in the same units.
-fn covariance(of: &SMatrix<f64, SIZE, SIZE>) -> Covariance {
+fn covariance(of: &SMatrix<f64, SIZE, SIZE>, shows_time_offset: bool) -> Covariance {
     let axes = ["x", "y", "z"];
     let names = std::iter::once("time_offset_s".to_owned())
         .chain(axes.map(|axis| format!("rotation_{axis}_rad")))
         .chain(axes.map(|axis| format!("translation_{axis}_mm")));
     let scale = |k: usize| if k >= HAND_EYE + 3 { MM_PER_M } else { 1.0 };
-    let row = |i: usize| (0..7).map(|j| Some(of[(i, j)] * scale(i) * scale(j))).collect();
+    let known = |i: usize| shows_time_offset || i != TIME_OFFSET;
+    let entry = |i: usize, j: usize| (known(i) && known(j)).then(|| of[(i, j)] * scale(i) * scale(j));
+    let row = |i: usize| (0..7).map(|j| entry(i, j)).collect();
     Covariance { order: names.collect(), matrix: (0..7).map(row).collect() }
 }
 
@@ -120,7 +131,12 @@ pub fn text(report: &BoardReport<'_>) -> String {
     let sigma = |k: usize| report.covariance[(k, k)].max(0.0).sqrt();
     let (shift, turn) =
         (unknowns.tool_from_camera.translation.vector, unknowns.tool_from_camera.rotation.scaled_axis());
-    let offset = with_sigma(unknowns.time_offset_s * 1e3, Some(sigma(TIME_OFFSET) * 1e3), "ms");
+    let offset = if report.at_stops {
+        AT_STOPS.to_owned()
+    } else {
+        let sigma_ms = report.shows_time_offset.then(|| sigma(TIME_OFFSET) * 1e3);
+        with_sigma(unknowns.time_offset_s * 1e3, sigma_ms, "ms")
+    };
     let _ = writeln!(out, "\n  {:<18} {offset}", "time offset");
     for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
         let value = with_sigma(shift[k] * MM_PER_M, Some(sigma(HAND_EYE + 3 + k) * MM_PER_M), "mm");

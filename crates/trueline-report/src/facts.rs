@@ -8,7 +8,7 @@ use trueline_method::assess::cause_kind::CauseKind;
 use trueline_method::assess::drawn_line_shift::DrawnLineShift;
 use trueline_method::assess::instead_of_sensor::InsteadOfSensor;
 use trueline_method::assess::lens::LensCorrection;
-use trueline_method::assess::observability::Unobservable;
+use trueline_method::assess::observability::{Group, Unobservable};
 use trueline_method::assess::robot_field::RobotSigmas;
 use trueline_method::assess::sensor_shape::SensorShape;
 use trueline_method::input::skip::Skip;
@@ -38,6 +38,9 @@ fn fact(code: &str, text: String, values: Value) -> Fact {
 fn reason_values(reason: &Reason) -> Value {
     match reason {
         Reason::Unobservable(what) => unobservable(what),
+        Reason::AtStops { stops } => {
+            json!({ "parameter": Group::TimeOffset.name(), "directions": [], "stops": stops })
+        }
         Reason::MirrorAmbiguity | Reason::UndeterminedTurn | Reason::StatementContradicted => json!({}),
         Reason::WorseMinimum { better_time_offset_s } => {
             json!({ "better_time_offset_s": better_time_offset_s })

@@ -15,7 +15,7 @@ use trueline_method::hypotheses::ambiguity::RivalAnswer;
 use trueline_method::problem::parameters::{self, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_method::solve::iteration_record::IterationRecord;
 use trueline_method::verdict::Axis;
-use trueline_method::{Calibration, Config, DrawnLine, Status};
+use trueline_method::{Calibration, Config, DrawnLine, Hold, Status};
 
 /// The whole result.
 #[must_use]
@@ -241,11 +241,13 @@ fn iteration(c: &Calibration, i: &IterationRecord) -> IterationEntry {
 /// The options of a calibration.
 #[must_use]
 pub fn options(config: &Config) -> Options {
+    let is_held = |hold: Hold| !(config.at_stops && hold == Hold::TimeOffset);
     Options {
         measurements: config.measurements.name().to_owned(),
         residual: config.residual.name().to_owned(),
         loss: format!("{:?}", config.final_loss()),
-        fix: config.hold.iter().map(|hold| hold.name().to_owned()).collect(),
+        at_stops: config.at_stops,
+        fix: config.hold.iter().filter(|hold| is_held(**hold)).map(|hold| hold.name().to_owned()).collect(),
         fixed_sigma: RequireOptions {
             time_offset_s: config.held_sigma.time_s,
             rotation_rad: config.held_sigma.rotation_rad,

@@ -40,6 +40,9 @@ pub fn sentence(c: &Calibration) -> String {
             if more > 0 { format!(" ({more} more below)") } else { String::new() }
         );
     }
+    if c.findings.stops.is_some() {
+        return format!("Accepted, at {} stops, without a time offset.", c.findings.streams.images.count);
+    }
     if !c.is_known(TIME_OFFSET) {
         return "Accepted, without the time offset, which this scan does not show.".to_owned();
     }
@@ -140,9 +143,13 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
     if let Some(torch) = &c.findings.checks.seam_point_error {
         rows.push(("at the torch".to_owned(), at_torch(torch)));
     }
-    rows.push(("runner-up".to_owned(), runner_up(c)));
-    rows.push(("robot stream".to_owned(), robot(c)));
-    rows.push(("image stream".to_owned(), stream(&c.findings.streams.images)));
+    if c.findings.stops.is_some() {
+        rows.push(("stops".to_owned(), c.findings.streams.images.count.to_string()));
+    } else {
+        rows.push(("runner-up".to_owned(), runner_up(c)));
+        rows.push(("robot stream".to_owned(), robot(c)));
+        rows.push(("image stream".to_owned(), stream(&c.findings.streams.images)));
+    }
     rows.push((
         "solver".to_owned(),
         format!(
@@ -157,7 +164,13 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
 
 const UNSEEN: &str = "cannot be determined from this scan";
 
+/// What stands in the place of a time offset where the robot stands at each reading.
+pub(crate) const AT_STOPS: &str = "none, for the robot stands at each reading";
+
 fn offset(c: &Calibration) -> String {
+    if c.findings.stops.is_some() {
+        return AT_STOPS.to_owned();
+    }
     if !c.is_known(TIME_OFFSET) {
         return UNSEEN.to_owned();
     }

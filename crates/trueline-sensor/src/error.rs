@@ -61,6 +61,9 @@ pub enum Error {
     /// The motion does not fix the hand-eye transform.
     #[error("the robot's motion does not determine the hand-eye transform")]
     HandEyeNotFixed,
+    /// The motion does not show the time offset.
+    #[error("the robot's motion does not determine the time offset")]
+    TimeOffsetNotFixed,
     /// Pictures and robot poses share no time.
     #[error("the pictures and the robot's poses have no time in common")]
     NoCommonTime,
@@ -78,6 +81,9 @@ impl Error {
             Self::NoPose => "is the board flat, and is --board COLSxROWS the number of inner corners?",
             Self::NotFixed => "tilt the board by about 30 degrees in different directions",
             Self::HandEyeNotFixed => "turn the tool about two axes or more, by 15 degrees and more",
+            Self::TimeOffsetNotFixed => {
+                "take pictures while the robot moves; if it stands at each of them, use --at-stops"
+            }
             Self::NoCommonTime => "were robot and camera recorded together, with stamps of one clock?",
             Self::TooFewStops { .. } => {
                 "stop 15 to 20 times before the plate, near and far, the tool tilted by 20 degrees to every side"

@@ -18,8 +18,8 @@ pub(crate) const MOST_NORMAL_SIGMA_RAD: f64 = 0.035;
 /// The plane's offset in the middle of its points must be known at least this well, m.
 pub(crate) const MOST_MIDDLE_SIGMA_M: f64 = 1e-3;
 
-/// The fewest pictures of a moving board.
-pub(crate) const LEAST_BOARD_PICTURES: usize = 20;
+/// The fewest pictures of a board before the robot: 36 numbers leave 23 to judge the noise of 13 unknowns by.
+pub(crate) const LEAST_BOARD_PICTURES: usize = 6;
 
 /// Board and robot that differ by this many times their noise tell of something else.
 pub(crate) const MOST_DISAGREEMENT: f64 = 3.0;
@@ -113,6 +113,11 @@ pub enum Remark {
         /// How many do.
         count: usize,
     },
+    /// The robot stands at each picture, and nobody said so.
+    AtStops {
+        /// How many stops there are.
+        stops: usize,
+    },
     /// Board and robot disagree by more than their noise.
     BoardAndRobotDisagree {
         /// By how many times.
@@ -149,6 +154,7 @@ impl Remark {
             Self::PointsOffPlane { .. } => "points-off-plane",
             Self::BoardNeverWhole { .. } => "board-never-whole",
             Self::FewBoardPictures { .. } => "few-board-pictures",
+            Self::AtStops { .. } => "unobservable",
             Self::BoardAndRobotDisagree { .. } => "board-and-robot-disagree",
             Self::HandEyeUncertain { .. } => "hand-eye-uncertain",
             Self::TimeOffsetUncertain { .. } => "time-offset-uncertain",
@@ -197,12 +203,15 @@ impl fmt::Display for Remark {
             }
             Self::PointsOffPlane { rms_m } => points_off_plane(f, *rms_m),
             Self::BoardNeverWhole { stated, seen } => board_never_whole(f, *stated, *seen),
-            Self::FewBoardPictures { count } => {
-                write!(
-                    f,
-                    "{count} pictures count, {LEAST_BOARD_PICTURES} are needed: keep the whole board in view"
-                )
-            }
+            Self::FewBoardPictures { count } => write!(
+                f,
+                "{count} pictures count, at least {LEAST_BOARD_PICTURES} and half of all are needed: keep the whole board in view"
+            ),
+            Self::AtStops { stops } => write!(
+                f,
+                "the robot stands at each of the {stops} pictures, so that the time offset cannot be determined. For a calibration \
+                 without it, run again with --at-stops; for the time offset, take pictures while the robot moves"
+            ),
             Self::BoardAndRobotDisagree { factor } => write!(
                 f,
                 "board and robot disagree {factor:.1} times more than their noise explains: did the board stand still, and is its square as long as stated?"
@@ -333,8 +342,7 @@ pub fn of_plate(fit: &PlateFit) -> (Vec<Remark>, Vec<Remark>) {
     (reasons, (count > 0).then_some(Remark::PicturesLeftOut { count }).into_iter().collect())
 }
 
-/// Why a hand-eye transform from a moving board is not accepted, and what to mind. The covariance is that of all that is
-/// accounted for.
+/// Why a hand-eye transform from a board is not accepted, and what to mind. The covariance is that of all that is accounted for.
 #[must_use]
 pub fn of_board(fit: &BoardFit, covariance: &SMatrix<f64, SIZE, SIZE>) -> (Vec<Remark>, Vec<Remark>) {
     let (mut reasons, mut warnings) = (Vec::new(), Vec::new());

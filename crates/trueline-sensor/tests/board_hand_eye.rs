@@ -270,3 +270,59 @@ fn wrong_sightings_are_left_out_and_a_robot_that_turns_about_one_axis_is_refused
     let error = moving::calibrate(&board(), &sightings, &stamps_s, &trajectory, &NOISE).unwrap_err();
     assert_eq!(error, Error::HandEyeNotFixed);
 }
+
+/// Errors of all but the time offset within four of their standard deviations: twelve of them beyond are one run in 1,300.
+fn assert_hand_eye_within(fit: &joint::BoardFit, what: &str) {
+    for (k, off) in off(&fit.unknowns).iter().enumerate().skip(1) {
+        let sigma = fit.covariance[(k, k)].sqrt();
+        assert!(off.abs() < 4.0 * sigma, "{what}, component {k}: {off} ± {sigma}");
+    }
+}
+
+#[test]
+fn stops_turned_by_up_to_95_degrees_have_no_time_offset_and_boards_counted_from_either_end_agree() {
+    let mut random = ChaCha12Rng::seed_from_u64(11);
+    let noise = ErrorModel { stamp_s: 0.0, ..NOISE };
+    let (mut tools, mut sightings) = (Vec::new(), Vec::new());
+    for k in 0..16 {
+        // In an order in which neighbours are far apart.
+        let about_view = (-95.0 + 190.0 * f64::from(k * 7 % 16) / 15.0).to_radians();
+        let tilt = Vector3::new(0.5 * (1.9 * f64::from(k)).sin(), 0.5 * (2.3 * f64::from(k)).cos(), 0.0);
+        let rotation = so3::exp(&(Vector3::z() * about_view)) * so3::exp(&tilt);
+        let middle = Vector3::new(0.0, 0.0, 0.40 + 0.01 * f64::from(k % 5));
+        let view = se3::from_parts(rotation, middle - rotation * board().middle());
+        let (shift, turn) =
+            (normals(&mut random) * noise.position_m, normals(&mut random) * noise.rotation_rad);
+        let tool = truth().base_from_board * view.inverse() * truth().tool_from_camera.inverse();
+        tools.push(tool * se3::from_parts(so3::exp(&turn), shift));
+        sightings.push(sighted(&view, 1.0, &camera(), &mut random));
+    }
+    let robot = RobotPath::Stops(&tools);
+    for guess in [None, Some((0.3, truth().tool_from_camera))] {
+        let fit = moving::calibrate_along(&board(), &sightings, robot, &noise, guess).unwrap();
+        assert_hand_eye_within(&fit, "stops");
+        assert!(fit.used.iter().all(|used| *used));
+        assert_eq!((fit.unknowns.time_offset_s, fit.covariance[(0, 0)]), (0.0, 0.0));
+        // 84 degrees of freedom: 0.15 of a standard deviation.
+        assert!((0.5..1.6).contains(&fit.squares_per_freedom), "{}", fit.squares_per_freedom);
+    }
+}
+
+#[test]
+fn a_time_offset_that_is_held_stays_and_pictures_a_second_apart_find_it() {
+    let scan = recorded(21, 1.0, &camera());
+    let path = RobotPath::MovingAtKnownOffset { trajectory: &scan.trajectory, stamps_s: &scan.stamps_s };
+    let near = truth().tool_from_camera
+        * se3::from_parts(so3::exp(&Vector3::new(0.05, 0.0, -0.05)), Vector3::x() * 0.01);
+    let guess = Some((truth().time_offset_s, near));
+    let fit = moving::calibrate_along(&board(), &scan.sightings, path, &NOISE, guess).unwrap();
+    assert_hand_eye_within(&fit, "held");
+    assert_eq!((fit.unknowns.time_offset_s, fit.covariance[(0, 0)]), (truth().time_offset_s, 0.0));
+    // Every sixth picture: 1 s apart.
+    let (sightings, stamps_s): (Vec<BoardSighting>, Vec<f64>) =
+        scan.sightings.iter().zip(&scan.stamps_s).step_by(6).map(|(seen, stamp)| (*seen, *stamp)).unzip();
+    let fit = moving::calibrate(&board(), &sightings, &stamps_s, &scan.trajectory, &NOISE).unwrap();
+    assert_hand_eye_within(&fit, "slow");
+    let (off_s, sigma_s) = (off(&fit.unknowns)[0], fit.covariance[(0, 0)].sqrt());
+    assert!(off_s.abs() < 4.0 * sigma_s && sigma_s < 1e-3, "{off_s} ± {sigma_s}");
+}

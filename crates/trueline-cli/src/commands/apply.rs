@@ -16,7 +16,7 @@ use trueline_method::evaluate::seam_points;
 pub(crate) fn run(args: &ApplyArgs) -> Result<ExitCode, Failure> {
     let write = writer(&args.out)?;
     output::expect_files(&[&args.recording, &args.calibration], &[Some(&args.out)])?;
-    let calibration = calibration_file::read(&args.calibration)?;
+    let calibration = calibration_file::read_without_time_offset(&args.calibration)?;
     let recording = opening::open(&args.recording, None, args.quiet)?.recording;
     let is_trusted = output::fits(&args.calibration, &calibration, &recording)?;
     let recording = calibration.corrected(recording);
@@ -36,11 +36,11 @@ pub(crate) fn run(args: &ApplyArgs) -> Result<ExitCode, Failure> {
         output::file(&args.out, &write(&placed)?)?;
     }
     if !args.quiet {
-        output::words(&format!(
-            "{} seam points in base, at the {}",
-            placed.len(),
-            time_offset::rule(known.time_offset_s)
-        ));
+        let when = match calibration.at_stops {
+            true => "pose of their stop".to_owned(),
+            false => time_offset::rule(known.time_offset_s),
+        };
+        output::words(&format!("{} seam points in base, at the {when}", placed.len()));
         for (reason, count) in &seam.skipped {
             output::words(&format!("not placed: {count} ({reason})"));
         }

@@ -2,11 +2,16 @@
 
 use crate::failure::Failure;
 use crate::output;
-use std::collections::BTreeMap;
+use std::path::Path;
 use std::process::ExitCode;
 use trueline_args::{CalibrateArgs, TargetName};
-use trueline_board::{BoardError, moving_scan};
+use trueline_board::BoardError;
+use trueline_board::moving_scan::{self, BoardOptions};
+use trueline_dataset::{calibration_file, folder, sensor_toml};
+use trueline_method::Hold;
+use trueline_method::input::stops::Stops;
 use trueline_report::board_result::{self, BoardReport};
+use trueline_sensor::verdict::Remark;
 use trueline_sensor::{Board, verdict};
 
 /// Runs the command.
@@ -27,8 +32,14 @@ pub(crate) fn run(args: &CalibrateArgs, board: &Board) -> Result<ExitCode, Failu
             "calibrate one scan of the board at a time",
         ));
     };
-    let scan = moving_scan::calibrate(dataset, board)?;
-    let (reasons, warnings) = verdict::of_board(&scan.fit, &scan.covariance);
+    let (options, guess_input) = options(args, dataset)?;
+    let scan = moving_scan::calibrate(dataset, board, &options)?;
+    let (mut reasons, warnings) = verdict::of_board(&scan.fit, &scan.covariance);
+    if scan.stops == Some(Stops::Recognised) {
+        reasons.insert(0, Remark::AtStops { stops: scan.fit.used.len() });
+    }
+    let (robot_name, robot_sha256) = scan.robot_file.clone();
+    let inputs = [(robot_name.to_owned(), robot_sha256)].into_iter().chain(guess_input).collect();
     let report = BoardReport {
         fit: &scan.fit,
         covariance: scan.covariance,
@@ -37,7 +48,9 @@ pub(crate) fn run(args: &CalibrateArgs, board: &Board) -> Result<ExitCode, Failu
         corner_sigma_px: scan.corner_sigma_px,
         robot_noise_m: scan.robot_noise_m,
         skipped: &scan.skipped,
-        inputs: &BTreeMap::from([("robot.csv".to_owned(), scan.robot_sha256.clone())]),
+        at_stops: scan.stops.is_some(),
+        shows_time_offset: scan.shows_time_offset,
+        inputs: &inputs,
     };
     if let Some(file) = &args.json {
         output::result(file, &board_result::of(&report))?;
@@ -46,6 +59,30 @@ pub(crate) fn run(args: &CalibrateArgs, board: &Board) -> Result<ExitCode, Failu
         output::summary(args.json.as_deref(), &board_result::text(&report))?;
     }
     Ok(if reasons.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+/// What the user knows beforehand, and the file that says it with its SHA-256.
+fn options(
+    args: &CalibrateArgs,
+    dataset: &Path,
+) -> Result<(BoardOptions, Option<(String, String)>), Failure> {
+    if args.fix.contains(&Hold::HandEye) {
+        let hint = "hold the time offset alone: --fix time-offset";
+        return Err(Failure::new("--target board finds the hand-eye transform, which is held", hint));
+    }
+    let holds_offset = args.fix.contains(&Hold::TimeOffset);
+    let beside = dataset.join("initial.toml");
+    let file = args.initial.clone().or_else(|| beside.exists().then_some(beside));
+    if holds_offset && file.is_none() && !args.at_stops {
+        let message = "`time-offset` is to be held fixed, but there is no initial value for it";
+        return Err(Failure::new(message, "give it in initial.toml or with --initial"));
+    }
+    let text = file.as_ref().map(|file| sensor_toml::read_text(file)).transpose()?;
+    let read = file.as_ref().zip(text.as_ref());
+    let guess = read.map(|(file, text)| calibration_file::parse_guess(file, text)).transpose()?;
+    let input = read.map(|(file, text)| (file.display().to_string(), folder::sha256(text.as_bytes())));
+    let robot_accuracy_m = args.robot_accuracy_mm.map(|mm| mm * 1e-3);
+    Ok((BoardOptions { at_stops: args.at_stops, guess, holds_offset, robot_accuracy_m }, input))
 }
 
 impl From<BoardError> for Failure {

@@ -21,7 +21,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
     let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
     output::expect_files(&inputs, &[&args.json, &args.report, &args.csv].map(|file| file.as_deref()))?;
     let recording = opening::open(&args.dataset, None, args.quiet)?.recording;
-    let calibration = calibration_file::read(&args.calibration)?;
+    let calibration = calibration_file::read_without_time_offset(&args.calibration)?;
     let tolerance_m = args.tolerance;
     let is_trusted = output::fits(&args.calibration, &calibration, &recording)?;
     let recording = calibration.corrected(recording);

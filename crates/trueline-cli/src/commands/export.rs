@@ -14,7 +14,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
         output::summary(None, &trueline_export::list())?;
         return Ok(ExitCode::SUCCESS);
     };
-    let calibration = calibration_file::read(result)?;
+    let calibration = calibration_file::read_without_time_offset(result)?;
     let known = &calibration.known.parameters;
     let beside_robot = calibration.mounted == Some(Mounted::Fixed);
     let carrier = if beside_robot { "base" } else { "flange" };
@@ -22,7 +22,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
         parent: args.parent.clone().unwrap_or_else(|| carrier.to_owned()),
         child: args.child.clone(),
         tool_number: args.tool_number,
-        ..Mounting::new(known.tool_from_camera, Some(known.time_offset_s))
+        ..Mounting::new(known.tool_from_camera, (!calibration.at_stops).then_some(known.time_offset_s))
     };
     if let Some(file) = &args.sensor {
         let text = sensor_toml::read_text(file)?;
@@ -53,7 +53,11 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
     }
     if !args.quiet {
         output::words(&format!("{}: {}", format.title, format.convention));
-        output::words(&format!("time offset: {}", time_offset::rule(known.time_offset_s)));
+        let rule = match calibration.at_stops {
+            true => "none, for the robot stood at each reading".to_owned(),
+            false => time_offset::rule(known.time_offset_s),
+        };
+        output::words(&format!("time offset: {rule}"));
     }
     if beside_robot && !args.quiet {
         output::words("the sensor stands beside the robot: this is its pose in the robot's base, no tool");

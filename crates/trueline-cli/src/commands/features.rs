@@ -16,7 +16,7 @@ pub(crate) fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
     if args.dataset.is_file() {
         return Err(opening::not_a_folder(&args.dataset));
     }
-    if !images::index_of(&args.dataset).exists()
+    if !images::are_named_in(&args.dataset)?
         && let Some(profiles) = folder::read_profiles(&args.dataset)?
     {
         return of_profiles(args, &profiles);
@@ -83,8 +83,8 @@ fn write_index(args: &FeaturesArgs) -> Result<(), Failure> {
         if !args.dataset.join("robot.csv").exists() {
             return Ok(0);
         }
-        let (poses, _) = folder::read_robot(&args.dataset)?;
-        Ok(poses.first().map_or(0, |sample| sample.stamp_ns))
+        let robot = folder::read_robot(&args.dataset)?;
+        Ok(robot.samples.first().map_or(0, |sample| sample.stamp_ns))
     };
     let stamps = match (args.fps, args.stamps_from_name) {
         (Some(fps), _) => PictureStamps::Rate { fps, first_ns: first_robot_ns()? },

@@ -14,6 +14,8 @@ pub struct Options {
     pub residual: String,
     /// Which loss, with its scale.
     pub loss: String,
+    /// Whether the robot stood at each reading, so that there is no time offset.
+    pub at_stops: bool,
     /// What was held fixed.
     pub fix: Vec<String>,
     /// How well that is known; null is exactly.

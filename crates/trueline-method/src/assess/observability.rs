@@ -18,6 +18,9 @@ const SHARE: f64 = 1e-2;
 /// Variances that agree to within this are of the same directions.
 const WHOLE: f64 = 1.2;
 
+/// No clock, sensor or mounting is known worse than to this before any scan, s, rad and m.
+const MOST_SIGMA_SI: f64 = 1.0;
+
 /// Which unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
@@ -146,10 +149,40 @@ impl Observability {
         self.observable_components[ROTATION..LINES].iter().all(|seen| *seen)
     }
 
+    /// Whether all of time offset and hand-eye means something.
+    #[must_use]
+    pub(crate) fn shows_all(&self) -> bool {
+        self.observable_components[..LINES].iter().all(|seen| *seen)
+    }
+
     /// Whether nothing of a group is unseen.
     #[must_use]
     pub fn shows(&self, group: Group) -> bool {
         self.unobservable.iter().all(|unseen| unseen.group != group)
+    }
+
+    /// The same without what has no bound: a ± of metres, radians or seconds says that a number is not shown.
+    #[must_use]
+    pub(crate) fn bounded(mut self, covariance: &DMatrix<f64>) -> Self {
+        let has_none = |k: usize| covariance[(k, k)].is_nan() || covariance[(k, k)] > MOST_SIGMA_SI.powi(2);
+        let groups = [
+            (Group::TimeOffset, TIME_OFFSET..ROTATION),
+            (Group::Rotation, ROTATION..TRANSLATION),
+            (Group::Translation, TRANSLATION..LINES),
+        ];
+        for (place, (group, components)) in groups.into_iter().enumerate() {
+            let first = components.start;
+            let unseen: Vec<usize> = components.filter(|k| has_none(*k)).collect();
+            unseen.iter().for_each(|k| self.observable_components[*k] = false);
+            if !unseen.is_empty() && self.shows(group) {
+                let axis = |k: &usize| std::array::from_fn(|axis| if axis + first == *k { 1.0 } else { 0.0 });
+                let directions =
+                    if group == Group::TimeOffset { Vec::new() } else { unseen.iter().map(axis).collect() };
+                self.unobservable
+                    .insert(place.min(self.unobservable.len()), Unobservable { group, directions });
+            }
+        }
+        self
     }
 
     /// Of a scan of which nothing can be used.

@@ -63,6 +63,8 @@ pub struct SeamErrorBudget {
 pub struct SeamErrorSources<'a> {
     /// Hessian at the solution, with what was known beforehand.
     pub hessian: &'a DMatrix<f64>,
+    /// Unknowns that are held.
+    pub fixed: &'a [usize],
     /// Covariance from noise.
     pub noise: &'a DMatrix<f64>,
     /// Variance of the time offset that the stamps add to it, s².
@@ -90,7 +92,7 @@ pub fn predict(
     let unknowns = at.unknowns();
     let mean_square = |columns: &DMatrix<f64>| field.mean_square(columns, None);
     let noise = field.mean_trace(sources.noise);
-    let [all, without_bow, alone] = model_shares(&field, sources.hessian, &unknowns)?;
+    let [all, without_bow, alone] = model_shares(&field, sources, &unknowns)?;
     let stamps = field.along.norm_squared() * sources.stamps_variance_s2;
     let held_sensor = field.mean_square(&sources.systematic.sensor, Some(&sources.systematic.sensor_shape));
     let parts = SeamErrorBudget {
@@ -109,11 +111,12 @@ pub fn predict(
 }
 
 /// Mean squared error with everything free, with the bow known, and with bow and shape known, by the model alone.
-fn model_shares(field: &Field, hessian: &DMatrix<f64>, unknowns: &Unknowns) -> Option<[f64; 3]> {
+fn model_shares(field: &Field, sources: &SeamErrorSources<'_>, unknowns: &Unknowns) -> Option<[f64; 3]> {
     let bows = unknowns.bow(0).start..unknowns.bow(unknowns.lines).start;
     let shape = unknowns.shape();
-    let share = |fixed: Vec<usize>| {
-        let covariance = Information::new(hessian, &fixed, 0.0)?.covariance();
+    let share = |known: Vec<usize>| {
+        let fixed = [sources.fixed, &known[..]].concat();
+        let covariance = Information::new(sources.hessian, &fixed, 0.0)?.covariance();
         Some(field.mean_trace(&covariance))
     };
     Some([share(Vec::new())?, share(bows.clone().collect())?, share(bows.chain(shape).collect())?])

@@ -185,6 +185,7 @@ fn says_less(solver: &Solver<'_>, fit: &Fit, sums: &SystematicSums, hypothesis: 
     let error_m = |systematic: &Systematic| {
         let sources = SeamErrorSources {
             hessian: &fit.solution.equations.hessian,
+            fixed: solver.settings.fixed,
             noise: &noise,
             stamps_variance_s2: 0.0,
             systematic,

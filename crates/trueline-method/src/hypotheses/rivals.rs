@@ -59,7 +59,8 @@ const WORTH_REFINING: f64 = 0.3;
 #[must_use]
 pub fn find(solver: &Solver<'_>, best: &Fit, mirror: Option<&Parameters>) -> Vec<Rival> {
     let Solver { observations, settings } = *solver;
-    if settings.fixed.contains(&TIME_OFFSET) {
+    // At stops there are other attitudes, and no other offsets.
+    if settings.fixed.contains(&TIME_OFFSET) && !settings.config.at_stops {
         return Vec::new();
     }
     let sample = sample(observations);

@@ -7,7 +7,7 @@ use crate::hypotheses::likelihood_ratio::LIKELIHOOD_RATIO_LIMIT;
 use crate::hypotheses::mirror::{MirrorComparison, mirror_of};
 use crate::hypotheses::rivals::{self, Rival};
 use crate::input::observations::Observations;
-use crate::problem::parameters::Parameters;
+use crate::problem::parameters::{Parameters, TIME_OFFSET};
 use crate::solve::fit::Fit;
 use crate::solve::narrowing::thin;
 use crate::solve::settings::FitSettings;
@@ -163,7 +163,9 @@ fn from_nothing(solver: &Solver<'_>) -> Result<Found, Error> {
     }
     if is_doubtful(solver.observations, &best.fit) {
         let settings = solver.settings;
-        let offset_search_s = widest_offset_s(solver.observations).max(settings.config.offset_search_s);
+        let is_held = settings.fixed.contains(&TIME_OFFSET);
+        let widest_s = if is_held { 0.0 } else { widest_offset_s(solver.observations) };
+        let offset_search_s = widest_s.max(settings.config.offset_search_s);
         let config = Config { offset_search_s, ..settings.config.clone() };
         let wider = Solver { settings: FitSettings { config: &config, ..settings }, ..*solver };
         let wide = search(&wider, Breadth::WIDE)?;

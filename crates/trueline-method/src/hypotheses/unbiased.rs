@@ -115,8 +115,10 @@ fn cause(recording: &Recording, settings: &FitSettings<'_>, assessed: &Assessed)
 pub(crate) fn inflation(structure: &Structure, information: &Information) -> f64 {
     let Structure::Correlated(noise) = structure else { return 1.0 };
     let white = information.covariance();
-    let ratios = (0..LINES).map(|k| noise.covariance[(k, k)] / white[(k, k)]);
-    (ratios.sum::<f64>() / LINES as f64).max(1.0)
+    // What is held has no variance.
+    let ratios = (0..LINES).filter(|k| white[(*k, *k)] > 0.0);
+    let ratios: Vec<f64> = ratios.map(|k| noise.covariance[(k, k)] / white[(k, k)]).collect();
+    (ratios.iter().sum::<f64>() / ratios.len().max(1) as f64).max(1.0)
 }
 
 /// A fit and what the scan shows of its unknowns.

@@ -10,4 +10,5 @@ pub(crate) mod repeated_poses;
 pub mod robot_motion;
 pub mod shape_knowledge;
 pub mod skip;
+pub mod stops;
 pub mod timestamps;

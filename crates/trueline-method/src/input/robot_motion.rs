@@ -4,6 +4,7 @@ use crate::config::{Config, ResidualKind};
 use crate::error::Error;
 use crate::input::path_noise::NoiseCorrelation;
 use crate::input::repeated_poses::{self, Updates};
+use crate::input::stops;
 use crate::order_statistics::median;
 use nalgebra::{Point3, Vector3};
 use trueline_dataset::{Recording, RobotSample};
@@ -67,6 +68,9 @@ impl RobotMotion {
     /// # Errors
     /// A robot stream that is no trajectory, or does not move.
     pub fn of(recording: &Recording, times_s: &[f64], config: &Config) -> Result<Self, Error> {
+        if recording.at_stops {
+            return Self::at_stops(recording, times_s);
+        }
         let (times, poses, updates) = news(recording, times_s);
         check_motion(&poses)?;
         let period_s = median_period_s(&times).map_err(Error::Trajectory)?;
@@ -108,19 +112,42 @@ impl RobotMotion {
         })
     }
 
+    /// A robot that stands at each of its samples: without speed, and without noise from one sample to the next.
+    fn at_stops(recording: &Recording, times_s: &[f64]) -> Result<Self, Error> {
+        let poses: Vec<Pose> = recording.robot.iter().map(|s| recording.lines_from_carrier(s)).collect();
+        check_motion(&poses)?;
+        Ok(Self {
+            period_s: median_period_s(times_s).map_err(Error::Trajectory)?,
+            trajectory: stops::path(times_s, &poses).map_err(Error::Trajectory)?,
+            recorded_noise_m: 0.0,
+            noise_m: 0.0,
+            noise_correlation: NoiseCorrelation::default(),
+            smoothed: false,
+            half_window_s: 0.0,
+            repeated: 0,
+            late_sigma_s: 0.0,
+        })
+    }
+
     /// What is left of the noise of the robot's attitudes in its path, rad per axis: as much of it as of the positions', and measured on the
     /// same samples. `times_s` as for [`RobotMotion::of`].
     #[must_use]
     pub(crate) fn rotation_noise_rad(&self, recording: &Recording, times_s: &[f64]) -> f64 {
+        if recording.at_stops {
+            return 0.0;
+        }
         let (times, poses, _) = news(recording, times_s);
         let recorded = smooth::rotation_noise(&times, &poses, self.period_s, GAP_PERIODS * self.period_s);
         if self.recorded_noise_m > 0.0 { recorded * self.noise_m / self.recorded_noise_m } else { recorded }
     }
 
     /// The same motion about these times (s, rising) by every other sample, and by those between: their noise has nothing in common.
-    /// `None` for a stream too short for that.
+    /// `None` for a stream too short for that, and for stops, which have no noise of a stream.
     #[must_use]
     pub fn halves(&self, recording: &Recording, times_s: &[f64], about_s: &[f64]) -> Option<[Trajectory; 2]> {
+        if recording.at_stops {
+            return None;
+        }
         let (times, poses, _) = news(recording, times_s);
         let straight_s = straight_s(&times, &poses, self.recorded_noise_m);
         let every_other = |first: usize| {

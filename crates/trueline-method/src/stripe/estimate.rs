@@ -284,6 +284,7 @@ fn answer(
     let sources = |hessian: &DMatrix<f64>| {
         let sources = SeamErrorSources {
             hessian,
+            fixed: seam.settings.fixed,
             noise: &noise_of_seam,
             stamps_variance_s2: noise_covariance[(TIME_OFFSET, TIME_OFFSET)]
                 - noise_of_seam[(TIME_OFFSET, TIME_OFFSET)],
@@ -294,7 +295,7 @@ fn answer(
         let list = seam.fit.placed.of(seam.observations);
         seam_error::predict(seam.observations, list, &parameters, &sources)
     };
-    let hessian = Information::new(&model, &[], 0.0).map(|inverse| inverse.covariance());
+    let hessian = Information::new(&model, seam.settings.fixed, 0.0).map(|inverse| inverse.covariance());
     let seam_error = hessian.filter(|_| all_seen).and_then(|hessian| sources(&hessian));
     let answer = Answer {
         covariance: &noise_covariance + errors_of_answer.covariance(),

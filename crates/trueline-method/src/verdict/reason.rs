@@ -28,6 +28,11 @@ pub struct Answer {
 pub enum Reason {
     /// The scan does not show an unknown.
     Unobservable(Unobservable),
+    /// The robot stands at each reading, and nobody said so.
+    AtStops {
+        /// How many stops there are.
+        stops: usize,
+    },
     /// Two mirrored attitudes of the sensor fit equally well.
     MirrorAmbiguity,
     /// The likelihood hardly changes while the sensor is turned by more than its ±: the ± has no bound.
@@ -159,7 +164,7 @@ impl Reason {
     #[must_use]
     pub fn code(&self) -> &'static str {
         match self {
-            Self::Unobservable(_) => "unobservable",
+            Self::Unobservable(_) | Self::AtStops { .. } => "unobservable",
             Self::MirrorAmbiguity => "mirror-ambiguity",
             Self::UndeterminedTurn => "undetermined-turn",
             Self::WorseMinimum { .. } => "worse-minimum",
@@ -187,6 +192,7 @@ impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&match *self {
             Self::Unobservable(ref what) => what.to_string(),
+            Self::AtStops { stops } => at_stops(stops),
             Self::MirrorAmbiguity => {
                 "two mirrored attitudes of the sensor fit equally well: tilt the torch by at least \
                  ±10°, or give an initial guess of the hand-eye transform"
@@ -237,6 +243,13 @@ impl fmt::Display for Reason {
     }
 }
 
+fn at_stops(stops: usize) -> String {
+    format!(
+        "the robot stands at each of the {stops} readings, so that the time offset cannot be determined. For a calibration \
+         without it, run again with --at-stops; for the time offset, record while the robot moves"
+    )
+}
+
 fn stripes_contradict(sigmas: f64, apart: &Apart) -> String {
     format!(
         "the whole stripes and the seam points give answers that are {}, so that one of them is wrong: see whether both tables \
@@ -268,6 +281,13 @@ const SHORT_S: f64 = 8.0;
 
 fn ambiguous_time_offset(answers: &[Answer], lasts_s: f64) -> String {
     let list: Vec<String> = answers.iter().map(answer).collect();
+    if answers.iter().all(|answer| answer.time_offset_s == 0.0) {
+        // At stops, which have no time offset.
+        return format!(
+            "{} attitudes of the sensor explain the readings equally well: give an initial guess, or tilt the tool by ±15° or more about two axes",
+            list.len()
+        );
+    }
     let (because, instead) = if lasts_s < SHORT_S {
         let because = format!("it lasts {lasts_s:.1} s only, or its path repeats itself");
         (because, "scan for 20 s, with frequencies that have no common multiple")

@@ -11,6 +11,7 @@ use crate::config::SensorMode;
 use crate::findings::Findings;
 use crate::hypotheses::drift_and_step::Step;
 use crate::hypotheses::search::Mirrored;
+use crate::input::stops::Stops;
 use crate::input::timestamps::StampReport;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::stripe::outcome::StripeOutcome;
@@ -38,6 +39,8 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
     if mistake::is_likely(f) {
         return vec![too_large(f)].into_iter().chain(of_streams(f)).collect();
     }
+    let is_unstated = f.stops == Some(Stops::Recognised);
+    reasons.extend(is_unstated.then(|| Reason::AtStops { stops: f.streams.images.count }));
     if !f.unknowns.held_at_guess {
         reasons.extend(f.unknowns.observability.unobservable.iter().cloned().map(Reason::Unobservable));
     }

@@ -3,6 +3,7 @@
 use crate::number::{digits_for, with_sigma};
 use crate::page::{Block, Card, Form, Table, TableRow};
 use crate::seam_error::{self, mm};
+use crate::summary::AT_STOPS;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_export::{FORMATS, Format, Mounting, time_offset};
 use trueline_geometry::euler::ZYX_INTRINSIC;
@@ -93,7 +94,8 @@ const TILT: &str = include_str!("../../assets/tilt.svg");
 
 fn offset(c: &Calibration, offset_s: Option<f64>) -> Card {
     let Some(offset_s) = offset_s else {
-        return Card { name: "Time offset", values: vec![UNSEEN.to_owned()], meaning: String::new() };
+        let why = if c.findings.stops.is_some() { AT_STOPS } else { UNSEEN };
+        return Card { name: "Time offset", values: vec![why.to_owned()], meaning: String::new() };
     };
     let ms = offset_s * 1e3;
     let value = with_sigma(ms, c.sigma(TIME_OFFSET).map(|s| s * 1e3), "ms");

@@ -99,7 +99,7 @@ pub struct BoardProblem<'a> {
     whitening: Vec<Matrix6<f64>>,
 }
 
-/// Fits all unknowns from a start; at standstill the time offset stays as it is.
+/// Fits all unknowns from a start; at stops, and where it is held, the time offset stays as it is.
 ///
 /// # Errors
 /// Too few pictures, or poses that do not fix the hand-eye transform.
@@ -156,7 +156,7 @@ impl<'a> BoardProblem<'a> {
     }
 
     fn held(&self) -> &'static [usize] {
-        if self.robot.moves() { &[] } else { &[TIME_OFFSET] }
+        if self.robot.has_time_offset() { &[] } else { &[TIME_OFFSET] }
     }
 
     /// Which pictures fit, and the scale of their squares; the scale only falls from round to round.
@@ -189,7 +189,9 @@ impl<'a> BoardProblem<'a> {
         self.linearize(&state, &mut equations);
         let information = Information::new(&equations.hessian, self.held(), SEEN).ok_or(Error::NotFixed)?;
         if information.rank() < information.size() {
-            return Err(Error::HandEyeNotFixed);
+            let without = Information::new(&equations.hessian, &[TIME_OFFSET], SEEN);
+            let is_offset = without.is_some_and(|without| without.rank() == without.size());
+            return Err(if is_offset { Error::TimeOffsetNotFixed } else { Error::HandEyeNotFixed });
         }
         let inverse = information.covariance();
         let inverse = SMatrix::<f64, SIZE, SIZE>::from_fn(|i, j| inverse[(i, j)]);

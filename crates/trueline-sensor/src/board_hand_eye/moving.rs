@@ -1,7 +1,7 @@
-//! Start and fit while the robot moves: nothing is known but that one board stands still.
+//! Start and fit, while the robot moves or stands at stops: nothing is known but that one board stands still.
 //!
 //! Start: the time offset at which camera and robot turn by the same angles (angles do not depend on how the camera is
-//! mounted), then a closed form for the hand-eye transform.
+//! mounted), then a closed form for the hand-eye transform. Stops have no time offset, and a guess takes the place of either.
 
 use super::closed_form::{ClosedForm, pairs};
 use super::joint::{self, BoardFit, ErrorModel, FEWEST, Unknowns};
@@ -15,7 +15,7 @@ use trueline_geometry::{Pose, Trajectory};
 pub(crate) const REACH_S: f64 = 1.0;
 /// In steps of this, s: the angle turned is then off by a hundredth of what is turned in the 0.3 s of a pair.
 const STEP_S: f64 = 0.005;
-/// Turns are compared over this time, s: long enough that the noise of a pose is small beside them.
+/// Turns are compared over this time, s, or to the next picture after it: long enough that the noise of a pose is small beside them.
 const PAIR_S: f64 = 0.3;
 /// Pictures in the closed form: all pairs of them are used.
 const FEW: usize = 40;
@@ -38,15 +38,36 @@ pub fn calibrate(
     trajectory: &Trajectory,
     noise: &ErrorModel,
 ) -> Result<BoardFit, Error> {
+    calibrate_along(board, sightings, RobotPath::Moving { trajectory, stamps_s }, noise, None)
+}
+
+/// The same along any path of the robot, from a guess of time offset and hand-eye transform where there is one.
+///
+/// # Errors
+/// As [`calibrate`].
+pub fn calibrate_along(
+    board: &Board,
+    sightings: &[BoardSighting],
+    robot: RobotPath<'_>,
+    noise: &ErrorModel,
+    guess: Option<(f64, Pose)>,
+) -> Result<BoardFit, Error> {
     if sightings.len() < FEWEST {
         return Err(Error::TooFewPictures { found: sightings.len(), needed: FEWEST });
     }
-    let robot = RobotPath::Moving { trajectory, stamps_s };
-    let counted = counted_alike(board, sightings, &robot);
-    let time_offset_s = first_offset_s(&counted, stamps_s, &robot).ok_or(Error::NoCommonTime)?;
-    let start = first_hand_eye(&counted, &robot, time_offset_s).ok_or(Error::HandEyeNotFixed)?;
-    let mut fit = joint::fit(&counted, robot, noise, start)?;
-    fit.covariance *= correlation(&fit, stamps_s);
+    let guessed_s = guess.map(|(time_offset_s, _)| time_offset_s);
+    let counted = counted_alike(board, sightings, &robot, guessed_s.unwrap_or(0.0));
+    let time_offset_s = match (robot, guessed_s) {
+        (RobotPath::Stops(_), _) => 0.0,
+        (_, Some(guessed_s)) => guessed_s,
+        (_, None) => first_offset_s(&counted, robot.stamps_s(), &robot).ok_or(Error::NoCommonTime)?,
+    };
+    let start = match guess {
+        Some((_, tool_from_camera)) => with_board(&counted, &robot, time_offset_s, tool_from_camera),
+        None => first_hand_eye(&counted, &robot, time_offset_s),
+    };
+    let mut fit = joint::fit(&counted, robot, noise, start.ok_or(Error::HandEyeNotFixed)?)?;
+    fit.covariance *= correlation(&fit, robot.stamps_s());
     Ok(fit)
 }
 
@@ -67,23 +88,37 @@ fn correlation(fit: &BoardFit, stamps_s: &[f64]) -> f64 {
     factor.max(1.0)
 }
 
-/// All boards counted from the same corner: of the ways in which a plain board can be counted, the one whose turn since
-/// the picture before is nearest to the robot's.
-fn counted_alike(board: &Board, sightings: &[BoardSighting], robot: &RobotPath<'_>) -> Vec<BoardSighting> {
-    let mut counted: Vec<BoardSighting> = Vec::with_capacity(sightings.len());
-    for (k, seen) in sightings.iter().enumerate() {
-        let before = counted.last().map(|last| last.camera_from_board.rotation);
-        // An offset hardly matters here: ways of counting differ by a quarter turn at least.
-        let robot_turn = k
-            .checked_sub(1)
-            .and_then(|last| Some(robot.attitude(last, 0.0)?.angle_to(&robot.attitude(k, 0.0)?)))
-            .unwrap_or(0.0);
+/// All boards counted from the same corner: of the ways in which a plain board can be counted, the one whose turn since the nearest
+/// attitude that is counted already is nearest to the robot's.
+fn counted_alike(
+    board: &Board,
+    sightings: &[BoardSighting],
+    robot: &RobotPath<'_>,
+    time_offset_s: f64,
+) -> Vec<BoardSighting> {
+    let mut counted = sightings.to_vec();
+    // An offset hardly matters here: ways of counting differ by a quarter turn at least.
+    let attitudes: Vec<_> = (0..sightings.len()).map(|k| robot.attitude(k, time_offset_s)).collect();
+    let turn = |a: usize, b: usize| attitudes[a].zip(attitudes[b]).map_or(0.0, |(a, b)| a.angle_to(&b));
+    // What is not counted yet, with the nearest that is: each is taken where the robot has turned least, a few degrees as a rule.
+    let mut left: Vec<(usize, usize)> = (1..sightings.len()).map(|k| (k, 0)).collect();
+    while let Some(next) = (0..left.len()).min_by(|a, b| {
+        let turned = |k: usize| turn(left[k].0, left[k].1);
+        turned(*a).total_cmp(&turned(*b))
+    }) {
+        let (k, near) = left.swap_remove(next);
+        let before = counted[near].camera_from_board.rotation;
         let off = |quarters: usize| {
-            let turned = seen.turned(board, quarters).camera_from_board.rotation;
-            before.map_or(0.0, |before| (before.angle_to(&turned) - robot_turn).abs())
+            let turned = sightings[k].turned(board, quarters).camera_from_board.rotation;
+            (before.angle_to(&turned) - turn(k, near)).abs()
         };
         let best = symmetries(board).iter().copied().min_by(|a, b| off(*a).total_cmp(&off(*b)));
-        counted.push(seen.turned(board, best.unwrap_or(0)));
+        counted[k] = sightings[k].turned(board, best.unwrap_or(0));
+        for other in &mut left {
+            if turn(other.0, k) < turn(other.0, other.1) {
+                other.1 = k;
+            }
+        }
     }
     counted
 }
@@ -94,7 +129,7 @@ fn first_offset_s(sightings: &[BoardSighting], stamps_s: &[f64], robot: &RobotPa
         .filter_map(|k| {
             let later = k + stamps_s.get(k..)?.partition_point(|t| *t < stamps_s[k] + PAIR_S);
             let [a, b] = [sightings.get(k)?, sightings.get(later)?].map(|s| s.camera_from_board.rotation);
-            (stamps_s[later] - stamps_s[k] < 2.0 * PAIR_S).then(|| (k, later, a.angle_to(&b)))
+            Some((k, later, a.angle_to(&b)))
         })
         .collect();
     let steps = (REACH_S / STEP_S) as i32;
@@ -130,5 +165,18 @@ fn first_hand_eye(
     let (tools, boards): (Vec<Pose>, Vec<Pose>) = known.into_iter().step_by(stride).unzip();
     let tool_from_camera = ClosedForm::Park.solve(&pairs(&tools, &boards))?;
     let base_from_board = tools.first()? * tool_from_camera * boards.first()?;
+    Some(Unknowns { time_offset_s, tool_from_camera, base_from_board })
+}
+
+/// The board where the first picture with a pose of the robot shows it, with a hand-eye transform that is given.
+fn with_board(
+    sightings: &[BoardSighting],
+    robot: &RobotPath<'_>,
+    time_offset_s: f64,
+    tool_from_camera: Pose,
+) -> Option<Unknowns> {
+    let base_from_board = sightings.iter().enumerate().find_map(|(k, seen)| {
+        Some(robot.at(k, time_offset_s)?.base_from_tool * tool_from_camera * seen.camera_from_board)
+    })?;
     Some(Unknowns { time_offset_s, tool_from_camera, base_from_board })
 }

@@ -15,6 +15,13 @@ pub enum RobotPath<'a> {
         /// Stamps of the pictures in the same time, s.
         stamps_s: &'a [f64],
     },
+    /// The robot moves, and the time offset is held where it starts.
+    MovingAtKnownOffset {
+        /// `base_from_tool` over time, s.
+        trajectory: &'a Trajectory,
+        /// Stamps of the pictures in the same time, s.
+        stamps_s: &'a [f64],
+    },
 }
 
 /// Pose and rates of the tool at one exposure.
@@ -38,7 +45,7 @@ impl RobotPath<'_> {
                 body_rate: Vector3::zeros(),
                 velocity: Vector3::zeros(),
             }),
-            Self::Moving { trajectory, stamps_s } => {
+            Self::Moving { trajectory, stamps_s } | Self::MovingAtKnownOffset { trajectory, stamps_s } => {
                 let time_s = stamps_s.get(k)? - time_offset_s;
                 let segment = trajectory.segments().get(trajectory.bracket(time_s)?)?;
                 if segment.duration > trajectory.gap_limit() {
@@ -59,9 +66,18 @@ impl RobotPath<'_> {
         Some(self.at(k, time_offset_s)?.base_from_tool.rotation)
     }
 
-    /// Whether a time offset can be seen at all.
+    /// Whether a time offset is among the unknowns.
     #[must_use]
-    pub fn moves(&self) -> bool {
+    pub fn has_time_offset(&self) -> bool {
         matches!(self, Self::Moving { .. })
+    }
+
+    /// Stamps of the pictures, s; none at stops.
+    #[must_use]
+    pub fn stamps_s(&self) -> &[f64] {
+        match self {
+            Self::Stops(_) => &[],
+            Self::Moving { stamps_s, .. } | Self::MovingAtKnownOffset { stamps_s, .. } => stamps_s,
+        }
     }
 }
