@@ -28,6 +28,9 @@ pub struct Recording {
     pub inputs: BTreeMap<String, String>,
     /// Of several recordings that were joined, the first stamp of each but the first, ns: nothing was recorded just before it.
     pub joined_from_ns: Vec<i64>,
+    /// What was taken from the image stamps as they were recorded, ns, because their clock was so far ahead of the robot's: time offsets
+    /// are told with it.
+    pub images_ahead_ns: i64,
 }
 
 /// What a recording is read from beside what was measured: two scans may share these.
@@ -47,6 +50,7 @@ impl Recording {
             truth: None,
             inputs: BTreeMap::new(),
             joined_from_ns: Vec::new(),
+            images_ahead_ns: 0,
         }
     }
 

@@ -46,7 +46,7 @@ fn import_in(
         robot_map: map.iter().map(mapping).collect(),
         features_map: Vec::new(),
         layout,
-        separator: None,
+        ..CsvFolder::default()
     }
     .read()
 }
