@@ -1,7 +1,7 @@
 //! The name that was meant by one that is not there.
 
 /// Names that are less alike than this, from 0 to 1, are not meant.
-const LEAST_ALIKE: f64 = 0.5;
+const LEAST_ALIKE: f64 = 0.75;
 
 /// The most similar of some names, if any is similar at all.
 pub(crate) fn nearest<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Option<String> {

@@ -42,7 +42,9 @@ pub(super) fn as_csv(file: &Path, bytes: &[u8], notes: &mut Vec<String>) -> Resu
         _ => format!("{}: RSI: RIst is the pose, IPOC the time in ms, in steps of {step}", file.display()),
     });
     let time = if step > 1 { "time_ms" } else { "IPOC" };
-    let mut csv = format!("{time},{}\n", POSE.join(","));
+    // By the names of the controller's own variables it is a log of KUKA, whether its maker is named or not.
+    let names = POSE.map(|name| format!("POS_ACT_MES.{name}"));
+    let mut csv = format!("{time},{}\n", names.join(","));
     let mut line = 1;
     for cycle in cycles {
         let missing = |what: &str| {
