@@ -11,14 +11,11 @@ use trueline_method::assess::residuals::FeatureResidual;
 use trueline_report::calibration_page::{self, Source};
 use trueline_report::page::render::render;
 use trueline_report::page::{Block, Columns};
-use trueline_report::result;
 
 /// A calibration as it was made.
 pub struct Made {
     /// The calibration.
     pub inner: trueline::Calibration,
-    /// What was taken from the image stamps first, s.
-    pub images_ahead_s: Option<f64>,
     /// How long the estimate took.
     pub took: Duration,
 }
@@ -27,7 +24,6 @@ pub struct Made {
 #[pyclass(frozen, module = "trueline._trueline")]
 pub struct Calibration {
     inner: trueline::Calibration,
-    images_ahead_s: Option<f64>,
     took: Duration,
     recording: Arc<trueline::Recording>,
     title: String,
@@ -36,8 +32,8 @@ pub struct Calibration {
 impl Calibration {
     /// A result of a recording.
     pub fn new(made: Made, recording: Arc<trueline::Recording>, title: String) -> Self {
-        let Made { inner, images_ahead_s, took } = made;
-        Self { inner, images_ahead_s, took, recording, title }
+        let Made { inner, took } = made;
+        Self { inner, took, recording, title }
     }
 
     /// What is made of all that the report is made from.
@@ -47,7 +43,6 @@ impl Calibration {
             recording: &self.recording,
             title: &format!("Calibration of {}", self.title),
             command: "trueline.calibrate(…)",
-            images_ahead_s: self.images_ahead_s,
             frames: &[],
         })
     }
@@ -76,11 +71,7 @@ impl Calibration {
     /// The result file's text: what `trueline calibrate --json` writes.
     fn json(&self) -> PyResult<String> {
         let file = self.inner.to_file();
-        let text = match self.images_ahead_s {
-            Some(images_ahead_s) => result::in_recorded_stamps(file, images_ahead_s).to_json(),
-            None => file.to_json(),
-        };
-        text.map_err(|error| pyo3::exceptions::PyRuntimeError::new_err(error.to_string()))
+        file.to_json().map_err(|error| pyo3::exceptions::PyRuntimeError::new_err(error.to_string()))
     }
 
     /// The summary in words.

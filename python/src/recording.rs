@@ -170,11 +170,9 @@ impl Recording {
         let recorded = Arc::clone(&self.inner);
         let made = interruptible::run(py, move || {
             let mut recording = recorded;
-            let mut images_ahead_s = None;
             if align_clocks {
                 let found = clock_alignment::align(&recording, &config, |_| ())
                     .map_err(|error| Failure::new(error.to_string(), error.hint()))?;
-                images_ahead_s = Some(found.images_ahead_ns as f64 * 1e-9);
                 recording = Arc::new(clock_alignment::aligned(&recording, found.images_ahead_ns).into());
             }
             if let Some(guess) = guess {
@@ -182,7 +180,7 @@ impl Recording {
             }
             let began = Instant::now();
             let inner = recording.calibrate_with(&config)?;
-            Ok((Made { inner, images_ahead_s, took: began.elapsed() }, recording))
+            Ok((Made { inner, took: began.elapsed() }, recording))
         });
         let (made, recording) = made?;
         Ok(Calibration::new(made, recording, self.title.clone()))

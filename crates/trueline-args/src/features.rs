@@ -32,7 +32,7 @@ pub struct FeaturesArgs {
     /// There is no images/index.csv: the last number in each name counts pictures of so many a second; the index is written
     #[arg(long, value_name = "RATE", value_parser = rate, conflicts_with = "stamps_from_name")]
     pub fps: Option<f64>,
-    /// There is no images/index.csv: the last number in each name is its stamp in s, ms, us or ns; the index is written
+    /// There is no images/index.csv: the last number in each name is its stamp in s, ms, us or ns, or a date in it is; the index is written
     #[arg(long, value_name = "UNIT", value_parser = one_of(&STAMP_UNITS))]
     pub stamps_from_name: Option<i64>,
     /// Folder for pictures of what was found; it must not hold any yet
@@ -59,7 +59,7 @@ pub struct FeaturesArgs {
 }
 
 /// Units of stamps in names, ns.
-static STAMP_UNITS: [Choice<i64>; 4] =
+pub(crate) static STAMP_UNITS: [Choice<i64>; 4] =
     [("s", "", 1_000_000_000), ("ms", "", 1_000_000), ("us", "", 1_000), ("ns", "", 1)];
 
 fn rate(text: &str) -> Result<f64, String> {

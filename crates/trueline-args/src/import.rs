@@ -109,6 +109,9 @@ pub struct BagArgs {
     /// Take JPEG pictures as well, although losses move edges by fractions of a pixel
     #[arg(long)]
     pub allow_jpeg: bool,
+    /// Range of profiles that stands for no return, mm: such points are left out
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub no_return_mm: Option<f64>,
     /// By which clock robot and pictures are stamped
     #[arg(long, value_parser = one_of(&CLOCKS), default_value = "recorded")]
     pub stamps: StampClock,

@@ -11,28 +11,27 @@ pub(crate) fn align_recording(
     recording: &mut Recording,
     config: &Config,
     quiet: bool,
-) -> Result<i64, Failure> {
+) -> Result<(), Failure> {
     let tried = progress::steps(quiet, |watch| align(recording, config, watch));
     let found = tried.map_err(|error| Failure::new(error.to_string(), error.hint()))?;
     *recording = aligned(recording, found.images_ahead_ns);
     if !quiet {
         output::words(&format!(
-            "note: image stamps are {:.3} s ahead of the robot's; below they count as so much less",
+            "note: image stamps are {:.3} s ahead of the robot's; the time offset below contains that",
             found.images_ahead_ns as f64 * 1e-9
         ));
     }
-    Ok(found.images_ahead_ns)
+    Ok(())
 }
 
 /// The same for an import, whose profiles may not have been looked at.
 pub(crate) fn align_import(recording: &mut Recording, profiles: &mut [Profile]) -> Result<(), Failure> {
     if profiles.is_empty() {
-        align_recording(recording, &Config::default(), false)?;
-        return Ok(());
+        return align_recording(recording, &Config::default(), false);
     }
     let features = opening::in_profiles(profiles, None, false)?.features;
     let mut seen = Recording { features, ..recording.clone() };
-    let images_ahead_ns = align_recording(&mut seen, &Config::default(), false)?;
-    profiles.iter_mut().for_each(|profile| profile.stamp_ns -= images_ahead_ns);
+    align_recording(&mut seen, &Config::default(), false)?;
+    profiles.iter_mut().for_each(|profile| profile.stamp_ns -= seen.images_ahead_ns);
     Ok(())
 }

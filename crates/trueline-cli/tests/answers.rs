@@ -41,7 +41,8 @@ fn streams_without_a_common_clock_are_aligned_and_the_offset_is_that_of_the_reco
     fs::write(dir.path().join("scan/features.csv"), csv).unwrap();
     assert_eq!(told(dir.path(), "calibrate scan").0, 2, "without a word the streams never overlap");
 
-    let (_, words) = succeeds(dir.path(), "calibrate scan --align-clocks --json result.json");
+    let (out, words) =
+        succeeds(dir.path(), "calibrate scan --align-clocks --json result.json --report page.html");
     assert!(words.contains("image stamps are 1234.5"), "{words}");
     let result = json(&dir.path().join("result.json"));
     let truth_s = recording.truth.unwrap().parameters.time_offset_s;
@@ -50,6 +51,11 @@ fn streams_without_a_common_clock_are_aligned_and_the_offset_is_that_of_the_reco
     assert!((result["images_ahead_s"].as_f64().unwrap() - 1234.5).abs() < 1.0);
     let rule = result["time_offset_use"]["rule"].as_str().unwrap();
     assert!(rule.starts_with("true exposure = stamp − 12345"), "of the stamps as recorded: {rule}");
+    // One number everywhere.
+    assert!((out + &words).contains(rule), "{words}");
+    assert!(fs::read_to_string(dir.path().join("page.html")).unwrap().contains(rule));
+    let (exported, _) = succeeds(dir.path(), "export result.json --as time-offset");
+    assert!(exported.contains(rule.trim_start_matches("true exposure = ")), "{exported}");
     // The offset of the stamps as recorded is what the recording is used with.
     succeeds(dir.path(), "apply scan -c result.json -o seam.csv -q");
     assert!(fs::read_to_string(dir.path().join("seam.csv")).unwrap().lines().count() > 100);

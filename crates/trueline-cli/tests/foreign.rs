@@ -325,7 +325,7 @@ fn what_an_import_lacks_is_told_with_the_option_that_gives_it() {
         assert_eq!(output.status.code(), Some(2));
         String::from_utf8(output.stderr).unwrap()
     };
-    fs::write(logs.join("robot.csv"), kuka_log(&recording).replacen("t;X", "Zeit;X", 1)).unwrap();
+    fs::write(logs.join("robot.csv"), kuka_log(&recording).replacen("t;X", "Takt;X", 1)).unwrap();
     let said = refused("");
     assert!(
         said.contains("neither features.csv nor profiles.csv") && said.contains("--profiles FILE"),
@@ -344,14 +344,29 @@ fn what_an_import_lacks_is_told_with_the_option_that_gives_it() {
     );
     let said = refused("--profiles export.csv");
     assert!(
-        said.contains("column `time_s` is missing") && said.contains("--robot-map time_s=Zeit"),
+        said.contains("column `time_s` is missing")
+            && said.contains("--robot-map 'time_s=THEIRS', ours=theirs"),
         "{said}"
     );
-    let said = refused("--robot-map time_s=Zeit --profiles export.csv");
+    let said = refused("--robot-map time_s=Takt --profiles export.csv");
     assert!(
         said.contains("do not say whose format") && said.contains("--profile-format keyence-lj-x"),
         "{said}"
     );
-    let said = refused("--robot-map time_s=Zeit --profiles export.csv --profile-format keyence-lj-x");
+    let said = refused("--robot-map time_s=Takt --profiles export.csv --profile-format keyence-lj-x");
     assert!(said.contains("--x-start-mm"), "{said}");
+    // The nearest name is offered, in the order in which the option takes it.
+    let said = refused("--robot-map time_s=Tackt --profiles export.csv");
+    assert!(said.contains("no column `Tackt`") && said.contains("--robot-map 'time_s=Takt'"), "{said}");
+    let said = refused("--profiles export.csv --profile-rate-hz 33");
+    assert!(said.contains("when was the first profile taken?"), "{said}");
+}
+
+#[test]
+fn the_makers_of_robots_are_listed_with_their_columns() {
+    let dir = tempfile::tempdir().unwrap();
+    let list = succeeds(dir.path(), &["import", "csv", "--list-robots"]);
+    for words in ["kawasaki", "franka", "column by column", "columns: t,X,Y,Z,A,B,C", "about the fixed x"] {
+        assert!(list.contains(words), "{words}: {list}");
+    }
 }

@@ -6,6 +6,7 @@
 
 use crate::error::{Error, Problem};
 use crate::source_file;
+use crate::table_start;
 use std::borrow::Cow;
 use std::fmt;
 use std::path::Path;
@@ -41,8 +42,8 @@ pub struct Dialect {
     pub separator: Separator,
     /// Whether `1,5` is one and a half.
     pub decimal_comma: bool,
-    /// How many lines stand before the header, from the first to the last that begins with `#`.
-    pub comment_lines: usize,
+    /// How many lines stand before the header, or before the first row if no line has names.
+    pub lines_before: usize,
 }
 
 impl Dialect {
@@ -53,7 +54,7 @@ impl Dialect {
             encoding: Encoding::Utf8,
             separator: Separator::Character(','),
             decimal_comma: false,
-            comment_lines: 0,
+            lines_before: 0,
         };
         *self == plain
     }
@@ -68,9 +69,9 @@ impl fmt::Display for Dialect {
         }
         let decimal = if self.decimal_comma { "commas" } else { "points" };
         write!(f, "{} between columns, decimal {decimal}", self.separator)?;
-        match self.comment_lines {
+        match self.lines_before {
             0 => Ok(()),
-            lines => write!(f, ", header in line {} after words that begin with #", lines + 1),
+            lines => write!(f, ", columns named in line {}", lines + 1),
         }
     }
 }
@@ -134,29 +135,48 @@ pub fn plain_csv(
     bytes: Vec<u8>,
     separator: Option<Separator>,
 ) -> Result<(Vec<u8>, Dialect), Error> {
+    plain_csv_below(file, bytes, separator, 0)
+}
+
+/// The same of the table below so many lines, which are left out.
+///
+/// # Errors
+/// As [`plain_csv`].
+pub(crate) fn plain_csv_below(
+    file: &Path,
+    bytes: Vec<u8>,
+    separator: Option<Separator>,
+    skipped: usize,
+) -> Result<(Vec<u8>, Dialect), Error> {
     source_file::expect_lines(file, &bytes)?;
     let (text, encoding) = decode(file, bytes)?;
-    let (text, comment_lines) = without_comments(text);
-    let header = header_of(&text);
-    let recognised = separator_of(header);
-    let separator = separator.unwrap_or(recognised);
-    let parts = |separator| fields(header, separator).len();
-    if parts(separator) < 2 && parts(recognised) > 1 {
-        let problem = Problem::OtherSeparator { named: separator.to_string(), found: recognised.to_string() };
-        return Err(Error::at_line(file, 1, problem));
+    let text = without_lines(text, skipped);
+    let start = table_start::find(text.trim_start_matches('\u{feff}'), separator);
+    if let Some(named) = separator {
+        expect_separator(file, &text, named)?;
     }
-    let decimal_comma = separator != Separator::Character(',') && has_decimal_commas(file, &text, separator)?;
-    let dialect = Dialect { encoding, separator, decimal_comma, comment_lines };
-    let names = fields(header, separator);
+    let separator = start.separator;
+    let rows_from = start.lines_before + 1 + start.units;
+    let decimal_comma =
+        separator != Separator::Character(',') && has_decimal_commas(file, &text, separator, rows_from)?;
+    let dialect = Dialect { encoding, separator, decimal_comma, lines_before: start.lines_before };
+    let text = without_lines(text, start.lines_before);
+    let header = text.lines().nth(start.lines_before).unwrap_or_default();
+    let names = start.names.clone().unwrap_or_else(|| fields(header, separator));
     // A separator at the end of the header makes no column.
     let ends_with_separator = names.len() > 1 && names.last().is_some_and(String::is_empty);
-    if separator == Separator::Character(',') && !ends_with_separator {
+    let is_plain = separator == Separator::Character(',') && !ends_with_separator && start.names.is_none();
+    if is_plain && !text.contains(GROUPS) {
         return Ok((text.into_bytes(), dialect));
     }
     let columns = names.len() - usize::from(ends_with_separator);
     let mut csv = String::with_capacity(text.len());
-    for line in text.lines() {
-        let mut fields = fields(line, separator);
+    for (index, line) in text.lines().enumerate() {
+        let mut fields = match index.checked_sub(start.lines_before) {
+            Some(0) => names.clone(),
+            Some(below) if below <= start.units => Vec::new(),
+            _ => fields(line, separator),
+        };
         if fields.len() == columns + 1 && fields[columns].is_empty() {
             fields.pop();
         }
@@ -171,6 +191,19 @@ pub fn plain_csv(
         csv.push('\n');
     }
     Ok((csv.into_bytes(), dialect))
+}
+
+/// Says so if columns are separated otherwise than the user named it.
+fn expect_separator(file: &Path, text: &str, named: Separator) -> Result<(), Error> {
+    let recognised = table_start::find(text.trim_start_matches('\u{feff}'), None);
+    let line = text.lines().nth(recognised.lines_before).unwrap_or_default();
+    let parts = |separator| fields(line, separator).len();
+    if parts(named) < 2 && parts(recognised.separator) > 1 {
+        let found = recognised.separator.to_string();
+        let problem = Problem::OtherSeparator { named: named.to_string(), found };
+        return Err(Error::at_line(file, recognised.lines_before as u64 + 1, problem));
+    }
+    Ok(())
 }
 
 /// A table in a file as plain CSV, however it was written.
@@ -190,48 +223,32 @@ pub(crate) fn quoted(field: &str) -> Cow<'_, str> {
     }
 }
 
-/// The text with the lines up to the last that begins with `#` before its header emptied, so that the others keep their numbers, and how
-/// many those are.
-fn without_comments(text: String) -> (String, usize) {
-    let body = text.trim_start_matches('\u{feff}');
-    let mut lines = body.split_inclusive('\n').take_while(|l| l.starts_with('#') || l.trim().is_empty());
-    let is_comment: Vec<(bool, usize)> = lines.by_ref().map(|l| (l.starts_with('#'), l.len())).collect();
-    let count = is_comment.iter().rposition(|(is_comment, _)| *is_comment).map_or(0, |last| last + 1);
+/// The text with its first lines emptied, so that the others keep their numbers.
+fn without_lines(text: String, count: usize) -> String {
     if count == 0 {
-        return (text, 0);
+        return text;
     }
-    let length: usize = is_comment[..count].iter().map(|(_, length)| length).sum();
-    ("\n".repeat(count) + &body[length..], count)
-}
-
-/// The first line that is not empty.
-fn header_of(text: &str) -> &str {
-    text.trim_start_matches('\u{feff}').lines().find(|line| !line.trim().is_empty()).unwrap_or("")
-}
-
-/// The separator of a header: the one of `;`, tab and `,` that is there, in this order, else blanks.
-fn separator_of(header: &str) -> Separator {
-    let header = header.trim();
-    for candidate in [';', '\t', ','] {
-        if header.contains(candidate) {
-            return Separator::Character(candidate);
-        }
-    }
-    if header.contains(' ') { Separator::Blanks } else { Separator::Character(',') }
+    let body = text.trim_start_matches('\u{feff}');
+    let length: usize = body.split_inclusive('\n').take(count).map(str::len).sum();
+    "\n".repeat(count) + &body[length..]
 }
 
 /// The fields of a line; quotes around a field are taken off.
-fn fields(line: &str, separator: Separator) -> Vec<String> {
+pub(crate) fn fields(line: &str, separator: Separator) -> Vec<String> {
     let line = line.trim_start_matches('\u{feff}').trim_end_matches('\r');
     let Separator::Character(character) = separator else {
         return line.split_whitespace().map(str::to_owned).collect();
     };
+    let groups = line.contains(GROUPS) && balanced(line);
     let mut fields = vec![String::new()];
-    let mut quoted = false;
+    let (mut quoted, mut depth) = (false, 0_i32);
     for letter in line.chars() {
+        if groups && !quoted {
+            depth += i32::from(matches!(letter, '[' | '{')) - i32::from(matches!(letter, ']' | '}'));
+        }
         if letter == '"' {
             quoted = !quoted;
-        } else if letter == character && !quoted {
+        } else if letter == character && !quoted && depth <= 0 {
             fields.push(String::new());
         } else if let Some(field) = fields.last_mut() {
             field.push(letter);
@@ -240,10 +257,19 @@ fn fields(line: &str, separator: Separator) -> Vec<String> {
     fields.iter().map(|field| field.trim().to_owned()).collect()
 }
 
+/// What numbers that belong together stand in: a pose of UR, KUKA or ABB.
+const GROUPS: [char; 2] = ['[', '{'];
+
+/// Whether every bracket of a line is closed.
+fn balanced(line: &str) -> bool {
+    let count = |letter: char| line.matches(letter).count();
+    count('[') == count(']') && count('{') == count('}')
+}
+
 /// Whether numbers have decimal commas.
-fn has_decimal_commas(file: &Path, text: &str, separator: Separator) -> Result<bool, Error> {
+fn has_decimal_commas(file: &Path, text: &str, separator: Separator, from: usize) -> Result<bool, Error> {
     let (mut comma, mut point) = (None, None);
-    for (index, line) in text.lines().enumerate().skip(1) {
+    for (index, line) in text.lines().enumerate().skip(from) {
         for field in fields(line, separator) {
             if is_number_with(',', &field) {
                 comma.get_or_insert((index, field));

@@ -1,5 +1,7 @@
 //! What can be wrong with a recording, where, and what to do about it.
 
+use crate::log_problem::LogProblem;
+use crate::stamp::trimmed;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -140,6 +142,9 @@ pub enum Problem {
         /// What is there.
         found: String,
     },
+    /// Of the log of another program.
+    #[error(transparent)]
+    Log(#[from] LogProblem),
     /// A table in the place of another one.
     #[error("has the columns of {looks_like}")]
     OtherTable {
@@ -441,9 +446,4 @@ pub enum Problem {
         /// The rows here.
         found: usize,
     },
-}
-
-/// Seconds to the nanosecond, without the zeros and the rounding that follow.
-fn trimmed(seconds: f64) -> String {
-    format!("{seconds:.9}").trim_end_matches('0').trim_end_matches('.').to_owned()
 }

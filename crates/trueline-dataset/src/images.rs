@@ -4,7 +4,7 @@ use crate::dialect::{plain_file, quoted};
 use crate::error::{Error, Problem};
 use crate::stamp;
 use crate::stop_poses::StopPoses;
-use crate::table::{ColumnSpec, Table, optional, required};
+use crate::table::{self, ColumnSpec, Table, optional, required};
 use crate::unit::Quantity;
 use std::borrow::Cow;
 use std::fs;
@@ -74,9 +74,21 @@ pub fn read_index(dataset: &Path) -> Result<Vec<FrameFile>, Error> {
         let has_features = dataset.join("features.csv").exists();
         return Err(Error::in_file(&file, Problem::NoPictures { has_features }));
     }
-    let bytes = plain_file(&file)?;
-    let folder = dataset.join("images");
-    let mut table = Table::open(&file, bytes.as_slice(), &COLUMNS)?;
+    read_rows(&file, &plain_file(&file)?, &dataset.join("images"))
+}
+
+/// Whether a name is that of a column of an index.
+#[must_use]
+pub(crate) fn is_column(name: &str) -> bool {
+    table::is_one_of(name, &COLUMNS)
+}
+
+/// Reads the rows of an index, of pictures in a folder.
+///
+/// # Errors
+/// As [`read_index`].
+pub(crate) fn read_rows(file: &Path, bytes: &[u8], folder: &Path) -> Result<Vec<FrameFile>, Error> {
+    let mut table = Table::open(file, bytes, &COLUMNS)?;
     let mut frames: Vec<FrameFile> = Vec::new();
     while table.next_row()? {
         let stamp_ns = table.stamp_ns(TIME)?;
@@ -94,7 +106,7 @@ pub fn read_index(dataset: &Path) -> Result<Vec<FrameFile>, Error> {
         });
     }
     if frames.is_empty() {
-        return Err(Error::in_file(&file, Problem::NoRows));
+        return Err(Error::in_file(file, Problem::NoRows));
     }
     Ok(frames)
 }

@@ -19,6 +19,7 @@
 //! ```
 
 pub mod calibration_file;
+mod camera_yaml;
 pub mod decoded_picture;
 pub mod dialect;
 pub mod error;
@@ -31,13 +32,18 @@ mod frame_signals;
 pub mod gray_picture;
 pub mod gray_png;
 mod hash;
+mod header_unit;
 pub mod images;
 pub mod import;
 pub mod join;
 pub mod json_lines;
 pub mod known_toml;
 pub mod laser_channel;
-mod no_return;
+pub mod log_problem;
+mod moment;
+mod name_stamps;
+mod nearest;
+pub mod no_return;
 pub mod outputs;
 #[cfg(feature = "parquet")]
 mod parquet_pages;
@@ -69,6 +75,7 @@ pub mod stop_poses;
 pub mod stripe_points_csv;
 pub mod stripes_csv;
 pub mod table;
+mod table_start;
 mod toml_place;
 pub mod unit;
 pub mod whole_file;
@@ -83,6 +90,7 @@ pub use frame_signals::FrameSignals;
 pub use gray_png::{GrayImage, Pixels};
 pub use images::FrameFile;
 pub use laser_channel::Channel;
+pub use log_problem::LogProblem;
 pub use picture_source::{FrameStamp, PictureFolder, PictureSource};
 pub use profile::{Profile, ProfilePoint};
 pub use profile_file::ProfileForm;

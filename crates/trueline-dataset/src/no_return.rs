@@ -14,11 +14,25 @@ const LEAST_PART: f64 = 0.005;
 /// Nothing was measured nearer to it than this, m.
 const FAR_M: f64 = 1e-2;
 
+/// A range is the stated one if it is this near to it, m: less than the last digit that any sensor writes.
+const SAME_M: f64 = 1e-9;
+
+/// Takes the points out whose range stands for no return, as the user said; returns how many those were.
+pub fn take_out(profiles: &mut [Profile], range_m: f64) -> usize {
+    let mut taken = 0;
+    for profile in profiles {
+        let before = profile.points.len();
+        profile.points.retain(|point| (point.z_m - range_m).abs() > SAME_M);
+        taken += before - profile.points.len();
+    }
+    taken
+}
+
 /// Says so of profiles in which the smallest or the largest range stands for no return.
 ///
 /// # Errors
 /// [`Problem::NoReturn`].
-pub(crate) fn check(profiles: &[Profile]) -> Result<(), Problem> {
+pub fn check(profiles: &[Profile]) -> Result<(), Problem> {
     let ranges = || profiles.iter().flat_map(|profile| &profile.points).map(|point| point.z_m);
     let [least, most] = ends(ranges());
     let of = ranges().count();
@@ -71,6 +85,13 @@ mod tests {
         let mut profiles = profiles(20, 0.0);
         profiles[0].points.extend(wide);
         assert!(check(&profiles).is_err());
+    }
+
+    #[test]
+    fn what_the_user_names_is_taken_out() {
+        let mut profiles = profiles(20, -9.999);
+        assert_eq!((take_out(&mut profiles, 0.0), take_out(&mut profiles, -9.999)), (0, 20));
+        assert!(check(&profiles).is_ok());
     }
 
     #[test]

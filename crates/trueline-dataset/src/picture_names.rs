@@ -3,6 +3,8 @@
 use crate::error::{Error, Problem};
 use crate::gray_picture::is_picture;
 use crate::images::FrameFile;
+use crate::name_stamps;
+pub use crate::name_stamps::NameStamps;
 use crate::stamp;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -24,24 +26,82 @@ pub enum PictureStamps {
     },
 }
 
-/// The frames of `images/` in a dataset folder, by the last number in each name.
-///
-/// # Errors
-/// A folder without pictures; names without a number, or with the same one twice.
-pub fn frames(dataset: &Path, stamps: PictureStamps) -> Result<Vec<FrameFile>, Error> {
-    let folder = dataset.join("images");
-    let entries = fs::read_dir(&folder).map_err(|error| Error::in_file(&folder, Problem::Io(error)))?;
-    let mut numbered: Vec<(i64, PathBuf)> = Vec::new();
-    for entry in entries {
-        let path = entry.map_err(|error| Error::in_file(&folder, Problem::Io(error)))?.path();
-        if is_picture(&path) {
-            let number = last_number(&path).ok_or_else(|| Error::in_file(&path, Problem::NoNumberInName))?;
-            numbered.push((number, path));
+impl PictureStamps {
+    /// The same, of which a rate begins at a stamp, ns.
+    #[must_use]
+    pub fn beginning_at(self, first_ns: i64) -> Self {
+        match self {
+            Self::Rate { fps, .. } => Self::Rate { fps, first_ns },
+            Self::Names { .. } => self,
         }
     }
+}
+
+impl NameStamps {
+    /// Where the stamps come from, in words.
+    #[must_use]
+    pub fn words(self, stamps: PictureStamps) -> &'static str {
+        match (stamps, self) {
+            (PictureStamps::Rate { .. }, _) => {
+                "the first picture has the stamp of the first robot pose, and the time offset counts from there"
+            }
+            (_, Self::Numbers) => "stamps are the numbers in the names",
+            (_, Self::Dates) => {
+                "stamps are the dates in the names, as seconds since 1970; where the robot's count from something else, \
+                 `calibrate --align-clocks` finds how far they are apart"
+            }
+            (_, Self::SecondsAndFraction) => "stamps are seconds and their fraction, as the names have them",
+        }
+    }
+}
+
+/// Frames of a folder of pictures, and how their names were read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedFrames {
+    /// The frames, in the order of their stamps.
+    pub frames: Vec<FrameFile>,
+    /// What their names say.
+    pub names: NameStamps,
+}
+
+/// Whether there are pictures in `images/` of a dataset folder.
+#[must_use]
+pub fn has_pictures(dataset: &Path) -> bool {
+    let entries = fs::read_dir(dataset.join("images")).into_iter().flatten().flatten();
+    entries.map(|entry| entry.path()).any(|path| is_picture(&path))
+}
+
+/// The frames of `images/` in a dataset folder, by the last number in each name, or by the dates in them.
+///
+/// # Errors
+/// A folder without pictures; names without a number, with the same one twice, or with several of which it is not clear which is the
+/// stamp.
+pub fn frames(dataset: &Path, stamps: PictureStamps) -> Result<NamedFrames, Error> {
+    frames_in(&dataset.join("images"), stamps)
+}
+
+/// The same of a folder of pictures.
+///
+/// # Errors
+/// As [`frames`].
+pub(crate) fn frames_in(folder: &Path, stamps: PictureStamps) -> Result<NamedFrames, Error> {
+    let entries = fs::read_dir(folder).map_err(|error| Error::in_file(folder, Problem::Io(error)))?;
+    let mut paths: Vec<PathBuf> = Vec::new();
+    for entry in entries {
+        let path = entry.map_err(|error| Error::in_file(folder, Problem::Io(error)))?.path();
+        if is_picture(&path) {
+            paths.push(path);
+        }
+    }
+    paths.sort();
+    let unit_ns = match stamps {
+        PictureStamps::Rate { .. } => None,
+        PictureStamps::Names { unit_ns } => Some(unit_ns),
+    };
+    let (mut numbered, names) = name_stamps::of(paths, unit_ns)?;
     numbered.sort();
     let Some((first, _)) = numbered.first().cloned() else {
-        return Err(Error::in_file(&folder, Problem::NoRows));
+        return Err(Error::in_file(folder, Problem::NoRows));
     };
     if let Some(twice) = numbered.windows(2).find(|pair| pair[0].0 == pair[1].0) {
         return Err(Error::in_file(&twice[1].1, Problem::NumberTwice { number: twice[1].0 }));
@@ -50,14 +110,11 @@ pub fn frames(dataset: &Path, stamps: PictureStamps) -> Result<Vec<FrameFile>, E
         let (stamp_ns, frame) = match stamps {
             PictureStamps::Rate { fps, first_ns } => {
                 // A number that is missing is a picture that was lost.
-                let counted = number - first;
+                let counted = if names == NameStamps::Numbers { number - first } else { place as i64 };
                 let since_first_ns = (counted as f64 * 1e9 / fps).round() as i64;
                 (first_ns.saturating_add(since_first_ns), counted as u64)
             }
-            PictureStamps::Names { unit_ns } => {
-                let stamp = number.checked_mul(unit_ns);
-                (stamp.ok_or_else(|| Error::in_file(&path, Problem::NoNumberInName))?, place as u64)
-            }
+            PictureStamps::Names { .. } => (number, place as u64),
         };
         if !stamp::is_in_range(stamp_ns) {
             let text = format!("{} s", stamp::seconds(stamp_ns));
@@ -65,12 +122,6 @@ pub fn frames(dataset: &Path, stamps: PictureStamps) -> Result<Vec<FrameFile>, E
         }
         Ok(FrameFile { stamp_ns, frame, device_ns: None, path })
     };
-    numbered.into_iter().enumerate().map(frame).collect()
-}
-
-/// The last number in a file's name without its ending.
-fn last_number(path: &Path) -> Option<i64> {
-    let name = path.file_stem()?.to_str()?;
-    let digits = name.rsplit(|c: char| !c.is_ascii_digit()).find(|part| !part.is_empty())?;
-    digits.parse().ok()
+    let frames = numbered.into_iter().enumerate().map(frame).collect::<Result<_, Error>>()?;
+    Ok(NamedFrames { frames, names })
 }

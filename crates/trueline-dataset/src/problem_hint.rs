@@ -10,6 +10,7 @@ impl Problem {
             Self::UnknownColumn { meant: Some(meant), .. } => {
                 format!("is it `{meant}`? {}", self.usual_hint())
             }
+            Self::Log(problem) => problem.hint(),
             _ => self.usual_hint().to_owned(),
         }
     }
@@ -95,16 +96,20 @@ impl Problem {
                 "save it as UTF-8 text; letters like µ, ° or ü, written by an older program, are what usually is not"
             }
             Self::NoHeader => {
-                "the first line names the columns with their units, for example time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz"
+                "the first line names the columns with their units, for example time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz; `trueline import csv --columns` \
+                 names those of a file without"
             }
             Self::OtherTable { .. } => "are robot.csv and features.csv swapped?",
-            Self::NoRows => "was the recording stopped before it began?",
+            Self::NoRows => "the file has no row of numbers: was the recording stopped before it began?",
             _ => return None,
         })
     }
 
     fn value_hint(&self) -> &'static str {
         match self {
+            Self::NotANumber { text } if text.contains(':') => {
+                "clock times and dates are read by `trueline import csv`, and written as seconds"
+            }
             Self::NotANumber { text } if text.is_empty() => "leave out rows without a measurement",
             Self::NotANumber { .. } => "numbers have a decimal point, and no thousands separator or unit",
             Self::NotAStamp { .. } => {
@@ -184,7 +189,7 @@ impl Problem {
         match self {
             Self::NoProfileTimes => {
                 "give the stamp of the first and the rate (--profile-start-s, --profile-rate-hz), or a file with one stamp for each \
-                 (--profile-times)"
+                 (--profile-times); a column of times needs its unit in its name, `Timestamp [ms]`, unless its steps tell it"
             }
             Self::OnlyProfiles => "`trueline features DATASET` finds the seam and writes features.csv",
             Self::UnknownProfileFormat => {
@@ -194,7 +199,8 @@ impl Problem {
                 "is the format the right one? `trueline import csv --help` says what stands for no point in each"
             }
             Self::NoReturn { .. } => {
-                "where nothing was seen leave the row out (one row a point) or the cell empty (one row a profile)"
+                "where nothing was seen leave the row out (one row a point) or the cell empty (one row a profile); or say what stands for no \
+                 return: `trueline import … --no-return-mm 0`"
             }
             Self::NoColumnPositions => "give them: --x-start-mm and --x-step-mm",
             _ => "ascii or binary PLY with properties x and z of one element `vertex` is read",

@@ -30,6 +30,9 @@ pub struct Recording {
     pub joined_from_ns: Vec<i64>,
     /// Whether the robot stood at each reading: then `robot` has one pose for each stamp of a reading, and stamps only pair them.
     pub at_stops: bool,
+    /// What was taken from the image stamps as they were recorded, ns, because their clock was so far ahead of the robot's: time offsets
+    /// are told with it.
+    pub images_ahead_ns: i64,
 }
 
 /// What a recording is read from beside what was measured: two scans may share these.
@@ -50,6 +53,7 @@ impl Recording {
             inputs: BTreeMap::new(),
             joined_from_ns: Vec::new(),
             at_stops: false,
+            images_ahead_ns: 0,
         }
     }
 

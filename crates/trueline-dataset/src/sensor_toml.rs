@@ -1,6 +1,8 @@
 //! `sensor.toml`: what the sensor is, and how well it is known.
 
+use crate::camera_yaml;
 use crate::error::{Error, Problem};
+use crate::log_problem::LogProblem;
 use crate::recording::Sensor;
 use crate::sensor_setup::SensorSetup;
 use crate::setup_toml::{MountedName, RegionTable, RobotTable, ShapeTable, UncertaintyTable, setup_from};
@@ -111,8 +113,12 @@ pub fn read_text(file: &Path) -> Result<String, Error> {
 /// # Errors
 /// Broken TOML, unknown keys, tables that this kind of sensor does not have, or values that no sensor has.
 pub fn parse_file(file: &Path, text: &str) -> Result<SensorFile, Error> {
-    let wire: Wire = parse_toml(file, text)?;
+    let wire = wire(file, text)?;
     let at = |problem| in_toml(file, text, problem);
+    if camera_yaml::is_yaml(text) && wire.laser_plane.is_none() {
+        let toml = toml::to_string(&wire).unwrap_or_default();
+        return Err(Error::in_file(file, LogProblem::CameraAlone { toml }.into()));
+    }
     let setup = setup(&wire).map_err(at)?;
     Ok(SensorFile { sensor: sensor_from(&wire).map_err(at)?, setup })
 }
@@ -138,7 +144,7 @@ pub fn read_camera(file: &Path) -> Result<CameraFile, Error> {
 /// # Errors
 /// As [`parse_file`], and a file that describes no camera.
 pub fn parse_camera(file: &Path, text: &str) -> Result<CameraFile, Error> {
-    let wire: Wire = parse_toml(file, text)?;
+    let wire = wire(file, text)?;
     let at = |problem| in_toml(file, text, problem);
     let Some(camera) = wire.camera.as_ref().filter(|_| wire.kind == Kind::CameraLaser) else {
         return Err(at(Problem::Value {
@@ -177,6 +183,27 @@ pub fn format(sensor: &Sensor) -> String {
 #[must_use]
 pub fn format_camera(file: &CameraFile) -> String {
     text(Kind::CameraLaser, Some(&file.camera), file.laser_plane_in_camera.as_ref(), &file.setup)
+}
+
+/// The tables of a file, which may be the YAML of a camera.
+fn wire(file: &Path, text: &str) -> Result<Wire, Error> {
+    if !camera_yaml::is_yaml(text) {
+        return parse_toml(file, text);
+    }
+    let camera =
+        camera_yaml::read(text).map_err(|(line, problem)| Error { line, ..Error::in_file(file, problem) })?;
+    let [width, height] = camera.size;
+    let [fx, fy, cx, cy] = camera.intrinsics;
+    Ok(Wire {
+        kind: Kind::CameraLaser,
+        mounted: None,
+        camera: Some(CameraTable { width, height, fx, fy, cx, cy, distortion: camera.distortion }),
+        laser_plane: camera.laser_plane.map(|(normal, offset_mm)| PlaneTable { normal, offset_mm }),
+        shape: None,
+        robot: None,
+        region_of_interest: None,
+        uncertainty: None,
+    })
 }
 
 /// Parses TOML with the line of the error.

@@ -325,10 +325,12 @@ fn frames_follow_from_the_numbers_in_names() {
     }
     // By number and not by name; a missing number is a lost picture.
     let rate = PictureStamps::Rate { fps: 40.0, first_ns: 7 };
-    let found: Vec<_> = frames(rate).unwrap().iter().map(|frame| (frame.stamp_ns, frame.frame)).collect();
+    let found: Vec<_> =
+        frames(rate).unwrap().frames.iter().map(|frame| (frame.stamp_ns, frame.frame)).collect();
     assert_eq!(found, [(7, 0), (25_000_007, 1), (100_000_007, 4)]);
     let stamps = PictureStamps::Names { unit_ns: 1_000_000 };
-    let found: Vec<_> = frames(stamps).unwrap().iter().map(|frame| (frame.stamp_ns, frame.frame)).collect();
+    let found: Vec<_> =
+        frames(stamps).unwrap().frames.iter().map(|frame| (frame.stamp_ns, frame.frame)).collect();
     assert_eq!(found, [(9_000_000, 0), (10_000_000, 1), (13_000_000, 2)]);
     fs::write(images.join("other_10.png"), "").unwrap();
     assert!(frames(rate).unwrap_err().to_string().contains("another picture has the number 10"));

@@ -7,7 +7,7 @@ use trueline_dataset::import::profiles::{self, EvenColumns, ProfileFormat, RawPr
 use trueline_dataset::{Error, Profile, profiles_csv};
 
 fn read(format: ProfileFormat, text: &str, columns: Option<EvenColumns>) -> Result<Vec<RawProfile>, Error> {
-    profiles::read(Path::new("profiles.txt"), text.as_bytes().to_vec(), format, columns)
+    Ok(profiles::read(Path::new("profiles.txt"), text.as_bytes().to_vec(), format, columns)?.profiles)
 }
 
 /// Points in mm, rounded to what files print.
@@ -215,7 +215,7 @@ fn ply_in_all_its_encodings() {
     for bytes in files {
         assert_eq!(ProfileFormat::recognised(&bytes), Some(ProfileFormat::Ply));
         let cut = bytes[..bytes.len() - 6].to_vec();
-        let profiles = profiles::read(Path::new("a.ply"), bytes, ProfileFormat::Ply, None).unwrap();
+        let profiles = profiles::read(Path::new("a.ply"), bytes, ProfileFormat::Ply, None).unwrap().profiles;
         assert_eq!(in_mm(&profiles[0]), [[-1.5, 30.25], [1.5, 30.5]]);
         assert_eq!(in_mm(&profiles[1]), [[-1.5, 31.0]]);
         assert!(profiles::read(Path::new("a.ply"), cut, ProfileFormat::Ply, None).is_err());
@@ -230,11 +230,12 @@ fn profiles_get_their_stamps_or_a_hint() {
     };
     let at = |profiles: Vec<Profile>| profiles.iter().map(|p| p.stamp_ns).collect::<Vec<_>>();
     assert_eq!(at(stamps(Some(Timing::Rate { first_ns: 5, hz: 100.0 })).unwrap()), [5, 10_000_005]);
-    assert_eq!(at(stamps(Some(Timing::Stamps(vec![3, 4]))).unwrap()), [3, 4]);
-    assert!(stamps(Some(Timing::Stamps(vec![3]))).unwrap_err().to_string().contains("has 2 rows"));
-    assert!(
-        stamps(Some(Timing::Stamps(vec![4, 3]))).unwrap_err().to_string().contains("time runs backwards")
-    );
+    let listed = |stamps_ns: &[i64], hz| stamps(Some(Timing::Stamps { stamps_ns: stamps_ns.to_vec(), hz }));
+    assert_eq!(at(listed(&[3, 4], None).unwrap()), [3, 4]);
+    assert!(listed(&[3], None).unwrap_err().to_string().contains("1 stamps for 2 profiles"));
+    // One stamp for every two profiles, which follow each other at a rate.
+    assert_eq!(at(listed(&[3], Some(100.0)).unwrap()), [3, 10_000_003]);
+    assert!(listed(&[4, 3], None).unwrap_err().to_string().contains("time runs backwards"));
     assert!(stamps(None).unwrap_err().hint().contains("--profile-rate-hz"));
 }
 

@@ -46,7 +46,7 @@ fn import_in(
         robot_map: map.iter().map(mapping).collect(),
         features_map: Vec::new(),
         layout,
-        separator: None,
+        ..CsvFolder::default()
     }
     .read()
 }
@@ -200,7 +200,10 @@ fn a_map_renames_and_leaves_the_rest() {
     assert_eq!(imported.recording.robot[0].stamp_ns, 250_000_000);
     assert!(imported.notes.iter().any(|note| note.ends_with("not used: gripper")), "{:?}", imported.notes);
     let missing = import(text, None, &[("time_ms", "when")]).unwrap_err().to_string();
-    assert!(missing.contains("column `when` is missing; the header has: stamp, x_mm"), "{missing}");
+    assert!(
+        missing.contains("no column `when`, which the map names for time_ms; the header has: stamp, x_mm"),
+        "{missing}"
+    );
 }
 
 #[test]

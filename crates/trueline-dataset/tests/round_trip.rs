@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use std::fs;
 use std::path::Path;
 use trueline_dataset::dialect::{Separator, plain_csv};
-use trueline_dataset::import::foreign_csv::{self, ColumnMapping, Renaming};
+use trueline_dataset::import::foreign_csv::{self, ColumnMapping, Renaming, TableForm};
 use trueline_dataset::import::{lvs_st_calib, tum};
 use trueline_dataset::{Feature, Measured, Recording, RobotSample, Sensor, features_csv, folder, robot_csv};
 use trueline_geometry::{Plane, se3, so3};
@@ -163,7 +163,8 @@ fn tum_has_w_last_and_foreign_csv_is_renamed() {
     let read = |mapping: &[ColumnMapping]| {
         let renaming = Renaming { map: mapping, layout: None, is_ours: &|_| false };
         let text = b"stamp|col|row|note\n1|10|20|a\n2|11|21|b\n".to_vec();
-        foreign_csv::read(foreign, text, Some(Separator::Character('|')), &renaming)
+        let form = TableForm { separator: Some(Separator::Character('|')), ..TableForm::default() };
+        foreign_csv::read(foreign, text, &form, &renaming)
     };
     let map = |ours: &str, theirs: &str| ColumnMapping { ours: ours.into(), theirs: theirs.into() };
     let renamed = read(&[map("time_ms", "stamp"), map("u_px", "col"), map("v_px", "row")]).unwrap();

@@ -33,7 +33,7 @@ fn read(robot: PathBuf, features: PathBuf, layout: Option<&str>) -> Result<Impor
         robot_map: Vec::new(),
         features_map: map(&[("time_s", "seam_1"), ("x_mm", "seam_2"), ("z_mm", "seam_3")]),
         layout: layout.map(|name| RobotLayout::named(name).unwrap()),
-        separator: None,
+        ..CsvFolder::default()
     }
     .read()
 }

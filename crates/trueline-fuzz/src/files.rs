@@ -1,7 +1,9 @@
 //! Files that a user names.
 
 use std::path::Path;
+use trueline_dataset::import::foreign_csv::{self, Renaming, TableForm};
 use trueline_dataset::import::profiles::{self, ProfileFormat, ply};
+use trueline_dataset::import::robot_layout::RobotLayout;
 use trueline_dataset::import::tables_of_programs;
 use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::{
@@ -44,6 +46,13 @@ pub(crate) fn stripes_csv(bytes: &[u8]) {
 pub(crate) fn foreign_table(bytes: &[u8]) {
     if let Some((plain, _)) = said(dialect::plain_csv(Path::new(FILE), bytes.to_vec(), None)) {
         said(robot_csv::read(Path::new(FILE), plain.as_slice()));
+    }
+    // As the log of a robot of KUKA, whose clock, names and poses in cells are found.
+    let layout = RobotLayout::named("kuka");
+    let renaming = Renaming { map: &[], layout: layout.as_ref(), is_ours: &|name| name.ends_with("_s") };
+    let table = said(foreign_csv::read(Path::new(FILE), bytes.to_vec(), &TableForm::default(), &renaming));
+    if let Some(table) = table {
+        said(robot_csv::read(Path::new(FILE), table.csv.as_slice()));
     }
 }
 

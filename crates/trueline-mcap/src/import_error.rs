@@ -202,6 +202,14 @@ pub enum ImportError {
         /// The kind of the sensor.
         sensor: &'static str,
     },
+    /// Profiles whose numbers stand for something else than they say.
+    #[error("{topic}: {problem}")]
+    Profiles {
+        /// Their topic.
+        topic: String,
+        /// What is wrong.
+        problem: trueline_dataset::Problem,
+    },
     /// The dataset cannot be written, or the sensor cannot be read.
     #[error(transparent)]
     Dataset(#[from] trueline_dataset::Error),
@@ -265,6 +273,10 @@ impl ImportError {
                 "`trueline import mcap|rosbag2 SRC --sensor sensor.toml --out DIR`; or lay sensor.toml into the bag's folder"
             }
             Self::OtherSensor { .. } => "give the sensor that was recorded with --sensor sensor.toml",
+            Self::Profiles { .. } => {
+                "let the driver write NaN where nothing was seen, as PointCloud2 has it; or say what stands for no return: \
+                 `trueline import mcap|rosbag2 SRC --no-return-mm 0 --out DIR`"
+            }
             Self::Dataset(error) => return error.hint(),
         };
         text.to_owned()

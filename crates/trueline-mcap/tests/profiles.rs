@@ -72,6 +72,28 @@ fn what_was_recorded_comes_back_without_the_columns_that_saw_nothing() {
     assert!(matches!(import(&file, &ptp), Err(ImportError::NoPtp { .. })));
 }
 
+/// Zeros for no return are refused at the door, as they are in a dataset; what the user names is left out.
+#[test]
+fn a_range_that_stands_for_no_return_is_refused_unless_the_user_names_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("zeros.mcap");
+    let recorder = Recorder::create(&file, &about()).unwrap();
+    for k in 0..20 {
+        let entry = profile(k);
+        let columns = entry.columns.iter().map(|column| Some(column.unwrap_or([0.0, 0.0]))).collect();
+        assert!(recorder.handle().offer(Entry::Robot(robot(k as u32))));
+        assert!(recorder.handle().offer(Entry::Profile(ProfileEntry { columns, ..entry })));
+    }
+    recorder.finish().unwrap();
+    let refused = import(&file, &Choice::default()).unwrap_err();
+    assert!(refused.to_string().contains("200 of 800 points have a range of exactly 0 mm"), "{refused}");
+    assert!(refused.hint().contains("--no-return-mm 0"), "{}", refused.hint());
+    let named = Choice { no_return_m: Some(0.0), ..Choice::default() };
+    let imported = import(&file, &named).unwrap();
+    let left: usize = imported.profiles.iter().map(|profile| profile.points.len()).sum();
+    assert_eq!(left, 600);
+}
+
 fn cloud(fields: &[(&str, u32, NumericType)], stride: u32, data: Vec<u8>) -> Vec<u8> {
     let field = |(name, offset, kind): &(&str, u32, NumericType)| PackedElementField {
         name: (*name).to_owned(),

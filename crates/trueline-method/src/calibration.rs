@@ -92,13 +92,13 @@ impl Calibration {
         &self.verdict.warnings
     }
 
-    /// The time offset.
+    /// The time offset of image stamps as they were recorded.
     ///
     /// # Errors
     /// [`Unobservable`] if the scan does not show it.
     pub fn time_offset(&self) -> Result<TimeOffset, Unobservable> {
         self.known(Group::TimeOffset, TIME_OFFSET..ROTATION)?;
-        let value_s = self.best_fit().time_offset_s;
+        let value_s = self.recorded_time_offset_s();
         Ok(TimeOffset { value_s, sigma_s: self.sigma(TIME_OFFSET) })
     }
 
@@ -183,6 +183,19 @@ impl Calibration {
     #[must_use]
     pub fn best_fit(&self) -> &Parameters {
         &self.findings.unknowns.parameters
+    }
+
+    /// The time offset of image stamps as they were recorded, s: true exposure = stamp − this. Whether it means anything says
+    /// [`Calibration::is_known`].
+    #[must_use]
+    pub fn recorded_time_offset_s(&self) -> f64 {
+        self.in_recorded_stamps_s(self.best_fit().time_offset_s)
+    }
+
+    /// A time offset of the estimate as one of image stamps as they were recorded, s.
+    #[must_use]
+    pub fn in_recorded_stamps_s(&self, time_offset_s: f64) -> f64 {
+        time_offset_s + self.findings.streams.images_ahead_s
     }
 
     /// The covariance at [`Calibration::best_fit`], of all components of the tangent in SI units, whether they mean

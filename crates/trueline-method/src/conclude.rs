@@ -406,6 +406,7 @@ fn streams(from: &Concluded<'_>, repeated_features: usize) -> Streams {
         robot_poses_repeated: robot.repeated,
         robot_smoothed: robot.smoothed,
         origin_ns: origin_ns(from.recording),
+        images_ahead_s: from.recording.images_ahead_ns as f64 * 1e-9,
     }
 }
 

@@ -280,6 +280,8 @@ pub struct Streams {
     pub robot_smoothed: bool,
     /// Recorded stamp of time 0 of all stamps in seconds: the first robot sample, ns.
     pub origin_ns: i64,
+    /// What was taken from the image stamps before the estimate, s; 0 where nothing was.
+    pub images_ahead_s: f64,
 }
 
 impl Streams {

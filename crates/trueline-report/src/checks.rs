@@ -58,7 +58,7 @@ pub fn checks(c: &Calibration) -> Checks {
     let found = &c.findings.checks;
     Checks {
         runner_up: found.ambiguity.runner_up.map(|r| RunnerUp {
-            time_offset_s: r.time_offset_s,
+            time_offset_s: c.in_recorded_stamps_s(r.time_offset_s),
             explains: r.test.explains,
             best_explains: r.test.best_explains,
             z: r.test.z,

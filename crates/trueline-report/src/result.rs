@@ -48,22 +48,13 @@ pub fn of(c: &Calibration) -> ResultFile {
         mounted: None,
         seam_error: c.findings.checks.seam_error.as_ref().map(seam_error::entry),
         sensor: seam_error::sensor_entry(c),
-        images_ahead_s: None,
+        images_ahead_s: Some(c.findings.streams.images_ahead_s).filter(|ahead_s| *ahead_s != 0.0),
         at_torch: c.findings.checks.seam_point_error.as_ref().map(checks::at_torch),
         termination: c.findings.fit.termination.to_string(),
         iterations: c.findings.fit.iterations.iter().map(|step| iteration(c, step)).collect(),
         inputs: c.findings.inputs.clone(),
         options: options(&c.findings.config),
     }
-}
-
-/// The same where `images_ahead_s` was taken from the image stamps first: all of it in the stamps as they were recorded.
-#[must_use]
-pub fn in_recorded_stamps(result: ResultFile, images_ahead_s: f64) -> ResultFile {
-    let result = result.with_images_ahead(images_ahead_s);
-    let is_accepted = result.status == Some(result_file::Status::Accepted);
-    let time_offset_use = result.time_offset_s.filter(|_| is_accepted).map(time_offset_use);
-    ResultFile { time_offset_use, ..result }
 }
 
 fn time_offset_use(offset_s: f64) -> TimeOffsetUse {
@@ -126,7 +117,7 @@ fn rival(c: &Calibration, rival: &RivalAnswer) -> RivalEntry {
         }
     };
     RivalEntry {
-        time_offset_s: rival.parameters.time_offset_s,
+        time_offset_s: c.in_recorded_stamps_s(rival.parameters.time_offset_s),
         tool_from_camera: PoseEntry {
             translation_mm: Axis::ALL.map(translation),
             rotation_wxyz: shows(Group::Rotation).then(|| positive_w(&pose.rotation)),
@@ -230,7 +221,7 @@ fn iteration(c: &Calibration, i: &IterationRecord) -> IterationEntry {
     IterationEntry {
         cost: i.cost,
         rms_mm: i.rms_m * MM_PER_M,
-        time_offset_s: i.parameters.time_offset_s,
+        time_offset_s: c.in_recorded_stamps_s(i.parameters.time_offset_s),
         translation_mm: (pose.translation.vector * MM_PER_M).into(),
         rotation_wxyz: positive_w(&pose.rotation),
         lines: lines.collect(),

@@ -81,7 +81,7 @@ fn answer(c: &Calibration, answer: &Answer) -> AnswerEntry {
     let three = |first: usize| [first, first + 1, first + 2];
     let turn_seen = three(ROTATION).into_iter().all(seen);
     AnswerEntry {
-        time_offset_s: seen(TIME_OFFSET).then_some(answer.parameters.time_offset_s),
+        time_offset_s: seen(TIME_OFFSET).then(|| c.in_recorded_stamps_s(answer.parameters.time_offset_s)),
         tool_from_camera: PoseEntry {
             translation_mm: [0, 1, 2]
                 .map(|k| seen(TRANSLATION + k).then(|| pose.translation.vector[k] * MM_PER_M)),
@@ -105,7 +105,7 @@ pub(crate) fn rows(c: &Calibration) -> Vec<(String, String)> {
     let Some(estimate) = &stripes.estimate else { return rows };
     let joints: BTreeSet<usize> = estimate.planes.iter().map(|plane| plane.number / 2).collect();
     rows.extend(joints.into_iter().map(|joint| ("  plates".to_owned(), plates(estimate, joint))));
-    rows.push(("  seam or stripe".to_owned(), side_by_side(estimate)));
+    rows.push(("  seam or stripe".to_owned(), side_by_side(c, estimate)));
     rows
 }
 
@@ -191,7 +191,7 @@ fn used(stripes: &StripeOutcome) -> String {
 }
 
 /// Both answers, and what the stripes gained.
-fn side_by_side(estimate: &StripeEstimate) -> String {
+fn side_by_side(c: &Calibration, estimate: &StripeEstimate) -> String {
     let rotation = |answer: &Answer| {
         let seen = (ROTATION..TRANSLATION).all(|k| answer.observability.observable_components[k]);
         let variance = || (ROTATION..TRANSLATION).map(|k| answer.covariance[(k, k)]).sum::<f64>();
@@ -207,7 +207,8 @@ fn side_by_side(estimate: &StripeEstimate) -> String {
     };
     let offset_ms = |answer: &Answer| {
         let seen = answer.observability.observable_components[TIME_OFFSET];
-        if seen { format!("{:.3} ms", answer.parameters.time_offset_s * 1e3) } else { "not seen".to_owned() }
+        let ms = c.in_recorded_stamps_s(answer.parameters.time_offset_s) * 1e3;
+        if seen { format!("{ms:.3} ms") } else { "not seen".to_owned() }
     };
     let apart = match estimate.sigmas_apart {
         // The statistic says how rare a difference is: of none that is rarer than usual it is 0.

@@ -46,7 +46,7 @@ pub fn sentence(c: &Calibration) -> String {
     if !c.is_known(TIME_OFFSET) {
         return "Accepted, without the time offset, which this scan does not show.".to_owned();
     }
-    let ms = c.best_fit().time_offset_s * MS_PER_S;
+    let ms = c.recorded_time_offset_s() * MS_PER_S;
     let which = if ms >= 0.0 { "late" } else { "early" };
     let size = with_sigma(ms.abs(), c.sigma(TIME_OFFSET).map(|s| s * MS_PER_S), "ms");
     let rejected = match c.findings.fit.residuals.outliers {
@@ -100,7 +100,7 @@ pub fn text(c: &Calibration) -> String {
 
 /// The rule for a driver; a time offset that contains how far the arm lags behind its command is for that stream alone.
 fn rule(c: &Calibration) -> String {
-    let rule = time_offset::rule(c.best_fit().time_offset_s);
+    let rule = time_offset::rule(c.recorded_time_offset_s());
     let cause = c.findings.checks.cause.as_ref();
     if cause.is_some_and(|cause| cause.kind == CauseKind::CommandedPose) {
         format!("{rule}, for this stream of commanded poses only")
@@ -175,7 +175,7 @@ fn offset(c: &Calibration) -> String {
         return UNSEEN.to_owned();
     }
     let sigma = c.sigma(TIME_OFFSET).map(|s| s * MS_PER_S);
-    let value = c.best_fit().time_offset_s * MS_PER_S;
+    let value = c.recorded_time_offset_s() * MS_PER_S;
     let late = if value >= 0.0 { "images are stamped late" } else { "images are stamped early" };
     format!("{}  ({late})", with_sigma(value, sigma, "ms"))
 }
@@ -304,7 +304,7 @@ fn runner_up(c: &Calibration) -> String {
     match &c.findings.checks.ambiguity.runner_up {
         Some(other) => format!(
             "{:.1} ms (fits {:.0} % of the points; the best fits {:.0} %): {}, z = {:.0}",
-            other.time_offset_s * MS_PER_S,
+            c.in_recorded_stamps_s(other.time_offset_s) * MS_PER_S,
             100.0 * other.test.explains,
             100.0 * other.test.best_explains,
             if other.test.decided() { "told apart" } else { "not told apart" },

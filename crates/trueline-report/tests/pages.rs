@@ -11,7 +11,7 @@ use trueline_report::page::{Block, Drawn, Page, Series};
 use trueline_sim::{PlateForm, Plates, Preset, scan_plates, simulate};
 
 fn page_of(recording: &Recording, calibration: &Calibration) -> Page {
-    page(&Source { calibration, recording, title: "t", command: "c", images_ahead_s: None, frames: &[] })
+    page(&Source { calibration, recording, title: "t", command: "c", frames: &[] })
 }
 
 fn series<'a>(page: &'a Page, id: &str) -> &'a [Series] {
@@ -76,7 +76,6 @@ fn what_is_said_cannot_end_the_page() {
         recording: &recording,
         title: evil,
         command: evil,
-        images_ahead_s: None,
         frames: &[],
     });
     assert!(!text.contains("<script>alert") && text.contains("&lt;script&gt;alert(1)"));

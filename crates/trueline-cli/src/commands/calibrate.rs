@@ -37,16 +37,16 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
         opened.recording.features.len(),
         began.elapsed().as_secs_f64()
     ));
-    let images_ahead_ns = match (args.align_clocks, args.datasets.len()) {
-        (false, _) => None,
-        (true, 1) => Some(clocks::align_recording(&mut opened.recording, &config, args.quiet)?),
+    match (args.align_clocks, args.datasets.len()) {
+        (false, _) => {}
+        (true, 1) => clocks::align_recording(&mut opened.recording, &config, args.quiet)?,
         (true, _) => {
             return Err(Failure::new(
                 "`--align-clocks` is for one scan: several have several clocks",
                 "align each by itself: `trueline import csv DATASET --align-clocks --out ALIGNED`",
             ));
         }
-    };
+    }
     if let Some(file) = &args.initial {
         let text = sensor_toml::read_text(file)?;
         opened.recording.inputs.insert(file.display().to_string(), folder::sha256(text.as_bytes()));
@@ -66,7 +66,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
         Some(file) => with_written_sensor(file, &opened, calibration)?,
         None => calibration,
     };
-    write_results(args, &opened, &calibration, images_ahead_ns)?;
+    write_results(args, &opened, &calibration)?;
     Ok(exit_code(&calibration))
 }
 
@@ -82,20 +82,12 @@ pub(crate) fn exit_code(calibration: &Calibration) -> ExitCode {
     }
 }
 
-fn write_results(
-    args: &CalibrateArgs,
-    opened: &Opened,
-    calibration: &Calibration,
-    images_ahead_ns: Option<i64>,
-) -> Result<(), Failure> {
+fn write_results(args: &CalibrateArgs, opened: &Opened, calibration: &Calibration) -> Result<(), Failure> {
     if let Some(file) = &args.json {
         let mut result = result::of(calibration);
         result.stamps.meaning = opened.stamp_meaning.clone();
         if opened.recording.setup.mounted == Mounted::Fixed {
             result.mounted = Some("fixed".to_owned());
-        }
-        if let Some(images_ahead_ns) = images_ahead_ns {
-            result = result::in_recorded_stamps(result, images_ahead_ns as f64 * 1e-9);
         }
         output::result(file, &result)?;
     }
@@ -104,7 +96,6 @@ fn write_results(
         recording: &opened.recording,
         title: &format!("Calibration of {}", names(&args.datasets)),
         command: &output::command_line(),
-        images_ahead_s: images_ahead_ns.map(|ns| ns as f64 * 1e-9),
         frames: &match args.report {
             Some(_) => trueline_open::outlier_pictures(opened, calibration)?
                 .into_iter()

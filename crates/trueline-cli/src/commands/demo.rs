@@ -41,7 +41,6 @@ pub(crate) fn run(args: &DemoArgs) -> Result<ExitCode, Failure> {
         recording: &recording,
         title: "Demo: a simulated 20 s scan",
         command: &output::command_line(),
-        images_ahead_s: None,
         frames: &[],
     };
     output::file(&report, &calibration_page::html(&source))?;

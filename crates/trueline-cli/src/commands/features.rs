@@ -5,7 +5,7 @@ use crate::pictures::{self, OverlayChoice, PictureOptions};
 use crate::{opening, output, picture_report};
 use std::process::ExitCode;
 use trueline_args::FeaturesArgs;
-use trueline_dataset::picture_names::{self, PictureStamps};
+use trueline_dataset::picture_names::{self, NamedFrames, PictureStamps};
 use trueline_dataset::{Profile, folder, images};
 use trueline_report::picture_page;
 use trueline_vision::rare_joint::is_rare;
@@ -91,15 +91,10 @@ fn write_index(args: &FeaturesArgs) -> Result<(), Failure> {
         (None, Some(unit_ns)) => PictureStamps::Names { unit_ns },
         (None, None) => return Ok(()),
     };
-    let frames = picture_names::frames(&args.dataset, stamps)?;
+    let NamedFrames { frames, names } = picture_names::frames(&args.dataset, stamps)?;
     images::write_index(&args.dataset, &frames)?;
     if !args.quiet {
-        let from = match stamps {
-            PictureStamps::Rate { .. } => {
-                "the first picture has the stamp of the first robot pose, and the time offset counts from there"
-            }
-            PictureStamps::Names { .. } => "stamps are those of the names",
-        };
+        let from = names.words(stamps);
         output::words(&format!("images/index.csv is written for {} pictures: {from}", frames.len()));
     }
     Ok(())

@@ -1,16 +1,13 @@
 //! `trueline import`.
 
 use crate::failure::Failure;
-use crate::{clocks, opening, output};
+use crate::{opening, output};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use trueline_args::{BagArgs, ImportArgs, ImportCsvArgs, ImportFormat, NewFolder};
+use trueline_args::{BagArgs, ImportArgs, ImportFormat, NewFolder};
 use trueline_dataset::dialect::plain_csv;
-use trueline_dataset::import::csv_folder::Imported;
 use trueline_dataset::import::{csv_folder, lvs_st_calib, tum};
-use trueline_dataset::{
-    PictureSource, ProfileForm, Recording, SensorFile, WholeFolder, features_csv, folder, sensor_toml,
-};
+use trueline_dataset::{PictureSource, Recording, SensorFile, features_csv, folder, sensor_toml};
 use trueline_mcap::{Choice, DatasetFolder, import};
 
 /// Runs the command.
@@ -19,7 +16,7 @@ pub(crate) fn run(args: &ImportArgs) -> Result<ExitCode, Failure> {
         ImportFormat::LvsStCalib { src, folder, robot, images, pixels, sensor } => {
             (lvs(src, [robot, images, pixels, sensor])?, folder)
         }
-        ImportFormat::Csv(csv) => return import_csv(csv),
+        ImportFormat::Csv(csv) => return super::import_csv::run(csv),
         ImportFormat::Tum { src, folder, features, sensor } => {
             (tum_recording(src, features, sensor)?, folder)
         }
@@ -46,33 +43,6 @@ fn summary(to: &NewFolder, text: &str) {
     }
 }
 
-fn import_csv(args: &ImportCsvArgs) -> Result<ExitCode, Failure> {
-    let Imported { mut recording, mut profiles, .. } = super::import_csv::read(args)?;
-    if args.align_clocks {
-        clocks::align_import(&mut recording, &mut profiles)?;
-    }
-    let whole = WholeFolder::begin(&args.folder.out, args.folder.force)?;
-    folder::write(whole.path(), &recording)?;
-    let found = match profiles.len() {
-        0 => format!("{} features", recording.features.len()),
-        count => {
-            folder::write_profiles(whole.path(), &profiles, ProfileForm::Csv)?;
-            format!("{count} profiles")
-        }
-    };
-    output::former_folder(&args.folder.out, whole.finish()?);
-    summary(
-        &args.folder,
-        &format!(
-            "{}: {} robot poses, {found} ({})",
-            args.folder.out.display(),
-            recording.robot.len(),
-            recording.sensor.kind(),
-        ),
-    );
-    Ok(ExitCode::SUCCESS)
-}
-
 fn unpack_bag(args: &BagArgs) -> Result<ExitCode, Failure> {
     let choice = Choice {
         sensor: args.sensor.as_deref().map(sensor_toml::read).transpose()?,
@@ -82,6 +52,7 @@ fn unpack_bag(args: &BagArgs) -> Result<ExitCode, Failure> {
         tool_frame: args.tool.clone(),
         urdf: args.urdf.as_deref().map(sensor_toml::read_text).transpose()?,
         clock: args.stamps,
+        no_return_m: args.no_return_mm.map(|mm| mm * 1e-3),
         allow_jpeg: args.allow_jpeg,
     };
     let folder = DatasetFolder::begin(&args.folder.out, args.folder.force)?;

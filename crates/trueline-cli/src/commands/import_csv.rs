@@ -1,33 +1,120 @@
 //! `trueline import csv`.
 
 use crate::failure::Failure;
-use crate::output;
+use crate::{clocks, output};
+use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 use trueline_args::ImportCsvArgs;
+use trueline_dataset::import::clock::Clock;
 use trueline_dataset::import::csv_folder::{CsvFolder, Imported, ProfileSource};
+use trueline_dataset::import::foreign_csv::{Rate, TableForm};
 use trueline_dataset::import::profiles::{EvenColumns, ProfileFormat, Timing, times};
 use trueline_dataset::import::robot_layout::RobotLayout;
-use trueline_dataset::{Error, Problem};
+use trueline_dataset::picture_names::PictureStamps;
+use trueline_dataset::{Error, FrameFile, Problem, ProfileForm, WholeFolder, folder, images, picture_names};
+
+/// Runs the command.
+pub(crate) fn run(args: &ImportCsvArgs) -> Result<ExitCode, Failure> {
+    let (Some(src), Some(to)) = (&args.src, &args.folder) else {
+        output::data(&list_of_robots())?;
+        return Ok(ExitCode::SUCCESS);
+    };
+    let Imported { mut recording, mut profiles, pictures, .. } = read(src, args)?;
+    if args.align_clocks {
+        if !pictures.is_empty() {
+            return Err(Failure::new(
+                "`--align-clocks`: the seam of pictures is not known yet",
+                "import without it, and then `trueline calibrate DATASET --align-clocks`",
+            ));
+        }
+        clocks::align_import(&mut recording, &mut profiles)?;
+    }
+    let whole = WholeFolder::begin(&to.out, to.force)?;
+    folder::write(whole.path(), &recording)?;
+    let found = match (profiles.len(), pictures.len()) {
+        (0, 0) => format!("{} features", recording.features.len()),
+        (0, count) => {
+            copy_pictures(whole.path(), &pictures)?;
+            format!("{count} pictures")
+        }
+        (count, _) => {
+            folder::write_profiles(whole.path(), &profiles, ProfileForm::Csv)?;
+            format!("{count} profiles")
+        }
+    };
+    output::former_folder(&to.out, whole.finish()?);
+    if !to.quiet {
+        output::words(&format!(
+            "{}: {} robot poses, {found} ({})",
+            to.out.display(),
+            recording.robot.len(),
+            recording.sensor.kind(),
+        ));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// One maker a line.
+fn list_of_robots() -> String {
+    let row = |(name, words): (&str, &str)| {
+        let columns = RobotLayout::usual_columns(name).unwrap_or_default();
+        format!("{name:<11} {words}\n{:<11} columns: {columns}\n", "")
+    };
+    RobotLayout::list().map(row).collect()
+}
+
+/// Pictures and their index, into a folder that is being written.
+fn copy_pictures(dataset: &Path, pictures: &[FrameFile]) -> Result<(), Failure> {
+    let folder = dataset.join("images");
+    let failed = |path: &Path, error: std::io::Error| Failure::from(Error::in_file(path, Problem::Io(error)));
+    fs::create_dir_all(&folder).map_err(|error| failed(&folder, error))?;
+    for picture in pictures {
+        let name = picture.path.file_name().unwrap_or_default();
+        fs::copy(&picture.path, folder.join(name)).map_err(|error| match error.kind() {
+            std::io::ErrorKind::NotFound => Error::in_file(&picture.path, Problem::NoSuchFile).into(),
+            _ => failed(&picture.path, error),
+        })?;
+    }
+    Ok(images::write_index(dataset, pictures)?)
+}
 
 /// Reads the files, and says what was recognised.
-pub(crate) fn read(args: &ImportCsvArgs) -> Result<Imported, Failure> {
+fn read(src: &Path, args: &ImportCsvArgs) -> Result<Imported, Failure> {
     let maker = args.robot.as_deref().and_then(RobotLayout::named);
     let layout = match args.euler {
         Some(sequence) => Some(RobotLayout::with_sequence(maker.as_ref(), sequence)),
         None => maker,
     };
+    let separator = args.delimiter;
+    let rate = args.robot_rate_hz.map(|hz| Rate { hz, start_s: args.robot_start_s.unwrap_or(0.0) });
     let imported = CsvFolder {
-        robot: args.src.join(&args.robot_file),
-        features: args.src.join(&args.features),
-        profiles: profile_source(args)?,
-        sensor: in_folder_or_here(&args.src, &args.sensor),
+        robot: src.join(&args.robot_file),
+        features: src.join(&args.features),
+        profiles: profile_source(src, args)?,
+        sensor: in_folder_or_here(src, &args.sensor),
         robot_map: args.robot_map.clone(),
         features_map: args.features_map.clone(),
         layout,
-        separator: args.delimiter,
+        robot_form: TableForm {
+            separator,
+            skipped_lines: args.robot_skip_lines,
+            columns: args.columns.clone(),
+            rate,
+        },
+        features_form: TableForm {
+            separator,
+            columns: args.features_columns.clone(),
+            ..TableForm::default()
+        },
+        images: picture_names::has_pictures(src).then(|| src.join("images")),
+        picture_stamps: match (args.fps, args.stamps_from_name) {
+            (Some(fps), _) => Some(PictureStamps::Rate { fps, first_ns: 0 }),
+            (None, unit_ns) => unit_ns.map(|unit_ns| PictureStamps::Names { unit_ns }),
+        },
     }
     .read()
-    .map_err(with_mapping)?;
+    .map_err(|error| with_mapping(error, args))?;
     for note in &imported.notes {
         output::words(note);
     }
@@ -35,58 +122,118 @@ pub(crate) fn read(args: &ImportCsvArgs) -> Result<Imported, Failure> {
 }
 
 /// A column that is missing may have another name: the hint says how to tell.
-fn with_mapping(error: Error) -> Failure {
-    if matches!(error.problem, Problem::NoSuchFile) {
-        return Failure::new(error.to_string(), "name the robot's log: --robot-file FILE, looked up in SRC");
+fn with_mapping(error: Error, args: &ImportCsvArgs) -> Failure {
+    let text = error.to_string();
+    let of_robot = error.file.ends_with(&args.robot_file);
+    match &error.problem {
+        Problem::NoSuchFile if of_robot => {
+            Failure::new(text, "name the robot's log: --robot-file FILE, looked up in SRC")
+        }
+        Problem::NoSuchFile if error.file.ends_with("index.csv") => Failure::new(
+            text,
+            "images/index.csv gives each picture its stamp: time_s,file; or name them with --fps RATE or --stamps-from-name UNIT",
+        ),
+        Problem::MissingColumn { name, found } => {
+            let option = if of_robot { "--robot-map" } else { "--features-map" };
+            let is_time = |theirs: &&str| {
+                ["time", "zeit", "stamp"].iter().any(|word| theirs.to_lowercase().contains(word))
+            };
+            let theirs = found.split(", ").find(is_time).filter(|_| name.starts_with("time"));
+            let rate = match (name.starts_with("time"), of_robot) {
+                (true, true) => "; a log without a clock: --robot-rate-hz",
+                _ => "",
+            };
+            let theirs = theirs.unwrap_or("THEIRS");
+            Failure::new(
+                text,
+                format!(
+                    "which column is it? {option} '{name}={theirs}', ours=theirs; the unit stands in our name{rate}"
+                ),
+            )
+        }
+        Problem::NoRotation { found } if of_robot && args.robot.is_none() => {
+            let header: Vec<String> = found.split(", ").map(str::to_owned).collect();
+            match RobotLayout::recognised(&header)[..] {
+                [] => error.into(),
+                [one] => Failure::new(text, format!("these are the names of one maker: --robot {one}")),
+                ref several => Failure::new(
+                    text,
+                    format!(
+                        "whose robot is it? --robot {}; --list-robots tells what each means",
+                        several.join(", or ")
+                    ),
+                ),
+            }
+        }
+        Problem::Log(trueline_dataset::LogProblem::NoNames { .. }) if of_robot => {
+            let usual = args.robot.as_deref().and_then(RobotLayout::usual_columns);
+            match usual {
+                Some(usual) => Failure::new(
+                    text,
+                    format!("name them in their order, for example --columns {usual}; - is not used"),
+                ),
+                None => error.into(),
+            }
+        }
+        _ => error.into(),
     }
-    let Problem::MissingColumn { name, found } = &error.problem else { return error.into() };
-    let is_time =
-        |theirs: &&str| ["time", "zeit", "stamp"].iter().any(|word| theirs.to_lowercase().contains(word));
-    let theirs = found.split(", ").find(is_time).filter(|_| name.starts_with("time")).unwrap_or("THEIRS");
-    let hint = format!(
-        "which column is it? --robot-map {name}={theirs} (or --features-map); the unit stands in our name"
-    );
-    Failure::new(error.to_string(), hint)
 }
 
 /// The profiles that are named, or `profiles.csv` where there are no features.
-fn profile_source(args: &ImportCsvArgs) -> Result<Option<ProfileSource>, Failure> {
+fn profile_source(src: &Path, args: &ImportCsvArgs) -> Result<Option<ProfileSource>, Failure> {
     let usual = Path::new("profiles.csv");
-    let is_there = |file: &Path| args.src.join(file).exists();
-    if args.profiles.is_none() && !is_there(&args.features) && !is_there(usual) {
-        return Err(Failure::new(
-            format!("{}: there is neither {} nor profiles.csv", args.src.display(), args.features.display()),
-            "name the file of the sensor: --profiles FILE for whole profiles, --features FILE for seam points",
-        ));
-    }
+    let is_there = |file: &Path| src.join(file).exists();
     let file = match &args.profiles {
         Some(file) => file,
-        None if !is_there(&args.features) => usual,
-        None => return Ok(None),
+        None if is_there(&args.features) => return Ok(None),
+        None if is_there(usual) => usual,
+        None if picture_names::has_pictures(src) => return Ok(None),
+        None => {
+            return Err(Failure::new(
+                format!(
+                    "{}: there is neither {} nor profiles.csv, and there are no pictures in images/",
+                    src.display(),
+                    args.features.display()
+                ),
+                "name the file of the sensor: --profiles FILE for whole profiles, --features FILE for seam points",
+            ));
+        }
     };
+    let (timing, clock) = timing(src, args)?;
     let even =
         args.x_start_mm.zip(args.x_step_mm).map(|(first_mm, step_mm)| EvenColumns { first_mm, step_mm });
     Ok(Some(ProfileSource {
-        file: args.src.join(file),
+        file: src.join(file),
         format: args.profile_format.as_deref().and_then(ProfileFormat::named),
         columns: even,
-        timing: timing(args)?,
+        timing,
+        clock,
+        no_return_m: args.no_return_mm.map(|mm| mm * 1e-3),
     }))
 }
 
-fn timing(args: &ImportCsvArgs) -> Result<Option<Timing>, Failure> {
+fn timing(src: &Path, args: &ImportCsvArgs) -> Result<(Option<Timing>, Clock), Failure> {
     if let Some(file) = &args.profile_times {
-        return Ok(Some(Timing::Stamps(times::read(&args.src.join(file))?)));
+        let file = src.join(file);
+        let times = times::read(&file)?;
+        output::words(&format!("{}: {}", file.display(), times.words()));
+        let timing = Timing::Stamps { stamps_ns: times.stamps_ns, hz: args.profile_rate_hz };
+        return Ok((Some(timing), times.clock));
     }
-    let Some((start_s, hz)) = args.profile_start_s.zip(args.profile_rate_hz) else {
-        return Ok(None);
+    let Some(hz) = args.profile_rate_hz else { return Ok((None, Clock::Seconds)) };
+    let Some(start) = &args.profile_start_s else {
+        return Err(Failure::new(
+            "`--profile-rate-hz`: when was the first profile taken?",
+            "say it by the robot's clock, to within a second or so: --profile-start-s 1.5, or --profile-start-s 14:03:12",
+        ));
     };
-    if !(hz > 0.0 && hz.is_finite() && start_s.abs() < 9e9) {
-        let what =
-            format!("`--profile-rate-hz`: expected a rate above zero, found {hz}, from {start_s} s on");
-        return Err(Failure::new(what, "for example --profile-start-s 0 --profile-rate-hz 200"));
-    }
-    Ok(Some(Timing::Rate { first_ns: (start_s * 1e9).round() as i64, hz }))
+    let (first_ns, clock) = times::of_text(start).ok_or_else(|| {
+        Failure::new(
+            format!("`--profile-start-s`: expected seconds, a clock time or a date, found {start}"),
+            "for example --profile-start-s 0 --profile-rate-hz 200, or --profile-start-s 14:03:12.5",
+        )
+    })?;
+    Ok((Some(Timing::Rate { first_ns, hz }), clock))
 }
 
 fn in_folder_or_here(folder: &Path, file: &Path) -> PathBuf {

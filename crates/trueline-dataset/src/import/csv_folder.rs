@@ -1,11 +1,15 @@
 //! A folder of CSV files that another program wrote: robot poses, features, the sensor.
 
-use super::foreign_csv::{self, ColumnMapping, ForeignTable, Renaming};
+use super::clock::{Clock, to_common};
+use super::foreign_csv::{self, ColumnMapping, ForeignTable, Renaming, TableForm};
 use super::profiles::{self, EvenColumns, ProfileFormat, Timing};
 use super::robot_layout::RobotLayout;
 use super::tables_of_programs::as_text;
-use crate::dialect::{self, Separator};
+use crate::dialect;
 use crate::error::{Error, Problem};
+use crate::images::{self, FrameFile};
+use crate::no_return;
+use crate::picture_names::{self, NameStamps, NamedFrames, PictureStamps};
 use crate::profile::Profile;
 use crate::recording::{Feature, PlateStripe, Recording, RobotSample, Sensor};
 use crate::sensor_setup::SensorSetup;
@@ -15,7 +19,7 @@ use crate::{features_csv, folder, profile_file, profiles_csv, robot_csv, sensor_
 use std::path::{Path, PathBuf};
 
 /// Where the files are and what their columns mean.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct CsvFolder {
     /// Robot poses.
     pub robot: PathBuf,
@@ -31,12 +35,18 @@ pub struct CsvFolder {
     pub features_map: Vec<ColumnMapping>,
     /// How the robot's maker writes a pose.
     pub layout: Option<RobotLayout>,
-    /// What separates columns; recognised where it is not named.
-    pub separator: Option<Separator>,
+    /// What the robot's log does not say of itself.
+    pub robot_form: TableForm,
+    /// What the table of features does not say of itself.
+    pub features_form: TableForm,
+    /// A folder of pictures, which is looked at where there are neither features nor profiles.
+    pub images: Option<PathBuf>,
+    /// What says when the pictures were taken, where they have no index; a rate begins at the robot's first pose.
+    pub picture_stamps: Option<PictureStamps>,
 }
 
 /// A file of profiles.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct ProfileSource {
     /// The file.
     pub file: PathBuf,
@@ -46,17 +56,32 @@ pub struct ProfileSource {
     pub columns: Option<EvenColumns>,
     /// When its profiles were taken, if the file does not tell.
     pub timing: Option<Timing>,
+    /// What the stamps of `timing` are counted from.
+    pub clock: Clock,
+    /// The range that stands for no return, m, if the user names one.
+    pub no_return_m: Option<f64>,
 }
 
 /// What came in, and what was recognised.
 #[derive(Clone, Debug)]
 pub struct Imported {
-    /// The recording; without features where there are profiles.
+    /// The recording; without features where there are profiles or pictures.
     pub recording: Recording,
     /// Whole profiles.
     pub profiles: Vec<Profile>,
+    /// Pictures with their stamps, where they lie now.
+    pub pictures: Vec<FrameFile>,
     /// What was recognised, assumed or left out: to be said.
     pub notes: Vec<String>,
+}
+
+/// What the sensor saw, and what its stamps are counted from.
+#[derive(Default)]
+struct Seen {
+    features: Vec<Feature>,
+    profiles: Vec<Profile>,
+    pictures: Vec<FrameFile>,
+    clock: Clock,
 }
 
 impl CsvFolder {
@@ -67,14 +92,41 @@ impl CsvFolder {
     pub fn read(&self) -> Result<Imported, Error> {
         let mut notes = Vec::new();
         let SensorFile { sensor, setup } = self.read_sensor(&mut notes)?;
-        let robot = self.read_robot(&mut notes)?;
-        let (features, profiles) = match &self.profiles {
-            Some(source) => (Vec::new(), self.read_profiles(source, &mut notes)?),
-            None => (self.read_features(&sensor, &mut notes)?, Vec::new()),
+        let (robot, robot_clock) = self.read_robot(&mut notes)?;
+        let mut seen = match &self.profiles {
+            Some(source) => {
+                let (mut profiles, clock) = self.read_profiles(source, &mut notes)?;
+                if let Some(range_m) = source.no_return_m {
+                    let taken = no_return::take_out(&mut profiles, range_m);
+                    notes.push(format!(
+                        "{}: {taken} points have no return, as you stated it",
+                        source.file.display()
+                    ));
+                }
+                no_return::check(&profiles).map_err(|problem| Error::in_file(&source.file, problem))?;
+                Seen { profiles, clock, ..Seen::default() }
+            }
+            None if self.has_pictures() => {
+                self.read_pictures((robot[0].stamp_ns, robot_clock), &mut notes)?
+            }
+            None => self.read_features(&sensor, &mut notes)?,
         };
-        let stripes = self.read_stripes(&sensor, &mut notes)?;
+        let mut stripes = self.read_stripes(&sensor, &mut notes)?;
+        let robot_span = (robot[0].stamp_ns, robot[robot.len() - 1].stamp_ns);
+        if let Some(span) = seen.span() {
+            let (later_ns, said) = to_common([robot_clock, seen.clock], [robot_span, span]);
+            seen.shift(later_ns);
+            stripes.iter_mut().for_each(|stripe| stripe.stamp_ns += later_ns);
+            notes.extend(said);
+        }
+        let Seen { features, profiles, pictures, .. } = seen;
         let recording = Recording { stripes, ..Recording::new(sensor, setup, robot, features) };
-        Ok(Imported { recording, profiles, notes })
+        Ok(Imported { recording, profiles, pictures, notes })
+    }
+
+    /// Whether there are pictures in the place of features.
+    fn has_pictures(&self) -> bool {
+        self.images.is_some() && !self.features.exists()
     }
 
     fn read_sensor(&self, notes: &mut Vec<String>) -> Result<SensorFile, Error> {
@@ -92,10 +144,14 @@ impl CsvFolder {
         Ok(read)
     }
 
-    fn read_profiles(&self, source: &ProfileSource, notes: &mut Vec<String>) -> Result<Vec<Profile>, Error> {
+    fn read_profiles(
+        &self,
+        source: &ProfileSource,
+        notes: &mut Vec<String>,
+    ) -> Result<(Vec<Profile>, Clock), Error> {
         let bytes = bytes_of(&source.file)?;
         if source.format.is_none() && bytes.starts_with(b"PAR1") {
-            return profile_file::from_parquet(&source.file, bytes);
+            return Ok((profile_file::from_parquet(&source.file, bytes)?, Clock::Seconds));
         }
         let bytes = as_text(&source.file, bytes, &|name| usize::from(profiles_csv::is_column(name)), notes)?;
         let Some(format) = source.format.or_else(|| ProfileFormat::recognised(&bytes)) else {
@@ -104,67 +160,105 @@ impl CsvFolder {
             }
             let renaming =
                 Renaming { map: &self.features_map, layout: None, is_ours: &profiles_csv::is_column };
-            let table = self.table(&source.file, &renaming, notes)?;
-            return profiles_csv::read(&source.file, table.csv.as_slice())
-                .map_err(|error| in_their_words(error, &table));
+            let table = self.table(&source.file, &self.features_form, &renaming, notes)?;
+            let profiles = profiles_csv::read(&source.file, table.csv.as_slice())
+                .map_err(|error| in_their_words(error, &table))?;
+            return Ok((profiles, table.clock));
         };
         let raw = profiles::read(&source.file, bytes, format, source.columns)?;
-        let left_out = profiles::left_out_words(&raw);
-        let stamped = profiles::stamped(&source.file, raw, source.timing.as_ref())?;
+        let left_out = profiles::left_out_words(&raw.profiles);
+        let clock = if source.timing.is_some() { source.clock } else { raw.clock };
+        let said = raw.notes;
+        let stamped = profiles::stamped(&source.file, raw.profiles, source.timing.as_ref())?;
         notes.push(format!("{}: read as {}", source.file.display(), format.words()));
-        notes.extend(left_out.map(|words| format!("{}: {words}", source.file.display())));
+        notes.extend(
+            said.into_iter().chain(left_out).map(|words| format!("{}: {words}", source.file.display())),
+        );
         if let Some(Timing::Rate { .. }) = source.timing {
             notes.push(
                 "the profiles' stamps are the start and rate that you stated: the time offset holds for this recording only"
                     .to_owned(),
             );
         }
-        Ok(stamped)
+        Ok((stamped, clock))
     }
 
-    fn read_robot(&self, notes: &mut Vec<String>) -> Result<Vec<RobotSample>, Error> {
+    fn read_robot(&self, notes: &mut Vec<String>) -> Result<(Vec<RobotSample>, Clock), Error> {
         let renaming =
             Renaming { map: &self.robot_map, layout: self.layout.as_ref(), is_ours: &robot_csv::is_column };
-        let table = self.table(&self.robot, &renaming, notes)?;
-        robot_csv::read(&self.robot, table.csv.as_slice()).map_err(|error| in_their_words(error, &table))
+        let table = self.table(&self.robot, &self.robot_form, &renaming, notes)?;
+        let robot = robot_csv::read(&self.robot, table.csv.as_slice())
+            .map_err(|error| in_their_words(error, &table))?;
+        Ok((robot, table.clock))
     }
 
     /// `stripes.csv` beside the features, where it is; of whole profiles the stripes are found in them.
     fn read_stripes(&self, sensor: &Sensor, notes: &mut Vec<String>) -> Result<Vec<PlateStripe>, Error> {
         let file = self.features.with_file_name("stripes.csv");
-        if self.profiles.is_some() || !file.exists() {
+        if self.profiles.is_some() || self.has_pictures() || !file.exists() {
             return Ok(Vec::new());
         }
-        let (csv, dialect) = dialect::plain_csv(&file, bytes_of(&file)?, self.separator)?;
+        let (csv, dialect) = dialect::plain_csv(&file, bytes_of(&file)?, self.features_form.separator)?;
         if !dialect.is_plain() {
             notes.push(format!("{}: {dialect}", file.display()));
         }
         stripes_csv::read(&file, csv.as_slice(), sensor)
     }
 
-    fn read_features(&self, sensor: &Sensor, notes: &mut Vec<String>) -> Result<Vec<Feature>, Error> {
+    fn read_features(&self, sensor: &Sensor, notes: &mut Vec<String>) -> Result<Seen, Error> {
         let is_ours = |name: &str| features_csv::is_column(name, sensor);
         let renaming = Renaming { map: &self.features_map, layout: None, is_ours: &is_ours };
-        let table = self.table(&self.features, &renaming, notes)?;
-        features_csv::read(&self.features, table.csv.as_slice(), sensor)
-            .map_err(|error| in_their_words(error, &table))
+        let table = self.table(&self.features, &self.features_form, &renaming, notes)?;
+        let features = features_csv::read(&self.features, table.csv.as_slice(), sensor)
+            .map_err(|error| in_their_words(error, &table))?;
+        Ok(Seen { features, clock: table.clock, ..Seen::default() })
+    }
+
+    /// The pictures that an index names, in the words of any program.
+    fn read_pictures(
+        &self,
+        (first_robot_ns, robot_clock): (i64, Clock),
+        notes: &mut Vec<String>,
+    ) -> Result<Seen, Error> {
+        let folder = self.images.clone().unwrap_or_default();
+        let file = folder.join("index.csv");
+        if let (Some(stamps), false) = (self.picture_stamps, file.exists()) {
+            let NamedFrames { frames, names } =
+                picture_names::frames_in(&folder, stamps.beginning_at(first_robot_ns))?;
+            notes.push(format!("{}: {}", folder.display(), names.words(stamps)));
+            let clock = match (stamps, names) {
+                (PictureStamps::Rate { .. }, _) => robot_clock,
+                (_, NameStamps::Dates) => Clock::Date,
+                _ => Clock::Seconds,
+            };
+            return Ok(Seen { pictures: frames, clock, ..Seen::default() });
+        }
+        let renaming = Renaming {
+            map: &self.features_map,
+            layout: Some(&RobotLayout::of_pictures()),
+            is_ours: &images::is_column,
+        };
+        let table = self.table(&file, &self.features_form, &renaming, notes)?;
+        let pictures = images::read_rows(&file, table.csv.as_slice(), &folder)
+            .map_err(|error| in_their_words(error, &table))?;
+        Ok(Seen { pictures, clock: table.clock, ..Seen::default() })
     }
 
     fn table(
         &self,
         file: &Path,
+        form: &TableForm,
         renaming: &Renaming<'_>,
         notes: &mut Vec<String>,
     ) -> Result<ForeignTable, Error> {
         let bytes = as_text(file, bytes_of(file)?, &|theirs| renaming.weight(theirs), notes)?;
-        let table = foreign_csv::read(file, bytes, self.separator, renaming)?;
+        let table = foreign_csv::read(file, bytes, form, renaming)?;
         let mut said = Vec::new();
         if !table.dialect.is_plain() {
             said.push(table.dialect.to_string());
         }
-        if let Some(layout) = renaming.layout {
-            said.push(format!("read as {}", layout.words));
-        }
+        said.extend(table.layout_words.clone().map(|words| format!("read as {words}")));
+        said.extend(table.time_words.clone());
         if !table.left_out.is_empty() {
             said.push(format!("not used: {}", table.left_out.join(", ")));
         }
@@ -178,6 +272,23 @@ impl CsvFolder {
     }
 }
 
+impl Seen {
+    /// First and last stamp, ns.
+    fn span(&self) -> Option<(i64, i64)> {
+        let features = self.features.iter().map(|feature| feature.stamp_ns);
+        let profiles = self.profiles.iter().map(|profile| profile.stamp_ns);
+        let pictures = self.pictures.iter().map(|picture| picture.stamp_ns);
+        let stamps = || features.clone().chain(profiles.clone()).chain(pictures.clone());
+        Some((stamps().min()?, stamps().max()?))
+    }
+
+    fn shift(&mut self, later_ns: i64) {
+        self.features.iter_mut().for_each(|feature| feature.stamp_ns += later_ns);
+        self.profiles.iter_mut().for_each(|profile| profile.stamp_ns += later_ns);
+        self.pictures.iter_mut().for_each(|picture| picture.stamp_ns += later_ns);
+    }
+}
+
 /// Whether the first line has no names.
 fn begins_with_numbers(bytes: &[u8]) -> bool {
     let line = bytes.split(|byte| *byte == b'\n').next().unwrap_or_default();
@@ -187,11 +298,12 @@ fn begins_with_numbers(bytes: &[u8]) -> bool {
     fields.peek().is_some() && fields.all(|field| field.parse::<f64>().is_ok())
 }
 
-/// The error with the header that the user's file has.
+/// The error with the header that the user's file has, at its line in it.
 fn in_their_words(mut error: Error, table: &ForeignTable) -> Error {
     if let Problem::MissingColumn { found, .. } | Problem::NoRotation { found } = &mut error.problem {
         *found = table.header.join(", ");
     }
+    error.line = error.line.map(|line| line.saturating_sub(table.added_lines).max(1));
     error
 }
 

@@ -6,7 +6,6 @@
 
 mod answer;
 mod checks;
-mod clock_shift;
 mod fact;
 mod options;
 mod rival;

@@ -19,6 +19,8 @@ pub struct Choice {
     pub urdf: Option<String>,
     /// The clock that stamps.
     pub clock: StampClock,
+    /// The range of profiles that stands for no return, m.
+    pub no_return_m: Option<f64>,
     /// Whether pictures that are compressed with losses are taken.
     pub allow_jpeg: bool,
 }

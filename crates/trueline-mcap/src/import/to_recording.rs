@@ -23,7 +23,7 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::Path;
 use trueline_dataset::{
-    Feature, Measured, Profile, ProfilePoint, Recording, RobotSample, Sensor, SensorFile, folder,
+    Feature, Measured, Profile, ProfilePoint, Recording, RobotSample, Sensor, SensorFile, folder, no_return,
     sensor_toml, written_form,
 };
 
@@ -74,7 +74,7 @@ pub fn import(path: &Path, choice: &Choice) -> Result<Imported, ImportError> {
         notes.push("stamps are IEEE 1588 times of controller and camera".to_owned());
     }
     notes.extend(collected.origins.iter().filter_map(|(origin, count)| origin_note(*origin, *count)));
-    let profiles = profiles(&mut collected, &chosen, &sensor.sensor, &mut notes)?;
+    let profiles = profiles(&mut collected, &chosen, (&sensor.sensor, choice), &mut notes)?;
     if frames.is_empty() && features.is_empty() && profiles.is_empty() {
         notes.push("the recording has neither pictures nor profiles nor seam points".to_owned());
     }
@@ -258,7 +258,7 @@ fn origin_note(origin: PictureOrigin, count: usize) -> Option<String> {
 fn profiles(
     collected: &mut Collector<'_>,
     chosen: &Chosen,
-    sensor: &Sensor,
+    (sensor, choice): (&Sensor, &Choice),
     notes: &mut Vec<String>,
 ) -> Result<Vec<Profile>, ImportError> {
     let mut profiles = std::mem::take(&mut collected.profiles);
@@ -286,7 +286,17 @@ fn profiles(
         frame: Some(profile.frame.unwrap_or(frame)),
         points: profile.points.into_iter().map(point).collect(),
     });
-    Ok(numbered.collect())
+    let mut profiles: Vec<Profile> = numbered.collect();
+    if let Some(range_m) = choice.no_return_m {
+        let taken = no_return::take_out(&mut profiles, range_m);
+        notes.push(format!("{taken} points of the profiles have no return, as you stated it"));
+    }
+    // As of a dataset's profiles: what is calibrated from a recording and from its import is the same, or refused alike.
+    no_return::check(&profiles).map_err(|problem| ImportError::Profiles {
+        topic: chosen.profiles.clone().unwrap_or_default(),
+        problem,
+    })?;
+    Ok(profiles)
 }
 
 fn features(

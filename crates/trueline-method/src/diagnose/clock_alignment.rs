@@ -131,6 +131,7 @@ pub fn aligned(recording: &Recording, images_ahead_ns: i64) -> Recording {
     for stripe in &mut moved.stripes {
         stripe.stamp_ns -= images_ahead_ns;
     }
+    moved.images_ahead_ns += images_ahead_ns;
     moved
 }
 

@@ -293,7 +293,7 @@ fn view(wire: &ViewTable, sensor: &Sensor, stripe: Vector3<f64>) -> Result<View,
 
 fn guess_error(wire: &GuessErrorTable) -> Result<GuessError, Problem> {
     let default = GuessError::default();
-    let mm = |key, value, m: f64| Ok(between(key, value, m * MM_PER_M, MOST_MM)? / MM_PER_M);
+    let mm = |key, value, m: f64| between(key, value, m * MM_PER_M, MOST_MM).map(|mm| mm / MM_PER_M);
     let degrees = default.rotation_rad.to_degrees();
     let rotation_deg = between("guess_error.rotation_deg", wire.rotation_deg, degrees, MOST_DEG)?;
     Ok(GuessError {

@@ -135,12 +135,12 @@ fn profile(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
     if shown.profile.is_empty() || !c.is_known(TIME_OFFSET) {
         return None;
     }
-    let x = columns.add(shown.profile.iter().map(|p| p.time_offset_s * 1e3));
+    let x = columns.add(shown.profile.iter().map(|p| c.in_recorded_stamps_s(p.time_offset_s) * 1e3));
     let y = columns.add(shown.profile.iter().map(|p| p.typical_sigmas));
     let mut marks =
-        vec![Mark { name: "estimate".to_owned(), at: c.best_fit().time_offset_s * 1e3, upright: true }];
+        vec![Mark { name: "estimate".to_owned(), at: c.recorded_time_offset_s() * 1e3, upright: true }];
     let other = c.findings.checks.ambiguity.runner_up.as_ref().filter(|other| other.test.explains >= WORTH_NAMING).map(|other| {
-        marks.push(Mark { name: "next best".to_owned(), at: other.time_offset_s * 1e3, upright: true });
+        marks.push(Mark { name: "next best".to_owned(), at: c.in_recorded_stamps_s(other.time_offset_s) * 1e3, upright: true });
         format!(
             " The next best local minimum is at {:.1} ms and explains {:.0} % of the features instead of {:.0} %.",
             other.time_offset_s * 1e3,

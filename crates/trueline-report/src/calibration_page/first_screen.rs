@@ -12,10 +12,9 @@ use trueline_method::assess::seam_error::SeamError;
 use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_method::{Calibration, Reason, Status};
 
-/// What a reader sees first; `images_ahead_s` is what was taken from the image stamps before.
-pub(super) fn blocks(c: &Calibration, images_ahead_s: Option<f64>) -> Vec<Block> {
-    let offset_s =
-        c.is_known(TIME_OFFSET).then_some(c.best_fit().time_offset_s + images_ahead_s.unwrap_or(0.0));
+/// What a reader sees first.
+pub(super) fn blocks(c: &Calibration) -> Vec<Block> {
+    let offset_s = c.is_known(TIME_OFFSET).then(|| c.recorded_time_offset_s());
     let mut blocks = Vec::new();
     if !c.reasons().is_empty() {
         // What could not be seen has a box of its own.

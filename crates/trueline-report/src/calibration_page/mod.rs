@@ -43,8 +43,6 @@ pub struct Source<'a> {
     pub title: &'a str,
     /// How to make it again.
     pub command: &'a str,
-    /// What was taken from the image stamps before, s: how far their clock is ahead of the robot's.
-    pub images_ahead_s: Option<f64>,
     /// Pictures of outliers, where there are pictures.
     pub frames: &'a [FramePicture],
 }
@@ -67,7 +65,7 @@ pub fn page(source: &Source<'_>) -> Page {
     };
     let columns = &mut page.columns;
     let sections = [
-        ("answers", "", first_screen::blocks(c, source.images_ahead_s)),
+        ("answers", "", first_screen::blocks(c)),
         ("seam", "Seam", seam::blocks(&shown, columns)),
         ("plates", "Plates", plates::blocks(c)),
         ("residuals", "Residuals", residuals::blocks(&shown, columns)),

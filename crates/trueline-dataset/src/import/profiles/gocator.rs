@@ -30,13 +30,19 @@ pub fn read(file: &Path, bytes: Vec<u8>) -> Result<Vec<RawProfile>, Error> {
     let (text, _) = decode(file, bytes)?;
     let mut profiles = Vec::new();
     let mut section = "";
+    let mut others: Vec<&str> = Vec::new();
     let mut header: Option<DataHeader> = None;
     let mut pending_x: Option<PendingX> = None;
     for (index, line) in text.lines().enumerate() {
         let fields: Vec<&str> = line.trim_start_matches('\u{feff}').split(',').map(str::trim).collect();
         match fields[..] {
             ["End", ..] => (section, header) = ("", None),
-            _ if section.is_empty() => section = fields[0],
+            _ if section.is_empty() => {
+                section = fields[0];
+                others.extend(
+                    Some(section).filter(|name| !matches!(*name, "" | "Info" | "Profile" | "RawProfile")),
+                );
+            }
             _ if !matches!(section, "Profile" | "RawProfile") => {}
             _ if fields[0] == "Frame" && fields.contains(&"Axis") => {
                 header = Some(
@@ -52,7 +58,28 @@ pub fn read(file: &Path, bytes: Vec<u8>) -> Result<Vec<RawProfile>, Error> {
             }
         }
     }
+    if profiles.is_empty() {
+        return Err(without_profiles(file, &others));
+    }
     Ok(profiles)
+}
+
+/// The error of a file without profiles: a surface, say, whose rows have no time of their own.
+fn without_profiles(file: &Path, sections: &[&str]) -> Error {
+    const SURFACES: [&str; 4] = ["Part", "Surface", "SurfacePointCloud", "SurfaceSection"];
+    match sections.iter().find(|name| SURFACES.contains(name)) {
+        Some(name) => Error::unreadable(
+            file,
+            format!("a Gocator surface (section `{name}`), whose rows have no time each"),
+            "record in the mode Profile instead of Surface, and export the profiles: each has its stamp there",
+        ),
+        None if sections.is_empty() => Error::in_file(file, Problem::NoRows),
+        None => Error::unreadable(
+            file,
+            format!("a Gocator file without profiles (it has the sections {})", sections.join(", ")),
+            "export it in the mode Profile: the section is called Profile or RawProfile",
+        ),
+    }
 }
 
 /// The positions in a row of X, mm, and the frame that it is of.

@@ -12,6 +12,7 @@
 
 pub mod gocator;
 pub mod keyence;
+mod leading_columns;
 mod numbers;
 pub mod ply;
 pub mod points;
@@ -19,6 +20,8 @@ pub mod rows;
 pub mod times;
 
 use crate::error::{Error, Problem};
+use crate::import::clock::Clock;
+use crate::log_problem::LogProblem;
 use crate::profile::{Profile, ProfilePoint};
 use crate::stamp;
 use std::fmt;
@@ -40,6 +43,23 @@ pub struct RawProfile {
 impl RawProfile {
     fn of_points(points: Vec<ProfilePoint>) -> Self {
         Self { stamp_ns: None, frame: None, points, left_out: 0 }
+    }
+}
+
+/// What a file of profiles has.
+#[derive(Clone, Debug, Default)]
+pub struct Raw {
+    /// Its profiles.
+    pub profiles: Vec<RawProfile>,
+    /// What was recognised: to be said.
+    pub notes: Vec<String>,
+    /// What its stamps are counted from.
+    pub clock: Clock,
+}
+
+impl From<Vec<RawProfile>> for Raw {
+    fn from(profiles: Vec<RawProfile>) -> Self {
+        Self { profiles, ..Self::default() }
     }
 }
 
@@ -148,8 +168,40 @@ pub enum Timing {
         /// Profiles a second.
         hz: f64,
     },
-    /// One stamp for each, ns.
-    Stamps(Vec<i64>),
+    /// One stamp for each, ns; or one for every so many, which follow each other at a rate.
+    Stamps {
+        /// Stamps, ns.
+        stamps_ns: Vec<i64>,
+        /// Profiles a second between two stamps, where there are more profiles than stamps.
+        hz: Option<f64>,
+    },
+}
+
+impl Timing {
+    /// The stamp of each of so many profiles, ns.
+    ///
+    /// # Errors
+    /// Stamps that are neither one for each nor, with a rate, one for every so many.
+    fn stamps_ns(&self, count: usize) -> Result<Vec<i64>, LogProblem> {
+        let after =
+            |first_ns: i64, k: usize, hz: f64| first_ns.saturating_add((k as f64 / hz * 1e9).round() as i64);
+        match self {
+            Self::Rate { first_ns, hz } => Ok((0..count).map(|k| after(*first_ns, k, *hz)).collect()),
+            Self::Stamps { stamps_ns, .. } if stamps_ns.len() == count => Ok(stamps_ns.clone()),
+            Self::Stamps { stamps_ns, hz: Some(hz) }
+                if !stamps_ns.is_empty() && count % stamps_ns.len() == 0 =>
+            {
+                let each = count / stamps_ns.len();
+                Ok(stamps_ns
+                    .iter()
+                    .flat_map(|first_ns| (0..each).map(|k| after(*first_ns, k, *hz)))
+                    .collect())
+            }
+            Self::Stamps { stamps_ns, .. } => {
+                Err(LogProblem::StampsDiffer { stamps: stamps_ns.len(), profiles: count })
+            }
+        }
+    }
 }
 
 /// Reads profiles of a format.
@@ -161,25 +213,25 @@ pub fn read(
     bytes: Vec<u8>,
     format: ProfileFormat,
     columns: Option<EvenColumns>,
-) -> Result<Vec<RawProfile>, Error> {
-    let profiles = match format {
-        ProfileFormat::Gocator => gocator::read(file, bytes)?,
-        ProfileFormat::KeyenceLjV => keyence::read_columns(file, bytes)?,
-        ProfileFormat::GoPxl => rows::read_pairs(file, bytes)?,
+) -> Result<Raw, Error> {
+    let raw = match format {
+        ProfileFormat::Gocator => gocator::read(file, bytes)?.into(),
+        ProfileFormat::KeyenceLjV => keyence::read_columns(file, bytes)?.into(),
+        ProfileFormat::GoPxl => rows::read_pairs(file, bytes)?.into(),
         ProfileFormat::KeyenceLjX => rows::read(file, bytes, columns, is_lj_x_height)?,
         ProfileFormat::Wenglor => rows::read(file, bytes, columns, |mm| mm != 0.0)?,
         ProfileFormat::Rows => rows::read(file, bytes, columns, |_| true)?,
         ProfileFormat::ScanControl => points::read(file, bytes, |z_mm| z_mm != 0.0)?,
         ProfileFormat::Points => points::read(file, bytes, |_| true)?,
-        ProfileFormat::Ply => ply::read(file, &bytes)?,
+        ProfileFormat::Ply => ply::read(file, &bytes)?.into(),
     };
-    if profiles.is_empty() {
+    if raw.profiles.is_empty() {
         return Err(Error::in_file(file, Problem::NoRows));
     }
-    if profiles.iter().all(|profile| profile.points.is_empty()) {
-        return Err(Error::in_file(file, Problem::NoPoints { profiles: profiles.len() }));
+    if raw.profiles.iter().all(|profile| profile.points.is_empty()) {
+        return Err(Error::in_file(file, Problem::NoPoints { profiles: raw.profiles.len() }));
     }
-    Ok(profiles)
+    Ok(raw)
 }
 
 /// Whether a value is a height, mm: none is −99.9999, −9999.9999 or −99999.9999. The largest of these sensors sees half a metre to either side.
@@ -205,26 +257,11 @@ pub fn left_out_words(profiles: &[RawProfile]) -> Option<String> {
 /// # Errors
 /// No stamps at all, stamps that run backwards, or not one for each profile.
 pub fn stamped(file: &Path, raw: Vec<RawProfile>, timing: Option<&Timing>) -> Result<Vec<Profile>, Error> {
-    let count = raw.len();
-    if let Some(Timing::Stamps(stamps)) = timing
-        && stamps.len() != count
-    {
-        let problem = Problem::RowsDiffer {
-            other: "the list of times".to_owned(),
-            expected: stamps.len(),
-            found: count,
-        };
-        return Err(Error::in_file(file, problem));
-    }
-    let mut profiles: Vec<Profile> = Vec::with_capacity(count);
+    let given = timing.map(|timing| timing.stamps_ns(raw.len())).transpose();
+    let given = given.map_err(|problem| Error::in_file(file, problem.into()))?;
+    let mut profiles: Vec<Profile> = Vec::with_capacity(raw.len());
     for (index, profile) in raw.into_iter().enumerate() {
-        let stamp_ns = match timing {
-            Some(Timing::Stamps(stamps)) => Some(stamps[index]),
-            Some(Timing::Rate { first_ns, hz }) => {
-                Some(first_ns.saturating_add((index as f64 / hz * 1e9).round() as i64))
-            }
-            None => profile.stamp_ns,
-        };
+        let stamp_ns = given.as_ref().map_or(profile.stamp_ns, |stamps_ns| Some(stamps_ns[index]));
         let stamp_ns = stamp_ns.ok_or_else(|| Error::in_file(file, Problem::NoProfileTimes))?;
         if !stamp::is_in_range(stamp_ns) {
             let text = format!("{} s", stamp::seconds(stamp_ns));

@@ -2,6 +2,8 @@
 
 use crate::dialect::plain_csv;
 use crate::error::{Error, Problem};
+use crate::moment;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// The lines of a table: header lines as words, then rows of numbers; an empty field or one that is no number is no value.
@@ -10,6 +12,18 @@ pub(super) struct NumberTable {
     pub header: Option<Vec<String>>,
     /// Rows with their line numbers.
     pub rows: Vec<(u64, Vec<Option<f64>>)>,
+    /// The first fields of each row as they were written: a time among them may be no number.
+    pub words: Vec<Vec<String>>,
+}
+
+/// So many fields before the numbers may be a counter, a time, an encoder and more.
+const WORDS: usize = 4;
+
+impl NumberTable {
+    /// A column as it was written; empty where it is not among the first.
+    pub(super) fn words_of(&self, column: usize) -> impl Iterator<Item = &str> + Clone {
+        self.words.iter().map(move |row| row.get(column).map_or("", String::as_str))
+    }
 }
 
 /// Reads a table; everything before the first row of numbers is header.
@@ -20,28 +34,64 @@ pub(super) fn read(file: &Path, bytes: Vec<u8>) -> Result<NumberTable, Error> {
     let (csv, _) = plain_csv(file, bytes, None)?;
     let text = String::from_utf8(csv)
         .map_err(|_| Error::in_file(file, Problem::Csv("it is not text".to_owned())))?;
-    let mut header: Option<Vec<String>> = None;
-    let mut rows: Vec<(u64, Vec<Option<f64>>)> = Vec::new();
+    let width = usual_width(&text);
+    let (mut header, mut rows, mut words): (Option<Vec<String>>, Vec<_>, Vec<Vec<String>>) =
+        (None, Vec::new(), Vec::new());
     for (index, line) in text.lines().enumerate() {
-        let fields: Vec<&str> = line.trim_start_matches('\u{feff}').split(',').map(str::trim).collect();
+        let fields: Vec<&str> = fields(line).collect();
         if fields.iter().all(|field| field.is_empty()) {
             continue;
         }
         let numbers: Vec<Option<f64>> =
             fields.iter().map(|field| field.parse().ok().filter(|value: &f64| value.is_finite())).collect();
-        let is_row = numbers[0].is_some()
-            && (!rows.is_empty() || numbers.iter().flatten().count() * 2 >= numbers.len());
-        if is_row {
+        let count = numbers.iter().flatten().count();
+        // Where the first column saw nothing, and where it is a time, a row is one by its width.
+        let begins = numbers[0].is_some() || moment::parse(fields[0]).is_some();
+        let is_first_row =
+            fields.len() == width && (begins || fields[0].is_empty()) && count * 2 >= numbers.len();
+        if is_first_row || (!rows.is_empty() && (begins || fields.len() == width)) {
             rows.push((index as u64 + 1, numbers));
+            words.push(fields.iter().take(WORDS).map(|&field| field.to_owned()).collect());
         } else if rows.is_empty() {
-            header = Some(fields.iter().map(|&field| field.to_owned()).collect());
+            if !line.starts_with('#') || fields.len() == width {
+                let bare = |field: &&str| field.trim_start_matches(['#', ' ']).to_owned();
+                header = Some(fields.iter().map(bare).collect());
+            }
         } else {
             let text = fields[0].to_owned();
             return Err(Error::at_line(file, index as u64 + 1, Problem::NotANumber { text }));
         }
     }
     if rows.is_empty() {
-        return Err(Error::in_file(file, Problem::NoRows));
+        let what = format!("no table of numbers (it begins with `{}`)", beginning(&text));
+        let hint = "is it the file of the sensor? Export its profiles as CSV; `--profile-format` names how they are written";
+        return Err(match text.trim().is_empty() {
+            true => Error::in_file(file, Problem::NoRows),
+            false => Error::unreadable(file, what, hint),
+        });
     }
-    Ok(NumberTable { header, rows })
+    Ok(NumberTable { header, rows, words })
+}
+
+fn fields(line: &str) -> impl Iterator<Item = &str> {
+    line.trim_start_matches('\u{feff}').split(',').map(|field| field.trim().trim_matches('"').trim())
+}
+
+/// The number of fields that most lines of numbers have; of as many the larger one.
+fn usual_width(text: &str) -> usize {
+    let mut widths: BTreeMap<usize, usize> = BTreeMap::new();
+    for line in text.lines() {
+        let (all, numbers) = fields(line).fold((0, 0), |(all, numbers), field| {
+            (all + 1, numbers + usize::from(field.parse::<f64>().is_ok()))
+        });
+        if numbers * 2 >= all && numbers > 0 {
+            *widths.entry(all).or_default() += 1;
+        }
+    }
+    widths.into_iter().max_by_key(|(width, lines)| (*lines, *width)).map_or(0, |(width, _)| width)
+}
+
+/// The first words of a text.
+fn beginning(text: &str) -> String {
+    text.trim().chars().take_while(|c| *c != '\n').take(40).collect()
 }

@@ -1,26 +1,39 @@
 //! One row a point: `x z` or `x y z` in mm, with or without a header of names.
 
+use super::numbers::NumberTable;
 use super::rows::point_of_mm;
-use super::{RawProfile, numbers};
+use super::{Raw, RawProfile, numbers};
 use crate::error::{Error, Problem};
+use crate::header_unit::{HeaderUnit, is_time_name, stem_and_unit};
+use crate::import::clock::{Clock, ClockReader, unit_of_steps};
 use std::path::Path;
 
 /// Where the numbers of a point stand in its row.
 struct Places {
     x: usize,
     z: usize,
-    time: Option<(usize, f64)>,
+    time: Option<Time>,
     frame: Option<usize>,
+}
+
+/// The column of times.
+struct Time {
+    place: usize,
+    /// Nanoseconds of a unit.
+    unit_ns: f64,
+    /// Where they are clock times or dates.
+    reader: Option<ClockReader>,
+    words: String,
 }
 
 /// Reads points. A new profile begins where time or frame changes, or where x steps back.
 ///
 /// # Errors
 /// Rows of which it is not clear what is x and what is z.
-pub fn read(file: &Path, bytes: Vec<u8>, is_point: impl Fn(f64) -> bool) -> Result<Vec<RawProfile>, Error> {
+pub(super) fn read(file: &Path, bytes: Vec<u8>, is_point: impl Fn(f64) -> bool) -> Result<Raw, Error> {
     let table = numbers::read(file, bytes)?;
-    let places =
-        places(table.header.as_deref(), table.rows[0].1.len()).map_err(|p| Error::in_file(file, p))?;
+    let mut places = places(&table).map_err(|p| Error::in_file(file, p))?;
+    let mut written = table.words_of(places.time.as_ref().map_or(0, |time| time.place));
     let mut profiles: Vec<RawProfile> = Vec::new();
     let mut last_x = f64::NEG_INFINITY;
     for (line, row) in &table.rows {
@@ -29,7 +42,14 @@ pub fn read(file: &Path, bytes: Vec<u8>, is_point: impl Fn(f64) -> bool) -> Resu
             let problem = Problem::NotANumber { text: "an empty field".to_owned() };
             return Err(Error::at_line(file, *line, problem));
         };
-        let stamp_ns = places.time.and_then(|(place, ns)| Some((value(place)? * ns).round() as i64));
+        let word = written.next().unwrap_or_default();
+        let stamp_ns = match &mut places.time {
+            None => None,
+            Some(Time { reader: Some(reader), .. }) => {
+                Some(reader.ns(word).map_err(|problem| Error::at_line(file, *line, problem))?)
+            }
+            Some(Time { place, unit_ns, .. }) => value(*place).map(|time| (time * *unit_ns).round() as i64),
+        };
         let frame = places.frame.and_then(value).map(|frame| frame as u64);
         let same = profiles.last().is_some_and(|last| (last.stamp_ns, last.frame) == (stamp_ns, frame));
         if !same || (x < last_x && stamp_ns.is_none() && frame.is_none()) {
@@ -42,12 +62,51 @@ pub fn read(file: &Path, bytes: Vec<u8>, is_point: impl Fn(f64) -> bool) -> Resu
             None => {}
         }
     }
-    Ok(profiles)
+    let clock =
+        places.time.as_ref().and_then(|time| time.reader.as_ref()).map_or(Clock::Seconds, ClockReader::clock);
+    Ok(Raw { profiles, notes: places.time.map(|time| time.words).into_iter().collect(), clock })
 }
 
-fn places(header: Option<&[String]>, width: usize) -> Result<Places, Problem> {
+/// The column of times by its name: in its unit, or where it names none in that of its steps.
+fn time_of(header: &[String], table: &NumberTable) -> Option<Time> {
+    let place = header.iter().position(|name| is_time_name(&stem_and_unit(name).0))?;
+    let name = &header[place];
+    if let Some(reader) = table.words_of(place).next().and_then(ClockReader::of) {
+        let words = format!("`{name}` has clock times");
+        return Some(Time { place, unit_ns: 1.0, reader: Some(reader), words });
+    }
+    let unit = match stem_and_unit(name) {
+        (_, HeaderUnit::Known(unit)) => unit,
+        (stem, _) if stem == "t" => "_s",
+        _ => {
+            // Points of one profile have one time.
+            let mut times: Vec<String> = Vec::new();
+            for (_, row) in &table.rows {
+                let cell = row.get(place).copied().flatten()?.to_string();
+                if times.last() != Some(&cell) {
+                    times.push(cell);
+                }
+                if times.len() > 50 {
+                    break;
+                }
+            }
+            unit_of_steps(&times.iter().map(String::as_str).collect::<Vec<_>>())?.0
+        }
+    };
+    let unit_ns = match unit {
+        "_s" => 1e9,
+        "_ms" => 1e6,
+        "_us" => 1e3,
+        "_ns" => 1.0,
+        _ => return None,
+    };
+    Some(Time { place, unit_ns, reader: None, words: format!("`{name}` is the time, in {}", &unit[1..]) })
+}
+
+fn places(table: &NumberTable) -> Result<Places, Problem> {
+    let width = table.rows[0].1.len();
     let without = |x, z| Ok(Places { x, z, time: None, frame: None });
-    let Some(header) = header.filter(|header| header.len() == width) else {
+    let Some(header) = table.header.as_deref().filter(|header| header.len() == width) else {
         return match width {
             2 => without(0, 1),
             3 => without(0, 2),
@@ -60,11 +119,19 @@ fn places(header: Option<&[String]>, width: usize) -> Result<Places, Problem> {
         place(accepted)
             .ok_or_else(|| Problem::MissingColumn { name: accepted[0].to_owned(), found: header.join(", ") })
     };
-    let time = [("time_s", 1e9), ("t", 1e9), ("time_ms", 1e6), ("time_us", 1e3), ("time_ns", 1.0)];
     Ok(Places {
-        x: need(&["x", "x_mm", "x [mm]", "x(mm)"])?,
-        z: need(&["z", "z_mm", "z [mm]", "z(mm)"])?,
-        time: time.into_iter().find_map(|(name, ns)| Some((place(&[name])?, ns))),
-        frame: place(&["frame", "frame_index", "picture counter", "picturecounter", "profile"]),
+        x: need(&["x", "x_mm", "x [mm]", "x(mm)", "x (mm)"])?,
+        z: need(&["z", "z_mm", "z [mm]", "z(mm)", "z (mm)"])?,
+        time: time_of(header, table),
+        frame: place(&[
+            "frame",
+            "frame_index",
+            "picture counter",
+            "picturecounter",
+            "profile",
+            "profile counter",
+            "profilecounter",
+            "profile no.",
+        ]),
     })
 }

@@ -1,45 +1,83 @@
 //! One row a profile: heights in mm whose positions stand in the header or are evenly spaced, or x and z in turn.
 
-use super::{EvenColumns, RawProfile, numbers};
+use super::leading_columns::LeadingColumns;
+use super::{EvenColumns, Raw, RawProfile, numbers};
 use crate::error::{Error, Problem};
+use crate::log_problem::LogProblem;
 use crate::profile::ProfilePoint;
 use crate::unit::MM_PER_M;
 use std::path::Path;
 
-/// Reads rows of heights. A header of rising numbers is the position of each column, mm.
+/// Reads rows of heights. A header of rising numbers is the position of each column, mm. A first column that counts the rows, or says
+/// when they were taken, is no height.
 ///
 /// # Errors
-/// Positions that are not known, or rows of different lengths.
-pub fn read(
+/// Positions that are not known, rows of different lengths, or more values than positions.
+pub(super) fn read(
     file: &Path,
     bytes: Vec<u8>,
     columns: Option<EvenColumns>,
     is_point: impl Fn(f64) -> bool,
-) -> Result<Vec<RawProfile>, Error> {
+) -> Result<Raw, Error> {
     let mut table = numbers::read(file, bytes)?;
+    let mut lead = LeadingColumns::taken_off(&mut table);
     let width = table.rows[0].1.len();
-    let in_header =
-        table.header.as_ref().and_then(|header| rising(header.iter().map(|name| name.parse().ok())));
-    let in_row = || rising(table.rows[0].1.iter().copied());
+    let in_header = table
+        .header
+        .as_ref()
+        .and_then(|header| rising(header.iter().map(|name| name.parse().ok())))
+        .filter(|x_mm| !is_count(x_mm));
+    let in_row = || rising(table.rows[0].1.iter().copied()).filter(|x_mm| !is_count(x_mm));
     let (x_mm, positions_are_a_row) = match (columns, in_header) {
-        (Some(even), _) => ((0..width).map(|k| even.first_mm + even.step_mm * k as f64).collect(), false),
+        (Some(even), _) => {
+            expect_room(width, even).map_err(|problem| Error::at_line(file, table.rows[0].0, problem))?;
+            ((0..width).map(|k| even.first_mm + even.step_mm * k as f64).collect(), false)
+        }
         (None, Some(x_mm)) => (x_mm, false),
         (None, None) => (in_row().ok_or_else(|| Error::in_file(file, Problem::NoColumnPositions))?, true),
     };
     if positions_are_a_row {
         table.rows.remove(0);
     }
-    let profile = |(line, row): &(u64, Vec<Option<f64>>)| {
+    let profile = |(index, (line, row)): (usize, &(u64, Vec<Option<f64>>))| {
+        let at = |problem| Error::at_line(file, *line, problem);
         if row.len() != x_mm.len() {
-            let problem = Problem::FieldCount { expected: x_mm.len(), found: row.len() };
-            return Err(Error::at_line(file, *line, problem));
+            return Err(at(Problem::FieldCount { expected: x_mm.len(), found: row.len() }));
         }
         let points = x_mm.iter().zip(row).filter_map(|(x, z)| Some((*x, z.filter(|z| is_point(*z))?)));
         let points: Vec<ProfilePoint> = points.map(|(x, z)| point_of_mm(x, z)).collect();
         let left_out = row.len() - points.len();
-        Ok(RawProfile { left_out, ..RawProfile::of_points(points) })
+        let index = index + usize::from(positions_are_a_row);
+        let stamp_ns = lead.stamp_ns(index).map_err(at)?;
+        Ok(RawProfile { stamp_ns, frame: lead.frame(index), left_out, points })
     };
-    table.rows.iter().map(profile).collect()
+    let profiles = table.rows.iter().enumerate().map(profile).collect::<Result<_, Error>>()?;
+    Ok(Raw { profiles, clock: lead.clock(), notes: lead.notes() })
+}
+
+/// More columns than this before the heights, and they are no more a counter, a time and an encoder.
+const MOST_LEADING: usize = 8;
+
+/// Fails where a few values more are there than positions that begin and end at the same distance from the middle of the view.
+fn expect_room(width: usize, even: EvenColumns) -> Result<(), Problem> {
+    let steps = -2.0 * even.first_mm / even.step_mm;
+    let whole = steps.round();
+    // The last one at the mirrored place of the first, or one before it.
+    let expected = whole + 1.0;
+    let found = width as f64;
+    let is_symmetric = expected > 2.0 && (steps - whole).abs() < 1e-6 * steps.abs();
+    if is_symmetric && found > expected && found <= expected + MOST_LEADING as f64 {
+        let (first_mm, step_mm) = (even.first_mm, even.step_mm);
+        return Err(
+            LogProblem::MoreValues { found: width, expected: expected as usize, first_mm, step_mm }.into()
+        );
+    }
+    Ok(())
+}
+
+/// Whether numbers are 0, 1, 2, … or 1, 2, 3, …: of columns or rows they are the numbers, not positions in mm.
+fn is_count(numbers: &[f64]) -> bool {
+    matches!(numbers.first(), Some(0.0 | 1.0)) && numbers.windows(2).all(|two| two[1] - two[0] == 1.0)
 }
 
 /// Numbers, if they are all there and rise.
@@ -53,7 +91,7 @@ fn rising(numbers: impl Iterator<Item = Option<f64>>) -> Option<Vec<f64>> {
 ///
 /// # Errors
 /// A header without `x0`.
-pub(crate) fn read_pairs(file: &Path, bytes: Vec<u8>) -> Result<Vec<RawProfile>, Error> {
+pub(super) fn read_pairs(file: &Path, bytes: Vec<u8>) -> Result<Vec<RawProfile>, Error> {
     let table = numbers::read(file, bytes)?;
     let header: Vec<String> =
         table.header.unwrap_or_default().iter().map(|name| name.to_lowercase()).collect();

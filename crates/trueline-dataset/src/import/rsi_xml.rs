@@ -1,0 +1,127 @@
+//! A log of KUKA's RSI: one `<Rob>` a cycle, as the controller sends it, as CSV.
+//!
+//! `RIst` is the actual pose of the active tool in the active base (mm, degrees), `IPOC` the controller's clock in ms.
+
+use crate::error::Error;
+use crate::source_file;
+use quick_xml::Reader;
+use quick_xml::events::{BytesStart, Event};
+use std::path::Path;
+
+/// The columns of the table, beside the time.
+const POSE: [&str; 6] = ["X", "Y", "Z", "A", "B", "C"];
+
+/// One cycle, as far as it was read.
+#[derive(Default)]
+struct Cycle {
+    pose: [Option<String>; 6],
+    ipoc: Option<String>,
+    line: u64,
+}
+
+/// Whether a file has elements `Rob` of RSI.
+pub(super) fn is_rsi(bytes: &[u8]) -> bool {
+    let start = String::from_utf8_lossy(&bytes[..bytes.len().min(4000)]).into_owned();
+    start.contains("<Rob") && (start.contains("<RIst") || start.contains("<IPOC"))
+}
+
+/// The table: a row for each cycle, at the line where its element ends.
+///
+/// # Errors
+/// Broken XML, and a cycle without an actual pose or a clock.
+pub(super) fn as_csv(file: &Path, bytes: &[u8], notes: &mut Vec<String>) -> Result<Vec<u8>, Error> {
+    let cycles = cycles(file, &source_text(file, bytes)?)?;
+    let clock: Vec<u64> =
+        cycles.iter().filter_map(|cycle| cycle.ipoc.as_deref()?.trim().parse().ok()).collect();
+    let mut steps: Vec<u64> = clock.windows(2).map(|two| two[1].saturating_sub(two[0])).collect();
+    steps.sort_unstable();
+    let step = steps.get(steps.len() / 2).copied().unwrap_or(0);
+    notes.push(match step {
+        // Simulators count cycles there.
+        0 | 1 => format!("{}: RSI, of which IPOC counts by {step}: it is no clock in ms", file.display()),
+        _ => format!("{}: RSI: RIst is the pose, IPOC the time in ms, in steps of {step}", file.display()),
+    });
+    let time = if step > 1 { "time_ms" } else { "IPOC" };
+    // By the names of the controller's own variables it is a log of KUKA, whether its maker is named or not.
+    let names = POSE.map(|name| format!("POS_ACT_MES.{name}"));
+    let mut csv = format!("{time},{}\n", names.join(","));
+    let mut line = 1;
+    for cycle in cycles {
+        let missing = |what: &str| {
+            let hint =
+                "RIst and IPOC must be in the SEND list of the RSI configuration; or leave this cycle out";
+            let mut error = Error::unreadable(file, format!("a cycle of RSI without {what}"), hint);
+            error.line = Some(cycle.line);
+            error
+        };
+        // The names take the first line: the rows stand one below their own.
+        while line < cycle.line {
+            csv.push('\n');
+            line += 1;
+        }
+        csv.push_str(cycle.ipoc.as_deref().ok_or_else(|| missing("IPOC"))?);
+        for value in &cycle.pose {
+            csv.push(',');
+            csv.push_str(&value.as_deref().ok_or_else(|| missing("X … C of RIst"))?.replace(',', "."));
+        }
+        csv.push('\n');
+        line += 1;
+    }
+    Ok(csv.into_bytes())
+}
+
+fn source_text(file: &Path, bytes: &[u8]) -> Result<String, Error> {
+    source_file::expect_lines(file, bytes)?;
+    Ok(crate::dialect::decode(file, bytes.to_vec())?.0)
+}
+
+fn cycles(file: &Path, text: &str) -> Result<Vec<Cycle>, Error> {
+    let mut reader = Reader::from_str(text);
+    let (mut cycles, mut current, mut in_ipoc) = (Vec::new(), None::<Cycle>, false);
+    let (mut line, mut counted) = (1_u64, 0_usize);
+    loop {
+        let event = reader.read_event();
+        let at = usize::try_from(reader.buffer_position()).unwrap_or(usize::MAX).min(text.len());
+        line += text.as_bytes()[counted.min(at)..at].iter().filter(|&&byte| byte == b'\n').count() as u64;
+        counted = at;
+        let broken = |why: String| {
+            let mut error = Error::unreadable(
+                file,
+                format!("broken XML ({why})"),
+                "was the log cut off? Leave the line out",
+            );
+            error.line = Some(line);
+            error
+        };
+        match event.map_err(|error| broken(error.to_string()))? {
+            Event::Start(tag) | Event::Empty(tag) if tag.local_name().as_ref() == "RIst" => {
+                if let Some(cycle) = &mut current {
+                    cycle.pose = pose(&tag);
+                }
+            }
+            Event::Start(tag) if tag.local_name().as_ref() == "Rob" => {
+                current = Some(Cycle::default());
+            }
+            Event::Start(tag) if tag.local_name().as_ref() == "IPOC" => in_ipoc = true,
+            Event::Text(words) if in_ipoc => {
+                if let Some(cycle) = &mut current {
+                    cycle.ipoc = Some(words.trim().to_owned());
+                }
+            }
+            Event::End(tag) if tag.local_name().as_ref() == "IPOC" => in_ipoc = false,
+            Event::End(tag) if tag.local_name().as_ref() == "Rob" => {
+                cycles.extend(current.take().map(|cycle| Cycle { line, ..cycle }));
+            }
+            Event::Eof => return Ok(cycles),
+            _ => {}
+        }
+    }
+}
+
+/// The attributes X to C.
+fn pose(tag: &BytesStart<'_>) -> [Option<String>; 6] {
+    POSE.map(|name| {
+        let attribute = tag.attributes().flatten().find(|a| a.key.as_ref() == name)?;
+        Some(attribute.value.trim().to_owned())
+    })
+}

@@ -1,0 +1,121 @@
+//! What can be wrong with the log of another program, and what to do about it.
+
+/// Why a log of another program cannot be used as it is.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum LogProblem {
+    /// A column that the user mapped is not there.
+    #[error(
+        "there is no column `{theirs}`, which the map names for {ours}{}; the header has: {found}",
+        meant.as_ref().map(|name| format!(" (`{name}` is the most similar)")).unwrap_or_default()
+    )]
+    MappedColumnMissing {
+        /// Our name.
+        ours: String,
+        /// What the user wrote.
+        theirs: String,
+        /// The most similar name of the header.
+        meant: Option<String>,
+        /// The header as found.
+        found: String,
+    },
+    /// Rows without a line of names before them.
+    #[error("no line names the columns: the file begins with a row of {columns}")]
+    NoNames {
+        /// Cells of the first row.
+        columns: usize,
+    },
+    /// More or fewer names than columns.
+    #[error("`--columns` names {named} columns, and the rows have {found}")]
+    NamesDiffer {
+        /// How many the user named.
+        named: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// A cell of another kind than those above it.
+    #[error("expected {like}, found `{text}`")]
+    NotATime {
+        /// The cell.
+        text: String,
+        /// What the first one is like.
+        like: &'static str,
+    },
+    /// A date whose day could be its month.
+    #[error("day and month of `{text}` cannot be told apart")]
+    AmbiguousDate {
+        /// The cell.
+        text: String,
+    },
+    /// More values in a row than the stated positions have room for.
+    #[error("{found} values, where a start of {first_mm} mm and a pitch of {step_mm} mm make {expected}")]
+    MoreValues {
+        /// Values of the row.
+        found: usize,
+        /// Heights of a row that begins and ends at the same distance from the middle.
+        expected: usize,
+        /// Position of the first, mm.
+        first_mm: f64,
+        /// Distance of two, mm.
+        step_mm: f64,
+    },
+    /// Fewer stamps than profiles, and not one for every so many.
+    #[error("{stamps} stamps for {profiles} profiles")]
+    StampsDiffer {
+        /// How many stamps there are.
+        stamps: usize,
+        /// How many profiles.
+        profiles: usize,
+    },
+    /// A YAML file of a camera, in the place of a sensor with its laser plane.
+    #[error("is a camera without its laser plane")]
+    CameraAlone {
+        /// The camera as sensor.toml has it.
+        toml: String,
+    },
+    /// Pictures whose names have several numbers that change.
+    #[error("the names have several numbers that change, and their orders differ: `{one}`, `{other}`")]
+    SeveralNumbers {
+        /// A name.
+        one: String,
+        /// The next one by its last number.
+        other: String,
+    },
+}
+
+impl LogProblem {
+    /// What the user can do about it.
+    #[must_use]
+    pub fn hint(&self) -> String {
+        match self {
+            Self::MappedColumnMissing { ours, meant, .. } => {
+                let theirs = meant.as_deref().unwrap_or("THEIRS");
+                format!("write ours=theirs: --robot-map '{ours}={theirs}' (or --features-map)")
+            }
+            Self::NoNames { .. } => {
+                "name them in their order: --columns time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz (--features-columns for the features), or with the \
+                 names of a maker and --robot; `-` is not used"
+                    .to_owned()
+            }
+            Self::NamesDiffer { .. } => "name every column once; `-` is one that is not used".to_owned(),
+            Self::NotATime { .. } => "all times of a column are written alike: does a second log follow?".to_owned(),
+            Self::AmbiguousDate { .. } => {
+                "write the year first: 2026-03-04 is the 4th of March".to_owned()
+            }
+            Self::MoreValues { .. } => {
+                "is the first column a counter or a time? Name it in the header (No., time_s), or correct --x-start-mm and --x-step-mm".to_owned()
+            }
+            Self::StampsDiffer { .. } => {
+                "give one stamp for each profile; or one for every so many, of the first of them, with --profile-rate-hz".to_owned()
+            }
+            Self::CameraAlone { toml } => format!(
+                "`trueline sensor laser-plane PICTURES --board … --sensor THIS_FILE --out sensor.toml` measures it. If it is known, copy \
+                 these lines into sensor.toml, with the plane's own:\n\n{}\n[laser_plane]\nnormal = [ , , ]\noffset_mm =\n",
+                toml.trim_end()
+            ),
+            Self::SeveralNumbers { .. } => {
+                "rename them so that the stamp is the last number, or write images/index.csv: time_s,file".to_owned()
+            }
+        }
+    }
+}
