@@ -31,9 +31,7 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     if f.uncertainty_ignored {
         warnings.push(Warning::UncertaintyNotApplied);
     }
-    if f.sensor_of_its_own_scan {
-        warnings.push(Warning::SensorOfItsOwnScan);
-    }
+    warnings.extend(f.sensor_of_its_own_scan.then_some(Warning::SensorOfItsOwnScan));
     if f.checks.contradict_what_is_held() {
         // What does not follow from the fit.
         warnings.extend(f.stripes.as_ref().into_iter().flat_map(of_stripes));
@@ -73,11 +71,7 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     if share > MANY_OUTLIERS && share <= OUTLIERS {
         warnings.push(Warning::ManyOutliers { share });
     }
-    warnings.extend(f.clock.drifted.map(|drift| Warning::ClockDrift {
-        ppm: drift.ppm,
-        sigma_ppm: drift.sigma_ppm,
-        about_s: f.streams.stamp_s(drift.about_s),
-    }));
+    warnings.extend(clock_drift(f));
     warnings.extend(stamps(f));
     warnings.extend(f.checks.held_out.as_ref().and_then(|check| disagreement(f, check)));
     if let (true, None, Some(stand_off_m)) =
@@ -86,6 +80,15 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
         warnings.push(Warning::NoPointAtStandOff { stand_off_m });
     }
     warnings
+}
+
+fn clock_drift(f: &Findings) -> Option<Warning> {
+    let drift = f.clock.drifted?;
+    Some(Warning::ClockDrift {
+        ppm: drift.ppm,
+        sigma_ppm: drift.sigma_ppm,
+        about_s: f.streams.stamp_s(drift.about_s),
+    })
 }
 
 /// Whether the scan shows all of time offset and hand-eye.
