@@ -183,8 +183,8 @@ fn camera(keys: CameraKeys) -> Result<YamlCamera, Problem> {
     }
     let matrix = keys.camera_matrix.map(|numbers| numbers.0);
     let intrinsics = match (matrix.as_deref(), keys.intrinsics.as_deref()) {
-        (Some(&[fx, skew, cx, _, fy, cy, ..]), _) if skew == 0.0 => [fx, fy, cx, cy],
-        (Some(&[_, skew, ..]), _) if skew != 0.0 => {
+        (Some(&[fx, 0.0, cx, _, fy, cy, ..]), _) => [fx, fy, cx, cy],
+        (Some(&[_, skew, _, _, _, _, ..]), _) => {
             return Err(value("camera_matrix", "no skew: 0 as its second number", skew.to_string()));
         }
         (Some(few), _) => return Err(value("camera_matrix", "9 numbers, row by row", few.len().to_string())),

@@ -123,11 +123,7 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
 }
 
 /// The robot's poses over time. The text is the longest of all: it is let go once its poses are read.
-fn robot_over_time(
-    file: &Path,
-    bytes: Vec<u8>,
-    notes: &mut Vec<String>,
-) -> Result<Vec<RobotSample>, Error> {
+fn robot_over_time(file: &Path, bytes: Vec<u8>, notes: &mut Vec<String>) -> Result<Vec<RobotSample>, Error> {
     let text = plain(file, bytes, notes)?;
     robot_csv::read(file, text.as_slice())
 }
@@ -162,7 +158,7 @@ impl Tables<'_> {
         if let Some(text) = self.stripes_text {
             let text = plain(&stripes_file, text, notes)?;
             let lines = found.features.iter().map(|feature| feature.line + 1).max().unwrap_or(1);
-            found.stripes = stripes_csv::read_of_lines(&stripes_file, &text, (sensor, lines), stops)?;
+            found.stripes = stripes_csv::read_of_lines(&stripes_file, &text, sensor, lines, stops)?;
         }
         Ok(found)
     }

@@ -52,6 +52,7 @@ pub mod picture_poses_csv;
 pub mod picture_rows;
 mod picture_size;
 mod picture_source;
+mod problem;
 mod problem_hint;
 pub mod profile;
 pub mod profile_file;

@@ -53,7 +53,7 @@ const LEAST_Y: f64 = 0.05;
 /// Anything that is not a clean table of these columns with rising stamps, plates 0 and 1, positive sigmas and two points
 /// that are not the same.
 pub fn read(file: &Path, bytes: &[u8], sensor: &Sensor) -> Result<Vec<PlateStripe>, Error> {
-    read_of_lines(file, bytes, (sensor, 1), None)
+    read_of_lines(file, bytes, sensor, 1, None)
 }
 
 /// The same of so many lines: plates 2k and 2k + 1 are those of line k. Where the robot stood at stops, rows name them.
@@ -63,7 +63,8 @@ pub fn read(file: &Path, bytes: &[u8], sensor: &Sensor) -> Result<Vec<PlateStrip
 pub(crate) fn read_of_lines(
     file: &Path,
     bytes: &[u8],
-    (sensor, lines): (&Sensor, u32),
+    sensor: &Sensor,
+    lines: u32,
     stops: Option<&StopPoses>,
 ) -> Result<Vec<PlateStripe>, Error> {
     let last_plate = 2 * lines.max(1) - 1;
@@ -220,11 +221,11 @@ mod tests {
     #[test]
     fn plates_of_several_lines_are_those_lines_and_no_others() {
         let text = format!("{HEADER}\n0,0,2,1,1,2,2,0.1\n0,0,3,1,1,2,2,0.1\n");
-        let of = |lines| read_of_lines(Path::new("stripes.csv"), text.as_bytes(), &Sensor::Profiler, lines);
-        assert_eq!(of(2).unwrap().iter().map(|stripe| stripe.plate).collect::<Vec<_>>(), [2, 3]);
-        let text = text.replace("0,0,3", "0,0,4");
-        let refused = read_of_lines(Path::new("stripes.csv"), text.as_bytes(), &Sensor::Profiler, 2);
-        let refused = refused.unwrap_err().to_string();
+        let of = |text: &str, lines| {
+            read_of_lines(Path::new("stripes.csv"), text.as_bytes(), &Sensor::Profiler, lines, None)
+        };
+        assert_eq!(of(&text, 2).unwrap().iter().map(|stripe| stripe.plate).collect::<Vec<_>>(), [2, 3]);
+        let refused = of(&text.replace("0,0,3", "0,0,4"), 2).unwrap_err().to_string();
         assert!(refused.contains("line 3, column `plate`: expected plate 0 to 3, found 4"), "{refused}");
     }
 

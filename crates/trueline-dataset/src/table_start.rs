@@ -106,7 +106,7 @@ impl Head<'_> {
     fn without_names(&self, separators: &[Separator]) -> Start {
         let is_comment = |line: &str| line.starts_with(COMMENT);
         let table = |line: &&str| !line.trim().is_empty() && !is_comment(line);
-        let first = self.lines.iter().position(|line| table(&line)).unwrap_or(0);
+        let first = self.lines.iter().position(table).unwrap_or(0);
         let line = self.lines.get(first).copied().unwrap_or_default();
         let row = self.lines.iter().find_map(|line| {
             let fits = |separator: &&Separator| {

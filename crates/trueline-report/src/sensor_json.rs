@@ -66,7 +66,6 @@ pub fn camera(report: &CameraReport<'_>) -> Value {
             "difference_px": halves.difference.rms_px(),
             "expected_px": halves.expected_px,
             "normalized": halves.normalized,
-            "widened": halves.widened,
         })
     });
     value["next_picture"] = report.next.map_or(Value::Null, |next| {

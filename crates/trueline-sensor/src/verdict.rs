@@ -64,11 +64,6 @@ pub enum Remark {
         /// Their difference by its expectation.
         ratio: f64,
     },
-    /// The uncertainty was widened to hold the difference of two halves.
-    HalvesWidened {
-        /// By how many times.
-        factor: f64,
-    },
     /// Pictures were left out.
     PicturesLeftOut {
         /// How many.
@@ -145,7 +140,6 @@ impl Remark {
             Self::FocalUncertain { .. } => "focal-length-uncertain",
             Self::BadFit { .. } => "corners-do-not-fit",
             Self::HalvesDisagree { .. } => "halves-disagree",
-            Self::HalvesWidened { .. } => "uncertainty-widened",
             Self::PicturesLeftOut { .. } => "pictures-left-out",
             Self::NormalUncertain { .. } => "plane-normal-uncertain",
             Self::OffsetUncertain { .. } => "plane-offset-uncertain",
@@ -177,11 +171,6 @@ impl fmt::Display for Remark {
                 f,
                 "two halves of the pictures differ {ratio:.1} times more than their uncertainty explains. The lens was refocused between the \
                  pictures, or the board is wavy: glue it on something flat, and take all pictures in one session"
-            ),
-            Self::HalvesWidened { factor } => write!(
-                f,
-                "every ± is widened {factor:.1} times, because two halves of the pictures differ by that much more than it explains. Is the \
-                 board wavy, is the lens fixed?"
             ),
             Self::PicturesLeftOut { count: 1 } => {
                 write!(f, "a picture does not fit the others and was left out")
@@ -276,13 +265,8 @@ pub fn of_camera(fit: &CameraFit, halves: Option<&CrossValidation>) -> (Vec<Rema
     if exceeds(fit.rms_px, MOST_RMS_PX) {
         reasons.push(Remark::BadFit { rms_px: fit.rms_px });
     }
-    if let Some(halves) = halves {
-        // Widened, but not enough.
-        if exceeds(halves.ratio(), AGREES * (1.0 + 1e-9)) {
-            reasons.push(Remark::HalvesDisagree { ratio: halves.ratio() * halves.widened });
-        } else if halves.widened > 1.0 {
-            warnings.push(Remark::HalvesWidened { factor: halves.widened });
-        }
+    if let Some(ratio) = halves.map(CrossValidation::ratio).filter(|ratio| exceeds(*ratio, AGREES)) {
+        reasons.push(Remark::HalvesDisagree { ratio });
     }
     let left_out = fit.used.len() - fit.pictures();
     if left_out > 0 {

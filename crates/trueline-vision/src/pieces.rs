@@ -153,10 +153,10 @@ fn measure(
     };
     for k in 0..count as usize {
         let stretch = [span[0] + step * k as f64, span[0] + step * (k + 1) as f64];
-        if let Some(fit) = settled(meter, &line, stretch, &template, frame) {
-            if fit.amplitude > PRESENT * whole.amplitude {
-                piece.add(meter, &fit);
-            }
+        if let Some(fit) = settled(meter, &line, stretch, &template, frame)
+            && fit.amplitude > PRESENT * whole.amplitude
+        {
+            piece.add(meter, &fit);
         }
     }
     piece.concluded(&whole, &template)

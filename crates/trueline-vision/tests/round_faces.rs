@@ -155,7 +155,6 @@ fn errors(found: &ProfileSeams) -> ([f64; 2], f64, usize) {
 /// The median of 60 squares of two normal numbers is known to a fifth (its density there is 1/2, and 1 / (2 √60 · ½ ln 2) is 0.19); what is allowed for a bow that is not there makes it less.
 fn assert_honest(name: &str, found: &ProfileSeams, most_mm: f64) {
     let (rms_mm, stated, count) = errors(found);
-    println!("{name}: {count} found, {rms_mm:?} mm, {stated:.2}");
     assert_eq!(found.joint, ProfileJoint::Meeting, "{name}");
     assert!(count * 10 >= COUNT * 9, "{name}: {:?}", found.reasons());
     assert!(rms_mm.iter().all(|rms_mm| *rms_mm < most_mm), "{name}: {rms_mm:?} mm");

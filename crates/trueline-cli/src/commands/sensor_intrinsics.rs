@@ -22,12 +22,9 @@ pub(crate) fn run(args: &IntrinsicsArgs) -> Result<ExitCode, Failure> {
     let looked = pictures::look(&files, &args.board)?;
     let views: Vec<View> = looked.iter().filter_map(|l| l.view.as_ref().ok().cloned()).collect();
     let size = looked.first().map_or([0, 0], |l| l.size_px);
-    let mut fitted = fit(size, &args.board, &views, args.distortion)
+    let fitted = fit(size, &args.board, &views, args.distortion)
         .map_err(|error| Failure::new(format!("{error}{}", pictures::why_not(&looked)), error.hint()))?;
-    let mut halves = cross_validation::halves(size, &args.board, &views, fitted.model);
-    if let Some(halves) = &mut halves {
-        halves.widen(&mut fitted);
-    }
+    let halves = cross_validation::halves(size, &args.board, &views, fitted.model);
     let uncertainty = Sensitivity::of(&fitted.state.camera).uncertainty(&fitted.covariance);
     let next = next_picture::best(&fitted, &args.board);
     let (reasons, mut warnings) = verdict::of_camera(&fitted, halves.as_ref());

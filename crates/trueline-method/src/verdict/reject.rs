@@ -40,7 +40,7 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
         return vec![too_large(f)].into_iter().chain(of_streams(f)).collect();
     }
     let is_unstated = f.stops == Some(Stops::Recognised);
-    reasons.extend(is_unstated.then(|| Reason::AtStops { stops: f.streams.images.count }));
+    reasons.extend(is_unstated.then_some(Reason::AtStops { stops: f.streams.images.count }));
     if !f.unknowns.held_at_guess {
         reasons.extend(f.unknowns.observability.unobservable.iter().cloned().map(Reason::Unobservable));
     }

@@ -12,10 +12,8 @@ use nalgebra::{DMatrix, DVector};
 pub struct CrossValidation {
     /// How far pixels of one half's camera are from the other's, freed of rotation.
     pub difference: Field,
-    /// What the two covariances let expect, root mean square over the picture, px; widened as the fit's covariance was.
+    /// What the two covariances let expect, root mean square over the picture, px.
     pub expected_px: f64,
-    /// By how many times all standard deviations were widened, so that they hold the difference; one where they held it.
-    pub widened: f64,
     /// Squared difference of all parameters by the covariance of that difference, over their number: near one where the
     /// stated covariance is honest.
     pub normalized: f64,
@@ -24,25 +22,11 @@ pub struct CrossValidation {
 /// Halves that differ by more than so many times what they let expect are not explained by chance.
 pub const AGREES: f64 = 1.5;
 
-/// Standard deviations are widened by no more than this: pictures that differ more are of two cameras.
-pub const MOST_WIDENED: f64 = 3.0;
-
 impl CrossValidation {
     /// The difference of the halves as a part of what they let expect.
     #[must_use]
     pub fn ratio(&self) -> f64 {
         self.difference.rms_px() / self.expected_px
-    }
-
-    /// Widens the fit's covariance until it holds the difference of the halves, as far as it may be widened.
-    pub fn widen(&mut self, fit: &mut CameraFit) {
-        let factor = (self.ratio() / AGREES).clamp(1.0, MOST_WIDENED);
-        if factor > 1.0 {
-            fit.covariance *= factor * factor;
-            self.expected_px *= factor;
-            self.normalized /= factor * factor;
-            self.widened *= factor;
-        }
     }
 }
 
@@ -72,10 +56,5 @@ pub fn halves(
     let sensitivity = Sensitivity::of(&even.state.camera);
     // Both axes together, as the difference is.
     let expected_px = sensitivity.uncertainty(&covariance).rms_px() * std::f64::consts::SQRT_2;
-    Some(CrossValidation {
-        difference: sensitivity.movement(&difference),
-        expected_px,
-        normalized,
-        widened: 1.0,
-    })
+    Some(CrossValidation { difference: sensitivity.movement(&difference), expected_px, normalized })
 }

@@ -189,7 +189,7 @@ impl Timing {
             Self::Rate { first_ns, hz } => Ok((0..count).map(|k| after(*first_ns, k, *hz)).collect()),
             Self::Stamps { stamps_ns, .. } if stamps_ns.len() == count => Ok(stamps_ns.clone()),
             Self::Stamps { stamps_ns, hz: Some(hz) }
-                if !stamps_ns.is_empty() && count % stamps_ns.len() == 0 =>
+                if !stamps_ns.is_empty() && count.is_multiple_of(stamps_ns.len()) =>
             {
                 let each = count / stamps_ns.len();
                 Ok(stamps_ns

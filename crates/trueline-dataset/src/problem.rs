@@ -1,0 +1,389 @@
+//! What can be wrong with a file.
+
+use crate::log_problem::LogProblem;
+use crate::stamp::trimmed;
+use std::path::PathBuf;
+
+/// What is wrong with a file.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Problem {
+    /// The file is not there.
+    #[error("the file is missing")]
+    Missing,
+    /// The operating system refused.
+    #[error("cannot be read or written: {0}")]
+    Io(std::io::Error),
+    /// Output would land on something that exists.
+    #[error("already exists; it is not overwritten")]
+    AlreadyExists,
+    /// Output would land on what is read.
+    #[error("is read, and would be overwritten")]
+    OutputIsInput,
+    /// Two outputs would land on each other.
+    #[error("is named for two outputs, and one would replace the other")]
+    OutputTwice,
+    /// A file in the place of a log, one JSON object a line.
+    #[error("is no log of JSON lines; nothing is added to it")]
+    NotJsonLines,
+    /// A folder that cannot be moved away as a whole, being the one in which all happens or its parent.
+    #[error("has no name by which a folder could be made")]
+    FolderWithoutName,
+    /// A calibration of a sensor that something else carries.
+    #[error("is of a sensor {calibrated}, and the recording is of one {recorded}")]
+    OtherMounting {
+        /// What carried the sensor that was calibrated, in words.
+        calibrated: &'static str,
+        /// What carried the one of the recording.
+        recorded: &'static str,
+    },
+    /// A folder that is to be replaced has something else in it.
+    #[error("`{other}` is in this folder as well, and would be lost")]
+    NotOurs {
+        /// What is not of a kind that is replaced.
+        other: String,
+    },
+    /// A folder in the place of a file.
+    #[error("is a folder; a file is needed")]
+    IsFolder,
+    /// A file that is to be written, or read, in a folder that is not there.
+    #[error("there is no folder `{}`", folder.display())]
+    NoFolder {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// Pictures are to be looked at, and there are none.
+    #[error("there are no pictures")]
+    NoPictures {
+        /// Whether the seam is known without them.
+        has_features: bool,
+    },
+    /// A file that was named is not there.
+    #[error("there is no such file")]
+    NoSuchFile,
+    /// Bytes that are no text.
+    #[error("is not UTF-8 text")]
+    NotUtf8,
+    /// A table that begins with its numbers.
+    #[error("there is no header: the first line has numbers only")]
+    NoHeader,
+    /// A separator that was named is not there.
+    #[error("there are no {named} between columns, but {found}")]
+    OtherSeparator {
+        /// What was named.
+        named: String,
+        /// What is there.
+        found: String,
+    },
+    /// Of the log of another program.
+    #[error(transparent)]
+    Log(Box<LogProblem>),
+    /// A table in the place of another one.
+    #[error("has the columns of {looks_like}")]
+    OtherTable {
+        /// What it looks like.
+        looks_like: &'static str,
+    },
+    /// No header, or a header without rows.
+    #[error("there are no data rows")]
+    NoRows,
+    /// A header without a needed column.
+    #[error("column `{name}` is missing; the header has: {found}")]
+    MissingColumn {
+        /// The column with its usual unit.
+        name: String,
+        /// The header as found.
+        found: String,
+    },
+    /// A column that means nothing here.
+    #[error("unknown column; known columns: {known}")]
+    UnknownColumn {
+        /// The known column that is most likely meant.
+        meant: Option<String>,
+        /// What would be understood.
+        known: String,
+    },
+    /// The same quantity twice.
+    #[error("duplicate column")]
+    DuplicateColumn,
+    /// A length or time without its unit.
+    #[error("the column has no unit in its name; expected for example `{example}`")]
+    NoUnit {
+        /// The name with a unit.
+        example: String,
+    },
+    /// A unit in a header of another program that is none of those known.
+    #[error("`{unit}` is no unit that is known here")]
+    UnknownUnit {
+        /// What stands in its brackets.
+        unit: String,
+    },
+    /// Too many or too few fields.
+    #[error("expected {expected} fields, found {found}")]
+    FieldCount {
+        /// Columns of the header.
+        expected: usize,
+        /// Fields of the row.
+        found: usize,
+    },
+    /// Text where a number should be.
+    #[error("expected a number, found `{text}`")]
+    NotANumber {
+        /// The field.
+        text: String,
+    },
+    /// NaN or infinity.
+    #[error("expected a finite number, found `{text}`")]
+    NotFinite {
+        /// The field.
+        text: String,
+    },
+    /// A number that stands for "nothing measured".
+    #[error("expected a measured number, found `{text}`")]
+    NotMeasured {
+        /// The field.
+        text: String,
+    },
+    /// A time further from its clock's zero than any clock is.
+    #[error("expected a stamp within 95 years of the clock's zero, found `{text}`")]
+    NotAStamp {
+        /// The field.
+        text: String,
+    },
+    /// A number of a line beyond those that are told apart.
+    #[error("expected a line from 0 to {last}, found {line}")]
+    NotALine {
+        /// The number.
+        line: u64,
+        /// The last one that there may be.
+        last: u32,
+    },
+    /// A negative or fractional number where a count belongs.
+    #[error("expected a whole number of 0 or more, found `{text}`")]
+    NotACount {
+        /// The field.
+        text: String,
+    },
+    /// A picture whose name says nothing of when it was taken.
+    #[error("there is no number in the name, or one that is too large")]
+    NoNumberInName,
+    /// Two pictures with one number.
+    #[error("another picture has the number {number} as well")]
+    NumberTwice {
+        /// The number.
+        number: i64,
+    },
+    /// A plate of no line.
+    #[error("expected plate {}, found {plate}", if *last == 1 { "0 or 1".to_owned() } else { format!("0 to {last}") })]
+    NotAPlate {
+        /// The number.
+        plate: u64,
+        /// The last one that there may be.
+        last: u64,
+    },
+    /// Two stripes of one plate at one stamp.
+    #[error("plate {plate} twice at one stamp")]
+    PlateTwice {
+        /// The number.
+        plate: u32,
+    },
+    /// A stripe between a point and itself.
+    #[error("the two points are the same")]
+    StripeWithoutLength,
+    /// A stripe that is known worse than it is long.
+    #[error("a standard deviation of {sigma} is no less than the distance of the two points, {length}")]
+    StripeWithoutDirection {
+        /// In the unit of the table.
+        sigma: f64,
+        /// Likewise.
+        length: f64,
+    },
+    /// Stripes of a sensor whose laser plane does not say y of x and z.
+    #[error("x and z of a stripe say nothing without a laser plane that leans against the y axis")]
+    StripesWithoutLaserPlane,
+    /// A standard deviation of zero or less.
+    #[error("expected a standard deviation above zero, found `{text}`")]
+    NotPositive {
+        /// The field.
+        text: String,
+    },
+    /// A correlation of two errors that is none.
+    #[error("expected a correlation of at most ±0.9999, found `{text}`")]
+    NotACorrelation {
+        /// The field.
+        text: String,
+    },
+    /// A picture's name that leads out of the folder of the index.
+    #[error("expected the name of a file beside the index, found `{text}`")]
+    NotAFileName {
+        /// The field.
+        text: String,
+    },
+    /// A picture that is no PNG, or is cut off.
+    #[error("the picture cannot be read: {why}")]
+    Picture {
+        /// What the decoder says.
+        why: String,
+    },
+    /// A picture in colour or of another depth.
+    #[error("expected a gray picture of 8 or 16 bits, found {found}")]
+    NotGray {
+        /// Depth and colours.
+        found: String,
+    },
+    /// Numbers of two kinds.
+    #[error("decimal commas (`{comma}`) and decimal points (`{point}`) in one file")]
+    MixedDecimals {
+        /// A number with a comma.
+        comma: String,
+        /// A number with a point.
+        point: String,
+    },
+    /// A table of poses without a rotation.
+    #[error("there is no rotation; the header has: {found}")]
+    NoRotation {
+        /// The header as found.
+        found: String,
+    },
+    /// A table of poses with two rotations.
+    #[error("there are two rotations: {first} and {second}")]
+    TwoRotations {
+        /// The columns of one.
+        first: String,
+        /// The columns of the other.
+        second: String,
+    },
+    /// Angles that mean different rotations on different robots.
+    #[error("rx, ry, rz in degrees are different rotations on different robots")]
+    AmbiguousAngles,
+    /// Nine numbers that are no rotation.
+    #[error("expected a rotation matrix, found one that is {error:.4} away from its nearest rotation")]
+    NoRotationMatrix {
+        /// Largest distance of an element from that of the nearest rotation.
+        error: f64,
+    },
+    /// A folder with profiles and no features, read by what needs features.
+    #[error("there are profiles only: the seam has not been looked for")]
+    OnlyProfiles,
+    /// Profiles whose file has no stamps.
+    #[error("the file does not say when the profiles were taken")]
+    NoProfileTimes,
+    /// Profiles of a program that neither they nor the user name.
+    #[error("rows of numbers without a header: they do not say whose format it is")]
+    UnknownProfileFormat,
+    /// Profiles in which nothing was measured.
+    #[error("none of the {profiles} profiles has a point")]
+    NoPoints {
+        /// How many there are.
+        profiles: usize,
+    },
+    /// A range that stands for no return.
+    #[error(
+        "{points} of {of} points have a range of exactly {range_mm} mm, far from all others: that stands for no return"
+    )]
+    NoReturn {
+        /// The range, mm.
+        range_mm: f64,
+        /// How many points have it.
+        points: usize,
+        /// Of how many.
+        of: usize,
+    },
+    /// Rows of heights whose positions along the stripe are not known.
+    #[error("the file does not say where the columns lie along the stripe")]
+    NoColumnPositions,
+    /// A PLY file that cannot be used.
+    #[error("not readable as PLY: {0}")]
+    Ply(String),
+    /// Stamps that fall.
+    #[error("time runs backwards: {} s after {} s", trimmed(*this_s), trimmed(*previous_s))]
+    TimeRunsBackwards {
+        /// The stamp before, s.
+        previous_s: f64,
+        /// This stamp, s.
+        this_s: f64,
+    },
+    /// A quaternion whose length is not one.
+    #[error("expected a quaternion of length 1, found length {norm}")]
+    QuaternionNotUnit {
+        /// Its length.
+        norm: f64,
+    },
+    /// A CSV or text file that is broken as such.
+    #[error("not readable as a table: {0}")]
+    Csv(String),
+    /// A file of another program that cannot be read as what it is.
+    #[error("is {what}, which cannot be read here")]
+    Unreadable {
+        /// What it is, and what is wrong.
+        what: String,
+        /// How to make it readable.
+        hint: &'static str,
+    },
+    /// A TOML file that is broken or has wrong keys.
+    #[error("{0}")]
+    Toml(String),
+    /// A value in a TOML file that cannot be.
+    #[error("`{key}`: expected {expected}, found {found}")]
+    Value {
+        /// The key.
+        key: &'static str,
+        /// What would be right.
+        expected: &'static str,
+        /// What is there.
+        found: String,
+    },
+    /// A calibration file that is not there.
+    #[error("there is no such calibration")]
+    MissingCalibration,
+    /// A reference file that is not there.
+    #[error("there is no such reference")]
+    MissingReference,
+    /// A point of a curve that is the one before.
+    #[error("the point repeats the one before")]
+    PointRepeated,
+    /// A JSON file that is no result.
+    #[error("not readable as a result of `calibrate --json`: {0}")]
+    NoResult(String),
+    /// A result of a later schema.
+    #[error("this result has schema version {found}; this program reads versions up to {known}")]
+    NewerResult {
+        /// Its version.
+        found: u32,
+        /// The latest that is known.
+        known: u32,
+    },
+    /// A result in which something was not seen.
+    #[error("`{key}` is null: the scan did not show it")]
+    NotCalibrated {
+        /// The key.
+        key: &'static str,
+    },
+    /// A text table row of a foreign format with the wrong number of values.
+    #[error("expected {expected} values in a row of {format}, found {found}")]
+    ForeignRow {
+        /// The format.
+        format: &'static str,
+        /// The number of values it has.
+        expected: String,
+        /// The number found.
+        found: usize,
+    },
+    /// Two files of a foreign format that do not fit together.
+    #[error("has {found} rows where {other} has {expected}")]
+    RowsDiffer {
+        /// The other file.
+        other: String,
+        /// Its rows.
+        expected: usize,
+        /// The rows here.
+        found: usize,
+    },
+}
+
+impl From<LogProblem> for Problem {
+    fn from(problem: LogProblem) -> Self {
+        // An error is as large as its largest variant.
+        Self::Log(Box::new(problem))
+    }
+}
