@@ -44,7 +44,7 @@ File names are looked up in SRC. The recording's rows are
     },
     /// CSV files of any program: robots by name, every rotation, other separators and names
     #[command(aliases = ["mat", "matlab", "excel", "xlsx"])]
-    Csv(ImportCsvArgs),
+    Csv(Box<ImportCsvArgs>),
     /// A TUM trajectory (timestamp tx ty tz qx qy qz qw; s, m) as robot poses
     #[command(after_help = "Example:
   trueline import tum poses.txt --features features.csv --sensor sensor.toml --out scan")]

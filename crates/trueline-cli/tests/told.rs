@@ -34,10 +34,13 @@ fn reasons(result: &Value) -> Vec<&str> {
     result["reasons"].as_array().unwrap().iter().map(|reason| reason["code"].as_str().unwrap()).collect()
 }
 
+/// What a mistake does to a row of robot.csv.
+type Mistake = fn(&mut Vec<f64>);
+
 /// A scan of 20 s with every mistake is refused for the mistake alone, and offers nothing to use.
 #[test]
 fn a_mistake_in_the_data_leads_and_what_follows_from_it_is_held_back() {
-    let mistakes: [(&str, fn(&mut Vec<f64>)); 4] = [
+    let mistakes: [(&str, Mistake); 4] = [
         ("inches", |row| row[1..4].iter_mut().for_each(|x| *x /= 25.4)),
         ("quaternion x, y, z, w", |row| row[4..8].rotate_left(1)),
         ("y reversed", |row| row[2] = -row[2]),

@@ -22,6 +22,7 @@ use nalgebra::{Matrix3, Vector3};
 use std::time::{SystemTime, UNIX_EPOCH};
 use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::{Guess, Recording, Sensor};
+use trueline_geometry::Line;
 use trueline_model::LaserSheet;
 
 /// The sensor's file among the inputs of a result and of a recording.
@@ -110,23 +111,14 @@ pub fn watch(
     let reference = calibration.reference(origin_m);
     let weld = Weld::of(recording, &reference)?;
     let mut parts = store.parts(id)?;
-    let seams = weld.seams();
-    let own = match parts.iter().position(|part| part.part.is_like(&seams)) {
-        Some(own) => own,
-        None => {
-            let part = Part { lines: seams };
-            parts.push(StoredPart { id: store.add_part(id, &part)?, part, scatter: None });
-            parts.len() - 1
-        }
-    };
+    let own = own_part(store, id, &mut parts, weld.seams())?;
     let evidence = weld.evidence(&parts[own].part, &reference)?;
     let pieces = store.pieces(id)?;
     let next_row = store.next_row()?;
     let oldest = pieces.first().map_or(next_row, |piece| piece.id);
-    let mut kept = store.regimes(id, oldest)?;
-    if kept.is_empty() {
-        kept = found_anew(Lists { pieces: &pieces, parts: &parts, next_row }, &reference.prior);
-    }
+    let stored = Some(store.regimes(id, oldest)?).filter(|kept| !kept.is_empty());
+    let kept = stored
+        .unwrap_or_else(|| found_anew(Lists { pieces: &pieces, parts: &parts, next_row }, &reference.prior));
     let standing = store.standing(id)?.filter(|_| kept.last().is_some_and(|regime| regime.fault.is_some()));
     let in_control = learn(store, kept_regimes::good(&pieces, &kept), &mut parts[own])?;
     let axes = sensor_axes(recording, &calibration.guess);
@@ -139,9 +131,7 @@ pub fn watch(
     let mut line = seen.line((number, name), &judgement, blindness::blind_to(&information, &axes));
     line.alarm = judgement.alarm.as_ref().map(|alarm| seen.told((number, name), alarm, &movement, tolerance));
     let claimed = kept.last().filter(|regime| regime.claimed).map(|regime| weld_number(regime.first));
-    if let Some(told) = &mut line.alarm {
-        told.was_claimed = claimed == Some(told.since_number);
-    }
+    line.alarm.iter_mut().for_each(|told| told.was_claimed = claimed == Some(told.since_number));
     line.learning = line
         .learning
         .map(|learning| Learning { pieces: in_control + usize::from(judgement.alarm.is_none()), ..learning });
@@ -150,30 +140,64 @@ pub fn watch(
     line.history = HistoryOf::after(before.clone(), id, pieces.len());
     line.blindness_is_news = is_news(store.last_line(id)?, &line.blind_to, now_s);
     line.stamps_treated_alike = weld.stamps_as(reference.dejittered);
-    let now = line.alarm.as_ref().map(|told| Standing {
-        kind: told.alarm.change.kind.name().to_owned(),
-        is_within: told.is_within,
-        is_another: judgement.is_another,
-    });
+    let now = line.alarm.as_ref().map(|told| standing_of(told, judgement.is_another));
     // Whoever was told of another calibration's alarm since then is told of this one's anew.
     let is_same = line.history == HistoryOf::Same;
     line.event = Event::between(standing.as_ref().filter(|_| is_same), now.as_ref());
-    if let Some((other, other_name)) = before.filter(|_| !is_same)
-        && store.alarm_of_last_weld(other)?.is_some()
-    {
-        let names = [other_name.as_str(), calibration.name.as_str()];
-        store.add_message(&alarm_message::replaced(&store.cell(), names, now_s, number).to_string())?;
+    if let Some(replaced) = before.filter(|_| !is_same) {
+        close_alarm_of(store, replaced, calibration, now_s, number)?;
     }
     store.add_weld(id, &seen.kept(&line, content, now_s, &judgement, &information))?;
     let regimes = lists.rows(&judgement.regimes, &kept);
     store.keep_regimes(id, oldest, &regimes)?;
     store.drop_statistics(&lists.too_old(&regimes, KEPT_STATISTICS))?;
-    if let Some(event) = line.event {
-        let body = alarm_message::body(event, &store.cell(), &calibration.name, now_s, &line.to_json());
-        store.add_message(&body.to_string())?;
-    }
+    tell_event(store, &line, now_s)?;
     store.commit(transaction)?;
     Ok(line)
+}
+
+/// The number of the part that a weld is a piece of; one that was not seen before is added.
+fn own_part(
+    store: &Store,
+    id: i64,
+    parts: &mut Vec<StoredPart>,
+    seams: Vec<Line>,
+) -> Result<usize, StoreError> {
+    if let Some(own) = parts.iter().position(|part| part.part.is_like(&seams)) {
+        return Ok(own);
+    }
+    let part = Part { lines: seams };
+    parts.push(StoredPart { id: store.add_part(id, &part)?, part, scatter: None });
+    Ok(parts.len() - 1)
+}
+
+fn standing_of(told: &Told, is_another: bool) -> Standing {
+    let kind = told.alarm.change.kind.name().to_owned();
+    Standing { kind, is_within: told.is_within, is_another }
+}
+
+/// Closes the alarm of a calibration that another one has replaced: nobody would hear of it again.
+fn close_alarm_of(
+    store: &Store,
+    (replaced, its_name): (i64, String),
+    by: &Watched,
+    now_s: i64,
+    number: i64,
+) -> Result<(), StoreError> {
+    if store.alarm_of_last_weld(replaced)?.is_none() {
+        return Ok(());
+    }
+    let names = [its_name.as_str(), by.name.as_str()];
+    store.add_message(&alarm_message::replaced(&store.cell(), names, now_s, number).to_string())?;
+    Ok(())
+}
+
+/// Keeps a message of what a weld has brought, if it has.
+fn tell_event(store: &Store, line: &WeldLine, now_s: i64) -> Result<(), StoreError> {
+    let Some(event) = line.event else { return Ok(()) };
+    let body = alarm_message::body(event, &store.cell(), &line.calibration, now_s, &line.to_json());
+    store.add_message(&body.to_string())?;
+    Ok(())
 }
 
 /// How long a shift is, s.

@@ -165,7 +165,7 @@ fn with_mapping(error: Error, args: &ImportCsvArgs) -> Failure {
                 ),
             }
         }
-        Problem::Log(trueline_dataset::LogProblem::NoNames { .. }) if of_robot => {
+        Problem::Log(log) if of_robot && matches!(**log, trueline_dataset::LogProblem::NoNames { .. }) => {
             let usual = args.robot.as_deref().and_then(RobotLayout::usual_columns);
             match usual {
                 Some(usual) => Failure::new(

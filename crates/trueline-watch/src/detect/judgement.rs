@@ -85,7 +85,7 @@ pub fn judge(history: &History<'_>, cut: Option<&CutWeld<'_>>) -> Judgement {
     let current = judging.regimes.last().copied().unwrap_or(Regime::good(0));
     let alarm = match current.fault {
         Some(fault) => judging.standing(current, fault),
-        None => judging.new(current.first, end.is_some(), cut),
+        None => judging.found(current.first, end.is_some(), cut),
     };
     let Judging { regimes, p_log10, .. } = judging;
     let is_another = end.is_some() && alarm.is_some();
@@ -110,7 +110,7 @@ impl<'a> Judging<'a> {
 
     /// A change since the welds are at the calibration. `ended`: they have been only just now found to be no more as they were
     /// before, so all of them are one window.
-    fn new(&mut self, first: usize, ended: bool, cut: Option<&CutWeld<'_>>) -> Option<Alarm> {
+    fn found(&mut self, first: usize, ended: bool, cut: Option<&CutWeld<'_>>) -> Option<Alarm> {
         let part = self.history.pieces[self.last()].part;
         let stretch = self.stretch(first, part);
         let most = stretch.count();
