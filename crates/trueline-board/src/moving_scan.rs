@@ -80,11 +80,11 @@ pub fn calibrate(dataset: &Path, board: &Board, options: &BoardOptions) -> Resul
     let (fit, stops, robot_noise_m) = match stops::of(&scan, &wanted)? {
         Some((scan, stops)) => {
             let accuracy_m = options.robot_accuracy_m.or(file.setup.robot_accuracy_m);
-            let noise = at_stops_noise(accuracy_m.unwrap_or(ASSUMED_ROBOT_ACCURACY_M));
+            let stated = at_stops_noise(accuracy_m.unwrap_or(ASSUMED_ROBOT_ACCURACY_M));
             let poses = poses_at(&scan, &seen.stamps_ns);
-            let robot = RobotPath::Stops(&poses);
-            let fit = moving::calibrate_along(board, &seen.sightings, robot, &noise, guess);
-            (fit.map_err(failed)?, Some(stops), 0.0)
+            let fit = moving::calibrate_at_stops(board, &seen.sightings, &poses, &stated, guess);
+            let (fit, noise) = fit.map_err(failed)?;
+            (fit, Some(stops), noise.position_m)
         }
         None => {
             let moved = Moved::of(&scan, &seen.stamps_ns)?;

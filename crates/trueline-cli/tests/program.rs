@@ -45,7 +45,7 @@ fn simulate_and_calibrate_follow_the_schema() {
     );
     let (exit, result) = calibrate_json(dir.path(), &["scan"]);
     assert_eq!((exit, result["status"].as_str()), (0, Some("accepted")));
-    assert_eq!(result["schema_version"], 2);
+    assert_eq!(result["schema_version"], 3);
     assert_eq!(result["tool"]["name"], "trueline");
     assert!((result["time_offset_s"].as_f64().unwrap() - 0.01773).abs() < 1e-3);
     for (key, length) in [("translation_mm", 3), ("rotation_wxyz", 4)] {

@@ -115,18 +115,26 @@ fn real_pictures_of_a_board_at_stops_give_the_camera_on_the_tool() {
         "--json",
         "hand-eye.json",
     ];
-    let output = trueline(dir.path(), &base);
-    assert!(output.status.code().is_some_and(|code| code < 2), "{}", words(&output));
-    let result = json(&dir.path().join("hand-eye.json"));
-    assert!(result["time_offset_s"].is_null() && result["sigma"]["time_offset_s"].is_null());
-    let at = three(&result["tool_from_camera"]["translation_mm"]);
-    let sigma = three(&result["sigma"]["translation_mm"]);
-    // An own AX = XB of the same boards; two standard deviations cover it.
-    let own = [291.5, -38.1, 126.8];
-    let off_mm = (0..3).map(|k| (at[k] - own[k]).powi(2)).sum::<f64>().sqrt();
-    assert!(off_mm < 3.0, "{at:?}: {off_mm} mm off");
-    for k in 0..3 {
-        assert!((at[k] - own[k]).abs() < 2.0 * sigma[k].max(0.5), "{at:?} ± {sigma:?}");
+    // With the camera of these pictures, whose focal length is 2357 px because the sheet is bent: a fit of focal length, hand-eye and board
+    // to corners of OpenCV, the robot's poses held, has f = 2357 to 2373 px and the camera at [297.6, -36.9, 126.8].
+    // With the camera that a flat board gives, 2420 px, an own AX = XB has [291.5, -38.1, 126.8].
+    let flat = "kind = \"camera_laser\"\n\n[camera]\nwidth = 1280\nheight = 1024\nfx = 2419.8\nfy = 2424.1\ncx = 632.5\ncy = 517.8\n\
+                distortion = [-0.052, 0.0, 0.0, 0.0, 0.0]\n";
+    for (camera, own) in [(None, [297.6, -36.9, 126.8]), (Some(flat), [291.5, -38.1, 126.8])] {
+        if let Some(text) = camera {
+            fs::write(stops.join("sensor.toml"), text).unwrap();
+        }
+        let output = trueline(dir.path(), &base);
+        assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+        let result = json(&dir.path().join("hand-eye.json"));
+        assert!(result["time_offset_s"].is_null() && result["sigma"]["time_offset_s"].is_null());
+        let at = three(&result["tool_from_camera"]["translation_mm"]);
+        let sigma = three(&result["sigma"]["translation_mm"]);
+        let off_mm = (0..3).map(|k| (at[k] - own[k]).powi(2)).sum::<f64>().sqrt();
+        assert!(off_mm < 3.0, "{at:?}: {off_mm} mm off");
+        for k in 0..3 {
+            assert!((at[k] - own[k]).abs() < 3.0 * sigma[k], "{at:?} ± {sigma:?}");
+        }
     }
     // A stop that is there twice is the table's fault, with its line.
     let mut twice = etna_poses(&stops);

@@ -1,7 +1,6 @@
 //! What can be wrong with a file.
 
 use crate::log_problem::LogProblem;
-use crate::stamp::trimmed;
 use std::path::PathBuf;
 
 /// What is wrong with a file.
@@ -46,6 +45,9 @@ pub enum Problem {
     /// A folder in the place of a file.
     #[error("is a folder; a file is needed")]
     IsFolder,
+    /// A folder where a file is to be written.
+    #[error("is a folder; the name of a file is needed")]
+    OutputIsFolder,
     /// A file that is to be written, or read, in a folder that is not there.
     #[error("there is no folder `{}`", folder.display())]
     NoFolder {
@@ -386,4 +388,9 @@ impl From<LogProblem> for Problem {
         // An error is as large as its largest variant.
         Self::Log(Box::new(problem))
     }
+}
+
+/// Seconds to the nanosecond, without the zeros and the rounding that follow.
+fn trimmed(seconds: f64) -> String {
+    format!("{seconds:.9}").trim_end_matches('0').trim_end_matches('.').to_owned()
 }

@@ -83,7 +83,7 @@ impl Problem {
             Self::NotOurs { .. } => {
                 "move it away, or name a new folder: only what trueline writes is replaced"
             }
-            Self::IsFolder => "name a file in it",
+            Self::IsFolder | Self::OutputIsFolder => "name a file in it",
             Self::NoFolder { .. } => "make it first, or check its name and the folder that this is run in",
             Self::NoPictures { has_features: true } => {
                 "the seam is known without them: `trueline calibrate DATASET` takes features.csv as it is"

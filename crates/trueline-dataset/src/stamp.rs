@@ -95,11 +95,6 @@ pub fn format_seconds(nanoseconds: i64) -> String {
     format!("{sign}{}.{:09}", magnitude / 1_000_000_000, magnitude % 1_000_000_000)
 }
 
-/// Seconds to the nanosecond, without the zeros and the rounding that follow.
-pub(crate) fn trimmed(seconds: f64) -> String {
-    format!("{seconds:.9}").trim_end_matches('0').trim_end_matches('.').to_owned()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -30,7 +30,7 @@ pub fn write(path: &Path, content: &[u8]) -> io::Result<()> {
 /// A folder of that name, and a folder that is not there.
 pub(crate) fn expect_writable(path: &Path) -> Result<(), Error> {
     if path.is_dir() {
-        return Err(Error::in_file(path, Problem::IsFolder));
+        return Err(Error::in_file(path, Problem::OutputIsFolder));
     }
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir());
     folder.map_or(Ok(()), |folder| Err(Error::in_file(path, Problem::NoFolder { folder: folder.to_owned() })))

@@ -17,7 +17,7 @@ fn refusal(text: &str) -> String {
 fn full() -> Value {
     let identity = json!({ "translation_mm": [1.5, null, -0.1], "rotation_wxyz": [1.0, 0.0, 0.0, 0.0] });
     json!({
-        "schema_version": 2,
+        "schema_version": 3,
         "status": "not_accepted",
         "reasons": [{ "code": "clock-step", "text": "a clock stepped", "at_s": 1.25, "step_s": 0.1 }],
         "time_offset_s": 0.1 + 0.2,
@@ -52,8 +52,8 @@ fn a_result_of_schema_1_is_read_with_reasons_that_have_no_code() {
 #[test]
 fn a_result_of_a_later_schema_is_refused_with_both_versions() {
     let mut new = full();
-    new["schema_version"] = json!(3);
-    assert!(refusal(&new.to_string()).ends_with("has schema version 3; this program reads versions up to 2"));
+    new["schema_version"] = json!(4);
+    assert!(refusal(&new.to_string()).ends_with("has schema version 4; this program reads versions up to 3"));
 }
 
 #[test]

@@ -205,6 +205,12 @@ impl Calibration {
         &self.findings.unknowns.covariance
     }
 
+    /// The random part of [`Calibration::best_fit_covariance`].
+    #[must_use]
+    pub fn best_fit_noise_covariance(&self) -> &DMatrix<f64> {
+        &self.findings.unknowns.noise_covariance
+    }
+
     /// Standard deviation of a component of the tangent, SI; `None` if it was held or is not observable.
     #[must_use]
     pub fn sigma(&self, component: usize) -> Option<f64> {

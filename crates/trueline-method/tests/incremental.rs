@@ -50,8 +50,10 @@ fn against(stream: &mut Incremental, recording: &Recording, batch: &Calibration)
         off[0] += ppm * 1e-6 * (about_s - (about_ns - recording.robot[0].stamp_ns) as f64 * 1e-9);
     }
     [
-        std::array::from_fn(|k| off[k] / batch.sigma(k).unwrap()),
-        std::array::from_fn(|k| estimate.noise_sigma[k].unwrap() / batch.noise_sigma(k).unwrap()),
+        std::array::from_fn(|k| off[k] / batch.best_fit_covariance()[(k, k)].sqrt()),
+        std::array::from_fn(|k| {
+            estimate.noise_sigma[k].unwrap() / batch.best_fit_noise_covariance()[(k, k)].sqrt()
+        }),
     ]
 }
 

@@ -175,7 +175,7 @@ fn a_scan_counts_once_although_its_sensors_file_was_written_from_it() {
     assert!(second.warnings().contains(&Warning::SensorOfItsOwnScan), "{:?}", second.warnings());
     let moved = second.best_fit().minus(&first.best_fit().guess());
     for k in 0..7 {
-        let [before, after] = [&first, &second].map(|c| c.sigma(k).unwrap());
+        let [before, after] = [&first, &second].map(|c| c.best_fit_covariance()[(k, k)].sqrt());
         // The robust weights follow the shape to second order.
         assert!(moved[k].abs() < 0.02 * before, "{k}: {} of {before}", moved[k]);
         assert!((after / before - 1.0).abs() < 0.02, "{k}: {before} {after}");
@@ -186,7 +186,8 @@ fn a_scan_counts_once_although_its_sensors_file_was_written_from_it() {
     assert!(!other.warnings().contains(&Warning::SensorOfItsOwnScan));
     assert!(other.findings.unknowns.sensor.is_some_and(|sensor| sensor.stated));
     // … which a scan that counts twice would be the better for: by the root of two where only the scan tells the sensor.
-    let ratios = (0..7).map(|k| other.sigma(k).unwrap() / first.sigma(k).unwrap());
+    let sigma = |c: &Calibration, k: usize| c.best_fit_covariance()[(k, k)].sqrt();
+    let ratios = (0..7).map(|k| sigma(&other, k) / sigma(&first, k));
     let least = ratios.fold(1.0, f64::min);
     println!("{least}");
     assert!(least < 0.9, "{least}");

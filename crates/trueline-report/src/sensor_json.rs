@@ -54,7 +54,6 @@ pub fn camera(report: &CameraReport<'_>) -> Value {
         "rise_mm": fit.sheet_rise_m * MM_PER_M,
         "shape": fit.state.sheet.numbers(),
     });
-    value["overdispersion"] = json!(fit.overdispersion);
     value["covariance"] = json!({
         "order": ["fx_px", "fy_px", "cx_px", "cy_px", "k1", "k2", "p1", "p2", "k3"],
         "matrix": rows(&fit.covariance),

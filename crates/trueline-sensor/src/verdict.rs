@@ -265,8 +265,9 @@ pub fn of_camera(fit: &CameraFit, halves: Option<&CrossValidation>) -> (Vec<Rema
     if exceeds(fit.rms_px, MOST_RMS_PX) {
         reasons.push(Remark::BadFit { rms_px: fit.rms_px });
     }
-    if let Some(ratio) = halves.map(CrossValidation::ratio).filter(|ratio| exceeds(*ratio, AGREES)) {
-        reasons.push(Remark::HalvesDisagree { ratio });
+    if let Some(halves) = halves.filter(|halves| exceeds(halves.ratio(), AGREES)) {
+        let remarks = if halves.is_beyond_chance() { &mut reasons } else { &mut warnings };
+        remarks.push(Remark::HalvesDisagree { ratio: halves.ratio() });
     }
     let left_out = fit.used.len() - fit.pictures();
     if left_out > 0 {

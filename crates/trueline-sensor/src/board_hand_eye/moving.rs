@@ -71,6 +71,44 @@ pub fn calibrate_along(
     Ok(fit)
 }
 
+/// The same at stops, with the noise of the robot that explains the residuals: where they are larger than the stated noise makes them,
+/// both parts of it are raised alike until the squares are as many as their freedom. That is the restricted likelihood's own condition for
+/// a variance; it is bounded, so that boards and poses that have nothing to do with each other are no robot's noise.
+///
+/// # Errors
+/// As [`calibrate`].
+pub fn calibrate_at_stops(
+    board: &Board,
+    sightings: &[BoardSighting],
+    poses: &[Pose],
+    stated: &ErrorModel,
+    guess: Option<(f64, Pose)>,
+) -> Result<(BoardFit, ErrorModel), Error> {
+    let raised = |factor: f64| ErrorModel {
+        position_m: factor * stated.position_m,
+        rotation_rad: factor * stated.rotation_rad,
+        ..*stated
+    };
+    let fitted =
+        |noise: &ErrorModel| calibrate_along(board, sightings, RobotPath::Stops(poses), noise, guess);
+    let fit = fitted(stated)?;
+    if fit.squares_per_freedom <= 1.0 {
+        return Ok((fit, *stated));
+    }
+    let (mut low, mut high) = (0.0, MOST_RAISED.ln());
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if fitted(&raised(middle.exp()))?.squares_per_freedom > 1.0 { low = middle } else { high = middle }
+    }
+    let noise = raised(high.exp());
+    Ok((fitted(&noise)?, noise))
+}
+
+/// By how many times the robot's noise at stops may be larger than stated: 0.05 mm of a robot of 0.3 mm become 1 mm.
+const MOST_RAISED: f64 = 20.0;
+/// Halvings of its logarithm: to a hundredth.
+const HALVINGS: usize = 8;
+
 /// How much larger the variance of a mean over the pictures is than if their errors had nothing in common: pictures that
 /// follow each other closely share noise of the robot, whose poses are smoothed. 1 + 2 Σ ρ over the first lags.
 fn correlation(fit: &BoardFit, stamps_s: &[f64]) -> f64 {

@@ -5,7 +5,7 @@
 
 use crate::board::{Board, FoundCorner, View};
 use crate::bundle::{BoardState, Bundle, BundleState, Picture};
-use crate::laser_plane::joint::pose_of;
+use crate::laser_plane::striped_view::pose_of;
 use crate::projection::CAMERA_SIZE;
 use crate::sheet::SheetShape;
 use nalgebra::{Matrix6, SMatrix, Vector3};

@@ -17,12 +17,25 @@ pub struct CrossValidation {
     /// Squared difference of all parameters by the covariance of that difference, over their number: near one where the
     /// stated covariance is honest.
     pub normalized: f64,
+    /// How many parameters that are.
+    pub parameters: usize,
 }
 
 /// Halves that differ by more than so many times what they let expect are not explained by chance.
 pub const AGREES: f64 = 1.5;
 
+/// Standard deviations that a normal number exceeds once in 1000.
+const ONCE_IN_1000: f64 = 3.09;
+
 impl CrossValidation {
+    /// Whether chance makes such a difference of all parameters less than once in 1000: χ² by the cube root that is nearly normal
+    /// \[WilsonHilferty1931\]. Few pictures differ by twice what they let expect now and then.
+    #[must_use]
+    pub fn is_beyond_chance(&self) -> bool {
+        let spread = 2.0 / (9.0 * self.parameters as f64);
+        self.normalized.cbrt() - (1.0 - spread) > ONCE_IN_1000 * spread.sqrt()
+    }
+
     /// The difference of the halves as a part of what they let expect.
     #[must_use]
     pub fn ratio(&self) -> f64 {
@@ -56,5 +69,10 @@ pub fn halves(
     let sensitivity = Sensitivity::of(&even.state.camera);
     // Both axes together, as the difference is.
     let expected_px = sensitivity.uncertainty(&covariance).rms_px() * std::f64::consts::SQRT_2;
-    Some(CrossValidation { difference: sensitivity.movement(&difference), expected_px, normalized })
+    Some(CrossValidation {
+        difference: sensitivity.movement(&difference),
+        expected_px,
+        normalized,
+        parameters: free.len(),
+    })
 }

@@ -45,9 +45,6 @@ pub struct CameraFit {
     pub is_sheet_free: bool,
     /// How far the sheet rises from its middle to the corner of the squares that is farthest off, m; positive away from the camera.
     pub sheet_rise_m: f64,
-    /// How much more pictures pull at the camera than the noise of their corners explains, as a part of the variance; the
-    /// covariance holds it where it is above one.
-    pub overdispersion: f64,
     /// For each picture and each of its corners, where it is seen less where it should be, px.
     pub residuals_px: Vec<Vec<Vector2<f64>>>,
     /// Which corners count.
@@ -277,16 +274,14 @@ impl Rough<'_> {
         let counting = self.counting();
         let boards = counting.iter().map(|k| self.state.boards[*k]).collect();
         let at = BundleState { boards, ..self.state.clone() };
-        let (covariance, overdispersion) =
-            camera_covariance(&self.bundle(corner_sigma_px), &at, &self.fixed(model))
-                .ok_or(Error::NotFixed)?;
+        let covariance = camera_covariance(&self.bundle(corner_sigma_px), &at, &self.fixed(model))
+            .ok_or(Error::NotFixed)?;
         let residuals_px = self.residuals();
         Ok(CameraFit {
             residuals_px,
             model,
             is_sheet_free: self.is_sheet_free,
             sheet_rise_m: self.state.sheet.rise_m(&self.board),
-            overdispersion,
             corner_sigma_px,
             rms_px: (2.0 * sum / count as f64).sqrt(),
             covariance,
@@ -297,34 +292,20 @@ impl Rough<'_> {
     }
 }
 
-/// Covariance of the camera's parameters with boards and sheet free, and by how much the pictures differ more than their corners'
-/// noise explains; `None` if the pictures do not fix them.
-///
-/// Errors that all corners of a picture share, as of a sheet that is wavy or a board that is not in focus, do not show in the residuals:
-/// pose and camera take them up. They show in how the pictures pull: at the best fit the gradients gₖ of the pictures sum
-/// to nothing, and with white noise E Σ gₖᵀ C gₖ = p − Σ tr (C Hₖ)², with C the covariance and Hₖ a picture's information.
+/// Covariance of the camera's parameters with boards and sheet free; `None` if the pictures do not fix them.
 fn camera_covariance(
     bundle: &Bundle,
     state: &BundleState,
     fixed: &[usize],
-) -> Option<(SMatrix<f64, CAMERA_SIZE, CAMERA_SIZE>, f64)> {
+) -> Option<SMatrix<f64, CAMERA_SIZE, CAMERA_SIZE>> {
     let mut prior = NormalEquations::zeros(SHARED_SIZE);
     bundle.add_prior(state, &mut prior);
     let mut information = SMatrix::<f64, SHARED_SIZE, SHARED_SIZE>::from_fn(|i, j| prior.hessian[(i, j)]);
-    let pictures: Option<Vec<_>> = bundle.picture_equations(state).iter().map(|p| p.reduced()).collect();
-    let pictures = pictures?;
-    information +=
-        pictures.iter().map(|(hessian, _)| hessian).sum::<SMatrix<f64, SHARED_SIZE, SHARED_SIZE>>();
-    let covariance = inverse_of_free(&information, fixed)?;
-    let (mut pull, mut expected) = (0.0, (SHARED_SIZE - fixed.len()) as f64);
-    for (hessian, gradient) in &pictures {
-        pull += gradient.dot(&(covariance * gradient));
-        let share = covariance * hessian;
-        expected -= (share * share).trace();
+    for picture in bundle.picture_equations(state) {
+        information += picture.reduced()?.0;
     }
-    let overdispersion = if expected > 0.0 { pull / expected } else { 1.0 };
-    let of_camera = covariance.fixed_view::<CAMERA_SIZE, CAMERA_SIZE>(0, 0) * overdispersion.max(1.0);
-    Some((of_camera, overdispersion))
+    let covariance = inverse_of_free(&information, fixed)?;
+    Some(covariance.fixed_view::<CAMERA_SIZE, CAMERA_SIZE>(0, 0).into_owned())
 }
 
 /// σ of one axis, from the median distance.

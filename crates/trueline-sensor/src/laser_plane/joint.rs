@@ -9,7 +9,8 @@ use crate::error::Error;
 use crate::inverse_of_free::inverse_of_free;
 use crate::laser_plane::FEWEST_BOARDS;
 use crate::laser_plane::flatness::Flatness;
-pub use crate::laser_plane::striped_view::{StripedView, pose_of};
+use crate::laser_plane::known_camera::KnownCamera;
+use crate::laser_plane::striped_view::StripedView;
 use crate::laser_plane::{seen_boards, shared_plane};
 use crate::projection::CAMERA_SIZE;
 use crate::sheet::SheetShape;
@@ -18,7 +19,6 @@ use nalgebra::{SMatrix, Vector3};
 use trueline_geometry::statistics::median;
 use trueline_geometry::{Plane, fit};
 use trueline_lsq::{LeastSquares, NormalEquations, SolveOptions, solve};
-use trueline_model::Camera;
 
 /// Rounds of fitting, with weights, noise and flatness from the round before.
 const ROUNDS: usize = 6;
@@ -40,15 +40,6 @@ const FEWEST_CORNERS: usize = 12;
 
 /// A stripe's pixel farther off than this is left out, in standard deviations.
 const OUTLIER_SIGMAS: f64 = 5.0;
-
-/// What is known of the camera beforehand.
-#[derive(Clone, Debug)]
-pub struct KnownCamera {
-    /// The camera.
-    pub camera: Camera,
-    /// Covariance of its parameters; those without variance are held, and all of them if it is zero.
-    pub covariance: SMatrix<f64, CAMERA_SIZE, CAMERA_SIZE>,
-}
 
 /// A laser plane and all that was estimated with it.
 #[derive(Clone, Debug)]

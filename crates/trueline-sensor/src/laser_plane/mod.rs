@@ -3,6 +3,7 @@
 mod flatness;
 pub mod ground;
 pub mod joint;
+pub mod known_camera;
 pub mod next_board;
 pub mod pictures;
 pub mod plate;
@@ -10,10 +11,12 @@ pub mod points;
 mod seen_boards;
 mod shared_plane;
 pub mod striped_picture;
-mod striped_view;
+pub mod striped_view;
 
 pub use ground::{Ground, StripeOn};
-pub use joint::{JointFit, KnownCamera, StripedView, fit_joint};
+pub use joint::{JointFit, fit_joint};
+pub use known_camera::KnownCamera;
 pub use pictures::{PicturesFit, fit_pictures};
 pub use points::{BoardResidual, DOUBTFUL, FEWEST_BOARDS, PlaneFit, fit_points, jackknife};
 pub use striped_picture::{BoardPicture, NoStripe};
+pub use striped_view::StripedView;

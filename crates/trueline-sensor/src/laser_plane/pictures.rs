@@ -6,7 +6,8 @@
 use crate::board::{Board, View};
 use crate::bundle_state::BoardState;
 use crate::error::Error;
-use crate::laser_plane::joint::{JointFit, KnownCamera, fit_joint};
+use crate::laser_plane::joint::{JointFit, fit_joint};
+use crate::laser_plane::known_camera::KnownCamera;
 use crate::laser_plane::seen_boards::{self, SeenBoards};
 use crate::laser_plane::shared_plane::{self, GROSS, HALF_PX, NEAR_PX};
 use crate::laser_plane::striped_picture::{BoardPicture, NoStripe, beside};

@@ -4,7 +4,7 @@ use crate::board::{Board, FoundCorner, View};
 use crate::chessboard::{self, NoBoard};
 use crate::gray::Gray;
 use crate::laser_plane::ground::{Ground, StripeOn};
-use crate::laser_plane::joint::pose_of;
+use crate::laser_plane::striped_view::pose_of;
 use nalgebra::{Matrix2, Vector2};
 use trueline_model::Camera;
 use trueline_vision::pieces::{PieceFinder, StripePiece};
