@@ -160,6 +160,8 @@ class Result:
     def corrected_sensor(self) -> SensorText | None:
         """The sensor as the scan corrects it, what ``--write-sensor`` writes; ``None`` if nothing was corrected.
 
+        ``tool_from_camera`` belongs to the stated sensor file. With this one calibrate again.
+
         Raises
         ------
         ValueError

@@ -5,6 +5,8 @@
 //! log millimetres with three decimals, and none separates thousands.
 
 use crate::error::{Error, Problem};
+pub use crate::separator::Separator;
+use crate::separator::{GROUPS, fields};
 use crate::source_file;
 use crate::table_start;
 use std::borrow::Cow;
@@ -22,15 +24,6 @@ pub enum Encoding {
     Utf16Be,
     /// One byte a character, as Windows in western Europe writes.
     Latin1,
-}
-
-/// What stands between two columns.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Separator {
-    /// One character.
-    Character(char),
-    /// One or more blanks or tabs.
-    Blanks,
 }
 
 /// How a table was written.
@@ -231,39 +224,6 @@ fn without_lines(text: String, count: usize) -> String {
     let body = text.trim_start_matches('\u{feff}');
     let length: usize = body.split_inclusive('\n').take(count).map(str::len).sum();
     "\n".repeat(count) + &body[length..]
-}
-
-/// The fields of a line; quotes around a field are taken off.
-pub(crate) fn fields(line: &str, separator: Separator) -> Vec<String> {
-    let line = line.trim_start_matches('\u{feff}').trim_end_matches('\r');
-    let Separator::Character(character) = separator else {
-        return line.split_whitespace().map(str::to_owned).collect();
-    };
-    let groups = line.contains(GROUPS) && balanced(line);
-    let mut fields = vec![String::new()];
-    let (mut quoted, mut depth) = (false, 0_i32);
-    for letter in line.chars() {
-        if groups && !quoted {
-            depth += i32::from(matches!(letter, '[' | '{')) - i32::from(matches!(letter, ']' | '}'));
-        }
-        if letter == '"' {
-            quoted = !quoted;
-        } else if letter == character && !quoted && depth <= 0 {
-            fields.push(String::new());
-        } else if let Some(field) = fields.last_mut() {
-            field.push(letter);
-        }
-    }
-    fields.iter().map(|field| field.trim().to_owned()).collect()
-}
-
-/// What numbers that belong together stand in: a pose of UR, KUKA or ABB.
-const GROUPS: [char; 2] = ['[', '{'];
-
-/// Whether every bracket of a line is closed.
-fn balanced(line: &str) -> bool {
-    let count = |letter: char| line.matches(letter).count();
-    count('[') == count(']') && count('{') == count('}')
 }
 
 /// Whether numbers have decimal commas.

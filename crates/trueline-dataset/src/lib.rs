@@ -68,6 +68,7 @@ mod rows;
 mod sensor_covariance;
 pub mod sensor_setup;
 pub mod sensor_toml;
+mod separator;
 mod setup_toml;
 mod shared_samples;
 pub mod source_file;

@@ -3,9 +3,9 @@
 //! Programs write lines of their own before a table, with `#` or without, a row of units below the names, or no names at all. The line
 //! of names is the one whose cells are all names, and below which rows of as many cells follow.
 
-use crate::dialect::{Separator, fields};
 use crate::header_unit::{HeaderUnit, is_unit, stem_and_unit};
 use crate::moment;
+use crate::separator::{Separator, fields};
 
 /// Lines that are looked at for the names of the columns; no program writes as many before its table.
 const LINES_BEFORE: usize = 2000;

@@ -13,11 +13,15 @@ const JUMP_M: f64 = 0.005;
 /// … nor turn further, rad, unless its frame was switched.
 const JUMP_RAD: f64 = 0.03;
 
+/// A jump is longer than so many usual steps.
+const USUAL_STEPS: f64 = 10.0;
+
 /// What can be seen on the poses alone.
 pub(super) fn implausible(recording: &Recording) -> Vec<String> {
     let mut findings = Vec::new();
     let mut turning = Vec::new();
-    let mut jump = None;
+    let mut jumps = Vec::new();
+    let mut shifts = Vec::new();
     for pair in recording.robot.windows(2) {
         let seconds = (pair[1].stamp_ns - pair[0].stamp_ns) as f64 * 1e-9;
         let (turn, shift) = se3::difference_decoupled(&pair[1].base_from_tool, &pair[0].base_from_tool);
@@ -25,9 +29,10 @@ pub(super) fn implausible(recording: &Recording) -> Vec<String> {
             turning.push(turn.norm() / seconds);
             // Over a gap the tool may go anywhere; a tenth of a second is none.
             let jumped = shift.norm() > JUMP_M || turn.norm() > JUMP_RAD;
-            if seconds < 0.1 && jumped && shift.norm() / seconds > 2.0 && jump.is_none() {
-                jump = Some((pair[1].stamp_ns, shift.norm(), turn.norm()));
+            if seconds < 0.1 && jumped && shift.norm() / seconds > 2.0 {
+                jumps.push((pair[1].stamp_ns, shift.norm(), turn.norm()));
             }
+            shifts.push(shift.norm());
         }
     }
     let typical = crate::order_statistics::median(turning.into_iter()).unwrap_or(0.0);
@@ -37,6 +42,11 @@ pub(super) fn implausible(recording: &Recording) -> Vec<String> {
              when the quaternions were made"
         ));
     }
+    // In another unit every step is as large: what jumps does so once.
+    let usual_m = crate::order_statistics::median(shifts.into_iter()).unwrap_or(0.0);
+    let jump = jumps
+        .into_iter()
+        .find(|(_, shift_m, turn_rad)| *turn_rad > JUMP_RAD || *shift_m > USUAL_STEPS * usual_m);
     if let Some((stamp_ns, shift_m, turn_rad)) = jump {
         findings.push(format!(
             "the pose jumps by {:.1} mm and {:.1}° at {:.3} s: the active tool or work object was switched during the \

@@ -73,7 +73,11 @@ impl Past {
         let free: Vec<usize> = (0..dimension).filter(|k| estimated[*k]).collect();
         let Some(covariance) = inverse(&sums.hessian, &free) else { return Ok(None) };
         let covariance = covariance.view((0, 0), (dimension, dimension)).into_owned();
-        let over = |k: usize| Some(calibration.noise_sigma(k)? / covariance[(k, k)].sqrt());
+        let noise = calibration.best_fit_noise_covariance();
+        let over = |k: usize| {
+            calibration.noise_sigma(k)?;
+            Some((noise[(k, k)] / covariance[(k, k)]).sqrt())
+        };
         let scale: Vec<_> = (0..dimension).map(|k| over(k).filter(|scale| scale.is_finite())).collect();
         let inflation = (0..LINES).filter_map(|k| scale[k]).map(|s| s * s).sum::<f64>() / LINES as f64;
         let mut bias = None;
