@@ -78,7 +78,7 @@ pub fn diagnose(
         done: Vec::new(),
         not_tried: Vec::new(),
     };
-    if !is_well && certain.is_empty() {
+    if !is_well {
         trials.run();
     }
     let Trials { done, not_tried, .. } = trials;
