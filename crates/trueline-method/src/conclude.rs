@@ -291,7 +291,9 @@ fn with_sensor(from: &Concluded<'_>, answered: Answered) -> Unknowns {
     let Answered { parameters, covariance, noise_covariance, observability } = answered;
     let observations = &from.assessed.drift_free.observations;
     let shows_hand_eye = observability.shows_hand_eye();
-    let stated = StatedSensor::of(observations, &parameters).filter(|_| shows_hand_eye);
+    // A transform that is held is what the user stated of his file.
+    let is_held = from.settings.fixed.iter().any(|k| (ROTATION..LINES).contains(k));
+    let stated = StatedSensor::of(observations, &parameters).filter(|_| shows_hand_eye && !is_held);
     let frame = stated.as_ref().map_or_else(FileFrame::of_estimate, |stated| stated.frame);
     Unknowns {
         estimated: (0..parameters.dimension()).map(|k| !from.settings.fixed.contains(&k)).collect(),
