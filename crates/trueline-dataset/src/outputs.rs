@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Files of a scan's folder that commands read from it, wherever in it they lie.
-const READ_FROM_SCANS: [&str; 11] = [
+const READ_FROM_SCANS: [&str; 12] = [
     "sensor.toml",
     "robot.csv",
+    "poses.csv",
     "features.csv",
     "stripes.csv",
     "profiles.csv",
@@ -137,7 +138,7 @@ mod tests {
         let twice = check(&[], &[Path::new(STDOUT), Path::new(STDOUT)]).unwrap_err().problem;
         assert!(matches!(twice, Problem::OutputTwice), "{twice}");
         assert!(matches!(checked(&["nowhere/a.json"]).unwrap_err().problem, Problem::NoFolder { .. }));
-        assert!(matches!(checked(&["scan"]).unwrap_err().problem, Problem::IsFolder));
+        assert!(matches!(checked(&["scan"]).unwrap_err().problem, Problem::OutputIsFolder));
         checked(&["scan/result.json", "scan/report.html", "other.json"]).unwrap();
         fs::write(at("scan/result.json"), "{}").unwrap();
         checked(&["scan/result.json"]).unwrap();
