@@ -54,16 +54,24 @@ pub(crate) fn suffix_of(unit: &str) -> Option<&'static str> {
         "cm" => "_cm",
         "um" | "µm" | "μm" => "_um",
         "in" | "inch" => "_in",
-        "deg" | "°" | "degree" | "degrees" => "_deg",
+        // German for degrees; no robot logs gradians under this name.
+        "deg" | "°" | "degree" | "degrees" | "grad" => "_deg",
         "rad" => "_rad",
         "mrad" => "_mrad",
-        "gon" | "grad" => "_gon",
+        "gon" => "_gon",
         "s" | "sec" => "_s",
         "ms" => "_ms",
         "us" | "µs" | "μs" => "_us",
         "ns" => "_ns",
         _ => return None,
     })
+}
+
+/// Whether the unit of a header is `Grad`: degrees in German, gradians in some other languages.
+pub(crate) fn is_in_grad(header: &str) -> bool {
+    let lower = header.trim().to_lowercase();
+    let unit = lower.split_once(['[', '(']).map(|(_, unit)| unit.trim_end_matches([']', ')']).trim());
+    unit.or_else(|| lower.rsplit_once('_').map(|(_, unit)| unit)) == Some("grad")
 }
 
 /// Whether a cell is a unit by itself, with or without brackets: some programs write them in a row below the names.

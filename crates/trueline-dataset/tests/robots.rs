@@ -164,13 +164,17 @@ fn a_unit_in_the_header_counts_and_one_that_is_not_known_is_refused() {
             ("rad", 0.0174532925199),
             ("mrad", 17.4532925199),
             ("gon", 10.0 / 9.0),
-            ("grad", 10.0 / 9.0),
+            // German for degrees.
+            ("grad", 1.0),
+            ("Grad", 1.0),
         ] {
             let header =
                 format!("t,X [{length}],Y ({length}),Z[{length}],A [{angle}],B [{angle}],C [{angle}]\n");
             let text = header + &row(scale, &angles(per_degree));
             let imported = import(&text, RobotLayout::named("kuka"), &[]).unwrap();
             assert_is_the_pose(&imported.recording.robot[0], &text);
+            let said = imported.notes.iter().any(|note| note.contains("; `Grad` is degrees"));
+            assert_eq!(said, angle.eq_ignore_ascii_case("grad"), "{:?}", imported.notes);
         }
     }
     for (column, named) in [("X [ft]", "ft"), ("Y (actual)", "actual"), ("B [quarter]", "quarter")] {

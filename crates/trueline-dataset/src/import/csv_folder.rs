@@ -257,7 +257,9 @@ impl CsvFolder {
         if !table.dialect.is_plain() {
             said.push(table.dialect.to_string());
         }
-        said.extend(table.layout_words.clone().map(|words| format!("read as {words}")));
+        let read_as: Vec<&str> =
+            [&table.layout_words, &table.unit_words].into_iter().flatten().map(String::as_str).collect();
+        said.extend((!read_as.is_empty()).then(|| format!("read as {}", read_as.join("; "))));
         said.extend(table.time_words.clone());
         if !table.left_out.is_empty() {
             said.push(format!("not used: {}", table.left_out.join(", ")));

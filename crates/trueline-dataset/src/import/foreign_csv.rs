@@ -5,7 +5,7 @@ use super::pose_cells;
 use super::robot_layout::RobotLayout;
 use crate::dialect::{Dialect, Separator, plain_csv_below, quoted};
 use crate::error::{Error, Problem};
-use crate::header_unit::{is_bare_time, stem_and_unit, time_column};
+use crate::header_unit::{is_bare_time, is_in_grad, stem_and_unit, time_column};
 use crate::log_problem::LogProblem;
 use crate::nearest::nearest;
 use crate::stamp::format_seconds;
@@ -74,6 +74,8 @@ pub struct ForeignTable {
     pub time_words: Option<String>,
     /// What its maker's names mean, in words.
     pub layout_words: Option<String>,
+    /// What a unit of its header was taken for, in words.
+    pub unit_words: Option<String>,
 }
 
 /// Reads a foreign table. A separator that the user names is used; else it is recognised.
@@ -122,6 +124,8 @@ pub fn read(
     let left_out = left_out.map(|(theirs, _)| theirs.clone()).filter(|name| !is_unused(name)).collect();
     let (clock, time_words) = (time.clock(), time.words());
     let layout_words = renaming.layout.map(|layout| layout.words.clone()).filter(|words| !words.is_empty());
+    let in_grad = header.iter().zip(&names).any(|(theirs, name)| name.is_some() && is_in_grad(theirs));
+    let unit_words = in_grad.then(|| "`Grad` is degrees, 360 to a full turn; gradians are `gon`".to_owned());
     Ok(ForeignTable {
         csv,
         dialect,
@@ -132,6 +136,7 @@ pub fn read(
         added_lines,
         time_words,
         layout_words,
+        unit_words,
     })
 }
 
