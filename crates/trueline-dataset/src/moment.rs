@@ -96,6 +96,11 @@ fn split_zone(clock: &str) -> Option<(&str, Option<i64>)> {
     Some((rest.trim(), Some(sign * (hours * 3600 + minutes * 60) * SECOND_NS)))
 }
 
+/// Whether a cell is a day without a time.
+pub(crate) fn is_day(text: &str) -> bool {
+    day(text).is_some()
+}
+
 /// A day as a file writes it.
 enum Day {
     Since1970(i64),

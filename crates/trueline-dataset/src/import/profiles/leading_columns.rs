@@ -4,6 +4,7 @@ use super::numbers::NumberTable;
 use crate::error::Problem;
 use crate::header_unit::{HeaderUnit, is_time_name, stem_and_unit};
 use crate::import::clock::{Clock, ClockReader, unit_of_steps};
+use crate::moment;
 
 /// Fewest rows that show a counter.
 const FEWEST_ROWS: usize = 3;
@@ -59,6 +60,10 @@ impl LeadingColumns {
         let first_word = table.words_of(0).next().unwrap_or_default();
         if self.times.is_empty() && ClockReader::of(first_word).is_some() {
             return Some(Kind::Clock);
+        }
+        // The times of day beside it go on after midnight.
+        if moment::is_day(first_word) {
+            return Some(Kind::Other);
         }
         if let Some(name) = named {
             let (stem, unit) = stem_and_unit(name);

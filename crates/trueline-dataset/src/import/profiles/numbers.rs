@@ -24,6 +24,22 @@ impl NumberTable {
     pub(super) fn words_of(&self, column: usize) -> impl Iterator<Item = &str> + Clone {
         self.words.iter().map(move |row| row.get(column).map_or("", String::as_str))
     }
+
+    /// Drops the last field of every row, which is empty in all of them: a separator at the end of a row begins no column. Where the header
+    /// names it, it is a column in which nothing was measured.
+    fn drop_unnamed_last(&mut self, width: usize) {
+        let named =
+            self.header.as_ref().filter(|header| header.len() == width).map(|header| &header[width - 1]);
+        if width < 3 || named.is_some_and(|name| !name.is_empty()) {
+            return;
+        }
+        self.header
+            .iter_mut()
+            .filter(|header| header.len() == width)
+            .for_each(|header| header.truncate(width - 1));
+        self.rows.iter_mut().for_each(|(_, row)| row.truncate(width - 1));
+        self.words.iter_mut().for_each(|words| words.truncate(width - 1));
+    }
 }
 
 /// Reads a table; everything before the first row of numbers is header.
@@ -37,6 +53,7 @@ pub(super) fn read(file: &Path, bytes: Vec<u8>) -> Result<NumberTable, Error> {
     let width = usual_width(&text);
     let (mut header, mut rows, mut words): (Option<Vec<String>>, Vec<_>, Vec<Vec<String>>) =
         (None, Vec::new(), Vec::new());
+    let mut all_end_empty = true;
     for (index, line) in text.lines().enumerate() {
         let fields: Vec<&str> = fields(line).collect();
         if fields.iter().all(|field| field.is_empty()) {
@@ -46,10 +63,11 @@ pub(super) fn read(file: &Path, bytes: Vec<u8>) -> Result<NumberTable, Error> {
             fields.iter().map(|field| field.parse().ok().filter(|value: &f64| value.is_finite())).collect();
         let count = numbers.iter().flatten().count();
         // Where the first column saw nothing, and where it is a time, a row is one by its width.
-        let begins = numbers[0].is_some() || moment::parse(fields[0]).is_some();
+        let begins = numbers[0].is_some() || moment::parse(fields[0]).is_some() || moment::is_day(fields[0]);
         let is_first_row =
             fields.len() == width && (begins || fields[0].is_empty()) && count * 2 >= numbers.len();
         if is_first_row || (!rows.is_empty() && (begins || fields.len() == width)) {
+            all_end_empty &= fields.len() == width && fields[width - 1].is_empty();
             rows.push((index as u64 + 1, numbers));
             words.push(fields.iter().take(WORDS).map(|&field| field.to_owned()).collect());
         } else if rows.is_empty() {
@@ -70,7 +88,11 @@ pub(super) fn read(file: &Path, bytes: Vec<u8>) -> Result<NumberTable, Error> {
             false => Error::unreadable(file, what, hint),
         });
     }
-    Ok(NumberTable { header, rows, words })
+    let mut table = NumberTable { header, rows, words };
+    if all_end_empty {
+        table.drop_unnamed_last(width);
+    }
+    Ok(table)
 }
 
 fn fields(line: &str) -> impl Iterator<Item = &str> {

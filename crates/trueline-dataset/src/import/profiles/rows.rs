@@ -30,7 +30,8 @@ pub(super) fn read(
     let in_row = || rising(table.rows[0].1.iter().copied()).filter(|x_mm| !is_count(x_mm));
     let (x_mm, positions_are_a_row) = match (columns, in_header) {
         (Some(even), _) => {
-            expect_room(width, even).map_err(|problem| Error::at_line(file, table.rows[0].0, problem))?;
+            expect_room(&table.rows, even, &is_point)
+                .map_err(|problem| Error::at_line(file, table.rows[0].0, problem))?;
             ((0..width).map(|k| even.first_mm + even.step_mm * k as f64).collect(), false)
         }
         (None, Some(x_mm)) => (x_mm, false),
@@ -59,20 +60,41 @@ pub(super) fn read(
 const MOST_LEADING: usize = 8;
 
 /// Fails where a few values more are there than positions that begin and end at the same distance from the middle of the view.
-fn expect_room(width: usize, even: EvenColumns) -> Result<(), Problem> {
+fn expect_room(rows: &[Row], even: EvenColumns, is_point: &impl Fn(f64) -> bool) -> Result<(), Problem> {
     let steps = -2.0 * even.first_mm / even.step_mm;
     let whole = steps.round();
-    // The last one at the mirrored place of the first, or one before it.
-    let expected = whole + 1.0;
-    let found = width as f64;
-    let is_symmetric = expected > 2.0 && (steps - whole).abs() < 1e-6 * steps.abs();
-    if is_symmetric && found > expected && found <= expected + MOST_LEADING as f64 {
-        let (first_mm, step_mm) = (even.first_mm, even.step_mm);
-        return Err(
-            LogProblem::MoreValues { found: width, expected: expected as usize, first_mm, step_mm }.into()
-        );
+    let found = rows[0].1.len();
+    if whole <= 1.0 || (steps - whole).abs() >= 1e-6 * steps.abs() {
+        return Ok(());
     }
-    Ok(())
+    // The last height is at the mirrored place of the first, or one before it: with one value more the first may be no height.
+    let (fewest, most) = (whole as usize, whole as usize + 1);
+    let expected = match found {
+        _ if found > most && found <= most + MOST_LEADING => most,
+        _ if found == most && !first_is_height(rows, even.step_mm, is_point) => fewest,
+        _ => return Ok(()),
+    };
+    let (first_mm, step_mm) = (even.first_mm, even.step_mm);
+    Err(LogProblem::MoreValues { found, expected, first_mm, step_mm }.into())
+}
+
+/// A row of a table, with its line.
+type Row = (u64, Vec<Option<f64>>);
+
+/// Whether the first values go on as those beside them: mostly no points where the second ones are none, and as near to these as they are to the
+/// third ones. A counter, a time or an encoder is neither.
+fn first_is_height(rows: &[Row], step_mm: f64, is_point: &impl Fn(f64) -> bool) -> bool {
+    // Times as far as neighbours in the profile, and slopes, are no break.
+    const FARTHEST: f64 = 10.0;
+    let value = |row: &Row, k: usize| row.1.get(k).copied().flatten().filter(|z| is_point(*z));
+    let unlike = rows.iter().filter(|row| value(row, 0).is_some() && value(row, 1).is_none()).count();
+    let middle = |a: usize, b: usize| {
+        let mut apart: Vec<f64> =
+            rows.iter().filter_map(|row| Some((value(row, a)? - value(row, b)?).abs())).collect();
+        apart.sort_by(f64::total_cmp);
+        apart.get(apart.len() / 2).copied().unwrap_or(0.0)
+    };
+    2 * unlike <= rows.len() && middle(0, 1) <= FARTHEST * (middle(1, 2) + step_mm.abs())
 }
 
 /// Whether numbers are 0, 1, 2, … or 1, 2, 3, …: of columns or rows they are the numbers, not positions in mm.
