@@ -81,16 +81,61 @@ fn what_cannot_be_read_is_named_for_what_it_is() {
     );
     assert!(error.hint().contains("--columns"), "{}", error.hint());
     let Some(folder) = case("log-formats") else { return };
-    let surface =
-        ProfileSource { file: folder.join("gocator-surface/surface.csv"), ..ProfileSource::default() };
-    let error = CsvFolder {
+    let file = folder.join("gocator-surface/surface.csv");
+    let surface = |format| Some(ProfileSource { file: file.clone(), format, ..ProfileSource::default() });
+    let logs = CsvFolder {
         robot: folder.join("pose-string/robot.csv"),
-        profiles: Some(surface),
         layout: RobotLayout::named("ur"),
+        sensor: folder.join("pose-string/sensor.toml"),
         ..CsvFolder::default()
     };
-    let error = error.read().unwrap_err();
-    assert!(error.to_string().contains("a Gocator surface (section `Part`)"), "{error}");
+    // In the place of profiles, whatever their format is called, of features and of the robot's poses.
+    for folder in [
+        CsvFolder { profiles: surface(None), sensor: PathBuf::new(), ..logs.clone() },
+        CsvFolder { profiles: surface(Some(ProfileFormat::Rows)), sensor: PathBuf::new(), ..logs.clone() },
+        CsvFolder { features: file.clone(), ..logs.clone() },
+        CsvFolder { robot: file.clone(), ..logs.clone() },
+    ] {
+        let error = folder.read().unwrap_err();
+        assert!(error.to_string().contains("a Gocator surface (section `Part`)"), "{error}");
+    }
+}
+
+/// A log of RSI whose 3rd cycle is broken: errors name the line of the file, however the elements stand in it.
+#[cfg(feature = "foreign-tables")]
+#[test]
+fn errors_of_rsi_are_at_the_line_of_the_pose() {
+    let cycle = |k: usize, x: &str| {
+        format!(
+            "<Rob Type=\"KUKA\"><RIst X=\"{x}\" Y=\"0\" Z=\"1\" A=\"0\" B=\"0\" C=\"0\"/><IPOC>{}</IPOC></Rob>",
+            1000 + 4 * k
+        )
+    };
+    let cycles =
+        |third: &str| (1..=4).map(|k| cycle(k, if k == 3 { third } else { "0" })).collect::<Vec<_>>();
+    let features = "time_s,x_mm,z_mm\n1.006,0,100\n1.012,0,100\n";
+    let lines = |robot: &str| import(robot, features, |_| {}).unwrap_err().to_string();
+    let bad = cycles("abc");
+    for (robot, line) in [
+        (bad.join("\n"), 3),
+        (bad.join("\n\n"), 5),
+        (format!("<?xml version=\"1.0\"?>\n<Log>\n{}\n</Log>\n", bad.join("\n")), 5),
+        (bad.join("\n").replace("><", ">\n<"), 10),
+        (bad.join(""), 1),
+        (format!("# recorded by x\n{}", bad.join("\n")), 4),
+    ] {
+        let expected = format!("line {line}, column `x_mm`: expected a number, found `abc`");
+        assert!(lines(&robot).ends_with(&expected), "{}", lines(&robot));
+    }
+    let mut cut = cycles("0");
+    cut[2].truncate(50);
+    let cut = lines(&cut.join("\n"));
+    assert!(cut.contains("robot.csv, line 3: is broken XML"), "{cut}");
+    let back = cycles("0").join("\n").replace("1012", "12");
+    assert!(lines(&back).contains("line 3, column `time_ms`: time runs backwards"), "{}", lines(&back));
+    let dated = cycles("0").join("\n").replace("<Rob", "2026-11-28 14:03:11;<Rob");
+    let notes = import(&dated, features, |_| {}).unwrap().notes;
+    assert!(notes.iter().any(|note| note.ends_with("between the elements of RSI is not used")), "{notes:?}");
 }
 
 /// A folder with a robot's log and the features of a profiler.

@@ -60,7 +60,7 @@ pub(crate) fn foreign_table(bytes: &[u8]) {
 pub(crate) fn table_of_program(bytes: &[u8]) {
     let mut notes = Vec::new();
     let text = said(tables_of_programs::as_text(Path::new(FILE), bytes.to_vec(), &|_| 1, &mut notes));
-    assert!(text.is_none_or(|text| text.len() <= (64 << 20) + 1000 * bytes.len()), "text without end");
+    assert!(text.is_none_or(|text| text.bytes.len() <= (64 << 20) + 1000 * bytes.len()), "text without end");
 }
 
 pub(crate) fn profiles_parquet(bytes: &[u8]) {

@@ -4,7 +4,7 @@ use super::clock::{Clock, to_common};
 use super::foreign_csv::{self, ColumnMapping, ForeignTable, Renaming, TableForm};
 use super::profiles::{self, EvenColumns, ProfileFormat, Timing};
 use super::robot_layout::RobotLayout;
-use super::tables_of_programs::as_text;
+use super::tables_of_programs::{TableText, as_text, file_line};
 use crate::dialect;
 use crate::error::{Error, Problem};
 use crate::images::{self, FrameFile};
@@ -153,7 +153,8 @@ impl CsvFolder {
         if source.format.is_none() && bytes.starts_with(b"PAR1") {
             return Ok((profile_file::from_parquet(&source.file, bytes)?, Clock::Seconds));
         }
-        let bytes = as_text(&source.file, bytes, &|name| usize::from(profiles_csv::is_column(name)), notes)?;
+        let wanted = |name: &str| usize::from(profiles_csv::is_column(name));
+        let bytes = as_text(&source.file, bytes, &wanted, notes)?.bytes;
         let Some(format) = source.format.or_else(|| ProfileFormat::recognised(&bytes)) else {
             if begins_with_numbers(&bytes) {
                 return Err(Error::in_file(&source.file, Problem::UnknownProfileFormat));
@@ -251,8 +252,15 @@ impl CsvFolder {
         renaming: &Renaming<'_>,
         notes: &mut Vec<String>,
     ) -> Result<ForeignTable, Error> {
-        let bytes = as_text(file, bytes_of(file)?, &|theirs| renaming.weight(theirs), notes)?;
-        let table = foreign_csv::read(file, bytes, form, renaming)?;
+        let bytes = bytes_of(file)?;
+        profiles::expect_none(file, &bytes)?;
+        let TableText { bytes, row_lines } = as_text(file, bytes, &|theirs| renaming.weight(theirs), notes)?;
+        let in_file = |mut error: Error| {
+            error.line = error.line.map(|line| file_line(&row_lines, line));
+            error
+        };
+        let table = foreign_csv::read(file, bytes, form, renaming).map_err(in_file)?;
+        let table = ForeignTable { row_lines, ..table };
         let mut said = Vec::new();
         if !table.dialect.is_plain() {
             said.push(table.dialect.to_string());
@@ -305,7 +313,8 @@ fn in_their_words(mut error: Error, table: &ForeignTable) -> Error {
     if let Problem::MissingColumn { found, .. } | Problem::NoRotation { found } = &mut error.problem {
         *found = table.header.join(", ");
     }
-    error.line = error.line.map(|line| line.saturating_sub(table.added_lines).max(1));
+    let line = error.line.map(|line| line.saturating_sub(table.added_lines).max(1));
+    error.line = line.map(|line| file_line(&table.row_lines, line));
     error
 }
 

@@ -70,6 +70,8 @@ pub struct ForeignTable {
     pub clock: Clock,
     /// Lines of the text that the file does not have: one where the user named the columns.
     pub added_lines: u64,
+    /// As of [`super::tables_of_programs::TableText`].
+    pub row_lines: Vec<u64>,
     /// What was recognised of its times, in words.
     pub time_words: Option<String>,
     /// What its maker's names mean, in words.
@@ -134,6 +136,7 @@ pub fn read(
         angle_decimals,
         clock,
         added_lines,
+        row_lines: Vec::new(),
         time_words,
         layout_words,
         unit_words,

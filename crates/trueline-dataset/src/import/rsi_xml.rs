@@ -2,6 +2,7 @@
 //!
 //! `RIst` is the actual pose of the active tool in the active base (mm, degrees), `IPOC` the controller's clock in ms.
 
+use super::tables_of_programs::TableText;
 use crate::error::Error;
 use crate::source_file;
 use quick_xml::Reader;
@@ -16,7 +17,15 @@ const POSE: [&str; 6] = ["X", "Y", "Z", "A", "B", "C"];
 struct Cycle {
     pose: [Option<String>; 6],
     ipoc: Option<String>,
+    /// Of its pose, or where it begins.
     line: u64,
+}
+
+/// What was read of a log.
+struct Log {
+    cycles: Vec<Cycle>,
+    /// Whether there is text beside the elements.
+    has_other_text: bool,
 }
 
 /// Whether a file has elements `Rob` of RSI.
@@ -25,12 +34,12 @@ pub(super) fn is_rsi(bytes: &[u8]) -> bool {
     start.contains("<Rob") && (start.contains("<RIst") || start.contains("<IPOC"))
 }
 
-/// The table: a row for each cycle, at the line where its element ends.
+/// The table: a row for each cycle.
 ///
 /// # Errors
 /// Broken XML, and a cycle without an actual pose or a clock.
-pub(super) fn as_csv(file: &Path, bytes: &[u8], notes: &mut Vec<String>) -> Result<Vec<u8>, Error> {
-    let cycles = cycles(file, &source_text(file, bytes)?)?;
+pub(super) fn as_csv(file: &Path, bytes: &[u8], notes: &mut Vec<String>) -> Result<TableText, Error> {
+    let Log { cycles, has_other_text } = read(file, &source_text(file, bytes)?)?;
     let clock: Vec<u64> =
         cycles.iter().filter_map(|cycle| cycle.ipoc.as_deref()?.trim().parse().ok()).collect();
     let mut steps: Vec<u64> = clock.windows(2).map(|two| two[1].saturating_sub(two[0])).collect();
@@ -41,11 +50,14 @@ pub(super) fn as_csv(file: &Path, bytes: &[u8], notes: &mut Vec<String>) -> Resu
         0 | 1 => format!("{}: RSI, of which IPOC counts by {step}: it is no clock in ms", file.display()),
         _ => format!("{}: RSI: RIst is the pose, IPOC the time in ms, in steps of {step}", file.display()),
     });
+    if has_other_text {
+        notes.push(format!("{}: what stands between the elements of RSI is not used", file.display()));
+    }
     let time = if step > 1 { "time_ms" } else { "IPOC" };
     // By the names of the controller's own variables it is a log of KUKA, whether its maker is named or not.
     let names = POSE.map(|name| format!("POS_ACT_MES.{name}"));
     let mut csv = format!("{time},{}\n", names.join(","));
-    let mut line = 1;
+    let mut row_lines = Vec::with_capacity(cycles.len());
     for cycle in cycles {
         let missing = |what: &str| {
             let hint =
@@ -54,20 +66,15 @@ pub(super) fn as_csv(file: &Path, bytes: &[u8], notes: &mut Vec<String>) -> Resu
             error.line = Some(cycle.line);
             error
         };
-        // The names take the first line: the rows stand one below their own.
-        while line < cycle.line {
-            csv.push('\n');
-            line += 1;
-        }
+        row_lines.push(cycle.line);
         csv.push_str(cycle.ipoc.as_deref().ok_or_else(|| missing("IPOC"))?);
         for value in &cycle.pose {
             csv.push(',');
             csv.push_str(&value.as_deref().ok_or_else(|| missing("X … C of RIst"))?.replace(',', "."));
         }
         csv.push('\n');
-        line += 1;
     }
-    Ok(csv.into_bytes())
+    Ok(TableText { bytes: csv.into_bytes(), row_lines })
 }
 
 fn source_text(file: &Path, bytes: &[u8]) -> Result<String, Error> {
@@ -75,15 +82,19 @@ fn source_text(file: &Path, bytes: &[u8]) -> Result<String, Error> {
     Ok(crate::dialect::decode(file, bytes.to_vec())?.0)
 }
 
-fn cycles(file: &Path, text: &str) -> Result<Vec<Cycle>, Error> {
+fn read(file: &Path, text: &str) -> Result<Log, Error> {
     let mut reader = Reader::from_str(text);
     let (mut cycles, mut current, mut in_ipoc) = (Vec::new(), None::<Cycle>, false);
+    let mut has_other_text = false;
     let (mut line, mut counted) = (1_u64, 0_usize);
     loop {
+        // Of an element its beginning counts, and of broken ones that of the broken element.
+        let begins = reader.buffer_position();
         let event = reader.read_event();
-        let at = usize::try_from(reader.buffer_position()).unwrap_or(usize::MAX).min(text.len());
+        let begins = if event.is_err() { reader.error_position() } else { begins };
+        let at = usize::try_from(begins).unwrap_or(usize::MAX).min(text.len());
         line += text.as_bytes()[counted.min(at)..at].iter().filter(|&&byte| byte == b'\n').count() as u64;
-        counted = at;
+        counted = counted.max(at);
         let broken = |why: String| {
             let mut error = Error::unreadable(
                 file,
@@ -96,11 +107,11 @@ fn cycles(file: &Path, text: &str) -> Result<Vec<Cycle>, Error> {
         match event.map_err(|error| broken(error.to_string()))? {
             Event::Start(tag) | Event::Empty(tag) if tag.local_name().as_ref() == "RIst" => {
                 if let Some(cycle) = &mut current {
-                    cycle.pose = pose(&tag);
+                    *cycle = Cycle { pose: pose(&tag), line, ipoc: cycle.ipoc.take() };
                 }
             }
             Event::Start(tag) if tag.local_name().as_ref() == "Rob" => {
-                current = Some(Cycle::default());
+                current = Some(Cycle { line, ..Cycle::default() });
             }
             Event::Start(tag) if tag.local_name().as_ref() == "IPOC" => in_ipoc = true,
             Event::Text(words) if in_ipoc => {
@@ -108,11 +119,10 @@ fn cycles(file: &Path, text: &str) -> Result<Vec<Cycle>, Error> {
                     cycle.ipoc = Some(words.trim().to_owned());
                 }
             }
+            Event::Text(words) if current.is_none() => has_other_text |= !words.trim().is_empty(),
             Event::End(tag) if tag.local_name().as_ref() == "IPOC" => in_ipoc = false,
-            Event::End(tag) if tag.local_name().as_ref() == "Rob" => {
-                cycles.extend(current.take().map(|cycle| Cycle { line, ..cycle }));
-            }
-            Event::Eof => return Ok(cycles),
+            Event::End(tag) if tag.local_name().as_ref() == "Rob" => cycles.extend(current.take()),
+            Event::Eof => return Ok(Log { cycles, has_other_text }),
             _ => {}
         }
     }

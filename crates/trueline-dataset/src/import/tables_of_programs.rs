@@ -3,6 +3,27 @@
 use crate::error::Error;
 use std::path::Path;
 
+/// A table as text.
+#[derive(Debug)]
+pub struct TableText {
+    /// The text.
+    pub bytes: Vec<u8>,
+    /// The line of the file that each row below the names was read from, where it is not the line of the text.
+    pub row_lines: Vec<u64>,
+}
+
+impl From<Vec<u8>> for TableText {
+    fn from(bytes: Vec<u8>) -> Self {
+        Self { bytes, row_lines: Vec::new() }
+    }
+}
+
+/// The line of a file from which a line of its text was read.
+pub(super) fn file_line(row_lines: &[u64], line: u64) -> u64 {
+    let row = usize::try_from(line).unwrap_or(usize::MAX).checked_sub(2);
+    row.and_then(|row| row_lines.get(row)).copied().unwrap_or(line)
+}
+
 /// A file's bytes as text: those of a workbook, of MATLAB or of RSI as CSV, all others as they are. What was taken is noted. `wanted` weighs a
 /// column: of several tables of MATLAB the one that weighs most is meant.
 ///
@@ -13,19 +34,19 @@ pub fn as_text(
     bytes: Vec<u8>,
     wanted: &dyn Fn(&str) -> usize,
     notes: &mut Vec<String>,
-) -> Result<Vec<u8>, Error> {
+) -> Result<TableText, Error> {
     expect_table(file, &bytes)?;
     match kind(&bytes) {
-        None => Ok(bytes),
+        None => Ok(bytes.into()),
         Some(Kind::Matlab73) => Err(Error::unreadable(
             file,
             "a MATLAB file of version 7.3",
             "save it in version 7: save('log.mat', '-v7'), or write CSV: writetable",
         )),
         #[cfg(feature = "foreign-tables")]
-        Some(Kind::Matlab) => super::matlab::as_csv(file, &bytes, wanted, notes),
+        Some(Kind::Matlab) => super::matlab::as_csv(file, &bytes, wanted, notes).map(TableText::from),
         #[cfg(feature = "foreign-tables")]
-        Some(Kind::Workbook) => super::workbook::as_csv(file, bytes, notes),
+        Some(Kind::Workbook) => super::workbook::as_csv(file, bytes, notes).map(TableText::from),
         #[cfg(feature = "foreign-tables")]
         Some(Kind::Rsi) => super::rsi_xml::as_csv(file, &bytes, notes),
         #[cfg(not(feature = "foreign-tables"))]
@@ -127,7 +148,8 @@ fn kind(bytes: &[u8]) -> Option<Kind> {
     if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(&[0xd0, 0xcf, 0x11, 0xe0]) {
         return Some(Kind::Workbook);
     }
-    if bytes.trim_ascii_start().starts_with(b"<") && has_rsi(bytes) {
+    // Loggers write a line of their own first, or a date before each element.
+    if has_rsi(bytes) {
         return Some(Kind::Rsi);
     }
     if bytes.starts_with(b"MATLAB 7.3") {

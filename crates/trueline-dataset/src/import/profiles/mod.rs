@@ -214,6 +214,9 @@ pub fn read(
     format: ProfileFormat,
     columns: Option<EvenColumns>,
 ) -> Result<Raw, Error> {
+    if ProfileFormat::recognised(&bytes).is_some_and(|shown| shown != format) {
+        expect_none(file, &bytes)?;
+    }
     let raw = match format {
         ProfileFormat::Gocator => gocator::read(file, bytes)?.into(),
         ProfileFormat::KeyenceLjV => keyence::read_columns(file, bytes)?.into(),
@@ -232,6 +235,23 @@ pub fn read(
         return Err(Error::in_file(file, Problem::NoPoints { profiles: raw.profiles.len() }));
     }
     Ok(raw)
+}
+
+/// Says so of profiles, and of a surface, in the place of a table or of profiles in another format.
+///
+/// # Errors
+/// A file of Gocator, or PLY.
+pub(crate) fn expect_none(file: &Path, bytes: &[u8]) -> Result<(), Error> {
+    let Some(format) = ProfileFormat::recognised(bytes) else { return Ok(()) };
+    if format == ProfileFormat::Gocator {
+        gocator::read(file, bytes.to_vec())?;
+    }
+    let what = match format {
+        ProfileFormat::Gocator => "a file of profiles by Gocator",
+        _ => "a file of profiles or points in PLY",
+    };
+    let hint = "give it as --profiles FILE, without --profile-format: its format is recognised";
+    Err(Error::unreadable(file, what, hint))
 }
 
 /// Whether a value is a height, mm: none is −99.9999, −9999.9999 or −99999.9999. The largest of these sensors sees half a metre to either side.
