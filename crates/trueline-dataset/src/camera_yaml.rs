@@ -9,6 +9,7 @@
 //! Their pixels have their centres at whole numbers, as ours.
 
 use crate::error::Problem;
+use crate::log_problem::LogProblem;
 use serde::de::{self, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
@@ -94,9 +95,9 @@ struct PlaneKeys {
 /// One camera, under every name that is used.
 #[derive(Deserialize)]
 struct CameraKeys {
-    #[serde(alias = "width", alias = "imageWidth", alias = "Image_width")]
+    #[serde(alias = "width", alias = "imageWidth", alias = "Image_width", alias = "image_Width")]
     image_width: Option<u32>,
-    #[serde(alias = "height", alias = "imageHeight", alias = "Image_height")]
+    #[serde(alias = "height", alias = "imageHeight", alias = "Image_height", alias = "image_Height")]
     image_height: Option<u32>,
     #[serde(alias = "image_size", alias = "imageSize")]
     resolution: Option<Vec<u32>>,
@@ -140,17 +141,39 @@ pub(crate) fn is_yaml(text: &str) -> bool {
 /// # Errors
 /// Broken YAML with its line, a lens of another model, several cameras, or a key that is missing.
 pub(crate) fn read(text: &str) -> Result<YamlCamera, (Option<u64>, Problem)> {
-    let keys = one_camera(text)?;
-    camera(keys).map_err(|problem| (None, problem))
+    let mut found: Option<YamlCamera> = None;
+    for document in documents(text) {
+        let this = camera(one_camera(&document)?).map_err(|problem| (None, problem))?;
+        if found.as_ref().is_some_and(|camera| *camera != this) {
+            let expected = "one camera in the file: leave the others out";
+            return Err((None, value("camera", expected, "documents that differ")));
+        }
+        found = Some(this);
+    }
+    found.ok_or_else(|| (None, Problem::Toml("not readable as the YAML of a camera: it is empty".to_owned())))
+}
+
+/// The documents with content, each below empty lines in the place of what stands before it. `ros2 topic echo` writes one for each message.
+fn documents(text: &str) -> Vec<String> {
+    let mut all = vec![String::new()];
+    for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
+        // OpenCV's first line is a directive of its own.
+        let is_directive = index == 0 && line.starts_with("%YAML");
+        if is_directive || matches!(line.trim_end(), "---" | "...") {
+            all.push("\n".repeat(index + 1));
+        } else if let Some(last) = all.last_mut() {
+            last.push_str(line);
+            last.push('\n');
+        }
+    }
+    let has_content = |document: &String| {
+        document.lines().any(|line| !line.trim().is_empty() && !line.trim_start().starts_with('#'))
+    };
+    all.retain(has_content);
+    all
 }
 
 fn one_camera(text: &str) -> Result<CameraKeys, (Option<u64>, Problem)> {
-    // OpenCV's first line is a directive of its own; the others keep their numbers.
-    let text = text.trim_start_matches('\u{feff}');
-    let text = match text.split_once('\n') {
-        Some((first, rest)) if first.starts_with("%YAML") => format!("\n{rest}"),
-        _ => text.to_owned(),
-    };
     let broken = |error: &serde_saphyr::Error| {
         let line = error.location().map(|location| location.line());
         let words = error.to_string();
@@ -160,10 +183,10 @@ fn one_camera(text: &str) -> Result<CameraKeys, (Option<u64>, Problem)> {
     // Of Kalibr each camera has a name.
     let is_chain = text.lines().any(|line| line.starts_with("cam0:"));
     if !is_chain {
-        return serde_saphyr::from_str(&text).map_err(|error| broken(&error));
+        return serde_saphyr::from_str(text).map_err(|error| broken(&error));
     }
     let mut cameras: BTreeMap<String, CameraKeys> =
-        serde_saphyr::from_str(&text).map_err(|error| broken(&error))?;
+        serde_saphyr::from_str(text).map_err(|error| broken(&error))?;
     let names = cameras.keys().cloned().collect::<Vec<_>>().join(", ");
     match (cameras.len(), cameras.remove("cam0")) {
         (1, Some(camera)) => Ok(camera),
@@ -175,7 +198,7 @@ fn camera(keys: CameraKeys) -> Result<YamlCamera, Problem> {
     let size = match (keys.image_width, keys.image_height, keys.resolution.as_deref()) {
         (Some(width), Some(height), _) => [width, height],
         (_, _, Some(&[width, height])) => [width, height],
-        _ => return Err(value("image_width", "image_width and image_height, px", "none")),
+        _ => return Err(LogProblem::CameraWithoutSize.into()),
     };
     let is_pinhole = keys.camera_model.as_deref().is_none_or(|model| model == "pinhole");
     if !is_pinhole {
@@ -249,6 +272,11 @@ mod tests {
             assert!(is_yaml(text), "{text}");
             assert_eq!(read(text).map_err(|(_, problem)| problem.to_string()), Ok(SAME), "{text}");
         }
+        // Messages of one camera, and a line that ends the last one.
+        let messages = format!("{echo}---\n{}---\n", echo.replace("frame_id: laser", "frame_id: camera"));
+        assert_eq!(read(&messages).map_err(|(_, problem)| problem.to_string()), Ok(SAME));
+        let old = opencv.replace("image_width", "image_Width").replace("image_height", "image_Height");
+        assert_eq!(read(&old).unwrap(), SAME);
         let with_plane = format!("{ros}laser_plane: {{normal: [0.0, -0.9, 0.43588989], offset_mm: 55.7}}\n");
         assert_eq!(read(&with_plane).unwrap().laser_plane, Some(([0.0, -0.9, 0.435_889_89], 55.7)));
     }
@@ -260,10 +288,13 @@ mod tests {
         assert!(refused(kalibr).contains("`distortion_model`: expected plumb_bob or radtan"));
         let two = format!("{}{}", kalibr, kalibr.replace("cam0", "cam1"));
         assert!(refused(&two).contains("found cam0, cam1"));
-        assert!(
-            refused("camera_matrix:\n  data: [1, 0, 1, 0, 1, 1, 0, 0, 1]\n")
-                .contains("image_width and image_height")
-        );
+        let (_, sizeless) = read("camera_matrix:\n  data: [1, 0, 1, 0, 1, 1, 0, 0, 1]\n").unwrap_err();
+        assert!(sizeless.to_string().contains("size of its pictures"), "{sizeless}");
+        assert!(sizeless.hint().contains("`image_width: WIDTH`"), "{}", sizeless.hint());
+        let echo = "width: 2\nheight: 2\nk: [1, 0, 1, 0, 1, 1, 0, 0, 1]\n---\n";
+        assert!(refused(&format!("{echo}{}", echo.replace("[1,", "[2,"))).contains("documents that differ"));
+        assert_eq!(read(&format!("{echo}width: [1\n---\n")).unwrap_err().0, Some(5));
+        assert!(refused("---\n").contains("it is empty"));
         let rational =
             "width: 2\nheight: 2\nK: [1, 0, 1, 0, 1, 1, 0, 0, 1]\nD: [0.1, 0, 0, 0, 0, 0.3, 0, 0]\n";
         assert!(refused(rational).contains("without the rational model"));

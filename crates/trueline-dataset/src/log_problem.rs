@@ -73,6 +73,9 @@ pub enum LogProblem {
         /// The camera as sensor.toml has it.
         toml: String,
     },
+    /// A YAML file of a camera without the size of its pictures.
+    #[error("is a camera without the size of its pictures")]
+    CameraWithoutSize,
     /// Pictures whose names have several numbers that change.
     #[error("the names have several numbers that change, and their orders differ: `{one}`, `{other}`")]
     SeveralNumbers {
@@ -113,6 +116,10 @@ impl LogProblem {
                  these lines into sensor.toml, with the plane's own:\n\n{}\n[laser_plane]\nnormal = [ , , ]\noffset_mm =\n",
                 toml.trim_end()
             ),
+            Self::CameraWithoutSize => {
+                "add two lines with the size in px of the pictures that it was calibrated with: `image_width: WIDTH` and `image_height: HEIGHT`"
+                    .to_owned()
+            }
             Self::SeveralNumbers { .. } => {
                 "rename them so that the stamp is the last number, or write images/index.csv: time_s,file".to_owned()
             }

@@ -187,6 +187,11 @@ pub fn format_camera(file: &CameraFile) -> String {
 
 /// The tables of a file, which may be the YAML of a camera.
 fn wire(file: &Path, text: &str) -> Result<Wire, Error> {
+    if text.trim_start_matches('\u{feff}').trim_start().starts_with('<') {
+        let what = if text.contains("<opencv_storage") { "a camera by OpenCV as XML" } else { "XML" };
+        let hint = "write it as YAML: cv::FileStorage writes that to a file with the ending .yaml; or write sensor.toml";
+        return Err(Error::unreadable(file, what, hint));
+    }
     if !camera_yaml::is_yaml(text) {
         return parse_toml(file, text);
     }

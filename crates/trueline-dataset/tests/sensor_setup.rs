@@ -173,3 +173,13 @@ fn a_profilers_covariance_is_written_in_millimetres_and_read_in_metres() {
     let wrong = text.replace("h4_per_mm", "fx_px");
     assert!(parse(&wrong).is_err());
 }
+
+/// OpenCV writes XML where the name of the file says so.
+#[test]
+fn a_camera_as_xml_is_named_for_what_it_is() {
+    let text =
+        "<?xml version=\"1.0\"?>\n<opencv_storage>\n<image_width>640</image_width>\n</opencv_storage>\n";
+    let error = parse(text).unwrap_err();
+    assert_eq!(error.to_string(), "sensor.toml: is a camera by OpenCV as XML, which cannot be read here");
+    assert!(error.hint().contains("write it as YAML"), "{}", error.hint());
+}
