@@ -1,5 +1,6 @@
 //! `trueline sensor laser-plane --plate` as a user runs it, on rendered pictures of a plain plate before a robot.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+#![allow(clippy::print_stderr, reason = "a skipped test says so")]
 
 mod common;
 
@@ -157,4 +158,34 @@ fn a_table_of_other_columns_and_a_missing_guess_are_told() {
         .unwrap();
     assert_eq!(output.status.code(), Some(2));
     assert!(words(&output).contains("--initial"), "{}", words(&output));
+}
+
+/// Pictures that another program drew: a stripe of 12 px and more with a halo, saturated.
+#[test]
+fn a_thick_stripe_on_a_plate_is_found_in_every_picture() {
+    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/cases/thick-stripe/wide");
+    let Ok(entries) = fs::read_dir(&shared) else {
+        eprintln!("SKIPPED: cases_thick_stripe: there is no {}", shared.display());
+        return;
+    };
+    let dir = tempfile::tempdir().unwrap();
+    for entry in entries {
+        let path = entry.unwrap().path();
+        fs::copy(&path, dir.path().join(path.file_name().unwrap())).unwrap();
+    }
+    let arguments =
+        "sensor laser-plane poses.csv --plate --sensor camera.toml --initial initial.toml --json plane.json";
+    let output = Command::new(env!("CARGO_BIN_EXE_trueline"))
+        .current_dir(dir.path())
+        .args(arguments.split(' '))
+        .output()
+        .unwrap();
+    let said = words(&output);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(said.contains("10 of 10"), "{said}");
+    let json: Value = serde_json::from_slice(&fs::read(dir.path().join("plane.json")).unwrap()).unwrap();
+    let normal = Vector3::from_fn(|k, _| json["normal"][k].as_f64().unwrap());
+    let made = Vector3::new(-0.85, -0.12, 0.51).normalize();
+    // Its ± are 0.006 degrees.
+    assert!(normal.cross(&made).norm() < 4e-4, "{normal}");
 }

@@ -174,6 +174,26 @@ fn readings_without_a_stop_are_refused() {
     assert!(matches!(error, Error::RobotStandsStill { .. }), "{error}");
 }
 
+/// A long tool at few stops: the translation must be found together with the attitude.
+#[test]
+fn sixteen_stops_need_no_guess() {
+    const SCANS: u64 = 12;
+    let mut found_by_nothing = 0;
+    for seed in 0..SCANS {
+        let found = calibrate(&stops(16, 20.0, 300 + seed), None, &stated()).unwrap();
+        let covariance = found.best_fit_covariance().view((1, 1), (6, 6)).into_owned();
+        let off = error(&found);
+        let squared = off.dot(&(covariance.cholesky().unwrap().solve(&off)));
+        if found.status() == Status::Accepted {
+            found_by_nothing += 1;
+            // χ²₆ exceeds 30 once in 26,000.
+            assert!(squared < 30.0, "seed {seed}: {squared}");
+        }
+    }
+    // Two of twelve may be too weak to tell two attitudes apart; of starts without a translation half are lost.
+    assert!(found_by_nothing + 2 >= SCANS, "{found_by_nothing}");
+}
+
 fn shared(name: &str) -> Option<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/cases").join(name);
     if !folder.exists() {

@@ -3,10 +3,10 @@
 
 mod scenes;
 
-use nalgebra::{SMatrix, Vector2};
+use nalgebra::{SMatrix, Vector2, Vector3};
 use scenes::{board, camera, plane, poses, striped_poses};
 use trueline_dataset::{GrayImage, Pixels};
-use trueline_geometry::Pose;
+use trueline_geometry::{Pose, se3, so3};
 use trueline_sensor::intrinsics::{DistortionModel, fit};
 use trueline_sensor::laser_plane::{BoardPicture, KnownCamera, StripeOn, fit_pictures, striped_picture};
 use trueline_sensor::projection::{project_from_board, to_vector};
@@ -140,4 +140,34 @@ fn the_plane_follows_from_stripes_on_boards_alone_and_in_pairs() {
         let sigma = fit.covariance[(11, 11)].sqrt();
         assert!(off < 4.5 * sigma && off < 0.5e-3, "pairs {pairs}: {off} ± {sigma} m");
     }
+}
+
+/// A stripe of every width that a seam's may have, on a plain plate that is lit itself; without a laser there is none.
+#[test]
+fn stripes_of_all_widths_are_found_on_a_plate_and_none_where_there_is_none() {
+    let depth_m = 0.45;
+    let pose = se3::from_parts(so3::exp(&(Vector3::x() * 0.15)), Vector3::new(0.0, 0.0, depth_m));
+    let plate = |stripe: Option<Stripe>| BoardScene { corners: [0, 0], square_m: 0.5, ..scene(pose, stripe) };
+    for (k, width_px) in [0.7, 1.5, 4.0, 10.0, 20.0, 40.0].into_iter().enumerate() {
+        // Widths at half of the height; the plate is nearly square to the view.
+        let thickness_m = width_px / 2.355 * depth_m / camera().focal.y;
+        let picture = gray(&render(&plate(Some(Stripe { thickness_m, ..laser() })), 300 + k as u64));
+        let middles = striped_picture::on_plate(&picture, &camera()).unwrap();
+        assert!(middles.len() > 20, "{width_px} px: {} middles", middles.len());
+        let off_px: Vec<f64> = middles
+            .iter()
+            .map(|pixel| {
+                let (ray, _) = camera().ray(pixel).unwrap();
+                let (normal, origin) = (pose.rotation * Vector3::z(), pose.translation.vector);
+                let point = ray * (normal.dot(&origin) / normal.dot(&ray));
+                plane().signed_distance(&point) * camera().focal.y / point.z
+            })
+            .collect();
+        let mean_px = off_px.iter().sum::<f64>() / off_px.len() as f64;
+        // Noise of two levels beside a hundred; the tilt of the laser to the plate makes a distance of the plane at most as long as one in the
+        // picture.
+        assert!(mean_px.abs() < 0.05 + 0.01 * width_px, "{width_px} px: {mean_px} px off");
+    }
+    let dark = gray(&render(&plate(None), 340));
+    assert!(striped_picture::on_plate(&dark, &camera()).is_err());
 }

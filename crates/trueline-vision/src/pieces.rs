@@ -10,7 +10,7 @@ use crate::line::Line2;
 use crate::locate::binning::{BinnedLevels, FACTORS, bin, binned_lens};
 use crate::locate::edgel::Edgel;
 use crate::locate::line_segment::{LineSegment, SegmentFinder};
-use crate::locate::ridge_edgel::RidgeFinder;
+use crate::locate::ridge_edgel::{MIDDLE_OF_SIDE_PX, RidgeFinder};
 use crate::locate::segment_parts::SegmentParts;
 use crate::locate::tiles::TILE;
 use crate::measure::cross_section::BESIDE;
@@ -120,11 +120,20 @@ impl PieceFinder {
     ) {
         let Some(region) = region.binned(factor) else { return };
         self.ridges.find(frame.picture, &region, &mut self.edgels);
+        self.edgels.retain(|edgel| is_on_plain_paint(edgel, factor, paint));
         self.finder.find(&self.edgels, frame.lens, &mut self.segments);
         let parts = self.parts.of(&self.segments);
         let measured = parts.iter().filter_map(|part| measure(&mut self.meter, part, frame, factor, paint));
         pieces.extend(measured);
     }
+}
+
+/// Whether the sides that a ridge is brighter than show one paint. The corners of printed squares are ridges as well, they lie in rows,
+/// and there are more of them than a short stripe has edgels.
+fn is_on_plain_paint(edgel: &Edgel, factor: usize, paint: &dyn Paint) -> bool {
+    let at = Vector2::new(f64::from(edgel.u), f64::from(edgel.v));
+    let across = Vector2::new(f64::from(-edgel.along[1]), f64::from(edgel.along[0])) * MIDDLE_OF_SIDE_PX;
+    paint.is_plain_between(&unbinned(at - across, factor), &unbinned(at + across, factor))
 }
 
 /// Measures a part of a segment in a picture that was made smaller by `factor`.

@@ -10,6 +10,10 @@ pub(super) fn of_data(c: &Calibration) -> Vec<String> {
 }
 
 fn is_reason_of_data(reason: &Reason) -> bool {
+    if let Reason::TooManyOutliers { outliers } = reason {
+        // Of a majority of outliers the doctor looks for the cause.
+        return 2 * outliers.count < outliers.of;
+    }
     matches!(
         reason,
         Reason::SensorOff { .. }
@@ -19,7 +23,6 @@ fn is_reason_of_data(reason: &Reason) -> bool {
             | Reason::RobotStreamFroze { .. }
             | Reason::ClockStep { .. }
             | Reason::TooFewUsed { .. }
-            | Reason::TooManyOutliers { .. }
     )
 }
 

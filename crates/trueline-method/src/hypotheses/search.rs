@@ -155,7 +155,9 @@ pub(crate) fn glance(solver: &Solver<'_>) -> Result<Fit, Error> {
 }
 
 fn from_nothing(solver: &Solver<'_>) -> Result<Found, Error> {
-    let mut best = search(solver, Breadth::USUAL)?;
+    // Stops are few: all that is tried takes a moment, and of few readings many wrong attitudes leave little.
+    let breadth = if solver.settings.config.at_stops { Breadth::WIDE } else { Breadth::USUAL };
+    let mut best = search(solver, breadth)?;
     let mut rivals = best.rivals(solver);
     if let Some(better) = rivals.iter().position(|rival| rival.is_named() && rival.test.reversed()) {
         best = with_mirror(solver, rivals.swap_remove(better).fit)?;

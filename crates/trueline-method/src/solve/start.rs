@@ -1,7 +1,7 @@
 //! Start: from a guess, or from nothing.
 //!
 //! From nothing: all 24 attitudes of a cube times a coarse grid of time offsets, zero translation, the
-//! lines by robust principal axes of the points that follow; then `solve::narrowing`.
+//! lines by robust principal axes of the points that follow; then `solve::narrowing`. Where the robot stands: `solve::linear_start`.
 
 use crate::config::Config;
 use crate::error::Error;
@@ -10,10 +10,12 @@ use crate::input::observations::{Observation, Observations};
 use crate::parallel;
 use crate::problem::parameters::Parameters;
 use crate::problem::placement::placement;
+use crate::solve::linear_start;
 use crate::solve::narrowing::{Candidate, Narrowing, SAME_OFFSET_S, SCALES, Stage, sample, thin};
+use crate::solve::placed_lines::lines_for;
 use nalgebra::Vector3;
 use trueline_dataset::Guess;
-use trueline_geometry::{Line, Pose, fit, se3, so3};
+use trueline_geometry::{Pose, se3, so3};
 
 /// How widely is searched.
 #[derive(Clone, Copy, Debug)]
@@ -40,23 +42,6 @@ const FINAL_SAMPLE: usize = 500;
 /// Candidates nearer than this may be in one local minimum.
 const SAME_TURN_RAD: f64 = 0.05;
 
-/// The lines that fit the points as they fall with a time offset and a hand-eye transform.
-#[must_use]
-pub(crate) fn lines_for(
-    observations: &Observations,
-    list: &[Observation],
-    guess: &Guess,
-) -> Option<Vec<Line>> {
-    let at = Parameters::straight(guess, Vec::new());
-    let mut points: Vec<Vec<Vector3<f64>>> = vec![Vec::new(); observations.line_count];
-    for o in list {
-        if let Some(placement) = placement(observations, o, &at) {
-            points[o.line as usize].push(placement.point_in_base(&o.point_in_camera));
-        }
-    }
-    points.iter().map(|points| if points.len() < 3 { None } else { fit::robust_line(points) }).collect()
-}
-
 /// The start from a guess of offset and hand-eye.
 ///
 /// # Errors
@@ -78,11 +63,13 @@ pub fn from_nothing(
 ) -> Result<Parameters, Error> {
     let sample = sample(observations);
     let on_sample = Narrowing::new(observations, &sample, noise);
-    let starts = starts(config, breadth);
-    let mut candidates = parallel::filter_map(config.threads, &starts, |guess| {
-        let lines = lines_for(observations, &sample, guess)?;
-        let start = Parameters::straight(guess, lines);
-        on_sample.narrow(Stage { scale: SCALES[0], iterations: 6 }, start)
+    let starts = if config.at_stops {
+        linear_start::starts(observations, &sample)
+    } else {
+        cube_starts(observations, &sample, config, breadth)
+    };
+    let mut candidates = parallel::filter_map(config.threads, &starts, |start| {
+        on_sample.narrow(Stage { scale: SCALES[0], iterations: 6 }, start.clone())
     });
     candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     candidates.truncate(breadth.survivors);
@@ -150,7 +137,13 @@ fn different(mut candidates: Vec<Candidate>, most: usize) -> Vec<Candidate> {
     chosen
 }
 
-fn starts(config: &Config, breadth: Breadth) -> Vec<Guess> {
+/// All attitudes of a cube at all time offsets of the grid, without a translation.
+fn cube_starts(
+    observations: &Observations,
+    sample: &[Observation],
+    config: &Config,
+    breadth: Breadth,
+) -> Vec<Parameters> {
     let steps = (config.offset_search_s / breadth.offset_step_s).round() as i32;
     let offsets = (-steps..=steps).map(|k| f64::from(k) * breadth.offset_step_s);
     let rotations = so3::cube_rotations();
@@ -160,5 +153,8 @@ fn starts(config: &Config, breadth: Breadth) -> Vec<Guess> {
             Guess { time_offset_s, tool_from_camera }
         })
     };
-    offsets.flat_map(with_offset).collect()
+    let guesses: Vec<Guess> = offsets.flat_map(with_offset).collect();
+    parallel::filter_map(config.threads, &guesses, |guess| {
+        Some(Parameters::straight(guess, lines_for(observations, sample, guess)?))
+    })
 }

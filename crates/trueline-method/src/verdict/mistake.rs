@@ -11,6 +11,13 @@ pub(super) fn is_likely(f: &Findings) -> bool {
     residuals_are_too_large(f) && !others_leave(f).any(|left| left <= MOST_NOISE_FACTOR)
 }
 
+/// Whether so many measurements are outliers that the others are no majority, and no other minimum is better: what the fit says is said of
+/// a minority.
+pub(super) fn most_are_outliers(f: &Findings) -> bool {
+    let outliers = f.outliers();
+    2 * outliers.count > outliers.of && others_leave(f).next().is_none()
+}
+
 /// How much larger than expected the residuals are with each of the other explanations.
 fn others_leave(f: &Findings) -> impl Iterator<Item = f64> {
     let better = f.checks.better.map(|better| better.noise_factor);

@@ -349,7 +349,10 @@ fn too_many_outliers(outliers: Outliers) -> String {
             "{count} of {of} measurements are outliers ({share:.0} %): that the others agree may be chance, so scan longer or see what disturbs these"
         );
     }
-    format!("{share:.0} % of the measurements are outliers")
+    format!(
+        "This looks like a mistake in the data: run `trueline doctor`. {share:.0} % of the measurements are outliers, so the fit is that \
+         of a minority"
+    )
 }
 
 fn coarse_robot_stamps(repeated: usize, rows: usize) -> String {

@@ -39,6 +39,12 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
     if mistake::is_likely(f) {
         return vec![too_large(f)].into_iter().chain(of_streams(f)).collect();
     }
+    if mistake::most_are_outliers(f) {
+        return vec![Reason::TooManyOutliers { outliers: f.outliers() }]
+            .into_iter()
+            .chain(of_streams(f))
+            .collect();
+    }
     let is_unstated = f.stops == Some(Stops::Recognised);
     reasons.extend(is_unstated.then_some(Reason::AtStops { stops: f.streams.images.count }));
     if !f.unknowns.held_at_guess {
@@ -113,16 +119,18 @@ fn contradicted(f: &Findings) -> Vec<Reason> {
 
 /// A rival of the answer that is better, or that the scan does not tell from it.
 fn other_minima(f: &Findings) -> Vec<Reason> {
-    let (ambiguity, time_offset_s) = (&f.checks.ambiguity, f.unknowns.parameters.time_offset_s);
+    let ambiguity = &f.checks.ambiguity;
+    // As the stamps were recorded, as everywhere else on the page.
+    let recorded_s = |time_offset_s: f64| time_offset_s + f.streams.images_ahead_s;
     let outdone = ambiguity.runner_up.filter(|rival| rival.test.reversed());
     let better = f.checks.better.filter(|_| outdone.is_none());
     let mut reasons: Vec<Reason> = better
         .into_iter()
-        .map(|better| Reason::WorseMinimum { better_time_offset_s: better.time_offset_s })
+        .map(|better| Reason::WorseMinimum { better_time_offset_s: recorded_s(better.time_offset_s) })
         .collect();
     reasons.extend(outdone.map(|rival| Reason::WrongTimeOffset {
-        time_offset_s,
-        better_time_offset_s: rival.time_offset_s,
+        time_offset_s: recorded_s(f.unknowns.parameters.time_offset_s),
+        better_time_offset_s: recorded_s(rival.time_offset_s),
         explains: rival.test.best_explains,
         better_explains: rival.test.explains,
     }));
@@ -149,11 +157,11 @@ fn whole_pictures(images: &StampReport, step: &Step) -> Option<u32> {
 fn answers(f: &Findings) -> Vec<Answer> {
     let ambiguity = &f.checks.ambiguity;
     let own = Answer {
-        time_offset_s: f.unknowns.parameters.time_offset_s,
+        time_offset_s: f.unknowns.parameters.time_offset_s + f.streams.images_ahead_s,
         statements: ambiguity.statements.clone(),
     };
     let others = ambiguity.others().map(|rival| Answer {
-        time_offset_s: rival.parameters.time_offset_s,
+        time_offset_s: rival.parameters.time_offset_s + f.streams.images_ahead_s,
         statements: rival.statements.clone(),
     });
     std::iter::once(own).chain(others).collect()

@@ -58,7 +58,9 @@ pub fn fit_pictures(
     let (views, _) = begin.chosen(pictures)?;
     let rough = fit_joint(known, board, &views)?;
     let plane = rough.plane().ok_or(Error::OneLine)?;
-    let seen = seen_boards::at(&rough.state.camera, board, rough.state.sheet, &corners)?;
+    let clear = begin.corners_clear_of_stripe(pictures);
+    let clear: Vec<&View> = clear.iter().collect();
+    let seen = seen_boards::at(&rough.state.camera, board, rough.state.sheet, &clear)?;
     let better = Sight { camera: rough.state.camera, plane, seen, ..begin };
     let (views, numbers) = better.chosen(pictures)?;
     let fit = fit_joint(known, board, &views)?;
@@ -83,7 +85,8 @@ impl Sight {
     fn chosen(&self, pictures: &[BoardPicture]) -> Result<(Vec<StripedView>, Vec<usize>), Error> {
         let off: Vec<Vec<Vec<f64>>> =
             pictures.iter().zip(&self.seen.boards).map(|(picture, at)| self.off_px(picture, at)).collect();
-        let best = pictures.iter().zip(&off).filter_map(|(picture, off)| nearest_px(&picture.pieces, off));
+        let best =
+            pictures.iter().zip(&off).filter_map(|(picture, off)| Some(likeliest(&picture.pieces, off)?.1));
         let most_px = GROSS * median(best).unwrap_or(f64::INFINITY).max(NEAR_PX);
         let (mut views, mut numbers) = (Vec::new(), Vec::new());
         for (number, (picture, off)) in pictures.iter().zip(&off).enumerate() {
@@ -96,6 +99,18 @@ impl Sight {
             return Err(Error::NoCommonPlane { found: views.len(), needed: super::FEWEST_BOARDS });
         }
         Ok((views, numbers))
+    }
+
+    /// The corners of each picture without those that its likeliest stripe draws aside.
+    fn corners_clear_of_stripe(&self, pictures: &[BoardPicture]) -> Vec<View> {
+        let of_picture = |(picture, at): (&BoardPicture, &BoardState)| {
+            let off = self.off_px(picture, at);
+            match likeliest(&picture.pieces, &off) {
+                Some((piece, _)) if !picture.is_dark => beside(&picture.view, &piece.pixels, piece.width_px),
+                _ => picture.view.clone(),
+            }
+        };
+        pictures.iter().zip(&self.seen.boards).map(of_picture).collect()
     }
 
     /// For each piece and pixel of a picture, how far it lies from where the plane shows the stripe, px.
@@ -113,13 +128,15 @@ impl Sight {
     }
 }
 
-/// The typical distance of the piece of a picture that is worth most as the stripe, px.
-fn nearest_px(pieces: &[StripePiece], off: &[Vec<f64>]) -> Option<f64> {
+/// The piece of a picture that is worth most as the stripe, and its typical distance from where the plane shows it, px.
+fn likeliest<'a>(pieces: &'a [StripePiece], off: &[Vec<f64>]) -> Option<(&'a StripePiece, f64)> {
     let typical = pieces.iter().zip(off).filter_map(|(piece, off)| {
         let off_px = median(off.iter().copied())?;
-        Some((piece.length_px * piece.contrast / (1.0 + (off_px / HALF_PX).powi(2)), off_px))
+        let worth = piece.length_px * piece.contrast / (1.0 + (off_px / HALF_PX).powi(2));
+        Some((worth, piece, off_px))
     });
-    typical.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, off_px)| off_px)
+    let most = typical.max_by(|a, b| a.0.total_cmp(&b.0));
+    most.map(|(_, piece, off_px)| (piece, off_px))
 }
 
 /// A picture's stripe: all pixels near where it must be, of the finest scale that shows most of it.

@@ -47,7 +47,7 @@ pub enum NoStripe {
     #[error("the picture without laser has another size")]
     OtherSize,
     /// No piece of a stripe.
-    #[error("no stripe: no straight line is brighter than both of its sides")]
+    #[error("no stripe: no straight line clear of printed edges is brighter than both of its sides")]
     Nothing,
     /// What is there is not the laser's.
     #[error(

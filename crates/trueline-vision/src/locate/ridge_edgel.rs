@@ -21,6 +21,8 @@ const DIRECTIONS: usize = 16;
 /// The ridge is three pixels wide, and lies this far from the place at most, px; its sides are four pixels each, three away from it.
 const MOST_BESIDE: usize = 5;
 const SIDE: std::ops::Range<usize> = 4..8;
+/// How far beside a ridge the middle of a side lies, px.
+pub(crate) const MIDDLE_OF_SIDE_PX: f64 = 5.5;
 /// A bar must stand out from what bars elsewhere do by so many times their spread: most places show no stripe.
 const SPREADS: f32 = 3.5;
 
