@@ -102,6 +102,12 @@ fn record(folder: &Path) {
 fn a_board_before_the_moving_robot_gives_time_offset_and_hand_eye_with_their_uncertainty() {
     let dir = tempfile::tempdir().unwrap();
     record(&dir.path().join("scan"));
+    // A camera without its laser plane is enough for a board.
+    let output = trueline(dir.path(), &["import", "csv", "scan", "--out", "imported"]);
+    assert!(words(&output).contains("60 pictures (camera)"), "{}", words(&output));
+    let sensor = |folder: &str| fs::read_to_string(dir.path().join(folder).join("sensor.toml")).unwrap();
+    assert_eq!(sensor("imported"), sensor("scan"));
+    assert!(dir.path().join("imported/images/index.csv").exists());
     let base = ["calibrate", "scan", "--target", "board", "--board", "chessboard:9x6:20"];
     let output = trueline(dir.path(), &[base.as_slice(), &["--json", "board.json"]].concat());
     assert_eq!(output.status.code(), Some(0), "{}", words(&output));

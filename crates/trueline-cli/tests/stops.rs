@@ -176,3 +176,35 @@ fn a_picture_a_second_of_a_moving_robot_shows_the_time_offset() {
     assert!(result["sigma"]["time_offset_s"].is_null());
     assert!((result["time_offset_s"].as_f64().unwrap() - offset_s).abs() < 1e-12);
 }
+
+/// Stops in the names of a robot's maker, with more stops than readings.
+#[test]
+fn stops_with_a_makers_names_are_imported() {
+    let dir = tempfile::tempdir().unwrap();
+    let imported = dir.path().join("imported");
+    let logs = dir.path().join("logs");
+    fs::create_dir(&logs).unwrap();
+    fs::write(logs.join("sensor.toml"), "kind = \"profiler\"\n").unwrap();
+    fs::write(logs.join("features.csv"), "stop;x_mm;z_mm\n1;0,5;100\n2;1,5;101\n").unwrap();
+    let pose = |name: &str, x: &str| format!("{name};{x};0;300;1;0;0;0\n");
+    let poses = |header: &str| header.to_owned() + &pose("1", "10,5") + &pose("2", "20") + &pose("3", "30");
+    fs::write(logs.join("poses.csv"), poses("Cell 3\nstop;X;Y;Z;q1;q2;q3;q4\n")).unwrap();
+    let output = trueline(dir.path(), &["import", "csv", "logs", "--robot", "abb", "--out", "imported"]);
+    let said = words(&output);
+    assert!(output.status.success() && said.contains("1 stops without a reading are left out"), "{said}");
+    assert!(said.contains("imported: 2 stops, 2 features"), "{said}");
+    let written = |name: &str| fs::read_to_string(imported.join(name)).unwrap();
+    assert_eq!(
+        written("poses.csv"),
+        "stop,x_mm,y_mm,z_mm,qw,qx,qy,qz\n1,10.5,0,300,1,0,0,0\n2,20,0,300,1,0,0,0\n"
+    );
+    assert_eq!(written("features.csv"), "stop,x_mm,z_mm\n1,0.5,100\n2,1.5,101\n");
+    // A reading of no stop is at its line in the user's file.
+    fs::write(logs.join("features.csv"), "stop;x_mm;z_mm\n1;0,5;100\n7;1,5;101\n").unwrap();
+    let output = trueline(dir.path(), &["import", "csv", "logs", "--robot", "abb", "--out", "other"]);
+    let said = words(&output);
+    assert!(
+        said.contains("features.csv, line 3") && said.contains("expected a stop of poses.csv, found 7"),
+        "{said}"
+    );
+}

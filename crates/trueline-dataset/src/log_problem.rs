@@ -16,6 +16,8 @@ pub enum LogProblem {
         theirs: String,
         /// The most similar name of the header.
         meant: Option<String>,
+        /// Whether the user wrote theirs=ours.
+        reversed: bool,
         /// The header as found.
         found: String,
     },
@@ -91,6 +93,9 @@ impl LogProblem {
     #[must_use]
     pub fn hint(&self) -> String {
         match self {
+            Self::MappedColumnMissing { ours, theirs, reversed: true, .. } => {
+                format!("the order is ours=theirs: --robot-map '{theirs}={ours}' (or --features-map)")
+            }
             Self::MappedColumnMissing { ours, meant, .. } => {
                 let theirs = meant.as_deref().unwrap_or("THEIRS");
                 format!("write ours=theirs: --robot-map '{ours}={theirs}' (or --features-map)")

@@ -38,9 +38,17 @@ impl StopPoses {
         let file = dataset.join(FILE);
         let Some(bytes) = source_file::bytes_if_there(&file)? else { return Ok(None) };
         let plain = plain_file(&file)?;
-        let poses = picture_poses_csv::read(&file, &plain)?;
-        let column = picture_poses_csv::column(Header::read(&file, &plain)?.names());
-        Ok(Some(Self { column, poses, sha256: sha256(&bytes), file }))
+        Ok(Some(Self { sha256: sha256(&bytes), ..Self::of_table(&file, &plain)? }))
+    }
+
+    /// Those of a table in plain CSV.
+    ///
+    /// # Errors
+    /// As [`StopPoses::of`].
+    pub(crate) fn of_table(file: &Path, plain: &[u8]) -> Result<Self, Error> {
+        let poses = picture_poses_csv::read(file, plain)?;
+        let column = picture_poses_csv::column(Header::read(file, plain)?.names());
+        Ok(Self { column, poses, sha256: sha256(plain), file: file.to_owned() })
     }
 
     /// The robot: a pose at the stamp of each stop.
@@ -79,6 +87,13 @@ impl StopPoses {
             Ok((stamp_of(number), path.ok_or_else(missing)?))
         };
         self.poses.iter().enumerate().map(frame).collect::<Result<_, Error>>().map(Some)
+    }
+
+    /// The lines of the table whose stops have no reading.
+    pub(crate) fn unread_lines(&self, stamps_ns: &BTreeSet<i64>) -> BTreeSet<u64> {
+        let unread =
+            self.poses.iter().enumerate().filter(|(number, _)| !stamps_ns.contains(&stamp_of(*number)));
+        unread.map(|(_, pose)| pose.line).collect()
     }
 
     /// Refuses a stop at which nothing was read.

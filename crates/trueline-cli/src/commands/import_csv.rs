@@ -5,14 +5,16 @@ use crate::{clocks, output};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use trueline_args::ImportCsvArgs;
+use trueline_args::{ImportCsvArgs, NewFolder};
 use trueline_dataset::import::clock::Clock;
 use trueline_dataset::import::csv_folder::{CsvFolder, Imported, ProfileSource};
 use trueline_dataset::import::foreign_csv::{Rate, TableForm};
 use trueline_dataset::import::profiles::{EvenColumns, ProfileFormat, Timing, times};
 use trueline_dataset::import::robot_layout::RobotLayout;
+use trueline_dataset::import::stop_tables::StopTables;
 use trueline_dataset::picture_names::PictureStamps;
-use trueline_dataset::{Error, FrameFile, Problem, ProfileForm, WholeFolder, folder, images, picture_names};
+use trueline_dataset::{Error, FrameFile, Problem, ProfileForm, WholeFolder};
+use trueline_dataset::{folder, images, picture_names, stop_poses};
 
 /// Runs the command.
 pub(crate) fn run(args: &ImportCsvArgs) -> Result<ExitCode, Failure> {
@@ -20,7 +22,13 @@ pub(crate) fn run(args: &ImportCsvArgs) -> Result<ExitCode, Failure> {
         output::data(&list_of_robots())?;
         return Ok(ExitCode::SUCCESS);
     };
-    let Imported { mut recording, mut profiles, pictures, .. } = read(src, args)?;
+    let folder = csv_folder(src, args)?;
+    if let Some(stops) = folder.read_stops().map_err(|error| with_mapping(error, args))? {
+        return write_stops(&stops, to, args);
+    }
+    let imported = read(&folder, args)?;
+    let camera = imported.camera.as_ref().map(|_| imported.sensor_text());
+    let Imported { mut recording, mut profiles, pictures, .. } = imported;
     if args.align_clocks {
         if !pictures.is_empty() {
             return Err(Failure::new(
@@ -32,6 +40,9 @@ pub(crate) fn run(args: &ImportCsvArgs) -> Result<ExitCode, Failure> {
     }
     let whole = WholeFolder::begin(&to.out, to.force)?;
     folder::write(whole.path(), &recording)?;
+    if let Some(text) = &camera {
+        write_sensor(whole.path(), text)?;
+    }
     let found = match (profiles.len(), pictures.len()) {
         (0, 0) => format!("{} features", recording.features.len()),
         (0, count) => {
@@ -49,8 +60,36 @@ pub(crate) fn run(args: &ImportCsvArgs) -> Result<ExitCode, Failure> {
             "{}: {} robot poses, {found} ({})",
             to.out.display(),
             recording.robot.len(),
-            recording.sensor.kind(),
+            if camera.is_some() { "camera" } else { recording.sensor.kind() },
         ));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The camera's file in the place of a sensor's.
+fn write_sensor(dataset: &Path, text: &str) -> Result<(), Failure> {
+    let file = dataset.join("sensor.toml");
+    Ok(fs::write(&file, text).map_err(|error| Error::in_file(&file, Problem::Io(error)))?)
+}
+
+/// A dataset of a robot that stood at stops.
+fn write_stops(stops: &StopTables, to: &NewFolder, args: &ImportCsvArgs) -> Result<ExitCode, Failure> {
+    if args.align_clocks {
+        return Err(Failure::new("`--align-clocks`: stops have no clock", "import without it"));
+    }
+    for note in &stops.notes {
+        output::words(note);
+    }
+    let whole = WholeFolder::begin(&to.out, to.force)?;
+    stops.write(whole.path())?;
+    copy_files(whole.path(), stops.pictures.iter())?;
+    let read = match &stops.features {
+        Some((_, count)) => format!("{count} features"),
+        None => format!("{} pictures", stops.pictures.len()),
+    };
+    output::former_folder(&to.out, whole.finish()?);
+    if !to.quiet {
+        output::words(&format!("{}: {} stops, {read}", to.out.display(), stops.stops));
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -66,21 +105,41 @@ fn list_of_robots() -> String {
 
 /// Pictures and their index, into a folder that is being written.
 fn copy_pictures(dataset: &Path, pictures: &[FrameFile]) -> Result<(), Failure> {
-    let folder = dataset.join("images");
-    let failed = |path: &Path, error: std::io::Error| Failure::from(Error::in_file(path, Problem::Io(error)));
-    fs::create_dir_all(&folder).map_err(|error| failed(&folder, error))?;
-    for picture in pictures {
-        let name = picture.path.file_name().unwrap_or_default();
-        fs::copy(&picture.path, folder.join(name)).map_err(|error| match error.kind() {
-            std::io::ErrorKind::NotFound => Error::in_file(&picture.path, Problem::NoSuchFile).into(),
-            _ => failed(&picture.path, error),
-        })?;
-    }
+    copy_files(dataset, pictures.iter().map(|picture| &picture.path))?;
     Ok(images::write_index(dataset, pictures)?)
 }
 
+/// Pictures into a dataset's folder of them.
+fn copy_files<'a>(
+    dataset: &Path,
+    pictures: impl ExactSizeIterator<Item = &'a PathBuf>,
+) -> Result<(), Failure> {
+    let folder = dataset.join("images");
+    let failed = |path: &Path, error: std::io::Error| Failure::from(Error::in_file(path, Problem::Io(error)));
+    if pictures.len() > 0 {
+        fs::create_dir_all(&folder).map_err(|error| failed(&folder, error))?;
+    }
+    for picture in pictures {
+        let name = picture.file_name().unwrap_or_default();
+        fs::copy(picture, folder.join(name)).map_err(|error| match error.kind() {
+            std::io::ErrorKind::NotFound => Error::in_file(picture, Problem::NoSuchFile).into(),
+            _ => failed(picture, error),
+        })?;
+    }
+    Ok(())
+}
+
 /// Reads the files, and says what was recognised.
-fn read(src: &Path, args: &ImportCsvArgs) -> Result<Imported, Failure> {
+fn read(folder: &CsvFolder, args: &ImportCsvArgs) -> Result<Imported, Failure> {
+    let imported = folder.read().map_err(|error| with_mapping(error, args))?;
+    for note in &imported.notes {
+        output::words(note);
+    }
+    Ok(imported)
+}
+
+/// Where the files are and what their columns mean.
+fn csv_folder(src: &Path, args: &ImportCsvArgs) -> Result<CsvFolder, Failure> {
     let maker = args.robot.as_deref().and_then(RobotLayout::named);
     let layout = match args.euler {
         Some(sequence) => Some(RobotLayout::with_sequence(maker.as_ref(), sequence)),
@@ -88,8 +147,8 @@ fn read(src: &Path, args: &ImportCsvArgs) -> Result<Imported, Failure> {
     };
     let separator = args.delimiter;
     let rate = args.robot_rate_hz.map(|hz| Rate { hz, start_s: args.robot_start_s.unwrap_or(0.0) });
-    let imported = CsvFolder {
-        robot: src.join(&args.robot_file),
+    Ok(CsvFolder {
+        robot: robot_file(src, args),
         features: src.join(&args.features),
         profiles: profile_source(src, args)?,
         sensor: in_folder_or_here(src, &args.sensor),
@@ -112,19 +171,20 @@ fn read(src: &Path, args: &ImportCsvArgs) -> Result<Imported, Failure> {
             (Some(fps), _) => Some(PictureStamps::Rate { fps, first_ns: 0 }),
             (None, unit_ns) => unit_ns.map(|unit_ns| PictureStamps::Names { unit_ns }),
         },
-    }
-    .read()
-    .map_err(|error| with_mapping(error, args))?;
-    for note in &imported.notes {
-        output::words(note);
-    }
-    Ok(imported)
+    })
+}
+
+/// The robot's poses: those of stops where there is no log and none was named.
+fn robot_file(src: &Path, args: &ImportCsvArgs) -> PathBuf {
+    let (named, stops) = (src.join(&args.robot_file), src.join(stop_poses::FILE));
+    let is_usual = args.robot_file == Path::new("robot.csv");
+    if is_usual && !named.exists() && stops.exists() { stops } else { named }
 }
 
 /// A column that is missing may have another name: the hint says how to tell.
 fn with_mapping(error: Error, args: &ImportCsvArgs) -> Failure {
     let text = error.to_string();
-    let of_robot = error.file.ends_with(&args.robot_file);
+    let of_robot = error.file.ends_with(&args.robot_file) || error.file.ends_with(stop_poses::FILE);
     match &error.problem {
         Problem::NoSuchFile if of_robot => {
             Failure::new(text, "name the robot's log: --robot-file FILE, looked up in SRC")
@@ -135,22 +195,22 @@ fn with_mapping(error: Error, args: &ImportCsvArgs) -> Failure {
         ),
         Problem::MissingColumn { name, found } => {
             let option = if of_robot { "--robot-map" } else { "--features-map" };
-            let is_time = |theirs: &&str| {
-                ["time", "zeit", "stamp"].iter().any(|word| theirs.to_lowercase().contains(word))
-            };
-            let theirs = found.split(", ").find(is_time).filter(|_| name.starts_with("time"));
             let rate = match (name.starts_with("time"), of_robot) {
                 (true, true) => "; a log without a clock: --robot-rate-hz",
                 _ => "",
             };
-            let theirs = theirs.unwrap_or("THEIRS");
+            let map = similar_names(name, found);
             Failure::new(
                 text,
                 format!(
-                    "which column is it? {option} '{name}={theirs}', ours=theirs; the unit stands in our name{rate}"
+                    "which column is it? {option} '{map}', ours=theirs; the unit stands in our name{rate}"
                 ),
             )
         }
+        Problem::NoRotation { found } if of_robot && found.contains("POS_FOR") => Failure::new(
+            text,
+            "$POS_FOR is the commanded pose, which the robot follows late: trace $POS_ACT_MES, the measured one",
+        ),
         Problem::NoRotation { found } if of_robot && args.robot.is_none() => {
             let header: Vec<String> = found.split(", ").map(str::to_owned).collect();
             match RobotLayout::recognised(&header)[..] {
@@ -176,6 +236,31 @@ fn with_mapping(error: Error, args: &ImportCsvArgs) -> Failure {
             }
         }
         _ => error.into(),
+    }
+}
+
+/// The map of a column that is missing, and of those beside it, onto names of a header that are alike: `x_mm=tcp_x,y_mm=tcp_y,z_mm=tcp_z`.
+fn similar_names(name: &str, found: &str) -> String {
+    const BESIDE: [&[&str]; 2] = [&["x", "y", "z"], &["u", "v"]];
+    let (stem, unit) = name.rsplit_once('_').unwrap_or((name, ""));
+    let is_time = stem == "time";
+    let is_like = |theirs: &str, stem: &str| {
+        let lower = theirs.to_lowercase();
+        let bare = lower.split(['[', '(']).next().unwrap_or_default().trim();
+        match is_time {
+            true => ["time", "zeit", "stamp"].iter().any(|word| bare.contains(word)),
+            false => bare.rsplit(['_', '.', '-', ' ', '/']).next() == Some(stem),
+        }
+    };
+    let theirs = |stem: &str| found.split(", ").find(|theirs| is_like(theirs, stem));
+    let stems = BESIDE.into_iter().find(|stems| stems.contains(&stem));
+    let stems = stems.filter(|stems| stems.iter().all(|stem| theirs(stem).is_some())).unwrap_or(&[]);
+    match stems {
+        [] => format!("{name}={}", theirs(stem).unwrap_or("THEIRS")),
+        _ => {
+            let item = |stem: &&str| format!("{stem}_{unit}={}", theirs(stem).unwrap_or_default());
+            stems.iter().map(item).collect::<Vec<_>>().join(",")
+        }
     }
 }
 

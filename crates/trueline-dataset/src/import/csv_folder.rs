@@ -13,7 +13,7 @@ use crate::picture_names::{self, NameStamps, NamedFrames, PictureStamps};
 use crate::profile::Profile;
 use crate::recording::{Feature, PlateStripe, Recording, RobotSample, Sensor};
 use crate::sensor_setup::SensorSetup;
-use crate::sensor_toml::SensorFile;
+use crate::sensor_toml::{CameraFile, SensorFile};
 use crate::source_file;
 use crate::{features_csv, folder, profile_file, profiles_csv, robot_csv, sensor_toml, stripes_csv};
 use std::path::{Path, PathBuf};
@@ -65,8 +65,10 @@ pub struct ProfileSource {
 /// What came in, and what was recognised.
 #[derive(Clone, Debug)]
 pub struct Imported {
-    /// The recording; without features where there are profiles or pictures.
+    /// The recording; without features where there are profiles or pictures. Its sensor says nothing where `camera` is one.
     pub recording: Recording,
+    /// The camera of pictures whose laser plane is not known: of a board it is not needed.
+    pub camera: Option<CameraFile>,
     /// Whole profiles.
     pub profiles: Vec<Profile>,
     /// Pictures with their stamps, where they lie now.
@@ -91,7 +93,7 @@ impl CsvFolder {
     /// The first file, line and column that cannot be used.
     pub fn read(&self) -> Result<Imported, Error> {
         let mut notes = Vec::new();
-        let SensorFile { sensor, setup } = self.read_sensor(&mut notes)?;
+        let (SensorFile { sensor, setup }, camera) = self.read_sensor_or_camera(&mut notes)?;
         let (robot, robot_clock) = self.read_robot(&mut notes)?;
         let mut seen = match &self.profiles {
             Some(source) => {
@@ -121,12 +123,32 @@ impl CsvFolder {
         }
         let Seen { features, profiles, pictures, .. } = seen;
         let recording = Recording { stripes, ..Recording::new(sensor, setup, robot, features) };
-        Ok(Imported { recording, profiles, pictures, notes })
+        Ok(Imported { recording, camera, profiles, pictures, notes })
     }
 
     /// Whether there are pictures in the place of features.
-    fn has_pictures(&self) -> bool {
+    pub(super) fn has_pictures(&self) -> bool {
         self.images.is_some() && !self.features.exists()
+    }
+
+    /// The sensor, or of pictures a camera alone, whose place a sensor without a camera then takes.
+    pub(super) fn read_sensor_or_camera(
+        &self,
+        notes: &mut Vec<String>,
+    ) -> Result<(SensorFile, Option<CameraFile>), Error> {
+        if self.profiles.is_none() && self.has_pictures() {
+            let text = folder::utf8(&self.sensor, bytes_of(&self.sensor)?)?;
+            let camera = sensor_toml::parse_camera(&self.sensor, &text).ok();
+            if let Some(camera) = camera.filter(|camera| camera.laser_plane_in_camera.is_none()) {
+                notes.push(format!(
+                    "{}: a camera without its laser plane: enough for pictures of a board (calibrate --target board), and not for a seam",
+                    self.sensor.display()
+                ));
+                let sensor = Sensor::Points { laser_plane_in_camera: None };
+                return Ok((SensorFile { sensor, setup: camera.setup.clone() }, Some(camera)));
+            }
+        }
+        Ok((self.read_sensor(notes)?, None))
     }
 
     fn read_sensor(&self, notes: &mut Vec<String>) -> Result<SensorFile, Error> {
@@ -245,7 +267,7 @@ impl CsvFolder {
         Ok(Seen { pictures, clock: table.clock, ..Seen::default() })
     }
 
-    fn table(
+    pub(super) fn table(
         &self,
         file: &Path,
         form: &TableForm,
@@ -282,6 +304,20 @@ impl CsvFolder {
     }
 }
 
+impl Imported {
+    /// The text of the dataset's `sensor.toml`.
+    #[must_use]
+    pub fn sensor_text(&self) -> String {
+        let (sensor, setup) = (self.recording.sensor.clone(), self.recording.setup.clone());
+        sensor_text(SensorFile { sensor, setup }, self.camera.as_ref())
+    }
+}
+
+/// The text of a sensor's file, or of the camera in its place.
+pub(super) fn sensor_text(sensor: SensorFile, camera: Option<&CameraFile>) -> String {
+    camera.map_or_else(|| sensor_toml::format_file(&sensor), sensor_toml::format_camera)
+}
+
 impl Seen {
     /// First and last stamp, ns.
     fn span(&self) -> Option<(i64, i64)> {
@@ -309,7 +345,7 @@ fn begins_with_numbers(bytes: &[u8]) -> bool {
 }
 
 /// The error with the header that the user's file has, at its line in it.
-fn in_their_words(mut error: Error, table: &ForeignTable) -> Error {
+pub(super) fn in_their_words(mut error: Error, table: &ForeignTable) -> Error {
     if let Problem::MissingColumn { found, .. } | Problem::NoRotation { found } = &mut error.problem {
         *found = table.header.join(", ");
     }

@@ -345,6 +345,7 @@ impl Renaming<'_> {
                 let problem = LogProblem::MappedColumnMissing {
                     ours: item.ours.clone(),
                     theirs: item.theirs.clone(),
+                    reversed: (self.is_ours)(&item.theirs) && header.contains(&item.ours),
                     meant: nearest(&item.theirs, header.iter().map(String::as_str)),
                     found: header.join(", "),
                 };

@@ -15,6 +15,7 @@ pub mod robot_layout;
 pub mod rows;
 #[cfg(feature = "foreign-tables")]
 mod rsi_xml;
+pub mod stop_tables;
 pub mod tables_of_programs;
 pub mod tum;
 #[cfg(feature = "foreign-tables")]
