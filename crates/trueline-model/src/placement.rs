@@ -29,7 +29,30 @@ pub struct PlacementJacobian {
     pub d_point_d_translation: Matrix3<f64>,
 }
 
-/// How a number that depends on where a point is moves with what places the point.
+/// How a number moves with the sensor as a rigid body: what a measurement says of the pose of its sensor. Axes of base, turns about the origin of
+/// the tool.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoseGradient {
+    /// By a shift, 1/m times its unit.
+    pub by_shift: Vector3<f64>,
+    /// By a turn, 1/rad times its unit.
+    pub by_turn: Vector3<f64>,
+}
+
+impl PoseGradient {
+    /// Of a number that does not move.
+    pub const ZERO: Self =
+        Self { by_shift: Vector3::new(0.0, 0.0, 0.0), by_turn: Vector3::new(0.0, 0.0, 0.0) };
+
+    /// Adds a part of another.
+    #[inline]
+    pub fn add(&mut self, other: &Self, part: f64) {
+        self.by_shift += other.by_shift * part;
+        self.by_turn += other.by_turn * part;
+    }
+}
+
+/// How a number moves with what places the sensor: the time offset and the links of the chain from tool to sensor.
 #[derive(Clone, Copy, Debug)]
 pub struct PlacementGradient {
     /// By t_d, 1/s times its unit.
@@ -82,19 +105,27 @@ impl Placement {
         }
     }
 
-    /// [`Placement::jacobian`] from the left by the gradient of a number by a point, which is fixed in the camera and lies at
-    /// `point_in_base`.
+    /// By the pose, of a number whose gradient by a point of the sensor at `point_in_base` is `by_point`.
     #[must_use]
     #[inline]
-    pub fn gradient(&self, point_in_base: &Vector3<f64>, by_point: &Vector3<f64>) -> PlacementGradient {
-        let tool_from_base = self.base_from_tool.rotation.inverse();
+    pub fn by_pose(&self, point_in_base: &Vector3<f64>, by_point: &Vector3<f64>) -> PoseGradient {
         let lever = point_in_base - self.base_from_tool.translation.vector;
-        let by_point_in_tool = tool_from_base * by_point;
-        let rotated = tool_from_base * lever - self.tool_from_camera.translation.vector;
+        PoseGradient { by_shift: *by_point, by_turn: lever.cross(by_point) }
+    }
+
+    /// A gradient by the pose of the sensor, carried to the time offset and to the hand-eye transform. The exposure is earlier by t_d, so
+    /// the tool is back by its motion; a perturbation of the hand-eye transform is one of the pose, seen from the tool.
+    #[must_use]
+    #[inline]
+    pub fn carried(&self, by_pose: &PoseGradient) -> PlacementGradient {
+        let PoseGradient { by_shift, by_turn } = by_pose;
+        let tool_from_base = self.base_from_tool.rotation.inverse();
+        let by_shift_in_tool = tool_from_base * by_shift;
         PlacementGradient {
-            d_time_offset: by_point.dot(&(lever.cross(&self.angular_velocity) - self.velocity)),
-            d_rotation: rotated.cross(&by_point_in_tool),
-            d_translation: by_point_in_tool,
+            d_time_offset: -(by_shift.dot(&self.velocity) + by_turn.dot(&self.angular_velocity)),
+            d_rotation: tool_from_base * by_turn
+                - self.tool_from_camera.translation.vector.cross(&by_shift_in_tool),
+            d_translation: by_shift_in_tool,
         }
     }
 }

@@ -10,7 +10,7 @@
 //! every problem with errors in its variables.
 
 use crate::plate::PlateDistance;
-use crate::{LaserSheet, Placement, Plate, SheetShape};
+use crate::{LaserSheet, Placement, Plate, PoseGradient, SheetShape};
 use nalgebra::{ArrayStorage, Matrix2, Matrix3x2, Point3, SMatrix, SVector, Vector2, Vector3};
 
 /// A plate nearer to the sheet than this (sine of the angle, 0.06°) has no usable stripe.
@@ -38,36 +38,24 @@ pub struct StripeJacobian {
     pub residual: f64,
     /// ν, unit, in the sheet's reported coordinates.
     pub normal: Vector2<f64>,
-    /// The foot in base, m.
-    pub foot_in_base: Vector3<f64>,
-    /// dρ/dt_d, m/s.
-    pub d_time_offset: f64,
-    /// dρ/d hand-eye rotation, left, m/rad.
-    pub d_rotation: Vector3<f64>,
-    /// dρ/d hand-eye translation.
-    pub d_translation: Vector3<f64>,
+    /// By the pose of the sensor, taken at the foot; [`Placement::carried`] has it by time offset and hand-eye.
+    pub by_pose: PoseGradient,
     /// dρ/d (θ_a, θ_o, δ) of the plate.
     pub d_plate: Vector3<f64>,
     /// dρ/dβ.
     pub d_surface: SVector<f64, 7>,
     /// dρ/dh.
     pub d_shape: SVector<f64, 5>,
-    /// dρ/d a displacement of the sensor in base.
-    pub d_displacement: Vector3<f64>,
 }
 
 impl StripeJacobian {
     pub(crate) const ZERO: Self = Self {
         residual: 0.0,
         normal: Vector2::new(0.0, 0.0),
-        foot_in_base: Vector3::new(0.0, 0.0, 0.0),
-        d_time_offset: 0.0,
-        d_rotation: Vector3::new(0.0, 0.0, 0.0),
-        d_translation: Vector3::new(0.0, 0.0, 0.0),
+        by_pose: PoseGradient::ZERO,
         d_plate: Vector3::new(0.0, 0.0, 0.0),
         d_surface: SVector::<f64, 7>::from_array_storage(ArrayStorage([[0.0; 7]; 1])),
         d_shape: SVector::<f64, 5>::from_array_storage(ArrayStorage([[0.0; 5]; 1])),
-        d_displacement: Vector3::new(0.0, 0.0, 0.0),
     };
 
     /// Adds a part of another row.
@@ -76,18 +64,8 @@ impl StripeJacobian {
         macro_rules! add {
             ($($field:ident),*) => { $(self.$field += row.$field * part;)* };
         }
-        add!(
-            residual,
-            normal,
-            foot_in_base,
-            d_time_offset,
-            d_rotation,
-            d_translation,
-            d_plate,
-            d_surface,
-            d_shape
-        );
-        self.d_displacement += row.d_displacement * part;
+        add!(residual, normal, d_plate, d_surface, d_shape);
+        self.by_pose.add(&row.by_pose, part);
     }
 }
 
@@ -144,18 +122,13 @@ impl StripeOnPlate<'_> {
         let steepness = local.gradient.dot(direction);
         let by_point = local.by_point / steepness;
         let PlateDistance { d_plate, d_surface, .. } = self.plate.distance(&local.point_in_base);
-        let motion = placement.gradient(&local.point_in_base, &by_point);
         StripeJacobian {
             residual: distance_m,
             normal: local.gradient / steepness,
-            foot_in_base: local.point_in_base,
-            d_time_offset: motion.d_time_offset,
-            d_rotation: motion.d_rotation,
-            d_translation: motion.d_translation,
+            by_pose: placement.by_pose(&local.point_in_base, &by_point),
             d_plate: d_plate / steepness,
             d_surface: d_surface / steepness,
             d_shape: self.true_by_shape(on_stripe).transpose() * local.by_true / steepness,
-            d_displacement: by_point,
         }
     }
 

@@ -78,8 +78,7 @@ impl StripeOnPlate<'_> {
     }
 
     /// [`StripeOnPlate::support_residuals`] with their derivatives. Of a stripe that is no line beside the predicted one, which is an outlier, the turn of the
-    /// direction is left out. What the robot's turn does to a sum of rows goes by the arm to the sum of their feet: plates are level
-    /// enough for that.
+    /// direction is left out.
     #[must_use]
     pub fn linearize_supports(
         &self,

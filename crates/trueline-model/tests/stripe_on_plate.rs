@@ -95,9 +95,10 @@ proptest! {
         // Golden sections end where distances differ by rounding of 1e-2 m: the root of 1e-16 of t, squared in ρ.
         prop_assert!((parts.residual - searched(&case, &DVector::zeros(UNKNOWNS))).abs() < 1e-12);
         let mut analytic = DMatrix::zeros(1, UNKNOWNS);
-        analytic[0] = parts.d_time_offset;
-        analytic.view_mut((0, 1), (1, 3)).copy_from(&parts.d_rotation.transpose());
-        analytic.view_mut((0, 4), (1, 3)).copy_from(&parts.d_translation.transpose());
+        let links = placement.carried(&parts.by_pose);
+        analytic[0] = links.d_time_offset;
+        analytic.view_mut((0, 1), (1, 3)).copy_from(&links.d_rotation.transpose());
+        analytic.view_mut((0, 4), (1, 3)).copy_from(&links.d_translation.transpose());
         analytic.view_mut((0, 7), (1, 3)).copy_from(&parts.d_plate.transpose());
         analytic.view_mut((0, 10), (1, 7)).copy_from(&parts.d_surface.transpose());
         analytic.view_mut((0, 17), (1, 5)).copy_from(&parts.d_shape.transpose());
@@ -125,7 +126,7 @@ fn the_plane_of_a_plate_is_said_in_base() {
 }
 
 #[test]
-fn a_displacement_of_the_sensor_moves_the_residual_as_it_says() {
+fn a_shift_and_a_turn_of_the_sensor_move_the_residual_as_they_say() {
     let sheet = LaserSheet::from_plane(Plane::from_height(0.036, 2.12, 0.13).unwrap());
     let trajectory = Trajectory::new(
         vec![0.0, 1.0],
@@ -138,26 +139,28 @@ fn a_displacement_of_the_sensor_moves_the_residual_as_it_says() {
     let normal = UnitVector3::new_normalize(Vector3::new(0.3, -0.5, 0.8));
     let plate = Plate::flat(Vector3::new(0.0, 0.0, 0.15), &normal, &Vector3::new(0.1, 1.0, 0.2)).unwrap();
     let stripe = StripeOnPlate { plate: &plate, sheet: &sheet, shape: None };
-    let at = |shift: Vector3<f64>| {
-        let pose = se3::from_parts(so3::exp(&Vector3::zeros()), shift);
-        let mut placement = Placement::new(trajectory.segment(0).unwrap(), 0.3, &pose);
-        placement.tool_from_camera = Pose::identity();
-        placement.base_from_tool.translation.vector += shift;
-        stripe.linearize(&placement, &Vector2::new(0.004, 0.01)).unwrap()
+    let hand_eye = se3::from_parts(so3::exp(&Vector3::zeros()), Vector3::new(0.02, -0.03, 0.01));
+    let reported = Vector2::new(0.004, 0.01);
+    let at = |shift: Vector3<f64>, turn: Vector3<f64>| {
+        let mut placement = Placement::new(trajectory.segment(0).unwrap(), 0.3, &hand_eye);
+        let robot = &mut placement.base_from_tool;
+        robot.translation.vector += shift;
+        robot.rotation = so3::exp(&turn) * robot.rotation;
+        (stripe.linearize(&placement, &reported).unwrap(), placement)
     };
-    let rest = at(Vector3::zeros());
+    let none = Vector3::zeros();
+    let (rest, there) = at(none, none);
     for axis in 0..3 {
         let by = Vector3::ith(axis, 1e-4);
-        // A flat plate and an exact sensor: linear, to rounding over 2e-4.
-        let slope = (at(by).residual - at(-by).residual) / 2e-4;
-        assert!(
-            (slope - rest.d_displacement[axis]).abs() < 1e-9,
-            "{axis}: {slope} {}",
-            rest.d_displacement[axis]
-        );
+        // A flat plate and an exact sensor: by a shift linear, to rounding over 2e-4; by a turn to the square of 1e-4.
+        let slope = (at(by, none).0.residual - at(-by, none).0.residual) / 2e-4;
+        assert!((slope - rest.by_pose.by_shift[axis]).abs() < 1e-9, "{axis}: {slope}");
+        let slope = (at(none, by).0.residual - at(none, -by).0.residual) / 2e-4;
+        assert!((slope - rest.by_pose.by_turn[axis]).abs() < 1e-7, "{axis}: {slope}");
     }
     // The foot lies on the plate, and the plate that lies along the sheet has no stripe.
-    assert!(plate.distance(&rest.foot_in_base).value.abs() < 1e-12);
+    let foot = sheet.point(&(reported - rest.normal * rest.residual));
+    assert!(plate.distance(&there.point_in_base(&foot)).value.abs() < 1e-12);
     let placement = Placement::new(trajectory.segment(0).unwrap(), 0.3, &Pose::identity());
     let in_base = placement.base_from_camera() * sheet.plane().normal().into_inner();
     let beside = Plate::flat(
@@ -340,9 +343,10 @@ proptest! {
             let tolerance = 5e-8 + 0.5e-3 * 0.1 * (depth_ratio - 1.0_f64).powi(2);
             prop_assert!((row.residual - said[k]).abs() < tolerance, "{} {}", row.residual, said[k]);
             let mut analytic = DVector::zeros(UNKNOWNS);
-            analytic[0] = row.d_time_offset;
-            analytic.rows_mut(1, 3).copy_from(&row.d_rotation);
-            analytic.rows_mut(4, 3).copy_from(&row.d_translation);
+            let links = placement.carried(&row.by_pose);
+            analytic[0] = links.d_time_offset;
+            analytic.rows_mut(1, 3).copy_from(&links.d_rotation);
+            analytic.rows_mut(4, 3).copy_from(&links.d_translation);
             analytic.rows_mut(7, 3).copy_from(&row.d_plate);
             analytic.rows_mut(10, 7).copy_from(&row.d_surface);
             analytic.rows_mut(17, 5).copy_from(&row.d_shape);

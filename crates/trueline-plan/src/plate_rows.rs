@@ -197,17 +197,17 @@ impl<const R: usize, const N: usize> Rows<R, N> {
             let columns = numbers.iter().enumerate();
             columns.for_each(|(k, number)| self.columns[(row, first + k)] += share * number);
         };
-        add(TIME_OFFSET, &[found.d_time_offset]);
-        add(ROTATION, found.d_rotation.as_slice());
-        add(TRANSLATION, found.d_translation.as_slice());
+        let links = sight.placement.carried(&found.by_pose);
+        add(TIME_OFFSET, &[links.d_time_offset]);
+        add(ROTATION, links.d_rotation.as_slice());
+        add(TRANSLATION, links.d_translation.as_slice());
         add(unknowns.plane(0, number).start, found.d_plate.as_slice());
         add(unknowns.surface(0, number).start, found.d_surface.as_slice());
         add(unknowns.shape().start, found.d_shape.as_slice());
-        let arm: Vector3<f64> = found.foot_in_base - sight.placement.base_from_tool.translation.vector;
         let mut by_shift = self.by_shift.row_mut(row);
-        by_shift += found.d_displacement.transpose() * share;
+        by_shift += found.by_pose.by_shift.transpose() * share;
         let mut by_turn = self.by_turn.row_mut(row);
-        by_turn += arm.cross(&found.d_displacement).transpose() * share;
+        by_turn += found.by_pose.by_turn.transpose() * share;
     }
 
     /// The own noise of a residual along a vector of the sheet, so many times a seam point's.

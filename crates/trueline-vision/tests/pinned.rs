@@ -19,6 +19,9 @@ use trueline_vision::profile;
 /// A change of a value below this part of its standard deviation, or of the standard deviation itself, is none.
 const NO_CHANGE: f64 = 0.01;
 
+/// What is not even known to a second, a radian, a metre or the whole may lie anywhere, and its standard deviation is that of rounding.
+const UNKNOWN: f64 = 1.0;
+
 /// Where a value has no standard deviation, digits of this part of it may differ.
 const ROUNDING: f64 = 1e-6;
 
@@ -34,6 +37,7 @@ impl Number {
     fn is_like(&self, other: &Self) -> bool {
         let close = |a: f64, b: f64, within: f64| (a - b).abs() <= within.max(ROUNDING * b.abs());
         match (self.1, other.1) {
+            (Some(a), Some(b)) if a > UNKNOWN && b > UNKNOWN => true,
             (Some(a), Some(b)) => close(self.0, other.0, NO_CHANGE * b) && close(a, b, NO_CHANGE * b),
             // What is not seen may lie anywhere.
             (None, None) => true,

@@ -6,9 +6,9 @@ use crate::problem::placement::placement_at;
 use crate::stripe::frames::{SeamSight, Sight, StripeFrame, reported};
 use crate::stripe::state::StripeState;
 use crate::stripe::target::Target;
-use crate::stripe::unknowns::{LOCAL_ALL, LOCAL_SHAPE, local_of_surface};
-use nalgebra::{Matrix2, SMatrix, SVector, Vector2, Vector3};
-use trueline_model::{Placement, Plate, SheetShape, StripeJacobian, StripeOnPlate};
+use crate::stripe::unknowns::{LOCAL_ALL, LOCAL_SHAPE, PLANES, local_of_surface};
+use nalgebra::{ArrayStorage, Matrix2, SMatrix, SVector, Vector2};
+use trueline_model::{Placement, Plate, PoseGradient, SheetShape, StripeJacobian, StripeOnPlate};
 
 /// Most residuals of a frame: two support points a plate, and the edge point.
 pub const ROWS: usize = 5;
@@ -52,34 +52,29 @@ pub(crate) fn linearize_frame(
 ) -> Option<(FrameResidual, FrameGradients)> {
     let view =
         View { observations, target: at.joints.get(frame.joint)?, shape: at.shape.as_ref(), placement };
+    let mut rows = FrameRows::NONE;
     match &frame.sight {
-        Sight::Seam(seam) => view.seam(seam),
+        Sight::Seam(seam) => view.seam(seam, &mut rows)?,
         Sight::Stripes(stripes) => {
-            let (mut all, mut gradients) = (EMPTY, FrameGradients::zeros());
             for (number, supports) in stripes.iter().enumerate() {
                 let Some(supports) = supports else { continue };
                 let parts = view
                     .on(&view.target.plates[number])
                     .linearize_supports(placement, &reported(supports))?;
                 for (row, parts) in (2 * number..).zip(&parts) {
-                    view.set_row(&mut all, row, parts);
-                    set_gradient(gradients.column_mut(row).as_mut_slice(), number, parts);
+                    rows.add(row, number, parts, 1.0);
+                    rows.all.residual[row] = parts.residual;
+                    rows.all.d_reported.set_row(row, &parts.normal.transpose());
                 }
             }
             if let (Some(_), Some(point)) = (&view.target.edge, &frame.edge) {
                 let crossing = view.crossing(&point.reported)?;
-                view.set_beside(
-                    &crossing,
-                    &point.reported,
-                    EDGE_ROW,
-                    &frame.edge_axis,
-                    (&mut all, &mut gradients),
-                );
-                all.has_edge = true;
+                rows.add_beside(&crossing, &point.reported, EDGE_ROW, &frame.edge_axis);
+                rows.all.has_edge = true;
             }
-            Some((all, gradients))
         }
     }
+    Some(rows.carried(placement))
 }
 
 /// The residuals of a frame alone; `None` as for [`linearize_frame`].
@@ -107,14 +102,67 @@ pub(crate) fn residual_of_frame(
     Some(residual)
 }
 
-const EMPTY: FrameResidual = FrameResidual {
-    residual: SVector::<f64, ROWS>::new(0.0, 0.0, 0.0, 0.0, 0.0),
-    d_time_offset: SVector::<f64, ROWS>::new(0.0, 0.0, 0.0, 0.0, 0.0),
-    d_displacement: SMatrix::<f64, ROWS, 3>::from_array_storage(nalgebra::ArrayStorage([[0.0; ROWS]; 3])),
-    d_turn: SMatrix::<f64, ROWS, 3>::from_array_storage(nalgebra::ArrayStorage([[0.0; ROWS]; 3])),
-    d_reported: SMatrix::<f64, ROWS, 2>::from_array_storage(nalgebra::ArrayStorage([[0.0; ROWS]; 2])),
-    has_edge: false,
-};
+/// The rows of a frame as they are gathered: their derivatives by the pose of the sensor, which the chain carries on.
+struct FrameRows {
+    all: FrameResidual,
+    by_pose: [PoseGradient; ROWS],
+    gradients: FrameGradients,
+}
+
+impl FrameRows {
+    const NONE: Self = Self {
+        all: FrameResidual {
+            residual: SVector::<f64, ROWS>::new(0.0, 0.0, 0.0, 0.0, 0.0),
+            d_time_offset: SVector::<f64, ROWS>::new(0.0, 0.0, 0.0, 0.0, 0.0),
+            d_displacement: SMatrix::from_array_storage(ArrayStorage([[0.0; ROWS]; 3])),
+            d_turn: SMatrix::from_array_storage(ArrayStorage([[0.0; ROWS]; 3])),
+            d_reported: SMatrix::from_array_storage(ArrayStorage([[0.0; ROWS]; 2])),
+            has_edge: false,
+        },
+        by_pose: [PoseGradient::ZERO; ROWS],
+        gradients: SMatrix::from_array_storage(ArrayStorage([[0.0; LOCAL_ALL]; ROWS])),
+    };
+
+    /// Adds a share of what one surface says to the derivatives of a row.
+    fn add(&mut self, row: usize, surface: usize, parts: &StripeJacobian, share: f64) {
+        self.by_pose[row].add(&parts.by_pose, share);
+        let gradient = &mut self.gradients.as_mut_slice()[LOCAL_ALL * row..][..LOCAL_ALL];
+        let mut add = |first: usize, numbers: &[f64]| {
+            gradient[first..].iter_mut().zip(numbers).for_each(|(sum, number)| *sum += share * number);
+        };
+        let [plane, terms] = local_of_surface(surface);
+        add(plane, parts.d_plate.as_slice());
+        add(terms, parts.d_surface.as_slice());
+        add(LOCAL_SHAPE, parts.d_shape.as_slice());
+    }
+
+    /// A row of how far a point is beside the crossing along an axis of the sheet. With the normals of both stripes as the rows of N the point is
+    /// N⁻¹ ρ beside it, and everything is evaluated at the crossing, where ρ vanishes. Two plates that share a side of it count with half each.
+    fn add_beside(&mut self, crossing: &Crossing, point: &Vector2<f64>, row: usize, axis: &Vector2<f64>) {
+        for side in crossing.sides.iter().flatten() {
+            let share = side.share * axis.dot(&crossing.inverse.column(side.row));
+            self.add(row, side.surface, &side.parts, share);
+        }
+        self.all.residual[row] = axis.dot(&(point - crossing.at));
+        self.all.d_reported.set_row(row, &axis.transpose());
+    }
+
+    /// With the derivatives by all that places the sensor.
+    fn carried(self, placement: &Placement) -> (FrameResidual, FrameGradients) {
+        let Self { mut all, by_pose, mut gradients } = self;
+        for (row, by_pose) in by_pose.iter().enumerate() {
+            let links = placement.carried(by_pose);
+            all.d_time_offset[row] = links.d_time_offset;
+            all.d_displacement.set_row(row, &by_pose.by_shift.transpose());
+            all.d_turn.set_row(row, &by_pose.by_turn.transpose());
+            let gradient = &mut gradients.as_mut_slice()[LOCAL_ALL * row..][..LOCAL_ALL];
+            gradient[TIME_OFFSET] = links.d_time_offset;
+            gradient[ROTATION..TRANSLATION].copy_from_slice(links.d_rotation.as_slice());
+            gradient[TRANSLATION..PLANES].copy_from_slice(links.d_translation.as_slice());
+        }
+        (all, gradients)
+    }
+}
 
 /// A joint as the sensor sees it in one frame.
 struct View<'a> {
@@ -133,23 +181,13 @@ impl View<'_> {
         self.on(plate).linearize(self.placement, reported)
     }
 
-    fn set_row(&self, all: &mut FrameResidual, row: usize, parts: &StripeJacobian) {
-        let lever: Vector3<f64> = parts.foot_in_base - self.placement.base_from_tool.translation.vector;
-        all.residual[row] = parts.residual;
-        all.d_time_offset[row] = parts.d_time_offset;
-        all.d_displacement.set_row(row, &parts.d_displacement.transpose());
-        all.d_turn.set_row(row, &lever.cross(&parts.d_displacement).transpose());
-        all.d_reported.set_row(row, &parts.normal.transpose());
-    }
-
     /// A seam point against the crossing of the predicted stripes, along both axes of the sheet.
-    fn seam(&self, seam: &SeamSight) -> Option<(FrameResidual, FrameGradients)> {
+    fn seam(&self, seam: &SeamSight, rows: &mut FrameRows) -> Option<()> {
         let crossing = self.crossing(&seam.reported)?;
-        let (mut all, mut gradients) = (EMPTY, FrameGradients::zeros());
         for (row, axis) in [Vector2::x(), Vector2::y()].iter().enumerate() {
-            self.set_beside(&crossing, &seam.reported, row, axis, (&mut all, &mut gradients));
+            rows.add_beside(&crossing, &seam.reported, row, axis);
         }
-        Some((all, gradients))
+        Some(())
     }
 
     /// Where the predicted stripes of the surfaces that meet in the seam cross, from a place near it.
@@ -163,33 +201,6 @@ impl View<'_> {
         }
         let (sides, inverse) = self.crossing_at(&at)?;
         Some(Crossing { at, sides, inverse })
-    }
-
-    /// A row of how far a point is beside the crossing along an axis of the sheet. With the normals of both stripes as the rows of N the point is
-    /// N⁻¹ ρ beside it, and everything is evaluated at the crossing, where ρ vanishes. Two plates that share a side of it count with half each.
-    fn set_beside(
-        &self,
-        crossing: &Crossing,
-        point: &Vector2<f64>,
-        row: usize,
-        axis: &Vector2<f64>,
-        (all, gradients): (&mut FrameResidual, &mut FrameGradients),
-    ) {
-        for side in crossing.sides.iter().flatten() {
-            let share = side.share * axis.dot(&crossing.inverse.column(side.row));
-            let (mut own, mut gradient) = (EMPTY, SVector::<f64, LOCAL_ALL>::zeros());
-            self.set_row(&mut own, row, &side.parts);
-            set_gradient(gradient.as_mut_slice(), side.surface, &side.parts);
-            let mut by_unknowns = gradients.column_mut(row);
-            by_unknowns += gradient * share;
-            all.d_time_offset[row] += share * own.d_time_offset[row];
-            let mut displacement = all.d_displacement.row_mut(row);
-            displacement += share * own.d_displacement.row(row);
-            let mut turn = all.d_turn.row_mut(row);
-            turn += share * own.d_turn.row(row);
-        }
-        all.residual[row] = axis.dot(&(point - crossing.at));
-        all.d_reported.set_row(row, &axis.transpose());
     }
 
     /// The residuals of a point beside each surface that meets in the seam, and the inverse of the normals N as they count.
@@ -218,19 +229,6 @@ impl View<'_> {
         }
         Some((sides, normals.try_inverse()?))
     }
-}
-
-/// The gradient of a residual of one surface.
-fn set_gradient(gradient: &mut [f64], surface: usize, parts: &StripeJacobian) {
-    let mut set =
-        |first: usize, numbers: &[f64]| gradient[first..first + numbers.len()].copy_from_slice(numbers);
-    let [plane, terms] = local_of_surface(surface);
-    set(TIME_OFFSET, &[parts.d_time_offset]);
-    set(ROTATION, parts.d_rotation.as_slice());
-    set(TRANSLATION, parts.d_translation.as_slice());
-    set(plane, parts.d_plate.as_slice());
-    set(terms, parts.d_surface.as_slice());
-    set(LOCAL_SHAPE, parts.d_shape.as_slice());
 }
 
 /// Where predicted stripes cross in the sheet.

@@ -18,7 +18,7 @@ use trueline_geometry::so3;
 use trueline_method::evaluate::placed_features::{PlacedFeatures, PlacedStripes};
 use trueline_method::order_statistics::median;
 use trueline_method::stripe::frames::reported;
-use trueline_model::{Placement, Plate, StripeJacobian, StripeOnPlate};
+use trueline_model::{Placement, PlacementGradient, Plate, PoseGradient, StripeJacobian, StripeOnPlate};
 
 /// Stripes that differ in direction by less (sine) are those of parallel plates: 6°.
 const LEAST_ANGLE_SINE: f64 = 0.1;
@@ -99,7 +99,8 @@ impl JointView<'_> {
         for (k, parts) in self.parts(&placement, stripes)?.iter().enumerate() {
             let strays = parts.normal * (errors.own[k] * errors.weighed[k]);
             let best = stripes.plates[k / 2][k % 2].reported - strays;
-            jacobian.row_mut(k).tr_copy_from(&self.derivatives(k / 2, parts, &best));
+            let links = placement.carried(&parts.by_pose);
+            jacobian.row_mut(k).tr_copy_from(&self.derivatives(k / 2, (parts, &links), &best));
         }
         Some([0, 1].map(|plate| {
             let first = 2 * plate;
@@ -132,12 +133,12 @@ impl JointView<'_> {
         for (k, parts) in self.parts(&stripes.placement, stripes)?.iter().enumerate() {
             residual[k] = parts.residual;
             own[k] = stripes.plates[k / 2][k % 2].sigma_m.powi(2);
-            let lever = parts.foot_in_base - stripes.placement.base_from_tool.translation.vector;
-            let turn = lever.cross(&parts.d_displacement) * self.of.robot_sigma_rad;
+            let PoseGradient { by_shift, by_turn } = parts.by_pose;
             let mut row = shared.row_mut(k);
-            row.fixed_columns_mut::<3>(0).tr_copy_from(&(parts.d_displacement * noise.robot_sigma_m));
-            row.fixed_columns_mut::<3>(3).tr_copy_from(&turn);
-            row[SHARED - 1] = parts.d_time_offset * noise.stamp_sigma_s;
+            row.fixed_columns_mut::<3>(0).tr_copy_from(&(by_shift * noise.robot_sigma_m));
+            row.fixed_columns_mut::<3>(3).tr_copy_from(&(by_turn * self.of.robot_sigma_rad));
+            let late = stripes.placement.carried(&parts.by_pose).d_time_offset;
+            row[SHARED - 1] = late * noise.stamp_sigma_s;
         }
         let covariance = SMatrix::from_diagonal(&own) + shared * shared.transpose();
         let weighed = covariance.cholesky()?.solve(&residual);
@@ -157,14 +158,14 @@ impl JointView<'_> {
     fn derivatives(
         &self,
         plate: usize,
-        parts: &StripeJacobian,
+        (parts, links): (&StripeJacobian, &PlacementGradient),
         best: &Vector2<f64>,
     ) -> SVector<f64, LOCAL_OF_STRIPE> {
         let mut all = SVector::<f64, LOCAL_OF_STRIPE>::zeros();
         let by_shape = d_point_d_shape(&(best - Vector2::from(self.shape_origin_m)));
-        all[TIME_OFFSET] = parts.d_time_offset;
-        all.fixed_rows_mut::<3>(ROTATION).copy_from(&parts.d_rotation);
-        all.fixed_rows_mut::<3>(TRANSLATION).copy_from(&parts.d_translation);
+        all[TIME_OFFSET] = links.d_time_offset;
+        all.fixed_rows_mut::<3>(ROTATION).copy_from(&links.d_rotation);
+        all.fixed_rows_mut::<3>(TRANSLATION).copy_from(&links.d_translation);
         all.fixed_rows_mut::<5>(SHAPE).copy_from(&(by_shape.transpose() * parts.normal));
         let (axes, plate) = (self.seam.line.axes(), &self.plates[plate]);
         for (k, axis) in [axes.column(1), axes.column(2)].iter().enumerate() {
