@@ -9,6 +9,7 @@ use crate::diagnose::stamp_rate::stamped_hz;
 use crate::diagnose::steps::{Budget, Step, Steps};
 use crate::diagnose::told;
 use crate::diagnose::trials::{CALIBRATION_COSTS, FEW, Trial, Trials, explanations};
+use crate::input::stops;
 use crate::{Calibration, Error};
 use std::time::Duration;
 use trueline_dataset::Recording;
@@ -65,7 +66,9 @@ pub fn diagnose(
     let result = calibrate(&thin, None, &by_noise);
     let as_recorded = Outcome::of(&result);
     let certain = implausible(recording);
-    let is_well = as_recorded.is_noise() && !as_recorded.sensor_is_off;
+    // A few stops that fit are too few to tell one mistake from another.
+    let stands = recording.at_stops || stops::stand_at_readings(recording);
+    let is_well = as_recorded.is_noise() && !as_recorded.sensor_is_off || stands && as_recorded.fits();
     let few = thinned(recording, FEW);
     let mut trials = Trials {
         recording: &thin,
@@ -87,7 +90,7 @@ pub fn diagnose(
     findings.extend(certain);
     findings.extend(told(recording, config, &result, explained_by.is_empty()));
     if findings.is_empty() && !as_recorded.fits() {
-        findings.push(unexplained(&result));
+        findings.push(unexplained(&result, not_tried.len()));
     }
     Diagnosis { as_recorded, calibration: result.ok(), trials: done, not_tried, explained_by, findings }
 }
@@ -113,9 +116,13 @@ fn told(
 }
 
 /// What to say where no mistake explains it.
-fn unexplained(result: &Result<Calibration, Error>) -> String {
+fn unexplained(result: &Result<Calibration, Error>, not_tried: usize) -> String {
     match result {
         Err(error) => format!("{error}; {}", error.hint()),
+        Ok(_) if not_tried > 0 => format!(
+            "none of the mistakes that were tried explains it, and there was no time for {not_tried} others, most of them rare orders of \
+             Euler angles: `--longest-s 120` tries them"
+        ),
         Ok(_) => "none of the usual mistakes explains it: check that laser plane and camera belong together, that the \
              line is straight and did not move, and that robot.csv and features.csv are of the same scan"
             .to_owned(),

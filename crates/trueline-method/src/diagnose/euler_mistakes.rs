@@ -74,12 +74,27 @@ impl EulerMistake {
             }
         };
         format!(
-            "the attitude was made from Euler angles in the wrong order: they are {}{} {order}, and were composed as {}; `trueline \
-             import csv --euler {}` reads them",
+            "the attitude was made from Euler angles in the wrong order: they are {}{} {order}, and were composed as {}; {}",
             self.written,
             makers(self.written, self.columns),
             self.composed,
-            self.written
+            self.remedy()
+        )
+    }
+
+    /// The command that reads the angles as they were written.
+    fn remedy(&self) -> String {
+        let command = format!("trueline import csv --euler {}", self.written);
+        if self.columns == [0, 1, 2] {
+            return format!("`{command}` reads them");
+        }
+        let of = |angle: usize| self.columns.iter().position(|column| *column == angle).map_or(0, |k| k + 1);
+        format!(
+            "`{command} --robot-map e1_deg=ANGLE{},e2_deg=ANGLE{},e3_deg=ANGLE{}` reads them, with the names of the first, second and third \
+             column of angles for ANGLE1, ANGLE2 and ANGLE3",
+            of(0),
+            of(1),
+            of(2)
         )
     }
 
@@ -137,6 +152,19 @@ mod tests {
             let same = sequence.rotation(other_angles(angles, sequence));
             assert!(sequence.rotation(angles).angle_to(&same) < 1e-12, "{letters}");
         }
+    }
+
+    /// zyz in the columns 3, 1, 2: the third angle of the sequence stands first, so the first one of the sequence is in the second column.
+    #[test]
+    fn the_remedy_maps_columns_to_angles() {
+        let sequence = |letters: &str| letters.parse::<EulerSequence>().unwrap_or_else(|_| panic!());
+        let mistake = EulerMistake {
+            written: sequence("zyz-intrinsic"),
+            composed: sequence("zyx-intrinsic"),
+            columns: [2, 0, 1],
+            is_beyond: false,
+        };
+        assert!(mistake.says().contains("e1_deg=ANGLE2,e2_deg=ANGLE3,e3_deg=ANGLE1"), "{}", mistake.says());
     }
 
     #[test]

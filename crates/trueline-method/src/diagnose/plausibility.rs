@@ -3,6 +3,7 @@
 use crate::Calibration;
 use crate::diagnose::estimated_mistakes::Estimated;
 use crate::diagnose::mistake::reordered;
+use crate::input::stops;
 use trueline_dataset::{Guess, Recording};
 use trueline_geometry::{se3, so3};
 
@@ -44,8 +45,11 @@ pub(super) fn implausible(recording: &Recording) -> Vec<String> {
     }
     // In another unit every step is as large: what jumps does so once.
     let usual_m = crate::order_statistics::median(shifts.into_iter()).unwrap_or(0.0);
+    // Between its stops a robot that is recorded while it stands goes where it wants.
+    let between_stops = recording.at_stops || stops::stand_at_readings(recording);
     let jump = jumps
         .into_iter()
+        .filter(|_| !between_stops)
         .find(|(_, shift_m, turn_rad)| *turn_rad > JUMP_RAD || *shift_m > USUAL_STEPS * usual_m);
     if let Some((stamp_ns, shift_m, turn_rad)) = jump {
         findings.push(format!(
