@@ -193,9 +193,10 @@ proptest! {
         for (o, whitener) in problem.selected() {
             let Some(placement) = problem.placement(o, &truth) else { continue };
             let line = &truth.lines[o.line as usize];
-            let (jacobian, onto_sheet) = trueline_model::sheet_residual::linearize(
+            let parts = trueline_model::sheet_residual::linearize(
                 &placement, &observed.sheet, &o.point_in_camera, line).unwrap();
-            let covariance = noise.covariance(o.covariance, &onto_sheet, &jacobian.d_time_offset);
+            let by_time = parts.by_links(&placement).column(0).into_owned();
+            let covariance = noise.covariance(o.covariance, &parts.by_shift(), &by_time);
             let w = whitener.matrix();
             // Single precision: 6e-8 of each of its three numbers, doubled by the product.
             let off = (w * covariance * w.transpose() - nalgebra::Matrix2::identity()).norm();

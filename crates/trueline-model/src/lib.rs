@@ -53,7 +53,7 @@ pub mod support_residual;
 pub use camera::{Camera, PixelError};
 pub use curvature::Curvature;
 pub use distortion::BrownConrady;
-pub use placement::{Placement, PlacementGradient, PlacementJacobian, PoseGradient};
+pub use placement::{ByLinks, Placement, PlacementJacobian, PoseGradient};
 pub use plate::{Plate, PlateChart};
 pub use point_to_line::ResidualJacobian;
 pub use sheet::LaserSheet;

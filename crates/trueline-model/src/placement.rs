@@ -2,7 +2,7 @@
 //!
 //! p_E = R_EC p_C + p_EC,  p_B = R_BE(t − t_d) p_E + p_BE(t − t_d)  \[Yang2025, Eq. 3\].
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix2x3, Matrix3, SVector, Vector3};
 use trueline_geometry::{Pose, Segment, so3};
 
 /// Where the sensor was when one frame was exposed, and how it moved.
@@ -52,16 +52,9 @@ impl PoseGradient {
     }
 }
 
-/// How a number moves with what places the sensor: the time offset and the links of the chain from tool to sensor.
-#[derive(Clone, Copy, Debug)]
-pub struct PlacementGradient {
-    /// By t_d, 1/s times its unit.
-    pub d_time_offset: f64,
-    /// By δ for R_EC ← Exp(δ) R_EC, 1/rad.
-    pub d_rotation: Vector3<f64>,
-    /// By p_EC, 1/m.
-    pub d_translation: Vector3<f64>,
-}
+/// Derivatives by time offset (1/s), hand-eye rotation (left, tool frame, 1/rad) and hand-eye translation (1/m), times a number's unit, in this
+/// order.
+pub type ByLinks = SVector<f64, 7>;
 
 impl Placement {
     /// The placement at `exposure_time` (s, robot clock), which lies in or next to `segment`.
@@ -113,19 +106,27 @@ impl Placement {
         PoseGradient { by_shift: *by_point, by_turn: lever.cross(by_point) }
     }
 
+    /// The same of two numbers whose gradients by the point are the rows of a matrix.
+    #[must_use]
+    #[inline]
+    pub(crate) fn by_pose_of_two(
+        &self,
+        point_in_base: &Vector3<f64>,
+        by_point: &Matrix2x3<f64>,
+    ) -> [PoseGradient; 2] {
+        [0, 1].map(|row| self.by_pose(point_in_base, &by_point.row(row).transpose()))
+    }
+
     /// A gradient by the pose of the sensor, carried to the time offset and to the hand-eye transform. The exposure is earlier by t_d, so
     /// the tool is back by its motion; a perturbation of the hand-eye transform is one of the pose, seen from the tool.
     #[must_use]
     #[inline]
-    pub fn carried(&self, by_pose: &PoseGradient) -> PlacementGradient {
+    pub fn carried(&self, by_pose: &PoseGradient) -> ByLinks {
         let PoseGradient { by_shift, by_turn } = by_pose;
         let tool_from_base = self.base_from_tool.rotation.inverse();
-        let by_shift_in_tool = tool_from_base * by_shift;
-        PlacementGradient {
-            d_time_offset: -(by_shift.dot(&self.velocity) + by_turn.dot(&self.angular_velocity)),
-            d_rotation: tool_from_base * by_turn
-                - self.tool_from_camera.translation.vector.cross(&by_shift_in_tool),
-            d_translation: by_shift_in_tool,
-        }
+        let by_time = -(by_shift.dot(&self.velocity) + by_turn.dot(&self.angular_velocity));
+        let shift = tool_from_base * by_shift;
+        let turn = tool_from_base * by_turn - self.tool_from_camera.translation.vector.cross(&shift);
+        ByLinks::from([by_time, turn.x, turn.y, turn.z, shift.x, shift.y, shift.z])
     }
 }

@@ -6,23 +6,42 @@
 //! Beware: this distance does not ask where on the sheet the line should have been seen. A sensor laid
 //! along the line makes every distance small, so it can collapse under outliers; see `sheet_residual`.
 
-use crate::Placement;
-use nalgebra::{Matrix2x3, Matrix2x4, Vector2, Vector3};
+use crate::{Placement, PoseGradient};
+use nalgebra::{Matrix2x3, Matrix2x4, SMatrix, Vector2, Vector3};
 use trueline_geometry::Line;
 
-/// Two numbers with their Jacobians by group of unknowns.
+/// Two numbers with their derivatives.
 #[derive(Clone, Copy, Debug)]
 pub struct ResidualJacobian {
     /// The residual, m.
     pub residual: Vector2<f64>,
-    /// d r / d t_d, m/s.
-    pub d_time_offset: Vector2<f64>,
-    /// d r / d δ of the hand-eye rotation, m/rad.
-    pub d_rotation: Matrix2x3<f64>,
-    /// d r / d p_EC.
-    pub d_translation: Matrix2x3<f64>,
+    /// By the pose of the sensor.
+    pub by_pose: [PoseGradient; 2],
     /// d r / d (θ₂, θ₃, δ₂, δ₃) of [`Line::retract`].
     pub d_line: Matrix2x4<f64>,
+}
+
+impl ResidualJacobian {
+    /// By time offset, hand-eye rotation and hand-eye translation, where the sensor is placed so.
+    #[must_use]
+    pub fn by_links(&self, placement: &Placement) -> SMatrix<f64, 2, 7> {
+        let [a, b] = self.by_pose.each_ref().map(|by_pose| placement.carried(by_pose));
+        SMatrix::from_rows(&[a.transpose(), b.transpose()])
+    }
+
+    /// By a shift of the sensor in base.
+    #[must_use]
+    pub fn by_shift(&self) -> Matrix2x3<f64> {
+        let [a, b] = self.by_pose.each_ref().map(|by_pose| by_pose.by_shift.transpose());
+        Matrix2x3::from_rows(&[a, b])
+    }
+
+    /// By a turn of the sensor about the tool's origin, axes of base.
+    #[must_use]
+    pub fn by_turn(&self) -> Matrix2x3<f64> {
+        let [a, b] = self.by_pose.each_ref().map(|by_pose| by_pose.by_turn.transpose());
+        Matrix2x3::from_rows(&[a, b])
+    }
 }
 
 /// Offset of a measured point from the line, m.
@@ -35,14 +54,11 @@ pub fn residual(placement: &Placement, point_in_camera: &Vector3<f64>, line: &Li
 #[must_use]
 pub fn linearize(placement: &Placement, point_in_camera: &Vector3<f64>, line: &Line) -> ResidualJacobian {
     let point_in_base = placement.point_in_base(point_in_camera);
-    let motion = placement.jacobian(point_in_camera);
     let axes = line.axes();
     let across: Matrix2x3<f64> = axes.fixed_columns::<2>(1).transpose();
     ResidualJacobian {
         residual: across * (point_in_base - line.anchor()),
-        d_time_offset: across * motion.d_point_d_time_offset,
-        d_rotation: across * motion.d_point_d_rotation,
-        d_translation: across * motion.d_point_d_translation,
+        by_pose: placement.by_pose_of_two(&point_in_base, &across),
         d_line: d_offset_d_line(&axes, &(point_in_base - line.anchor())),
     }
 }

@@ -58,26 +58,22 @@ pub fn residual(
     Some(project(placement, sheet, point_in_camera, line)?.residual)
 }
 
-/// [`residual`] with its Jacobians, and B, which carries noise in base into the sheet.
+/// [`residual`] with its derivatives; that by a shift of the sensor is B.
 #[must_use]
 pub fn linearize(
     placement: &Placement,
     sheet: &LaserSheet,
     point_in_camera: &Vector3<f64>,
     line: &Line,
-) -> Option<(ResidualJacobian, Matrix2x3<f64>)> {
+) -> Option<ResidualJacobian> {
     let Projection { onto_sheet, residual } = project(placement, sheet, point_in_camera, line)?;
     let predicted_in_camera = point_in_camera - sheet.axes() * residual;
-    let motion = placement.jacobian(&predicted_in_camera);
     let predicted_in_base = placement.point_in_base(&predicted_in_camera);
-    let jacobian = ResidualJacobian {
+    Some(ResidualJacobian {
         residual,
-        d_time_offset: onto_sheet * motion.d_point_d_time_offset,
-        d_rotation: onto_sheet * motion.d_point_d_rotation,
-        d_translation: onto_sheet * motion.d_point_d_translation,
+        by_pose: placement.by_pose_of_two(&predicted_in_base, &onto_sheet),
         d_line: -onto_sheet * d_point_d_line(line, &predicted_in_base),
-    };
-    Some((jacobian, onto_sheet))
+    })
 }
 
 /// The same with a bowed seam and a sensor whose sheet is not quite what it says.
@@ -100,8 +96,6 @@ pub struct SeamJacobian {
     pub d_curvature: Matrix2<f64>,
     /// d r / d h.
     pub d_shape: SMatrix<f64, 2, 5>,
-    /// What carries a displacement in base into the residual (2×3).
-    pub onto_sheet: Matrix2x3<f64>,
 }
 
 /// Newton's steps from the straight line's intersection to the bowed one's: each squares an error of (bow/length)².
@@ -128,7 +122,6 @@ impl SeamInSheet<'_> {
         let onto_sheet = axes.transpose()
             - (axes.transpose() * seam.tangent / normal.dot(&seam.tangent)) * normal.transpose();
         let off_predicted = axes.transpose() * (measured - seam.point);
-        let predicted_in_camera = point_in_camera - sheet.axes() * off_predicted;
         let reported = sheet.coordinates(point_in_camera);
         let exact = ReportedPoint {
             reported: reported - off_predicted,
@@ -137,7 +130,6 @@ impl SeamInSheet<'_> {
         };
         let predicted = self.shape.map_or(exact, |shape| shape.reported(&exact.reported));
         let onto_sheet = predicted.d_true * onto_sheet;
-        let motion = placement.jacobian(&predicted_in_camera);
         let line_axes = self.line.axes();
         let across = Matrix2::from_columns(&[
             (onto_sheet * line_axes.column(1)).into_owned(),
@@ -146,14 +138,11 @@ impl SeamInSheet<'_> {
         Some(SeamJacobian {
             straight: ResidualJacobian {
                 residual: reported - predicted.reported,
-                d_time_offset: onto_sheet * motion.d_point_d_time_offset,
-                d_rotation: onto_sheet * motion.d_point_d_rotation,
-                d_translation: onto_sheet * motion.d_point_d_translation,
+                by_pose: placement.by_pose_of_two(&seam.point, &onto_sheet),
                 d_line: -onto_sheet * d_point_d_line(self.line, &seam.point),
             },
             d_curvature: -across * seam.form,
             d_shape: -predicted.d_shape,
-            onto_sheet,
         })
     }
 

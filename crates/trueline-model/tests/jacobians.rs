@@ -6,7 +6,7 @@ mod dual;
 mod view;
 
 use dual::{Dual, Vec3, rotate_exp};
-use nalgebra::{DMatrix, DVector, Matrix2x3, UnitVector3, Vector2, Vector3, Vector4};
+use nalgebra::{DMatrix, DVector, UnitVector3, Vector2, Vector3, Vector4};
 use proptest::prelude::*;
 use trueline_geometry::{Line, Plane, Pose};
 use trueline_lsq::check::numerical_jacobian;
@@ -39,11 +39,9 @@ fn perturbed(case: &Case, step: &DVector<f64>) -> (Placement, Line) {
     (case.view.stepped(step), line)
 }
 
-fn stacked(j: &ResidualJacobian) -> DMatrix<f64> {
+fn stacked(j: &ResidualJacobian, placement: &Placement) -> DMatrix<f64> {
     let mut all = DMatrix::zeros(2, 11);
-    all.view_mut((0, 0), (2, 1)).copy_from(&j.d_time_offset);
-    all.view_mut((0, 1), (2, 3)).copy_from(&j.d_rotation);
-    all.view_mut((0, 4), (2, 3)).copy_from(&j.d_translation);
+    all.view_mut((0, 0), (2, 7)).copy_from(&j.by_links(placement));
     all.view_mut((0, 7), (2, 4)).copy_from(&j.d_line);
     all
 }
@@ -121,9 +119,9 @@ proptest! {
     #[test]
     fn sheet_residual_jacobian(case in case()) {
         let placement = case.placement;
-        let (parts, _) =
+        let parts =
             sheet_residual::linearize(&placement, &case.view.sheet, &case.point_in_camera, &case.line).unwrap();
-        let analytic = stacked(&parts);
+        let analytic = stacked(&parts, &placement);
         let numerical = numerical_jacobian(11, 1e-3, |step| {
             let (placement, line) = perturbed(&case, step);
             let r = sheet_residual::residual(&placement, &case.view.sheet, &case.point_in_camera, &line).unwrap();
@@ -139,7 +137,8 @@ proptest! {
     #[test]
     fn point_to_line_jacobian(case in case()) {
         let placement = case.placement;
-        let analytic = stacked(&point_to_line::linearize(&placement, &case.point_in_camera, &case.line));
+        let parts = point_to_line::linearize(&placement, &case.point_in_camera, &case.line);
+        let analytic = stacked(&parts, &placement);
         let numerical = numerical_jacobian(11, 1e-3, |step| {
             let (placement, line) = perturbed(&case, step);
             let r = point_to_line::residual(&placement, &case.point_in_camera, &line);
@@ -153,13 +152,13 @@ proptest! {
     #[test]
     fn noise_in_base_is_carried_into_the_sheet(case in case(), push in vector(1e-3)) {
         let placement = case.placement;
-        let (parts, onto_sheet): (_, Matrix2x3<f64>) =
+        let parts =
             sheet_residual::linearize(&placement, &case.view.sheet, &case.point_in_camera, &case.line).unwrap();
         let mut pushed = placement;
         pushed.base_from_tool.translation.vector += push;
         let r = sheet_residual::residual(&pushed, &case.view.sheet, &case.point_in_camera, &case.line).unwrap();
         // A shift of the sensor moves the residual exactly linearly.
-        prop_assert!((r - parts.residual - onto_sheet * push).norm() < 1e-13);
+        prop_assert!((r - parts.residual - parts.by_shift() * push).norm() < 1e-13);
     }
 
     #[test]

@@ -51,9 +51,7 @@ proptest! {
         let seam = SeamInSheet { line: &case.line, curvature: &case.curvature, shape: Some(&case.shape) };
         let parts = seam.linearize(&placement, &case.view.sheet, &case.point_in_camera).unwrap();
         let mut analytic = DMatrix::zeros(2, 18);
-        analytic.view_mut((0, 0), (2, 1)).copy_from(&parts.straight.d_time_offset);
-        analytic.view_mut((0, 1), (2, 3)).copy_from(&parts.straight.d_rotation);
-        analytic.view_mut((0, 4), (2, 3)).copy_from(&parts.straight.d_translation);
+        analytic.view_mut((0, 0), (2, 7)).copy_from(&parts.straight.by_links(&placement));
         analytic.view_mut((0, 7), (2, 4)).copy_from(&parts.straight.d_line);
         analytic.view_mut((0, 11), (2, 2)).copy_from(&parts.d_curvature);
         analytic.view_mut((0, 13), (2, 5)).copy_from(&parts.d_shape);
@@ -90,12 +88,12 @@ proptest! {
         let straight = Curvature { bow_m: [0.0; 2], ..case.curvature };
         let seam = SeamInSheet { line: &case.line, curvature: &straight, shape: None };
         let parts = seam.linearize(&placement, &case.view.sheet, &case.point_in_camera).unwrap();
-        let (plain, onto_sheet) =
+        let plain =
             sheet_residual::linearize(&placement, &case.view.sheet, &case.point_in_camera, &case.line).unwrap();
         prop_assert!((parts.straight.residual - plain.residual).norm() < 1e-14);
-        prop_assert!((parts.straight.d_rotation - plain.d_rotation).norm() < 1e-13);
+        prop_assert!((parts.straight.by_turn() - plain.by_turn()).norm() < 1e-13);
         prop_assert!((parts.straight.d_line - plain.d_line).norm() < 1e-13);
-        prop_assert!((parts.onto_sheet - onto_sheet).norm() < 1e-14);
+        prop_assert!((parts.straight.by_shift() - plain.by_shift()).norm() < 1e-14);
     }
 
     #[test]

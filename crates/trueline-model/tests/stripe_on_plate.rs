@@ -96,9 +96,7 @@ proptest! {
         prop_assert!((parts.residual - searched(&case, &DVector::zeros(UNKNOWNS))).abs() < 1e-12);
         let mut analytic = DMatrix::zeros(1, UNKNOWNS);
         let links = placement.carried(&parts.by_pose);
-        analytic[0] = links.d_time_offset;
-        analytic.view_mut((0, 1), (1, 3)).copy_from(&links.d_rotation.transpose());
-        analytic.view_mut((0, 4), (1, 3)).copy_from(&links.d_translation.transpose());
+        analytic.view_mut((0, 0), (1, 7)).copy_from(&links.transpose());
         analytic.view_mut((0, 7), (1, 3)).copy_from(&parts.d_plate.transpose());
         analytic.view_mut((0, 10), (1, 7)).copy_from(&parts.d_surface.transpose());
         analytic.view_mut((0, 17), (1, 5)).copy_from(&parts.d_shape.transpose());
@@ -344,9 +342,7 @@ proptest! {
             prop_assert!((row.residual - said[k]).abs() < tolerance, "{} {}", row.residual, said[k]);
             let mut analytic = DVector::zeros(UNKNOWNS);
             let links = placement.carried(&row.by_pose);
-            analytic[0] = links.d_time_offset;
-            analytic.rows_mut(1, 3).copy_from(&links.d_rotation);
-            analytic.rows_mut(4, 3).copy_from(&links.d_translation);
+            analytic.rows_mut(0, 7).copy_from(&links);
             analytic.rows_mut(7, 3).copy_from(&row.d_plate);
             analytic.rows_mut(10, 7).copy_from(&row.d_surface);
             analytic.rows_mut(17, 5).copy_from(&row.d_shape);

@@ -5,7 +5,7 @@ use crate::motion::Motion;
 use crate::truth::Truth;
 use nalgebra::{Matrix2, Matrix2x3, Point3, SMatrix, Vector2, Vector3};
 use trueline_dataset::Sensor;
-use trueline_geometry::{smooth, so3};
+use trueline_geometry::smooth;
 use trueline_method::Config;
 use trueline_method::input::noise_levels::{NoiseLevels, Whitener};
 use trueline_method::problem::parameters::LINES;
@@ -26,6 +26,8 @@ pub struct Sight {
     columns: SMatrix<f64, 2, LOCAL_ALL>,
     /// What carries displacements in base onto the sheet.
     onto_sheet: Matrix2x3<f64>,
+    /// The same for turns about the tool.
+    by_turn: Matrix2x3<f64>,
 }
 
 /// The frames of a scan.
@@ -134,14 +136,13 @@ impl Met {
     fn seen(self, sheet: &LaserSheet, seam: &SeamInSheet<'_>) -> Option<Sight> {
         let found = seam.linearize(&self.placement, sheet, &self.point_in_camera)?;
         let mut columns = SMatrix::<f64, 2, LOCAL_ALL>::zeros();
-        columns.fixed_columns_mut::<1>(0).copy_from(&found.straight.d_time_offset);
-        columns.fixed_columns_mut::<3>(1).copy_from(&found.straight.d_rotation);
-        columns.fixed_columns_mut::<3>(4).copy_from(&found.straight.d_translation);
+        columns.fixed_columns_mut::<LINES>(0).copy_from(&found.straight.by_links(&self.placement));
         columns.fixed_columns_mut::<4>(LINES).copy_from(&found.straight.d_line);
         columns.fixed_columns_mut::<2>(LOCAL_STRAIGHT).copy_from(&found.d_curvature);
         columns.fixed_columns_mut::<5>(LOCAL_BOWED).copy_from(&found.d_shape);
         let Self { time_s, placement, point_in_camera, .. } = self;
-        Some(Sight { time_s, placement, point_in_camera, columns, onto_sheet: found.onto_sheet })
+        let (onto_sheet, by_turn) = (found.straight.by_shift(), found.straight.by_turn());
+        Some(Sight { time_s, placement, point_in_camera, columns, onto_sheet, by_turn })
     }
 }
 
@@ -150,19 +151,12 @@ impl Sight {
     pub(crate) fn whitener(&self, cell: &Cell, left: &NoiseLeft) -> Option<(Matrix2<f64>, Matrix2<f64>)> {
         let sheet_per_px = sheet_per_px(cell, &self.point_in_camera)?;
         let feature = sheet_per_px * sheet_per_px.transpose() * feature_px(cell).powi(2);
-        let turned = self.onto_sheet * so3::hat(&self.arm()) * left.robot_rad;
+        let turned = self.by_turn * left.robot_rad;
         let packed = |m: Matrix2<f64>| [m[(0, 0)], m[(0, 1)], m[(1, 1)]];
         let own = packed(feature + turned * turned.transpose());
         let d_time_offset: Vector2<f64> = self.columns.column(0).into();
         let covariance = left.levels.covariance(own, &self.onto_sheet, &d_time_offset);
         Some((Whitener::of(&covariance)?.matrix(), sheet_per_px))
-    }
-
-    /// The seam's point from the tool's origin, base, m.
-    pub(crate) fn arm(&self) -> Vector3<f64> {
-        let Placement { base_from_tool, tool_from_camera, .. } = &self.placement;
-        let in_tool = tool_from_camera.rotation * self.point_in_camera + tool_from_camera.translation.vector;
-        base_from_tool.rotation * in_tool
     }
 
     /// Derivatives of the sheet residual by all unknowns.
@@ -173,6 +167,11 @@ impl Sight {
     /// What carries displacements in base onto the sheet.
     pub(crate) fn onto_sheet(&self) -> &Matrix2x3<f64> {
         &self.onto_sheet
+    }
+
+    /// How a turn of the sensor about the tool, axes of base, moves the residual.
+    pub(crate) fn by_turn(&self) -> &Matrix2x3<f64> {
+        &self.by_turn
     }
 }
 

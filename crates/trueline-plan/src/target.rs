@@ -10,8 +10,6 @@ use crate::seam_goal::SeamGoal;
 use crate::sights::{NoiseLeft, Sights};
 use crate::truth::Truth;
 use crate::wrong_cells::SeenBy;
-use nalgebra::Vector3;
-use trueline_geometry::so3;
 use trueline_method::Measurements;
 use trueline_method::assess::tilt_bias::BIAS;
 use trueline_method::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED, LOCAL_STRAIGHT};
@@ -156,15 +154,13 @@ fn seam_points(cell: &Cell, sights: &Sights, seen_by: &[SeenBy]) -> Evidence<2, 
     let rows = sights.list.iter().zip(seen_by).enumerate().filter(|(_, (_, seen))| seen.seam > 0.0);
     let frames = rows.filter_map(|(k, (sight, seen))| {
         let (whitener, sheet_per_px) = sight.whitener(cell, &left)?;
-        let by_shift = whitener * sight.onto_sheet();
-        let arm: Vector3<f64> = sight.arm();
         Some(FrameRows {
             sight: k,
             share: seen.seam,
             columns: whitener * sight.columns(),
             by_px: whitener * sheet_per_px,
-            by_turn: -(by_shift * so3::hat(&arm)),
-            by_shift,
+            by_shift: whitener * sight.onto_sheet(),
+            by_turn: whitener * sight.by_turn(),
         })
     });
     Evidence {

@@ -5,7 +5,7 @@ use crate::assess::left_out::{LeftOut, PartSums};
 use crate::config::Config;
 use crate::input::observations::{Observation, Observations};
 use crate::problem::line_problem::{Criterion, LineProblem};
-use crate::problem::parameters::{LINES, Parameters, ROTATION};
+use crate::problem::parameters::{LINES, Parameters};
 use crate::problem::placement::placement;
 use crate::solve::fit::Fit;
 use nalgebra::{DMatrix, SVector};
@@ -164,9 +164,7 @@ fn lever(
         let point = at.corrected(&subject.observations.sheet, &o.point_in_camera);
         let parts = trueline_model::point_to_line::linearize(&placement, &point, line);
         let mut jacobian = DMatrix::zeros(2, covariance.nrows());
-        jacobian.view_mut((0, 0), (2, 1)).copy_from(&parts.d_time_offset);
-        jacobian.view_mut((0, ROTATION), (2, 3)).copy_from(&parts.d_rotation);
-        jacobian.view_mut((0, ROTATION + 3), (2, 3)).copy_from(&parts.d_translation);
+        jacobian.view_mut((0, 0), (2, LINES)).copy_from(&parts.by_links(&placement));
         jacobian
             .view_mut((0, crate::problem::parameters::line_index(o.line as usize)), (2, 4))
             .copy_from(&parts.d_line);

@@ -10,7 +10,7 @@ use crate::problem::placement::placement;
 use crate::problem::prior::Prior;
 use crate::problem::simd::{Cost, Equations, Mounting, Scan, Squared, Visit, Whitening, sweep, sweep_chunks};
 use crate::problem::unknowns::{
-    LINES, LOCAL_ALL, LOCAL_BOWED, LOCAL_STRAIGHT, Model, ROTATION, TIME_OFFSET, TRANSLATION, Unknowns,
+    LINES, LOCAL_ALL, LOCAL_BOWED, LOCAL_STRAIGHT, Model, TIME_OFFSET, TRANSLATION, Unknowns,
 };
 use nalgebra::{DVector, Matrix2x3, SMatrix, Vector2};
 use trueline_lsq::{LeastSquares, Loss, NormalEquations};
@@ -203,10 +203,10 @@ impl<'a> LineProblem<'a> {
         match self.residual {
             ResidualKind::PointToLine => {
                 let line = &at.lines[o.line as usize];
-                let parts = point_to_line::linearize(placement, &o.point_in_camera, line);
-                let axes = line.axes();
-                let across = Matrix2x3::from_rows(&[axes.column(1).transpose(), axes.column(2).transpose()]);
-                Some(Linearized::of(&parts, across))
+                Some(Linearized::of(
+                    &point_to_line::linearize(placement, &o.point_in_camera, line),
+                    placement,
+                ))
             }
             ResidualKind::Sheet => self.linearized_in_sheet(o, at, placement),
         }
@@ -221,12 +221,12 @@ impl<'a> LineProblem<'a> {
         let line = &at.lines[o.line as usize];
         let sheet = &self.observations.sheet;
         let Some(curvature) = at.curvatures.get(o.line as usize) else {
-            let (parts, onto_sheet) = sheet_residual::linearize(placement, sheet, &o.point_in_camera, line)?;
-            return Some(Linearized::of(&parts, onto_sheet));
+            let parts = sheet_residual::linearize(placement, sheet, &o.point_in_camera, line)?;
+            return Some(Linearized::of(&parts, placement));
         };
         let seam = SeamInSheet { line, curvature, shape: at.shape.as_ref() };
         let parts = seam.linearize(placement, sheet, &o.point_in_camera)?;
-        let mut all = Linearized::of(&parts.straight, parts.onto_sheet);
+        let mut all = Linearized::of(&parts.straight, placement);
         all.jacobian.fixed_columns_mut::<2>(LOCAL_STRAIGHT).copy_from(&parts.d_curvature);
         all.jacobian.fixed_columns_mut::<5>(LOCAL_BOWED).copy_from(&parts.d_shape);
         Some(all)
@@ -353,13 +353,11 @@ struct Linearized {
 }
 
 impl Linearized {
-    fn of(parts: &ResidualJacobian, onto_sheet: Matrix2x3<f64>) -> Self {
+    fn of(parts: &ResidualJacobian, placement: &Placement) -> Self {
         let mut jacobian = LocalJacobian::zeros();
-        jacobian.fixed_columns_mut::<1>(TIME_OFFSET).copy_from(&parts.d_time_offset);
-        jacobian.fixed_columns_mut::<3>(ROTATION).copy_from(&parts.d_rotation);
-        jacobian.fixed_columns_mut::<3>(TRANSLATION).copy_from(&parts.d_translation);
+        jacobian.fixed_columns_mut::<LINES>(0).copy_from(&parts.by_links(placement));
         jacobian.fixed_columns_mut::<4>(LINES).copy_from(&parts.d_line);
-        Self { residual: parts.residual, jacobian, onto_sheet }
+        Self { residual: parts.residual, jacobian, onto_sheet: parts.by_shift() }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Frame → up to five residuals and their gradients, by the chain rule.
 
 use crate::input::observations::Observations;
-use crate::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
+use crate::problem::parameters::TIME_OFFSET;
 use crate::problem::placement::placement_at;
 use crate::stripe::frames::{SeamSight, Sight, StripeFrame, reported};
 use crate::stripe::state::StripeState;
@@ -152,13 +152,10 @@ impl FrameRows {
         let Self { mut all, by_pose, mut gradients } = self;
         for (row, by_pose) in by_pose.iter().enumerate() {
             let links = placement.carried(by_pose);
-            all.d_time_offset[row] = links.d_time_offset;
+            all.d_time_offset[row] = links[TIME_OFFSET];
             all.d_displacement.set_row(row, &by_pose.by_shift.transpose());
             all.d_turn.set_row(row, &by_pose.by_turn.transpose());
-            let gradient = &mut gradients.as_mut_slice()[LOCAL_ALL * row..][..LOCAL_ALL];
-            gradient[TIME_OFFSET] = links.d_time_offset;
-            gradient[ROTATION..TRANSLATION].copy_from_slice(links.d_rotation.as_slice());
-            gradient[TRANSLATION..PLANES].copy_from_slice(links.d_translation.as_slice());
+            gradients.fixed_view_mut::<PLANES, 1>(0, row).copy_from(&links);
         }
         (all, gradients)
     }

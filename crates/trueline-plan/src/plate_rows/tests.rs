@@ -9,6 +9,7 @@ use nalgebra::{DVector, Point3, SVector};
 use std::path::Path;
 use trueline_dataset::{Sensor, sensor_toml};
 use trueline_geometry::so3;
+use trueline_method::problem::parameters::{ROTATION, TRANSLATION};
 
 const FILLET: &str = "\n[[plates]]\nnormal = [-0.127023, 0.695640, 0.707072]\n[[plates]]\nnormal = [0.113104, -0.698038, 0.707072]\n";
 const LAP: &str = "\n[[plates]]\nnormal = [0.02, -0.03, 1]\ntoward = [0, -1, 0]\n[[plates]]\nnormal = [0.02, -0.03, 1]\ntoward = [0, 1, 0]\nbelow_mm = 3\n";

@@ -10,7 +10,7 @@
 //! covariance and Σ all of it, is the best estimate of the true point, and its error is uncorrelated with r. All else is
 //! [`sheet_residual`]'s.
 
-use crate::parameters::{CALIBRATION, ROTATION, SHAPE, TIME_OFFSET, TRANSLATION};
+use crate::parameters::{CALIBRATION, SHAPE, TIME_OFFSET};
 use nalgebra::{Matrix2, Matrix2x4, SMatrix, Vector2};
 use trueline_geometry::Line;
 use trueline_method::evaluate::placed_features::{PlacedFeature, PlacedFeatures};
@@ -69,19 +69,17 @@ pub fn linearized(
     shape_origin_m: [f64; 2],
 ) -> Option<Linearized> {
     let sheet: &LaserSheet = &of.sheet;
-    let (parts, onto_sheet) =
-        sheet_residual::linearize(&feature.placement, sheet, &feature.point_in_camera, &seam.line)?;
+    let parts = sheet_residual::linearize(&feature.placement, sheet, &feature.point_in_camera, &seam.line)?;
+    let (onto_sheet, links) = (parts.by_shift(), parts.by_links(&feature.placement));
     let predicted_in_camera = feature.point_in_camera - sheet.axes() * parts.residual;
     let mut shared = Matrix2x4::zeros();
     shared.fixed_columns_mut::<3>(0).copy_from(&(onto_sheet * of.noise.robot_sigma_m));
-    shared.fixed_columns_mut::<1>(3).copy_from(&(parts.d_time_offset * of.noise.stamp_sigma_s));
+    shared.fixed_columns_mut::<1>(3).copy_from(&(links.column(TIME_OFFSET) * of.noise.stamp_sigma_s));
     let total = feature.covariance + shared * shared.transpose();
     let gain = feature.covariance * total.try_inverse()?;
     let best = sheet.coordinates(&feature.point_in_camera) - gain * parts.residual;
     let mut jacobian = SMatrix::<f64, 2, LOCAL>::zeros();
-    jacobian.fixed_columns_mut::<1>(TIME_OFFSET).copy_from(&parts.d_time_offset);
-    jacobian.fixed_columns_mut::<3>(ROTATION).copy_from(&parts.d_rotation);
-    jacobian.fixed_columns_mut::<3>(TRANSLATION).copy_from(&parts.d_translation);
+    jacobian.fixed_columns_mut::<SHAPE>(TIME_OFFSET).copy_from(&links);
     jacobian
         .fixed_columns_mut::<5>(SHAPE)
         .copy_from(&d_point_d_shape(&(best - Vector2::from(shape_origin_m))));

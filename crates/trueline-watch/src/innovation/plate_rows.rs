@@ -11,14 +11,14 @@ use super::linearized::{LOCAL, SEAM, Seam, d_point_d_shape};
 use super::row::{Row, SHARED};
 use super::seam_fit::LEAST_FEATURES;
 use super::unknowns::LOCAL_OF_STRIPE;
-use crate::parameters::{ROTATION, SHAPE, TIME_OFFSET, TRANSLATION};
+use crate::parameters::{SHAPE, TIME_OFFSET};
 use nalgebra::{Matrix2, SMatrix, SVector, UnitVector3, Vector2, Vector3};
 use std::f64::consts::{PI, TAU};
 use trueline_geometry::so3;
 use trueline_method::evaluate::placed_features::{PlacedFeatures, PlacedStripes};
 use trueline_method::order_statistics::median;
 use trueline_method::stripe::frames::reported;
-use trueline_model::{Placement, PlacementGradient, Plate, PoseGradient, StripeJacobian, StripeOnPlate};
+use trueline_model::{ByLinks, Placement, Plate, PoseGradient, StripeJacobian, StripeOnPlate};
 
 /// Stripes that differ in direction by less (sine) are those of parallel plates: 6°.
 const LEAST_ANGLE_SINE: f64 = 0.1;
@@ -137,7 +137,7 @@ impl JointView<'_> {
             let mut row = shared.row_mut(k);
             row.fixed_columns_mut::<3>(0).tr_copy_from(&(by_shift * noise.robot_sigma_m));
             row.fixed_columns_mut::<3>(3).tr_copy_from(&(by_turn * self.of.robot_sigma_rad));
-            let late = stripes.placement.carried(&parts.by_pose).d_time_offset;
+            let late = stripes.placement.carried(&parts.by_pose)[TIME_OFFSET];
             row[SHARED - 1] = late * noise.stamp_sigma_s;
         }
         let covariance = SMatrix::from_diagonal(&own) + shared * shared.transpose();
@@ -158,14 +158,12 @@ impl JointView<'_> {
     fn derivatives(
         &self,
         plate: usize,
-        (parts, links): (&StripeJacobian, &PlacementGradient),
+        (parts, links): (&StripeJacobian, &ByLinks),
         best: &Vector2<f64>,
     ) -> SVector<f64, LOCAL_OF_STRIPE> {
         let mut all = SVector::<f64, LOCAL_OF_STRIPE>::zeros();
         let by_shape = d_point_d_shape(&(best - Vector2::from(self.shape_origin_m)));
-        all[TIME_OFFSET] = links.d_time_offset;
-        all.fixed_rows_mut::<3>(ROTATION).copy_from(&links.d_rotation);
-        all.fixed_rows_mut::<3>(TRANSLATION).copy_from(&links.d_translation);
+        all.fixed_rows_mut::<SHAPE>(TIME_OFFSET).copy_from(links);
         all.fixed_rows_mut::<5>(SHAPE).copy_from(&(by_shape.transpose() * parts.normal));
         let (axes, plate) = (self.seam.line.axes(), &self.plates[plate]);
         for (k, axis) in [axes.column(1), axes.column(2)].iter().enumerate() {
