@@ -4,7 +4,7 @@
 //! surface scatter about each other.
 
 use crate::error::Problem;
-use crate::profile::Profile;
+use crate::profile::{Profile, ProfilePoint};
 use crate::unit::MM_PER_M;
 
 /// Fewest points with the same range, ...
@@ -26,6 +26,24 @@ pub fn take_out(profiles: &mut [Profile], range_m: f64) -> usize {
         taken += before - profile.points.len();
     }
     taken
+}
+
+/// Fewest points in the origin that stand for no return.
+const FEWEST_ORIGINS: usize = 3;
+
+/// Takes the points out that are exactly (0, 0) where nothing else was measured near to it, and says how many: sensors write so for no return.
+pub fn take_out_origins(profiles: &mut [Profile]) -> Option<String> {
+    let is_origin = |point: &ProfilePoint| point.x_m == 0.0 && point.z_m == 0.0;
+    let points = || profiles.iter().flat_map(|profile| &profile.points);
+    let origins = points().filter(|point| is_origin(point)).count();
+    let mut others = points().filter(|point| !is_origin(point)).peekable();
+    let has_others = others.peek().is_some();
+    if origins < FEWEST_ORIGINS || !has_others || others.any(|point| point.x_m.hypot(point.z_m) <= FAR_M) {
+        return None;
+    }
+    let of = points().count();
+    profiles.iter_mut().for_each(|profile| profile.points.retain(|point| !is_origin(point)));
+    Some(format!("{origins} of {of} points are exactly (0, 0), far from all others: no return, left out"))
 }
 
 /// Says so of profiles in which the smallest or the largest range stands for no return.
@@ -58,7 +76,6 @@ fn ends(ranges: impl Iterator<Item = f64>) -> [f64; 2] {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-    use crate::profile::ProfilePoint;
 
     /// A profile of a lap: 100 columns at 0.1 m and 100 of them 3 mm lower, and in so many columns one range.
     fn profiles(others: usize, range_m: f64) -> Vec<Profile> {
@@ -85,6 +102,28 @@ mod tests {
         let mut profiles = profiles(20, 0.0);
         profiles[0].points.extend(wide);
         assert!(check(&profiles).is_err());
+    }
+
+    #[test]
+    fn points_in_the_origin_are_left_out_where_all_others_are_far() {
+        let origin = ProfilePoint { x_m: 0.0, z_m: 0.0, intensity: None };
+        let with = |origins: usize, lower_m: f64| {
+            let mut profiles = profiles(0, 0.0);
+            profiles[0].points.iter_mut().for_each(|point| point.z_m -= lower_m);
+            profiles[0].points.extend(vec![origin; origins]);
+            profiles
+        };
+        let mut seen = with(3, 0.0);
+        let said = take_out_origins(&mut seen).unwrap();
+        assert!(said.starts_with("3 of 203 points are exactly (0, 0)"), "{said}");
+        assert_eq!(seen[0].points.len(), 200);
+        // Too few; a surface near the zero of its ranges; nothing else.
+        let mut alone = with(3, 0.0);
+        alone[0].points.drain(..200);
+        for mut left in [with(2, 0.0), with(3, 0.1), alone] {
+            let count = left[0].points.len();
+            assert_eq!((take_out_origins(&mut left), left[0].points.len()), (None, count));
+        }
     }
 
     #[test]

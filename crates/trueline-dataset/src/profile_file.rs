@@ -82,7 +82,9 @@ impl ProfileFile {
         stops: Option<&StopPoses>,
     ) -> Result<Vec<Profile>, Error> {
         let path = self.path.clone();
-        let profiles = self.read_any(notes, stops)?;
+        let mut profiles = self.read_any(notes, stops)?;
+        let origins = no_return::take_out_origins(&mut profiles);
+        notes.extend(origins.map(|said| format!("{}: {said}", path.display())));
         no_return::check(&profiles).map_err(|problem| Error::in_file(&path, problem))?;
         Ok(profiles)
     }

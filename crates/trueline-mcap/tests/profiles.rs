@@ -76,15 +76,24 @@ fn what_was_recorded_comes_back_without_the_columns_that_saw_nothing() {
 #[test]
 fn a_range_that_stands_for_no_return_is_refused_unless_the_user_names_it() {
     let dir = tempfile::tempdir().unwrap();
-    let file = dir.path().join("zeros.mcap");
-    let recorder = Recorder::create(&file, &about()).unwrap();
-    for k in 0..20 {
-        let entry = profile(k);
-        let columns = entry.columns.iter().map(|column| Some(column.unwrap_or([0.0, 0.0]))).collect();
-        assert!(recorder.handle().offer(Entry::Robot(robot(k as u32))));
-        assert!(recorder.handle().offer(Entry::Profile(ProfileEntry { columns, ..entry })));
-    }
-    recorder.finish().unwrap();
+    let recorded = |name: &str, no_return: [f64; 2]| {
+        let file = dir.path().join(name);
+        let recorder = Recorder::create(&file, &about()).unwrap();
+        for k in 0..20 {
+            let entry = profile(k);
+            let columns = entry.columns.iter().map(|column| Some(column.unwrap_or(no_return))).collect();
+            assert!(recorder.handle().offer(Entry::Robot(robot(k as u32))));
+            assert!(recorder.handle().offer(Entry::Profile(ProfileEntry { columns, ..entry })));
+        }
+        recorder.finish().unwrap();
+        file
+    };
+    // Points in the origin are none beyond doubt.
+    let imported = import(&recorded("origin.mcap", [0.0, 0.0]), &Choice::default()).unwrap();
+    assert_eq!(imported.profiles.iter().map(|profile| profile.points.len()).sum::<usize>(), 600);
+    let told = "profiles: 200 of 800 points are exactly (0, 0), far from all others: no return, left out";
+    assert!(imported.notes.iter().any(|note| note == told), "{:?}", imported.notes);
+    let file = recorded("zeros.mcap", [0.001, 0.0]);
     let refused = import(&file, &Choice::default()).unwrap_err();
     assert!(refused.to_string().contains("200 of 800 points have a range of exactly 0 mm"), "{refused}");
     assert!(refused.hint().contains("--no-return-mm 0"), "{}", refused.hint());

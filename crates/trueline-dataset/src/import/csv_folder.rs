@@ -105,6 +105,8 @@ impl CsvFolder {
                         source.file.display()
                     ));
                 }
+                let origins = no_return::take_out_origins(&mut profiles);
+                notes.extend(origins.map(|said| format!("{}: {said}", source.file.display())));
                 no_return::check(&profiles).map_err(|problem| Error::in_file(&source.file, problem))?;
                 Seen { profiles, clock, ..Seen::default() }
             }

@@ -291,6 +291,8 @@ fn profiles(
         let taken = no_return::take_out(&mut profiles, range_m);
         notes.push(format!("{taken} points of the profiles have no return, as you stated it"));
     }
+    let origins = no_return::take_out_origins(&mut profiles);
+    notes.extend(origins.map(|said| format!("profiles: {said}")));
     // As of a dataset's profiles: what is calibrated from a recording and from its import is the same, or refused alike.
     no_return::check(&profiles).map_err(|problem| ImportError::Profiles {
         topic: chosen.profiles.clone().unwrap_or_default(),
