@@ -12,26 +12,38 @@ pub(crate) fn align_recording(
     config: &Config,
     quiet: bool,
 ) -> Result<(), Failure> {
-    let tried = progress::steps(quiet, |watch| align(recording, config, watch));
-    let found = tried.map_err(|error| Failure::new(error.to_string(), error.hint()))?;
-    *recording = aligned(recording, found.images_ahead_ns);
+    let ahead_s = shift(recording, config, quiet)?;
     if !quiet {
         output::words(&format!(
-            "note: image stamps are {:.3} s ahead of the robot's; the time offset below contains that",
-            found.images_ahead_ns as f64 * 1e-9
+            "note: image stamps are {ahead_s:.3} s ahead of the robot's; the time offset below contains that"
         ));
     }
     Ok(())
 }
 
-/// The same for an import, whose profiles may not have been looked at.
+/// Takes the shift from the image stamps, and returns it, s.
+fn shift(recording: &mut Recording, config: &Config, quiet: bool) -> Result<f64, Failure> {
+    let tried = progress::steps(quiet, |watch| align(recording, config, watch));
+    let found = tried.map_err(|error| Failure::new(error.to_string(), error.hint()))?;
+    *recording = aligned(recording, found.images_ahead_ns);
+    Ok(found.images_ahead_ns as f64 * 1e-9)
+}
+
+/// The same for an import, whose profiles may not have been looked at. The dataset is written with the moved stamps.
 pub(crate) fn align_import(recording: &mut Recording, profiles: &mut [Profile]) -> Result<(), Failure> {
-    if profiles.is_empty() {
-        return align_recording(recording, &Config::default(), false);
-    }
-    let features = opening::in_profiles(profiles, None, false)?.features;
-    let mut seen = Recording { features, ..recording.clone() };
-    align_recording(&mut seen, &Config::default(), false)?;
-    profiles.iter_mut().for_each(|profile| profile.stamp_ns -= seen.images_ahead_ns);
+    let ahead_s = if profiles.is_empty() {
+        shift(recording, &Config::default(), false)?
+    } else {
+        let features = opening::in_profiles(profiles, None, false)?.features;
+        let mut seen = Recording { features, ..recording.clone() };
+        let ahead_s = shift(&mut seen, &Config::default(), false)?;
+        profiles.iter_mut().for_each(|profile| profile.stamp_ns -= seen.images_ahead_ns);
+        ahead_s
+    };
+    output::words(&format!(
+        "note: the sensor's stamps are moved by {:+.3} s in this dataset. The time offset that `calibrate` finds holds for the moved stamps. \
+         For the sensor's own stamps it is that offset {ahead_s:+.3} s",
+        -ahead_s
+    ));
     Ok(())
 }
