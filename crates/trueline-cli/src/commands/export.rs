@@ -39,6 +39,15 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
     let format = named(form).ok_or_else(|| {
         Failure::new(format!("there is no form `{form}`"), "`trueline export --list` names all")
     })?;
+    let is_refused = calibration.accepted == Some(false);
+    if is_refused && !calibration.at_stops && format.name == "time-offset" {
+        output::words(&format!(
+            "error: {}: the result was not accepted, so its time offset is not exported\n\nhint: {}",
+            result.display(),
+            "the reasons are in it: mend their cause, and calibrate again"
+        ));
+        return Ok(ExitCode::from(1));
+    }
     let text = format.text(&mounting).map_err(|error| {
         Failure::new(
             format!("{}: {error}", format.title),
@@ -53,9 +62,10 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
     }
     if !args.quiet {
         output::words(&format!("{}: {}", format.title, format.convention));
-        let rule = match calibration.at_stops {
-            true => "none, for the robot stood at each reading".to_owned(),
-            false => time_offset::rule(known.time_offset_s),
+        let rule = match (calibration.at_stops, is_refused) {
+            (true, _) => "none, for the robot stood at each reading".to_owned(),
+            (false, true) => "not exported, for the result was not accepted".to_owned(),
+            (false, false) => time_offset::rule(known.time_offset_s),
         };
         output::words(&format!("time offset: {rule}"));
     }
