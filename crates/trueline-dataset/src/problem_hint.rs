@@ -134,7 +134,9 @@ impl Problem {
                 "correct its name or remove the column, nothing is ignored silently; `trueline import csv` takes the names and units of \
                  other programs"
             }
-            Self::OtherSeparator { .. } => "leave --delimiter out: what separates columns is recognised",
+            Self::OtherSeparator { .. } => {
+                "--delimiter is of the robot file and of the features: leave --delimiter out, what separates columns is recognised in each file"
+            }
             Self::UnknownUnit { .. } => {
                 "known are mm, cm, m, µm, in; deg, rad, mrad, gon; s, ms, µs, ns; or say what it is: --robot-map 'x_mm=X [actual]'"
             }

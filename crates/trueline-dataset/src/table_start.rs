@@ -3,7 +3,7 @@
 //! Programs write lines of their own before a table, with `#` or without, a row of units below the names, or no names at all. The line
 //! of names is the one whose cells are all names, and below which rows of as many cells follow.
 
-use crate::header_unit::{HeaderUnit, is_unit, stem_and_unit};
+use crate::header_unit::{HeaderUnit, is_unit, stem_and_unit, suffix_of};
 use crate::moment;
 use crate::separator::{Separator, fields};
 
@@ -197,7 +197,8 @@ fn header_cells(line: &str, separator: Separator) -> Vec<String> {
 fn with_unit(name: String, unit: &str) -> String {
     let bare = unit.trim_matches(['[', ']', '(', ')', ' ']);
     match stem_and_unit(&name).1 {
-        HeaderUnit::Absent if !bare.is_empty() => format!("{name} [{bare}]"),
+        // `-` says that there is none.
+        HeaderUnit::Absent if suffix_of(&bare.to_lowercase()) != Some("") => format!("{name} [{bare}]"),
         _ => name,
     }
 }

@@ -67,7 +67,7 @@ enum Kind {
 }
 
 /// Files that are no table: how they begin, what they are, and what to do.
-const OTHERS: [(&[u8], &str, &str); 13] = [
+const OTHERS: [(&[u8], &str, &str); 14] = [
     (b"\x89MCAP", "a recording in MCAP", "`trueline import mcap FILE --out DIR` reads it"),
     (
         b"SQLite format 3",
@@ -93,6 +93,7 @@ const OTHERS: [(&[u8], &str, &str); 13] = [
     (b"<!DOCTYPE html", "a web page", "was it downloaded without signing in? Export the table as CSV"),
     (b"<html", "a web page", "was it downloaded without signing in? Export the table as CSV"),
     (b"{", "JSON", "write one row a pose as CSV: time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz"),
+    (b"[", "JSON", "write one row a pose as CSV: time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz"),
 ];
 
 /// Says what a file is that is no table.
@@ -102,8 +103,9 @@ fn expect_table(file: &Path, bytes: &[u8]) -> Result<(), Error> {
         .iter()
         .find(|(begin, ..)| start.get(..begin.len()).is_some_and(|s| s.eq_ignore_ascii_case(begin)));
     if let Some((begin, what, hint)) = other
-        // A pose of KUKA begins with a brace as well.
+        // A pose of KUKA begins with a brace as well, and one of UR or ABB with a bracket.
         && (*begin != b"{" || start[1..].trim_ascii_start().starts_with(b"\""))
+        && (*begin != b"[" || start[1..].trim_ascii_start().starts_with(b"{"))
     {
         return Err(Error::unreadable(file, *what, hint));
     }

@@ -95,8 +95,14 @@ pub(super) fn read(file: &Path, bytes: Vec<u8>) -> Result<NumberTable, Error> {
     Ok(table)
 }
 
+/// The fields of a line; a comma between quotes is the decimal sign of a time.
 fn fields(line: &str) -> impl Iterator<Item = &str> {
-    line.trim_start_matches('\u{feff}').split(',').map(|field| field.trim().trim_matches('"').trim())
+    let mut quoted = false;
+    let separates = move |letter: char| {
+        quoted ^= letter == '"';
+        letter == ',' && !quoted
+    };
+    line.trim_start_matches('\u{feff}').split(separates).map(|field| field.trim().trim_matches('"').trim())
 }
 
 /// The number of fields that most lines of numbers have; of as many the larger one.

@@ -32,7 +32,10 @@ struct Time {
 /// Rows of which it is not clear what is x and what is z.
 pub(super) fn read(file: &Path, bytes: Vec<u8>, is_point: impl Fn(f64) -> bool) -> Result<Raw, Error> {
     let table = numbers::read(file, bytes)?;
-    let mut places = places(&table).map_err(|p| Error::in_file(file, p))?;
+    let mut places = places(&table).map_err(|problem| match problem {
+        Problem::FieldCount { .. } => Error::at_line(file, table.rows[0].0, problem),
+        _ => Error::in_file(file, problem),
+    })?;
     let mut written = table.words_of(places.time.as_ref().map_or(0, |time| time.place));
     let mut profiles: Vec<RawProfile> = Vec::new();
     let mut last_x = f64::NEG_INFINITY;
