@@ -9,7 +9,6 @@ use crate::assess::systematic::SystematicLevels;
 use crate::calibration::Calibration;
 use crate::conclude::{Concluded, conclude};
 use crate::config::{ASSUMED_ROBOT_ACCURACY_M, Config, Hold, SensorMode};
-use crate::corrected_lens;
 use crate::error::Error;
 use crate::hypotheses::clock_drift::{DriftFree, remove_drift};
 use crate::hypotheses::search;
@@ -21,8 +20,9 @@ use crate::input::observations::{MIN_IMAGES, Observations, observe, origin_ns};
 use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::input::stops;
 use crate::input::timestamps::{Dejittered, Sampling};
+use crate::models::held::{freed, held_sensor, released};
+use crate::models::lens;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET};
-use crate::released::{freed, held_sensor, released};
 use crate::solve::drawn_lines;
 use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
@@ -69,7 +69,7 @@ fn over_time(recording: &Recording, guess: Option<&Guess>, config: &Config) -> R
             return with_stated_lens(recording, guess, config, freed.as_ref());
         }
     }
-    corrected_lens::corrected(as_stated, recording, |with_lens, guess| {
+    lens::corrected(as_stated, recording, |with_lens, guess| {
         with_stated_lens(with_lens, Some(guess), config, None)
     })
 }

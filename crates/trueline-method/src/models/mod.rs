@@ -1,0 +1,4 @@
+//! Models of a scan beside the one that was asked for: which are tried, and what each says.
+
+pub(crate) mod held;
+pub(crate) mod lens;
