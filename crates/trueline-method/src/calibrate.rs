@@ -22,6 +22,7 @@ use crate::input::stops;
 use crate::input::timestamps::{Dejittered, Sampling};
 use crate::models::held::{freed, held_sensor, released};
 use crate::models::lens;
+use crate::models::tried::{Because, beside};
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET};
 use crate::solve::drawn_lines;
 use crate::solve::settings::FitSettings;
@@ -59,19 +60,26 @@ fn over_time(recording: &Recording, guess: Option<&Guess>, config: &Config) -> R
     if let Some(released) = released(config, recording) {
         // What holds nothing of these: it is not released again.
         let released = over_time(recording, guess, &released).ok();
-        return with_stated_lens(recording, guess, config, released.as_ref());
+        let held = with_stated_lens(recording, guess, config, released.as_ref())?;
+        return Ok(with_models_of(held, released.as_ref()));
     }
     let as_stated = with_stated_lens(recording, guess, config, None)?;
-    if let Some(freed) = freed(config, &as_stated) {
-        let freed = over_time(recording, guess, &freed).ok();
-        if freed.as_ref().is_some_and(|freed| held_sensor(config, freed).is_some_and(|shape| shape.is_off()))
-        {
-            return with_stated_lens(recording, guess, config, freed.as_ref());
-        }
+    let freed = freed(config, &as_stated).and_then(|freed| over_time(recording, guess, &freed).ok());
+    if freed.as_ref().is_some_and(|freed| held_sensor(config, freed).is_some_and(|shape| shape.is_off())) {
+        let stated = with_stated_lens(recording, guess, config, freed.as_ref())?;
+        return Ok(with_models_of(stated, freed.as_ref()));
     }
+    let as_stated = with_models_of(as_stated, freed.as_ref());
     lens::corrected(as_stated, recording, |with_lens, guess| {
         with_stated_lens(with_lens, Some(guess), config, None)
     })
+}
+
+/// With the models of a calibration that tested what was held.
+fn with_models_of(mut answer: Calibration, test: Option<&Calibration>) -> Calibration {
+    let models = test.map_or(&[][..], |test| &test.findings.models_tried);
+    answer.findings.models_tried.extend(beside(models, Because::TestsWhatIsHeld));
+    answer
 }
 
 fn with_stated_lens(

@@ -18,7 +18,7 @@ use crate::assess::sensor_shape::SensorShape;
 use crate::assess::systematic::{Systematic, SystematicLevels, SystematicSums};
 use crate::assess::{outlier_segments, seam_point_error};
 use crate::calibration::Calibration;
-use crate::config::{Config, HeldSigma, Measurements, ResidualKind};
+use crate::config::{HeldSigma, Measurements, ResidualKind};
 use crate::error::Error;
 use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Streams, Unknowns};
 use crate::hypotheses::ambiguity::Ambiguity;
@@ -31,7 +31,8 @@ use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::input::skip::Skip;
 use crate::input::stops::Stops;
 use crate::input::timestamps::{Dejittered, Sampling};
-use crate::models::held::{better_without_drawing_m, held_sensor, shifted_lines};
+use crate::models::held::compare;
+use crate::models::tried::ModelTried;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::solve::covariance::{self, Uncertainty};
@@ -136,6 +137,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         uncertainty_ignored: is_stated && config.residual == ResidualKind::PointToLine,
         inputs: from.recording.inputs.clone(),
         config: config.clone(),
+        models_tried: vec![ModelTried::asked(from.settings, &from.levels, &from.assessed.drift_free)],
     };
     let errors = SeamErrors { sums: &sums, systematic: &systematic, noise: &uncertainty.covariance };
     judged(from, findings, &errors)
@@ -208,19 +210,6 @@ fn judged(
     }
     let verdict = verdict::of(&findings);
     Ok(Calibration { findings, verdict })
-}
-
-/// What is held against the same scan with it released; what the scan contradicts leaves no accuracy to be claimed.
-fn compare(config: &Config, checks: &mut Checks, released: &Calibration) {
-    checks.held_sensor = held_sensor(config, released);
-    checks.instead_of_sensor = released.findings.checks.instead_of_sensor.clone();
-    checks.drawn_line_shifts = shifted_lines(config, released);
-    checks.lens = released.findings.checks.lens;
-    checks.better_without_drawing_m = better_without_drawing_m(config, checks, released);
-    if checks.contradict_what_is_held() {
-        checks.seam_error = None;
-        checks.seam_point_error = None;
-    }
 }
 
 /// Looks at whole stripes, and takes their answer where it is the one that is used. The residuals of the seam points stay those about

@@ -23,6 +23,7 @@ use crate::hypotheses::feature_bias::FeatureBias;
 use crate::hypotheses::search::{BetterMinimum, Mirrored};
 use crate::input::stops::Stops;
 use crate::input::timestamps::StampReport;
+use crate::models::tried::ModelTried;
 use crate::problem::parameters::{Parameters, TIME_OFFSET};
 use crate::solve::iteration_record::IterationRecord;
 use crate::stripe::outcome::{StripeEstimate, StripeOutcome};
@@ -56,6 +57,8 @@ pub struct Findings {
     pub inputs: BTreeMap<String, String>,
     /// The options it was made with.
     pub config: Config,
+    /// The models that were fitted, that of the answer first.
+    pub models_tried: Vec<ModelTried>,
 }
 
 impl Findings {

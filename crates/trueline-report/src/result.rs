@@ -3,7 +3,7 @@
 use crate::number::positive_w;
 use crate::{checks, facts, seam_error, stripes};
 use trueline_dataset::result_file::{
-    self, Covariance, DrawnLineOptions, IterationEntry, IterationLine, LineEntry, LinePosition,
+    self, Covariance, DrawnLineOptions, IterationEntry, IterationLine, LineEntry, LinePosition, ModelEntry,
     Observability, Options, OutlierEntry, PoseEntry, RequireOptions, Residuals, ResultFile, RivalEntry,
     SCHEMA_VERSION, Sigma, TimeOffsetUse, Tool, UnobservableEntry,
 };
@@ -12,6 +12,7 @@ use trueline_export::time_offset;
 use trueline_geometry::Line;
 use trueline_method::assess::observability::{Group, RANK_THRESHOLD, Unobservable};
 use trueline_method::hypotheses::ambiguity::RivalAnswer;
+use trueline_method::models::tried::ModelTried;
 use trueline_method::problem::parameters::{self, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_method::solve::iteration_record::IterationRecord;
 use trueline_method::verdict::Axis;
@@ -54,6 +55,21 @@ pub fn of(c: &Calibration) -> ResultFile {
         iterations: c.findings.fit.iterations.iter().map(|step| iteration(c, step)).collect(),
         inputs: c.findings.inputs.clone(),
         options: options(&c.findings.config),
+        models_tried: c.findings.models_tried.iter().map(model).collect(),
+    }
+}
+
+fn model(tried: &ModelTried) -> ModelEntry {
+    ModelEntry {
+        taken: tried.because.is_taken(),
+        because: tried.because.code().to_owned(),
+        sensor: tried.sensor.name().to_owned(),
+        time_offset: tried.time_offset.name().to_owned(),
+        drawn_lines: tried.drawn_lines,
+        feature_bias: tried.feature_bias.name().to_owned(),
+        clock: tried.clock.name().to_owned(),
+        log_likelihood: tried.log_likelihood,
+        noise_factor: tried.noise_factor,
     }
 }
 

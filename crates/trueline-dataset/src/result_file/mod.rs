@@ -7,6 +7,7 @@
 mod answer;
 mod checks;
 mod fact;
+mod models;
 mod options;
 mod rival;
 mod seam_error;
@@ -24,6 +25,7 @@ pub use checks::{
     Residuals, RunnerUp,
 };
 pub use fact::Fact;
+pub use models::ModelEntry;
 pub use options::{DrawnLineOptions, Options, RequireOptions};
 pub use rival::RivalEntry;
 pub use seam_error::{BudgetEntry, FieldEntry, SeamErrorEntry};
@@ -132,6 +134,9 @@ pub struct ResultFile {
     /// What was asked for.
     #[serde(default)]
     pub options: Options,
+    /// The models that were fitted, that of the answer first.
+    #[serde(default)]
+    pub models_tried: Vec<ModelEntry>,
 }
 
 /// A program and its version.

@@ -38,6 +38,19 @@ pub(crate) fn freed(config: &Config, as_stated: &Calibration) -> Option<Config> 
     is_doubted.then(|| Config { sensor: SensorMode::Free, ..config.clone() })
 }
 
+/// What is held against the same scan with it released; what the scan contradicts leaves no accuracy to be claimed.
+pub(crate) fn compare(config: &Config, checks: &mut Checks, released: &Calibration) {
+    checks.held_sensor = held_sensor(config, released);
+    checks.instead_of_sensor = released.findings.checks.instead_of_sensor.clone();
+    checks.drawn_line_shifts = shifted_lines(config, released);
+    checks.lens = released.findings.checks.lens;
+    checks.better_without_drawing_m = better_without_drawing_m(config, checks, released);
+    if checks.contradict_what_is_held() {
+        checks.seam_error = None;
+        checks.seam_point_error = None;
+    }
+}
+
 /// The shape of a sensor that was held, or taken for as good as its file states; `None` where it was not, or the scan does not show
 /// it.
 pub(crate) fn held_sensor(held: &Config, released: &Calibration) -> Option<SensorShape> {
@@ -51,18 +64,14 @@ pub(crate) fn held_sensor(held: &Config, released: &Calibration) -> Option<Senso
 }
 
 /// How far off a seam point is without the drawing, m, where the scan shows the lines better than that is known.
-pub(crate) fn better_without_drawing_m(
-    held: &Config,
-    checks: &Checks,
-    released: &Calibration,
-) -> Option<f64> {
+fn better_without_drawing_m(held: &Config, checks: &Checks, released: &Calibration) -> Option<f64> {
     let (with, without) = (checks.seam_error?.rms_m, released.findings.checks.seam_error?.rms_m);
     let is_good = released.status() == Status::Accepted;
     (is_good && !held.drawn_lines.is_empty() && without < with).then_some(without)
 }
 
 /// The lines that are not where they were drawn, by what the scan shows without the drawing.
-pub(crate) fn shifted_lines(held: &Config, released: &Calibration) -> Vec<DrawnLineShift> {
+fn shifted_lines(held: &Config, released: &Calibration) -> Vec<DrawnLineShift> {
     let shift = |drawn: &DrawnLine| {
         let (found, first) = (released.best_fit().lines.get(drawn.line)?, line_index(drawn.line));
         let covariance =

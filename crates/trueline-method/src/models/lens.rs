@@ -9,6 +9,7 @@ use crate::assess::lens::{self, LensCorrection};
 use crate::assess::misfit_cause::MisfitCause;
 use crate::calibration::Calibration;
 use crate::error::Error;
+use crate::models::tried::{Because, beside};
 use crate::verdict;
 use trueline_dataset::{Guess, Recording, Sensor};
 
@@ -36,6 +37,7 @@ pub(crate) fn corrected(
         let at = first.best_fit();
         let guess = Guess { time_offset_s: at.time_offset_s, tool_from_camera: at.tool_from_camera };
         let again = calibrate(&with_lens, &guess)?;
+        first.findings.models_tried.extend(beside(&again.findings.models_tried, Because::ResidualsShowLens));
         first.findings.unknowns.corrected = again.findings.unknowns.corrected.clone().map(|mut corrected| {
             let from_other = first.best_fit().tool_from_camera.inverse() * again.best_fit().tool_from_camera;
             corrected.frame.camera_from_file = from_other * corrected.frame.camera_from_file;

@@ -1,0 +1,28 @@
+//! The models of a scan that were fitted.
+
+use serde::{Deserialize, Serialize};
+
+/// A model that was fitted to the seam points.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct ModelEntry {
+    /// Whether the answer is of this model.
+    pub taken: bool,
+    /// Why it was fitted: `asked`, `tests-what-is-held`, or `residuals-show-lens`.
+    pub because: String,
+    /// The sensor's own shape: `estimated`, `considered` (known with a covariance that the scan does not improve), or `held`.
+    pub sensor: String,
+    /// The time offset: `estimated` or `held`.
+    pub time_offset: String,
+    /// Lines that are held where a drawing has them.
+    pub drawn_lines: usize,
+    /// The features' bias with the tilt: `estimated`, `considered` or `held`.
+    pub feature_bias: String,
+    /// The clock of the images: `even`, `drifts`, `steps`, or `none` at stops.
+    pub clock: String,
+    /// Logarithm of the likelihood of all features and of what was known beforehand, at the best fit; 0 for no residuals at all.
+    pub log_likelihood: f64,
+    /// How much larger the residuals are than expected.
+    pub noise_factor: f64,
+}
