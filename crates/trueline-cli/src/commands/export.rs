@@ -4,8 +4,9 @@ use crate::failure::Failure;
 use crate::output;
 use std::process::ExitCode;
 use trueline_args::ExportArgs;
+use trueline_dataset::calibration_file::{self, KnownCalibration};
 use trueline_dataset::sensor_setup::Mounted;
-use trueline_dataset::{calibration_file, folder, sensor_toml};
+use trueline_dataset::{folder, sensor_toml};
 use trueline_export::{Mounting, named, time_offset};
 
 /// Runs the command.
@@ -62,18 +63,23 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
     }
     if !args.quiet {
         output::words(&format!("{}: {}", format.title, format.convention));
-        let rule = match (calibration.at_stops, is_refused) {
-            (true, _) => "none, for the robot stood at each reading".to_owned(),
-            (false, true) => "not exported, for the result was not accepted".to_owned(),
-            (false, false) => time_offset::rule(known.time_offset_s),
-        };
-        output::words(&format!("time offset: {rule}"));
-    }
-    if beside_robot && !args.quiet {
-        output::words("the sensor stands beside the robot: this is its pose in the robot's base, no tool");
-    }
-    if let (Some(file), false) = (&calibration.sensor_file, args.quiet) {
-        output::words(&format!("belongs to the sensor file {} (SHA-256 {})", file.name, file.sha256));
+        explain(&calibration);
     }
     Ok(ExitCode::from(u8::from(!output::is_trusted(result, &calibration))))
+}
+
+/// What the exported pose and time offset belong to.
+fn explain(calibration: &KnownCalibration) {
+    let rule = match (calibration.at_stops, calibration.accepted) {
+        (true, _) => "none, for the robot stood at each reading".to_owned(),
+        (false, Some(false)) => "not exported, for the result was not accepted".to_owned(),
+        (false, _) => time_offset::rule(calibration.known.parameters.time_offset_s),
+    };
+    output::words(&format!("time offset: {rule}"));
+    if calibration.mounted == Some(Mounted::Fixed) {
+        output::words("the sensor stands beside the robot: this is its pose in the robot's base, no tool");
+    }
+    if let Some(file) = &calibration.sensor_file {
+        output::words(&format!("belongs to the sensor file {} (SHA-256 {})", file.name, file.sha256));
+    }
 }

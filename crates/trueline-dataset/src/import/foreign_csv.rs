@@ -70,7 +70,7 @@ pub struct ForeignTable {
     pub clock: Clock,
     /// Lines of the text that the file does not have: one where the user named the columns.
     pub added_lines: u64,
-    /// As of [`super::tables_of_programs::TableText`].
+    /// As of [`super::table_text::TableText`].
     pub row_lines: Vec<u64>,
     /// What was recognised of its times, in words.
     pub time_words: Option<String>,

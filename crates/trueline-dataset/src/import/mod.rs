@@ -16,6 +16,7 @@ pub mod rows;
 #[cfg(feature = "foreign-tables")]
 mod rsi_xml;
 pub mod stop_tables;
+pub mod table_text;
 pub mod tables_of_programs;
 pub mod tum;
 #[cfg(feature = "foreign-tables")]

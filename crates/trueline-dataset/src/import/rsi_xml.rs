@@ -2,7 +2,7 @@
 //!
 //! `RIst` is the actual pose of the active tool in the active base (mm, degrees), `IPOC` the controller's clock in ms.
 
-use super::tables_of_programs::TableText;
+use super::table_text::TableText;
 use crate::error::Error;
 use crate::source_file;
 use quick_xml::Reader;

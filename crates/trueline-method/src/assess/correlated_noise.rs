@@ -9,7 +9,6 @@
 use crate::assess::noise_filter::{Correlation, WHITE, Whitened, twice_negative_logs};
 pub use crate::assess::section_series::Along;
 use crate::assess::section_series::{SectionTable, Sections, Series};
-use crate::problem::block_priors;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use nalgebra::{DMatrix, DVector};
@@ -104,9 +103,9 @@ impl CorrelatedNoise {
         if !all_series.iter().any(suspect) {
             return None;
         }
-        let information =
-            root.transpose() * block_priors::information(problem.shape_prior.as_ref(), at) * root;
-        let gradient = root.transpose() * block_priors::gradient(problem.shape_prior.as_ref(), at);
+        let (priors, size) = (at.known(problem.shape_prior.as_ref()), at.dimension());
+        let information = root.transpose() * priors.information(size) * root;
+        let gradient = root.transpose() * priors.gradient(size);
         let known = Known { information, gradient };
         let white = [0, 1].map(|direction| table.whitened(&all_series[0], direction, WHITE));
         let white = Estimate::of([&white[0], &white[1]], &known)?;

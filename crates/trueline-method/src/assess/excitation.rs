@@ -7,7 +7,6 @@
 //! common is motion.
 
 use crate::input::observations::Observation;
-use crate::problem::block_priors;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{Parameters, TIME_OFFSET};
 use crate::problem::placement::placement_at;
@@ -43,7 +42,7 @@ impl SplitSampleInformation {
         let mut signal = Self { own: zeros(), common_attitude: zeros(), common: zeros() };
         let every = every(problem.list);
         // What is known beforehand is no noise; as much of it as there is of the scan.
-        let known = block_priors::information(problem.shape_prior.as_ref(), at) / every as f64;
+        let known = at.known(problem.shape_prior.as_ref()).information(n) / every as f64;
         signal.own += &known;
         signal.common_attitude += &known;
         signal.common += &known;

@@ -16,7 +16,6 @@ use crate::assess::residuals::OUTLIER_SQUARED;
 use crate::config::Config;
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::Observations;
-use crate::problem::block_priors;
 use crate::problem::line_problem::{Criterion, LineProblem};
 use crate::solve::fit::Fit;
 use crate::solve::solver::REJECTING;
@@ -118,7 +117,7 @@ pub fn compare(observations: &Observations, config: &Config, best: &Fit, rival: 
     }
     let [best_explains, explains] = explained.map(|count| count as f64 / features as f64);
     let [of_best, of_rival] =
-        [best, rival].map(|fit| 2.0 * block_priors::cost(fit.shape_prior.as_ref(), fit.parameters()));
+        [best, rival].map(|fit| 2.0 * fit.parameters().known(fit.shape_prior.as_ref()).cost());
     let z = z_of(&differences, of_rival - of_best);
     let apart_s = best.parameters().time_offset_s - rival.parameters().time_offset_s;
     let decisive_z = if apart_s.abs() < ONE_OFFSET_S { DECISIVE_Z_AT_ONE_OFFSET } else { DECISIVE_Z };

@@ -7,7 +7,6 @@ use super::sums::{Sums, inverse};
 use crate::calibration::Calibration;
 use crate::config::Config;
 use crate::error::Error;
-use crate::problem::block_priors;
 use crate::problem::parameters::{LINES, Parameters};
 use nalgebra::{DMatrix, DVector};
 use trueline_dataset::Recording;
@@ -66,7 +65,7 @@ impl Past {
             sums.add_problem(problem, &at, about_s);
         });
         sums.gradient.fill(0.0);
-        let known = block_priors::information(block.shape_prior(recording, config).as_ref(), &at);
+        let known = at.known(block.shape_prior(recording, config).as_ref()).information(dimension);
         let mut of_unknowns = sums.hessian.view_mut((0, 0), (dimension, dimension));
         of_unknowns += &known;
         let estimated = &calibration.findings.unknowns.estimated;

@@ -9,6 +9,7 @@ pub mod path_noise;
 pub(crate) mod repeated_poses;
 pub mod robot_motion;
 pub mod shape_knowledge;
+pub mod shape_prior;
 pub mod skip;
 pub mod stops;
 pub mod timestamps;

@@ -7,7 +7,7 @@
 use crate::config::{Config, ResidualKind, SensorMode};
 use crate::input::camera_sensor::{CameraSensor, rigid_and_shape};
 use crate::input::observations::Observations;
-use crate::problem::block_priors::ShapePrior;
+use crate::input::shape_prior::ShapePrior;
 use nalgebra::{SMatrix, Vector3};
 use trueline_dataset::sensor_setup::{KEYSTONE_REACH_M, SensorCovariance, SensorUncertainty};
 use trueline_dataset::{Recording, Sensor};

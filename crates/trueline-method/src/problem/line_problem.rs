@@ -3,7 +3,7 @@
 use crate::config::ResidualKind;
 use crate::input::noise_levels::{NoiseLevels, Whitener};
 use crate::input::observations::{Observation, Observations};
-use crate::problem::block_priors::{self, ShapePrior};
+use crate::input::shape_prior::ShapePrior;
 use crate::problem::packing::Packing;
 use crate::problem::parameters::Parameters;
 use crate::problem::placement::placement;
@@ -385,7 +385,7 @@ impl LeastSquares for LineProblem<'_> {
         let part = |range| Cost::new(&self.whiteners[range], self.loss);
         let parts = self.sweep_chunks(state, part);
         parts.iter().map(Cost::total).sum::<f64>()
-            + block_priors::cost(self.shape_prior.as_ref(), state)
+            + state.known(self.shape_prior.as_ref()).cost()
             + self.prior.as_ref().map_or(0.0, |prior| prior.cost(state))
     }
 
@@ -409,9 +409,7 @@ impl LineProblem<'_> {
     }
 
     fn add_known(&self, at: &Parameters, equations: &mut NormalEquations) {
-        if self.unknowns.model != Model::Straight {
-            block_priors::add_to(self.shape_prior.as_ref(), at, equations);
-        }
+        at.known(self.shape_prior.as_ref()).add_to(equations);
         if let Some(prior) = &self.prior {
             prior.add_to(at, equations);
         }

@@ -1,6 +1,6 @@
 //! Observations → least-squares problem: unknowns, residuals, priors, and the sums over all samples.
 
-pub mod block_priors;
+pub(crate) mod known;
 pub mod line_problem;
 pub(crate) mod packing;
 pub mod parameters;

@@ -2,6 +2,8 @@
 
 pub use crate::problem::unknowns::{LINES, ROTATION, TIME_OFFSET, TRANSLATION, line_index};
 
+use crate::input::shape_prior::ShapePrior;
+use crate::problem::known::Known;
 use crate::problem::unknowns::{Model, Unknowns};
 use nalgebra::{DVector, SVector, Vector2, Vector3, Vector4};
 use trueline_dataset::Guess;
@@ -90,6 +92,16 @@ impl Parameters {
         step.fixed_rows_mut::<3>(ROTATION).copy_from(&turn);
         step.fixed_rows_mut::<3>(TRANSLATION).copy_from(&shift);
         step
+    }
+
+    /// What is known of bows and shape before the scan, at these values.
+    #[must_use]
+    pub(crate) fn known(&self, shape_prior: Option<&ShapePrior>) -> Known {
+        let unknowns = self.unknowns();
+        let bows = self.curvatures.iter().enumerate().fold(Known::default(), |known, (line, curvature)| {
+            known.each(unknowns.bow(line), &curvature.bow_m, curvature.prior_sigma_m())
+        });
+        bows.shape(unknowns.shape(), self.shape.as_ref(), shape_prior)
     }
 
     /// Time offset and hand-eye transform alone.

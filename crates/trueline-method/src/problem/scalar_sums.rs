@@ -1,6 +1,5 @@
 //! The same least-squares problem, one sample at a time: what the fast sums are compared with, and how to read them.
 
-use crate::problem::block_priors;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use crate::problem::usable::UNUSABLE_SQUARED;
@@ -29,7 +28,7 @@ impl LeastSquares for OneByOne<'_, '_> {
             })
         };
         let data: f64 = self.0.selected().map(squared).map(|s| 0.5 * self.0.loss.value(s)).sum();
-        let known = block_priors::cost(self.0.shape_prior.as_ref(), state);
+        let known = state.known(self.0.shape_prior.as_ref()).cost();
         data + known + self.0.prior.as_ref().map_or(0.0, |prior| prior.cost(state))
     }
 
@@ -53,7 +52,7 @@ impl LeastSquares for OneByOne<'_, '_> {
             }
             equations.cost += 0.5 * self.0.loss.value(squared);
         }
-        block_priors::add_to(self.0.shape_prior.as_ref(), state, equations);
+        state.known(self.0.shape_prior.as_ref()).add_to(equations);
         if let Some(prior) = &self.0.prior {
             prior.add_to(state, equations);
         }

@@ -11,7 +11,6 @@
 use crate::assess::row_products::RowProducts;
 use crate::assess::row_table::RowTable;
 use crate::input::noise_levels::NoiseLevels;
-use crate::problem::block_priors;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use crate::problem::simd::WhitenedRow;
@@ -110,7 +109,8 @@ fn frame_scores(
         }
     });
     let size = root.ncols();
-    let known = root.transpose() * block_priors::information(problem.shape_prior.as_ref(), at) * root;
+    let known = at.known(problem.shape_prior.as_ref()).information(root.nrows());
+    let known = root.transpose() * known * root;
     let together = root.transpose() * shared.sums(&problem.unknowns) * root;
     let expected = DMatrix::identity(size, size) - &known + together;
     Scores { frames: frames.in_root(root), expected, known, moments }

@@ -3,7 +3,7 @@
 use crate::config::Config;
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::Observations;
-use crate::problem::block_priors::ShapePrior;
+use crate::input::shape_prior::ShapePrior;
 use crate::problem::line_problem::{Criterion, LineProblem};
 use crate::problem::parameters::Parameters;
 use crate::problem::prior::Prior;

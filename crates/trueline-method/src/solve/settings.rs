@@ -2,7 +2,7 @@
 
 use crate::config::Config;
 use crate::input::noise_levels::NoiseLevels;
-use crate::problem::block_priors::ShapePrior;
+use crate::input::shape_prior::ShapePrior;
 use crate::problem::prior::Prior;
 
 /// What every solve of a calibration shares.

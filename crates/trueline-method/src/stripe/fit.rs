@@ -1,7 +1,7 @@
 //! From a start to the optimum over all frames: weights, solve, weights again until they stay.
 
 use crate::input::observations::Observations;
-use crate::problem::block_priors::ShapePrior;
+use crate::input::shape_prior::ShapePrior;
 use crate::stripe::frames::StripeFrame;
 use crate::stripe::outlier_counts::OutlierCounts;
 use crate::stripe::problem::StripeProblem;

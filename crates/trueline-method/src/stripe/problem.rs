@@ -1,7 +1,7 @@
 //! Frames → least-squares problem: the sums of their whitened residuals and what is known beforehand.
 
 use crate::input::observations::Observations;
-use crate::problem::block_priors::ShapePrior;
+use crate::input::shape_prior::ShapePrior;
 use crate::problem::usable::UNUSABLE_SQUARED;
 use crate::stripe::frame_residual::{FrameGradients, FrameResidual, linearize_frame, residual_of_frame};
 use crate::stripe::frame_sums::FrameSums;
@@ -37,14 +37,9 @@ impl StripeProblem<'_> {
 
     /// What is known beforehand, with its pull at a state.
     pub(crate) fn known_beforehand(&self, at: &StripeState) -> NormalEquations {
-        let hessian = at.prior_information(self.shape_prior.as_ref());
-        let gradient = &hessian * at.about_prior();
-        NormalEquations { hessian, gradient, cost: self.cost_of_prior(at) }
-    }
-
-    fn cost_of_prior(&self, at: &StripeState) -> f64 {
-        let values = at.about_prior();
-        0.5 * values.dot(&(at.prior_information(self.shape_prior.as_ref()) * &values))
+        let mut known = NormalEquations::zeros(self.unknowns.dimension());
+        at.known(self.shape_prior.as_ref()).add_to(&mut known);
+        known
     }
 }
 
@@ -68,7 +63,7 @@ impl LeastSquares for StripeProblem<'_> {
                 (weighed.whitener * (residual + weighed.pose_error.in_residual)).norm_squared()
             })
         });
-        0.5 * squares.sum::<f64>() + self.cost_of_prior(state)
+        0.5 * squares.sum::<f64>() + state.known(self.shape_prior.as_ref()).cost()
     }
 
     fn linearize(&self, state: &StripeState, equations: &mut NormalEquations) {
@@ -80,9 +75,6 @@ impl LeastSquares for StripeProblem<'_> {
             }
         }
         sums.add_to(equations);
-        let known = self.known_beforehand(state);
-        equations.gradient += known.gradient;
-        equations.hessian += known.hessian;
-        equations.cost += known.cost;
+        state.known(self.shape_prior.as_ref()).add_to(equations);
     }
 }

@@ -1,10 +1,11 @@
 //! The values of all unknowns of the plates' problem, and what is known of them beforehand.
 
-use crate::problem::block_priors::ShapePrior;
+use crate::input::shape_prior::ShapePrior;
+use crate::problem::known::Known;
 use crate::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::stripe::target::Target;
 use crate::stripe::unknowns::StripeUnknowns;
-use nalgebra::{DMatrix, DVector, SVector, Vector3};
+use nalgebra::{DVector, SVector, Vector3};
 use trueline_geometry::{Pose, se3};
 use trueline_model::{Plate, SheetShape};
 
@@ -62,34 +63,18 @@ impl StripeState {
         Self { joints: joints.collect(), ..self.clone() }
     }
 
-    /// The values of those unknowns of which something is known beforehand; zero for the others.
+    /// What is known of forms and shape before the scan, at these values.
     #[must_use]
-    pub(crate) fn about_prior(&self) -> DVector<f64> {
+    pub(crate) fn known(&self, shape_prior: Option<&ShapePrior>) -> Known {
         let unknowns = self.unknowns();
-        let mut values = DVector::zeros(unknowns.dimension());
+        let mut known = Known::default();
         for (joint, target) in self.joints.iter().enumerate() {
-            for (number, plate) in target.surfaces() {
-                unknowns.surface(joint, number).zip(plate.surface_m).for_each(|(k, beta)| values[k] = beta);
+            for number in 0..unknowns.surfaces() {
+                // An edge that a joint does not have is flat, and nothing but this holds it.
+                let form_m = target.surface(number).map_or([0.0; Plate::SURFACE], |plate| plate.surface_m);
+                known = known.each(unknowns.surface(joint, number), &form_m, SURFACE_SIGMA_M);
             }
         }
-        if let Some(shape) = self.shape {
-            unknowns.shape().zip(shape.h).for_each(|(k, h)| values[k] = h);
-        }
-        values
-    }
-
-    /// The information of what is known beforehand, over all unknowns.
-    #[must_use]
-    pub(crate) fn prior_information(&self, shape_prior: Option<&ShapePrior>) -> DMatrix<f64> {
-        let unknowns = self.unknowns();
-        let mut all = DMatrix::zeros(unknowns.dimension(), unknowns.dimension());
-        for k in unknowns.asked_for()..unknowns.shape().start {
-            all[(k, k)] = SURFACE_SIGMA_M.powi(-2);
-        }
-        if let Some(prior) = shape_prior.filter(|_| self.shape.is_some()) {
-            let first = unknowns.shape().start;
-            all.view_mut((first, first), (5, 5)).copy_from(&prior.information);
-        }
-        all
+        known.shape(unknowns.shape(), self.shape.as_ref(), shape_prior)
     }
 }

@@ -34,7 +34,8 @@ pub fn assess(
 ) -> StripeUncertainty {
     let (problem, at) = (&fit.problem, fit.state());
     let root = information.covariance_root();
-    let known = root.transpose() * at.prior_information(problem.shape_prior.as_ref()) * root;
+    let known = at.known(problem.shape_prior.as_ref()).information(root.nrows());
+    let known = root.transpose() * known * root;
     let alone = DMatrix::identity(root.ncols(), root.ncols()) - &known;
     let (mut scores, mut rows) = (RowTable::new(root.nrows()), 0);
     let mut between = BetweenFrames::new(&problem.observations.robot.noise_correlation, root.ncols());
