@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use trueline::Guess;
 use trueline_dataset::{SensorFile, folder, join, sensor_toml};
 use trueline_method::diagnose::{clock_alignment, doctor};
@@ -38,6 +38,9 @@ const PRESETS: [Preset; 8] = [
 
 /// Time offsets of random cells lie within this, s: as those of `trueline simulate --random-cell`.
 const RANDOM_OFFSET_S: f64 = 1.0;
+
+/// The doctor begins no trial later, as on the command line.
+const DOCTOR_LONGEST: Duration = Duration::from_secs(12);
 
 /// A recorded scan; it does not change.
 #[pyclass(frozen, module = "trueline._trueline")]
@@ -191,7 +194,7 @@ impl Recording {
         let config = options.config()?;
         let recording = Arc::clone(&self.inner);
         interruptible::run(py, move || {
-            let found = doctor::diagnose(&recording, &config, None, |_| ());
+            let found = doctor::diagnose(&recording, &config, Some(DOCTOR_LONGEST), |_| ());
             Ok(format!("{:#}", diagnosis::json(&found)))
         })
     }

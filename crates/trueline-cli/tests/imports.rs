@@ -153,4 +153,9 @@ fn the_time_offset_of_a_refused_result_is_not_exported() {
     assert!(!said.contains("true exposure"), "{said}");
     let (code, said) = run(dir.path(), "export result.json --as kuka");
     assert!(code == Some(1) && said.contains("TOOL_DATA") && !said.contains("true exposure"), "{said}");
+    // It is 17.73 ms; the other forms have the pose alone.
+    for form in ["csv", "json", "opencv"] {
+        let (code, said) = run(dir.path(), &format!("export result.json --as {form}"));
+        assert!(code == Some(1) && !said.contains("17.7") && !said.contains("0.0177"), "{form}: {said}");
+    }
 }

@@ -180,8 +180,8 @@ fn a_thick_stripe_on_a_plate_is_found_in_every_picture() {
         .args(arguments.split(' '))
         .output()
         .unwrap();
-    let said = words(&output);
-    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(said.contains("10 of 10"), "{said}");
     let json: Value = serde_json::from_slice(&fs::read(dir.path().join("plane.json")).unwrap()).unwrap();
     let normal = Vector3::from_fn(|k, _| json["normal"][k].as_f64().unwrap());

@@ -206,9 +206,15 @@ fn camera(keys: CameraKeys) -> Result<YamlCamera, Problem> {
     }
     let matrix = keys.camera_matrix.map(|numbers| numbers.0);
     let intrinsics = match (matrix.as_deref(), keys.intrinsics.as_deref()) {
-        (Some(&[fx, 0.0, cx, _, fy, cy, ..]), _) => [fx, fy, cx, cy],
-        (Some(&[_, skew, _, _, _, _, ..]), _) => {
+        (Some(&[fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0]), _) => [fx, fy, cx, cy],
+        (Some(&[_, _, 0.0, _, _, 0.0, _, _, 1.0]), _) => {
+            return Err(value("camera_matrix", "its numbers row by row", "numbers column by column"));
+        }
+        (Some(&[_, skew, _, _, _, _, 0.0, 0.0, 1.0]), _) => {
             return Err(value("camera_matrix", "no skew: 0 as its second number", skew.to_string()));
+        }
+        (Some(&[_, _, _, _, _, _, a, b, c]), _) => {
+            return Err(value("camera_matrix", "0, 0, 1 as its third row", format!("{a}, {b}, {c}")));
         }
         (Some(few), _) => return Err(value("camera_matrix", "9 numbers, row by row", few.len().to_string())),
         (None, Some(&[fx, fy, cx, cy])) => [fx, fy, cx, cy],
@@ -226,8 +232,7 @@ fn camera(keys: CameraKeys) -> Result<YamlCamera, Problem> {
 /// k1, k2, p1, p2, k3 of the coefficients, whose model must be that of Brown and Conrady.
 fn distortion(coefficients: &[f64], model: Option<&str>) -> Result<[f64; 5], Problem> {
     const KNOWN: [&str; 6] = ["plumb_bob", "radtan", "rational_polynomial", "brown_conrady", "none", ""];
-    let has_any = coefficients.iter().any(|value| *value != 0.0);
-    if let Some(model) = model.filter(|model| has_any && !KNOWN.contains(model)) {
+    if let Some(model) = model.filter(|model| !KNOWN.contains(model)) {
         let expected = "plumb_bob or radtan (k1, k2, p1, p2[, k3]): calibrate the lens with that model";
         return Err(value("distortion_model", expected, model));
     }
@@ -291,6 +296,8 @@ mod tests {
         let (_, sizeless) = read("camera_matrix:\n  data: [1, 0, 1, 0, 1, 1, 0, 0, 1]\n").unwrap_err();
         assert!(sizeless.to_string().contains("size of its pictures"), "{sizeless}");
         assert!(sizeless.hint().contains("`image_width: WIDTH`"), "{}", sizeless.hint());
+        let columns = "width: 9\nheight: 9\nk: [7, 0, 0, 0, 7, 0, 4, 4, 1]\n";
+        assert!(refused(columns).contains("found numbers column by column"), "{}", refused(columns));
         let echo = "width: 2\nheight: 2\nk: [1, 0, 1, 0, 1, 1, 0, 0, 1]\n---\n";
         assert!(refused(&format!("{echo}{}", echo.replace("[1,", "[2,"))).contains("documents that differ"));
         assert_eq!(read(&format!("{echo}width: [1\n---\n")).unwrap_err().0, Some(5));

@@ -222,6 +222,8 @@ fn without_lines(text: String, count: usize) -> String {
         return text;
     }
     let body = text.trim_start_matches('\u{feff}');
+    // More than there are leave nothing.
+    let count = count.min(body.lines().count());
     let length: usize = body.split_inclusive('\n').take(count).map(str::len).sum();
     "\n".repeat(count) + &body[length..]
 }

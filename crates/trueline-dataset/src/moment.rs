@@ -87,6 +87,9 @@ fn split_zone(clock: &str) -> Option<(&str, Option<i64>)> {
     let Some(at) = clock.rfind(['+', '-']) else { return Some((clock, None)) };
     let (rest, sign) = (&clock[..at], if clock[at..].starts_with('-') { -1 } else { 1 });
     let digits: String = clock[at + 1..].chars().filter(|c| *c != ':').collect();
+    if !digits.bytes().all(|digit| digit.is_ascii_digit()) {
+        return None;
+    }
     let number = |text: &str| text.parse::<i64>().ok();
     let (hours, minutes) = match digits.len() {
         2 => (number(&digits)?, 0),
@@ -145,9 +148,18 @@ mod tests {
             assert_eq!(parse(text), Some(Moment::OfDay(ns)), "{text}");
         }
         assert_eq!(parse("12:00:01 AM"), Some(Moment::OfDay(1_000_000_000)));
-        for text in
-            ["24:00:00", "14:60:00", "14:03", "14:03:60", "x:03:12", "1.5", "", "14:03:-1", "13:00:00 PM"]
-        {
+        for text in [
+            "24:00:00",
+            "14:60:00",
+            "14:03",
+            "14:03:60",
+            "x:03:12",
+            "1.5",
+            "",
+            "14:03:-1",
+            "13:00:00 PM",
+            "1 Naht: Nord-Süd",
+        ] {
             assert_eq!(parse(text), None, "{text}");
         }
     }

@@ -40,6 +40,20 @@ fn one_value_too_many_is_refused_whatever_the_first_column_is() {
     assert_eq!((last.profiles[0].points.len(), last.profiles[0].left_out), (6, 3));
 }
 
+/// A file that was cut off, and counters that wrap or are too large for one.
+#[test]
+fn rows_of_another_width_and_counters_that_wrap_end_nothing() {
+    let cut = "No.,time_ms,-1,0,1\n1,10,5,5,5\n2,20,5,5,5\n3\n";
+    let format = ProfileFormat::KeyenceLjX;
+    let error = read(Path::new("cut.csv"), cut.as_bytes().to_vec(), format, None).unwrap_err().to_string();
+    assert!(error.starts_with("cut.csv, line 4: "), "{error}");
+    let wraps = |k: usize| format!("{},", (65_530 + k) % 65_536);
+    let header = "No.,0,1,2,3,4,5,6,7\n".to_owned();
+    assert_eq!(read_rows(&(header + &text(wraps, ""))).unwrap().profiles.len(), 20);
+    let leaps = |k: usize| if k < 19 { format!("{k},") } else { "1e30,".to_owned() };
+    assert_eq!(read_rows(&text(leaps, "")).unwrap().profiles.len(), 20);
+}
+
 #[test]
 fn a_comma_at_the_end_of_a_row_makes_no_value() {
     let names = "0,1,2,3,4,5,6,7";

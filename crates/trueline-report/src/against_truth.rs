@@ -10,8 +10,8 @@ use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 /// How far the estimates are from what was simulated, in their own standard deviations.
 #[must_use]
 pub fn text(calibration: &Calibration, truth: &Truth) -> String {
-    let (estimate, truth) = (calibration.best_fit(), &truth.parameters);
-    let offset_s = estimate.time_offset_s - truth.time_offset_s;
+    let truth = &truth.parameters;
+    let offset_s = calibration.recorded_time_offset_s() - truth.time_offset_s;
     let (turn, shift) =
         se3::difference_decoupled(calibration.file_tool_from_camera(), &truth.tool_from_camera);
     let sigmas = |error: f64, at: usize| calibration.sigma(at).map_or(f64::NAN, |sigma| error / sigma);

@@ -54,7 +54,7 @@ pub(crate) fn is_known(store: &Store, sha256: &str, weld: &str) -> Result<bool, 
 }
 
 fn row(store: &Store, calibration: i64, weld: &str) -> Result<Option<i64>, StoreError> {
-    let number = weld.parse::<i64>().ok().map(|number| number + 1);
+    let number = weld.parse::<i64>().ok().and_then(|number| number.checked_add(1));
     match number.filter(|row| (1..).contains(row)) {
         Some(row) if row <= store.next_row()? => Ok(Some(row)),
         _ => store.row_by_name(calibration, weld),

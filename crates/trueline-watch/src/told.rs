@@ -60,8 +60,11 @@ impl Told {
     ) -> Self {
         let [(since_number, since), out_since] = welds;
         let (tolerance_m, was_within) = tolerance;
-        // What is within stays so as long as it is; what is not must surely be.
-        let is_within = tolerance_m.zip(seam_error.total).is_some_and(|(tolerance_m, [error_m, sigma_m])| {
+        // What is within stays so as long as it is; what is not must surely be. A change whose error along one axis these welds do not show may
+        // be of any size.
+        let is_shown = seam_error.is_shown_whole();
+        let whole = seam_error.total.filter(|_| is_shown);
+        let is_within = tolerance_m.zip(whole).is_some_and(|(tolerance_m, [error_m, sigma_m])| {
             error_m + SURELY * sigma_m <= tolerance_m || was_within && error_m <= tolerance_m
         });
         Self { alarm, since_number, since, out_since, seam_error, tolerance_m, is_within, was_claimed: false }

@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use crate::output;
+use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
 use trueline_args::{CalibrateArgs, TargetName};
@@ -13,6 +14,9 @@ use trueline_method::input::stops::Stops;
 use trueline_report::board_result::{self, BoardReport};
 use trueline_sensor::verdict::Remark;
 use trueline_sensor::{Board, verdict};
+
+/// The sensor of a dataset.
+const SENSOR_FILE: &str = "sensor.toml";
 
 /// Runs the command.
 pub(crate) fn run(args: &CalibrateArgs, board: &Board) -> Result<ExitCode, Failure> {
@@ -39,7 +43,8 @@ pub(crate) fn run(args: &CalibrateArgs, board: &Board) -> Result<ExitCode, Failu
         reasons.insert(0, Remark::AtStops { stops: scan.fit.used.len() });
     }
     let (robot_name, robot_sha256) = scan.robot_file.clone();
-    let inputs = [(robot_name.to_owned(), robot_sha256)].into_iter().chain(guess_input).collect();
+    let of_robot = [(robot_name.to_owned(), robot_sha256)];
+    let inputs = of_robot.into_iter().chain(sensor_input(dataset)).chain(guess_input).collect();
     let report = BoardReport {
         fit: &scan.fit,
         covariance: scan.covariance,
@@ -59,6 +64,12 @@ pub(crate) fn run(args: &CalibrateArgs, board: &Board) -> Result<ExitCode, Failu
         output::summary(args.json.as_deref(), &board_result::text(&report))?;
     }
     Ok(if reasons.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+/// The sensor's file with its SHA-256: the transform belongs to it.
+fn sensor_input(dataset: &Path) -> Option<(String, String)> {
+    let bytes = fs::read(dataset.join(SENSOR_FILE)).ok()?;
+    Some((SENSOR_FILE.to_owned(), folder::sha256(&bytes)))
 }
 
 /// What the user knows beforehand, and the file that says it with its SHA-256.

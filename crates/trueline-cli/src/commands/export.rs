@@ -23,7 +23,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
         parent: args.parent.clone().unwrap_or_else(|| carrier.to_owned()),
         child: args.child.clone(),
         tool_number: args.tool_number,
-        ..Mounting::new(known.tool_from_camera, (!calibration.at_stops).then_some(known.time_offset_s))
+        ..Mounting::new(known.tool_from_camera, exported_offset_s(&calibration))
     };
     if let Some(file) = &args.sensor {
         let text = sensor_toml::read_text(file)?;
@@ -66,6 +66,12 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
         explain(&calibration);
     }
     Ok(ExitCode::from(u8::from(!output::is_trusted(result, &calibration))))
+}
+
+/// The time offset, where there is one and the result was accepted.
+fn exported_offset_s(calibration: &KnownCalibration) -> Option<f64> {
+    let is_known = !calibration.at_stops && calibration.accepted != Some(false);
+    is_known.then_some(calibration.known.parameters.time_offset_s)
 }
 
 /// What the exported pose and time offset belong to.

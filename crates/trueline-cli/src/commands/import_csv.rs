@@ -120,8 +120,14 @@ fn copy_files<'a>(
         fs::create_dir_all(&folder).map_err(|error| failed(&folder, error))?;
     }
     for picture in pictures {
-        let name = picture.file_name().unwrap_or_default();
-        fs::copy(picture, folder.join(name)).map_err(|error| match error.kind() {
+        let place = folder.join(picture.file_name().unwrap_or_default());
+        if place.exists() {
+            return Err(Failure::new(
+                format!("{}: another picture has the same name in another folder", picture.display()),
+                "give all pictures of a scan names of their own: a dataset has them in one folder",
+            ));
+        }
+        fs::copy(picture, place).map_err(|error| match error.kind() {
             std::io::ErrorKind::NotFound => Error::in_file(picture, Problem::NoSuchFile).into(),
             _ => failed(picture, error),
         })?;

@@ -57,7 +57,8 @@ impl ClockReader {
                     self.days += 1;
                 }
                 self.last_ns = Some(ns);
-                Ok(ns + self.days * DAY_NS)
+                let whole_ns = self.days.checked_mul(DAY_NS).and_then(|days_ns| days_ns.checked_add(ns));
+                whole_ns.ok_or_else(|| other().into())
             }
             (Some(Moment::Dated { ns, zone: false }), Clock::Date)
             | (Some(Moment::Dated { ns, zone: true }), Clock::DateUtc) => Ok(ns),

@@ -7,11 +7,11 @@
 //! common is motion.
 
 use crate::input::observations::Observation;
+use crate::problem::layout::Layout;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{Parameters, TIME_OFFSET};
 use crate::problem::placement::placement_at;
-use crate::problem::unknowns::{LOCAL_ALL, Unknowns};
-use nalgebra::{DMatrix, SMatrix};
+use nalgebra::DMatrix;
 use trueline_geometry::Trajectory;
 use trueline_lsq::{Information, LeastSquares};
 use trueline_model::Placement;
@@ -63,9 +63,10 @@ impl SplitSampleInformation {
                 continue;
             };
             let (Some(first), Some(second)) = (jacobian(&first), jacobian(&second)) else { continue };
-            add(&mut signal.own, &problem.unknowns, &(own.transpose() * own), o.line);
-            add(&mut signal.common_attitude, &problem.unknowns, &(one.transpose() * other), o.line);
-            add(&mut signal.common, &problem.unknowns, &(first.transpose() * second), o.line);
+            let (unknowns, line) = (&problem.unknowns, o.line as usize);
+            unknowns.add_square(line, &(own.transpose() * own), &mut signal.own);
+            unknowns.add_square(line, &(one.transpose() * other), &mut signal.common_attitude);
+            unknowns.add_square(line, &(first.transpose() * second), &mut signal.common);
         }
         signal
     }
@@ -121,13 +122,4 @@ fn every(list: &[Observation]) -> usize {
 /// Whole images, so that no line is passed over.
 fn is_looked_at(o: &Observation, every: usize) -> bool {
     (o.frame as usize).is_multiple_of(every)
-}
-
-fn add(sum: &mut DMatrix<f64>, unknowns: &Unknowns, local: &SMatrix<f64, LOCAL_ALL, LOCAL_ALL>, line: u32) {
-    let place = |k: usize| unknowns.place(k, line as usize);
-    for row in 0..unknowns.local() {
-        for column in 0..unknowns.local() {
-            sum[(place(row), place(column))] += local[(row, column)];
-        }
-    }
 }

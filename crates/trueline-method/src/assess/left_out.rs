@@ -4,6 +4,7 @@
 //! and one step of Newton leads to the rest's optimum: of Newton, for with a loss that redescends a step of Gauss and Newton, whose
 //! Hessian is the re-weighted one, falls short. Where the step is long the rest is solved for from there.
 
+use crate::problem::layout::Layout;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use crate::problem::simd::WhitenedRow;
@@ -102,12 +103,7 @@ impl Sums {
             of_lines[part.list[index].line as usize].ger(2.0 * slope, &score, &score, 1.0);
         });
         for (line, bend) in of_lines.iter().enumerate() {
-            let place = |local| part.unknowns.place(local, line);
-            for row in 0..part.unknowns.local() {
-                for column in 0..part.unknowns.local() {
-                    sums.bend[(place(row), place(column))] += bend[(row, column)];
-                }
-            }
+            part.unknowns.add_square(line, bend, &mut sums.bend);
         }
         sums
     }

@@ -9,6 +9,7 @@ use crate::assess::robot_field::{RobotField, RobotSigmas};
 use crate::assess::row_products::RowProducts;
 use crate::assess::systematic::robot_columns;
 use crate::config::ASSUMED_ROBOT_ACCURACY_M;
+use crate::problem::layout::Layout;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use nalgebra::{DMatrix, DVector, DVectorViewMut};
@@ -133,10 +134,9 @@ impl Scores {
                 let (slopes, last) = rest.split_at_mut(unknowns);
                 slopes.fill(0.0);
                 let mut slopes = DVectorViewMut::from_slice(slopes, unknowns);
-                for local in 0..problem.unknowns.local() {
-                    let unknown = root_rows.column(problem.unknowns.place(local, line));
-                    slopes.axpy(jacobian[(k, local)] * root_weight, &unknown, 1.0);
-                }
+                let by_local = jacobian.row(k).transpose();
+                let weighed = (by_local.as_slice(), root_weight);
+                problem.unknowns.add_in_root(line, weighed, &root_rows, &mut slopes);
                 last[0] = residual * root_weight;
             }
         }

@@ -6,6 +6,7 @@
 use crate::assess::noise_filter::{Correlation, Whitened, Whitening};
 use crate::assess::residuals::OUTLIER_SQUARED;
 use crate::order_statistics::median;
+use crate::problem::layout::Layout;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use nalgebra::{DMatrix, DVectorView, DVectorViewMut};
@@ -80,10 +81,8 @@ impl<'a> Sections<'a> {
             residual[0] = section.residual[k];
             let mut slopes = DVectorViewMut::from_slice(slopes, width - 1);
             slopes.fill(0.0);
-            for local in 0..self.problem.unknowns.local() {
-                let unknown = self.problem.unknowns.place(local, line);
-                slopes.axpy(section.jacobian[(k, local)], &self.root.column(unknown), 1.0);
-            }
+            let by_local = section.jacobian.row(k).transpose();
+            self.problem.unknowns.add_in_root(line, (by_local.as_slice(), 1.0), &self.root, &mut slopes);
         }
         let from_anchor = placement.point_in_base(&o.point_in_camera) - self.at.lines[line].anchor();
         let along_m = self.at.lines[line].direction().dot(&from_anchor);

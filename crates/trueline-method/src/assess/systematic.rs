@@ -10,12 +10,13 @@ use crate::assess::tilt_bias::{BIAS, TiltBias};
 use crate::input::noise_levels::Whitener;
 use crate::input::observations::Observation;
 use crate::input::shape_knowledge::ShapeCovariance;
+use crate::problem::layout::Layout;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use crate::problem::simd::WhitenedRow;
-use crate::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED, Unknowns};
+use crate::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED};
 use crate::solve::seam_chart::with_shape;
-use nalgebra::{Const, DMatrix, DVector, Dim, Matrix, SMatrix, SVector, Storage, Vector3};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
 use trueline_geometry::{Pose, so3};
 use trueline_model::Placement;
 
@@ -213,13 +214,13 @@ impl SystematicSums {
             if let Some(columns) = robot_columns(field, problem, pair, at, &placement) {
                 let weight = weight * every as f64;
                 let by_local = jacobian.transpose() * &columns * weight;
-                add_rows(&mut self.robot, &problem.unknowns, line, &by_local);
+                problem.unknowns.add_rows(line, &by_local, &mut self.robot);
                 self.bias_robot += bias.transpose() * &columns * weight;
             }
         });
         for (line, of_line) in by_line.iter().enumerate() {
-            add_rows(&mut self.bias, &problem.unknowns, line, &of_line.bias);
-            add_rows(&mut self.shape, &problem.unknowns, line, &of_line.shape);
+            problem.unknowns.add_rows(line, &of_line.bias, &mut self.bias);
+            problem.unknowns.add_rows(line, &of_line.shape, &mut self.shape);
         }
         self.field = field;
     }
@@ -405,24 +406,6 @@ fn poses(problem: &LineProblem<'_>, at: &Parameters) -> Vec<Pose> {
 struct LineSums {
     bias: SMatrix<f64, LOCAL_ALL, BIAS>,
     shape: SMatrix<f64, LOCAL_ALL, 5>,
-}
-
-/// Adds rows of the local unknowns of a line's observations to those of all unknowns.
-fn add_rows<C: Dim, S: Storage<f64, Const<LOCAL_ALL>, C>>(
-    sum: &mut DMatrix<f64>,
-    unknowns: &Unknowns,
-    line: usize,
-    by_local: &Matrix<f64, Const<LOCAL_ALL>, C, S>,
-) {
-    let places: [usize; LOCAL_ALL] = std::array::from_fn(|local| match local {
-        _ if local < unknowns.local() => unknowns.place(local, line),
-        _ => 0,
-    });
-    for (mut sum, column) in sum.column_iter_mut().zip(by_local.column_iter()) {
-        for (place, value) in places.iter().zip(column.iter()).take(unknowns.local()) {
-            sum[*place] += value;
-        }
-    }
 }
 
 /// How each mode of the robot's field moves a whitened residual.

@@ -5,6 +5,7 @@
 //! over the observations are needed, a step can be tried at every frame in linear time.
 
 use crate::assess::row_table::RowTable;
+use crate::problem::layout::Layout;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use crate::problem::simd::WhitenedRow;
@@ -67,10 +68,7 @@ impl ClockCheck {
             let weight = problem.loss.weight(residual.norm_squared());
             let column = jacobian.column(TIME_OFFSET) * weight;
             let local: SVector<f64, LOCAL_ALL> = jacobian.tr_mul(&column);
-            let row = with_others.push();
-            for (k, value) in local.iter().enumerate().take(problem.unknowns.local()) {
-                row[problem.unknowns.place(k, o.line as usize)] = *value;
-            }
+            problem.unknowns.add(o.line as usize, local.as_slice(), with_others.push());
             let (gradient, own) = (column.dot(residual), local[TIME_OFFSET]);
             parts.push(Part { stamp_s: o.stamp_s, gradient, own });
         });

@@ -122,7 +122,10 @@ impl ModelTried {
         Self {
             because: Because::Asked,
             sensor: role(settings.shape_prior.is_some(), levels.held_shape.is_some()),
-            time_offset: role(!settings.fixed.contains(&TIME_OFFSET), false),
+            time_offset: role(
+                !settings.fixed.contains(&TIME_OFFSET),
+                settings.config.held_sigma.time_s.is_some(),
+            ),
             drawn_lines: settings.config.drawn_lines.len(),
             feature_bias: role(levels.bias_is_estimated, levels.feature_bias_px > 0.0),
             clock: Clock::of(settings, found),

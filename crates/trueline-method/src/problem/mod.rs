@@ -1,6 +1,7 @@
 //! Observations → least-squares problem: unknowns, residuals, priors, and the sums over all samples.
 
 pub(crate) mod known;
+pub(crate) mod layout;
 pub mod line_problem;
 pub(crate) mod packing;
 pub mod parameters;

@@ -1,5 +1,6 @@
 //! The same least-squares problem, one sample at a time: what the fast sums are compared with, and how to read them.
 
+use crate::problem::layout::Layout;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use crate::problem::usable::UNUSABLE_SQUARED;
@@ -43,13 +44,8 @@ impl LeastSquares for OneByOne<'_, '_> {
             let hessian = jacobian.transpose() * jacobian * weight;
             let gradient = jacobian.transpose() * residual * weight;
             let unknowns = &self.0.unknowns;
-            let place = |k: usize| unknowns.place(k, o.line as usize);
-            for row in 0..unknowns.local() {
-                equations.gradient[place(row)] += gradient[row];
-                for column in 0..unknowns.local() {
-                    equations.hessian[(place(row), place(column))] += hessian[(row, column)];
-                }
-            }
+            unknowns.add(o.line as usize, gradient.as_slice(), equations.gradient.as_mut_slice());
+            unknowns.add_square(o.line as usize, &hessian, &mut equations.hessian);
             equations.cost += 0.5 * self.0.loss.value(squared);
         }
         state.known(self.0.shape_prior.as_ref()).add_to(equations);

@@ -13,6 +13,7 @@
 //! follow. An observation depends on the blocks of sensor and clock and on those of its own line: its *local* unknowns,
 //! in the same order.
 
+use crate::problem::layout::Layout;
 use std::ops::Range;
 use trueline_geometry::Line;
 use trueline_model::{Curvature, SheetShape};
@@ -50,6 +51,16 @@ pub struct Unknowns {
     pub lines: usize,
     /// How much is modelled.
     pub model: Model,
+}
+
+impl Layout for Unknowns {
+    fn count(&self) -> usize {
+        self.local()
+    }
+
+    fn index(&self, local: usize, line: usize) -> Option<usize> {
+        Some(self.place(local, line))
+    }
 }
 
 impl Unknowns {

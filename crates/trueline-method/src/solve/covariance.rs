@@ -11,6 +11,7 @@
 use crate::assess::row_products::RowProducts;
 use crate::assess::row_table::RowTable;
 use crate::input::noise_levels::NoiseLevels;
+use crate::problem::layout::Layout;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use crate::problem::simd::WhitenedRow;
@@ -98,10 +99,7 @@ fn frame_scores(
             last_stamp = o.stamp_s;
         }
         let gradient: SVector<f64, LOCAL_ALL> = jacobian.tr_mul(residual) * weight;
-        let score = frames.last();
-        for local in 0..problem.unknowns.local() {
-            score[problem.unknowns.place(local, o.line as usize)] += gradient[local];
-        }
+        problem.unknowns.add(o.line as usize, gradient.as_slice(), frames.last());
         if problem.observations.line_count > 1
             && let Some(errors) = problem.shared_errors(jacobian, noise)
         {

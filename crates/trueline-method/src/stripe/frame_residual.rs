@@ -258,6 +258,7 @@ mod tests {
     use crate::config::{Config, Measurements};
     use crate::input::observations::{observe, origin_ns};
     use crate::input::timestamps::Sampling;
+    use crate::problem::layout::Layout;
     use crate::problem::parameters::Parameters;
     use crate::stripe::frames::frames;
     use crate::stripe::start::start;
@@ -306,7 +307,7 @@ mod tests {
             assert!((rows.residual - residual(&at, &frame)).amax() < 1e-12);
             let mut found = DMatrix::zeros(unknowns.dimension(), ROWS);
             for (row, mut found) in found.column_iter_mut().enumerate() {
-                unknowns.spread(gradients.column(row).as_slice(), 0, found.as_mut_slice());
+                unknowns.add(0, gradients.column(row).as_slice(), found.as_mut_slice());
             }
             for k in 0..unknowns.dimension() {
                 let step = DVector::from_fn(unknowns.dimension(), |j, _| if j == k { STEP } else { 0.0 });

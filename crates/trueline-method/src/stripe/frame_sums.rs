@@ -1,6 +1,7 @@
 //! Sums of the products of whitened residuals and their gradients, Σ (J | r)ᵀ (J | r), over the frames of each joint.
 
 use crate::assess::row_products::RowProducts;
+use crate::problem::layout::Layout;
 use crate::stripe::frame_residual::{FrameGradients, ROWS};
 use crate::stripe::unknowns::StripeUnknowns;
 use crate::stripe::weighed_frame::WeighedFrame;
@@ -58,14 +59,8 @@ impl FrameSums {
         let (unknowns, local) = (self.unknowns, self.unknowns.local());
         for (joint, products) in self.joints.into_iter().enumerate() {
             let sums = products.sums();
-            let places: Vec<(usize, usize)> =
-                (0..local).filter_map(|k| Some((k, unknowns.place(k, joint)?))).collect();
-            for &(row, to) in &places {
-                equations.gradient[to] += sums[(row, local)];
-                for &(column, beside) in &places {
-                    equations.hessian[(to, beside)] += sums[(row, column)];
-                }
-            }
+            unknowns.add(joint, sums.column(local).as_slice(), equations.gradient.as_mut_slice());
+            unknowns.add_square(joint, &sums, &mut equations.hessian);
             equations.cost += 0.5 * sums[(local, local)];
         }
     }

@@ -6,6 +6,7 @@
 use crate::assess::robot_accuracy::{SAMPLE, Scores, modes};
 use crate::assess::robot_field::RobotSigmas;
 use crate::assess::row_products::RowProducts;
+use crate::problem::layout::Layout;
 use crate::stripe::fit::StripeFit;
 use crate::stripe::frame_residual::{ROWS, linearize_frame};
 use crate::stripe::systematic::robot_columns;
@@ -50,10 +51,9 @@ fn scores(fit: &StripeFit<'_>, information: &Information) -> Option<Scores> {
             let (slopes, last) = rest.split_at_mut(unknowns);
             slopes.fill(0.0);
             let mut slopes = DVectorViewMut::from_slice(slopes, unknowns);
-            for local in 0..problem.unknowns.local() {
-                let Some(place) = problem.unknowns.place(local, weighed.frame.joint) else { continue };
-                slopes.axpy(gradients[(local, row)], &root_rows.column(place), 1.0);
-            }
+            let by_local = gradients.column(row);
+            let joint = weighed.frame.joint;
+            problem.unknowns.add_in_root(joint, (by_local.as_slice(), 1.0), &root_rows, &mut slopes);
             last[0] = residual[row];
         }
     }

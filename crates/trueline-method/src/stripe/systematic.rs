@@ -4,6 +4,7 @@
 use crate::assess::robot_field::RobotField;
 use crate::assess::systematic::{BiasError, Systematic, SystematicLevels};
 use crate::assess::tilt_bias::{BIAS, TiltBias};
+use crate::problem::layout::Layout;
 use crate::stripe::fit::StripeFit;
 use crate::stripe::frame_residual::{EDGE_ROW, FrameGradients, FrameResidual, ROWS, linearize_frame};
 use crate::stripe::frames::{Sight, StripeFrame};
@@ -151,11 +152,7 @@ impl Moved {
         let columns = self.joints.first().map_or(0, DMatrix::ncols);
         let mut all = DMatrix::zeros(unknowns.dimension(), columns);
         for (joint, sum) in self.joints.iter().enumerate() {
-            for local in 0..unknowns.local() {
-                let Some(place) = unknowns.place(local, joint) else { continue };
-                let mut row = all.row_mut(place);
-                row += sum.row(local);
-            }
+            unknowns.add_rows(joint, sum, &mut all);
         }
         all
     }

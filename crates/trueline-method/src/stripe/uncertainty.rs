@@ -6,6 +6,7 @@
 
 use crate::assess::row_table::RowTable;
 use crate::input::path_noise::NoiseCorrelation;
+use crate::problem::layout::Layout;
 use crate::solve::covariance::blend;
 use crate::stripe::fit::StripeFit;
 use crate::stripe::frame_residual::{FrameGradients, FrameResidual};
@@ -46,9 +47,9 @@ pub fn assess(
             let joint = weighed.frame.joint;
             let weights = gradients * (weighed.whitener.transpose() * weighed.whitener);
             let score = weights * weighed.residual(&parts);
-            problem.unknowns.spread(score.as_slice(), joint, scores.push());
+            problem.unknowns.add(joint, score.as_slice(), scores.push());
             for score in by_robot(fit, &weights, &parts, shared).as_slice().chunks(LOCAL_ALL) {
-                problem.unknowns.spread(score, joint, of_robot.push());
+                problem.unknowns.add(joint, score, of_robot.push());
             }
             stamps_s.push(weighed.frame.stamp_s);
             rows += weighed.rows;

@@ -10,6 +10,7 @@
 //! The first two are asked for; of the others something is known beforehand. Where one joint has an edge each has the numbers of one;
 //! those of an edge that is not there are held.
 
+use crate::problem::layout::Layout;
 use crate::problem::unknowns::LINES;
 use crate::stripe::target::EDGE;
 use std::ops::Range;
@@ -46,6 +47,16 @@ pub struct StripeUnknowns {
     pub edged: bool,
     /// Whether the sensor's shape is estimated.
     pub shaped: bool,
+}
+
+impl Layout for StripeUnknowns {
+    fn count(&self) -> usize {
+        self.local()
+    }
+
+    fn index(&self, local: usize, joint: usize) -> Option<usize> {
+        self.place(local, joint)
+    }
 }
 
 impl StripeUnknowns {
@@ -108,15 +119,6 @@ impl StripeUnknowns {
             (true, _) => LOCAL_ALL,
             (false, true) => LOCAL_EDGE,
             (false, false) => LOCAL_SHAPE,
-        }
-    }
-
-    /// Writes numbers of what a frame of `joint` depends on to their places among those of all unknowns.
-    pub(crate) fn spread(&self, of_frame: &[f64], joint: usize, all: &mut [f64]) {
-        for (local, number) in of_frame[..self.local()].iter().enumerate() {
-            if let Some(place) = self.place(local, joint) {
-                all[place] = *number;
-            }
         }
     }
 

@@ -7,7 +7,7 @@ use super::reason::{Answer, Reason};
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
 use crate::assess::profile_likelihood;
 use crate::assess::sensor_shape::SensorShape;
-use crate::config::SensorMode;
+use crate::config::{Hold, SensorMode};
 use crate::findings::Findings;
 use crate::hypotheses::drift_and_step::Step;
 use crate::hypotheses::search::Mirrored;
@@ -82,7 +82,10 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
 
 fn too_large(f: &Findings) -> Reason {
     let noise_factor = f.stripe_noise_factor().map_or(f.fit.noise_factor, |n| n.max(f.fit.noise_factor));
-    Reason::ResidualsTooLarge { noise_factor, is_held: !f.config.hold.is_empty() }
+    // At stops the time offset is held because there is none.
+    let is_absent = |held: &Hold| f.config.at_stops && *held == Hold::TimeOffset;
+    let is_held = f.config.hold.iter().any(|held| !is_absent(held));
+    Reason::ResidualsTooLarge { noise_factor, is_held }
 }
 
 /// What is wrong with the robot's stamps whatever the fit says.

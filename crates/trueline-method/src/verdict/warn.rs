@@ -24,9 +24,15 @@ use crate::stripe::outcome::{Because, StripeOutcome};
 pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let ambiguity = &f.checks.ambiguity;
-    warnings.extend(ambiguity.decided_by.map(|by| Warning::DecidedByUser {
-        by,
-        other_time_offsets_s: ambiguity.rivals.iter().map(|rival| rival.parameters.time_offset_s).collect(),
+    warnings.extend(ambiguity.decided_by.map(|by| {
+        Warning::DecidedByUser {
+            by,
+            other_time_offsets_s: ambiguity
+                .rivals
+                .iter()
+                .map(|rival| rival.parameters.time_offset_s + f.streams.images_ahead_s)
+                .collect(),
+        }
     }));
     if f.uncertainty_ignored {
         warnings.push(Warning::UncertaintyNotApplied);

@@ -143,7 +143,7 @@ fn profile(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
         marks.push(Mark { name: "next best".to_owned(), at: c.in_recorded_stamps_s(other.time_offset_s) * 1e3, upright: true });
         format!(
             " The next best local minimum is at {:.1} ms and explains {:.0} % of the features instead of {:.0} %.",
-            other.time_offset_s * 1e3,
+            c.in_recorded_stamps_s(other.time_offset_s) * 1e3,
             100.0 * other.test.explains,
             100.0 * other.test.best_explains
         )

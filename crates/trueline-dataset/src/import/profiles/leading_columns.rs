@@ -51,7 +51,8 @@ impl LeadingColumns {
 
     fn kind_of_first(&self, table: &NumberTable) -> Option<Kind> {
         let width = table.rows[0].1.len();
-        if width < 3 {
+        // A row of another width is an error of its own, with its line.
+        if width < 3 || table.rows.iter().any(|(_, row)| row.len() != width) {
             return None;
         }
         let named =
@@ -174,7 +175,10 @@ enum Kind {
 fn lost(frames: &[Option<u64>]) -> u64 {
     let mut known = frames.iter().flatten();
     match (known.next(), known.next_back()) {
-        (Some(first), Some(last)) => (last - first + 1).saturating_sub(frames.len() as u64),
+        // A counter that wraps or starts anew counts no losses.
+        (Some(first), Some(last)) => {
+            last.saturating_sub(*first).saturating_add(1).saturating_sub(frames.len() as u64)
+        }
         _ => 0,
     }
 }

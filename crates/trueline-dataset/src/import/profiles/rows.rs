@@ -64,13 +64,13 @@ fn expect_room(rows: &[Row], even: EvenColumns, is_point: &impl Fn(f64) -> bool)
     let steps = -2.0 * even.first_mm / even.step_mm;
     let whole = steps.round();
     let found = rows[0].1.len();
-    if whole <= 1.0 || (steps - whole).abs() >= 1e-6 * steps.abs() {
+    if !steps.is_finite() || whole <= 1.0 || (steps - whole).abs() >= 1e-6 * steps.abs() {
         return Ok(());
     }
     // The last height is at the mirrored place of the first, or one before it: with one value more the first may be no height.
-    let (fewest, most) = (whole as usize, whole as usize + 1);
+    let (fewest, most) = (whole as usize, (whole as usize).saturating_add(1));
     let expected = match found {
-        _ if found > most && found <= most + MOST_LEADING => most,
+        _ if found > most && found <= most.saturating_add(MOST_LEADING) => most,
         _ if found == most && !first_is_height(rows, even.step_mm, is_point) => fewest,
         _ => return Ok(()),
     };
