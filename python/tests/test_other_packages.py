@@ -72,7 +72,7 @@ def test_rows_of_a_fleet_are_read_by_polars_and_duckdb(scan: trueline.Recording,
     assert frame["time_offset_s"].struct.field("value")[0] == expected
     asked = f"select time_offset_s.value, list_transform(reasons, lambda r: r.code) from read_parquet('{parts}')"
     assert duckdb.sql(asked).fetchall() == [(expected, [])]
-    assert json.loads(frame["result_json"][0])["schema_version"] == 2
+    assert json.loads(frame["result_json"][0])["schema_version"] == 3
     joined = f"select r.url, t.duration_s > 0 from '{parts}' r join '{timings}' t using (content_hash)"
     assert duckdb.sql(joined).fetchall() == [(str(tmp_path / "scan"), True)]
 

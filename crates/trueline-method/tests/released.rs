@@ -110,7 +110,7 @@ fn models_that_were_fitted_beside_the_answer_are_listed() {
     let scan = recording(Some("plane-tilt-stripe=0.5"), 3);
     let held = calibrate(&scan, None, &Config { sensor: SensorMode::Fixed, ..Config::default() }).unwrap();
     let [asked, others @ ..] = &held.findings.models_tried[..] else { panic!("no model") };
-    assert_eq!((asked.because, asked.sensor, asked.clock), (Because::Asked, Role::Considered, Clock::Even));
+    assert_eq!((asked.because, asked.sensor, asked.clock), (Because::Asked, Role::Held, Clock::Even));
     assert!(others.iter().all(|model| !model.because.is_taken()));
     let released = others.iter().find(|model| model.sensor == Role::Estimated).unwrap();
     assert_eq!(released.because, Because::TestsWhatIsHeld);

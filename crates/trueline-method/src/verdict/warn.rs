@@ -14,26 +14,27 @@ use crate::assess::cross_validation::HeldOut;
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
 use crate::config::Measurements;
 use crate::findings::Findings;
+use crate::hypotheses::ambiguity::RivalAnswer;
 use crate::hypotheses::search::Mirrored;
 use crate::input::timestamps::StampReport;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::stripe::agreement::AGREEMENT_SIGMAS;
 use crate::stripe::outcome::{Because, StripeOutcome};
 
+/// What the user's statement decided; offsets are of stamps as they were recorded.
+fn decided_by_user(f: &Findings) -> Option<Warning> {
+    let ambiguity = &f.checks.ambiguity;
+    let recorded_s = |rival: &RivalAnswer| rival.parameters.time_offset_s + f.streams.images_ahead_s;
+    Some(Warning::DecidedByUser {
+        by: ambiguity.decided_by?,
+        other_time_offsets_s: ambiguity.rivals.iter().map(recorded_s).collect(),
+    })
+}
+
 /// What to look at though the result can be used, in the order in which a user should read it.
 pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    let ambiguity = &f.checks.ambiguity;
-    warnings.extend(ambiguity.decided_by.map(|by| {
-        Warning::DecidedByUser {
-            by,
-            other_time_offsets_s: ambiguity
-                .rivals
-                .iter()
-                .map(|rival| rival.parameters.time_offset_s + f.streams.images_ahead_s)
-                .collect(),
-        }
-    }));
+    warnings.extend(decided_by_user(f));
     if f.uncertainty_ignored {
         warnings.push(Warning::UncertaintyNotApplied);
     }

@@ -2,7 +2,7 @@
 //!
 //! The welds are cut into regimes ([`super::regime`]). Where the last one is at the calibration, windows of its last welds are
 //! compared with all good welds before. Where a change stands, it is asked first whether it is over or has become another one
-//! ([`super::over`]); else its kind, its date and its amount are found anew with one weld more.
+//! (`detect::over`); else its kind, its date and its amount are found anew with one weld more.
 
 use super::change::Change;
 use super::history::{ALARM_P_LOG10, History, Stretch, near};

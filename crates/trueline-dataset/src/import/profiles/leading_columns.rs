@@ -51,8 +51,7 @@ impl LeadingColumns {
 
     fn kind_of_first(&self, table: &NumberTable) -> Option<Kind> {
         let width = table.rows[0].1.len();
-        // A row of another width is an error of its own, with its line.
-        if width < 3 || table.rows.iter().any(|(_, row)| row.len() != width) {
+        if width < 3 {
             return None;
         }
         let named =

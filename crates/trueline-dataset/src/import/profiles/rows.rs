@@ -20,6 +20,7 @@ pub(super) fn read(
     is_point: impl Fn(f64) -> bool,
 ) -> Result<Raw, Error> {
     let mut table = numbers::read(file, bytes)?;
+    expect_one_width(file, &table.rows)?;
     let mut lead = LeadingColumns::taken_off(&mut table);
     let width = table.rows[0].1.len();
     let in_header = table
@@ -54,6 +55,16 @@ pub(super) fn read(
     };
     let profiles = table.rows.iter().enumerate().map(profile).collect::<Result<_, Error>>()?;
     Ok(Raw { profiles, clock: lead.clock(), notes: lead.notes() })
+}
+
+fn expect_one_width(file: &Path, rows: &[Row]) -> Result<(), Error> {
+    let expected = rows[0].1.len();
+    match rows.iter().find(|(_, row)| row.len() != expected) {
+        Some((line, row)) => {
+            Err(Error::at_line(file, *line, Problem::FieldCount { expected, found: row.len() }))
+        }
+        None => Ok(()),
+    }
 }
 
 /// More columns than this before the heights, and they are no more a counter, a time and an encoder.
