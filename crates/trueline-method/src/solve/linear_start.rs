@@ -1,5 +1,5 @@
-//! Starts for a robot that stands at each reading. Its readings are few, and its tool may be long: no line goes through their points before
-//! the translation is known.
+//! Starts for a robot that stands at each reading. Its readings are few and its tool may be long, so their points lie on no line before the
+//! translation is known.
 //!
 //! If the attitude R of the sensor and the direction v of a line are assumed, translation and place of the line follow from a linear problem.
 //! With a and b square to v, each reading c at a pose (R_i, p_i) is two equations,
@@ -34,7 +34,7 @@ const PLACED: usize = 4_000;
 /// Starts that are followed: the residuals of a grid of 20° rank them roughly.
 const FOLLOWED: usize = 600;
 
-/// Part of the mean square of what a tool's length does that the translation is held to zero by: one that nothing shows stays small.
+/// Ridge of the linear problem for each reading: a translation that no reading shows stays small.
 const RIDGE: f64 = 1e-9;
 
 /// A reading of the line with the most of them.
