@@ -73,7 +73,7 @@ pub struct CalibrateArgs {
     #[arg(long, value_parser = one_of(&HOLDS))]
     pub fix: Vec<Hold>,
     /// How well what --fix holds is known, one sigma: time=0.1ms,translation=0.1mm,rotation=0.05deg (any of them)
-    #[arg(long, value_name = "WHAT=SIGMA,…", value_parser = requirement::parse, requires = "fix")]
+    #[arg(long, value_name = "WHAT=SIGMA,…", value_parser = requirement::parse_held, requires = "fix")]
     pub fixed_sigma: Option<Requirement>,
     /// Hold the seam where a drawing has it: two of its points in the robot's base, mm. For several seams give it once for each, in their order
     #[arg(
@@ -111,16 +111,22 @@ pub struct CalibrateArgs {
     /// Who answers for the certificate
     #[arg(long, value_name = "NAME", requires = "certificate")]
     pub operator: Option<String>,
-    /// Absolute accuracy of the robot, mm; 0 is an ideal robot. The default is what sensor.toml says, else 0.3
+    /// Absolute accuracy of the robot, mm; 0 is an ideal robot. The default is what sensor.toml says, else 0.5
     #[arg(long, value_name = "MM", value_parser = zero_or_more)]
     pub robot_accuracy_mm: Option<f64>,
     /// Bias of the features for each 10 degrees of tilt, px; 0 is none
     #[arg(long, value_name = "PX", default_value_t = 0.2, value_parser = zero_or_more)]
     pub feature_bias_px: f64,
+    /// Radius of the seam's edge, of which the detector sees the outermost point, mm; 0 is a sharp one, or a point where two lines cross. The default is what sensor.toml says, else 0.3
+    #[arg(long, value_name = "MM", value_parser = zero_or_more)]
+    pub edge_radius_mm: Option<f64>,
+    /// How wavy the seam is beyond a bow, RMS, mm; 0 is a seam without any form. The default is what sensor.toml says, else 0.06 that the scan corrects
+    #[arg(long, value_name = "MM", value_parser = zero_or_more)]
+    pub waviness_mm: Option<f64>,
     /// Which timestamps to use: those that fit the data better, those recorded, or those of the sender's clock
     #[arg(long, value_parser = one_of(&STAMPS), default_value = "auto")]
     pub stamps: Stamps,
-    /// Accuracy to reach, or exit 1: time=0.1ms,translation=0.1mm,rotation=0.05deg (one sigma, any of them)
+    /// Accuracy to reach, or exit 1: time=0.1ms,translation=0.1mm,rotation=0.05deg,seam=0.5mm (one sigma, any of them); the seam's limit is else 1 mm
     #[arg(long, value_name = "WHAT=LIMIT,…", value_parser = requirement::parse)]
     pub require: Option<Requirement>,
     /// Where the scan alone does not decide: the time offset is within plus and minus this, s
@@ -190,6 +196,8 @@ impl CalibrateArgs {
             sensor: self.sensor,
             robot_accuracy_m: self.robot_accuracy_mm.map(|mm| mm * 1e-3),
             feature_bias_px: self.feature_bias_px,
+            edge_radius_m: self.edge_radius_mm.map(|mm| mm * 1e-3),
+            waviness_m: self.waviness_mm.map(|mm| mm * 1e-3),
             accept_partial: self.accept_partial,
             require: self.require.unwrap_or_default(),
             known: KnownOfCell { offset_within_s: self.offset_within, looks: self.looks },
@@ -210,7 +218,7 @@ impl CalibrateArgs {
 }
 
 /// Options that say nothing of a board.
-const OF_SEAMS: [&str; 24] = [
+const OF_SEAMS: [&str; 26] = [
     "measurements",
     "residual",
     "loss",
@@ -225,6 +233,8 @@ const OF_SEAMS: [&str; 24] = [
     "certificate",
     "operator",
     "feature_bias_px",
+    "edge_radius_mm",
+    "waviness_mm",
     "stamps",
     "require",
     "offset_within",

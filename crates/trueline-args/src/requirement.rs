@@ -1,33 +1,44 @@
-//! `--require` and `--want`: time=0.1ms,translation=0.1mm,rotation=0.05deg.
+//! `--require` and `--want`: time=0.1ms,translation=0.1mm,rotation=0.05deg,seam=0.5mm.
 
 use trueline_method::Requirement;
 
 /// Units of each quantity and their size in SI.
-const UNITS: [(&str, &[(&str, f64)]); 3] = [
+const UNITS: [(&str, &[(&str, f64)]); 4] = [
     ("time", &[("ms", 1e-3), ("us", 1e-6), ("s", 1.0)]),
-    ("translation", &[("mm", 1e-3), ("um", 1e-6), ("m", 1.0)]),
+    ("translation", LENGTHS),
     ("rotation", &[("deg", std::f64::consts::PI / 180.0), ("mrad", 1e-3), ("rad", 1.0)]),
+    ("seam", LENGTHS),
 ];
+const LENGTHS: &[(&str, f64)] = &[("mm", 1e-3), ("um", 1e-6), ("m", 1.0)];
+
+/// Reads the list of `--fixed-sigma`: as [`parse`], without the seam, which is not held.
+pub(crate) fn parse_held(text: &str) -> Result<Requirement, String> {
+    let sigmas = parse(text)?;
+    match sigmas.seam_m {
+        None => Ok(sigmas),
+        Some(_) => Err("the name is one of time, translation, rotation: the seam is not what --fix holds".to_owned()),
+    }
+}
 
 /// Reads the list.
 pub(crate) fn parse(text: &str) -> Result<Requirement, String> {
     let wrong = |item: &str, why: &str| {
         format!("`{item}`: {why}; for example time=0.1ms,translation=0.1mm,rotation=0.05deg")
     };
-    let mut limits = [None; 3];
+    let mut limits = [None; 4];
     for item in text.split(',') {
         let (name, value) = item.split_once('=').ok_or_else(|| wrong(item, "expected NAME=LIMIT"))?;
         let quantity = UNITS
             .iter()
             .position(|(known, _)| *known == name.trim())
-            .ok_or_else(|| wrong(item, "the name is one of time, translation, rotation"))?;
+            .ok_or_else(|| wrong(item, "the name is one of time, translation, rotation, seam"))?;
         if limits[quantity].is_some() {
             return Err(wrong(item, "it is given twice"));
         }
         limits[quantity] = Some(limit(value.trim(), UNITS[quantity].1).map_err(|why| wrong(item, &why))?);
     }
-    let [time_s, translation_m, rotation_rad] = limits;
-    Ok(Requirement { time_s, rotation_rad, translation_m })
+    let [time_s, translation_m, rotation_rad, seam_m] = limits;
+    Ok(Requirement { time_s, rotation_rad, translation_m, seam_m })
 }
 
 /// What a plan is to reach.
@@ -39,17 +50,10 @@ pub struct Want {
     pub seam_m: Option<f64>,
 }
 
-/// Reads the list of `plan --want`: as [`parse`], and seam=0.05mm.
+/// Reads the list of `plan --want`: as [`parse`], the seam apart.
 pub(crate) fn parse_want(text: &str) -> Result<Want, String> {
-    let (seam, sigmas): (Vec<&str>, Vec<&str>) =
-        text.split(',').partition(|item| item.trim_start().starts_with("seam="));
-    let seam_m = match seam.as_slice() {
-        [] => None,
-        [one] => Some(length_m(one.trim_start().trim_start_matches("seam="))?),
-        _ => return Err(format!("`{text}`: seam is given twice")),
-    };
-    let sigmas = if sigmas.is_empty() { Requirement::default() } else { parse(&sigmas.join(","))? };
-    Ok(Want { sigmas, seam_m })
+    let all = parse(text)?;
+    Ok(Want { sigmas: Requirement { seam_m: None, ..all }, seam_m: all.seam_m })
 }
 
 /// Reads a length with its unit, m.

@@ -13,6 +13,10 @@ pub struct SensorSetup {
     pub shape: Option<SheetShape>,
     /// Absolute accuracy of the robot (m), as its data sheet states it; 0 is an ideal robot.
     pub robot_accuracy_m: Option<f64>,
+    /// Radius of the seam's edge (m), of which a detector sees the outermost point; 0 is a sharp one, or a point where two lines cross.
+    pub edge_radius_m: Option<f64>,
+    /// Root mean square of the seam's form beyond a bow (m); 0 is a seam without any.
+    pub waviness_m: Option<f64>,
     /// What carries the sensor; [`Mounted::Tool`] where the file does not say.
     pub mounted: Mounted,
     /// The part of the field of view that counts.

@@ -5,7 +5,9 @@ use crate::error::{Error, Problem};
 use crate::log_problem::LogProblem;
 use crate::recording::Sensor;
 use crate::sensor_setup::SensorSetup;
-use crate::setup_toml::{MountedName, RegionTable, RobotTable, ShapeTable, UncertaintyTable, setup_from};
+use crate::setup_toml::{
+    MountedName, RegionTable, RobotTable, SeamTable, ShapeTable, UncertaintyTable, setup_from,
+};
 use crate::source_file;
 use crate::toml_place::in_toml;
 use crate::unit::MM_PER_M;
@@ -64,6 +66,8 @@ struct Wire {
     shape: Option<ShapeTable>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     robot: Option<RobotTable>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    seam: Option<SeamTable>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     region_of_interest: Option<RegionTable>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -206,6 +210,7 @@ fn wire(file: &Path, text: &str) -> Result<Wire, Error> {
         laser_plane: camera.laser_plane.map(|(normal, offset_mm)| PlaneTable { normal, offset_mm }),
         shape: None,
         robot: None,
+        seam: None,
         region_of_interest: None,
         uncertainty: None,
     })
@@ -237,6 +242,7 @@ fn text(kind: Kind, camera: Option<&Camera>, plane: Option<&Plane>, setup: &Sens
         laser_plane: plane.map(plane_to),
         shape: setup.shape.as_ref().map(ShapeTable::of),
         robot: setup.robot_accuracy_m.map(RobotTable::of),
+        seam: SeamTable::of(setup),
         region_of_interest: setup.region_of_interest.as_ref().map(RegionTable::of),
         uncertainty: setup.uncertainty.as_ref().map(UncertaintyTable::of),
     };
@@ -265,7 +271,8 @@ fn sensor_from(wire: &Wire) -> Result<Sensor, Problem> {
 
 fn setup(wire: &Wire) -> Result<SensorSetup, Problem> {
     let of_camera = wire.kind == Kind::CameraLaser;
-    let tables = (wire.mounted, &wire.shape, &wire.robot, &wire.region_of_interest, &wire.uncertainty);
+    let tables =
+        (wire.mounted, &wire.shape, &wire.robot, &wire.seam, &wire.region_of_interest, &wire.uncertainty);
     setup_from(tables, of_camera)
 }
 

@@ -1,4 +1,4 @@
-//! The tables of `sensor.toml` beside the sensor: `[uncertainty]`, `[shape]`, `[robot]`, `[region_of_interest]`.
+//! The tables of `sensor.toml` beside the sensor: `[uncertainty]`, `[shape]`, `[robot]`, `[seam]`, `[region_of_interest]`.
 
 use crate::error::Problem;
 use crate::sensor_setup::{
@@ -25,6 +25,15 @@ pub(crate) struct RobotTable {
     // Also accepted here, since it reads as well under [robot].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     mounted: Option<MountedName>,
+}
+
+#[derive(Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct SeamTable {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    edge_radius_mm: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    waviness_mm: Option<f64>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -82,13 +91,14 @@ pub(crate) type Tables<'a> = (
     Option<MountedName>,
     &'a Option<ShapeTable>,
     &'a Option<RobotTable>,
+    &'a Option<SeamTable>,
     &'a Option<RegionTable>,
     &'a Option<UncertaintyTable>,
 );
 
 /// The setup that the tables describe; some tables belong to cameras only, some to other sensors only.
 pub(crate) fn setup_from(tables: Tables<'_>, of_camera: bool) -> Result<SensorSetup, Problem> {
-    let (mounted, shape, robot, region, uncertainty) = tables;
+    let (mounted, shape, robot, seam, region, uncertainty) = tables;
     if of_camera && shape.is_some() {
         return Err(Problem::Value {
             key: "shape",
@@ -109,6 +119,8 @@ pub(crate) fn setup_from(tables: Tables<'_>, of_camera: bool) -> Result<SensorSe
         uncertainty: uncertainty.as_ref().map(|table| table.to_si(of_camera)).transpose()?,
         shape: shape.as_ref().map(ShapeTable::to_si).transpose()?,
         robot_accuracy_m: not_negative("robot.accuracy_mm", accuracy_mm)?.map(|x| x / MM_PER_M),
+        edge_radius_m: seam.as_ref().map_or(Ok(None), SeamTable::edge_radius_m)?,
+        waviness_m: seam.as_ref().map_or(Ok(None), SeamTable::waviness_m)?,
         mounted: match mounted.or(in_robot) {
             Some(MountedName::Fixed) => Mounted::Fixed,
             Some(MountedName::Tool) | None => Mounted::Tool,
@@ -142,6 +154,24 @@ impl MountedName {
 impl RobotTable {
     pub(crate) fn of(accuracy_m: f64) -> Self {
         Self { accuracy_mm: Some(accuracy_m * MM_PER_M), mounted: None }
+    }
+}
+
+impl SeamTable {
+    /// `None` where nothing is stated.
+    pub(crate) fn of(setup: &SensorSetup) -> Option<Self> {
+        let [edge_radius_mm, waviness_mm] =
+            [setup.edge_radius_m, setup.waviness_m].map(|stated| stated.map(|m| m * MM_PER_M));
+        let says = edge_radius_mm.is_some() || waviness_mm.is_some();
+        says.then_some(Self { edge_radius_mm, waviness_mm })
+    }
+
+    fn edge_radius_m(&self) -> Result<Option<f64>, Problem> {
+        Ok(not_negative("seam.edge_radius_mm", self.edge_radius_mm)?.map(|x| x / MM_PER_M))
+    }
+
+    fn waviness_m(&self) -> Result<Option<f64>, Problem> {
+        Ok(not_negative("seam.waviness_mm", self.waviness_mm)?.map(|x| x / MM_PER_M))
     }
 }
 

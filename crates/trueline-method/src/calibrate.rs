@@ -7,8 +7,9 @@ use crate::assess::robot_accuracy;
 use crate::assess::robot_field::RobotSigmas;
 use crate::assess::systematic::SystematicLevels;
 use crate::calibration::Calibration;
-use crate::conclude::{Concluded, conclude};
-use crate::config::{ASSUMED_ROBOT_ACCURACY_M, Config, Hold, SensorMode};
+use crate::conclude::conclude;
+use crate::concluded::Concluded;
+use crate::config::{ASSUMED_EDGE_RADIUS_M, ASSUMED_ROBOT_ACCURACY_M, Config, Hold, SensorMode};
 use crate::error::Error;
 use crate::hypotheses::clock_drift::{DriftFree, remove_drift};
 use crate::hypotheses::search;
@@ -194,10 +195,13 @@ fn systematic_levels(
     let is_held = settings.shape_prior.is_none();
     let is_doubted = knowledge.stated || config.sensor != SensorMode::Fixed;
     let robot_accuracy_m = config.robot_accuracy_m.or(stated).unwrap_or(ASSUMED_ROBOT_ACCURACY_M);
+    let edge_radius_m = config.edge_radius_m.or(recording.setup.edge_radius_m);
     SystematicLevels {
         robot_accuracy_m,
         robot: RobotSigmas::of_accuracy(robot_accuracy_m),
         robot_is_stated: config.robot_accuracy_m.or(stated).is_some(),
+        edge_radius_m: edge_radius_m.unwrap_or(ASSUMED_EDGE_RADIUS_M),
+        edge_is_stated: edge_radius_m.is_some(),
         feature_bias_px: config.feature_bias_px,
         bias_is_estimated: false,
         held_shape: (is_held && is_doubted).then_some(knowledge.covariance),

@@ -1,5 +1,6 @@
 //! What a fit says: its findings and the verdict.
 
+use crate::adjusted::{Adjusted, adjusted};
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::convergence;
 use crate::assess::corrected_sensor::CorrectedSensor;
@@ -7,75 +8,36 @@ use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::{self, Subject};
 use crate::assess::file_frame::{FileFrame, HandEyeOfFile, StatedSensor};
 use crate::assess::instead_of_sensor::{self, InsteadOfSensor};
-use crate::assess::misfit_cause::MisfitCause;
 use crate::assess::misfit_patterns::Patterns;
 use crate::assess::observability::{Group, Observability, RANK_THRESHOLD};
 use crate::assess::profile_likelihood::{self, Widening};
 use crate::assess::residuals::{self, FeatureResidual};
-use crate::assess::robot_field::RobotSigmas;
 use crate::assess::seam_error::{self, SeamError, SeamErrorSources};
 use crate::assess::sensor_shape::SensorShape;
-use crate::assess::systematic::{Systematic, SystematicLevels, SystematicSums};
+use crate::assess::systematic::{Systematic, SystematicSums};
 use crate::assess::{outlier_segments, seam_point_error};
 use crate::calibration::Calibration;
-use crate::config::{HeldSigma, Measurements, ResidualKind};
+use crate::concluded::Concluded;
+use crate::config::{Measurements, ResidualKind};
 use crate::error::Error;
 use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Streams, Unknowns};
-use crate::hypotheses::ambiguity::Ambiguity;
 use crate::hypotheses::clock_drift::DriftFree;
-use crate::hypotheses::feature_bias::{FeatureBias, TakenBias};
-use crate::hypotheses::search::{BetterMinimum, Mirrored};
-use crate::hypotheses::unbiased::{Assessed, inflation};
+use crate::hypotheses::feature_bias::FeatureBias;
 use crate::input::observations::origin_ns;
-use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::input::skip::Skip;
 use crate::input::stops::Stops;
-use crate::input::timestamps::{Dejittered, Sampling};
 use crate::models::held::compare;
 use crate::models::tried::ModelTried;
 use crate::problem::line_problem::LineProblem;
-use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
+use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET};
 use crate::solve::covariance::{self, Uncertainty};
-use crate::solve::drawn_lines;
-use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
 use crate::stripe::estimate::{self, SeamEstimate};
 use crate::stripe::outcome::{Answer, StripeOutcome};
 use crate::stripe::systematic::SharedErrors;
 use crate::verdict;
 use nalgebra::{DMatrix, SVector};
-use trueline_dataset::{Recording, Sensor};
-
-/// All that a calibration is concluded from.
-pub(crate) struct Concluded<'a> {
-    pub(crate) recording: &'a Recording,
-    pub(crate) sampling: &'a Sampling,
-    pub(crate) dejittered: Dejittered,
-    pub(crate) settings: &'a FitSettings<'a>,
-    pub(crate) knowledge: &'a ShapeKnowledge,
-    pub(crate) mirrored: Mirrored,
-    pub(crate) ambiguity: Ambiguity,
-    pub(crate) better: Option<BetterMinimum>,
-    pub(crate) assessed: &'a Assessed,
-    pub(crate) levels: SystematicLevels,
-    /// How far the robot was taken to be off.
-    pub(crate) robot_taken: RobotSigmas,
-    /// What its residuals show, where that is plainly worse.
-    pub(crate) robot_seems: Option<RobotSigmas>,
-    /// The bias that the features were freed of.
-    pub(crate) bias: Option<TakenBias>,
-    pub(crate) structure: Structure,
-    pub(crate) cause: Option<MisfitCause>,
-    pub(crate) time_offset_share: f64,
-    /// The same scan with the sensor and the lines released, where they are held.
-    pub(crate) released: Option<&'a Calibration>,
-}
-
-impl Concluded<'_> {
-    fn inflation(&self) -> f64 {
-        inflation(&self.structure, &self.assessed.information)
-    }
-}
+use trueline_dataset::Sensor;
 
 /// Everything that is said of a fit.
 ///
@@ -91,7 +53,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     let systematic = sums.systematic(&from.levels, from.inflation()).with_held(
         &fit.solution.equations.hessian,
         root,
-        &held_sigmas(from.settings),
+        &from.held_sigmas(),
     );
     let mut unknowns = unknowns(from, &uncertainty, &systematic);
     let covariance = &unknowns.covariance;
@@ -127,6 +89,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
             iterations: convergence::steps(&fit.iterations, observations, &features),
             sheet_fit_rms_m: observations.sheet_fit_rms_m,
             features,
+            amplitudes: None,
         },
         checks,
         clock: clock(&from.assessed.drift_free),
@@ -140,7 +103,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         models_tried: vec![ModelTried::asked(from.settings, &from.levels, &from.assessed.drift_free)],
     };
     let errors = SeamErrors { sums: &sums, systematic: &systematic, noise: &uncertainty.covariance };
-    judged(from, findings, &errors)
+    judged(from, findings, (&problem, &errors))
 }
 
 /// What may be there in place of a sensor that seems off, where no cause is known.
@@ -199,9 +162,12 @@ struct SeamErrors<'a> {
 fn judged(
     from: &Concluded<'_>,
     mut findings: Findings,
-    errors: &SeamErrors<'_>,
+    (problem, errors): (&LineProblem<'_>, &SeamErrors<'_>),
 ) -> Result<Calibration, Error> {
     add_stripes(from, &mut findings, errors)?;
+    if findings.stripes.as_ref().is_none_or(|stripes| stripes.used == Measurements::Seam) {
+        take_adjusted(from, problem, &mut findings);
+    }
     // What fits no better when released tells nothing of what was held.
     if let Some(released) =
         from.released.filter(|released| !verdict::residuals_are_too_large(&released.findings))
@@ -239,9 +205,9 @@ fn add_stripes(from: &Concluded<'_>, findings: &mut Findings, errors: &SeamError
             bias: errors.sums.bias_error(&from.levels, from.inflation()),
         },
         bias: from.bias.as_ref(),
-        held_sigmas: &held_sigmas(from.settings),
+        held_sigmas: &from.held_sigmas(),
         robot_taken: from.robot_seems.map(|_| from.robot_taken),
-        widened: &|covariance| with_time_offset_widened(from, covariance),
+        widened: &|covariance| from.with_time_offset_widened(covariance),
     })?;
     let Some(StripeOutcome {
         used: Measurements::Stripe | Measurements::Both, estimate: Some(estimate), ..
@@ -265,6 +231,40 @@ fn add_stripes(from: &Concluded<'_>, findings: &mut Findings, errors: &SeamError
     findings.unknowns =
         with_sensor(from, Answered { parameters, covariance, noise_covariance, observability });
     Ok(())
+}
+
+/// Takes the answer of the seam points as it is adjusted with all errors: residuals, checks and ± are its own.
+fn take_adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>, findings: &mut Findings) {
+    if findings.fit.residuals.used == 0 {
+        return;
+    }
+    let Some(Adjusted { answer, seam_error }) = adjusted(from, problem) else { return };
+    let noise_covariance = from.with_time_offset_widened(answer.noise.clone());
+    let covariance = answer.covariance() - &answer.noise + &noise_covariance;
+    let observability = findings.unknowns.observability.clone().bounded(&covariance);
+    let (config, observations) = (from.settings.config, &from.assessed.drift_free.observations);
+    let list = from.assessed.drift_free.fit.placed.of(observations);
+    let torch =
+        || seam_point_error::predict(observations, list, &answer.at, &covariance, &config.used_at);
+    findings.checks.seam_point_error = observability.shows_all().then(torch).flatten();
+    findings.checks.seam_error = seam_error.filter(|_| observability.shows_all());
+    let (features, skipped) = residuals::evaluate(problem, &answer.at);
+    findings.fit.residuals = residuals::summarise(&features, skipped);
+    findings.checks.outlier_segments = outlier_segments::find(
+        observations,
+        &features,
+        &answer.at,
+        &from.assessed.drift_free.fit.noise,
+        config.offset_search_s,
+    );
+    let stamp_of = |f: &FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
+    findings.fit.feature_stamps_ns = features.iter().map(stamp_of).collect();
+    findings.fit.features = features;
+    findings.fit.amplitudes = Some(answer.amplitudes);
+    findings.unknowns = with_sensor(
+        from,
+        Answered { parameters: answer.at, covariance, noise_covariance, observability },
+    );
 }
 
 /// An answer without what it says of the sensor.
@@ -302,7 +302,7 @@ fn with_sensor(from: &Concluded<'_>, answered: Answered) -> Unknowns {
 }
 
 fn unknowns(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &Systematic) -> Unknowns {
-    let noise_covariance = with_time_offset_widened(from, uncertainty.covariance.clone());
+    let noise_covariance = from.with_time_offset_widened(uncertainty.covariance.clone());
     let covariance = &noise_covariance + systematic.covariance();
     let answered = Answered {
         parameters: from.assessed.drift_free.fit.parameters().clone(),
@@ -314,19 +314,6 @@ fn unknowns(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &System
     Unknowns { held_at_guess, ..with_sensor(from, answered) }
 }
 
-/// The components that are held and not known exactly, each with its standard deviation, SI.
-fn held_sigmas(settings: &FitSettings<'_>) -> Vec<(usize, f64)> {
-    let HeldSigma { time_s, rotation_rad, translation_m } = settings.config.held_sigma;
-    let stated = |component: &usize| match *component {
-        TIME_OFFSET => time_s,
-        ROTATION..TRANSLATION => rotation_rad,
-        TRANSLATION..LINES => translation_m,
-        _ => None,
-    };
-    let of_groups = settings.fixed.iter().filter_map(|component| Some((*component, stated(component)?)));
-    of_groups.chain(drawn_lines::sigmas(&settings.config.drawn_lines)).collect()
-}
-
 fn seam_error(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &Systematic) -> Option<SeamError> {
     let (fit, observations) = (&from.assessed.drift_free.fit, &from.assessed.drift_free.observations);
     let sources = SeamErrorSources {
@@ -334,7 +321,7 @@ fn seam_error(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &Syst
         fixed: from.settings.fixed,
         noise: &uncertainty.covariance,
         stamps_variance_s2: {
-            let widened = with_time_offset_widened(from, uncertainty.covariance.clone());
+            let widened = from.with_time_offset_widened(uncertainty.covariance.clone());
             widened[(TIME_OFFSET, TIME_OFFSET)] - uncertainty.covariance[(TIME_OFFSET, TIME_OFFSET)]
         },
         systematic,
@@ -399,24 +386,6 @@ fn streams(from: &Concluded<'_>, repeated_features: usize) -> Streams {
         origin_ns: origin_ns(from.recording),
         images_ahead_s: from.recording.images_ahead_ns as f64 * 1e-9,
     }
-}
-
-/// What the residuals cannot tell of the time offset: noise in its column, and what the stamps leave unsaid.
-fn with_time_offset_widened(from: &Concluded<'_>, mut covariance: DMatrix<f64>) -> DMatrix<f64> {
-    if from.settings.fixed.contains(&TIME_OFFSET) {
-        return covariance;
-    }
-    // Noise in its column makes it look better known than it is, and with it all that goes with it: of a share s the optimum's
-    // variance is that of the gradient, 1, over the square of the curvature that motion gives, s².
-    let variance = covariance[(TIME_OFFSET, TIME_OFFSET)];
-    if from.time_offset_share < 1.0 && variance > 0.0 {
-        let along = covariance.column(TIME_OFFSET).into_owned();
-        covariance.ger((from.time_offset_share.powi(-2) - 1.0) / variance, &along, &along, 1.0);
-    }
-    let late_sigma_s = from.assessed.drift_free.observations.robot.late_sigma_s;
-    let stamps_sigma_s = from.sampling.phase_sigma_s(from.dejittered).hypot(late_sigma_s);
-    covariance[(TIME_OFFSET, TIME_OFFSET)] += stamps_sigma_s.powi(2);
-    covariance
 }
 
 fn subject<'a>(from: &'a Concluded<'_>, real: &Uncertainty) -> Subject<'a> {

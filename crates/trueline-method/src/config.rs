@@ -163,9 +163,14 @@ impl Measurements {
     }
 }
 
+/// A seam point that may be further off than this, one standard deviation, is of no use to a torch, m.
+pub const SEAM_ERROR_CEILING_M: f64 = 1e-3;
+
 /// Standard deviations that a result must reach to be accepted; `None` asks for nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Requirement {
+    /// Of a seam point that is measured later, m; `None` is [`SEAM_ERROR_CEILING_M`].
+    pub seam_m: Option<f64>,
     /// Of the time offset, s.
     pub time_s: Option<f64>,
     /// Of the hand-eye rotation about any axis, rad.
@@ -217,6 +222,11 @@ pub struct Config {
     pub robot_accuracy_m: Option<f64>,
     /// Bias of the features for each 10° of tilt, px.
     pub feature_bias_px: f64,
+    /// Radius of the seam's edge, m; `None` is what the recording's sensor file says, or [`ASSUMED_EDGE_RADIUS_M`].
+    pub edge_radius_m: Option<f64>,
+    /// Root mean square of the seam's form beyond a bow, m; `None` is what the recording's sensor file says, or
+    /// [`ASSUMED_WAVINESS_M`] as a first guess that the scan corrects.
+    pub waviness_m: Option<f64>,
     /// Whether directions that the scan does not show may be held at the initial guess.
     pub accept_partial: bool,
     /// Accuracy that is asked for.
@@ -231,8 +241,14 @@ pub struct Config {
     pub threads: usize,
 }
 
-/// Absolute accuracy of a robot of which nothing is said, m.
-pub const ASSUMED_ROBOT_ACCURACY_M: f64 = 0.3e-3;
+/// Absolute accuracy of a robot of which nothing is said, m: arms that were not calibrated reach 0.2 to 0.8 mm.
+pub const ASSUMED_ROBOT_ACCURACY_M: f64 = 0.5e-3;
+
+/// Radius of an edge of which nothing is said, m: that of a sheared or folded sheet.
+pub const ASSUMED_EDGE_RADIUS_M: f64 = 0.3e-3;
+
+/// Root mean square of a seam's form of which nothing is said, m: that of a part clamped and tacked.
+pub const ASSUMED_WAVINESS_M: f64 = 0.06e-3;
 
 /// Standard deviation of a feature in a picture of which nothing is said, px.
 pub const USUAL_FEATURE_SIGMA_PX: f64 = 0.3;
@@ -258,6 +274,8 @@ impl Default for Config {
             sensor: SensorMode::Prior,
             robot_accuracy_m: None,
             feature_bias_px: 0.2,
+            edge_radius_m: None,
+            waviness_m: None,
             accept_partial: false,
             require: Requirement::default(),
             known: KnownOfCell::default(),
@@ -295,6 +313,8 @@ impl Config {
             sensor: SensorMode::Fixed,
             robot_accuracy_m: Some(0.0),
             feature_bias_px: 0.0,
+            edge_radius_m: Some(0.0),
+            waviness_m: Some(0.0),
             ..Self::default()
         }
     }

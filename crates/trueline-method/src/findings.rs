@@ -1,5 +1,6 @@
 //! Everything that was found of a scan, before it is judged.
 
+use crate::adjustment::answer::Amplitudes;
 use crate::assess::corrected_sensor::CorrectedSensor;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::HeldOut;
@@ -191,6 +192,8 @@ pub struct FitFindings {
     pub noise_factor: f64,
     /// Whether they are alike from one to the next.
     pub structure: Structure,
+    /// What was found of errors that are no noise, where the answer was adjusted with them.
+    pub amplitudes: Option<Amplitudes>,
     /// How many times larger than by the curvature at the optimum the ± of the turn that is known least is; `None` where they agree.
     pub widened_by: Option<f64>,
     /// Part of the covariance that is the model's, 0 to 1.

@@ -21,10 +21,13 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod adjusted;
+pub mod adjustment;
 pub mod assess;
 pub mod calibrate;
 pub mod calibration;
 mod conclude;
+mod concluded;
 pub mod config;
 pub mod diagnose;
 pub mod error;

@@ -36,6 +36,7 @@ impl Default for Goal {
             time_s: Some(0.02e-3),
             rotation_rad: Some(0.0078_f64.to_radians()),
             translation_m: Some(0.012e-3),
+            ..Requirement::default()
         };
         Self { want, criterion: Criterion::Worst }
     }

@@ -55,6 +55,9 @@ fn reason_values(reason: &Reason) -> Value {
             json!({ "time_offsets_s": answers.iter().map(|answer| answer.time_offset_s).collect::<Vec<_>>() })
         }
         Reason::NotConverged { termination } => json!({ "termination": termination.to_string() }),
+        Reason::SeamErrorTooLarge { rms_m, ceiling_m, mostly, share } => json!({
+            "rms_mm": rms_m * MM_PER_M, "ceiling_mm": ceiling_m * MM_PER_M, "mostly": mostly, "share": share,
+        }),
         Reason::ResidualsTooLarge { noise_factor, .. } => json!({ "noise_factor": noise_factor }),
         Reason::SensorOff { shape, instead, beyond_stated } => {
             let mut facts = sensor_off(shape, instead);
@@ -134,6 +137,8 @@ fn warning_values(warning: &Warning) -> Value {
         Warning::DrawnLineNotNeeded { with_m, without_m } => {
             json!({ "with_mm": with_m * MM_PER_M, "without_mm": without_m * MM_PER_M })
         }
+        Warning::WavySeam { rms_m } | Warning::RobotMoves { rms_m } => json!({ "rms_mm": rms_m * MM_PER_M }),
+        Warning::ClockStep { at_s, step_s } => json!({ "at_s": at_s, "step_s": step_s }),
         Warning::UnusualNoise { noise_factor, .. } => json!({ "noise_factor": noise_factor }),
         Warning::StructuredResiduals { left } => json!({ "neighbour_correlation": left }),
         Warning::ManyOutliers { share } => json!({ "share": share }),

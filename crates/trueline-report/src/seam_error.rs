@@ -25,10 +25,13 @@ pub fn entry(error: &SeamError) -> SeamErrorEntry {
             seam_form: parts.seam_form * MM_PER_M,
             feature_bias: parts.feature_bias * MM_PER_M,
             held: parts.held * MM_PER_M,
+            edge_radius: parts.edge_radius * MM_PER_M,
         },
         robot_accuracy_mm: error.levels.robot_accuracy_m * MM_PER_M,
         robot_is_stated: error.levels.robot_is_stated,
         feature_bias_px: error.levels.feature_bias_px,
+        edge_radius_mm: error.levels.edge_radius_m * MM_PER_M,
+        edge_is_stated: error.levels.edge_is_stated,
     }
 }
 
@@ -125,6 +128,10 @@ pub fn assumed(c: &Calibration, error: &SeamError) -> Option<String> {
         let bias = bias(levels.feature_bias_px, per_px_m);
         with.push(format!("a feature bias of {bias} per 10° of tilt ({state})"));
     }
+    if error.budget_m.edge_radius > 0.0 {
+        let assumed = if levels.edge_is_stated { "" } else { " (assumed)" };
+        with.push(format!("an edge of {} mm radius{assumed}", levels.edge_radius_m * MM_PER_M));
+    }
     if error.budget_m.held > 0.0 {
         with.push("what is held, as it was stated".to_owned());
     }
@@ -169,6 +176,11 @@ pub fn budget(error: &SeamError, robot_is_doubted: bool) -> Vec<BudgetPart> {
         ("seam form", parts.seam_form, "scan a straighter edge, or the same seam back again"),
         ("feature bias", parts.feature_bias, "add a pass with the sensor spun by 180° about its view"),
         ("what is held", parts.held, "estimate it with the rest, or know it better"),
+        (
+            "edge radius",
+            parts.edge_radius,
+            "state edge_radius_mm under [seam] in sensor.toml; it is 0 where two fitted lines cross",
+        ),
     ];
     list.sort_by(|a, b| b.1.total_cmp(&a.1));
     let share = |sigma_m: f64| (sigma_m / error.rms_m).powi(2);

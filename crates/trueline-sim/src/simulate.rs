@@ -62,7 +62,12 @@ fn record(
     let features = features(scenario, &|time_s| robot.actual(time_s), faults, seed);
     let truth = Some(Truth { parameters, lines: scenario.cell.lines.clone() });
     let sensor = sensor(&scenario.cell.sensor);
-    Some(Recording { truth, ..Recording::new(sensor, SensorSetup::default(), samples, features) })
+    Some(Recording { truth, ..Recording::new(sensor, setup(), samples, features) })
+}
+
+/// What is known of a cell that is cast: its edge is sharp, and its seam has no form but the bow that it may be given.
+fn setup() -> SensorSetup {
+    SensorSetup { edge_radius_m: Some(0.0), waviness_m: Some(0.0), ..SensorSetup::default() }
 }
 
 fn sensor(model: &SensorModel) -> Sensor {

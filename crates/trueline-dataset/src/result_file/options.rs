@@ -34,10 +34,14 @@ pub struct Options {
     pub stamps: String,
     /// What was done about the sensor's own calibration: `fixed`, `prior` or `free`.
     pub sensor: String,
-    /// Absolute accuracy of the robot; null is what sensor.toml says, or 0.3.
+    /// Absolute accuracy of the robot; null is what sensor.toml says, or 0.5.
     pub robot_accuracy_mm: Option<f64>,
     /// Bias of the features per 10° of tilt.
     pub feature_bias_px: f64,
+    /// Radius of the seam's edge; null is what sensor.toml says, or 0.3.
+    pub edge_radius_mm: Option<f64>,
+    /// How wavy the seam is; null is what sensor.toml says, or 0.06 that the scan corrects.
+    pub waviness_mm: Option<f64>,
     /// Window that the time offset was said to be within.
     pub offset_within_s: Option<f64>,
     /// Tool axis that the sensor was said to look along.
@@ -81,4 +85,6 @@ pub struct RequireOptions {
     pub rotation_rad: Option<f64>,
     /// Of the translation.
     pub translation_mm: Option<f64>,
+    /// Of a seam point that is measured later.
+    pub seam_mm: Option<f64>,
 }

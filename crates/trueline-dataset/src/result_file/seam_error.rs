@@ -21,6 +21,10 @@ pub struct SeamErrorEntry {
     pub robot_is_stated: bool,
     /// Feature bias per 10° of tilt that was assumed or stated.
     pub feature_bias_px: f64,
+    /// Radius of the seam's edge that was assumed or stated.
+    pub edge_radius_mm: f64,
+    /// Whether it was stated.
+    pub edge_is_stated: bool,
 }
 
 /// A rectangle of the laser plane.
@@ -51,4 +55,6 @@ pub struct BudgetEntry {
     pub feature_bias: f64,
     /// What was held and is not known exactly.
     pub held: f64,
+    /// The radius of the seam's edge.
+    pub edge_radius: f64,
 }

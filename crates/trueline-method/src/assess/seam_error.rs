@@ -32,6 +32,25 @@ pub struct SeamError {
 }
 
 impl SeamError {
+    /// The largest part, by its name, and its share of the variance.
+    #[must_use]
+    pub fn mostly(&self) -> (&'static str, f64) {
+        let SeamErrorBudget { noise, stamps, sensor, robot, seam_form, feature_bias, held, edge_radius } =
+            self.budget_m;
+        let parts = [
+            ("the noise of the scan", noise),
+            ("the stamps", stamps),
+            ("the sensor's own calibration", sensor),
+            ("the robot's accuracy", robot),
+            ("the seam's form", seam_form),
+            ("the detector's bias with the tilt", feature_bias),
+            ("what is held", held),
+            ("the radius of the edge", edge_radius),
+        ];
+        let largest = parts.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or(("noise", 0.0));
+        (largest.0, (largest.1 / self.rms_m).powi(2))
+    }
+
     /// What the scan alone makes of it: noise, stamps and the seam's form, m.
     #[must_use]
     pub fn scan_alone_m(&self) -> f64 {
@@ -57,6 +76,60 @@ pub struct SeamErrorBudget {
     pub feature_bias: f64,
     /// What was held and is not known exactly.
     pub held: f64,
+    /// The radius of the seam's edge.
+    pub edge_radius: f64,
+}
+
+impl SeamErrorBudget {
+    /// Of parts that are each owed to something, m².
+    fn of(squares_m2: &[(ShareOf, f64)]) -> Self {
+        let part = |of: ShareOf| {
+            let own = squares_m2.iter().filter(|(what, _)| *what == of).map(|(_, square)| square);
+            own.sum::<f64>().sqrt()
+        };
+        Self {
+            noise: part(ShareOf::Noise),
+            stamps: part(ShareOf::Stamps),
+            sensor: part(ShareOf::Sensor),
+            robot: part(ShareOf::Robot),
+            seam_form: part(ShareOf::SeamForm),
+            feature_bias: part(ShareOf::FeatureBias),
+            held: part(ShareOf::Held),
+            edge_radius: part(ShareOf::EdgeRadius),
+        }
+    }
+}
+
+/// What a part of an error is owed to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ShareOf {
+    /// Noise from sample to sample.
+    Noise,
+    /// What the stamps as a whole do not say.
+    Stamps,
+    /// The sensor's own calibration.
+    Sensor,
+    /// The robot.
+    Robot,
+    /// Bow and form of the seam.
+    SeamForm,
+    /// The detector's bias.
+    FeatureBias,
+    /// The radius of the edge.
+    EdgeRadius,
+    /// What was held and is not known exactly.
+    Held,
+}
+
+/// What an error makes of the unknowns: columns in the tangent, each of unit variance.
+#[derive(Clone, Debug)]
+pub(crate) struct Share {
+    /// Which error.
+    pub of: ShareOf,
+    /// The columns.
+    pub columns: DMatrix<f64>,
+    /// How the sensor's shape itself is off by each of them (5 × columns), where it is held.
+    pub shape: Option<DMatrix<f64>>,
 }
 
 /// What a seam error follows from.
@@ -103,11 +176,48 @@ pub fn predict(
         seam_form: (noise * ((all - without_bow) / all).max(0.0)).sqrt(),
         feature_bias: mean_square(&sources.systematic.feature_bias).sqrt(),
         held: mean_square(&sources.systematic.held).sqrt(),
+        edge_radius: 0.0,
     };
     let SeamErrorBudget { sensor, robot, seam_form, feature_bias, held, .. } = parts;
     let squares = [parts.noise, parts.stamps, sensor, robot, seam_form, feature_bias, held];
     let rms_m = squares.iter().map(|part| part * part).sum::<f64>().sqrt();
     Some(SeamError { rms_m, field_m: field.size_m, budget_m: parts, levels: sources.levels })
+}
+
+/// What an adjustment says of it.
+pub(crate) struct SharedError<'a> {
+    /// Covariance from noise.
+    pub noise: &'a DMatrix<f64>,
+    /// Variance of the time offset that the stamps add to it, s².
+    pub stamps_variance_s2: f64,
+    /// Everything else.
+    pub shares: &'a [Share],
+    /// How large that was taken to be.
+    pub levels: SystematicLevels,
+    /// Speed along the seam, m/s.
+    pub speed_m_s: f64,
+}
+
+/// The same of an adjustment, whose parts add up; `None` where the field is empty.
+#[must_use]
+pub(crate) fn of_shares(
+    observations: &Observations,
+    list: &[Observation],
+    at: &Parameters,
+    sources: &SharedError<'_>,
+) -> Option<SeamError> {
+    let field = Field::of(observations, list, at, sources.speed_m_s)?;
+    let stamps_m2 = field.along.norm_squared() * sources.stamps_variance_s2;
+    let mut squares_m2 =
+        vec![(ShareOf::Noise, field.mean_trace(sources.noise)), (ShareOf::Stamps, stamps_m2)];
+    let of_share = |share: &Share| (share.of, field.mean_square(&share.columns, share.shape.as_ref()));
+    squares_m2.extend(sources.shares.iter().map(of_share));
+    Some(SeamError {
+        rms_m: squares_m2.iter().map(|(_, square)| square).sum::<f64>().sqrt(),
+        field_m: field.size_m,
+        budget_m: SeamErrorBudget::of(&squares_m2),
+        levels: sources.levels,
+    })
 }
 
 /// Mean squared error with everything free, with the bow known, and with bow and shape known, by the model alone.

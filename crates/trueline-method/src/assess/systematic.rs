@@ -44,6 +44,10 @@ pub struct SystematicLevels {
     pub robot: RobotSigmas,
     /// Whether somebody stated it; else it is assumed.
     pub robot_is_stated: bool,
+    /// Radius of the seam's edge, m.
+    pub edge_radius_m: f64,
+    /// Whether somebody stated it; else it is assumed.
+    pub edge_is_stated: bool,
     /// Bias of the feature per 10° of tilt, along and across the picture's rows, px.
     pub feature_bias_px: f64,
     /// Whether the bias was estimated, with that as what was known of it beforehand.

@@ -36,6 +36,8 @@ impl Bias {
             robot_accuracy_m: 0.0,
             robot: checks.robot_taken,
             robot_is_stated: false,
+            edge_radius_m: 0.0,
+            edge_is_stated: false,
             feature_bias_px,
             bias_is_estimated: true,
             held_shape: None,

@@ -18,6 +18,8 @@ pub(super) const MANY_MISSING: f64 = 0.1;
 pub(super) const COARSE_STAMPS: f64 = 0.1;
 /// With more outliers than this the majority no longer decides.
 pub(super) const OUTLIERS: f64 = 0.5;
+/// With more than this left out of an adjustment, what is left may be chance.
+pub(super) const MOST_LEFT_OUT: f64 = 0.35;
 /// More outliers than this should be looked at.
 pub(super) const MANY_OUTLIERS: f64 = 0.2;
 /// Of five parts and seven unknowns the largest reaches 3 σ by chance.
@@ -30,3 +32,7 @@ pub(super) const CROSS_VALIDATION_SURPLUS: f64 = 4.0;
 pub(super) const POORLY_KNOWN_M: f64 = 0.5e-3;
 /// … nor is one that is known worse than this with the robot, the sensor and the bias that are assumed.
 pub(super) const USELESS_M: f64 = 2e-3;
+/// A seam that waves by more than this is worth a remark, m: what a welder sees.
+pub(super) const WAVY_M: f64 = 0.05e-3;
+/// … and so is an arm that is further off its poses than this along a scan, m.
+pub(super) const ROBOT_MOVES_M: f64 = 0.1e-3;

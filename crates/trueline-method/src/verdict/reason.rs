@@ -141,6 +141,17 @@ pub enum Reason {
         /// How many pictures that is, where it is a whole number of them.
         pictures: Option<u32>,
     },
+    /// A seam point is not known well enough.
+    SeamErrorTooLarge {
+        /// One standard deviation of a seam point that is measured later, m.
+        rms_m: f64,
+        /// What it may be, m.
+        ceiling_m: f64,
+        /// What most of it is owed to.
+        mostly: &'static str,
+        /// That part of its variance.
+        share: f64,
+    },
     /// A required accuracy is missed.
     RequirementMissed {
         /// Of what.
@@ -182,6 +193,7 @@ impl Reason {
             Self::RobotStreamFroze { .. } => "robot-stream-froze",
             Self::ClockStep { .. } => "clock-step",
             Self::StatementContradicted => "statement-contradicted",
+            Self::SeamErrorTooLarge { .. } => "seam-error-too-large",
             Self::RequirementMissed { .. } => "requirement-missed",
             Self::RequirementUnobservable { .. } => "requirement-unobservable",
         }
@@ -230,6 +242,9 @@ impl fmt::Display for Reason {
             Self::RobotStreamFroze { span_s } => robot_stream_froze(span_s),
             Self::ClockStep { at_s, step_s, sigma_s, pictures } => {
                 clock_step([at_s, step_s, sigma_s], pictures)
+            }
+            Self::SeamErrorTooLarge { rms_m, ceiling_m, mostly, share } => {
+                seam_error_too_large([rms_m, ceiling_m], mostly, share)
             }
             Self::RequirementMissed { quantity, sigma_si, required_si } => {
                 requirement_missed(quantity, sigma_si, required_si)
@@ -392,6 +407,16 @@ fn clock_step([at_s, step_s, sigma_s]: [f64; 3], pictures: Option<u32>) -> Strin
              counting; or one of the clocks stepped"
         ),
     }
+}
+
+fn seam_error_too_large([rms_m, ceiling_m]: [f64; 2], mostly: &str, share: f64) -> String {
+    format!(
+        "a seam point may be off by {} mm (one standard deviation), and {} mm is the limit. {:.0} % of the variance is owed to {mostly}. Scan \
+         longer, with tilts of ±10° or more and with more change of stand-off, or state what is known of the cell in sensor.toml",
+        Significant(rms_m * MM_PER_M),
+        Significant(ceiling_m * MM_PER_M),
+        100.0 * share
+    )
 }
 
 fn requirement_missed(quantity: Quantity, sigma_si: f64, required_si: f64) -> String {

@@ -1,13 +1,17 @@
 //! The criteria that a calibration must meet.
 
-use super::limits::{COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, OUTLIERS};
+use super::limits::{
+    COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, MOST_LEFT_OUT, MOST_NOISE_FACTOR, OUTLIERS,
+};
 use super::mistake::{self, residuals_are_too_large};
 use super::quantity::Quantity;
 use super::reason::{Answer, Reason};
+use crate::adjustment::answer::Amplitudes;
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
 use crate::assess::profile_likelihood;
+use crate::assess::seam_error::SeamError;
 use crate::assess::sensor_shape::SensorShape;
-use crate::config::{Hold, SensorMode};
+use crate::config::{Hold, SEAM_ERROR_CEILING_M, SensorMode};
 use crate::findings::Findings;
 use crate::hypotheses::drift_and_step::Step;
 use crate::hypotheses::search::Mirrored;
@@ -35,6 +39,9 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
     if !reasons.is_empty() {
         // All else that the fit says would be said of that error.
         return reasons;
+    }
+    if let Some(amplitudes) = &f.fit.amplitudes {
+        return of_adjusted(f, amplitudes);
     }
     if mistake::is_likely(f) {
         return vec![too_large(f)].into_iter().chain(of_streams(f)).collect();
@@ -78,6 +85,41 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
     }));
     reasons.extend(missed_requirements(f));
     reasons
+}
+
+/// Why an answer that was adjusted with all errors is bad: everything else is in its ±.
+fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Reason> {
+    let of_data = if amplitudes.are_beyond() || f.fit.noise_factor > MOST_NOISE_FACTOR {
+        Some(too_large(f))
+    } else if amplitudes.out.share() > MOST_LEFT_OUT {
+        Some(Reason::TooManyOutliers { outliers: amplitudes.out })
+    } else {
+        None
+    };
+    if let Some(reason) = of_data {
+        // What else the fit says would be said of that.
+        return std::iter::once(reason).chain(of_streams(f)).collect();
+    }
+    let is_unstated = f.stops == Some(Stops::Recognised);
+    let mut reasons: Vec<Reason> =
+        is_unstated.then_some(Reason::AtStops { stops: f.streams.images.count }).into_iter().collect();
+    reasons.extend(f.unknowns.observability.unobservable.iter().cloned().map(Reason::Unobservable));
+    if f.checks.mirrored == Mirrored::Equal {
+        reasons.push(Reason::MirrorAmbiguity);
+    }
+    reasons.extend(other_minima(f));
+    reasons.extend(too_few_used(f));
+    reasons.extend(of_streams(f));
+    reasons.extend(f.checks.seam_error.and_then(|error| seam_error_too_large(f, &error)));
+    reasons.extend(missed_requirements(f));
+    reasons
+}
+
+fn seam_error_too_large(f: &Findings, error: &SeamError) -> Option<Reason> {
+    let ceiling_m = f.config.require.seam_m.unwrap_or(SEAM_ERROR_CEILING_M);
+    let (mostly, share) = error.mostly();
+    let is_bad = error.rms_m > ceiling_m;
+    is_bad.then_some(Reason::SeamErrorTooLarge { rms_m: error.rms_m, ceiling_m, mostly, share })
 }
 
 fn too_large(f: &Findings) -> Reason {

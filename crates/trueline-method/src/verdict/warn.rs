@@ -2,13 +2,14 @@
 
 use super::limits::{
     CROSS_VALIDATION_RATIO, CROSS_VALIDATION_SIGMAS, CROSS_VALIDATION_SURPLUS, MANY_MISSING, MANY_OUTLIERS,
-    MANY_SKIPPED, OUTLIERS, POORLY_KNOWN_M, USELESS_M, USUAL_NOISE_FACTOR,
+    MANY_SKIPPED, OUTLIERS, POORLY_KNOWN_M, ROBOT_MOVES_M, USELESS_M, USUAL_NOISE_FACTOR, WAVY_M,
 };
 use super::mistake::{self, residuals_are_too_large};
 use super::quantity::{Axis, Quantity};
 use super::reject::turn_is_undetermined;
 use super::stream_name::StreamName;
 use super::warning::Warning;
+use crate::adjustment::answer::Amplitudes;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::HeldOut;
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
@@ -50,6 +51,10 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
         warnings.extend(stamps(f));
         return warnings;
     }
+    if let Some(amplitudes) = &f.fit.amplitudes {
+        warnings.extend(of_adjusted(f, amplitudes));
+        return warnings;
+    }
     warnings.extend(drawn_line_not_needed(f));
     warnings.extend(causes(f));
     let widened_by = f.fit.widened_by.filter(|_| !turn_is_undetermined(f));
@@ -87,6 +92,54 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
         warnings.push(Warning::NoPointAtStandOff { stand_off_m });
     }
     warnings
+}
+
+/// What an adjustment found of the cell: remarks, for the ± contain it.
+fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let wavy = amplitudes.form_m > WAVY_M;
+    warnings.extend(wavy.then_some(Warning::WavySeam { rms_m: amplitudes.form_m }));
+    let moves = amplitudes.robot_m > ROBOT_MOVES_M;
+    warnings.extend(moves.then_some(Warning::RobotMoves { rms_m: amplitudes.robot_m }));
+    warnings.extend(drawn_line_not_needed(f));
+    let off = f.unknowns.sensor.filter(|shape| shape.is_off() && all_seen(f));
+    let instead = &f.checks.instead_of_sensor;
+    warnings.extend(off.map(|shape| Warning::SensorOff { shape, instead: instead.clone() }));
+    warnings.extend(f.checks.lens.map(|lens| Warning::LensOff { lens }));
+    if f.checks.mirrored == Mirrored::ToldApartBySensor {
+        warnings.push(Warning::MirrorBySensor);
+    }
+    warnings.extend(f.stripes.as_ref().into_iter().flat_map(of_stripes));
+    let skipped = &f.fit.residuals.skipped;
+    if skipped.values().sum::<usize>() * MANY_SKIPPED > f.streams.features {
+        warnings.push(Warning::FeaturesSkipped { skipped: skipped.clone() });
+    }
+    warnings.extend(f.checks.outlier_segments.iter().map(|segment| left_out(f, segment)));
+    let share = amplitudes.out.share();
+    warnings.extend((share > MANY_OUTLIERS).then_some(Warning::ManyOutliers { share }));
+    warnings.extend(f.clock.stepped.map(|step| Warning::ClockStep {
+        at_s: f.streams.stamp_s(step.at_s),
+        step_s: step.step_s,
+    }));
+    warnings.extend(clock_drift(f));
+    warnings.extend(stamps(f));
+    if let (true, None, Some(stand_off_m)) =
+        (all_seen(f), &f.checks.seam_point_error, f.config.used_at.stand_off_m)
+    {
+        warnings.push(Warning::NoPointAtStandOff { stand_off_m });
+    }
+    warnings
+}
+
+/// A stretch that does not belong to the rest, and that an adjustment leaves out.
+fn left_out(f: &Findings, segment: &OutlierSegment) -> Warning {
+    let (span_s, features) = (segment.span_s.map(|s| f.streams.stamp_s(s)), segment.features);
+    match segment.cause {
+        Cause::OtherLine(beside_m) => Warning::OtherLine { span_s, features, beside_m },
+        Cause::ClockStep(_) | Cause::RobotStoodStill | Cause::Unknown => {
+            Warning::OutlierStretch { span_s, features }
+        }
+    }
 }
 
 fn clock_drift(f: &Findings) -> Option<Warning> {

@@ -1,6 +1,6 @@
 //! What to look at though a calibration can be used.
 
-use super::quantity::{Axis, MM_PER_M, Quantity};
+use super::quantity::{Axis, MM_PER_M, MS_PER_S, Quantity, Significant};
 use super::sensor_words::sensor_off;
 use super::stream_name::StreamName;
 use super::warning_words::{
@@ -165,6 +165,23 @@ pub enum Warning {
         /// Correlation of neighbours once correlated noise is taken out.
         left: f64,
     },
+    /// The seam has a form beyond its bow.
+    WavySeam {
+        /// Root mean square over the scan, m.
+        rms_m: f64,
+    },
+    /// The arm is not where it says along this scan.
+    RobotMoves {
+        /// Root mean square over the scan, m.
+        rms_m: f64,
+    },
+    /// One of the clocks stepped; this was taken out.
+    ClockStep {
+        /// When, s.
+        at_s: f64,
+        /// By how much the time offset changes, s.
+        step_s: f64,
+    },
     /// Many features are outliers.
     ManyOutliers {
         /// Part of the features.
@@ -269,6 +286,9 @@ impl Warning {
             Self::OutlierStretch { .. } => "outlier-stretch",
             Self::UnusualNoise { .. } => "unusual-noise",
             Self::StructuredResiduals { .. } => "structured-residuals",
+            Self::WavySeam { .. } => "wavy-seam",
+            Self::RobotMoves { .. } => "robot-moves",
+            Self::ClockStep { .. } => "clock-step",
             Self::ManyOutliers { .. } => "many-outliers",
             Self::ClockDrift { .. } => "clock-drift",
             Self::RobotSamplesMissing { .. } => "robot-samples-missing",
@@ -324,6 +344,17 @@ impl fmt::Display for Warning {
                 unusual_noise(noise_factor, is_explained, of_answer)
             }
             Self::StructuredResiduals { left } => structured(left),
+            Self::WavySeam { rms_m } => {
+                format!("the seam is wavy by {} mm; the ± contain it", Significant(rms_m * MM_PER_M))
+            }
+            Self::RobotMoves { rms_m } => format!(
+                "the arm is {} mm off its poses along this scan; the ± contain it",
+                Significant(rms_m * MM_PER_M)
+            ),
+            Self::ClockStep { at_s, step_s } => format!(
+                "one of the clocks stepped at about {at_s:.2} s, by {:+.2} ms; this was taken out",
+                step_s * MS_PER_S
+            ),
             Self::ManyOutliers { share } => format!("{:.0} % of the measurements are outliers", 100.0 * share),
             Self::ClockDrift { ppm, sigma_ppm, about_s } => clock_drift(ppm, sigma_ppm, about_s),
             Self::RobotSamplesMissing { missing, of } => robot_samples_missing(missing, of),

@@ -1,0 +1,333 @@
+//! One adjustment: the unknowns and every error that is not noise, under one covariance, in rounds.
+//!
+//! In a round the columns stay as they are at its start. They are the covariance of the blocks, and a solve that moved them would run to where
+//! that covariance is large instead of where the residuals are small.
+
+use crate::adjustment::amplitudes;
+use crate::adjustment::blocks::Block;
+use crate::adjustment::coloured::{Coloured, Sums};
+use crate::adjustment::columns::Columns;
+use crate::adjustment::equations::{Equations, Prior, Solved};
+use crate::adjustment::frames::{Frame, Scan};
+use crate::adjustment::table::Table;
+use crate::adjustment::weights::weights;
+use crate::assess::tilt_bias::TiltBias;
+use crate::input::shape_prior::ShapePrior;
+use crate::order_statistics::median;
+use crate::problem::parameters::Parameters;
+use nalgebra::{DMatrix, DVector, Vector2};
+
+/// Cuts of the rounds, standard deviations: beyond it a frame does not count.
+const CUTS: [f64; 5] = [4.0, 4.5, 5.5, 5.5, 5.5];
+/// From this round on amplitudes follow the scan: before, outliers and tacks would be taken for them.
+const FIRST_OF_AMPLITUDES: usize = 1;
+/// Rounds in which the noise is looked for.
+const ROUNDS_OF_NOISE: [usize; 2] = [1, 2];
+/// Steps of a round at most.
+const STEPS: usize = 4;
+/// A step of less than this part of the standard deviations is none.
+const SMALL: f64 = 0.02;
+/// Halvings of a step that makes the fit worse.
+const HALVINGS: usize = 6;
+/// Amplitudes of noise that lasts …
+const AMPLITUDES: [f64; 8] = [0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0];
+/// … and how long it may last, s.
+const LASTS_S: [f64; 4] = [0.06, 0.2, 0.7, 2.5];
+/// Twice the log likelihood that another noise must gain.
+const GAIN: f64 = 0.5;
+
+/// The state of an adjustment.
+pub(crate) struct Adjustment<'a> {
+    /// The scan.
+    pub scan: Scan<'a>,
+    /// How the detector counts tilts.
+    pub tilt: TiltBias,
+    /// What is known of the sensor's shape, where it is estimated.
+    pub shape_prior: Option<ShapePrior>,
+    /// Unknowns, blocks and what is considered.
+    pub columns: Columns,
+    /// The unknowns.
+    pub at: Parameters,
+    /// The coefficients of the blocks; zero for the unknowns.
+    pub coefficients: DVector<f64>,
+    /// Standard deviation of the white noise of both directions, in units of what was expected.
+    pub sigmas: [f64; 2],
+    /// What of the noise lasts.
+    pub noise: [Coloured; 2],
+    /// How much each frame counts.
+    pub weights: Vec<f64>,
+}
+
+/// Where an adjustment ended.
+pub(crate) struct Adjusted {
+    /// The equations there.
+    pub equations: Equations,
+    /// Their solution.
+    pub solved: Solved,
+}
+
+impl Adjustment<'_> {
+    /// From a first state, through all rounds; `None` where nothing can be solved.
+    #[must_use]
+    pub(crate) fn run(&mut self) -> Option<Adjusted> {
+        self.begin();
+        let mut last = None;
+        for (round, cut) in CUTS.into_iter().enumerate() {
+            last = Some(self.round(round, cut)?);
+        }
+        last
+    }
+
+    /// Noise and weights by the residuals as they are.
+    fn begin(&mut self) {
+        let frames = self.scan.frames(&self.at, &self.tilt);
+        let residuals: Vec<Vec<f64>> =
+            [0, 1].map(|k| frames.iter().flatten().map(|frame| frame.residual[k]).collect()).into();
+        let mut spread = [1.0; 2];
+        for (direction, of_direction) in residuals.iter().enumerate() {
+            let differences = of_direction.windows(2).map(|two| (two[1] - two[0]).abs());
+            let sigma = NORMAL * median(differences).unwrap_or(1.0) / std::f64::consts::SQRT_2;
+            let all = NORMAL * median(of_direction.iter().map(|r| r.abs())).unwrap_or(1.0);
+            self.sigmas[direction] = sigma.max(LEAST_SIGMA);
+            spread[direction] = all.max(self.sigmas[direction]);
+            let lasting = (spread[direction] / self.sigmas[direction]).powi(2) - 1.0;
+            self.noise[direction] = Coloured { amplitude: nearest(lasting), lasts_s: LASTS_S[1] };
+        }
+        let table = Table::of(&frames, &self.columns, &self.coefficients);
+        let as_they_are: Vec<_> = frames.iter().map(|frame| Some(frame.as_ref()?.residual)).collect();
+        self.weights = weights(&table.off(&as_they_are, spread), CUTS[0]);
+    }
+
+    fn round(&mut self, round: usize, cut: f64) -> Option<Adjusted> {
+        let frames = self.scan.frames(&self.at, &self.tilt);
+        let mut table = Table::of(&frames, &self.columns, &self.coefficients);
+        if ROUNDS_OF_NOISE.contains(&round) {
+            self.choose_noise(&table);
+        }
+        let (sums, solved) = self.steps(&mut table, &frames)?;
+        let equations = Equations::of([&sums[0], &sums[1]], self.sigmas, self.columns.estimated());
+        let solved = if round >= FIRST_OF_AMPLITUDES {
+            let (at, columns, shape_prior) = (&self.at, self.columns.clone(), self.shape_prior);
+            amplitudes::follow(&mut self.columns.blocks, &equations, |blocks| {
+                prior(at, &columns.free, blocks, shape_prior.as_ref())
+            })?
+        } else {
+            solved
+        };
+        self.coefficients = self.of_blocks(&solved.step);
+        let left = table.left(&solved.step);
+        self.follow_sigmas(&sums, &solved);
+        let spread =
+            [0, 1].map(|direction| self.sigmas[direction] * (1.0 + self.noise[direction].amplitude).sqrt());
+        self.weights = weights(&table.off(&left, spread), cut);
+        Some(Adjusted { equations, solved })
+    }
+
+    /// Steps of the unknowns, the columns being what they are; the equations at the end with their solution.
+    fn steps(&mut self, table: &mut Table, frames: &[Option<Frame>]) -> Option<([Sums; 2], Solved)> {
+        let residual = self.columns.estimated();
+        let mut sums = self.sums(table);
+        let mut cost = self.cost(&sums)?;
+        for _ in 0..STEPS {
+            let solved = self.solved(&sums)?;
+            let full = self.of_unknowns(&solved.step);
+            if is_small(&full, &solved, &self.columns.free) {
+                break;
+            }
+            let from = self.at.clone();
+            let mut part = 1.0;
+            let mut taken = None;
+            for _ in 0..HALVINGS {
+                self.at = from.retract(&(&full * part));
+                table.set_residuals(residual, &self.residuals(frames));
+                let there = self.sums(table);
+                match self.cost(&there) {
+                    Some(cost_there) if cost_there < cost => {
+                        taken = Some((there, cost_there));
+                        break;
+                    }
+                    _ => part *= 0.5,
+                }
+            }
+            let Some((there, cost_there)) = taken else {
+                self.at = from;
+                table.set_residuals(residual, &self.residuals(frames));
+                break;
+            };
+            (sums, cost) = (there, cost_there);
+        }
+        let solved = self.solved(&sums)?;
+        Some((sums, solved))
+    }
+
+    /// Residuals at the state, about frames that were seen from another one.
+    fn residuals(&self, frames: &[Option<Frame>]) -> Vec<Option<Vector2<f64>>> {
+        let residual = |frame: &Option<Frame>| {
+            let frame = frame.as_ref()?;
+            let (residual, along_m) = self.scan.residual(frame, &self.at)?;
+            let steep = self.columns.slopes(frame, &self.coefficients);
+            let slid_m = along_m - frame.along_m;
+            let moved = frame.by_point * (frame.across[0] * -steep[0] + frame.across[1] * -steep[1]);
+            Some(residual + moved * slid_m)
+        };
+        frames.iter().map(residual).collect()
+    }
+
+    fn sums(&self, table: &Table) -> [Sums; 2] {
+        [0, 1].map(|direction| table.sums(direction, &self.weights, self.noise[direction]))
+    }
+
+    fn solved(&self, sums: &[Sums; 2]) -> Option<Solved> {
+        let equations = Equations::of([&sums[0], &sums[1]], self.sigmas, self.columns.estimated());
+        equations.solve(&self.prior())
+    }
+
+    /// Twice the cost with the unknowns where they are and the blocks at their best.
+    fn cost(&self, sums: &[Sums; 2]) -> Option<f64> {
+        let equations = Equations::of([&sums[0], &sums[1]], self.sigmas, self.columns.estimated());
+        equations.square_of_blocks(&self.prior(), self.columns.free.len())
+    }
+
+    fn prior(&self) -> Prior {
+        prior(&self.at, &self.columns.free, &self.columns.blocks, self.shape_prior.as_ref())
+    }
+
+    /// A step of all columns as one of the tangent.
+    fn of_unknowns(&self, step: &DVector<f64>) -> DVector<f64> {
+        let mut all = DVector::zeros(self.at.dimension());
+        for (column, index) in self.columns.free.iter().enumerate() {
+            all[*index] = step[column];
+        }
+        all
+    }
+
+    fn of_blocks(&self, step: &DVector<f64>) -> DVector<f64> {
+        let mut coefficients = step.clone();
+        coefficients.rows_mut(0, self.columns.free.len()).fill(0.0);
+        coefficients
+    }
+
+    /// The white noise by what is left, over the freedom that is left.
+    fn follow_sigmas(&mut self, sums: &[Sums; 2], solved: &Solved) {
+        let covariance = solved.covariance();
+        let count = solved.step.len();
+        for (sums, sigma) in sums.iter().zip(&mut self.sigmas) {
+            let products = sums.products.view((0, 0), (count, count));
+            let gradient = sums.products.view((0, count), (count, 1));
+            let square = sums.products[(count, count)]
+                + 2.0 * gradient.column(0).dot(&solved.step)
+                + solved.step.dot(&(products * &solved.step));
+            let used = products.component_mul(&covariance).sum() / sigma.powi(2);
+            *sigma = (square / (sums.count as f64 - used).max(1.0)).sqrt().max(LEAST_SIGMA);
+        }
+    }
+
+    /// The noise that is most likely: both directions alike first, then each by itself, then how long it lasts.
+    fn choose_noise(&mut self, table: &Table) {
+        let mut likelihood = Likelihood { adjustment: self, table, known: Vec::new() };
+        let [mut one, mut other] = likelihood.adjustment.noise.map(|noise| place(&AMPLITUDES, noise.amplitude));
+        let mut lasts = place(&LASTS_S, likelihood.adjustment.noise[0].lasts_s);
+        let mut best = likelihood.of([one, other], lasts);
+        let mut tried = |pair: [usize; 2], at: usize, chosen: &mut ([usize; 2], usize)| {
+            let there = likelihood.of(pair, at);
+            if there + GAIN < best {
+                (best, *chosen) = (there, (pair, at));
+            }
+        };
+        let mut chosen = ([one, other], lasts);
+        for both in 0..AMPLITUDES.len() {
+            tried([both; 2], lasts, &mut chosen);
+        }
+        ([one, other], _) = chosen;
+        for beside in about(one, 2, AMPLITUDES.len()) {
+            tried([beside, other], lasts, &mut chosen);
+        }
+        ([one, other], _) = chosen;
+        for beside in about(other, 2, AMPLITUDES.len()) {
+            tried([one, beside], lasts, &mut chosen);
+        }
+        ([one, other], _) = chosen;
+        for beside in about(lasts, 1, LASTS_S.len()) {
+            tried([one, other], beside, &mut chosen);
+        }
+        ([one, other], lasts) = chosen;
+        self.noise =
+            [one, other].map(|k| Coloured { amplitude: AMPLITUDES[k], lasts_s: LASTS_S[lasts] });
+    }
+}
+
+/// The restricted likelihood of noises, each filtered once.
+struct Likelihood<'a, 'b> {
+    adjustment: &'a Adjustment<'b>,
+    table: &'a Table,
+    known: Vec<((usize, usize, usize), Sums)>,
+}
+
+impl Likelihood<'_, '_> {
+    fn of(&mut self, amplitudes: [usize; 2], lasts: usize) -> f64 {
+        for (direction, amplitude) in amplitudes.into_iter().enumerate() {
+            let key = (direction, amplitude, lasts);
+            if !self.known.iter().any(|(known, _)| *known == key) {
+                let noise = Coloured { amplitude: AMPLITUDES[amplitude], lasts_s: LASTS_S[lasts] };
+                let sums = self.table.sums(direction, &self.adjustment.weights, noise);
+                self.known.push((key, sums));
+            }
+        }
+        let sums = |direction: usize| {
+            let key = (direction, amplitudes[direction], lasts);
+            self.known.iter().find(|(known, _)| *known == key).map(|(_, sums)| sums)
+        };
+        let (Some(one), Some(other)) = (sums(0), sums(1)) else { return f64::INFINITY };
+        let estimated = self.adjustment.columns.estimated();
+        let equations = Equations::of([one, other], self.adjustment.sigmas, estimated);
+        equations.solve(&self.adjustment.prior()).map_or(f64::INFINITY, |solved| solved.twice_negative_log)
+    }
+}
+
+/// The standard deviation of a normal distribution over its median distance from the middle.
+const NORMAL: f64 = 1.4826;
+/// White noise is never taken for less than this part of what was expected: data without noise.
+const LEAST_SIGMA: f64 = 1e-6;
+
+fn nearest(amplitude: f64) -> f64 {
+    let away = |value: f64| (value.max(0.03).ln() - amplitude.max(0.03).ln()).abs();
+    AMPLITUDES.into_iter().min_by(|a, b| away(*a).total_cmp(&away(*b))).unwrap_or(0.0)
+}
+
+fn place(grid: &[f64], value: f64) -> usize {
+    grid.iter().position(|there| *there >= value).unwrap_or(grid.len() - 1)
+}
+
+fn about(place: usize, reach: usize, count: usize) -> std::ops::Range<usize> {
+    place.saturating_sub(reach)..(place + reach + 1).min(count)
+}
+
+fn is_small(step: &DVector<f64>, solved: &Solved, free: &[usize]) -> bool {
+    let covariance = solved.covariance();
+    free.iter().enumerate().all(|(column, index)| step[*index].abs() < SMALL * covariance[(column, column)].sqrt())
+}
+
+/// What is known beforehand of the free unknowns at a state, and of the blocks.
+fn prior(at: &Parameters, free: &[usize], blocks: &[Block], shape_prior: Option<&ShapePrior>) -> Prior {
+    let known = at.known(shape_prior);
+    let dimension = at.dimension();
+    let (of_all, by_all) = (known.information(dimension), known.gradient(dimension));
+    let count = blocks.last().map_or(free.len(), |block| block.columns.end);
+    let mut information = DMatrix::zeros(count, count);
+    let mut gradient = DVector::zeros(count);
+    for (column, index) in free.iter().enumerate() {
+        gradient[column] = by_all[*index];
+        for (row, other) in free.iter().enumerate() {
+            information[(row, column)] = of_all[(*other, *index)];
+        }
+    }
+    let mut log_determinant = 0.0;
+    for block in blocks {
+        for (k, column) in block.columns.clone().enumerate() {
+            let variance = block.variance(k);
+            information[(column, column)] = variance.recip();
+            log_determinant += variance.ln();
+        }
+    }
+    Prior { information, gradient, square: 2.0 * known.cost(), log_determinant }
+}

@@ -1,0 +1,53 @@
+//! How large each block is, by what the scan shows of it: MacKay's fixed point \[MacKay1992\].
+
+use crate::adjustment::blocks::{Block, Kind};
+use crate::adjustment::equations::{Equations, Prior, Solved};
+
+/// Pseudo-observations of what a block is expected to be: where the scan shows nothing of it, it is that.
+const EXPECTED: f64 = 3.0;
+/// Rounds in which amplitudes and coefficients follow each other.
+const ROUNDS: usize = 3;
+/// An amplitude changes by no more than this factor in a round.
+const FASTEST: f64 = 10.0;
+/// Degrees of freedom of the coefficients of a form: a tack is an outlier of them.
+const FORM_FREEDOM: f64 = 3.0;
+/// What of a form a column may be of its own, least and most.
+const OWN: [f64; 2] = [0.3, 200.0];
+
+/// Lets the amplitudes follow the scan; `prior` is that of the blocks as they are.
+pub(crate) fn follow(
+    blocks: &mut [Block],
+    equations: &Equations,
+    prior: impl Fn(&[Block]) -> Prior,
+) -> Option<Solved> {
+    let mut solved = equations.solve(&prior(blocks))?;
+    for _ in 0..ROUNDS {
+        if !blocks.iter().any(|block| block.amplitude.is_free()) {
+            break;
+        }
+        let covariance = solved.covariance();
+        for block in blocks.iter_mut().filter(|block| block.amplitude.is_free()) {
+            update(block, &solved, &covariance);
+        }
+        solved = equations.solve(&prior(blocks))?;
+    }
+    Some(solved)
+}
+
+fn update(block: &mut Block, solved: &Solved, covariance: &nalgebra::DMatrix<f64>) {
+    let (mut square, mut shown) = (EXPECTED, EXPECTED);
+    let theta = block.amplitude.theta;
+    for (k, column) in block.columns.clone().enumerate() {
+        square += solved.step[column].powi(2) / block.own[k];
+        shown += 1.0 - covariance[(column, column)] / (theta * block.own[k]);
+    }
+    let [least, most] = block.amplitude.bounds;
+    let wanted = (square / shown.max(f64::MIN_POSITIVE)).clamp(theta / FASTEST, theta * FASTEST);
+    block.amplitude.theta = wanted.clamp(least, most);
+    if let Kind::Form { .. } = block.kind {
+        for (k, column) in block.columns.clone().enumerate() {
+            let own = (solved.step[column].powi(2) + covariance[(column, column)]) / block.amplitude.theta;
+            block.own[k] = ((own + FORM_FREEDOM) / (1.0 + FORM_FREEDOM)).clamp(OWN[0], OWN[1]);
+        }
+    }
+}

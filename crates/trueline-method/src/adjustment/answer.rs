@@ -1,0 +1,288 @@
+//! The answer of an adjustment: the unknowns, their covariance, and which error each part of it comes from.
+
+use crate::adjustment::adjust::{Adjusted, Adjustment};
+use crate::adjustment::blocks::{Amplitude, Block, Kind};
+use crate::adjustment::coloured::Coloured;
+use crate::adjustment::columns::{Columns, Considered};
+use crate::adjustment::form::Hats;
+use crate::adjustment::frames::{Frame, Scan};
+use crate::assess::outliers::Outliers;
+use crate::assess::robot_field::RobotField;
+use crate::assess::seam_error::{Share, ShareOf};
+use crate::assess::systematic::SystematicLevels;
+use crate::assess::tilt_bias::TiltBias;
+use crate::order_statistics::quantile;
+use crate::problem::line_problem::LineProblem;
+use crate::problem::parameters::Parameters;
+use nalgebra::{DMatrix, DVector, Vector3};
+
+/// Hats of the long and of the short form of a seam: how far they are apart, m, and how large a part of the waviness each is beforehand.
+const FORMS: [(f64, f64); 2] = [(0.020, 0.85), (0.005, 0.5)];
+/// The largest form of a seam that is one, m.
+const LARGEST_FORMS_M: [f64; 2] = [2e-3, 1e-3];
+/// The robot is at most this many times as far off as its class.
+const WORST_ROBOT: f64 = 3.0;
+/// Part of a seam's points that may lie beyond either end of it: outliers.
+const BEYOND: f64 = 0.002;
+
+/// What an adjustment needs beside a problem and a state.
+pub(crate) struct Settings<'a> {
+    /// Components of the tangent that are held.
+    pub fixed: &'a [usize],
+    /// Those of them that are not known exactly, with their standard deviations, SI.
+    pub held_sigmas: &'a [(usize, f64)],
+    /// How large errors are taken to be.
+    pub levels: SystematicLevels,
+    /// Root mean square of the seam's form beyond its bow, as a first guess, m; 0 is none.
+    pub waviness_m: f64,
+}
+
+/// What was found of the errors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Amplitudes {
+    /// White noise of both directions, in units of what was expected.
+    pub white: [f64; 2],
+    /// What of it lasts.
+    pub lasting: [Coloured; 2],
+    /// Root mean square of the seam's form over the frames, m.
+    pub form_m: f64,
+    /// How many times as large as expected its forms are.
+    pub forms: Vec<f64>,
+    /// Root mean square of what the robot moves the point by, beyond what the hand-eye takes, m.
+    pub robot_m: f64,
+    /// How many times as far off as its class the robot is; `None` for an ideal one.
+    pub robot: Option<f64>,
+    /// Frames that were left out, among those that took part.
+    pub out: Outliers,
+}
+
+impl Amplitudes {
+    /// Whether the residuals are beyond what all errors together explain: noise that lasts, a form or a robot as large as it can be.
+    #[must_use]
+    pub fn are_beyond(&self) -> bool {
+        self.lasting.iter().all(|noise| noise.amplitude >= MOST_LASTING)
+            || self.forms.iter().any(|form| *form > MOST_FORM)
+            || self.robot.is_some_and(|robot| robot > LARGEST_PART * WORST_ROBOT)
+    }
+
+    /// How many times as large as the white noise what lasts of it is, in the direction where that is most.
+    #[must_use]
+    pub fn lasting_times(&self) -> f64 {
+        self.lasting.iter().map(|noise| noise.amplitude.sqrt()).fold(0.0, f64::max)
+    }
+}
+
+/// Noise that lasts with a hundred times the variance of the white noise is none: residuals of ten times what neighbours differ by.
+const MOST_LASTING: f64 = 100.0;
+/// A form nine times as large as expected is another seam.
+const MOST_FORM: f64 = 9.0;
+/// An amplitude is at its bound beyond this part of it.
+const LARGEST_PART: f64 = 0.99;
+
+/// The answer.
+pub(crate) struct Answer {
+    /// The unknowns.
+    pub at: Parameters,
+    /// Covariance of the tangent by noise alone.
+    pub noise: DMatrix<f64>,
+    /// What else it is owed to.
+    pub shares: Vec<Share>,
+    /// What was found of the errors.
+    pub amplitudes: Amplitudes,
+    /// Minus twice the log likelihood.
+    pub(crate) twice_negative_log: f64,
+}
+
+impl Answer {
+    /// The covariance of the tangent by everything.
+    #[must_use]
+    pub(crate) fn covariance(&self) -> DMatrix<f64> {
+        self.shares.iter().fold(self.noise.clone(), |sum, share| sum + &share.columns * share.columns.transpose())
+    }
+}
+
+/// Adjusts a scan from a state near its optimum; `None` where nothing can be solved.
+#[must_use]
+pub(crate) fn adjust(problem: &LineProblem<'_>, at: &Parameters, settings: &Settings<'_>) -> Option<Answer> {
+    let scan = Scan::of(problem, at);
+    let poses = scan.poses(at);
+    let tilt = TiltBias::about(&poses);
+    let frames = scan.frames(at, &tilt);
+    let mut columns = Columns::of(at, settings.fixed, considered(settings));
+    let field = RobotField::new(settings.levels.robot, &poses);
+    add_blocks(&mut columns, &frames, at.lines.len(), field, settings);
+    let coefficients = DVector::zeros(columns.estimated());
+    let mut adjustment = Adjustment {
+        scan,
+        tilt,
+        shape_prior: problem.shape_prior,
+        columns,
+        at: at.clone(),
+        coefficients,
+        sigmas: [1.0; 2],
+        noise: [Coloured::NONE; 2],
+        weights: Vec::new(),
+    };
+    let adjusted = adjustment.run()?;
+    Some(answer(&adjustment, &adjusted))
+}
+
+fn considered(settings: &Settings<'_>) -> Vec<Considered> {
+    let held = settings.held_sigmas.iter().map(|(component, sigma)| Considered::Held(*component, *sigma));
+    held.chain(settings.levels.held_shape.map(Considered::Shape)).collect()
+}
+
+fn add_blocks(
+    columns: &mut Columns,
+    frames: &[Option<Frame>],
+    lines: usize,
+    field: Option<RobotField>,
+    settings: &Settings<'_>,
+) {
+    let mut add = |kind: Kind, amplitude: Amplitude| {
+        let block = Block::new(kind, columns.estimated(), amplitude);
+        columns.blocks.push(block);
+    };
+    if let Some(field) = field {
+        add(Kind::Robot(field), Amplitude { theta: 1.0, bounds: [1.0, WORST_ROBOT.powi(2)] });
+    }
+    if settings.levels.edge_radius_m > 0.0 {
+        let mean_view = (0..lines).map(|line| mean_view(frames, line)).collect();
+        add(Kind::EdgeRadius { sigma_m: settings.levels.edge_radius_m, mean_view }, Amplitude::HELD);
+    }
+    if settings.levels.feature_bias_px > 0.0 {
+        add(Kind::Detector { sigma_px: settings.levels.feature_bias_px }, Amplitude::HELD);
+    }
+    for line in (0..lines).filter(|_| settings.waviness_m > 0.0) {
+        let along = || frames.iter().flatten().filter(|frame| frame.line == line).map(|frame| frame.along_m);
+        let (Some(from), Some(to)) = (quantile(along(), BEYOND), quantile(along(), 1.0 - BEYOND)) else {
+            continue;
+        };
+        for ((apart_m, part), largest_m) in FORMS.into_iter().zip(LARGEST_FORMS_M) {
+            let sigma_m = part * settings.waviness_m;
+            let hats = Hats::over([from, to], apart_m);
+            let bounds = [LEAST_FORM.powi(2), (largest_m / sigma_m).powi(2)];
+            add(Kind::Form { line, hats, sigma_m }, Amplitude { theta: 1.0, bounds });
+        }
+    }
+}
+
+/// A form is never taken for less than this part of what is expected: zero has no logarithm.
+const LEAST_FORM: f64 = 1e-3;
+
+fn mean_view(frames: &[Option<Frame>], line: usize) -> Vector3<f64> {
+    let mut sum = Vector3::zeros();
+    let mut count = 0.0;
+    for frame in frames.iter().flatten().filter(|frame| frame.line == line) {
+        sum += frame.towards_sensor;
+        count += 1.0;
+    }
+    sum / f64::max(count, 1.0)
+}
+
+fn answer(adjustment: &Adjustment<'_>, adjusted: &Adjusted) -> Answer {
+    let covariance = adjusted.solved.covariance();
+    let free = &adjustment.columns.free;
+    // The rows of the unknowns, over all tangent components.
+    let mut rows = DMatrix::zeros(adjustment.at.dimension(), covariance.ncols());
+    for (column, index) in free.iter().enumerate() {
+        rows.set_row(*index, &covariance.row(column));
+    }
+    let noise = &rows * &adjusted.equations.of_scan * rows.transpose();
+    let mut shares = of_known(adjustment, &rows);
+    for block in &adjustment.columns.blocks {
+        let mut columns = rows.columns(block.columns.start, block.columns.len()).into_owned();
+        for (k, mut column) in columns.column_iter_mut().enumerate() {
+            column /= block.variance(k).sqrt();
+        }
+        let of = match block.kind {
+            Kind::Form { .. } => ShareOf::SeamForm,
+            Kind::Robot(_) => ShareOf::Robot,
+            Kind::EdgeRadius { .. } => ShareOf::EdgeRadius,
+            Kind::Detector { .. } => ShareOf::FeatureBias,
+        };
+        shares.push(Share { of, columns, shape: None });
+    }
+    shares.extend(of_considered(adjustment, &rows, &adjusted.equations.considered));
+    Answer {
+        at: adjustment.at.clone(),
+        noise,
+        shares,
+        amplitudes: amplitudes(adjustment),
+        twice_negative_log: adjusted.solved.twice_negative_log,
+    }
+}
+
+/// What the answer owes to priors of its own unknowns: the bows, the shape.
+fn of_known(adjustment: &Adjustment<'_>, rows: &DMatrix<f64>) -> Vec<Share> {
+    let unknowns = adjustment.at.unknowns();
+    let known = adjustment.at.known(adjustment.shape_prior.as_ref()).information(adjustment.at.dimension());
+    let bows = unknowns.bow(0).start..unknowns.bow(unknowns.lines).start;
+    [(ShareOf::SeamForm, bows), (ShareOf::Sensor, unknowns.shape())]
+        .into_iter()
+        .filter_map(|(of, places)| {
+            let free = &adjustment.columns.free;
+            let kept: Vec<(usize, usize)> =
+                places.filter_map(|index| Some((free.binary_search(&index).ok()?, index))).collect();
+            let own = DMatrix::from_fn(kept.len(), kept.len(), |i, j| known[(kept[i].1, kept[j].1)]);
+            let root = own.cholesky()?.l();
+            let moved = DMatrix::from_fn(rows.nrows(), kept.len(), |i, j| rows[(i, kept[j].0)]);
+            Some(Share { of, columns: moved * root, shape: None })
+        })
+        .collect()
+}
+
+fn of_considered(adjustment: &Adjustment<'_>, rows: &DMatrix<f64>, with: &DMatrix<f64>) -> Vec<Share> {
+    let mut next = 0;
+    let mut shares = Vec::new();
+    for considered in &adjustment.columns.considered {
+        let count = if let Considered::Shape(_) = considered { 5 } else { 1 };
+        let mut columns = -(rows * with.columns(next, count));
+        next += count;
+        shares.push(match considered {
+            Considered::Held(component, sigma) => {
+                columns[(*component, 0)] = *sigma;
+                Share { of: ShareOf::Held, columns, shape: None }
+            }
+            Considered::Shape(covariance) => {
+                let root = covariance.cholesky().map(|factor| factor.l());
+                let shape = root.map(|l| DMatrix::from_column_slice(5, 5, l.as_slice()));
+                Share { of: ShareOf::Sensor, columns, shape }
+            }
+        });
+    }
+    shares
+}
+
+fn amplitudes(adjustment: &Adjustment<'_>) -> Amplitudes {
+    let frames = adjustment.scan.frames(&adjustment.at, &adjustment.tilt);
+    let (mut form, mut robot, mut count) = (0.0, 0.0, 0.0);
+    for (frame, weight) in frames.iter().zip(&adjustment.weights) {
+        let Some(frame) = frame.as_ref().filter(|_| *weight > 0.0) else { continue };
+        count += 1.0;
+        let mut off = [0.0; 2];
+        for block in &adjustment.columns.blocks {
+            let own = block.offset_m(frame, &adjustment.coefficients);
+            match block.kind {
+                Kind::Form { .. } => off = [off[0] + own[0], off[1] + own[1]],
+                Kind::Robot(_) => robot += own[0].powi(2) + own[1].powi(2),
+                _ => {}
+            }
+        }
+        form += off[0].powi(2) + off[1].powi(2);
+    }
+    let blocks = &adjustment.columns.blocks;
+    let thetas = |of: fn(&Kind) -> bool| {
+        blocks.iter().filter(move |block| of(&block.kind)).map(|block| block.amplitude.theta.sqrt())
+    };
+    let out = adjustment.weights.iter().filter(|weight| **weight == 0.0).count();
+    Amplitudes {
+        white: adjustment.sigmas,
+        lasting: adjustment.noise,
+        form_m: (form / f64::max(count, 1.0)).sqrt(),
+        forms: thetas(|kind| matches!(kind, Kind::Form { .. })).collect(),
+        robot_m: (robot / f64::max(count, 1.0)).sqrt(),
+        robot: thetas(|kind| matches!(kind, Kind::Robot(_))).next(),
+        out: Outliers { count: out, of: adjustment.scan.count() },
+    }
+}

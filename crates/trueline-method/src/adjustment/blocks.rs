@@ -1,0 +1,153 @@
+//! Every error that is not noise is a block: columns beside the unknowns, each of unit variance beforehand, times an amplitude.
+
+use crate::adjustment::form::Hats;
+use crate::adjustment::frames::Frame;
+use crate::assess::robot_field::RobotField;
+use crate::assess::tilt_bias::BIAS;
+use nalgebra::{DVector, Vector3};
+use std::ops::Range;
+use trueline_geometry::so3;
+
+/// What a block is an error of.
+#[derive(Clone)]
+pub(crate) enum Kind {
+    /// The form of a seam beyond its bow, in both directions across it, each hat so large beforehand, m.
+    Form { line: usize, hats: Hats, sigma_m: f64 },
+    /// The robot, over its poses.
+    Robot(RobotField),
+    /// The radius of an edge of which the detector sees the outermost point, m; and the mean view of each seam.
+    EdgeRadius { sigma_m: f64, mean_view: Vec<Vector3<f64>> },
+    /// The detector's point with the tilt, px per 10°.
+    Detector { sigma_px: f64 },
+}
+
+/// How the size of a block follows the scan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Amplitude {
+    /// Variance, in units of that which is expected beforehand.
+    pub theta: f64,
+    /// Its least and its largest.
+    pub bounds: [f64; 2],
+}
+
+impl Amplitude {
+    /// As it is expected.
+    pub(crate) const HELD: Self = Self { theta: 1.0, bounds: [1.0, 1.0] };
+
+    /// Whether the scan decides it.
+    #[must_use]
+    pub(crate) fn is_free(&self) -> bool {
+        self.bounds[0] < self.bounds[1]
+    }
+}
+
+/// A block.
+#[derive(Clone)]
+pub(crate) struct Block {
+    /// What it is.
+    pub kind: Kind,
+    /// Its columns.
+    pub columns: Range<usize>,
+    /// How large it is.
+    pub amplitude: Amplitude,
+    /// How much more variance each column has of its own: a tack is no wave.
+    pub own: Vec<f64>,
+}
+
+impl Block {
+    /// Of a kind, from a column on.
+    #[must_use]
+    pub(crate) fn new(kind: Kind, first: usize, amplitude: Amplitude) -> Self {
+        let count = match &kind {
+            Kind::Form { hats, .. } => 2 * hats.count,
+            Kind::Robot(field) => 6 * field.modes(),
+            Kind::EdgeRadius { .. } => 1,
+            Kind::Detector { .. } => BIAS,
+        };
+        Self { kind, columns: first..first + count, amplitude, own: vec![1.0; count] }
+    }
+
+    /// Variance of each column beforehand.
+    #[must_use]
+    pub(crate) fn variance(&self, k: usize) -> f64 {
+        self.amplitude.theta * self.own[k]
+    }
+
+    /// Its columns of a frame: both directions of the reading, into rows over all columns.
+    pub(crate) fn fill(&self, frame: &Frame, rows: [&mut [f64]; 2]) {
+        let [one, other] = rows;
+        let (one, other) = (&mut one[self.columns.clone()], &mut other[self.columns.clone()]);
+        let mut set = |column: usize, value: nalgebra::Vector2<f64>| {
+            (one[column], other[column]) = (value.x, value.y);
+        };
+        match &self.kind {
+            Kind::Form { line, hats, sigma_m } => {
+                if frame.line != *line {
+                    return;
+                }
+                let (first, parts) = hats.at(frame.along_m);
+                for (direction, across) in frame.across.iter().enumerate() {
+                    let moved = frame.by_point * across * -*sigma_m;
+                    for (k, part) in parts.iter().enumerate().filter(|(k, _)| first + k < hats.count) {
+                        set(direction * hats.count + first + k, moved * *part);
+                    }
+                }
+            }
+            Kind::Robot(field) => {
+                let shift = frame.by_point * field.sigmas.position_m;
+                let turn = frame.by_point * -so3::hat(&frame.lever) * field.sigmas.attitude_rad;
+                for (mode, part) in field.at(&frame.base_from_tool).iter().enumerate() {
+                    for axis in 0..3 {
+                        set(6 * mode + axis, shift.column(axis) * *part);
+                        set(6 * mode + 3 + axis, turn.column(axis) * *part);
+                    }
+                }
+            }
+            Kind::EdgeRadius { sigma_m, mean_view } => {
+                set(0, frame.by_point * (frame.towards_sensor - mean_view[frame.line]) * *sigma_m);
+            }
+            Kind::Detector { sigma_px } => {
+                for k in 0..BIAS {
+                    set(k, frame.by_bias.column(k) * *sigma_px);
+                }
+            }
+        }
+    }
+
+    /// How steep a form is at a frame, in both directions, 1, by the coefficients of all columns.
+    #[must_use]
+    pub(crate) fn slope(&self, frame: &Frame, coefficients: &DVector<f64>) -> [f64; 2] {
+        let Kind::Form { line, hats, sigma_m } = &self.kind else { return [0.0; 2] };
+        if frame.line != *line {
+            return [0.0; 2];
+        }
+        [0, 1].map(|direction| {
+            let first = self.columns.start + direction * hats.count;
+            hats.slope(frame.along_m, |k| coefficients[first + k] * sigma_m)
+        })
+    }
+}
+
+impl Block {
+    /// How far forms of the seam or errors of the robot move the point across the seam, m, by the coefficients of all columns; zero of other blocks.
+    #[must_use]
+    pub(crate) fn offset_m(&self, frame: &Frame, coefficients: &DVector<f64>) -> [f64; 2] {
+        match &self.kind {
+            Kind::Form { line, hats, sigma_m } if frame.line == *line => [0, 1].map(|direction| {
+                let first = self.columns.start + direction * hats.count;
+                hats.value(frame.along_m, |k| coefficients[first + k] * sigma_m)
+            }),
+            Kind::Robot(field) => {
+                let mut shift = Vector3::zeros();
+                for (mode, part) in field.at(&frame.base_from_tool).iter().enumerate() {
+                    let first = self.columns.start + 6 * mode;
+                    let three = |k: usize| coefficients.fixed_rows::<3>(k).into_owned() * *part;
+                    shift += three(first) * field.sigmas.position_m;
+                    shift += (three(first + 3) * field.sigmas.attitude_rad).cross(&frame.lever);
+                }
+                frame.across.map(|across| across.dot(&shift))
+            }
+            _ => [0.0; 2],
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! The columns of the adjustment: unknowns that are free, blocks, the residual, and what is considered without being estimated.
+
+use crate::adjustment::blocks::Block;
+use crate::adjustment::frames::Frame;
+use crate::input::shape_knowledge::ShapeCovariance;
+use crate::problem::layout::Layout;
+use crate::problem::parameters::Parameters;
+use crate::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED, Unknowns};
+use nalgebra::{DVector, SMatrix};
+
+/// Something that is known with a covariance and that the scan shall not improve.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Considered {
+    /// A component of the tangent that is held, with its standard deviation, SI.
+    Held(usize, f64),
+    /// The shape of a sensor that is held: five columns.
+    Shape(ShapeCovariance),
+}
+
+impl Considered {
+    fn columns(&self) -> usize {
+        match self {
+            Self::Held(..) => 1,
+            Self::Shape(_) => 5,
+        }
+    }
+}
+
+/// The order of the columns.
+#[derive(Clone)]
+pub(crate) struct Columns {
+    unknowns: Unknowns,
+    /// Components of the tangent that are estimated.
+    pub free: Vec<usize>,
+    /// The blocks, after those.
+    pub blocks: Vec<Block>,
+    /// What is considered, after the residual.
+    pub considered: Vec<Considered>,
+}
+
+impl Columns {
+    /// Of a state of which some components are held.
+    #[must_use]
+    pub(crate) fn of(at: &Parameters, fixed: &[usize], considered: Vec<Considered>) -> Self {
+        let free = (0..at.dimension()).filter(|k| !fixed.contains(k)).collect();
+        Self { unknowns: at.unknowns(), free, blocks: Vec::new(), considered }
+    }
+
+    /// Columns that are estimated; the residual is the one after them.
+    #[must_use]
+    pub(crate) fn estimated(&self) -> usize {
+        self.blocks.last().map_or(self.free.len(), |block| block.columns.end)
+    }
+
+    /// All columns.
+    #[must_use]
+    pub(crate) fn width(&self) -> usize {
+        self.estimated() + 1 + self.considered.iter().map(Considered::columns).sum::<usize>()
+    }
+
+    /// Fills the rows of both directions of a frame; forms are as steep as the coefficients make them.
+    pub(crate) fn fill(&self, frame: &Frame, coefficients: &DVector<f64>, rows: [&mut [f64]; 2]) {
+        let by_unknowns = self.with_slopes(frame, coefficients);
+        let [one, other] = rows;
+        let estimated = self.estimated();
+        for (row, numbers) in [&mut *one, &mut *other].into_iter().enumerate() {
+            for (local, index) in self.unknowns.indices(frame.line) {
+                if let Ok(column) = self.free.binary_search(&index) {
+                    numbers[column] = by_unknowns[(row, local)];
+                }
+            }
+            numbers[estimated] = frame.residual[row];
+            self.fill_considered(frame, &by_unknowns, row, &mut numbers[estimated + 1..]);
+        }
+        for block in &self.blocks {
+            block.fill(frame, [one, other]);
+        }
+    }
+
+    fn fill_considered(
+        &self,
+        frame: &Frame,
+        by_unknowns: &SMatrix<f64, 2, LOCAL_ALL>,
+        row: usize,
+        numbers: &mut [f64],
+    ) {
+        let mut next = 0;
+        for considered in &self.considered {
+            match considered {
+                Considered::Held(component, sigma) => {
+                    let mut places = self.unknowns.indices(frame.line);
+                    let local = places.find(|(_, index)| index == component).map(|(local, _)| local);
+                    numbers[next] = local.map_or(0.0, |local| by_unknowns[(row, local)] * sigma);
+                }
+                Considered::Shape(covariance) => {
+                    let Some(root) = covariance.cholesky() else { continue };
+                    let by_shape = by_unknowns.fixed_columns::<5>(LOCAL_BOWED) * root.l();
+                    for k in 0..5 {
+                        numbers[next + k] = by_shape[(row, k)];
+                    }
+                }
+            }
+            next += considered.columns();
+        }
+    }
+
+    /// The derivative by the unknowns, where a point that slides along the seam meets another form.
+    fn with_slopes(&self, frame: &Frame, coefficients: &DVector<f64>) -> SMatrix<f64, 2, LOCAL_ALL> {
+        let steep = self.slopes(frame, coefficients);
+        let by_along = frame.by_point * (frame.across[0] * -steep[0] + frame.across[1] * -steep[1]);
+        frame.by_unknowns + by_along * frame.along_by_unknowns.transpose()
+    }
+
+    /// How steep the form of the seam is at a frame, in both directions, 1.
+    #[must_use]
+    pub(crate) fn slopes(&self, frame: &Frame, coefficients: &DVector<f64>) -> [f64; 2] {
+        let mut steep = [0.0; 2];
+        for block in &self.blocks {
+            let own = block.slope(frame, coefficients);
+            steep = [steep[0] + own[0], steep[1] + own[1]];
+        }
+        steep.map(|slope| slope.clamp(-STEEPEST, STEEPEST))
+    }
+}
+
+/// The flank of a tack is steeper, but what a point is moved along it is not told by a straight line.
+const STEEPEST: f64 = 0.3;

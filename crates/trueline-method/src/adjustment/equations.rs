@@ -1,0 +1,99 @@
+//! The normal equations of unknowns and blocks under one covariance of the noise, and what follows from them.
+
+use crate::adjustment::coloured::Sums;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+/// What is known before the scan: of unknowns that have moved from where it was known, and of the blocks.
+#[derive(Clone, Debug)]
+pub(crate) struct Prior {
+    /// Inverse covariance of the estimated columns.
+    pub information: DMatrix<f64>,
+    /// That times where the unknowns are now.
+    pub gradient: DVector<f64>,
+    /// Twice the cost there.
+    pub square: f64,
+    /// ln of the determinant of the blocks' covariance.
+    pub log_determinant: f64,
+}
+
+/// The normal equations at a state.
+#[derive(Clone, Debug)]
+pub(crate) struct Equations {
+    /// Of the estimated columns, by the scan alone.
+    pub of_scan: DMatrix<f64>,
+    /// Products of the estimated columns with the residual.
+    gradient: DVector<f64>,
+    /// Products of the estimated columns with what is considered.
+    pub considered: DMatrix<f64>,
+    /// Σ r², whitened.
+    square: f64,
+    /// ln of the determinant of the noise's covariance.
+    log_determinant: f64,
+}
+
+impl Equations {
+    /// Of the sums of both directions, each with the standard deviation of its white noise.
+    #[must_use]
+    pub(crate) fn of(sums: [&Sums; 2], sigmas: [f64; 2], estimated: usize) -> Self {
+        let width = sums[0].products.ncols();
+        let mut all = DMatrix::zeros(width, width);
+        let mut log_determinant = 0.0;
+        for (sums, sigma) in sums.into_iter().zip(sigmas) {
+            all += &sums.products * sigma.powi(-2);
+            log_determinant += sums.log_determinant + 2.0 * sums.count as f64 * sigma.ln();
+        }
+        Self {
+            of_scan: all.view((0, 0), (estimated, estimated)).into_owned(),
+            gradient: all.view((0, estimated), (estimated, 1)).column(0).into_owned(),
+            considered: all.view((0, estimated + 1), (estimated, width - estimated - 1)).into_owned(),
+            square: all[(estimated, estimated)],
+            log_determinant,
+        }
+    }
+
+    /// Their solution with what is known beforehand; `None` where something is not known at all.
+    #[must_use]
+    pub(crate) fn solve(&self, prior: &Prior) -> Option<Solved> {
+        let factor = (&self.of_scan + &prior.information).cholesky()?;
+        let gradient = &self.gradient + &prior.gradient;
+        let step = -factor.solve(&gradient);
+        let square = self.square + prior.square + gradient.dot(&step);
+        let of_blocks = factor.l_dirty().diagonal().map(f64::ln).sum() * 2.0;
+        let twice_negative_log = self.log_determinant + prior.log_determinant + of_blocks + square;
+        Some(Solved { factor, step, twice_negative_log })
+    }
+}
+
+/// A solution.
+#[derive(Clone, Debug)]
+pub(crate) struct Solved {
+    factor: Cholesky<f64, Dyn>,
+    /// How the unknowns move, and what the coefficients of the blocks are.
+    pub step: DVector<f64>,
+    /// Minus twice the logarithm of the restricted likelihood, but for a constant \[Patterson1971\].
+    pub twice_negative_log: f64,
+}
+
+impl Solved {
+    /// The covariance of all estimated columns.
+    #[must_use]
+    pub(crate) fn covariance(&self) -> DMatrix<f64> {
+        self.factor.inverse()
+    }
+}
+
+impl Equations {
+    /// Twice the cost with the first columns, the unknowns, where they are and all others at their best.
+    #[must_use]
+    pub(crate) fn square_of_blocks(&self, prior: &Prior, unknowns: usize) -> Option<f64> {
+        let count = self.gradient.len() - unknowns;
+        let all = self.square + prior.square;
+        if count == 0 {
+            return Some(all);
+        }
+        let own = |matrix: &DMatrix<f64>| matrix.view((unknowns, unknowns), (count, count)).into_owned();
+        let factor = (own(&self.of_scan) + own(&prior.information)).cholesky()?;
+        let gradient = self.gradient.rows(unknowns, count) + prior.gradient.rows(unknowns, count);
+        Some(all - gradient.dot(&factor.solve(&gradient)))
+    }
+}

@@ -1,0 +1,171 @@
+//! The frames of a scan as the adjustment sees them: how each residual moves with the unknowns, and where the sensor stood.
+//!
+//! Everything is whitened by the noise of the features, the robot's samples and the stamps, so that what is left is of unit variance where
+//! nothing but noise is there.
+
+use crate::assess::tilt_bias::{BIAS, TiltBias};
+use crate::input::noise_levels::Whitener;
+use crate::input::observations::Observation;
+use crate::problem::line_problem::LineProblem;
+use crate::problem::parameters::Parameters;
+use crate::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED, ROTATION, TIME_OFFSET, TRANSLATION};
+use crate::solve::seam_chart::with_shape;
+use nalgebra::{Matrix2x3, SMatrix, SVector, Vector2, Vector3};
+use trueline_geometry::{Line, Pose};
+use trueline_model::Placement;
+
+/// Frames of each line that take part: what the blocks leave is no white noise, so that more of them say no more.
+const MOST_FRAMES: usize = 1_000;
+
+/// What of a scan takes part: some of the frames of each line, and the lines as they were when the adjustment began.
+pub(crate) struct Scan<'a> {
+    problem: &'a LineProblem<'a>,
+    /// The lines whose forms are counted along them; they stay where they are.
+    pub seams: Vec<Line>,
+    /// Indices in the problem's list, by line and then by time.
+    chosen: Vec<usize>,
+    /// How many frames of the scan each stands for.
+    pub every: usize,
+}
+
+/// A residual of one seam point and all that moves it.
+#[derive(Clone, Debug)]
+pub(crate) struct Frame {
+    /// Index in the problem's list.
+    pub index: usize,
+    /// Which line.
+    pub line: usize,
+    /// When it was seen, s.
+    pub stamp_s: f64,
+    /// The whitened residual, measured minus predicted.
+    pub residual: Vector2<f64>,
+    /// How it moves with the local unknowns.
+    pub by_unknowns: SMatrix<f64, 2, LOCAL_ALL>,
+    /// How it moves with the measured point, axes of base, 1/m.
+    pub by_point: Matrix2x3<f64>,
+    /// How it moves with the bias of the detector, for each of its numbers, 1 / (px per 10°).
+    pub by_bias: SMatrix<f64, 2, BIAS>,
+    /// The measured point from the tool's origin, axes of base, m.
+    pub lever: Vector3<f64>,
+    /// Where the robot stood.
+    pub base_from_tool: Pose,
+    /// From the seam to the sensor's origin, square to the seam, of length 1; axes of base.
+    pub towards_sensor: Vector3<f64>,
+    /// The cross axes of the line in base.
+    pub across: [Vector3<f64>; 2],
+    /// Place along the seam, m from its anchor.
+    pub along_m: f64,
+    /// How that place moves with the local unknowns.
+    pub along_by_unknowns: SVector<f64, LOCAL_ALL>,
+}
+
+impl<'a> Scan<'a> {
+    /// Some frames of each line of a problem about a state.
+    #[must_use]
+    pub(crate) fn of(problem: &'a LineProblem<'_>, at: &Parameters) -> Self {
+        let lines = at.lines.len();
+        let mut of_line = vec![Vec::new(); lines];
+        for (index, o) in problem.list.iter().enumerate() {
+            of_line[o.line as usize].push(index);
+        }
+        let longest = of_line.iter().map(Vec::len).max().unwrap_or(0);
+        let every = longest.div_ceil(MOST_FRAMES).max(1);
+        let chosen = of_line.into_iter().flat_map(|line| line.into_iter().step_by(every)).collect();
+        Self { problem, seams: at.lines.clone(), chosen, every }
+    }
+
+    /// Number of frames that take part.
+    #[must_use]
+    pub(crate) fn count(&self) -> usize {
+        self.chosen.len()
+    }
+
+    /// Poses of the robot at these frames.
+    #[must_use]
+    pub(crate) fn poses(&self, at: &Parameters) -> Vec<Pose> {
+        let placed = self.selected().filter_map(|(_, o, _)| self.problem.placement(o, at));
+        placed.map(|placement| placement.base_from_tool).collect()
+    }
+
+    fn selected(&self) -> impl Iterator<Item = (usize, &Observation, &Whitener)> {
+        self.chosen.iter().map(|&index| (index, &self.problem.list[index], &self.problem.whiteners[index]))
+    }
+
+    /// Every frame at a state; `None` for what cannot be placed or evaluated there.
+    #[must_use]
+    pub(crate) fn frames(&self, at: &Parameters, tilt: &TiltBias) -> Vec<Option<Frame>> {
+        let shaped = with_shape(self.problem.observations, at.clone());
+        self.selected().map(|chosen| self.frame(chosen, &shaped, tilt)).collect()
+    }
+
+    fn frame(
+        &self,
+        (index, o, whitener): (usize, &Observation, &Whitener),
+        at: &Parameters,
+        tilt: &TiltBias,
+    ) -> Option<Frame> {
+        let placement = self.problem.placement(o, at)?;
+        let (residual, by_unknowns) = self.problem.whitened_where((o, whitener), at, &placement)?;
+        let by_point = self.problem.whitened_displacement((o, whitener), at, &placement)?;
+        let measured = at.corrected(&self.problem.observations.sheet, &o.point_in_camera);
+        let point = placement.point_in_base(&measured);
+        let line = o.line as usize;
+        let along = self.seams[line].direction();
+        let origin = placement.base_from_camera().translation.vector;
+        let axes = at.lines[line].axes();
+        let towards = origin - point;
+        Some(Frame {
+            index,
+            line,
+            stamp_s: o.stamp_s,
+            residual,
+            by_unknowns,
+            by_point,
+            by_bias: whitener.matrix() * tilt.slopes(o, at, &placement),
+            lever: point - placement.base_from_tool.translation.vector,
+            base_from_tool: placement.base_from_tool,
+            towards_sensor: (towards - along * along.dot(&towards)).try_normalize(0.0)?,
+            across: [axes.column(1).into_owned(), axes.column(2).into_owned()],
+            along_m: along.dot(&(point - self.seams[line].anchor())),
+            along_by_unknowns: self.along_by_unknowns(o, at, &placement, &along),
+        })
+    }
+
+    /// d s / d unknowns: only what moves the measured point moves its place along the seam.
+    fn along_by_unknowns(
+        &self,
+        o: &Observation,
+        at: &Parameters,
+        placement: &Placement,
+        along: &Vector3<f64>,
+    ) -> SVector<f64, LOCAL_ALL> {
+        let sheet = &self.problem.observations.sheet;
+        let measured = at.corrected(sheet, &o.point_in_camera);
+        let by = placement.jacobian(&measured);
+        let mut all = SVector::<f64, LOCAL_ALL>::zeros();
+        all[TIME_OFFSET] = along.dot(&by.d_point_d_time_offset);
+        all.fixed_rows_mut::<3>(ROTATION).copy_from(&by.d_point_d_rotation.tr_mul(along));
+        all.fixed_rows_mut::<3>(TRANSLATION).copy_from(&by.d_point_d_translation.tr_mul(along));
+        let by_shape = at
+            .shape
+            .and_then(|shape| shape.d_corrected_d_shape(&sheet.coordinates(&o.point_in_camera)));
+        if let Some(by_shape) = by_shape {
+            let in_sensor = placement.base_from_camera().rotation.inverse() * along;
+            let in_sheet = sheet.axes().tr_mul(&in_sensor);
+            all.fixed_rows_mut::<5>(LOCAL_BOWED).copy_from(&by_shape.tr_mul(&in_sheet));
+        }
+        all
+    }
+
+    /// The residual alone and the place along the seam, at a state near that of the frames.
+    #[must_use]
+    pub(crate) fn residual(&self, frame: &Frame, at: &Parameters) -> Option<(Vector2<f64>, f64)> {
+        let (o, whitener) = (&self.problem.list[frame.index], &self.problem.whiteners[frame.index]);
+        let placement = self.problem.placement(o, at)?;
+        let residual = self.problem.residual(o, at)?;
+        let measured = at.corrected(&self.problem.observations.sheet, &o.point_in_camera);
+        let seam = &self.seams[frame.line];
+        let along_m = seam.direction().dot(&(placement.point_in_base(&measured) - seam.anchor()));
+        Some((whitener.apply(&residual), along_m))
+    }
+}

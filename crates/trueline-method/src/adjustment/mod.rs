@@ -1,0 +1,22 @@
+//! One adjustment of the unknowns and of every error that is not noise.
+//!
+//! | module | |
+//! |---|---|
+//! | `frames` | the scan's frames, whitened, with all that moves them |
+//! | `form`, `blocks` | errors as columns with an amplitude |
+//! | `columns`, `table` | the order of the columns, and the rows of all frames |
+//! | `coloured` | noise that lasts, filtered out of the rows |
+//! | `equations`, `amplitudes`, `weights` | solution, sizes of the blocks, what counts |
+//! | `adjust` | the rounds |
+
+mod adjust;
+mod amplitudes;
+pub mod answer;
+mod blocks;
+pub mod coloured;
+mod columns;
+mod equations;
+mod form;
+mod frames;
+mod table;
+mod weights;

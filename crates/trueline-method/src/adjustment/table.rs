@@ -1,0 +1,86 @@
+//! The rows of all frames in order of line and time, and what whitening makes of them.
+
+use crate::adjustment::coloured::{Coloured, Sums, Tick, whiten};
+use crate::adjustment::columns::Columns;
+use crate::adjustment::frames::Frame;
+use crate::adjustment::weights::Off;
+use nalgebra::{DVector, Vector2};
+
+/// The rows of both directions of each frame.
+pub(crate) struct Table {
+    width: usize,
+    rows: [Vec<f64>; 2],
+    since_s: Vec<f64>,
+    lines: Vec<usize>,
+    /// Whether a frame could be evaluated.
+    is_there: Vec<bool>,
+}
+
+impl Table {
+    /// Of frames by line and time, some of which cannot be evaluated.
+    #[must_use]
+    pub(crate) fn of(frames: &[Option<Frame>], columns: &Columns, coefficients: &DVector<f64>) -> Self {
+        let width = columns.width();
+        let mut rows = [0, 1].map(|_| vec![0.0; width * frames.len()]);
+        let (mut since_s, mut lines, mut last) = (Vec::new(), Vec::new(), None);
+        for (k, frame) in frames.iter().enumerate() {
+            let Some(frame) = frame else {
+                since_s.push(0.0);
+                lines.push(last.map_or(0, |(line, _)| line));
+                continue;
+            };
+            let [one, other] = &mut rows;
+            let of_frame = k * width..(k + 1) * width;
+            columns.fill(frame, coefficients, [&mut one[of_frame.clone()], &mut other[of_frame]]);
+            since_s.push(match last {
+                Some((line, stamp_s)) if line == frame.line => frame.stamp_s - stamp_s,
+                _ => f64::INFINITY,
+            });
+            lines.push(frame.line);
+            last = Some((frame.line, frame.stamp_s));
+        }
+        Self { width, rows, since_s, lines, is_there: frames.iter().map(Option::is_some).collect() }
+    }
+
+    /// Sets the residual of each frame anew; `None` where it cannot be evaluated there.
+    pub(crate) fn set_residuals(&mut self, column: usize, residuals: &[Option<Vector2<f64>>]) {
+        for (k, residual) in residuals.iter().enumerate() {
+            self.is_there[k] &= residual.is_some();
+            let residual = residual.unwrap_or_default();
+            for (row, rows) in self.rows.iter_mut().enumerate() {
+                rows[k * self.width + column] = residual[row];
+            }
+        }
+    }
+
+    /// Sums of one direction's rows, whitened.
+    #[must_use]
+    pub(crate) fn sums(&self, direction: usize, weights: &[f64], noise: Coloured) -> Sums {
+        let there = self.is_there.iter().zip(weights).map(|(there, weight)| f64::from(*there) * weight);
+        let tick = |(since_s, weight): (&f64, f64)| Tick { since_s: *since_s, weight };
+        let ticks: Vec<Tick> = self.since_s.iter().zip(there).map(tick).collect();
+        whiten(&self.rows[direction], self.width, &ticks, noise)
+    }
+
+    /// What is left of each residual once the unknowns moved and the blocks are taken out; `None` where it cannot be evaluated.
+    #[must_use]
+    pub(crate) fn left(&self, step: &DVector<f64>) -> Vec<Option<Vector2<f64>>> {
+        let one = |k: usize, direction: usize| {
+            let row = &self.rows[direction][k * self.width..(k + 1) * self.width];
+            row[step.len()] + row.iter().zip(step.iter()).map(|(by, by_step)| by * by_step).sum::<f64>()
+        };
+        let left = |(k, is_there): (usize, &bool)| is_there.then(|| Vector2::new(one(k, 0), one(k, 1)));
+        self.is_there.iter().enumerate().map(left).collect()
+    }
+
+    /// How far off each frame is of so large a spread in both directions.
+    #[must_use]
+    pub(crate) fn off(&self, left: &[Option<Vector2<f64>>], spread: [f64; 2]) -> Vec<Off> {
+        let sigmas = |left: &Vector2<f64>| (left.x / spread[0]).hypot(left.y / spread[1]);
+        let off = |(left, line): (&Option<Vector2<f64>>, &usize)| Off {
+            line: *line,
+            sigmas: left.as_ref().map(sigmas),
+        };
+        left.iter().zip(&self.lines).map(off).collect()
+    }
+}

@@ -1,0 +1,63 @@
+//! Which frames count, and how much.
+
+/// Residuals beyond this count less, in standard deviations \[Huber1964\].
+const HUBER: f64 = 2.5;
+/// Never more than this part of the frames is left out.
+const MOST_OUT: f64 = 0.45;
+
+/// A frame's place in a series, and how far it is off, in standard deviations; `None` where it cannot be evaluated.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Off {
+    /// Which line.
+    pub line: usize,
+    /// By how much.
+    pub sigmas: Option<f64>,
+}
+
+/// The weight of each frame. Beyond `cut` standard deviations it does not count, nor does it between two that do not.
+#[must_use]
+pub(crate) fn weights(frames: &[Off], cut: f64) -> Vec<f64> {
+    let mut known: Vec<f64> = frames.iter().filter_map(|frame| frame.sigmas).collect();
+    known.sort_by(f64::total_cmp);
+    let most = known.get(((1.0 - MOST_OUT) * known.len() as f64) as usize).copied().unwrap_or(cut);
+    let cut = cut.max(most);
+    let mut weights: Vec<f64> = frames
+        .iter()
+        .map(|frame| match frame.sigmas {
+            Some(sigmas) if sigmas <= cut => (HUBER / sigmas).min(1.0),
+            _ => 0.0,
+        })
+        .collect();
+    let is_out: Vec<bool> = weights.iter().map(|weight| *weight == 0.0).collect();
+    for k in 1..frames.len().saturating_sub(1) {
+        let alike = frames[k - 1].line == frames[k].line && frames[k + 1].line == frames[k].line;
+        if alike && is_out[k - 1] && is_out[k + 1] {
+            weights[k] = 0.0;
+        }
+    }
+    weights
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_between_two_that_are_out_is_out() {
+        let frames: Vec<Off> = [0.5, 2.0, 9.0, 1.0, 9.0, 5.0, 1.0, 1.0, 1.0]
+            .map(|sigmas| Off { line: 0, sigmas: Some(sigmas) })
+            .into();
+        assert_eq!(weights(&frames, 5.5), [1.0, 1.0, 0.0, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0]);
+        // Another line's neighbours say nothing.
+        let mut apart = frames;
+        apart[4].line = 1;
+        assert_eq!(weights(&apart, 5.5)[3], 1.0);
+    }
+
+    #[test]
+    fn most_frames_are_kept_however_far_off_they_are() {
+        let frames: Vec<Off> = (0..100).map(|k| Off { line: 0, sigmas: Some(f64::from(k)) }).collect();
+        let out = weights(&frames, 4.0).iter().filter(|weight| **weight == 0.0).count();
+        assert!((40..=45).contains(&out), "{out}");
+    }
+}

@@ -1,0 +1,82 @@
+//! All that a calibration is concluded from.
+
+use crate::assess::correlated_noise::Structure;
+use crate::assess::misfit_cause::MisfitCause;
+use crate::assess::robot_field::RobotSigmas;
+use crate::assess::systematic::SystematicLevels;
+use crate::calibration::Calibration;
+use crate::config::HeldSigma;
+use crate::hypotheses::ambiguity::Ambiguity;
+use crate::hypotheses::feature_bias::TakenBias;
+use crate::hypotheses::search::{BetterMinimum, Mirrored};
+use crate::hypotheses::unbiased::{Assessed, inflation};
+use crate::input::shape_knowledge::ShapeKnowledge;
+use crate::input::timestamps::{Dejittered, Sampling};
+use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
+use crate::solve::drawn_lines;
+use crate::solve::settings::FitSettings;
+use nalgebra::DMatrix;
+use trueline_dataset::Recording;
+
+/// All that a calibration is concluded from.
+pub(crate) struct Concluded<'a> {
+    pub(crate) recording: &'a Recording,
+    pub(crate) sampling: &'a Sampling,
+    pub(crate) dejittered: Dejittered,
+    pub(crate) settings: &'a FitSettings<'a>,
+    pub(crate) knowledge: &'a ShapeKnowledge,
+    pub(crate) mirrored: Mirrored,
+    pub(crate) ambiguity: Ambiguity,
+    pub(crate) better: Option<BetterMinimum>,
+    pub(crate) assessed: &'a Assessed,
+    pub(crate) levels: SystematicLevels,
+    /// How far the robot was taken to be off.
+    pub(crate) robot_taken: RobotSigmas,
+    /// What its residuals show, where that is plainly worse.
+    pub(crate) robot_seems: Option<RobotSigmas>,
+    /// The bias that the features were freed of.
+    pub(crate) bias: Option<TakenBias>,
+    pub(crate) structure: Structure,
+    pub(crate) cause: Option<MisfitCause>,
+    pub(crate) time_offset_share: f64,
+    /// The same scan with the sensor and the lines released, where they are held.
+    pub(crate) released: Option<&'a Calibration>,
+}
+
+impl Concluded<'_> {
+    /// How much larger the covariance by noise is than by white noise.
+    pub(crate) fn inflation(&self) -> f64 {
+        inflation(&self.structure, &self.assessed.information)
+    }
+
+    /// The components that are held and not known exactly, each with its standard deviation, SI.
+    pub(crate) fn held_sigmas(&self) -> Vec<(usize, f64)> {
+        let HeldSigma { time_s, rotation_rad, translation_m } = self.settings.config.held_sigma;
+        let stated = |component: &usize| match *component {
+            TIME_OFFSET => time_s,
+            ROTATION..TRANSLATION => rotation_rad,
+            TRANSLATION..LINES => translation_m,
+            _ => None,
+        };
+        let of_groups = self.settings.fixed.iter().filter_map(|component| Some((*component, stated(component)?)));
+        of_groups.chain(drawn_lines::sigmas(&self.settings.config.drawn_lines)).collect()
+    }
+
+    /// What the residuals cannot tell of the time offset: noise in its column, and what the stamps leave unsaid.
+    pub(crate) fn with_time_offset_widened(&self, mut covariance: DMatrix<f64>) -> DMatrix<f64> {
+        if self.settings.fixed.contains(&TIME_OFFSET) {
+            return covariance;
+        }
+        // Noise in its column makes it look better known than it is, and with it all that goes with it: of a share s the optimum's
+        // variance is that of the gradient, 1, over the square of the curvature that motion gives, s².
+        let variance = covariance[(TIME_OFFSET, TIME_OFFSET)];
+        if self.time_offset_share < 1.0 && variance > 0.0 {
+            let along = covariance.column(TIME_OFFSET).into_owned();
+            covariance.ger((self.time_offset_share.powi(-2) - 1.0) / variance, &along, &along, 1.0);
+        }
+        let late_sigma_s = self.assessed.drift_free.observations.robot.late_sigma_s;
+        let stamps_sigma_s = self.sampling.phase_sigma_s(self.dejittered).hypot(late_sigma_s);
+        covariance[(TIME_OFFSET, TIME_OFFSET)] += stamps_sigma_s.powi(2);
+        covariance
+    }
+}
