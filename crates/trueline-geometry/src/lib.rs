@@ -25,6 +25,7 @@ pub mod circle;
 pub mod curve;
 pub mod euler;
 pub mod fit;
+pub mod lag;
 pub mod line;
 mod local_polynomial;
 pub mod plane;

@@ -1,5 +1,6 @@
 //! The recipe: a recording in, a calibration out.
 
+use crate::adjusted;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::excitation;
 use crate::assess::identifiability::{Identifiability, assess_identifiability};
@@ -123,7 +124,14 @@ fn with_stated_lens(
     };
     let levels = systematic_levels(recording, &settings, &knowledge);
     let assessed = Assessed { drift_free: DriftFree { fit, ..drift_free }, information, observability };
-    let unbiased = without_bias(assessed, recording, &settings, &levels)?;
+    // Stripes are freed of the bias that the seam points show.
+    let is_adjusted = recording.stripes.is_empty()
+        && adjusted::applies(recording, config, &assessed.drift_free.fit, &levels);
+    let unbiased = if is_adjusted {
+        Unbiased::beside_all(assessed, recording, &settings)
+    } else {
+        without_bias(assessed, recording, &settings, &levels)?
+    };
     let levels = unbiased.levels(levels);
     let robot_seems = match released {
         Some(released) => released.findings.checks.robot_seems,
@@ -200,7 +208,12 @@ fn systematic_levels(
         robot_accuracy_m,
         robot: RobotSigmas::of_accuracy(robot_accuracy_m),
         robot_is_stated: config.robot_accuracy_m.or(stated).is_some(),
-        edge_radius_m: edge_radius_m.unwrap_or(ASSUMED_EDGE_RADIUS_M),
+        // Where two fitted lines cross, no edge is seen.
+        edge_radius_m: edge_radius_m.unwrap_or(if recording.stripes.is_empty() {
+            ASSUMED_EDGE_RADIUS_M
+        } else {
+            0.0
+        }),
         edge_is_stated: edge_radius_m.is_some(),
         feature_bias_px: config.feature_bias_px,
         bias_is_estimated: false,

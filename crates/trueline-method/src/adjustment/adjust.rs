@@ -303,8 +303,8 @@ fn about(place: usize, reach: usize, count: usize) -> std::ops::Range<usize> {
 }
 
 fn is_small(step: &DVector<f64>, solved: &Solved, free: &[usize]) -> bool {
-    let covariance = solved.covariance();
-    free.iter().enumerate().all(|(column, index)| step[*index].abs() < SMALL * covariance[(column, column)].sqrt())
+    let sigmas = solved.sigmas(free.len());
+    free.iter().zip(sigmas).all(|(index, sigma)| step[*index].abs() < SMALL * sigma)
 }
 
 /// What is known beforehand of the free unknowns at a state, and of the blocks.

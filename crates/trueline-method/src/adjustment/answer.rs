@@ -20,6 +20,10 @@ use nalgebra::{DMatrix, DVector, Vector3};
 const FORMS: [(f64, f64); 2] = [(0.020, 0.85), (0.005, 0.5)];
 /// The largest form of a seam that is one, m.
 const LARGEST_FORMS_M: [f64; 2] = [2e-3, 1e-3];
+/// A lag that is looked for is counted by this, s.
+const UNIT_OF_LAG_S: f64 = 0.03;
+/// How well a lag is known once it is one of those that are tried, s.
+const LAG_SIGMA_S: f64 = 0.01;
 /// The robot is at most this many times as far off as its class.
 const WORST_ROBOT: f64 = 3.0;
 /// Part of a seam's points that may lie beyond either end of it: outliers.
@@ -35,6 +39,8 @@ pub(crate) struct Settings<'a> {
     pub levels: SystematicLevels,
     /// Root mean square of the seam's form beyond its bow, as a first guess, m; 0 is none.
     pub waviness_m: f64,
+    /// How far the robot lags behind the poses of the problem, and was taken to do so there, s; 0 is not at all.
+    pub lag_s: f64,
 }
 
 /// What was found of the errors.
@@ -52,6 +58,10 @@ pub struct Amplitudes {
     pub robot_m: f64,
     /// How many times as far off as its class the robot is; `None` for an ideal one.
     pub robot: Option<f64>,
+    /// The square of a lag of the robot behind its poses that the residuals show beside all blocks, and its standard deviation, s².
+    pub squared_lag_s2: (f64, f64),
+    /// The lag that was taken into account, s.
+    pub lag_s: f64,
     /// Frames that were left out, among those that took part.
     pub out: Outliers,
 }
@@ -129,7 +139,8 @@ pub(crate) fn adjust(problem: &LineProblem<'_>, at: &Parameters, settings: &Sett
 
 fn considered(settings: &Settings<'_>) -> Vec<Considered> {
     let held = settings.held_sigmas.iter().map(|(component, sigma)| Considered::Held(*component, *sigma));
-    held.chain(settings.levels.held_shape.map(Considered::Shape)).collect()
+    let shape = settings.levels.held_shape.map(Considered::Shape);
+    held.chain(shape).chain([Considered::SquaredLag(UNIT_OF_LAG_S.powi(2))]).collect()
 }
 
 fn add_blocks(
@@ -149,6 +160,9 @@ fn add_blocks(
     if settings.levels.edge_radius_m > 0.0 {
         let mean_view = (0..lines).map(|line| mean_view(frames, line)).collect();
         add(Kind::EdgeRadius { sigma_m: settings.levels.edge_radius_m, mean_view }, Amplitude::HELD);
+    }
+    if settings.lag_s > 0.0 {
+        add(Kind::Lag { taken_s: settings.lag_s, sigma_s: LAG_SIGMA_S }, Amplitude::HELD);
     }
     if settings.levels.feature_bias_px > 0.0 {
         add(Kind::Detector { sigma_px: settings.levels.feature_bias_px }, Amplitude::HELD);
@@ -200,6 +214,7 @@ fn answer(adjustment: &Adjustment<'_>, adjusted: &Adjusted) -> Answer {
             Kind::Robot(_) => ShareOf::Robot,
             Kind::EdgeRadius { .. } => ShareOf::EdgeRadius,
             Kind::Detector { .. } => ShareOf::FeatureBias,
+            Kind::Lag { .. } => ShareOf::Robot,
         };
         shares.push(Share { of, columns, shape: None });
     }
@@ -208,7 +223,7 @@ fn answer(adjustment: &Adjustment<'_>, adjusted: &Adjusted) -> Answer {
         at: adjustment.at.clone(),
         noise,
         shares,
-        amplitudes: amplitudes(adjustment),
+        amplitudes: Amplitudes { squared_lag_s2: squared_lag(adjustment, adjusted), ..amplitudes(adjustment) },
         twice_negative_log: adjusted.solved.twice_negative_log,
     }
 }
@@ -236,22 +251,31 @@ fn of_considered(adjustment: &Adjustment<'_>, rows: &DMatrix<f64>, with: &DMatri
     let mut next = 0;
     let mut shares = Vec::new();
     for considered in &adjustment.columns.considered {
-        let count = if let Considered::Shape(_) = considered { 5 } else { 1 };
+        let count = considered.columns();
         let mut columns = -(rows * with.columns(next, count));
         next += count;
-        shares.push(match considered {
+        shares.extend(match considered {
             Considered::Held(component, sigma) => {
                 columns[(*component, 0)] = *sigma;
-                Share { of: ShareOf::Held, columns, shape: None }
+                Some(Share { of: ShareOf::Held, columns, shape: None })
             }
             Considered::Shape(covariance) => {
                 let root = covariance.cholesky().map(|factor| factor.l());
                 let shape = root.map(|l| DMatrix::from_column_slice(5, 5, l.as_slice()));
-                Share { of: ShareOf::Sensor, columns, shape }
+                Some(Share { of: ShareOf::Sensor, columns, shape })
             }
+            Considered::SquaredLag(_) => None,
         });
     }
     shares
+}
+
+/// The last of the considered columns.
+fn squared_lag(adjustment: &Adjustment<'_>, adjusted: &Adjusted) -> (f64, f64) {
+    let Some(last) = adjusted.equations.considered.ncols().checked_sub(1) else { return (0.0, 0.0) };
+    debug_assert!(matches!(adjustment.columns.considered.last(), Some(Considered::SquaredLag(_))));
+    let (units, sigma) = adjusted.equations.estimate_of(last, &adjusted.solved);
+    (units * UNIT_OF_LAG_S.powi(2), sigma * UNIT_OF_LAG_S.powi(2))
 }
 
 fn amplitudes(adjustment: &Adjustment<'_>) -> Amplitudes {
@@ -283,6 +307,8 @@ fn amplitudes(adjustment: &Adjustment<'_>) -> Amplitudes {
         forms: thetas(|kind| matches!(kind, Kind::Form { .. })).collect(),
         robot_m: (robot / f64::max(count, 1.0)).sqrt(),
         robot: thetas(|kind| matches!(kind, Kind::Robot(_))).next(),
+        squared_lag_s2: (0.0, 0.0),
+        lag_s: blocks.iter().find_map(|block| block.lag_s()).unwrap_or(0.0),
         out: Outliers { count: out, of: adjustment.scan.count() },
     }
 }

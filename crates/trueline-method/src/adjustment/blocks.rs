@@ -19,6 +19,8 @@ pub(crate) enum Kind {
     EdgeRadius { sigma_m: f64, mean_view: Vec<Vector3<f64>> },
     /// The detector's point with the tilt, px per 10°.
     Detector { sigma_px: f64 },
+    /// A lag of the robot behind its recorded poses, beyond the one that was taken into account, s.
+    Lag { taken_s: f64, sigma_s: f64 },
 }
 
 /// How the size of a block follows the scan.
@@ -61,7 +63,7 @@ impl Block {
         let count = match &kind {
             Kind::Form { hats, .. } => 2 * hats.count,
             Kind::Robot(field) => 6 * field.modes(),
-            Kind::EdgeRadius { .. } => 1,
+            Kind::EdgeRadius { .. } | Kind::Lag { .. } => 1,
             Kind::Detector { .. } => BIAS,
         };
         Self { kind, columns: first..first + count, amplitude, own: vec![1.0; count] }
@@ -106,12 +108,22 @@ impl Block {
             Kind::EdgeRadius { sigma_m, mean_view } => {
                 set(0, frame.by_point * (frame.towards_sensor - mean_view[frame.line]) * *sigma_m);
             }
+            // What of a lag is a delay belongs to the time offset; beyond that y moves by τ ÿ for each second.
+            Kind::Lag { taken_s, sigma_s } => {
+                set(0, frame.by_point * frame.acceleration * (taken_s * sigma_s));
+            }
             Kind::Detector { sigma_px } => {
                 for k in 0..BIAS {
                     set(k, frame.by_bias.column(k) * *sigma_px);
                 }
             }
         }
+    }
+
+    /// The lag that was taken into account, s, of a block that is the rest of it.
+    #[must_use]
+    pub(crate) fn lag_s(&self) -> Option<f64> {
+        if let Kind::Lag { taken_s, .. } = self.kind { Some(taken_s) } else { None }
     }
 
     /// How steep a form is at a frame, in both directions, 1, by the coefficients of all columns.

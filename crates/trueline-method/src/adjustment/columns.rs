@@ -15,12 +15,15 @@ pub(crate) enum Considered {
     Held(usize, f64),
     /// The shape of a sensor that is held: five columns.
     Shape(ShapeCovariance),
+    /// The square of a lag of the robot behind its recorded poses, s², of which so much is a unit: it is looked for, and not in the ±.
+    SquaredLag(f64),
 }
 
 impl Considered {
-    fn columns(&self) -> usize {
+    /// Columns that it has.
+    pub(crate) fn columns(&self) -> usize {
         match self {
-            Self::Held(..) => 1,
+            Self::Held(..) | Self::SquaredLag(_) => 1,
             Self::Shape(_) => 5,
         }
     }
@@ -91,6 +94,9 @@ impl Columns {
                     let mut places = self.unknowns.indices(frame.line);
                     let local = places.find(|(_, index)| index == component).map(|(local, _)| local);
                     numbers[next] = local.map_or(0.0, |local| by_unknowns[(row, local)] * sigma);
+                }
+                Considered::SquaredLag(unit_s2) => {
+                    numbers[next] = frame.by_point.row(row).dot(&frame.acceleration.transpose()) * unit_s2;
                 }
                 Considered::Shape(covariance) => {
                     let Some(root) = covariance.cholesky() else { continue };

@@ -25,6 +25,10 @@ pub(crate) struct Equations {
     gradient: DVector<f64>,
     /// Products of the estimated columns with what is considered.
     pub considered: DMatrix<f64>,
+    /// Products of what is considered with itself.
+    considered_square: DMatrix<f64>,
+    /// Products of what is considered with the residual.
+    considered_gradient: DVector<f64>,
     /// Σ r², whitened.
     square: f64,
     /// ln of the determinant of the noise's covariance.
@@ -36,6 +40,7 @@ impl Equations {
     #[must_use]
     pub(crate) fn of(sums: [&Sums; 2], sigmas: [f64; 2], estimated: usize) -> Self {
         let width = sums[0].products.ncols();
+        let beside = width - estimated - 1;
         let mut all = DMatrix::zeros(width, width);
         let mut log_determinant = 0.0;
         for (sums, sigma) in sums.into_iter().zip(sigmas) {
@@ -45,7 +50,9 @@ impl Equations {
         Self {
             of_scan: all.view((0, 0), (estimated, estimated)).into_owned(),
             gradient: all.view((0, estimated), (estimated, 1)).column(0).into_owned(),
-            considered: all.view((0, estimated + 1), (estimated, width - estimated - 1)).into_owned(),
+            considered: all.view((0, estimated + 1), (estimated, beside)).into_owned(),
+            considered_square: all.view((estimated + 1, estimated + 1), (beside, beside)).into_owned(),
+            considered_gradient: all.view((estimated + 1, estimated), (beside, 1)).column(0).into_owned(),
             square: all[(estimated, estimated)],
             log_determinant,
         }
@@ -75,6 +82,15 @@ pub(crate) struct Solved {
 }
 
 impl Solved {
+    /// Standard deviations of the first columns.
+    #[must_use]
+    pub(crate) fn sigmas(&self, count: usize) -> Vec<f64> {
+        let size = self.step.len();
+        let mut rows = DMatrix::<f64>::identity(size, count);
+        self.factor.l_dirty().solve_lower_triangular_mut(&mut rows);
+        (0..count).map(|column| rows.column(column).norm()).collect()
+    }
+
     /// The covariance of all estimated columns.
     #[must_use]
     pub(crate) fn covariance(&self) -> DMatrix<f64> {
@@ -83,6 +99,16 @@ impl Solved {
 }
 
 impl Equations {
+    /// What one of the considered columns would be if it were estimated with the rest, and its standard deviation.
+    #[must_use]
+    pub(crate) fn estimate_of(&self, considered: usize, solved: &Solved) -> (f64, f64) {
+        let with = self.considered.column(considered);
+        let spread = solved.factor.solve(&with);
+        let information = self.considered_square[(considered, considered)] - with.dot(&spread);
+        let score = self.considered_gradient[considered] + with.dot(&solved.step);
+        (-score / information, information.max(f64::MIN_POSITIVE).sqrt().recip())
+    }
+
     /// Twice the cost with the first columns, the unknowns, where they are and all others at their best.
     #[must_use]
     pub(crate) fn square_of_blocks(&self, prior: &Prior, unknowns: usize) -> Option<f64> {

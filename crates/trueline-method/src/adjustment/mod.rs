@@ -20,3 +20,8 @@ mod form;
 mod frames;
 mod table;
 mod weights;
+
+#[cfg(test)]
+mod column_tests;
+#[cfg(test)]
+mod equations_tests;

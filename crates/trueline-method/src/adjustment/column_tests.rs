@@ -1,0 +1,191 @@
+//! The columns of the adjustment against differences of residuals in worlds that were changed by hand.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use crate::adjustment::blocks::{Amplitude, Block, Kind};
+use crate::adjustment::columns::Columns;
+use crate::adjustment::form::Hats;
+use crate::adjustment::frames::{Frame, Scan};
+use crate::assess::robot_field::{RobotField, RobotSigmas};
+use crate::assess::tilt_bias::TiltBias;
+use crate::config::{Config, ResidualKind};
+use crate::input::noise_levels::NoiseLevels;
+use crate::input::observations::{self, Observations};
+use crate::input::timestamps::Sampling;
+use crate::problem::line_problem::{Criterion, LineProblem};
+use crate::problem::parameters::Parameters;
+use crate::problem::unknowns::{LOCAL_ALL, LOCAL_STRAIGHT};
+use crate::solve::seam_chart::{with_bows, with_shape};
+use nalgebra::{DVector, Vector2, Vector3};
+use trueline_geometry::{Trajectory, se3, so3};
+use trueline_lsq::Loss;
+use trueline_sim::{Preset, random_cell, simulate};
+
+const NOISE: NoiseLevels = NoiseLevels { robot_sigma_m: 3e-5, stamp_sigma_s: 1e-4, factor: 1.0 };
+
+fn cell() -> (Observations, Parameters) {
+    let mut scenario = random_cell(&Preset::Good.scenario(), 3, 0.5);
+    scenario.timing.duration_s = 4.0;
+    let recording = simulate(&scenario, 3).unwrap();
+    let sampling = Sampling::of(&recording, observations::origin_ns(&recording));
+    let observed = observations::observe(&recording, &sampling, &Config::default()).unwrap();
+    let truth = recording.truth.unwrap();
+    let at = Parameters::straight(&truth.parameters, truth.lines);
+    let at = with_shape(&observed, with_bows(&observed, &observed.list, at));
+    (observed, at)
+}
+
+fn problem<'a>(observed: &'a Observations, at: &Parameters) -> LineProblem<'a> {
+    let criterion = Criterion { residual: ResidualKind::Sheet, loss: Loss::Squared };
+    LineProblem::new(observed, &observed.list, criterion, &NOISE, at)
+}
+
+fn some_frames(problem: &LineProblem<'_>, at: &Parameters) -> Vec<Frame> {
+    let scan = Scan::of(problem, at);
+    let tilt = TiltBias::about(&scan.poses(at));
+    let frames: Vec<Frame> = scan.frames(at, &tilt).into_iter().flatten().step_by(11).collect();
+    assert!(frames.len() > 8, "{}", frames.len());
+    frames
+}
+
+/// Both rows of a block at a frame, times coefficients.
+fn moved(block: &Block, frame: &Frame, coefficients: &[f64]) -> Vector2<f64> {
+    let mut rows = [vec![0.0; block.columns.end], vec![0.0; block.columns.end]];
+    let [one, other] = &mut rows;
+    block.fill(frame, [one, other]);
+    Vector2::from_fn(|row, _| {
+        let own = &rows[row][block.columns.clone()];
+        own.iter().zip(coefficients).map(|(by, coefficient)| by * coefficient).sum()
+    })
+}
+
+/// The place along the seam moves with every unknown as differences say.
+#[test]
+fn a_point_slides_along_the_seam_as_differences_say() {
+    let (observed, at) = cell();
+    let problem = problem(&observed, &at);
+    let scan = Scan::of(&problem, &at);
+    for frame in some_frames(&problem, &at) {
+        for k in (0..LOCAL_STRAIGHT).chain(LOCAL_STRAIGHT + 2..LOCAL_ALL) {
+            let h = 1e-5;
+            let there = |by: f64| {
+                let mut step = DVector::zeros(at.dimension());
+                step[k] = by;
+                scan.residual(&frame, &at.retract(&step)).unwrap().1
+            };
+            let slope = (there(h) - there(-h)) / (2.0 * h);
+            // The line itself moves no point. Differences of metres over 1e-5, and curvature of a second order.
+            assert!((slope - frame.along_by_unknowns[k]).abs() < 1e-6, "{k}: {slope}");
+        }
+    }
+}
+
+/// A form of the seam moves a residual as a bow does that is the same at this place.
+#[test]
+fn a_form_moves_a_residual_as_the_seam_itself_does() {
+    let (observed, at) = cell();
+    let problem = problem(&observed, &at);
+    let scan = Scan::of(&problem, &at);
+    let hats = Hats::over([-0.3, 0.3], 0.02);
+    let block = Block::new(Kind::Form { line: 0, hats, sigma_m: 1e-4 }, 0, Amplitude::HELD);
+    for frame in some_frames(&problem, &at) {
+        // A whole form of one height is the line beside itself.
+        for direction in 0..2 {
+            let coefficients: Vec<f64> =
+                (0..2 * hats.count).map(|k| f64::from(u8::from(k / hats.count == direction))).collect();
+            let by_form = moved(&block, &frame, &coefficients);
+            let mut beside = at.clone();
+            let across = at.lines[0].axes().column(1 + direction) * 1e-4;
+            beside.lines[0] = trueline_geometry::Line::new(
+                at.lines[0].anchor() + across,
+                &nalgebra::UnitVector3::new_normalize(at.lines[0].direction()),
+            );
+            let by_line = scan.residual(&frame, &beside).unwrap().0 - frame.residual;
+            // 0.1 mm is some hundred units of noise; the sheet's shape is flat to a second order in it.
+            assert!((by_form - by_line).norm() < 1e-3 * by_line.norm() + 1e-6, "{by_form} {by_line}");
+        }
+    }
+}
+
+/// A robot that is off by a mode of its field moves a residual as a path does that was moved so.
+#[test]
+fn an_error_of_the_robot_moves_a_residual_as_another_path_does() {
+    let (observed, at) = cell();
+    let problem = problem(&observed, &at);
+    let frames = some_frames(&problem, &at);
+    let poses: Vec<_> = frames.iter().map(|frame| frame.base_from_tool).collect();
+    let sigmas = RobotSigmas { position_m: 1e-5, attitude_rad: 1e-5 };
+    let field = RobotField::new(sigmas, &poses).unwrap();
+    let block = Block::new(Kind::Robot(field.clone()), 0, Amplitude::HELD);
+    let coefficients: Vec<f64> = (0..block.columns.len()).map(|k| (k as f64 * 0.7).sin()).collect();
+    let path = &observed.robot.trajectory;
+    let off: Vec<_> = path
+        .times()
+        .iter()
+        .map(|time| {
+            let pose = path.pose_at(*time).unwrap();
+            let (mut shift, mut turn) = (Vector3::zeros(), Vector3::zeros());
+            for (mode, part) in field.at(&pose).iter().enumerate() {
+                let three = |first: usize| Vector3::from_fn(|row, _| coefficients[first + row]) * *part;
+                shift += three(6 * mode) * sigmas.position_m;
+                turn += three(6 * mode + 3) * sigmas.attitude_rad;
+            }
+            se3::from_parts(so3::exp(&turn) * pose.rotation, pose.translation.vector + shift)
+        })
+        .collect();
+    let mut elsewhere = observed.clone();
+    elsewhere.robot.trajectory = Trajectory::new(path.times().to_vec(), &off).unwrap();
+    let there = LineProblem { observations: &elsewhere, ..problem.of_some(problem.list, &problem.whiteners) };
+    let scan = Scan::of(&there, &at);
+    for frame in &frames {
+        let by_block = moved(&block, frame, &coefficients);
+        let by_path = scan.residual(frame, &at).unwrap().0 - frame.residual;
+        // Errors of a hundredth of a millimetre and modes of size ten: to a second order, and straight between samples of 4 ms.
+        assert!((by_block - by_path).norm() < 5e-3 * by_path.norm() + 1e-4, "{by_block} {by_path}");
+    }
+}
+
+/// The radius of the edge moves the measured point towards the sensor, less the mean of the scan.
+#[test]
+fn the_radius_of_an_edge_moves_the_point_towards_the_sensor() {
+    let (observed, at) = cell();
+    let problem = problem(&observed, &at);
+    let mean_view = vec![Vector3::new(0.1, -0.2, 0.3)];
+    let block =
+        Block::new(Kind::EdgeRadius { sigma_m: 1e-4, mean_view: mean_view.clone() }, 0, Amplitude::HELD);
+    for frame in some_frames(&problem, &at) {
+        let view = frame.towards_sensor;
+        assert!(view.dot(&at.lines[0].direction()).abs() < 1e-12 && (view.norm() - 1.0).abs() < 1e-12);
+        let by_block = moved(&block, &frame, &[1.0]);
+        let by_point = frame.by_point * (view - mean_view[0]) * 1e-4;
+        assert!((by_block - by_point).norm() < 1e-12);
+    }
+}
+
+/// Where a form is steep, what slides along the seam moves beside it.
+#[test]
+fn a_steep_form_couples_the_place_along_the_seam() {
+    let (observed, at) = cell();
+    let problem = problem(&observed, &at);
+    let mut columns = Columns::of(&at, &[], Vec::new());
+    let hats = Hats::over([-0.3, 0.3], 0.02);
+    let block = Block::new(Kind::Form { line: 0, hats, sigma_m: 1e-4 }, columns.estimated(), Amplitude::HELD);
+    columns.blocks.push(block);
+    let mut coefficients = DVector::zeros(columns.estimated());
+    // A slope of 0.05 in the second direction: 1 mm over 20 mm are ten units of 0.1 mm.
+    for k in 0..hats.count {
+        coefficients[at.dimension() + hats.count + k] = 10.0 * k as f64;
+    }
+    for frame in some_frames(&problem, &at) {
+        assert!((columns.slopes(&frame, &coefficients)[1] - 0.05).abs() < 1e-12);
+        let width = columns.width();
+        let mut rows = [vec![0.0; width], vec![0.0; width]];
+        let [one, other] = &mut rows;
+        columns.fill(&frame, &coefficients, [one, other]);
+        for k in 0..at.dimension() {
+            let slid = frame.by_point * frame.across[1] * (-0.05 * frame.along_by_unknowns[k]);
+            for row in 0..2 {
+                assert!((rows[row][k] - frame.by_unknowns[(row, k)] - slid[row]).abs() < 1e-9);
+            }
+        }
+    }
+}
