@@ -101,11 +101,14 @@ impl Shop {
             arrives_s = arrives_s.max(stalled_until_s).max(free_s + 15e-6);
             free_s = arrives_s;
             let stamp_s = self.receiver(arrives_s);
-            let rounded = if self.grain_s > 0.0 { (stamp_s / self.grain_s).round() * self.grain_s } else { stamp_s };
+            let rounded =
+                if self.grain_s > 0.0 { (stamp_s / self.grain_s).round() * self.grain_s } else { stamp_s };
             stream.stamps_s.push(rounded);
             stream.counter.push(k + 5);
             // By the receiver's clock as it is after a step, and wanders.
-            stream.taken_s.push(self.receiver(time_s) + if time_s > 0.53 * self.lasts_s { 0.0 } else { self.step_s });
+            stream
+                .taken_s
+                .push(self.receiver(time_s) + if time_s > 0.53 * self.lasts_s { 0.0 } else { self.step_s });
         }
         stream
     }
@@ -169,7 +172,9 @@ fn lost_frames_are_counted_with_and_without_a_counter() {
 fn one_step_of_the_clock_is_taken_out() {
     // Two middles of 400 stamps and more of 0.1 ms: 7 µs; four of that.
     let limit_s = 30e-6;
-    for (name, shop, step_s) in [("robot", ORDINARY, -3e-3), ("robot", ORDINARY, 1.2e-3), ("camera", CAMERA, 3e-3)] {
+    for (name, shop, step_s) in
+        [("robot", ORDINARY, -3e-3), ("robot", ORDINARY, 1.2e-3), ("camera", CAMERA, 3e-3)]
+    {
         let shop = Shop { step_s, stalls: true, ..shop };
         let (error, others) = worst(&shop, false);
         assert!(error < limit_s && others == 0.0, "{name} {step_s}: {error} {others}");
@@ -220,10 +225,15 @@ fn stamps_of_arrival_are_told_from_jitter_to_both_sides() {
     }
 }
 
+/// Nothing says that the stamps are late: they are used as recorded unless the fit clearly prefers an even clock.
+fn keeps_its_stamps(stamps_s: &[f64]) -> bool {
+    fit(stamps_s, Ticks::Counted).is_none_or(|clock| !clock.lateness.is_of_arrival())
+}
+
 /// Sources that are uneven by themselves; their stamps are right.
 #[test]
 fn uneven_sources_keep_their_stamps() {
-    for seed in 1..=20 {
+    for seed in 1..=200 {
         let mut chance = Chance(seed);
         // Triggered at will.
         let mut time_s = 0.0;
@@ -233,10 +243,11 @@ fn uneven_sources_keep_their_stamps() {
                 time_s
             })
             .collect();
-        assert_eq!(fit(&at_will, Ticks::Counted), None, "{seed}");
+        assert!(keeps_its_stamps(&at_will), "{seed}");
         // Triggered along the path, by a robot whose speed changes.
-        let along: Vec<f64> = (0..600).map(|k| 0.03 * f64::from(k) + 0.4 * (0.02 * f64::from(k)).sin()).collect();
-        assert_eq!(fit(&along, Ticks::Counted), None);
+        let along: Vec<f64> =
+            (0..600).map(|k| 0.03 * f64::from(k) + 0.4 * (0.02 * f64::from(k)).sin()).collect();
+        assert!(keeps_its_stamps(&along));
         // A program that waits 30 ms after each picture: errors of the steps add up.
         let mut time_s = 0.0;
         let waiting: Vec<f64> = (0..600)
@@ -245,7 +256,7 @@ fn uneven_sources_keep_their_stamps() {
                 time_s
             })
             .collect();
-        assert_eq!(fit(&waiting, Ticks::Counted), None, "{seed}");
+        assert!(keeps_its_stamps(&waiting), "{seed}");
         // The same, late to one side.
         let mut time_s = 0.0;
         let late: Vec<f64> = (0..600)
@@ -254,10 +265,10 @@ fn uneven_sources_keep_their_stamps() {
                 time_s
             })
             .collect();
-        assert_eq!(fit(&late, Ticks::Counted), None, "{seed}");
+        assert!(keeps_its_stamps(&late), "{seed}");
         // Dithered to both sides: even on average, but nothing says that its stamps are late.
         let dithered: Vec<f64> =
             (0..600).map(|k| 0.03 * f64::from(k) + 0.01 * (chance.uniform() - 0.5)).collect();
-        assert!(fit(&dithered, Ticks::Counted).is_none_or(|clock| !clock.lateness.is_of_arrival()), "{seed}");
+        assert!(keeps_its_stamps(&dithered), "{seed}");
     }
 }

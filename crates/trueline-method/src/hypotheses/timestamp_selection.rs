@@ -85,7 +85,10 @@ fn is_no_better_in_stretches(
     dejittered: Dejittered,
 ) -> Result<bool, Error> {
     let all = best.fit.placed.of(&best.observations);
-    if settings.config.stamps == Stamps::Regular || dejittered.robot == best.dejittered.robot || all.len() <= MOST {
+    if settings.config.stamps == Stamps::Regular
+        || dejittered.robot == best.dejittered.robot
+        || all.len() <= MOST
+    {
         return Ok(false);
     }
     let first = |k: usize| (all.len() - STRETCH) * k / (STRETCHES - 1);

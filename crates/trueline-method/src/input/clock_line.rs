@@ -176,10 +176,10 @@ pub(crate) fn through_middle(
     let steps = edges[1..edges.len() - 1].iter().zip(phases.windows(2)).filter(|(k, _)| !across_silence(**k));
     let steps: Vec<(f64, f64)> = steps.map(|(&k, p)| (stamps_s[k], p[1] - p[0])).collect();
     // Of a step with a sample missing at it nobody knows how many periods it holds.
-    let is_whole = edges.len() == 3 && ticks[edges[1]] - ticks[edges[1] - 1] == 1.0;
-    let is_usual = |(_, height_s): &(f64, f64)| {
-        (LEAST_TAKEN_OUT_S..MOST_TAKEN_OUT_S).contains(&height_s.abs())
-    };
+    let usual_ticks = median(steps_of(ticks)).unwrap_or(1.0);
+    let is_whole = edges.len() == 3 && ticks[edges[1]] - ticks[edges[1] - 1] < 1.5 * usual_ticks;
+    let is_usual =
+        |(_, height_s): &(f64, f64)| (LEAST_TAKEN_OUT_S..MOST_TAKEN_OUT_S).contains(&height_s.abs());
     let step_taken_out = is_whole && steps.iter().all(is_usual);
     // The phase that holds from now on: that of the last piece.
     let phase_of = |piece: usize| phases[if step_taken_out { phases.len() - 1 } else { piece }];

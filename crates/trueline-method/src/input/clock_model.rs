@@ -30,6 +30,8 @@ pub enum Ticks<'a> {
 const MIN_STAMPS: usize = 20;
 /// More jitter than this part of the period, and periods cannot be counted.
 const JITTER_LIMIT: f64 = 0.3;
+/// The same of a clock that wanders: samples triggered at will scatter by 0.26 of their mean period about the best such clock.
+const WANDERING_JITTER_LIMIT: f64 = 0.1;
 /// White jitter scatters as much about the grid as steps between stamps say; a source that does not tick evenly scatters more.
 const WANDER_LIMIT: f64 = 1.5;
 /// Ticks of which fewer than one in this many left a stamp are only what stamps are rounded to.
@@ -98,18 +100,20 @@ fn fit_ticks(stamps_s: &[f64], ticks: &[f64], index: Index) -> Option<StreamCloc
     let is_even = |clock: &StreamClock| {
         let scatter = mad_sigma(&clock.deviations_s(stamps_s));
         let tick_s = clock.period_s * usual_ticks;
-        scatter <= WANDER_LIMIT * white + 2e-9 && scatter < JITTER_LIMIT * tick_s
+        let limit = if clock.wander_s > 0.0 { WANDERING_JITTER_LIMIT } else { JITTER_LIMIT };
+        scatter <= WANDER_LIMIT * white + 2e-9 && scatter < limit * tick_s
     };
     let in_pieces = |edges: &[usize]| {
         let period_s = clock_line::pooled_period(stamps_s, ticks, edges, white, rough_period)?;
         let residuals: Vec<f64> = stamps_s.iter().zip(ticks).map(|(s, t)| s - t * period_s).collect();
         let floor = EarlyEdge::of(&residuals).filter(|_| edges.len() == 2 && rounding == 0.0);
         let on_floor = floor.and_then(|edge| on_floor(stamps_s, ticks, edge, period_s, index));
-        let clock = on_floor
-            .filter(is_even)
-            .unwrap_or_else(|| through_middle(stamps_s, ticks, &residuals, edges, period_s));
-        let clock = clock_wander::followed(&clock, stamps_s, white, rounding).unwrap_or(clock);
-        is_even(&clock).then_some(clock)
+        // A sharp early edge is that of an even clock, however much its packets are held up.
+        on_floor.filter(is_even).or_else(|| {
+            let clock = through_middle(stamps_s, ticks, &residuals, edges, period_s);
+            let clock = clock_wander::followed(&clock, stamps_s, white, rounding).unwrap_or(clock);
+            is_even(&clock).then_some(clock)
+        })
     };
     let edges = clock_line::piece_edges(&detrended, white);
     // A clock that wanders fast looks like one of many steps, which do not make it even.

@@ -1,7 +1,8 @@
 //! A receive clock that wanders about an even tick: followed where that is more than its jitter explains.
 
+use crate::input::clock_count::steps_of;
 use crate::input::clock_line::{StreamClock, middle};
-use crate::order_statistics::mad_sigma;
+use crate::order_statistics::{mad_sigma, median};
 
 /// The wander is a running Huber estimate over this time, s: medians of stamps in whole milliseconds jump …
 const WINDOW_S: f64 = 2.0;
@@ -23,7 +24,8 @@ pub(crate) fn followed(
     rounding_s: f64,
 ) -> Option<StreamClock> {
     let n = stamps_s.len();
-    let half = ((0.5 * WINDOW_S / clock.period_s) as usize).max(FEWEST / 2);
+    // A device's stamps are ticks of a second: the clock's period is not that of the samples.
+    let half = ((0.5 * WINDOW_S / median(steps_of(stamps_s))?) as usize).max(FEWEST / 2);
     if n < 4 * half {
         return None;
     }

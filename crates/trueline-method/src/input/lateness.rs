@@ -3,7 +3,7 @@
 //! A queue, a stall of the receiver or a busy network delays packets and never makes them early. Nothing else is late to one side
 //! only, so such stamps date the arrival and not the sample. Jitter to both sides may be the source's own.
 
-use crate::order_statistics::{median, quantile};
+use crate::order_statistics::{mad_sigma, median, quantile};
 
 /// Lateness of a stream's stamps against its clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -12,6 +12,8 @@ pub struct Lateness {
     pub median_s: f64,
     /// Of the latest stamp, s.
     pub most_s: f64,
+    /// Mad sigma of the stamps about the clock, s.
+    pub spread_s: f64,
     /// Whether the stamps have a sharp early edge and a tail on the late side.
     pub has_sharp_edge: bool,
     /// Stamps far later than the early side of the distribution explains, less three times those that are as early.
@@ -38,8 +40,9 @@ impl Lateness {
         let at = |part| quantile(about_s.iter().copied(), part).unwrap_or(0.0);
         let middle = at(0.5);
         let most_s = about_s.iter().copied().fold(0.0, f64::max);
+        let spread_s = mad_sigma(about_s);
         if about_s.len() < FEWEST {
-            return Self { median_s: middle, most_s, ..Self::default() };
+            return Self { median_s: middle, most_s, spread_s, ..Self::default() };
         }
         let [least, low, high] = [0.02, 0.1, 0.98].map(at);
         let asymmetry = (high + least - 2.0 * middle) / (high - least).max(f64::MIN_POSITIVE);
@@ -50,7 +53,7 @@ impl Lateness {
         let late = about_s.iter().filter(|off| **off - middle > far).count();
         let as_early = about_s.iter().filter(|off| middle - **off > far).count();
         let late_packets = late.saturating_sub(EARLY_COUNTS * as_early);
-        Self { median_s: middle, most_s, has_sharp_edge, late_packets }
+        Self { median_s: middle, most_s, spread_s, has_sharp_edge, late_packets }
     }
 
     /// Whether the stamps date the arrival of samples that were taken earlier.

@@ -267,8 +267,12 @@ impl Stream {
 
     /// Whether its stamps are surely not the times of sampling: late to one side, or rounded otherwise from sample to sample.
     fn is_of_arrival(&self) -> bool {
-        let is_rounded = self.grain_s.is_some_and(|grain_s| !self.ticks_with(grain_s));
-        self.clock.as_ref().is_some_and(|clock| is_rounded || clock.lateness.is_of_arrival())
+        let is_of_arrival = |clock: &StreamClock| {
+            let explains = |grain_s: f64| clock.lateness.spread_s < STRAYS_RMS * grain_s;
+            let is_rounded = |grain_s: f64| explains(grain_s) && !self.ticks_with(grain_s);
+            self.grain_s.is_some_and(is_rounded) || clock.lateness.is_of_arrival()
+        };
+        self.clock.as_ref().is_some_and(is_of_arrival)
     }
 
     /// Standard deviation of the rate of the clock behind the stamps, parts per million.
