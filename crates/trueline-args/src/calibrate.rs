@@ -295,7 +295,7 @@ static SENSORS: [Choice<SensorMode>; 3] = [
 ];
 
 static STAMPS: [Choice<Stamps>; 3] = [
-    ("auto", "The sender's clock where that clearly fits better", Stamps::Auto),
+    ("auto", "The sender's clock where stamps are late or that clearly fits better", Stamps::Auto),
     ("raw", "As recorded", Stamps::Raw),
     ("regular", "The sender's clock for every stream with a constant period", Stamps::Regular),
 ];

@@ -18,10 +18,10 @@ use crate::hypotheses::timestamp_selection::{Stamped, with_best_stamps};
 use crate::hypotheses::unbiased::{Assessed, Unbiased, without_bias};
 use crate::input::feature_noise;
 use crate::input::noise_levels::NoiseLevels;
-use crate::input::observations::{MIN_IMAGES, Observations, observe, origin_ns};
+use crate::input::observations::{MIN_IMAGES, Observations, observe_by, origin_ns};
 use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::input::stops;
-use crate::input::timestamps::{Dejittered, Sampling};
+use crate::input::timestamps::Sampling;
 use crate::models::held::{freed, held_sensor, released};
 use crate::models::lens;
 use crate::models::tried::{Because, beside};
@@ -94,12 +94,13 @@ fn with_stated_lens(
     let recording = cornered.as_ref().unwrap_or(recording);
     let sampling = Sampling::of(recording, origin_ns(recording));
     feature_noise::check(recording, config).map_err(|why| Error::FeatureNoiseUnused { why })?;
-    let observations = observe(recording, &sampling, config)?;
+    let dejittered = sampling.of_arrival(config);
+    let observations = observe_by(dejittered, recording, &sampling, config)?;
     check_overlap(&observations, config)?;
     let fixed = held_components(config, guess)?;
     let noise = NoiseLevels {
         robot_sigma_m: config.robot_sigma_m.unwrap_or(observations.robot.noise_m),
-        stamp_sigma_s: sampling.stamp_sigma_s(config, Dejittered::default()),
+        stamp_sigma_s: sampling.stamp_sigma_s(config, dejittered),
         factor: 1.0,
     };
     let knowledge = ShapeKnowledge::of(recording, &observations);
@@ -111,8 +112,8 @@ fn with_stated_lens(
     let settings = FitSettings { fixed: &fixed, ..settings };
     let solver = Solver { observations: &observations, settings };
     let fit = drawn_lines::fit_to(&solver, found.fit, &config.drawn_lines)?;
-    let recorded = Stamped { observations, fit, dejittered: Dejittered::default() };
-    let stamped = with_best_stamps(recording, &sampling, &settings, recorded)?;
+    let first = Stamped { observations, fit, dejittered };
+    let stamped = with_best_stamps(recording, &sampling, &settings, first)?;
     let noise =
         NoiseLevels { stamp_sigma_s: sampling.stamp_sigma_s(config, stamped.dejittered), ..settings.noise };
     let settings = FitSettings { noise, ..settings };

@@ -46,8 +46,12 @@ fn stream(s: &StampReport) -> Stream {
         silences: s.silences,
         device_drift_ppm: s.device_drift_ppm,
         one_sided: s.one_sided,
+        late_s: s.lateness_s.map(|[median_s, _]| median_s),
+        latest_s: s.lateness_s.map(|[_, most_s]| most_s),
+        wander_s: s.wander_s,
         grain_s: s.grain_s,
         steps: s.steps.iter().map(|(at_s, step_s)| StepEntry { at_s: *at_s, step_s: *step_s }).collect(),
+        step_taken_out: s.step_taken_out,
         used: if s.dejittered { "regular" } else { "raw" }.to_owned(),
     }
 }

@@ -339,9 +339,34 @@ fn stream(s: &StampReport) -> String {
     };
     let used = if s.dejittered { "stamps dejittered" } else { "stamps as recorded" };
     format!(
-        "{:.4} ms period, jitter {:.3} ms, {} missing{silences}; {used}",
+        "{:.4} ms period, jitter {:.3} ms{}, {} missing{silences}{}; {used}",
         period_s * MS_PER_S,
         jitter_s * MS_PER_S,
-        s.missing.unwrap_or(0)
+        latest(s, jitter_s),
+        s.missing.unwrap_or(0),
+        steps(s)
     )
+}
+
+/// A lateness of so many times the jitter is a stall or a queue, and worth a word.
+const LATE: f64 = 5.0;
+
+fn latest(s: &StampReport, jitter_s: f64) -> String {
+    match s.lateness_s {
+        Some([_, most_s]) if most_s > LATE * jitter_s => {
+            format!(" (packets up to {:.1} ms late)", most_s * MS_PER_S)
+        }
+        _ => String::new(),
+    }
+}
+
+fn steps(s: &StampReport) -> String {
+    match s.steps[..] {
+        [] => String::new(),
+        [(_, step_s)] if s.step_taken_out && s.dejittered => {
+            format!(", a step of {:+.2} ms taken out", step_s * MS_PER_S)
+        }
+        [(_, step_s)] => format!(", a step of {:+.2} ms", step_s * MS_PER_S),
+        _ => format!(", {} steps", s.steps.len()),
+    }
 }

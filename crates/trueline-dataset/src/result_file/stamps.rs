@@ -88,10 +88,18 @@ pub struct Stream {
     pub device_drift_ppm: Option<f64>,
     /// Whether delays are to one side only, so that the clock follows their floor.
     pub one_sided: bool,
+    /// Median lateness of the stamps against that clock.
+    pub late_s: Option<f64>,
+    /// Lateness of the latest stamp: a stall of the receiver, or a queue.
+    pub latest_s: Option<f64>,
+    /// Largest deviation of that clock from an even tick; null where it is even.
+    pub wander_s: Option<f64>,
     /// All stamps are multiples of this though the samples are not.
     pub grain_s: Option<f64>,
     /// Steps of the receive clock.
     pub steps: Vec<StepEntry>,
+    /// Whether the only step is taken out of the regular stamps.
+    pub step_taken_out: bool,
     /// `raw`, or `regular` where the samples were taken as the clock says.
     pub used: String,
 }

@@ -7,8 +7,8 @@ use crate::diagnose::shift_regression::{ShiftRegression, places};
 use crate::error::Error;
 use crate::hypotheses::search;
 use crate::input::noise_levels::NoiseLevels;
-use crate::input::observations::{observe, origin_ns};
-use crate::input::timestamps::{Dejittered, Sampling};
+use crate::input::observations::{observe_by, origin_ns};
+use crate::input::timestamps::Sampling;
 use crate::solve::fit::Fit;
 use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
@@ -59,10 +59,11 @@ fn fitted(
     search: impl Fn(&Solver<'_>) -> Result<Fit, Error>,
 ) -> Result<QuickFit, Error> {
     let sampling = Sampling::of(recording, origin_ns(recording));
-    let observations = observe(recording, &sampling, config)?;
+    let dejittered = sampling.of_arrival(config);
+    let observations = observe_by(dejittered, recording, &sampling, config)?;
     let noise = NoiseLevels {
         robot_sigma_m: config.robot_sigma_m.unwrap_or(observations.robot.noise_m),
-        stamp_sigma_s: sampling.stamp_sigma_s(config, Dejittered::default()),
+        stamp_sigma_s: sampling.stamp_sigma_s(config, dejittered),
         factor: 1.0,
     };
     let settings = FitSettings { config, noise, fixed: &[], prior: None, shape_prior: None };

@@ -1,4 +1,4 @@
-//! Which stamps to believe: those recorded, or those of the clock behind them. The data decide.
+//! Which stamps to believe, where the stamps themselves do not show it: those recorded, or those of the clock behind them. The fit decides.
 
 use crate::assess::residuals::OUTLIER_SQUARED;
 use crate::config::Stamps;
@@ -33,9 +33,9 @@ pub(crate) fn with_best_stamps(
     recording: &Recording,
     sampling: &Sampling,
     settings: &FitSettings<'_>,
-    recorded: Stamped,
+    first: Stamped,
 ) -> Result<Stamped, Error> {
-    let mut best = recorded;
+    let mut best = first;
     for dejittered in sampling.candidates(settings.config) {
         if is_no_better_in_stretches(recording, sampling, settings, &best, dejittered)? {
             continue;
@@ -85,7 +85,10 @@ fn is_no_better_in_stretches(
     dejittered: Dejittered,
 ) -> Result<bool, Error> {
     let all = best.fit.placed.of(&best.observations);
-    if settings.config.stamps == Stamps::Regular || !dejittered.robot || all.len() <= MOST {
+    if settings.config.stamps == Stamps::Regular
+        || dejittered.robot == best.dejittered.robot
+        || all.len() <= MOST
+    {
         return Ok(false);
     }
     let first = |k: usize| (all.len() - STRETCH) * k / (STRETCHES - 1);

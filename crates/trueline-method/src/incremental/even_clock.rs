@@ -4,7 +4,7 @@
 //! behind it only the information about it is kept, new ones move it as Huber's estimate of the whole would, and a clock
 //! that begins anew, after a silence or a step, keeps its rate and gets a phase of its own.
 
-use crate::input::clock_model::{FLOOR, HUBER_SIGMAS, LEAST_STEP_S, SILENCE_TICKS, STEP_SIGMAS, StreamClock};
+use crate::input::clock_line::{FLOOR, HUBER_SIGMAS, LEAST_STEP_S, SILENCE_TICKS, STEP_SIGMAS, StreamClock};
 use crate::order_statistics::{mad_sigma, median, quantile};
 use nalgebra::{Matrix2, Vector2};
 
@@ -87,7 +87,12 @@ impl EvenClock {
             };
             (step_s - ticks * rate).abs() > OTHER_PHASE * clock.period_s
         };
-        let first = (1..stamps.len()).rev().find(is_edge).unwrap_or(0);
+        let edge = (1..stamps.len()).rev().find(is_edge).unwrap_or(0);
+        // Stamps before a step that is taken out are not about this line.
+        let since_s = regular_s[0] - clock.regular_s[0];
+        let stepped_s = clock.steps.last().filter(|_| clock.step_taken_out).map(|(at_s, _)| at_s + since_s);
+        let is_before = |stamp: &&Stamp| stepped_s.is_some_and(|at_s| stamp.received_s < at_s - 1e-9);
+        let first = edge.max(stamps.iter().take_while(is_before).count());
         let about: Vec<f64> = (first..=last).map(|k| stamps[k].received_s - regular_s[k]).collect();
         let mut line = Self {
             phase_s: regular_s[first],

@@ -1,8 +1,12 @@
 //! Recording → observations: stamps, clocks, the robot's path, features on the laser plane.
 
 pub(crate) mod camera_sensor;
+pub(crate) mod clock_count;
+pub(crate) mod clock_line;
 pub mod clock_model;
+pub(crate) mod clock_wander;
 pub mod feature_noise;
+pub mod lateness;
 pub mod noise_levels;
 pub mod observations;
 pub mod path_noise;

@@ -120,11 +120,24 @@ pub fn origin_ns(recording: &Recording) -> i64 {
 /// # Errors
 /// A robot stream that is no trajectory, points without a sheet, lines without features.
 pub fn observe(recording: &Recording, sampling: &Sampling, config: &Config) -> Result<Observations, Error> {
-    let sheet = sheet_of(recording, config)?;
-    observe_on(sheet, recording, sampling, config)
+    observe_by(Dejittered::default(), recording, sampling, config)
 }
 
-/// The same without a fitted sheet: points are where they are, whatever sheet they were measured in.
+/// The same with the stamps of the clocks of some streams.
+///
+/// # Errors
+/// As [`observe`].
+pub(crate) fn observe_by(
+    dejittered: Dejittered,
+    recording: &Recording,
+    sampling: &Sampling,
+    config: &Config,
+) -> Result<Observations, Error> {
+    let sheet = sheet_of(recording, config)?;
+    observe_on(sheet, dejittered, recording, sampling, config)
+}
+
+/// As [`observe`], without a fitted sheet: points are where they are, whatever sheet they were measured in.
 ///
 /// # Errors
 /// As [`observe`], but for a sheet that cannot be fitted.
@@ -137,11 +150,12 @@ pub(crate) fn observe_anywhere(
         Sensor::Points { laser_plane_in_camera: None } => (LaserSheet::of_profiler(), None),
         _ => sheet_of(recording, config)?,
     };
-    observe_on(sheet, recording, sampling, config)
+    observe_on(sheet, Dejittered::default(), recording, sampling, config)
 }
 
 fn observe_on(
     (sheet, sheet_fit_rms_m): (LaserSheet, Option<f64>),
+    dejittered: Dejittered,
     recording: &Recording,
     sampling: &Sampling,
     config: &Config,
@@ -149,7 +163,8 @@ fn observe_on(
     if sampling.images.recorded_s.len() < MIN_IMAGES {
         return Err(Error::TooFewImages { images: sampling.images.recorded_s.len(), needed: MIN_IMAGES });
     }
-    let robot = RobotMotion::of(recording, &sampling.robot.recorded_s, config)?;
+    let robot = RobotMotion::of(recording, sampling.robot_times_s(dejittered), config)?;
+    let image_times_s = sampling.image_times_s(dejittered);
     let mut skipped = BTreeMap::new();
     let mut list = Vec::with_capacity(recording.features.len());
     let mut frame = 0;
@@ -166,7 +181,7 @@ fn observe_on(
             .map(|lifted| shape.map_or(lifted, |shape| corrected(&sheet, shape, lifted)));
         match lifted {
             Ok((point_in_camera, covariance)) => list.push(Observation {
-                stamp_s: sampling.images.recorded_s[frame as usize],
+                stamp_s: image_times_s[frame as usize],
                 frame,
                 line: feature.line,
                 row: row as u32,
@@ -184,7 +199,7 @@ fn observe_on(
         sheet,
         list,
         line_count,
-        image_tick_s: None,
+        image_tick_s: sampling.image_tick_s(dejittered),
         are_pixels,
         shape_origin_m,
         sheet_fit_rms_m,

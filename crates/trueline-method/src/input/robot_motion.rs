@@ -204,7 +204,25 @@ fn news(recording: &Recording, times_s: &[f64]) -> (Vec<f64>, Vec<Pose>, Updates
         poses[to] = poses[*from];
     }
     poses.truncate(updates.kept.len());
+    let (times, poses) = without_queued(times, poses);
     (times, poses, updates)
+}
+
+/// Poses of which the next comes within this part of a period waited in a queue: the path between the two has no such speed.
+const QUEUED: f64 = 0.1;
+/// Part of the samples that may be such; of a stream with more the period is not known.
+const MOST_QUEUED: f64 = 0.2;
+
+/// Without the poses that were stamped together with a later one, which is the one that is true then.
+fn without_queued(times: Vec<f64>, poses: Vec<Pose>) -> (Vec<f64>, Vec<Pose>) {
+    let steps = || times.windows(2).map(|pair| pair[1] - pair[0]);
+    let least_s = QUEUED * median(steps()).unwrap_or(0.0);
+    let queued = steps().filter(|step_s| *step_s < least_s).count();
+    if queued == 0 || queued as f64 > MOST_QUEUED * times.len() as f64 {
+        return (times, poses);
+    }
+    let is_last = |k: &usize| times.get(k + 1).is_none_or(|next_s| next_s - times[*k] >= least_s);
+    (0..times.len()).filter(is_last).map(|k| (times[k], poses[k])).unzip()
 }
 
 /// Median time between pictures, s.

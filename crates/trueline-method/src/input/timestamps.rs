@@ -1,7 +1,8 @@
 //! When the samples of both streams were taken: as stamped, or as their clocks say.
 
 use crate::config::{Config, ResidualKind, Stamps};
-use crate::input::clock_model::{self, SILENCE_TICKS, StreamClock, Ticks};
+use crate::input::clock_line::SILENCE_TICKS;
+use crate::input::clock_model::{self, StreamClock, Ticks};
 use crate::order_statistics::median;
 use std::collections::BTreeMap;
 use trueline_dataset::Recording;
@@ -63,8 +64,14 @@ pub struct StampReport {
     pub device_drift_ppm: Option<f64>,
     /// Whether delays are to one side only, so that the clock follows their floor.
     pub one_sided: bool,
+    /// Median and largest lateness of the stamps against that clock, s.
+    pub lateness_s: Option<[f64; 2]>,
+    /// Largest deviation of the clock from an even tick, where it wanders, s.
+    pub wander_s: Option<f64>,
     /// Steps of the receive clock: when and how high, s.
     pub steps: Vec<(f64, f64)>,
+    /// Whether the only step is taken out of the clock.
+    pub step_taken_out: bool,
     /// All stamps are multiples of this, though the samples are not: what the stamps leave unsaid, s.
     pub grain_s: Option<f64>,
     /// Whether the samples were taken as the clock says.
@@ -258,6 +265,16 @@ impl Stream {
         self.clock.as_ref().is_some_and(|clock| drifts(clock) < SAME_PLACE)
     }
 
+    /// Whether its stamps are surely not the times of sampling: late to one side, or rounded otherwise from sample to sample.
+    fn is_of_arrival(&self) -> bool {
+        let is_of_arrival = |clock: &StreamClock| {
+            let explains = |grain_s: f64| clock.lateness.spread_s < STRAYS_RMS * grain_s;
+            let is_rounded = |grain_s: f64| explains(grain_s) && !self.ticks_with(grain_s);
+            self.grain_s.is_some_and(is_rounded) || clock.lateness.is_of_arrival()
+        };
+        self.clock.as_ref().is_some_and(is_of_arrival)
+    }
+
     /// Standard deviation of the rate of the clock behind the stamps, parts per million.
     #[must_use]
     pub(crate) fn rate_sigma_ppm(&self, dejittered: bool) -> f64 {
@@ -289,7 +306,10 @@ impl Stream {
             silences: steps().filter(|step| *step > silence_s).count(),
             device_drift_ppm: clock.and_then(|c| c.device_drift_ppm),
             one_sided: clock.is_some_and(StreamClock::is_one_sided),
+            lateness_s: clock.map(|c| [c.lateness.median_s, c.lateness.most_s]),
+            wander_s: clock.map(|c| c.wander_s).filter(|wander_s| *wander_s > 0.0),
             steps: clock.map_or_else(Vec::new, |c| c.steps.clone()),
+            step_taken_out: clock.is_some_and(|c| c.step_taken_out),
             grain_s: self.grain_s,
             dejittered,
         }
@@ -387,19 +407,29 @@ impl Sampling {
         self.images.clock.as_ref().filter(|_| dejittered.images).map(|clock| clock.period_s)
     }
 
-    /// The candidates worth trying, in this order, each compared with the best before.
+    /// The streams that are taken as their clocks say before anything is fitted: their stamps are surely of arrival.
+    #[must_use]
+    pub fn of_arrival(&self, config: &Config) -> Dejittered {
+        if config.stamps == Stamps::Auto && config.residual == ResidualKind::Sheet {
+            Dejittered { robot: self.robot.is_of_arrival(), images: self.images.is_of_arrival() }
+        } else {
+            Dejittered::default()
+        }
+    }
+
+    /// The candidates worth trying beyond those streams, in this order, each compared with the best before.
     #[must_use]
     pub fn candidates(&self, config: &Config) -> Vec<Dejittered> {
         let possible = Dejittered { robot: self.robot.clock.is_some(), images: self.images.clock.is_some() };
-        let none = Dejittered::default();
+        let first = self.of_arrival(config);
         let mut list = match config.stamps {
             Stamps::Regular => vec![possible],
             Stamps::Auto if config.residual == ResidualKind::Sheet => {
-                vec![Dejittered { images: possible.images, ..none }, possible]
+                vec![Dejittered { images: possible.images, ..first }, possible]
             }
             Stamps::Auto | Stamps::Raw => Vec::new(),
         };
-        list.retain(|treatment| *treatment != none);
+        list.retain(|treatment| *treatment != first);
         list.dedup();
         list
     }

@@ -51,10 +51,12 @@ fn about_the_clock(report: &StampReport) -> String {
     };
     let used =
         if report.dejittered { "the clock's stamps were used" } else { "the stamps were used as recorded" };
+    let latest_s = report.lateness_s.map_or(0.0, |[_, most_s]| most_s);
     format!(
-        "An even tick of {:.4} ms lies behind them, with a jitter of {:.3} ms; {used}.",
+        "An even tick of {:.4} ms lies behind them, with a jitter of {:.3} ms; the latest is {:.2} ms late; {used}.",
         period_s * 1e3,
-        jitter_s * 1e3
+        jitter_s * 1e3,
+        latest_s * 1e3
     )
 }
 
