@@ -5,7 +5,7 @@
 
 use crate::adjustment::amplitudes;
 use crate::adjustment::blocks::Block;
-use crate::adjustment::coloured::{Coloured, Sums};
+use crate::adjustment::coloured::{Coloured, Sums, Whitened};
 use crate::adjustment::columns::Columns;
 use crate::adjustment::equations::{Equations, Prior, Solved};
 use crate::adjustment::frames::{Frame, Scan};
@@ -125,39 +125,53 @@ impl Adjustment<'_> {
 
     /// Steps of the unknowns, the columns being what they are; the equations at the end with their solution.
     fn steps(&mut self, table: &mut Table, frames: &[Option<Frame>]) -> Option<([Sums; 2], Solved)> {
-        let residual = self.columns.estimated();
-        let mut sums = self.sums(table);
+        let whitened =
+            [0, 1].map(|direction| table.whitened(direction, &self.weights, self.noise[direction]));
+        let mut sums = [0, 1].map(|direction| whitened[direction].sums.clone());
         let mut cost = self.cost(&sums)?;
         for _ in 0..STEPS {
             let solved = self.solved(&sums)?;
             let full = self.of_unknowns(&solved.step);
             if is_small(&full, &solved, &self.columns.free) {
-                break;
+                return Some((sums, solved));
             }
             let from = self.at.clone();
-            let mut part = 1.0;
-            let mut taken = None;
-            for _ in 0..HALVINGS {
-                self.at = from.retract(&(&full * part));
-                table.set_residuals(residual, &self.residuals(frames));
-                let there = self.sums(table);
-                match self.cost(&there) {
-                    Some(cost_there) if cost_there < cost => {
-                        taken = Some((there, cost_there));
-                        break;
-                    }
-                    _ => part *= 0.5,
-                }
-            }
-            let Some((there, cost_there)) = taken else {
+            let Some(there) = self.downhill((&from, &full), cost, table, (frames, &whitened)) else {
                 self.at = from;
-                table.set_residuals(residual, &self.residuals(frames));
+                self.set_residuals(table, frames);
                 break;
             };
-            (sums, cost) = (there, cost_there);
+            (sums, cost) = there;
         }
         let solved = self.solved(&sums)?;
         Some((sums, solved))
+    }
+
+    /// Goes the largest part of a step that makes the cost less than it was; `None` where none does.
+    fn downhill(
+        &mut self,
+        (from, full): (&Parameters, &DVector<f64>),
+        cost: f64,
+        table: &mut Table,
+        (frames, whitened): (&[Option<Frame>], &[Whitened; 2]),
+    ) -> Option<([Sums; 2], f64)> {
+        let residual = self.columns.estimated();
+        let mut part = 1.0;
+        for _ in 0..HALVINGS {
+            self.at = from.retract(&(full * part));
+            self.set_residuals(table, frames);
+            let sums = [0, 1].map(|direction| table.sums(&whitened[direction], direction, residual));
+            let there = self.cost(&sums);
+            if let Some(there) = there.filter(|there| *there < cost) {
+                return Some((sums, there));
+            }
+            part *= 0.5;
+        }
+        None
+    }
+
+    fn set_residuals(&self, table: &mut Table, frames: &[Option<Frame>]) {
+        table.set_residuals(self.columns.estimated(), &self.residuals(frames));
     }
 
     /// Residuals at the state, about frames that were seen from another one.
@@ -171,10 +185,6 @@ impl Adjustment<'_> {
             Some(residual + moved * slid_m)
         };
         frames.iter().map(residual).collect()
-    }
-
-    fn sums(&self, table: &Table) -> [Sums; 2] {
-        [0, 1].map(|direction| table.sums(direction, &self.weights, self.noise[direction]))
     }
 
     fn solved(&self, sums: &[Sums; 2]) -> Option<Solved> {
@@ -209,15 +219,17 @@ impl Adjustment<'_> {
 
     /// The white noise by what is left, over the freedom that is left.
     fn follow_sigmas(&mut self, sums: &[Sums; 2], solved: &Solved) {
-        let covariance = solved.covariance();
+        let prior = self.prior();
         let count = solved.step.len();
+        // What is not known beforehand is used up; both directions share it alike.
+        let known = prior.information.diagonal().dot(&solved.variances());
+        let used = 0.5 * (count as f64 - known).max(0.0);
         for (sums, sigma) in sums.iter().zip(&mut self.sigmas) {
             let products = sums.products.view((0, 0), (count, count));
             let gradient = sums.products.view((0, count), (count, 1));
             let square = sums.products[(count, count)]
                 + 2.0 * gradient.column(0).dot(&solved.step)
                 + solved.step.dot(&(products * &solved.step));
-            let used = products.component_mul(&covariance).sum() / sigma.powi(2);
             *sigma = (square / (sums.count as f64 - used).max(1.0)).sqrt().max(LEAST_SIGMA);
         }
     }
@@ -235,8 +247,16 @@ impl Adjustment<'_> {
             }
         };
         let mut chosen = ([one, other], lasts);
-        for both in 0..AMPLITUDES.len() {
-            tried([both; 2], lasts, &mut chosen);
+        // Both alike, from where they are and from nothing.
+        tried([0; 2], lasts, &mut chosen);
+        loop {
+            let ([before, _], _) = chosen;
+            for both in about(before, 1, AMPLITUDES.len()) {
+                tried([both; 2], lasts, &mut chosen);
+            }
+            if chosen.0[0] == before {
+                break;
+            }
         }
         ([one, other], _) = chosen;
         for beside in about(one, 2, AMPLITUDES.len()) {
@@ -269,8 +289,8 @@ impl Likelihood<'_, '_> {
             let key = (direction, amplitude, lasts);
             if !self.known.iter().any(|(known, _)| *known == key) {
                 let noise = Coloured { amplitude: AMPLITUDES[amplitude], lasts_s: LASTS_S[lasts] };
-                let sums = self.table.sums(direction, &self.adjustment.weights, noise);
-                self.known.push((key, sums));
+                let whitened = self.table.whitened(direction, &self.adjustment.weights, noise);
+                self.known.push((key, whitened.sums));
             }
         }
         let sums = |direction: usize| {

@@ -2,6 +2,7 @@
 
 use crate::adjustment::blocks::{Block, Kind};
 use crate::adjustment::equations::{Equations, Prior, Solved};
+use nalgebra::DVector;
 
 /// Pseudo-observations of what a block is expected to be: where the scan shows nothing of it, it is that.
 const EXPECTED: f64 = 3.0;
@@ -25,28 +26,28 @@ pub(crate) fn follow(
         if !blocks.iter().any(|block| block.amplitude.is_free()) {
             break;
         }
-        let covariance = solved.covariance();
+        let variances = solved.variances();
         for block in blocks.iter_mut().filter(|block| block.amplitude.is_free()) {
-            update(block, &solved, &covariance);
+            update(block, &solved, &variances);
         }
         solved = equations.solve(&prior(blocks))?;
     }
     Some(solved)
 }
 
-fn update(block: &mut Block, solved: &Solved, covariance: &nalgebra::DMatrix<f64>) {
+fn update(block: &mut Block, solved: &Solved, variances: &DVector<f64>) {
     let (mut square, mut shown) = (EXPECTED, EXPECTED);
     let theta = block.amplitude.theta;
     for (k, column) in block.columns.clone().enumerate() {
         square += solved.step[column].powi(2) / block.own[k];
-        shown += 1.0 - covariance[(column, column)] / (theta * block.own[k]);
+        shown += 1.0 - variances[column] / (theta * block.own[k]);
     }
     let [least, most] = block.amplitude.bounds;
     let wanted = (square / shown.max(f64::MIN_POSITIVE)).clamp(theta / FASTEST, theta * FASTEST);
     block.amplitude.theta = wanted.clamp(least, most);
     if let Kind::Form { .. } = block.kind {
         for (k, column) in block.columns.clone().enumerate() {
-            let own = (solved.step[column].powi(2) + covariance[(column, column)]) / block.amplitude.theta;
+            let own = (solved.step[column].powi(2) + variances[column]) / block.amplitude.theta;
             block.own[k] = ((own + FORM_FREEDOM) / (1.0 + FORM_FREEDOM)).clamp(OWN[0], OWN[1]);
         }
     }

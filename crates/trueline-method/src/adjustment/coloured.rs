@@ -29,6 +29,52 @@ pub(crate) struct Sums {
     pub count: usize,
 }
 
+/// Rows that were whitened, and how: another column can follow.
+pub(crate) struct Whitened {
+    width: usize,
+    /// The whitened rows, of those that count.
+    rows: Vec<f64>,
+    /// How each of all rows is filtered; `None` of one that does not count.
+    gains: Vec<(f64, Option<Gain>)>,
+    /// Their products.
+    pub sums: Sums,
+}
+
+/// How a row is filtered: the innovation is the value less what is predicted, times the scale.
+#[derive(Clone, Copy, Debug)]
+struct Gain {
+    gain: f64,
+    scale: f64,
+}
+
+impl Whitened {
+    /// The sums with other values in one column, one for each of all rows.
+    #[must_use]
+    pub(crate) fn with_column(&self, column: usize, values: impl Iterator<Item = f64>) -> Sums {
+        let mut predicted = 0.0;
+        let mut counted = self.rows.chunks_exact(self.width);
+        let mut with_all = vec![0.0; self.width];
+        let mut square = 0.0;
+        for (value, (kept, gain)) in values.zip(&self.gains) {
+            predicted *= kept;
+            let Some(Gain { gain, scale }) = gain else { continue };
+            let Some(row) = counted.next() else { break };
+            let new = value - predicted;
+            predicted += gain * new;
+            let innovation = new * scale;
+            square += innovation * innovation;
+            with_all.iter_mut().zip(row).for_each(|(sum, number)| *sum += number * innovation);
+        }
+        let mut sums = self.sums.clone();
+        for (k, with) in with_all.into_iter().enumerate() {
+            sums.products[(k, column)] = with;
+            sums.products[(column, k)] = with;
+        }
+        sums.products[(column, column)] = square;
+        sums
+    }
+}
+
 /// A row in time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tick {
@@ -40,60 +86,59 @@ pub(crate) struct Tick {
 
 /// Whitens rows of so many numbers each, in order of time.
 #[must_use]
-pub(crate) fn whiten(rows: &[f64], width: usize, ticks: &[Tick], noise: Coloured) -> Sums {
-    let mut filter = Filter::new(noise, width);
+pub(crate) fn whiten(rows: &[f64], width: usize, ticks: &[Tick], noise: Coloured) -> Whitened {
+    let mut filter = Filter::new(noise);
+    let gains: Vec<_> = ticks.iter().map(|tick| filter.next(tick)).collect();
+    let mut predicted = vec![0.0; width];
     let mut products = RowProducts::new(width);
-    for (row, tick) in rows.chunks_exact(width).zip(ticks) {
-        filter.pass(tick.since_s);
-        if tick.weight > 0.0 {
-            filter.take(row, tick.weight.recip(), products.next_row());
+    let mut whitened = Vec::with_capacity(rows.len());
+    for (row, (kept, gain)) in rows.chunks_exact(width).zip(&gains) {
+        if *kept != 1.0 {
+            predicted.iter_mut().for_each(|predicted| *predicted *= kept);
         }
+        let Some(Gain { gain, scale }) = gain else { continue };
+        let innovations = products.next_row();
+        for ((value, predicted), innovation) in row.iter().zip(&mut predicted).zip(&mut *innovations) {
+            let new = value - *predicted;
+            *predicted += gain * new;
+            *innovation = new * scale;
+        }
+        whitened.extend_from_slice(innovations);
     }
-    Sums { products: products.sums(), log_determinant: filter.log_determinant, count: filter.count }
+    let (log_determinant, count) = (filter.log_determinant, filter.count);
+    let sums = Sums { products: products.sums(), log_determinant, count };
+    Whitened { width, rows: whitened, gains, sums }
 }
 
-/// A Kalman filter over rows: what one number of a row is expected to be follows the same numbers of those before.
+/// A Kalman filter: how the variance of what is predicted follows the rows, by their places alone.
 struct Filter {
     noise: Coloured,
     variance: f64,
-    predicted: Vec<f64>,
     log_determinant: f64,
     count: usize,
 }
 
 impl Filter {
-    fn new(noise: Coloured, width: usize) -> Self {
-        Self {
-            noise,
-            variance: noise.amplitude,
-            predicted: vec![0.0; width],
-            log_determinant: 0.0,
-            count: 0,
-        }
+    fn new(noise: Coloured) -> Self {
+        Self { noise, variance: noise.amplitude, log_determinant: 0.0, count: 0 }
     }
 
-    /// Some time goes by.
-    fn pass(&mut self, since_s: f64) {
-        if self.noise.amplitude <= 0.0 {
-            return;
+    /// What is kept of the prediction until a row, and how the row is filtered.
+    fn next(&mut self, tick: &Tick) -> (f64, Option<Gain>) {
+        let mut kept = 1.0;
+        if self.noise.amplitude > 0.0 {
+            kept = (-tick.since_s / self.noise.lasts_s).exp();
+            self.variance = kept * kept * self.variance + self.noise.amplitude * (1.0 - kept * kept);
         }
-        let kept = (-since_s / self.noise.lasts_s).exp();
-        self.variance = kept * kept * self.variance + self.noise.amplitude * (1.0 - kept * kept);
-        self.predicted.iter_mut().for_each(|predicted| *predicted *= kept);
-    }
-
-    /// A row with so much white variance of its own: its innovation is of unit variance.
-    fn take(&mut self, row: &[f64], white: f64, innovations: &mut [f64]) {
-        let total = self.variance + white;
+        if tick.weight <= 0.0 {
+            return (kept, None);
+        }
+        let total = self.variance + tick.weight.recip();
         let (gain, scale) = (self.variance / total, total.sqrt().recip());
-        for ((value, predicted), innovation) in row.iter().zip(&mut self.predicted).zip(innovations) {
-            let new = value - *predicted;
-            *predicted += gain * new;
-            *innovation = new * scale;
-        }
         self.variance *= 1.0 - gain;
         self.log_determinant += total.ln();
         self.count += 1;
+        (kept, Some(Gain { gain, scale }))
     }
 }
 
@@ -115,7 +160,8 @@ mod tests {
             if k == 0 || series(k) != series(k - 1) { f64::INFINITY } else { times[k] - times[k - 1] }
         };
         let ticks: Vec<Tick> = (0..40).map(|k| Tick { since_s: since(k), weight: weight(k) }).collect();
-        let sums = whiten(&rows, 3, &ticks, NOISE);
+        let whitened = whiten(&rows, 3, &ticks, NOISE);
+        let sums = whitened.sums.clone();
         let kept: Vec<usize> = (0..40).filter(|k| weight(*k) > 0.0).collect();
         let covariance = DMatrix::from_fn(kept.len(), kept.len(), |i, j| {
             let (a, b) = (kept[i], kept[j]);
@@ -131,5 +177,12 @@ mod tests {
         let log_determinant = 2.0 * DVector::from(factor.l().diagonal()).map(f64::ln).sum();
         assert!((sums.log_determinant - log_determinant).abs() < 1e-11);
         assert_eq!(sums.count, kept.len());
+        // Another last column follows as if it had been there.
+        let other: Vec<f64> = (0..40).map(|k| (f64::from(k) * 1.3).cos()).collect();
+        let mut changed = rows.clone();
+        (0..40).for_each(|k| changed[3 * k + 2] = other[k]);
+        let followed = whitened.with_column(2, other.iter().copied());
+        let plain = whiten(&changed, 3, &ticks, NOISE).sums;
+        assert!((followed.products - plain.products).amax() < 1e-11);
     }
 }

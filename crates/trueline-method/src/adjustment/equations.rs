@@ -91,6 +91,26 @@ impl Solved {
         (0..count).map(|column| rows.column(column).norm()).collect()
     }
 
+    /// Variances of all estimated columns.
+    #[must_use]
+    pub(crate) fn variances(&self) -> DVector<f64> {
+        let root = self.factor.l_dirty();
+        let size = self.step.len();
+        let mut column = DVector::zeros(size);
+        // The squares of a column of L⁻¹ add up to a diagonal number of L⁻ᵀ L⁻¹.
+        DVector::from_fn(size, |first, _| {
+            column.fill(0.0);
+            column[first] = 1.0;
+            for k in first..size {
+                column[k] /= root[(k, k)];
+                let own = column[k];
+                let (mut below, of_root) = (column.rows_mut(k + 1, size - k - 1), root.column(k));
+                below.axpy(-own, &of_root.rows(k + 1, size - k - 1), 1.0);
+            }
+            column.rows(first, size - first).norm_squared()
+        })
+    }
+
     /// The covariance of all estimated columns.
     #[must_use]
     pub(crate) fn covariance(&self) -> DMatrix<f64> {

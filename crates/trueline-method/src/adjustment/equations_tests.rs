@@ -23,7 +23,7 @@ fn the_restricted_likelihood_is_that_of_the_whole_covariance() {
         .map(|k| Tick { since_s: if k == 0 { f64::INFINITY } else { 0.1 }, weight: 1.0 })
         .collect();
     let rows = |direction: usize| (0..ROWS).flat_map(|k| row(direction, k)).collect::<Vec<f64>>();
-    let sums = [0, 1].map(|d| whiten(&rows(d), UNKNOWNS + BLOCK + 1, &ticks, noise));
+    let sums = [0, 1].map(|d| whiten(&rows(d), UNKNOWNS + BLOCK + 1, &ticks, noise).sums);
     let estimated = UNKNOWNS + BLOCK;
     let equations = Equations::of([&sums[0], &sums[1]], sigmas, estimated);
     let mut information = DMatrix::zeros(estimated, estimated);
@@ -65,7 +65,7 @@ fn the_restricted_likelihood_is_that_of_the_whole_covariance() {
 fn shares_of_noise_and_prior_add_up_to_the_covariance() {
     let ticks: Vec<Tick> = (0..ROWS).map(|_| Tick { since_s: 0.1, weight: 0.8 }).collect();
     let rows = |direction: usize| (0..ROWS).flat_map(|k| row(direction, k)).collect::<Vec<f64>>();
-    let sums = [0, 1].map(|d| whiten(&rows(d), UNKNOWNS + BLOCK + 1, &ticks, Coloured::NONE));
+    let sums = [0, 1].map(|d| whiten(&rows(d), UNKNOWNS + BLOCK + 1, &ticks, Coloured::NONE).sums);
     let estimated = UNKNOWNS + BLOCK;
     let equations = Equations::of([&sums[0], &sums[1]], [1.0; 2], estimated);
     let information = DMatrix::from_diagonal(&DVector::from_fn(estimated, |k, _| if k < UNKNOWNS { 0.0 } else { 5.0 }));
@@ -76,6 +76,8 @@ fn shares_of_noise_and_prior_add_up_to_the_covariance() {
         log_determinant: 0.0,
     };
     let covariance = equations.solve(&prior).unwrap().covariance();
+    let variances = equations.solve(&prior).unwrap().variances();
+    assert!((covariance.diagonal() - variances).amax() < 1e-12);
     let both = &covariance * (&equations.of_scan + information) * &covariance;
     assert!((both - &covariance).amax() < 1e-12);
     let sigmas = equations.solve(&prior).unwrap().sigmas(UNKNOWNS);

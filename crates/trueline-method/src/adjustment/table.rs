@@ -1,6 +1,6 @@
 //! The rows of all frames in order of line and time, and what whitening makes of them.
 
-use crate::adjustment::coloured::{Coloured, Sums, Tick, whiten};
+use crate::adjustment::coloured::{Coloured, Sums, Tick, Whitened, whiten};
 use crate::adjustment::columns::Columns;
 use crate::adjustment::frames::Frame;
 use crate::adjustment::weights::Off;
@@ -53,9 +53,16 @@ impl Table {
         }
     }
 
-    /// Sums of one direction's rows, whitened.
+    /// Sums of one direction's rows that were whitened, with the residuals as they are now.
     #[must_use]
-    pub(crate) fn sums(&self, direction: usize, weights: &[f64], noise: Coloured) -> Sums {
+    pub(crate) fn sums(&self, whitened: &Whitened, direction: usize, residual: usize) -> Sums {
+        let residuals = self.rows[direction].chunks_exact(self.width).map(|row| row[residual]);
+        whitened.with_column(residual, residuals)
+    }
+
+    /// One direction's rows, whitened.
+    #[must_use]
+    pub(crate) fn whitened(&self, direction: usize, weights: &[f64], noise: Coloured) -> Whitened {
         let there = self.is_there.iter().zip(weights).map(|(there, weight)| f64::from(*there) * weight);
         let tick = |(since_s, weight): (&f64, f64)| Tick { since_s: *since_s, weight };
         let ticks: Vec<Tick> = self.since_s.iter().zip(there).map(tick).collect();

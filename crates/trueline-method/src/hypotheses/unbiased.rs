@@ -32,8 +32,6 @@ pub struct Unbiased {
 }
 
 impl Unbiased {
-    /// How large the errors that are no noise are taken to be, `taken` being what was assumed of them.
-    #[must_use]
     /// Where every error is adjusted with the rest, only a lens that is not as stated is looked for: it is no error of a known size, and is corrected.
     #[must_use]
     pub(crate) fn beside_all(assessed: Assessed, recording: &Recording, settings: &FitSettings<'_>) -> Self {
@@ -41,6 +39,8 @@ impl Unbiased {
         Self { assessed, structure: Structure::Unknown, cause, bias: None }
     }
 
+    /// How large the errors that are no noise are taken to be, `taken` being what was assumed of them.
+    #[must_use]
     pub(crate) fn levels(&self, taken: SystematicLevels) -> SystematicLevels {
         let estimated = |bias: &TakenBias| SystematicLevels { bias_is_estimated: true, ..bias.levels };
         self.bias.as_ref().map_or(taken, estimated)
