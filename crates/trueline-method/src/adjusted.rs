@@ -17,6 +17,10 @@ pub(crate) struct Adjusted {
     pub answer: Answer,
     /// How far off a seam point is that is measured later; `None` where the field is empty.
     pub seam_error: Option<SeamError>,
+    /// Of each rival of the optimum, whether it is still one: adjusted in full as well, it is about as likely.
+    pub is_open: Vec<bool>,
+    /// How far the robot lags in each model that was tried (s), with minus twice its log likelihood.
+    pub tried: Vec<(f64, f64)>,
 }
 
 /// Whether there is something to adjust.
@@ -39,12 +43,50 @@ const LAG_SIGMAS: f64 = 4.0;
 /// … and taken where twice the log likelihood gains so much: e⁻¹² is less likely than commanded poses are rare.
 const LAG_GAIN: f64 = 25.0;
 
+/// Twice the log likelihood by which one of two answers is the likelier one for good.
+const RIVAL_GAIN: f64 = 25.0;
+
+/// The likeliest of an answer and its rivals, each adjusted in full; and whether each rival is still about as likely. What is noise to a fit of noise alone, tacks
+/// and waves above all, can make a turned sensor look better.
+fn beside_rivals(
+    from: &Concluded<'_>,
+    problem: &LineProblem<'_>,
+    settings: &Settings<'_>,
+    best: Answer,
+) -> (Answer, Vec<bool>) {
+    let rivals = &from.ambiguity.rivals;
+    let is_decided = from.ambiguity.decided_by.is_some();
+    let adjusted: Vec<Option<Answer>> =
+        rivals.iter().map(|rival| adjust(problem, &rival.parameters, settings)).collect();
+    let likeliest = adjusted
+        .iter()
+        .flatten()
+        .map(Answer::comparable)
+        .fold(best.comparable(), f64::min);
+    let is_open = adjusted.iter().map(|rival| {
+        rival.as_ref().is_some_and(|rival| rival.comparable() < likeliest + RIVAL_GAIN)
+    });
+    let is_open: Vec<bool> = is_open.collect();
+    if is_decided || best.comparable() < likeliest + RIVAL_GAIN {
+        return (best, is_open);
+    }
+    let other = adjusted.into_iter().flatten().min_by(|a, b| a.comparable().total_cmp(&b.comparable()));
+    // It is no rival of itself.
+    let alone = is_open.iter().filter(|open| **open).count() == 1;
+    (other.unwrap_or(best), if alone { vec![false; is_open.len()] } else { is_open })
+}
+
 /// The same with the robot behind its recorded poses, where those were commanded. The time offset is that of the recorded poses, delay and all: with
 /// it a measurement is placed by the poses as they will be recorded.
-fn lagging(from: &Concluded<'_>, settings: &Settings<'_>, as_recorded: Answer) -> Answer {
+fn lagging(
+    from: &Concluded<'_>,
+    settings: &Settings<'_>,
+    as_recorded: Answer,
+) -> (Answer, Vec<(f64, f64)>) {
+    let mut models = vec![(0.0, as_recorded.twice_negative_log)];
     let (square_s2, sigma_s2) = as_recorded.amplitudes.squared_lag_s2;
     if square_s2 < LAG_SIGMAS * sigma_s2 {
-        return as_recorded;
+        return (as_recorded, models);
     }
     let tried = LAGS_S.into_iter().filter_map(|lag_s| {
         let drift_free = &from.assessed.drift_free;
@@ -59,12 +101,14 @@ fn lagging(from: &Concluded<'_>, settings: &Settings<'_>, as_recorded: Answer) -
             .with_shape_prior(drift_free.fit.shape_prior);
         let mut answer = adjust(&problem, &start, &Settings { lag_s, ..*settings })?;
         answer.at.time_offset_s += lag_s;
+        models.push((lag_s, answer.twice_negative_log));
         Some(answer)
     });
     let likeliest = tried.min_by(|a, b| a.twice_negative_log.total_cmp(&b.twice_negative_log));
-    likeliest
+    let answer = likeliest
         .filter(|lagging| lagging.twice_negative_log + LAG_GAIN < as_recorded.twice_negative_log)
-        .unwrap_or(as_recorded)
+        .unwrap_or(as_recorded);
+    (answer, models)
 }
 
 /// Adjusts it from the optimum of noise alone. `None` where nothing is there to adjust: a seam that is stated to be straight with a sharp edge, the
@@ -84,7 +128,8 @@ pub(crate) fn adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>) -> Optio
         lag_s: 0.0,
     };
     let as_recorded = adjust(problem, fit.parameters(), &settings)?;
-    let answer = lagging(from, &settings, as_recorded);
+    let (as_recorded, is_open) = beside_rivals(from, problem, &settings, as_recorded);
+    let (answer, tried) = lagging(from, &settings, as_recorded);
     let observations = &from.assessed.drift_free.observations;
     let widened = from.with_time_offset_widened(answer.noise.clone());
     let at_clock = (TIME_OFFSET, TIME_OFFSET);
@@ -96,5 +141,5 @@ pub(crate) fn adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>) -> Optio
         speed_m_s: config.used_at.speed_m_s,
     };
     let seam_error = seam_error::of_shares(observations, fit.placed.of(observations), &answer.at, &sources);
-    Some(Adjusted { answer, seam_error })
+    Some(Adjusted { answer, seam_error, is_open, tried })
 }

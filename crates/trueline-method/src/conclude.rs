@@ -23,11 +23,12 @@ use crate::error::Error;
 use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Streams, Unknowns};
 use crate::hypotheses::clock_drift::DriftFree;
 use crate::hypotheses::feature_bias::FeatureBias;
+use crate::hypotheses::search::Mirrored;
 use crate::input::observations::origin_ns;
 use crate::input::skip::Skip;
 use crate::input::stops::Stops;
 use crate::models::held::compare;
-use crate::models::tried::ModelTried;
+use crate::models::tried::{ModelTried, of_adjustment};
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET};
 use crate::solve::covariance::{self, Uncertainty};
@@ -238,7 +239,18 @@ fn take_adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>, findings: &mut
     if findings.fit.residuals.used == 0 {
         return;
     }
-    let Some(Adjusted { answer, seam_error }) = adjusted(from, problem) else { return };
+    let Some(Adjusted { answer, seam_error, is_open, tried }) = adjusted(from, problem) else { return };
+    let mut of_mirror = from.ambiguity.rivals.iter().zip(&is_open).filter(|(rival, _)| rival.is_mirror);
+    if findings.checks.mirrored == Mirrored::Equal && of_mirror.all(|(_, is_open)| !is_open) {
+        findings.checks.mirrored = Mirrored::ToldApart;
+    }
+    let mut is_open = is_open.into_iter();
+    findings.checks.ambiguity.rivals.retain(|_| is_open.next().unwrap_or(true));
+    let begun = findings.models_tried.remove(0);
+    let models = of_adjustment(&begun, &tried, answer.amplitudes.lag_s);
+    findings.models_tried.splice(0..0, models);
+    // Its own covariance needs no widening, and its own blocks leave nothing for parts of the scan to disagree about.
+    (findings.fit.widened_by, findings.checks.held_out) = (None, None);
     let noise_covariance = from.with_time_offset_widened(answer.noise.clone());
     let covariance = answer.covariance() - &answer.noise + &noise_covariance;
     let observability = findings.unknowns.observability.clone().bounded(&covariance);

@@ -2,7 +2,7 @@
 
 use crate::number::positive_w;
 use crate::{checks, facts, seam_error, stripes};
-use trueline_dataset::result_file::{
+use trueline_dataset::result_file::{ErrorsFoundEntry, 
     self, Covariance, DrawnLineOptions, IterationEntry, IterationLine, LineEntry, LinePosition, ModelEntry,
     Observability, Options, OutlierEntry, PoseEntry, RequireOptions, Residuals, ResultFile, RivalEntry,
     SCHEMA_VERSION, Sigma, TimeOffsetUse, Tool, UnobservableEntry,
@@ -10,6 +10,7 @@ use trueline_dataset::result_file::{
 use trueline_dataset::unit::MM_PER_M;
 use trueline_export::time_offset;
 use trueline_geometry::Line;
+use trueline_method::adjustment::answer::Amplitudes;
 use trueline_method::assess::observability::{Group, RANK_THRESHOLD, Unobservable};
 use trueline_method::hypotheses::ambiguity::RivalAnswer;
 use trueline_method::models::tried::ModelTried;
@@ -48,6 +49,7 @@ pub fn of(c: &Calibration) -> ResultFile {
         decided_by: c.findings.checks.ambiguity.decided_by.map(|by| by.name().to_owned()),
         mounted: None,
         seam_error: c.findings.checks.seam_error.as_ref().map(seam_error::entry),
+        errors_found: c.findings.fit.amplitudes.as_ref().map(errors_found),
         sensor: seam_error::sensor_entry(c),
         images_ahead_s: Some(c.findings.streams.images_ahead_s).filter(|ahead_s| *ahead_s != 0.0),
         at_torch: c.findings.checks.seam_point_error.as_ref().map(checks::at_torch),
@@ -59,10 +61,25 @@ pub fn of(c: &Calibration) -> ResultFile {
     }
 }
 
+fn errors_found(amplitudes: &Amplitudes) -> ErrorsFoundEntry {
+    ErrorsFoundEntry {
+        white_noise: amplitudes.white,
+        lasting_noise: amplitudes.lasting.map(|noise| noise.amplitude.sqrt()),
+        lasts_s: amplitudes.lasting[0].lasts_s,
+        seam_form_mm: amplitudes.form_m * MM_PER_M,
+        robot_mm: amplitudes.robot_m * MM_PER_M,
+        robot_times: amplitudes.robot,
+        robot_lag_s: amplitudes.lag_s,
+        frames_left_out: amplitudes.out.count,
+        frames: amplitudes.out.of,
+    }
+}
+
 fn model(tried: &ModelTried) -> ModelEntry {
     ModelEntry {
         taken: tried.because.is_taken(),
         because: tried.because.code().to_owned(),
+        robot_lag_s: tried.robot_lag_s,
         sensor: tried.sensor.name().to_owned(),
         time_offset: tried.time_offset.name().to_owned(),
         drawn_lines: tried.drawn_lines,

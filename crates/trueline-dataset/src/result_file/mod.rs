@@ -6,6 +6,7 @@
 
 mod answer;
 mod checks;
+mod errors;
 mod fact;
 mod models;
 mod options;
@@ -24,6 +25,7 @@ pub use checks::{
     AtTorch, Checks, ClockStep, CrossValidation, Disruption, Ellipsoid, LeftOut, Moved, OutlierEntry,
     Residuals, RunnerUp,
 };
+pub use errors::ErrorsFoundEntry;
 pub use fact::Fact;
 pub use models::ModelEntry;
 pub use options::{DrawnLineOptions, Options, RequireOptions};
@@ -112,6 +114,9 @@ pub struct ResultFile {
     /// How far off a seam point is that is measured later; null if the hand-eye is not all observable.
     #[serde(default)]
     pub seam_error: Option<SeamErrorEntry>,
+    /// What was found of errors that are no noise; null where the answer was not adjusted with them.
+    #[serde(default)]
+    pub errors_found: Option<ErrorsFoundEntry>,
     /// What the scan says of the sensor's own calibration.
     #[serde(default)]
     pub sensor: SensorEntry,

@@ -9,8 +9,11 @@ use serde::{Deserialize, Serialize};
 pub struct ModelEntry {
     /// Whether the answer is of this model.
     pub taken: bool,
-    /// Why it was fitted: `asked`, `tests-what-is-held`, or `residuals-show-lens`.
+    /// Why it was fitted: `asked`, `noise-alone` (where an adjustment with all errors begins), `tests-what-is-held`, `residuals-show-lens`,
+    /// `tests-lag` or `residuals-show-lag` (poses that were commanded).
     pub because: String,
+    /// How far the arm lags behind its recorded poses in it.
+    pub robot_lag_s: f64,
     /// The sensor's own shape: `estimated`, `considered` (known with a covariance that the scan does not improve), or `held`.
     pub sensor: String,
     /// The time offset: `estimated` or `held`.

@@ -23,7 +23,9 @@ const LARGEST_FORMS_M: [f64; 2] = [2e-3, 1e-3];
 /// A lag that is looked for is counted by this, s.
 const UNIT_OF_LAG_S: f64 = 0.03;
 /// How well a lag is known once it is one of those that are tried, s.
-const LAG_SIGMA_S: f64 = 0.01;
+pub(crate) const LAG_SIGMA_S: f64 = 0.01;
+/// A frame that is left out is as unlikely as one at the cut of 5.5 standard deviations.
+const LEFT_OUT: f64 = 5.5 * 5.5;
 /// The robot is at most this many times as far off as its class.
 const WORST_ROBOT: f64 = 3.0;
 /// Part of a seam's points that may lie beyond either end of it: outliers.
@@ -104,6 +106,12 @@ pub(crate) struct Answer {
 }
 
 impl Answer {
+    /// Minus twice the log likelihood with what each frame costs that was left out: answers of one scan compare by it.
+    #[must_use]
+    pub(crate) fn comparable(&self) -> f64 {
+        self.twice_negative_log + LEFT_OUT * self.amplitudes.out.count as f64
+    }
+
     /// The covariance of the tangent by everything.
     #[must_use]
     pub(crate) fn covariance(&self) -> DMatrix<f64> {

@@ -71,6 +71,12 @@ pub enum Because {
     Asked,
     /// It tests whether the scan contradicts what the answer holds or takes from the sensor's file.
     TestsWhatIsHeld,
+    /// It knows of noise alone: an adjustment with all errors begins at its optimum.
+    NoiseAlone,
+    /// It tests whether the recorded poses were commanded, and is not likelier.
+    TestsLag,
+    /// It has a lag behind commanded poses that the residuals show: it is the answer.
+    ResidualsShowLag,
     /// It has a lens that the residuals show. The answer stays that of the stated lens, and the corrected file has this one.
     ResidualsShowLens,
 }
@@ -82,6 +88,9 @@ impl Because {
         match self {
             Self::Asked => "asked",
             Self::TestsWhatIsHeld => "tests-what-is-held",
+            Self::NoiseAlone => "noise-alone",
+            Self::TestsLag => "tests-lag",
+            Self::ResidualsShowLag => "residuals-show-lag",
             Self::ResidualsShowLens => "residuals-show-lens",
         }
     }
@@ -89,7 +98,7 @@ impl Because {
     /// Whether the answer is of this model.
     #[must_use]
     pub fn is_taken(self) -> bool {
-        self == Self::Asked
+        matches!(self, Self::Asked | Self::ResidualsShowLag)
     }
 }
 
@@ -98,6 +107,8 @@ impl Because {
 pub struct ModelTried {
     /// Why.
     pub because: Because,
+    /// How far the robot lags behind its recorded poses, s.
+    pub robot_lag_s: f64,
     /// The sensor's own shape.
     pub sensor: Role,
     /// The time offset.
@@ -121,6 +132,7 @@ impl ModelTried {
         let solver = Solver { observations: &found.observations, settings: *settings };
         Self {
             because: Because::Asked,
+            robot_lag_s: 0.0,
             sensor: role(settings.shape_prior.is_some(), levels.held_shape.is_some()),
             time_offset: role(
                 !settings.fixed.contains(&TIME_OFFSET),
@@ -133,6 +145,25 @@ impl ModelTried {
             noise_factor: found.fit.noise.factor,
         }
     }
+}
+
+/// The models of an adjustment that began at a fit, with how far the robot lags (s) and minus twice the log likelihood of each; one of them is the answer, and comes
+/// first.
+pub(crate) fn of_adjustment(begun: &ModelTried, tried: &[(f64, f64)], taken_lag_s: f64) -> Vec<ModelTried> {
+    let of = |(lag_s, twice_negative_log): &(f64, f64)| {
+        let because = match (*lag_s == taken_lag_s, *lag_s > 0.0) {
+            (true, false) => Because::Asked,
+            (true, true) => Because::ResidualsShowLag,
+            (false, _) => Because::TestsLag,
+        };
+        let log_likelihood = -0.5 * twice_negative_log;
+        let feature_bias = role(begun.feature_bias != Role::Held, false);
+        ModelTried { because, robot_lag_s: *lag_s, log_likelihood, feature_bias, ..begun.clone() }
+    };
+    let mut models: Vec<ModelTried> = tried.iter().map(of).collect();
+    models.sort_by_key(|model| !model.because.is_taken());
+    models.push(ModelTried { because: Because::NoiseAlone, ..begun.clone() });
+    models
 }
 
 fn role(is_estimated: bool, is_considered: bool) -> Role {

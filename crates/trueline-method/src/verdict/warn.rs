@@ -9,7 +9,8 @@ use super::quantity::{Axis, Quantity};
 use super::reject::turn_is_undetermined;
 use super::stream_name::StreamName;
 use super::warning::Warning;
-use crate::adjustment::answer::Amplitudes;
+use crate::adjustment::answer::{Amplitudes, LAG_SIGMA_S};
+use crate::assess::cause_kind::CauseKind;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::HeldOut;
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
@@ -101,6 +102,13 @@ fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Warning> {
     warnings.extend(wavy.then_some(Warning::WavySeam { rms_m: amplitudes.form_m }));
     let moves = amplitudes.robot_m > ROBOT_MOVES_M;
     warnings.extend(moves.then_some(Warning::RobotMoves { rms_m: amplitudes.robot_m }));
+    let lags = amplitudes.lag_s > 0.0;
+    warnings.extend(lags.then_some(Warning::LikelyCause {
+        kind: CauseKind::CommandedPose,
+        size_si: amplitudes.lag_s.powi(2),
+        sigma_si: 2.0 * amplitudes.lag_s * LAG_SIGMA_S,
+        per_px_m: None,
+    }));
     warnings.extend(drawn_line_not_needed(f));
     let off = f.unknowns.sensor.filter(|shape| shape.is_off() && all_seen(f));
     let instead = &f.checks.instead_of_sensor;
