@@ -240,8 +240,9 @@ fn take_adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>, findings: &mut
         return;
     }
     let Some(Adjusted { answer, seam_error, is_open, tried }) = adjusted(from, problem) else { return };
-    let mut of_mirror = from.ambiguity.rivals.iter().zip(&is_open).filter(|(rival, _)| rival.is_mirror);
-    if findings.checks.mirrored == Mirrored::Equal && of_mirror.all(|(_, is_open)| !is_open) {
+    let mut mirrors = from.ambiguity.rivals.iter().zip(&is_open).filter(|(rival, _)| rival.is_mirror);
+    let is_told_apart = mirrors.next().is_some_and(|(_, is_open)| !is_open);
+    if findings.checks.mirrored == Mirrored::Equal && is_told_apart {
         findings.checks.mirrored = Mirrored::ToldApart;
     }
     let mut is_open = is_open.into_iter();
