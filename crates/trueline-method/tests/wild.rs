@@ -390,10 +390,19 @@ fn a_step_in_the_middle_is_no_drift() {
     let mut recording = simulate(&cell(Preset::Quick, 13), 13).unwrap();
     let middle_ns = recording.features[recording.features.len() / 2].stamp_ns;
     recording.features.iter_mut().filter(|f| f.stamp_ns >= middle_ns).for_each(|f| f.stamp_ns += 2_000_000);
-    let calibration = calibrated(&recording);
+    let raw = Config { stamps: Stamps::Raw, ..Config::default() };
+    let calibration = calibrate(&recording, None, &raw).unwrap();
     assert_eq!(calibration.status(), Status::NotAccepted);
     let step = calibration.findings.clock.stepped.unwrap();
     assert!((step.step_s - 2e-3).abs() < SIGMAS * step.sigma_s, "{step:?}");
+    // The even clock of the images shows the step, and dates all of them as the stamps after it do.
+    let calibration = calibrated(&recording);
+    assert_eq!(calibration.status(), Status::Accepted, "{:?}", calibration.reasons());
+    assert!(calibration.findings.streams.images.step_taken_out);
+    let truth = recording.truth.as_ref().unwrap().parameters;
+    let after = Guess { time_offset_s: truth.time_offset_s + 2e-3, ..truth };
+    let largest = largest_error(&calibration, &after);
+    assert!(largest < SIGMAS, "{largest}");
 }
 
 #[test]
