@@ -20,7 +20,7 @@ const STEPS: [f64; COUNT] = [1e-4, 1e-5, 1e-5, 1e-5, 1e-6, 1e-6, 1e-6, 1e-5, 1e-
 /// Images that are looked at; the information of the others is as theirs.
 const MOST_IMAGES: usize = 300;
 /// What a scan that shows nothing is given, m.
-const NOTHING_SHOWN_M: f64 = 1.0;
+pub(crate) const NOTHING_SHOWN_M: f64 = 1.0;
 
 /// A scan without errors.
 pub(crate) struct IdealScan<'a> {

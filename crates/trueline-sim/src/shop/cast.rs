@@ -1,7 +1,8 @@
 //! A level and a seed in, a cell with its check pass and its truth out.
 
-use super::bound::IdealScan;
+use super::bound::{IdealScan, NOTHING_SHOWN_M};
 use super::check_pass::{self, CheckedCell};
+use super::course::Motion;
 use super::detector::{self, Detected, ShopDetector};
 use super::drawn_errors::DrawnErrors;
 use super::error_table::ShopError;
@@ -270,11 +271,15 @@ impl<'a> Casting<'a> {
             },
             arm: layout.arm.name,
             duration_s: layout.course.duration_s,
-            tilt_rad: rms_tilt_rad(&images.seen_s, &|time_s| self.robot.wanted(time_s)),
+            tilt_rad: match layout.course.motion {
+                Motion::Plan => rms_tilt_rad(&images.seen_s, &|time_s| self.robot.wanted(time_s)),
+                _ => layout.course.tilt_rad,
+            },
             seen_share: images.seen_s.len() as f64 / images.count.max(1) as f64,
             outlier_share,
             // Outliers, and images that are lost, show nothing.
-            bound_m: bound_m * (images.seen_s.len() as f64 / (features * (1.0 - outlier_share))).sqrt(),
+            bound_m: (bound_m * (images.seen_s.len() as f64 / (features * (1.0 - outlier_share))).sqrt())
+                .min(NOTHING_SHOWN_M),
             time_offset_s,
             time_offset_interval_s,
             tool_from_camera: layout.tool_from_camera,

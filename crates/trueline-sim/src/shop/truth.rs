@@ -37,7 +37,7 @@ pub struct ShopTruth {
     pub arm: &'static str,
     /// Duration, s.
     pub duration_s: f64,
-    /// RMS rotation from the mean attitude, rad.
+    /// How far the sensor tilts about each axis, rad; of a designed scan the RMS rotation from its mean attitude.
     pub tilt_rad: f64,
     /// Share of the images in which the seam is in view.
     pub seen_share: f64,
@@ -85,8 +85,11 @@ impl ShopTruth {
     #[must_use]
     pub fn about(&self) -> String {
         let article = if self.level == Level::Ordinary { "an" } else { "a" };
-        let alone =
-            self.only.as_ref().map_or_else(String::new, |names| format!(", {} alone", names.join(", ")));
+        let alone = match self.only.as_deref() {
+            None => String::new(),
+            Some([]) => ", without errors".to_owned(),
+            Some(names) => format!(", {} alone", names.join(", ")),
+        };
         format!("{article} {} shop{alone}", self.level.name())
     }
 }
