@@ -64,6 +64,8 @@ struct Times {
     offset_s: f64,
     pose_s: f64,
     image_s: f64,
+    /// How long before an even reading of the clock the first pose is sent, s.
+    phase_s: f64,
     counts_images: bool,
 }
 
@@ -126,7 +128,13 @@ impl<'a> Casting<'a> {
         };
         let (image_s, pose_s) = (1.0 / one_of(&IMAGES_HZ), one_of(&POSES_S));
         let offset_s = noise.uniform(OFFSETS_S[0], OFFSETS_S[1]);
-        let times = Times { offset_s, pose_s, image_s, counts_images: noise.happens(0.5) };
+        let times = Times {
+            offset_s,
+            pose_s,
+            image_s,
+            phase_s: noise.uniform(0.0, pose_s),
+            counts_images: noise.happens(0.5),
+        };
         Self {
             robot: ShopRobot::new(layout.arm.arm(), joints, &errors),
             sensor: ShopSensor::new(&layout.sensor, &errors),
@@ -170,7 +178,7 @@ impl<'a> Casting<'a> {
 
     /// The poses that are logged.
     fn log(&self, arrivals: &Arrivals<'_>) -> Vec<RobotSample> {
-        let begin_s = -LOG_BEYOND_S + self.times.offset_s.min(0.0);
+        let begin_s = -LOG_BEYOND_S + self.times.offset_s.min(0.0) - self.times.phase_s;
         let end_s = self.layout.course.duration_s + LOG_BEYOND_S + self.times.offset_s.max(0.0);
         let count = ((end_s - begin_s) / self.times.pose_s).floor() as usize;
         let sent_s: Vec<f64> = (0..=count).map(|k| begin_s + k as f64 * self.times.pose_s).collect();
