@@ -3,6 +3,8 @@
 //! Sources: `README` is the population of the project's 37 given cells (shared/data/shop); `report` the study of them
 //! (shared/design/shop.md); `own` a figure that neither states.
 
+use std::f64::consts::LN_2;
+
 /// A kind of error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum ShopError {
@@ -113,11 +115,11 @@ pub struct ErrorRow {
 /// A range that is given as such holds 90 % of the sizes: its ends are ± this many spreads.
 const RANGE_SPREADS: f64 = 1.645;
 /// ln of (upper / lower) of these ranges, halved: 0.2–0.8, a doubling, 8–40, 0.001–0.01, 1–5, 0.5–8, 0.25–0.7.
-const FOURFOLD: f64 = 0.693_147 / RANGE_SPREADS;
-const TWOFOLD: f64 = 0.346_574 / RANGE_SPREADS;
+const FOURFOLD: f64 = LN_2 / RANGE_SPREADS;
+const TWOFOLD: f64 = 0.5 * LN_2 / RANGE_SPREADS;
 const FIVEFOLD: f64 = 0.804_719 / RANGE_SPREADS;
 const TENFOLD: f64 = 1.151_293 / RANGE_SPREADS;
-const SIXTEENFOLD: f64 = 1.386_294 / RANGE_SPREADS;
+const SIXTEENFOLD: f64 = 2.0 * LN_2 / RANGE_SPREADS;
 const NOISE: f64 = 0.514_810 / RANGE_SPREADS;
 /// Spread of sizes of which only the median is known (own): nine of ten lie within a factor of 2.3.
 const USUAL: f64 = 0.5;

@@ -22,7 +22,7 @@ pub(super) fn drawn(noise: &mut Noise, limits: Limits) -> Swings {
         let pass = run.floor().min(PASSES - 1.0);
         let part = run - pass;
         let eased = part - (TAU * part).sin() / TAU;
-        let progress = if pass as u32 % 2 == 0 { eased - 0.5 } else { 0.5 - eased };
+        let progress = if (pass as u32).is_multiple_of(2) { eased - 0.5 } else { 0.5 - eased };
         // A cosine from one side to the other over the whole scan.
         let spin = -SPIN * limits.tilt_rad * (0.5 * TAU * run / PASSES).cos();
         Swing {
