@@ -15,12 +15,12 @@ pub struct ShopArgs {
     /// seed draws arm, sensor, seam, motion and errors
     #[arg(long, value_name = "LEVEL", value_parser = one_of(&LEVELS), conflicts_with_all = not_of_shops())]
     pub shop: Option<Level>,
-    /// Leave these errors alone, in the size that the shop gives them; `none` leaves none (--help lists them)
+    /// Keep only these errors, in the size that the shop gives them; `none` keeps none (--help lists them)
     #[arg(long, value_name = "ERROR[,ERROR]", value_parser = only, requires = "shop")]
     pub only: Option<OnlyErrors>,
 }
 
-/// The errors that are left.
+/// The errors that are kept.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OnlyErrors(pub Vec<ShopError>);
 
@@ -59,10 +59,10 @@ fn only(text: &str) -> Result<OnlyErrors, String> {
 /// The list of errors for the long help.
 pub(crate) fn errors_help() -> String {
     let row = |row: &ErrorRow| {
-        let (share, unit) = (100.0 * row.share, row.unit.0);
+        let (share, size) = (100.0 * row.share, format!("{} {}", row.median, row.unit.0));
         let cells =
             if row.share < 1.0 { format!("{share:.0} % of the cells") } else { "every cell".to_owned() };
-        format!("  {}: {} {unit}, {cells}: {}\n", row.name, row.median, row.what)
+        format!("  {}: {}, {cells}: {}\n", row.name, size.trim(), row.what)
     };
     let rows: String = TABLE.iter().map(row).collect();
     format!("Errors of an ordinary shop, with the median of their size:\n{rows}")

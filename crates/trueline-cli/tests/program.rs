@@ -238,7 +238,7 @@ fn a_cell_of_a_shop_comes_with_its_check_pass() {
     let shop = ["simulate", "--shop", "calm", "--seed", "4", "--only", "rounded-edge", "--out", "cell"];
     let output = trueline(dir.path(), &shop);
     assert_eq!(code(&output), 0, "{}", words(&output));
-    assert!(String::from_utf8_lossy(&output.stdout).contains("a calm shop, rounded-edge alone"));
+    assert!(words(&output).contains("a calm shop, rounded-edge alone"), "{}", words(&output));
     let text = fs::read_to_string(dir.path().join("cell/check/truth.json")).unwrap();
     let truth: Value = serde_json::from_str(&text).unwrap();
     for field in OF_THE_JUDGE {
