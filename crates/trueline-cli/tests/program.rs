@@ -276,5 +276,8 @@ fn a_shop_refuses_options_that_it_would_not_use() {
     }
     let alone = trueline(dir.path(), &["simulate", "--only", "bow", "--out", "x"]);
     assert!(code(&alone) == 2 && words(&alone).contains("--shop"), "{}", words(&alone));
+    let both = ["simulate", "--shop", "calm", "--only", "linearity,intrinsics", "--out", "x"];
+    let both = trueline(dir.path(), &both);
+    assert!(code(&both) == 2 && words(&both).contains("cannot have it"), "{}", words(&both));
     assert!(!dir.path().join("x").exists());
 }

@@ -20,6 +20,17 @@ pub(crate) fn run(args: &SimulateArgs, shop: &Shop) -> Result<ExitCode, Failure>
             "another --seed has another cell",
         )
     })?;
+    if let Some(kind) = shop.only.iter().flatten().find(|kind| !kind.is_of(cell.truth.sensor)) {
+        return Err(Failure::new(
+            format!(
+                "`{}`: the sensor of seed {} cannot have it: {}",
+                kind.row().name,
+                shop.seed,
+                cell.truth.sensor
+            ),
+            "another --seed has another sensor: a camera, a profiler, or one that gives points",
+        ));
+    }
     let whole = WholeFolder::begin(&args.out, args.force)?;
     folder::write(whole.path(), &cell.recording)?;
     let check = whole.path().join(CHECK);

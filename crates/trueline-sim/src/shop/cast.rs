@@ -264,6 +264,11 @@ impl<'a> Casting<'a> {
         let noise = DrawnErrors::only(shop.level, shop.seed, &[ShopError::FeatureNoise]);
         let bound_m =
             scan.bound_m(&images.seen_s, detector::sigma(&noise, is_length), &points, CHECK_SPEED_M_S);
+        let sensor = match layout.sensor {
+            SensorModel::CameraLaser { .. } => "camera",
+            SensorModel::Profiler { .. } => "profiler",
+            SensorModel::Points { .. } => "points",
+        };
         let features = images.features.len() as f64;
         let outlier_share = images.outliers as f64 / features;
         let (time_offset_s, time_offset_interval_s) = self.time_offset_s(images, arrivals);
@@ -272,11 +277,7 @@ impl<'a> Casting<'a> {
             seed: shop.seed,
             only: shop.only.as_ref().map(|kinds| kinds.iter().map(|kind| kind.row().name).collect()),
             motion: layout.course.motion,
-            sensor: match layout.sensor {
-                SensorModel::CameraLaser { .. } => "camera",
-                SensorModel::Profiler { .. } => "profiler",
-                SensorModel::Points { .. } => "points",
-            },
+            sensor,
             arm: layout.arm.name,
             duration_s: layout.course.duration_s,
             tilt_rad: match layout.course.motion {
@@ -294,7 +295,7 @@ impl<'a> Casting<'a> {
             start_s: START_S,
             speed_m_s: CHECK_SPEED_M_S,
             points,
-            errors: self.errors.list().collect(),
+            errors: self.errors.list().filter(|(row, _)| row.error.is_of(sensor)).collect(),
         }
     }
 

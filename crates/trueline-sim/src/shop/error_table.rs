@@ -182,6 +182,19 @@ impl ShopError {
         &TABLE[self as usize]
     }
 
+    /// Whether a kind of sensor (`camera`, `profiler`, `points`) can have it.
+    #[must_use]
+    pub fn is_of(self, sensor: &str) -> bool {
+        match self {
+            Self::Intrinsics | Self::LaserPlane | Self::LensTerms | Self::RollingShutter => {
+                sensor == "camera"
+            }
+            Self::ProfileShape => sensor != "camera",
+            Self::Linearity => sensor == "profiler",
+            _ => true,
+        }
+    }
+
     /// The kind of a name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
