@@ -53,6 +53,7 @@ mod simulate_boards;
 mod simulate_path;
 mod simulate_plates;
 mod simulate_production;
+mod simulate_shop;
 mod simulated_profiles;
 mod simulated_scenario;
 mod simulated_sensor;
@@ -88,6 +89,7 @@ pub use simulate::SimulateArgs;
 pub use simulate_boards::BoardsArgs;
 pub use simulate_path::PathArgs;
 pub use simulate_production::ProductionArgs;
+pub use simulate_shop::{OnlyErrors, ShopArgs};
 pub use stream_sim::StreamSimArgs;
 pub use watch::WatchArgs;
 

@@ -16,7 +16,9 @@ pub(crate) fn parse_held(text: &str) -> Result<Requirement, String> {
     let sigmas = parse(text)?;
     match sigmas.seam_m {
         None => Ok(sigmas),
-        Some(_) => Err("the name is one of time, translation, rotation: the seam is not what --fix holds".to_owned()),
+        Some(_) => {
+            Err("the name is one of time, translation, rotation: the seam is not what --fix holds".to_owned())
+        }
     }
 }
 

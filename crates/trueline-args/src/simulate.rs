@@ -6,6 +6,7 @@ use crate::simulate_boards::BoardsArgs;
 use crate::simulate_path::PathArgs;
 use crate::simulate_plates::PlatesArgs;
 use crate::simulate_production::ProductionArgs;
+use crate::simulate_shop::{ShopArgs, errors_help};
 use clap::Args;
 use std::path::PathBuf;
 use trueline_sim::faults::{FAULT_NAMES, FaultName};
@@ -25,6 +26,8 @@ use trueline_sim::{Fault, Joint, Look, Preset};
   trueline simulate --preset paper --plates --bow-mm 0.2 --out stripes
   trueline simulate --preset profiler --plates --out profiles
   trueline simulate --images --joint lap --look welding --duration-s 10 --out pictures
+  trueline simulate --shop ordinary --seed 7 --out cell        # a whole cell, and a pass that a calibration is judged by
+  trueline simulate --shop rough --only rounded-edge,feature-noise --out edge
   trueline simulate --boards chessboard:9x6:20 --out bench     # pictures for `sensor` and `calibrate --target board`",
     after_long_help = faults_help())]
 pub struct SimulateArgs {
@@ -93,6 +96,8 @@ pub struct SimulateArgs {
     pub production: ProductionArgs,
     #[command(flatten)]
     pub boards: BoardsArgs,
+    #[command(flatten)]
+    pub shop: ShopArgs,
     /// Time between images, ms
     #[arg(long, value_parser = number::period_ms)]
     pub frame_period_ms: Option<f64>,
@@ -192,5 +197,5 @@ fn faults_help() -> String {
         format!("  {}{size}{units}: {}\n", kind.name, kind.description)
     };
     let rows: String = FAULT_NAMES.iter().map(row).collect();
-    format!("Faults, with their default sizes and units:\n{rows}")
+    format!("Faults, with their default sizes and units:\n{rows}\n{}", errors_help())
 }

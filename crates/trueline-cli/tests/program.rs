@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{code, trueline};
+use common::{code, trueline, words};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -214,4 +214,70 @@ fn help_shows_examples() {
         assert_eq!(code(&output), 0);
         assert!(String::from_utf8(output.stdout).unwrap().contains("Example"), "{command:?}");
     }
+}
+
+/// The fields that the judge of shop cells reads.
+const OF_THE_JUDGE: [&str; 12] = [
+    "good_scan",
+    "time_offset_s",
+    "time_offset_interval_s",
+    "tool_from_camera",
+    "t0_s",
+    "speed_mm_s",
+    "points_in_tool_mm",
+    "velocity_in_tool",
+    "reported_rotation",
+    "reported_position_mm",
+    "torch_reference_mm",
+    "torch_reached",
+];
+
+#[test]
+fn a_cell_of_a_shop_comes_with_its_check_pass() {
+    let dir = tempfile::tempdir().unwrap();
+    let shop = ["simulate", "--shop", "calm", "--seed", "4", "--only", "rounded-edge", "--out", "cell"];
+    let output = trueline(dir.path(), &shop);
+    assert_eq!(code(&output), 0, "{}", words(&output));
+    assert!(words(&output).contains("a calm shop, rounded-edge alone"), "{}", words(&output));
+    let text = fs::read_to_string(dir.path().join("cell/check/truth.json")).unwrap();
+    let truth: Value = serde_json::from_str(&text).unwrap();
+    for field in OF_THE_JUDGE {
+        assert!(truth.get(field).is_some_and(|value| !value.is_null()), "{field}");
+    }
+    assert_eq!(truth["errors"].as_object().unwrap().len(), 1);
+    calibrate_json(dir.path(), &["cell"]);
+    fs::write(dir.path().join("result.json"), "").unwrap();
+    let applied = trueline(dir.path(), &["calibrate", "cell", "--json", "result.json", "--quiet"]);
+    assert!(code(&applied) < 2, "{}", words(&applied));
+    // The same cell may be written once more, over itself alone.
+    assert_eq!(code(&trueline(dir.path(), &[&shop[..], &["--force"]].concat())), 0);
+    assert!(!dir.path().join("cell.replaced-1").exists());
+}
+
+#[test]
+fn a_shop_refuses_options_that_it_would_not_use() {
+    let dir = tempfile::tempdir().unwrap();
+    let others: [&[&str]; 7] = [
+        &["--preset", "good"],
+        &["--plates"],
+        &["--outliers", "0.2"],
+        &["--time-offset-ms", "5"],
+        &["--fault", "focal"],
+        &["--tilt-deg", "5"],
+        &["--boards", "chessboard:9x6:20"],
+    ];
+    for other in others {
+        let output = trueline(dir.path(), &[&["simulate", "--shop", "calm", "--out", "x"], other].concat());
+        assert!(
+            code(&output) == 2 && words(&output).contains("cannot be used with"),
+            "{other:?}: {}",
+            words(&output)
+        );
+    }
+    let alone = trueline(dir.path(), &["simulate", "--only", "bow", "--out", "x"]);
+    assert!(code(&alone) == 2 && words(&alone).contains("--shop"), "{}", words(&alone));
+    let both = ["simulate", "--shop", "calm", "--only", "linearity,intrinsics", "--out", "x"];
+    let both = trueline(dir.path(), &both);
+    assert!(code(&both) == 2 && words(&both).contains("cannot have it"), "{}", words(&both));
+    assert!(!dir.path().join("x").exists());
 }

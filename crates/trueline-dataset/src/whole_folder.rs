@@ -7,7 +7,7 @@ use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 /// What commands write into a folder, pictures aside; a folder with anything else in it is never replaced.
-const OURS: [&str; 18] = [
+const OURS: [&str; 20] = [
     "sensor.toml",
     "robot.csv",
     "features.csv",
@@ -26,10 +26,12 @@ const OURS: [&str; 18] = [
     "index.csv",
     "report.html",
     "result.json",
+    "check",
+    "truth.json",
 ];
 
 /// Those of them that are folders.
-const FOLDERS: [&str; 5] = ["images", "boards", "stripes", "without-laser", "moving"];
+const FOLDERS: [&str; 6] = ["images", "boards", "stripes", "without-laser", "moving", "check"];
 
 /// A folder in the making, beside where it is to be.
 #[derive(Debug)]

@@ -16,8 +16,7 @@ struct Behind {
 }
 
 impl Behind {
-    const NOTHING: Self =
-        Self { shift: Vector3::new(0.0, 0.0, 0.0), turn: Vector3::new(0.0, 0.0, 0.0) };
+    const NOTHING: Self = Self { shift: Vector3::new(0.0, 0.0, 0.0), turn: Vector3::new(0.0, 0.0, 0.0) };
 }
 
 /// The path of what follows with a lag, s. At its beginning, and after each gap, the follower has settled.

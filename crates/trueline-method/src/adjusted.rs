@@ -2,8 +2,8 @@
 
 use crate::adjustment::answer::{Answer, Settings, adjust};
 use crate::assess::seam_error::{self, SeamError, SharedError};
-use crate::concluded::Concluded;
 use crate::assess::systematic::SystematicLevels;
+use crate::concluded::Concluded;
 use crate::config::{ASSUMED_WAVINESS_M, Config, ResidualKind};
 use crate::problem::line_problem::{Criterion, LineProblem};
 use crate::problem::parameters::TIME_OFFSET;

@@ -257,8 +257,7 @@ fn take_adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>, findings: &mut
     let observability = findings.unknowns.observability.clone().bounded(&covariance);
     let (config, observations) = (from.settings.config, &from.assessed.drift_free.observations);
     let list = from.assessed.drift_free.fit.placed.of(observations);
-    let torch =
-        || seam_point_error::predict(observations, list, &answer.at, &covariance, &config.used_at);
+    let torch = || seam_point_error::predict(observations, list, &answer.at, &covariance, &config.used_at);
     findings.checks.seam_point_error = observability.shows_all().then(torch).flatten();
     findings.checks.seam_error = seam_error.filter(|_| observability.shows_all());
     let (features, skipped) = residuals::evaluate(problem, &answer.at);
@@ -274,10 +273,8 @@ fn take_adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>, findings: &mut
     findings.fit.feature_stamps_ns = features.iter().map(stamp_of).collect();
     findings.fit.features = features;
     findings.fit.amplitudes = Some(answer.amplitudes);
-    findings.unknowns = with_sensor(
-        from,
-        Answered { parameters: answer.at, covariance, noise_covariance, observability },
-    );
+    findings.unknowns =
+        with_sensor(from, Answered { parameters: answer.at, covariance, noise_covariance, observability });
 }
 
 /// An answer without what it says of the sensor.

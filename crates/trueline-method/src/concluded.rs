@@ -58,7 +58,8 @@ impl Concluded<'_> {
             TRANSLATION..LINES => translation_m,
             _ => None,
         };
-        let of_groups = self.settings.fixed.iter().filter_map(|component| Some((*component, stated(component)?)));
+        let of_groups =
+            self.settings.fixed.iter().filter_map(|component| Some((*component, stated(component)?)));
         of_groups.chain(drawn_lines::sigmas(&self.settings.config.drawn_lines)).collect()
     }
 

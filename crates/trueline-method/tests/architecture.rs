@@ -68,7 +68,7 @@ const ALLOWED: [(&str, &[&str]); 25] = [
     ),
     ("trueline-serve", &["trueline-cell", "trueline-watch"]),
     ("trueline-sensor", &["trueline-geometry", "trueline-lsq", "trueline-model", "trueline-vision"]),
-    ("trueline-sim", &["trueline-dataset", "trueline-geometry", "trueline-model"]),
+    ("trueline-sim", &["trueline-arm", "trueline-dataset", "trueline-geometry", "trueline-model"]),
     ("trueline-vision", &["trueline-dataset", "trueline-geometry", "trueline-model"]),
     (
         "trueline-watch",

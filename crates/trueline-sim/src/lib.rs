@@ -27,6 +27,7 @@ pub mod presets;
 pub mod production;
 pub mod random_cell;
 pub mod scenario;
+pub mod shop;
 pub mod shutter;
 pub mod simulate;
 pub mod weave;

@@ -33,5 +33,6 @@ pub(crate) mod simulate_boards;
 pub(crate) mod simulate_images;
 pub(crate) mod simulate_plates;
 pub(crate) mod simulate_production;
+pub(crate) mod simulate_shop;
 pub(crate) mod stream_sim;
 pub(crate) mod watch;

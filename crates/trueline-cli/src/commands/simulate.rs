@@ -1,6 +1,6 @@
 //! `trueline simulate`.
 
-use super::{simulate_boards, simulate_images, simulate_plates, simulate_production};
+use super::{simulate_boards, simulate_images, simulate_plates, simulate_production, simulate_shop};
 use crate::failure::Failure;
 use crate::output;
 use crate::planned_scan::{self, PlannedScan};
@@ -13,6 +13,9 @@ use trueline_sim::{Scenario, simulate_along, simulate_with_faults};
 pub(crate) fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
     if let Some(board) = &args.boards.boards {
         return simulate_boards::run(args, board);
+    }
+    if let Some(shop) = args.shop.shop(args.seed) {
+        return simulate_shop::run(args, &shop);
     }
     if let Some(pieces) = args.production.production {
         return simulate_production::run(&args.production, pieces, args);

@@ -237,7 +237,8 @@ impl Adjustment<'_> {
     /// The noise that is most likely: both directions alike first, then each by itself, then how long it lasts.
     fn choose_noise(&mut self, table: &Table) {
         let mut likelihood = Likelihood { adjustment: self, table, known: Vec::new() };
-        let [mut one, mut other] = likelihood.adjustment.noise.map(|noise| place(&AMPLITUDES, noise.amplitude));
+        let [mut one, mut other] =
+            likelihood.adjustment.noise.map(|noise| place(&AMPLITUDES, noise.amplitude));
         let mut lasts = place(&LASTS_S, likelihood.adjustment.noise[0].lasts_s);
         let mut best = likelihood.of([one, other], lasts);
         let mut tried = |pair: [usize; 2], at: usize, chosen: &mut ([usize; 2], usize)| {
@@ -271,8 +272,7 @@ impl Adjustment<'_> {
             tried([one, other], beside, &mut chosen);
         }
         ([one, other], lasts) = chosen;
-        self.noise =
-            [one, other].map(|k| Coloured { amplitude: AMPLITUDES[k], lasts_s: LASTS_S[lasts] });
+        self.noise = [one, other].map(|k| Coloured { amplitude: AMPLITUDES[k], lasts_s: LASTS_S[lasts] });
     }
 }
 

@@ -115,7 +115,9 @@ impl Answer {
     /// The covariance of the tangent by everything.
     #[must_use]
     pub(crate) fn covariance(&self) -> DMatrix<f64> {
-        self.shares.iter().fold(self.noise.clone(), |sum, share| sum + &share.columns * share.columns.transpose())
+        self.shares
+            .iter()
+            .fold(self.noise.clone(), |sum, share| sum + &share.columns * share.columns.transpose())
     }
 }
 
@@ -231,7 +233,10 @@ fn answer(adjustment: &Adjustment<'_>, adjusted: &Adjusted) -> Answer {
         at: adjustment.at.clone(),
         noise,
         shares,
-        amplitudes: Amplitudes { squared_lag_s2: squared_lag(adjustment, adjusted), ..amplitudes(adjustment) },
+        amplitudes: Amplitudes {
+            squared_lag_s2: squared_lag(adjustment, adjusted),
+            ..amplitudes(adjustment)
+        },
         twice_negative_log: adjusted.solved.twice_negative_log,
     }
 }

@@ -19,9 +19,8 @@ fn row(direction: usize, k: usize) -> Vec<f64> {
 fn the_restricted_likelihood_is_that_of_the_whole_covariance() {
     let noise = Coloured { amplitude: 2.0, lasts_s: 0.5 };
     let (sigmas, variance) = ([0.7, 1.3], 0.4);
-    let ticks: Vec<Tick> = (0..ROWS)
-        .map(|k| Tick { since_s: if k == 0 { f64::INFINITY } else { 0.1 }, weight: 1.0 })
-        .collect();
+    let ticks: Vec<Tick> =
+        (0..ROWS).map(|k| Tick { since_s: if k == 0 { f64::INFINITY } else { 0.1 }, weight: 1.0 }).collect();
     let rows = |direction: usize| (0..ROWS).flat_map(|k| row(direction, k)).collect::<Vec<f64>>();
     let sums = [0, 1].map(|d| whiten(&rows(d), UNKNOWNS + BLOCK + 1, &ticks, noise).sums);
     let estimated = UNKNOWNS + BLOCK;
@@ -38,8 +37,7 @@ fn the_restricted_likelihood_is_that_of_the_whole_covariance() {
     // Densely: both directions below each other.
     let all: Vec<Vec<f64>> = (0..2).flat_map(|d| (0..ROWS).map(move |k| row(d, k))).collect();
     let covariance = DMatrix::from_fn(2 * ROWS, 2 * ROWS, |i, j| {
-        let block: f64 =
-            (0..BLOCK).map(|c| all[i][UNKNOWNS + c] * all[j][UNKNOWNS + c] * variance).sum();
+        let block: f64 = (0..BLOCK).map(|c| all[i][UNKNOWNS + c] * all[j][UNKNOWNS + c] * variance).sum();
         if i / ROWS != j / ROWS {
             return block;
         }
@@ -54,7 +52,8 @@ fn the_restricted_likelihood_is_that_of_the_whole_covariance() {
     let step = -normal.clone().cholesky().unwrap().solve(&(columns.transpose() * factor.solve(&residual)));
     let moved = &residual + &columns * &step;
     let logs = |l: &DMatrix<f64>| 2.0 * l.diagonal().map(f64::ln).sum();
-    let expected = logs(&factor.l()) + logs(&normal.cholesky().unwrap().l()) + moved.dot(&factor.solve(&moved));
+    let expected =
+        logs(&factor.l()) + logs(&normal.cholesky().unwrap().l()) + moved.dot(&factor.solve(&moved));
     // Sixty rows of about one: rounding.
     assert!((solved.twice_negative_log - expected).abs() < 1e-9, "{} {expected}", solved.twice_negative_log);
     assert!((solved.step.rows(0, UNKNOWNS) - step).norm() < 1e-11);
@@ -68,7 +67,8 @@ fn shares_of_noise_and_prior_add_up_to_the_covariance() {
     let sums = [0, 1].map(|d| whiten(&rows(d), UNKNOWNS + BLOCK + 1, &ticks, Coloured::NONE).sums);
     let estimated = UNKNOWNS + BLOCK;
     let equations = Equations::of([&sums[0], &sums[1]], [1.0; 2], estimated);
-    let information = DMatrix::from_diagonal(&DVector::from_fn(estimated, |k, _| if k < UNKNOWNS { 0.0 } else { 5.0 }));
+    let information =
+        DMatrix::from_diagonal(&DVector::from_fn(estimated, |k, _| if k < UNKNOWNS { 0.0 } else { 5.0 }));
     let prior = Prior {
         information: information.clone(),
         gradient: DVector::zeros(estimated),

@@ -50,4 +50,3 @@ impl Hats {
         one * values(first) + other * second
     }
 }
-

@@ -162,9 +162,8 @@ impl<'a> Scan<'a> {
         all[TIME_OFFSET] = along.dot(&by.d_point_d_time_offset);
         all.fixed_rows_mut::<3>(ROTATION).copy_from(&by.d_point_d_rotation.tr_mul(along));
         all.fixed_rows_mut::<3>(TRANSLATION).copy_from(&by.d_point_d_translation.tr_mul(along));
-        let by_shape = at
-            .shape
-            .and_then(|shape| shape.d_corrected_d_shape(&sheet.coordinates(&o.point_in_camera)));
+        let by_shape =
+            at.shape.and_then(|shape| shape.d_corrected_d_shape(&sheet.coordinates(&o.point_in_camera)));
         if let Some(by_shape) = by_shape {
             let in_sensor = placement.base_from_camera().rotation.inverse() * along;
             let in_sheet = sheet.axes().tr_mul(&in_sensor);

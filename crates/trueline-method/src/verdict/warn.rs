@@ -125,10 +125,11 @@ fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Warning> {
     warnings.extend(f.checks.outlier_segments.iter().map(|segment| left_out(f, segment)));
     let share = amplitudes.out.share();
     warnings.extend((share > MANY_OUTLIERS).then_some(Warning::ManyOutliers { share }));
-    warnings.extend(f.clock.stepped.map(|step| Warning::ClockStep {
-        at_s: f.streams.stamp_s(step.at_s),
-        step_s: step.step_s,
-    }));
+    warnings.extend(
+        f.clock
+            .stepped
+            .map(|step| Warning::ClockStep { at_s: f.streams.stamp_s(step.at_s), step_s: step.step_s }),
+    );
     warnings.extend(clock_drift(f));
     warnings.extend(stamps(f));
     if let (true, None, Some(stand_off_m)) =

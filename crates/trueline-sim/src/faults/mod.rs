@@ -20,4 +20,4 @@ pub(crate) use feature_error::{FeatureErrors, line_beside};
 pub use robot_error::drawn_arm;
 
 pub(crate) use robot_error::RobotErrors;
-pub(crate) use seam_form::SeamForms;
+pub(crate) use seam_form::{SeamForms, Wobble};

@@ -81,14 +81,14 @@ const WOBBLE_MARGIN_M: f64 = 0.25;
 const STEPS: f64 = 20.0;
 
 /// An Ornstein–Uhlenbeck process of the place, tabulated.
-struct Wobble {
+pub(crate) struct Wobble {
     start_m: f64,
     step_m: f64,
     values_m: Vec<[f64; 2]>,
 }
 
 impl Wobble {
-    fn new(mut noise: Noise, sigma_m: [f64; 2], correlation_length_m: f64, reach_m: f64) -> Self {
+    pub(crate) fn new(mut noise: Noise, sigma_m: [f64; 2], correlation_length_m: f64, reach_m: f64) -> Self {
         let step_m = correlation_length_m / STEPS;
         let keep = (-1.0 / STEPS).exp();
         let fresh = (1.0 - keep * keep).sqrt();
@@ -104,7 +104,7 @@ impl Wobble {
         Self { start_m: -reach_m, step_m, values_m }
     }
 
-    fn at(&self, along_m: f64) -> [f64; 2] {
+    pub(crate) fn at(&self, along_m: f64) -> [f64; 2] {
         let last = self.values_m.len() - 2;
         let position = ((along_m - self.start_m) / self.step_m).clamp(0.0, last as f64 + 1.0);
         let index = (position.floor() as usize).min(last);

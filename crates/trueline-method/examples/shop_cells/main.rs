@@ -1,0 +1,51 @@
+//! Whole cells of a shop in which everything errs at once: is a good scan accepted, and is the answer as good as it says?
+//!
+//! `cargo run --release --example shop_cells [CELLS A LEVEL] [LEVEL] [FIRST SEED] [--cells]` prints two tables: what is accepted and how
+//! true it is, and what is refused for which reasons. With `--cells` a line a cell as well. Cells are judged as shared/tools/shop_judge.py does.
+
+#![allow(clippy::print_stdout, reason = "an example prints its tables")]
+
+mod judge;
+mod table;
+
+use judge::Judged;
+use std::env;
+use trueline_method::{Config, Status, calibrate};
+use trueline_sim::shop::{Level, Shop};
+
+/// Cells a level where nobody says.
+const CELLS: u64 = 60;
+
+fn main() {
+    let (words, numbers): (Vec<String>, Vec<String>) =
+        env::args().skip(1).partition(|word| word.parse::<u64>().is_err());
+    let numbers: Vec<u64> = numbers.iter().filter_map(|word| word.parse().ok()).collect();
+    let count = numbers.first().copied().unwrap_or(CELLS);
+    let first = numbers.get(1).copied().unwrap_or(1);
+    let prints_cells = words.iter().any(|word| word == "--cells");
+    let is_wanted = |level: &Level| {
+        words.iter().all(|word| word.starts_with('-')) || words.iter().any(|word| word == level.name())
+    };
+    let mut columns = Vec::new();
+    for level in Level::ALL.into_iter().filter(is_wanted) {
+        let judged: Vec<Judged> =
+            (first..first + count).filter_map(|seed| cell(level, seed, prints_cells)).collect();
+        columns.push((level, judged));
+    }
+    table::print(&columns);
+}
+
+/// One cell, calibrated and judged; `None` if no arm can follow its path.
+fn cell(level: Level, seed: u64, prints: bool) -> Option<Judged> {
+    let cell = Shop::new(level, seed).cast()?;
+    let outcome = calibrate(&cell.recording, cell.recording.initial.as_ref(), &Config::default());
+    let judged = match &outcome {
+        Ok(calibration) => judge::judged(&cell, calibration),
+        Err(error) => Judged::refused(&cell, vec![format!("error: {error}")]),
+    };
+    if prints {
+        println!("{}-{seed:03} {}", level.name(), judged.in_words());
+    }
+    debug_assert_eq!(judged.accepted, outcome.is_ok_and(|c| c.status() == Status::Accepted));
+    Some(judged)
+}

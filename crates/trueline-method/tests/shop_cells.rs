@@ -1,0 +1,45 @@
+//! Cells of a shop without errors are calibrated to the truth, by the judge of the study `shop_cells`.
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    dead_code,
+    reason = "a test fails by panicking; the study uses more of its judge"
+)]
+
+#[path = "../examples/shop_cells/judge.rs"]
+mod judge;
+
+use trueline_dataset::Recording;
+use trueline_method::{Config, calibrate};
+use trueline_sim::shop::{Level, Shop, ShopCell};
+
+/// Noise that a scan's bound is stated for: that of its features, in the sheet, m. A camera's pixel is less.
+const SIGMA_M: f64 = 10e-6;
+
+/// Largest distance of the robot from a straight line between two samples, m: an eighth of a second difference.
+fn interpolation_m(recording: &Recording) -> f64 {
+    let place = |k: usize| recording.robot[k].base_from_tool.translation.vector;
+    let bend = |k: usize| (place(k + 1) - 2.0 * place(k) + place(k - 1)).norm() / 8.0;
+    (1..recording.robot.len() - 1).map(bend).fold(0.0, f64::max)
+}
+
+#[test]
+fn cells_without_errors_are_calibrated_to_the_truth() {
+    let cast = |seed: u64| Shop { level: Level::Ordinary, seed, only: Some(Vec::new()) }.cast();
+    let good = |cell: &ShopCell| cell.truth.is_good_scan() && cell.truth.sensor != "camera";
+    let cells: Vec<ShopCell> = (1..200).filter_map(cast).filter(good).take(4).collect();
+    assert_eq!(cells.len(), 4);
+    for cell in &cells {
+        let config = Config { robot_accuracy_m: Some(0.0), feature_bias_px: 0.0, ..Config::default() };
+        let calibration = calibrate(&cell.recording, cell.recording.initial.as_ref(), &config).unwrap();
+        let judged = judge::judged(cell, &calibration);
+        // Errors of at most e in each of 2n readings move the answer by at most √(2n) e/σ of what a noise of σ does to it.
+        let readings = (2 * cell.recording.features.len()) as f64;
+        let tolerance_mm =
+            readings.sqrt() * interpolation_m(&cell.recording) / SIGMA_M * cell.truth.bound_m * 1e3;
+        let found_mm = judged.strict_mm.unwrap_or_else(|| panic!("{}", judged.in_words()));
+        assert!(found_mm < tolerance_mm.max(1e-4), "{found_mm} mm, {tolerance_mm} mm: {}", judged.in_words());
+        // An arm without errors sends its torch where the sensor saw the seam.
+        assert!((judged.miss_mm.unwrap() - found_mm).abs() < 1e-5);
+    }
+}
