@@ -74,6 +74,8 @@ fn a_covariance_is_written_in_millimetres_and_read_back() {
     let region = RegionOfInterest::Pixels { u_px: [10.0, 2000.0], v_px: [0.0, 1999.0] };
     file.setup = SensorSetup {
         uncertainty: Some(uncertainty),
+        edge_radius_m: Some(0.25e-3),
+        waviness_m: Some(0.0),
         robot_accuracy_m: Some(0.0002),
         mounted: Mounted::Fixed,
         region_of_interest: Some(region),

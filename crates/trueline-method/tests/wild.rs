@@ -195,7 +195,12 @@ fn accuracy_that_is_asked_for_is_reached_or_refused() {
         "{:?}",
         strict.reasons()
     );
-    let easy = Requirement { time_s: Some(1e-3), rotation_rad: Some(0.1), translation_m: Some(0.01) };
+    let easy = Requirement {
+        time_s: Some(1e-3),
+        rotation_rad: Some(0.1),
+        translation_m: Some(0.01),
+        ..Requirement::default()
+    };
     assert_eq!(asked(easy).status(), Status::Accepted);
     let held = Config { hold: vec![Hold::HandEye], require: easy, ..Config::default() };
     let truth = recording.truth.as_ref().unwrap().parameters;
