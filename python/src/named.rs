@@ -63,5 +63,6 @@ pub(crate) fn sigmas(
         time_s: of("ms", time_ms)?.map(|ms| ms * 1e-3),
         rotation_rad: of("deg", rotation_deg)?.map(f64::to_radians),
         translation_m: of("mm", translation_mm)?.map(|mm| mm * 1e-3),
+        ..Requirement::default()
     })
 }

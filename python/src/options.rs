@@ -8,7 +8,7 @@ use std::num::NonZeroUsize;
 use trueline::{Config, Hold, ResidualKind, Stamps};
 use trueline_lsq::Loss;
 use trueline_method::hypotheses::choice::{KnownOfCell, ToolAxis};
-use trueline_method::{DrawnLine, HeldSigma, Measurements, SensorMode};
+use trueline_method::{DrawnLine, HeldSigma, Measurements, Requirement, SensorMode};
 
 /// Keywords of `calibrate`; what is `None` keeps its default.
 #[derive(FromPyObject)]
@@ -23,6 +23,9 @@ pub(crate) struct Options {
     sensor_mode: Option<String>,
     robot_accuracy_mm: Option<f64>,
     feature_bias_px: Option<f64>,
+    edge_radius_mm: Option<f64>,
+    waviness_mm: Option<f64>,
+    require_seam_mm: Option<f64>,
     feature_sigma_px: Option<f64>,
     feature_sigma_mm: Option<f64>,
     robot_sigma_mm: Option<f64>,
@@ -65,7 +68,12 @@ impl Options {
             robot_sigma_m: positive("robot_sigma_mm", self.robot_sigma_mm)?.map(|mm| mm * 1e-3),
             stamp_sigma_s: positive("stamp_sigma_ms", self.stamp_sigma_ms)?.map(|ms| ms * 1e-3),
             robot_accuracy_m: not_negative("robot_accuracy_mm", self.robot_accuracy_mm)?.map(|mm| mm * 1e-3),
-            require: sigmas("require", self.require)?,
+            edge_radius_m: not_negative("edge_radius_mm", self.edge_radius_mm)?.map(|mm| mm * 1e-3),
+            waviness_m: not_negative("waviness_mm", self.waviness_mm)?.map(|mm| mm * 1e-3),
+            require: Requirement {
+                seam_m: positive("require_seam_mm", self.require_seam_mm)?.map(|mm| mm * 1e-3),
+                ..sigmas("require", self.require)?
+            },
             held_sigma: HeldSigma {
                 time_s: held.time_s,
                 rotation_rad: held.rotation_rad,

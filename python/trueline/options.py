@@ -33,6 +33,8 @@ class Options(TypedDict, total=False):
     sensor_mode: Literal["fixed", "prior", "free"]
     robot_accuracy_mm: float
     feature_bias_px: float
+    edge_radius_mm: float
+    waviness_mm: float
     feature_sigma_px: float
     feature_sigma_mm: float
     robot_sigma_mm: float
@@ -47,6 +49,7 @@ class Options(TypedDict, total=False):
     require_ms: float
     require_deg: float
     require_mm: float
+    require_seam_mm: float
 
 
 UNITS = ("ms", "deg", "mm")

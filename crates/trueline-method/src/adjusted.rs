@@ -58,14 +58,10 @@ fn beside_rivals(
     let is_decided = from.ambiguity.decided_by.is_some();
     let adjusted: Vec<Option<Answer>> =
         rivals.iter().map(|rival| adjust(problem, &rival.parameters, settings)).collect();
-    let likeliest = adjusted
+    let likeliest = adjusted.iter().flatten().map(Answer::comparable).fold(best.comparable(), f64::min);
+    let is_open = adjusted
         .iter()
-        .flatten()
-        .map(Answer::comparable)
-        .fold(best.comparable(), f64::min);
-    let is_open = adjusted.iter().map(|rival| {
-        rival.as_ref().is_some_and(|rival| rival.comparable() < likeliest + RIVAL_GAIN)
-    });
+        .map(|rival| rival.as_ref().is_some_and(|rival| rival.comparable() < likeliest + RIVAL_GAIN));
     let is_open: Vec<bool> = is_open.collect();
     if is_decided || best.comparable() < likeliest + RIVAL_GAIN {
         return (best, is_open);
@@ -78,11 +74,7 @@ fn beside_rivals(
 
 /// The same with the robot behind its recorded poses, where those were commanded. The time offset is that of the recorded poses, delay and all: with
 /// it a measurement is placed by the poses as they will be recorded.
-fn lagging(
-    from: &Concluded<'_>,
-    settings: &Settings<'_>,
-    as_recorded: Answer,
-) -> (Answer, Vec<(f64, f64)>) {
+fn lagging(from: &Concluded<'_>, settings: &Settings<'_>, as_recorded: Answer) -> (Answer, Vec<(f64, f64)>) {
     let mut models = vec![(0.0, as_recorded.twice_negative_log)];
     let (square_s2, sigma_s2) = as_recorded.amplitudes.squared_lag_s2;
     if square_s2 < LAG_SIGMAS * sigma_s2 {

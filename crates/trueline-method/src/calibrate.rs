@@ -98,11 +98,9 @@ fn with_stated_lens(
     let observations = observe_by(dejittered, recording, &sampling, config)?;
     check_overlap(&observations, config)?;
     let fixed = held_components(config, guess)?;
-    let noise = NoiseLevels {
-        robot_sigma_m: config.robot_sigma_m.unwrap_or(observations.robot.noise_m),
-        stamp_sigma_s: sampling.stamp_sigma_s(config, dejittered),
-        factor: 1.0,
-    };
+    let robot_sigma_m = config.robot_sigma_m.unwrap_or(observations.robot.noise_m);
+    let stamp_sigma_s = sampling.stamp_sigma_s(config, dejittered);
+    let noise = NoiseLevels { robot_sigma_m, stamp_sigma_s, factor: 1.0 };
     let knowledge = ShapeKnowledge::of(recording, &observations);
     let shape_prior = knowledge.prior(config);
     let settings = FitSettings { config, noise, fixed: &fixed, prior: None, shape_prior };
@@ -125,19 +123,9 @@ fn with_stated_lens(
     };
     let levels = systematic_levels(recording, &settings, &knowledge);
     let assessed = Assessed { drift_free: DriftFree { fit, ..drift_free }, information, observability };
-    // Stripes are freed of the bias that the seam points show.
-    let is_adjusted = recording.stripes.is_empty()
-        && adjusted::applies(recording, config, &assessed.drift_free.fit, &levels);
-    let unbiased = if is_adjusted {
-        Unbiased::beside_all(assessed, recording, &settings)
-    } else {
-        without_bias(assessed, recording, &settings, &levels)?
-    };
+    let (unbiased, seems) = alone(assessed, recording, &settings, &levels)?;
     let levels = unbiased.levels(levels);
-    let robot_seems = match released {
-        Some(released) => released.findings.checks.robot_seems,
-        None => robot_seems(&unbiased, &settings, levels.robot),
-    };
+    let robot_seems = released.map_or(seems, |released| released.findings.checks.robot_seems);
     let Unbiased { assessed, structure, cause, bias } = unbiased;
     conclude(&Concluded {
         recording,
@@ -158,6 +146,23 @@ fn with_stated_lens(
         time_offset_share,
         released,
     })
+}
+
+/// The fit with what is looked for by itself: a bias of the features, a robot that is worse than stated. Where every error is adjusted with the rest nothing is; but
+/// stripes are freed of the bias that the seam points show.
+fn alone(
+    assessed: Assessed,
+    recording: &Recording,
+    settings: &FitSettings<'_>,
+    levels: &SystematicLevels,
+) -> Result<(Unbiased, Option<RobotSigmas>), Error> {
+    let fit = &assessed.drift_free.fit;
+    if recording.stripes.is_empty() && adjusted::applies(recording, settings.config, fit, levels) {
+        return Ok((Unbiased::beside_all(assessed, recording, settings), None));
+    }
+    let unbiased = without_bias(assessed, recording, settings, levels)?;
+    let seems = robot_seems(&unbiased, settings, unbiased.levels(*levels).robot);
+    Ok((unbiased, seems))
 }
 
 /// A recording of stripes alone with their crossings as seam points, if there are enough of them.

@@ -104,6 +104,19 @@ fn by_code(skipped: &BTreeMap<Skip, usize>) -> serde_json::Map<String, Value> {
     skipped.iter().map(|(why, count)| (why.code().to_owned(), json!(count))).collect()
 }
 
+/// What was found along the scan.
+fn of_adjustment(warning: &Warning) -> Value {
+    match *warning {
+        Warning::OtherLine { span_s, features, beside_m } => {
+            json!({ "span_s": span_s, "features": features, "beside_mm": beside_m * MM_PER_M })
+        }
+        Warning::OutlierStretch { span_s, features } => json!({ "span_s": span_s, "features": features }),
+        Warning::WavySeam { rms_m } | Warning::RobotMoves { rms_m } => json!({ "rms_mm": rms_m * MM_PER_M }),
+        Warning::ClockStep { at_s, step_s } => json!({ "at_s": at_s, "step_s": step_s }),
+        _ => json!({}),
+    }
+}
+
 fn warning_values(warning: &Warning) -> Value {
     match warning {
         Warning::FeaturesSkipped { skipped } => json!({ "skipped": by_code(skipped) }),
@@ -130,15 +143,14 @@ fn warning_values(warning: &Warning) -> Value {
         Warning::HeldAtGuess { held } => {
             json!({ "held": held.iter().map(unobservable).collect::<Vec<_>>() })
         }
-        Warning::OtherLine { span_s, features, beside_m } => {
-            json!({ "span_s": span_s, "features": features, "beside_mm": beside_m * MM_PER_M })
-        }
-        Warning::OutlierStretch { span_s, features } => json!({ "span_s": span_s, "features": features }),
         Warning::DrawnLineNotNeeded { with_m, without_m } => {
             json!({ "with_mm": with_m * MM_PER_M, "without_mm": without_m * MM_PER_M })
         }
-        Warning::WavySeam { rms_m } | Warning::RobotMoves { rms_m } => json!({ "rms_mm": rms_m * MM_PER_M }),
-        Warning::ClockStep { at_s, step_s } => json!({ "at_s": at_s, "step_s": step_s }),
+        Warning::OtherLine { .. }
+        | Warning::OutlierStretch { .. }
+        | Warning::WavySeam { .. }
+        | Warning::RobotMoves { .. }
+        | Warning::ClockStep { .. } => of_adjustment(warning),
         Warning::UnusualNoise { noise_factor, .. } => json!({ "noise_factor": noise_factor }),
         Warning::StructuredResiduals { left } => json!({ "neighbour_correlation": left }),
         Warning::ManyOutliers { share } => json!({ "share": share }),

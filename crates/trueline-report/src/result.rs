@@ -2,10 +2,10 @@
 
 use crate::number::positive_w;
 use crate::{checks, facts, seam_error, stripes};
-use trueline_dataset::result_file::{ErrorsFoundEntry, 
-    self, Covariance, DrawnLineOptions, IterationEntry, IterationLine, LineEntry, LinePosition, ModelEntry,
-    Observability, Options, OutlierEntry, PoseEntry, RequireOptions, Residuals, ResultFile, RivalEntry,
-    SCHEMA_VERSION, Sigma, TimeOffsetUse, Tool, UnobservableEntry,
+use trueline_dataset::result_file::{
+    self, Covariance, DrawnLineOptions, ErrorsFoundEntry, IterationEntry, IterationLine, LineEntry,
+    LinePosition, ModelEntry, Observability, Options, OutlierEntry, PoseEntry, RequireOptions, Residuals,
+    ResultFile, RivalEntry, SCHEMA_VERSION, Sigma, TimeOffsetUse, Tool, UnobservableEntry,
 };
 use trueline_dataset::unit::MM_PER_M;
 use trueline_export::time_offset;

@@ -6,6 +6,9 @@ use trueline_method::evaluate::seam_points;
 use trueline_method::{Calibration, Config, Status};
 use trueline_sim::shop::{ShopCell, ShopTruth};
 
+/// Where the k-th point of a check pass is, and is meant to be.
+type Place<'a> = &'a dyn Fn(usize, &Vector3<f64>) -> Option<Vector3<f64>>;
+
 /// A cell and what became of it; lengths in mm.
 pub(crate) struct Judged {
     pub(crate) truth: ShopTruth,
@@ -75,7 +78,7 @@ pub(crate) fn judged(cell: &ShopCell, calibration: &Calibration) -> Judged {
     };
     let points = points_in_tool(&cell.check, calibration);
     let late_s = cell.truth.time_offset_s - offset.value_s;
-    let errors = |of: &dyn Fn(usize, &Vector3<f64>) -> Option<Vector3<f64>>| {
+    let errors = |of: Place<'_>| {
         let squares: Vec<f64> =
             points.iter().filter_map(|(k, at)| Some(of(*k, at)?.norm_squared())).collect();
         (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt() * 1e3)

@@ -1,12 +1,13 @@
 //! What to look at though a calibration can be used.
 
-use super::quantity::{Axis, MM_PER_M, MS_PER_S, Quantity, Significant};
+use super::quantity::{Axis, MM_PER_M, Quantity};
 use super::sensor_words::sensor_off;
 use super::stream_name::StreamName;
 use super::warning_words::{
-    clock_drift, coarse_stamps, decided_by_user, drawn_line_not_needed, feature_bias, held_at_guess,
-    left_out, lens_off, likely_cause, misfit, moves, poorly_known, robot_samples_missing, robot_worse,
-    stamp_steps, stripe_noise, stripes_disagree, stripes_stamped_apart, structured, unusual_noise, widened,
+    clock_drift, clock_step, coarse_stamps, decided_by_user, drawn_line_not_needed, feature_bias,
+    held_at_guess, left_out, lens_off, likely_cause, misfit, moves, other_line, poorly_known, robot_moves,
+    robot_samples_missing, robot_worse, stamp_steps, stripe_noise, stripes_disagree, stripes_stamped_apart,
+    structured, unusual_noise, wavy_seam, widened,
 };
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::instead_of_sensor::InsteadOfSensor;
@@ -332,11 +333,7 @@ impl fmt::Display for Warning {
             Self::PoorlyKnown { scan_alone_m, all_m } => poorly_known(scan_alone_m, all_m),
             Self::StripeNoise { noise_factor } => stripe_noise(noise_factor),
             Self::HeldAtGuess { ref held } => held_at_guess(held),
-            Self::OtherLine { span_s: [from, to], features, beside_m } => format!(
-                "from {from:.2} to {to:.2} s nearly all of the {features} features lie on another line, {:.2} mm beside: the \
-                 detector followed something else; they are not used",
-                beside_m * MM_PER_M
-            ),
+            Self::OtherLine { span_s, features, beside_m } => other_line(span_s, features, beside_m),
             Self::OutlierStretch { span_s: [from, to], features } => {
                 format!("from {from:.2} to {to:.2} s nearly all of the {features} features are outliers")
             }
@@ -344,17 +341,9 @@ impl fmt::Display for Warning {
                 unusual_noise(noise_factor, is_explained, of_answer)
             }
             Self::StructuredResiduals { left } => structured(left),
-            Self::WavySeam { rms_m } => {
-                format!("the seam is wavy by {} mm; the ± contain it", Significant(rms_m * MM_PER_M))
-            }
-            Self::RobotMoves { rms_m } => format!(
-                "the arm is {} mm off its poses along this scan; the ± contain it",
-                Significant(rms_m * MM_PER_M)
-            ),
-            Self::ClockStep { at_s, step_s } => format!(
-                "one of the clocks stepped at about {at_s:.2} s, by {:+.2} ms; this was taken out",
-                step_s * MS_PER_S
-            ),
+            Self::WavySeam { rms_m } => wavy_seam(rms_m),
+            Self::RobotMoves { rms_m } => robot_moves(rms_m),
+            Self::ClockStep { at_s, step_s } => clock_step(at_s, step_s),
             Self::ManyOutliers { share } => format!("{:.0} % of the measurements are outliers", 100.0 * share),
             Self::ClockDrift { ppm, sigma_ppm, about_s } => clock_drift(ppm, sigma_ppm, about_s),
             Self::RobotSamplesMissing { missing, of } => robot_samples_missing(missing, of),

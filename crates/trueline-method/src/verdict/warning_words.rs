@@ -51,6 +51,29 @@ pub(super) fn likely_cause(kind: CauseKind, [size, sigma]: [f64; 2], per_px_m: O
     }
 }
 
+pub(super) fn other_line([from, to]: [f64; 2], features: usize, beside_m: f64) -> String {
+    format!(
+        "from {from:.2} to {to:.2} s nearly all of the {features} features lie on another line, {:.2} mm beside: the \
+         detector followed something else; they are not used",
+        beside_m * MM_PER_M
+    )
+}
+
+pub(super) fn wavy_seam(rms_m: f64) -> String {
+    format!("the seam is wavy by {:.2} mm; the ± contain it", rms_m * MM_PER_M)
+}
+
+pub(super) fn robot_moves(rms_m: f64) -> String {
+    format!("the arm is {:.2} mm off its poses along this scan; the ± contain it", rms_m * MM_PER_M)
+}
+
+pub(super) fn clock_step(at_s: f64, step_s: f64) -> String {
+    format!(
+        "one of the clocks stepped at about {at_s:.2} s, by {:+.2} ms; this was taken out",
+        step_s * MS_PER_S
+    )
+}
+
 pub(super) fn lens_off(lens: &LensCorrection) -> String {
     let number = |k: usize| {
         let (by, sigma) = (lens.distortion[k], lens.sigma[k]);
