@@ -29,6 +29,8 @@ pub struct SeamError {
     pub budget_m: SeamErrorBudget,
     /// How large the errors that are no noise were taken to be.
     pub levels: SystematicLevels,
+    /// The direction in the tool in which it is largest (of length 1), and how large it is there, m; `None` where only its size is predicted.
+    pub weakest: Option<([f64; 3], f64)>,
 }
 
 impl SeamError {
@@ -181,7 +183,13 @@ pub fn predict(
     let SeamErrorBudget { sensor, robot, seam_form, feature_bias, held, .. } = parts;
     let squares = [parts.noise, parts.stamps, sensor, robot, seam_form, feature_bias, held];
     let rms_m = squares.iter().map(|part| part * part).sum::<f64>().sqrt();
-    Some(SeamError { rms_m, field_m: field.size_m, budget_m: parts, levels: sources.levels })
+    Some(SeamError {
+        rms_m,
+        field_m: field.size_m,
+        budget_m: parts,
+        levels: sources.levels,
+        weakest: None,
+    })
 }
 
 /// What an adjustment says of it.
@@ -217,6 +225,7 @@ pub(crate) fn of_shares(
         field_m: field.size_m,
         budget_m: SeamErrorBudget::of(&squares_m2),
         levels: sources.levels,
+        weakest: Some(field.weakest(sources)),
     })
 }
 
@@ -282,6 +291,24 @@ impl Field {
             by_shape.push(DMatrix::from_column_slice(3, 5, d_shape.as_slice()));
         }
         Some(Self { size_m: field.size_m(), slopes, by_shape, along })
+    }
+
+    /// The principal direction of the mean of Y C Yᵀ, and the standard deviation along it.
+    fn weakest(&self, sources: &SharedError<'_>) -> ([f64; 3], f64) {
+        let mut mean = self.along * self.along.transpose() * sources.stamps_variance_s2;
+        for (y, y_shape) in self.slopes.iter().zip(&self.by_shape) {
+            let mut there = y * sources.noise * y.transpose();
+            for share in sources.shares {
+                let moved = y * &share.columns;
+                let moved = share.shape.as_ref().map_or(moved.clone(), |shape| &moved + y_shape * shape);
+                there += &moved * moved.transpose();
+            }
+            mean += there.fixed_view::<3, 3>(0, 0) / self.slopes.len() as f64;
+        }
+        let eigen = mean.symmetric_eigen();
+        let largest = eigen.eigenvalues.imax();
+        let direction: Vector3<f64> = eigen.eigenvectors.column(largest).into();
+        (direction.into(), eigen.eigenvalues[largest].max(0.0).sqrt())
     }
 
     /// Mean over the points of trace(Y C Yᵀ).

@@ -151,6 +151,8 @@ pub enum Reason {
         mostly: &'static str,
         /// That part of its variance.
         share: f64,
+        /// The direction in the tool in which it is largest, of length 1, and how large it is there, m.
+        weakest: Option<([f64; 3], f64)>,
     },
     /// A required accuracy is missed.
     RequirementMissed {
@@ -243,8 +245,8 @@ impl fmt::Display for Reason {
             Self::ClockStep { at_s, step_s, sigma_s, pictures } => {
                 clock_step([at_s, step_s, sigma_s], pictures)
             }
-            Self::SeamErrorTooLarge { rms_m, ceiling_m, mostly, share } => {
-                seam_error_too_large([rms_m, ceiling_m], mostly, share)
+            Self::SeamErrorTooLarge { rms_m, ceiling_m, mostly, share, weakest } => {
+                seam_error_too_large([rms_m, ceiling_m], (mostly, share), weakest)
             }
             Self::RequirementMissed { quantity, sigma_si, required_si } => {
                 requirement_missed(quantity, sigma_si, required_si)
@@ -409,11 +411,19 @@ fn clock_step([at_s, step_s, sigma_s]: [f64; 3], pictures: Option<u32>) -> Strin
     }
 }
 
-fn seam_error_too_large([rms_m, ceiling_m]: [f64; 2], mostly: &str, share: f64) -> String {
+fn seam_error_too_large(
+    [rms_m, ceiling_m]: [f64; 2],
+    (mostly, share): (&str, f64),
+    weakest: Option<([f64; 3], f64)>,
+) -> String {
+    let along = weakest.map_or_else(String::new, |([x, y, z], sigma_m)| {
+        format!(", {:.2} mm of it along ({x:.2}, {y:.2}, {z:.2}) in the tool", sigma_m * MM_PER_M)
+    });
     format!(
-        "a seam point may be off by {} mm (one standard deviation), and {} mm is the limit. {:.0} % of the variance is owed to {mostly}. Scan \
-         longer, with tilts of ±10° or more and with more change of stand-off, or state what is known of the cell in sensor.toml",
-        Significant(rms_m * MM_PER_M),
+        "a seam point may be off by {:.2} mm (one standard deviation){along}, and {} mm is the limit. {:.0} % of the variance is owed to \
+         {mostly}. Scan longer, with tilts of ±10° or more and with more change of stand-off, or state what is known of the cell in \
+         sensor.toml",
+        rms_m * MM_PER_M,
         Significant(ceiling_m * MM_PER_M),
         100.0 * share
     )

@@ -119,7 +119,13 @@ fn seam_error_too_large(f: &Findings, error: &SeamError) -> Option<Reason> {
     let ceiling_m = f.config.require.seam_m.unwrap_or(SEAM_ERROR_CEILING_M);
     let (mostly, share) = error.mostly();
     let is_bad = error.rms_m > ceiling_m;
-    is_bad.then_some(Reason::SeamErrorTooLarge { rms_m: error.rms_m, ceiling_m, mostly, share })
+    is_bad.then_some(Reason::SeamErrorTooLarge {
+        rms_m: error.rms_m,
+        ceiling_m,
+        mostly,
+        share,
+        weakest: error.weakest,
+    })
 }
 
 fn too_large(f: &Findings) -> Reason {
