@@ -28,6 +28,8 @@ pub enum Termination {
         /// Length of the Gauss–Newton step that is left over, σ.
         step: f64,
     },
+    /// The equations have no solution.
+    NoSolution,
     /// The iterations ran out.
     IterationLimit {
         /// Iterations done.
@@ -45,7 +47,7 @@ impl Termination {
             Self::StepConverged { .. } | Self::CostConverged { .. } => true,
             // What is left over is far below what the data can tell.
             Self::NoFurtherDecrease { step, .. } => step < 1e-2,
-            Self::IterationLimit { .. } => false,
+            Self::IterationLimit { .. } | Self::NoSolution => false,
         }
     }
 }
@@ -53,6 +55,7 @@ impl Termination {
 impl fmt::Display for Termination {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::NoSolution => f.write_str("the equations have no solution"),
             Self::StepConverged { step, threshold } => {
                 write!(f, "converged: last step {step:.1e} sigma, below {threshold:.0e}")
             }

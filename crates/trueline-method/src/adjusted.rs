@@ -5,8 +5,12 @@ use crate::assess::seam_error::{self, SeamError, SharedError};
 use crate::assess::systematic::SystematicLevels;
 use crate::concluded::Concluded;
 use crate::config::{ASSUMED_WAVINESS_M, Config, ResidualKind};
-use crate::problem::line_problem::{Criterion, LineProblem};
-use crate::problem::parameters::TIME_OFFSET;
+use crate::hypotheses::clock_drift::DriftFree;
+use crate::hypotheses::search::BetterMinimum;
+use crate::input::noise_levels::Whitener;
+use crate::input::observations::Observation;
+use crate::problem::line_problem::LineProblem;
+use crate::problem::parameters::{Parameters, TIME_OFFSET};
 use crate::solve::fit::Fit;
 use trueline_dataset::Recording;
 use trueline_geometry::lag;
@@ -19,6 +23,8 @@ pub(crate) struct Adjusted {
     pub seam_error: Option<SeamError>,
     /// Of each rival of the optimum, whether it is still one: adjusted in full as well, it is about as likely.
     pub is_open: Vec<bool>,
+    /// A rival that is plainly likelier, where the guess or a statement decided against it.
+    pub better: Option<BetterMinimum>,
     /// How far the robot lags in each model that was tried (s), with minus twice its log likelihood.
     pub tried: Vec<(f64, f64)>,
 }
@@ -36,93 +42,42 @@ fn waviness_m(recording: &Recording, config: &Config) -> f64 {
     config.waviness_m.or(recording.setup.waviness_m).unwrap_or(ASSUMED_WAVINESS_M)
 }
 
-/// Lags of a robot behind commanded poses that are tried, s.
-const LAGS_S: [f64; 4] = [0.012, 0.022, 0.035, 0.055];
-/// A lag is tried where its square is so many times its standard deviation …
-const LAG_SIGMAS: f64 = 4.0;
-/// … and taken where twice the log likelihood gains so much: e⁻¹² is less likely than commanded poses are rare.
-const LAG_GAIN: f64 = 25.0;
-
-/// Twice the log likelihood by which one of two answers is the likelier one for good.
-const RIVAL_GAIN: f64 = 25.0;
-
-/// The likeliest of an answer and its rivals, each adjusted in full; and whether each rival is still about as likely. What is noise to a fit of noise alone, tacks
-/// and waves above all, can make a turned sensor look better.
-fn beside_rivals(
+/// The optimum of noise alone, adjusted. `None` where nothing is there to adjust: a seam that is stated to be straight with a sharp edge, the paper's
+/// residual, directions that are held at a guess, a robot that stands.
+///
+/// # Errors
+/// [`Unsolved`] where there would be, and the equations have no solution.
+pub(crate) fn adjusted(
     from: &Concluded<'_>,
     problem: &LineProblem<'_>,
-    settings: &Settings<'_>,
-    best: Answer,
-) -> (Answer, Vec<bool>) {
-    let rivals = &from.ambiguity.rivals;
-    let is_decided = from.ambiguity.decided_by.is_some();
-    let adjusted: Vec<Option<Answer>> =
-        rivals.iter().map(|rival| adjust(problem, &rival.parameters, settings)).collect();
-    let likeliest = adjusted.iter().flatten().map(Answer::comparable).fold(best.comparable(), f64::min);
-    let is_open = adjusted
-        .iter()
-        .map(|rival| rival.as_ref().is_some_and(|rival| rival.comparable() < likeliest + RIVAL_GAIN));
-    let is_open: Vec<bool> = is_open.collect();
-    if is_decided || best.comparable() < likeliest + RIVAL_GAIN {
-        return (best, is_open);
-    }
-    let other = adjusted.into_iter().flatten().min_by(|a, b| a.comparable().total_cmp(&b.comparable()));
-    // It is no rival of itself.
-    let alone = is_open.iter().filter(|open| **open).count() == 1;
-    (other.unwrap_or(best), if alone { vec![false; is_open.len()] } else { is_open })
-}
-
-/// The same with the robot behind its recorded poses, where those were commanded. The time offset is that of the recorded poses, delay and all: with
-/// it a measurement is placed by the poses as they will be recorded.
-fn lagging(from: &Concluded<'_>, settings: &Settings<'_>, as_recorded: Answer) -> (Answer, Vec<(f64, f64)>) {
-    let mut models = vec![(0.0, as_recorded.twice_negative_log)];
-    let (square_s2, sigma_s2) = as_recorded.amplitudes.squared_lag_s2;
-    if square_s2 < LAG_SIGMAS * sigma_s2 {
-        return (as_recorded, models);
-    }
-    let tried = LAGS_S.into_iter().filter_map(|lag_s| {
-        let drift_free = &from.assessed.drift_free;
-        let mut observations = drift_free.observations.without_list();
-        observations.robot.trajectory = lag::first_order(&observations.robot.trajectory, lag_s).ok()?;
-        observations.list = drift_free.fit.placed.of(&drift_free.observations).to_vec();
-        let mut start = as_recorded.at.clone();
-        start.time_offset_s -= lag_s;
-        let criterion = Criterion { residual: ResidualKind::Sheet, loss: from.settings.config.final_loss() };
-        let list = &observations.list;
-        let problem = LineProblem::new(&observations, list, criterion, &drift_free.fit.noise, &start)
-            .with_shape_prior(drift_free.fit.shape_prior);
-        let mut answer = adjust(&problem, &start, &Settings { lag_s, ..*settings })?;
-        answer.at.time_offset_s += lag_s;
-        models.push((lag_s, answer.twice_negative_log));
-        Some(answer)
-    });
-    let likeliest = tried.min_by(|a, b| a.twice_negative_log.total_cmp(&b.twice_negative_log));
-    let answer = likeliest
-        .filter(|lagging| lagging.twice_negative_log + LAG_GAIN < as_recorded.twice_negative_log)
-        .unwrap_or(as_recorded);
-    (answer, models)
-}
-
-/// Adjusts it from the optimum of noise alone. `None` where nothing is there to adjust: a seam that is stated to be straight with a sharp edge, the
-/// paper's residual, directions that are held at a guess, a robot that stands.
-pub(crate) fn adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>) -> Option<Adjusted> {
+) -> Result<Option<Adjusted>, Unsolved> {
     let (config, fit) = (from.settings.config, &from.assessed.drift_free.fit);
     if !applies(from.recording, config, fit, &from.levels) {
-        return None;
+        return Ok(None);
     }
-    let waviness_m = waviness_m(from.recording, config);
     let held_sigmas = from.held_sigmas();
     let settings = Settings {
         fixed: from.settings.fixed,
         held_sigmas: &held_sigmas,
         levels: from.levels,
-        waviness_m,
+        waviness_m: waviness_m(from.recording, config),
+        noise_factor: fit.noise.factor,
+        step: from.assessed.drift_free.stepped.map(|step| (step.at_s, step.step_s.abs())),
         lag_s: 0.0,
     };
-    let as_recorded = adjust(problem, fit.parameters(), &settings)?;
-    let (as_recorded, is_open) = beside_rivals(from, problem, &settings, as_recorded);
-    let (answer, tried) = lagging(from, &settings, as_recorded);
-    let observations = &from.assessed.drift_free.observations;
+    let best = adjust(problem, fit.parameters(), &settings).ok_or(Unsolved)?;
+    let Basin { answer, is_open, better } = beside_rivals(from, problem, &settings, best);
+    let (answer, tried) = lagging(from, &settings, answer);
+    let seam_error = seam_error(from, &answer);
+    Ok(Some(Adjusted { answer, seam_error, is_open, better, tried }))
+}
+
+/// The equations of an adjustment have no solution.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Unsolved;
+
+fn seam_error(from: &Concluded<'_>, answer: &Answer) -> Option<SeamError> {
+    let (observations, fit) = (&from.assessed.drift_free.observations, &from.assessed.drift_free.fit);
     let widened = from.with_time_offset_widened(answer.noise.clone());
     let at_clock = (TIME_OFFSET, TIME_OFFSET);
     let sources = SharedError {
@@ -130,8 +85,111 @@ pub(crate) fn adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>) -> Optio
         stamps_variance_s2: widened[at_clock] - answer.noise[at_clock],
         shares: &answer.shares,
         levels: from.levels,
-        speed_m_s: config.used_at.speed_m_s,
+        speed_m_s: from.settings.config.used_at.speed_m_s,
     };
-    let seam_error = seam_error::of_shares(observations, fit.placed.of(observations), &answer.at, &sources);
-    Some(Adjusted { answer, seam_error, is_open, tried })
+    seam_error::of_shares(observations, fit.placed.of(observations), &answer.at, &sources)
+}
+
+/// Twice the log likelihood by which one of two answers is the likelier one for good.
+const RIVAL_GAIN: f64 = 25.0;
+
+/// The likeliest of several answers.
+struct Basin {
+    answer: Answer,
+    is_open: Vec<bool>,
+    better: Option<BetterMinimum>,
+}
+
+/// The likeliest of an answer and its rivals, each adjusted in full to the frames that all of them can place; and whether each rival is still about as
+/// likely. What is noise to a fit of noise alone, tacks and waves above all, can make a turned sensor look better.
+fn beside_rivals(
+    from: &Concluded<'_>,
+    problem: &LineProblem<'_>,
+    settings: &Settings<'_>,
+    best: Answer,
+) -> Basin {
+    let rivals = &from.ambiguity.rivals;
+    // Lines that are held stay where they were drawn, and rivals were found before.
+    if rivals.is_empty() || !from.settings.config.drawn_lines.is_empty() {
+        return Basin { answer: best, is_open: vec![true; rivals.len()], better: None };
+    }
+    let is_common = |o: &Observation| {
+        rivals.iter().all(|rival| problem.placement(o, &rival.parameters).is_some())
+    };
+    let (list, whiteners) = some_of(problem, is_common);
+    let common = problem.of_some(&list, &whiteners);
+    let comparable = |at: &Parameters| adjust(&common, at, settings).map(|answer| answer.comparable());
+    // What cannot be solved is not told apart.
+    let own = comparable(&best.at).unwrap_or(f64::INFINITY);
+    let others: Vec<Option<f64>> = rivals.iter().map(|rival| comparable(&rival.parameters)).collect();
+    let likeliest = others.iter().flatten().copied().fold(own, f64::min);
+    let mut is_open: Vec<bool> =
+        others.iter().map(|other| other.is_none_or(|other| other < likeliest + RIVAL_GAIN)).collect();
+    let taken = others.iter().position(|other| *other == Some(likeliest));
+    let Some(taken) = taken.filter(|_| own > likeliest + RIVAL_GAIN) else {
+        return Basin { answer: best, is_open, better: None };
+    };
+    let rival = &rivals[taken];
+    if from.ambiguity.decided_by.is_some() {
+        let (time_offset_s, noise_factor) = (rival.parameters.time_offset_s, rival.noise_factor);
+        let better = Some(BetterMinimum { time_offset_s, noise_factor });
+        return Basin { answer: best, is_open, better };
+    }
+    // It is no rival of itself.
+    is_open[taken] = false;
+    Basin { answer: adjust(problem, &rival.parameters, settings).unwrap_or(best), is_open, better: None }
+}
+
+/// The observations of a problem that are like that, with their whiteners.
+fn some_of(
+    problem: &LineProblem<'_>,
+    is_such: impl Fn(&Observation) -> bool,
+) -> (Vec<Observation>, Vec<Whitener>) {
+    problem.selected().filter(|(o, _)| is_such(o)).map(|(o, whitener)| (*o, *whitener)).unzip()
+}
+
+/// Lags of a robot behind commanded poses that are tried, s.
+const LAGS_S: [f64; 4] = [0.012, 0.022, 0.035, 0.055];
+/// A lag is tried where its square is so many times its standard deviation …
+const LAG_SIGMAS: f64 = 4.0;
+/// … and taken where twice the log likelihood gains so much: e⁻¹² is less likely than commanded poses are rare.
+const LAG_GAIN: f64 = 25.0;
+
+/// The same with the robot behind its recorded poses, where those were commanded. The time offset is that of the recorded poses, delay and all: with
+/// it a measurement is placed by the poses as they will be recorded.
+fn lagging(from: &Concluded<'_>, settings: &Settings<'_>, as_recorded: Answer) -> (Answer, Vec<(f64, f64)>) {
+    let mut models = vec![(0.0, as_recorded.comparable())];
+    let (square_s2, sigma_s2) = as_recorded.amplitudes.squared_lag_s2;
+    let is_shown = square_s2 >= LAG_SIGMAS * sigma_s2;
+    if !is_shown {
+        return (as_recorded, models);
+    }
+    let DriftFree { observations, fit, .. } = &from.assessed.drift_free;
+    let problem = fit.problem(observations, from.settings.config);
+    let latest_s = LAGS_S.iter().copied().fold(0.0, f64::max);
+    // A lag makes exposures later: all are compared by the frames that the latest of them still places.
+    let is_common = |o: &Observation| {
+        let later = Observation { stamp_s: o.stamp_s + latest_s, ..*o };
+        problem.placement(&later, &as_recorded.at).is_some()
+    };
+    let (list, whiteners) = some_of(&problem, is_common);
+    let without = adjust(&problem.of_some(&list, &whiteners), &as_recorded.at, settings);
+    let Some(without) = without else { return (as_recorded, models) };
+    let tried = LAGS_S.into_iter().filter_map(|lag_s| {
+        let mut lagging = observations.without_list();
+        lagging.robot.trajectory = lag::first_order(&observations.robot.trajectory, lag_s).ok()?;
+        let mut start = as_recorded.at.clone();
+        start.time_offset_s -= lag_s;
+        let problem = LineProblem { observations: &lagging, ..problem.of_some(&list, &whiteners) };
+        let mut answer = adjust(&problem, &start, &Settings { lag_s, ..*settings })?;
+        answer.at.time_offset_s += lag_s;
+        Some((lag_s, answer))
+    });
+    let tried: Vec<(f64, Answer)> = tried.collect();
+    models[0].1 = without.comparable();
+    models.extend(tried.iter().map(|(lag_s, answer)| (*lag_s, answer.comparable())));
+    let answers = tried.into_iter().map(|(_, answer)| answer);
+    let likeliest = answers.min_by(|a, b| a.comparable().total_cmp(&b.comparable()));
+    let taken = likeliest.filter(|lagging| lagging.comparable() + LAG_GAIN < without.comparable());
+    (taken.unwrap_or(as_recorded), models)
 }

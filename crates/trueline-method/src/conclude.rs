@@ -1,6 +1,6 @@
 //! What a fit says: its findings and the verdict.
 
-use crate::adjusted::{Adjusted, adjusted};
+use crate::adjusted::{Adjusted, Unsolved, adjusted};
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::convergence;
 use crate::assess::corrected_sensor::CorrectedSensor;
@@ -30,7 +30,7 @@ use crate::input::stops::Stops;
 use crate::models::held::compare;
 use crate::models::tried::{ModelTried, of_adjustment};
 use crate::problem::line_problem::LineProblem;
-use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET};
+use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::solve::covariance::{self, Uncertainty};
 use crate::solve::solver::Solver;
 use crate::stripe::estimate::{self, SeamEstimate};
@@ -39,6 +39,7 @@ use crate::stripe::systematic::SharedErrors;
 use crate::verdict;
 use nalgebra::{DMatrix, SVector};
 use trueline_dataset::Sensor;
+use trueline_lsq::Termination;
 
 /// Everything that is said of a fit.
 ///
@@ -239,11 +240,26 @@ fn take_adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>, findings: &mut
     if findings.fit.residuals.used == 0 {
         return;
     }
-    let Some(Adjusted { answer, seam_error, is_open, tried }) = adjusted(from, problem) else { return };
+    let adjusted = match adjusted(from, problem) {
+        Ok(Some(adjusted)) => adjusted,
+        Ok(None) => return,
+        // The ± of noise alone is not that of this cell.
+        Err(Unsolved) => {
+            findings.fit.termination = Termination::NoSolution;
+            return;
+        }
+    };
+    let Adjusted { answer, seam_error, is_open, tried, better } = adjusted;
+    findings.checks.better = findings.checks.better.or(better);
     let mut mirrors = from.ambiguity.rivals.iter().zip(&is_open).filter(|(rival, _)| rival.is_mirror);
     let is_told_apart = mirrors.next().is_some_and(|(_, is_open)| !is_open);
     if findings.checks.mirrored == Mirrored::Equal && is_told_apart {
         findings.checks.mirrored = Mirrored::ToldApart;
+        // It was the mirror alone that left the rotation open.
+        let seen = &mut findings.unknowns.observability;
+        if seen.shows(Group::Rotation) {
+            seen.observable_components[ROTATION..TRANSLATION].fill(true);
+        }
     }
     let mut is_open = is_open.into_iter();
     findings.checks.ambiguity.rivals.retain(|_| is_open.next().unwrap_or(true));
@@ -275,6 +291,12 @@ fn take_adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>, findings: &mut
     findings.fit.amplitudes = Some(answer.amplitudes);
     findings.unknowns =
         with_sensor(from, Answered { parameters: answer.at, covariance, noise_covariance, observability });
+    let Unknowns { parameters, covariance, .. } = &findings.unknowns;
+    let beside = |shape: SensorShape| shape.beside(from.cause.as_ref(), parameters, covariance);
+    findings.unknowns.sensor = findings.unknowns.sensor.map(beside);
+    if !findings.unknowns.sensor.is_some_and(|shape| shape.is_off()) {
+        findings.checks.instead_of_sensor.clear();
+    }
 }
 
 /// An answer without what it says of the sensor.

@@ -247,6 +247,7 @@ fn measured(quantity: Quantity, values: &[(&str, f64)]) -> Value {
         Quantity::TimeOffset => ("time_offset", "s", 1.0),
         Quantity::Rotation => ("hand_eye_rotation", "rad", 1.0),
         Quantity::Translation => ("hand_eye_translation", "mm", MM_PER_M),
+        Quantity::SeamPoint => ("seam_point", "mm", MM_PER_M),
     };
     let mut object = json!({ "parameter": name });
     for (key, value_si) in values {

@@ -71,11 +71,20 @@ impl Adjustment<'_> {
     #[must_use]
     pub(crate) fn run(&mut self) -> Option<Adjusted> {
         self.begin();
-        let mut last = None;
         for (round, cut) in CUTS.into_iter().enumerate() {
-            last = Some(self.round(round, cut)?);
+            self.round(round, cut)?;
         }
-        last
+        self.end()
+    }
+
+    /// The unknowns once more, with noise, amplitudes and weights as they are now.
+    fn end(&mut self) -> Option<Adjusted> {
+        let frames = self.scan.frames(&self.at, &self.tilt);
+        let mut table = Table::of(&frames, &self.columns, &self.coefficients);
+        let (sums, solved) = self.steps(&mut table, &frames)?;
+        let equations = Equations::of([&sums[0], &sums[1]], self.sigmas, self.columns.estimated());
+        self.coefficients = self.of_blocks(&solved.step);
+        Some(Adjusted { equations, solved })
     }
 
     /// Noise and weights by the residuals as they are.
@@ -88,7 +97,8 @@ impl Adjustment<'_> {
             let differences = of_direction.windows(2).map(|two| (two[1] - two[0]).abs());
             let sigma = NORMAL * median(differences).unwrap_or(1.0) / std::f64::consts::SQRT_2;
             let all = NORMAL * median(of_direction.iter().map(|r| r.abs())).unwrap_or(1.0);
-            self.sigmas[direction] = sigma.max(LEAST_SIGMA);
+            // The largest amplitude that is tried makes no more of it.
+            self.sigmas[direction] = sigma.max(all / MOST_LASTING).max(LEAST_SIGMA);
             spread[direction] = all.max(self.sigmas[direction]);
             let lasting = (spread[direction] / self.sigmas[direction]).powi(2) - 1.0;
             self.noise[direction] = Coloured { amplitude: nearest(lasting), lasts_s: LASTS_S[1] };
@@ -98,7 +108,7 @@ impl Adjustment<'_> {
         self.weights = weights(&table.off(&as_they_are, spread), CUTS[0]);
     }
 
-    fn round(&mut self, round: usize, cut: f64) -> Option<Adjusted> {
+    fn round(&mut self, round: usize, cut: f64) -> Option<()> {
         let frames = self.scan.frames(&self.at, &self.tilt);
         let mut table = Table::of(&frames, &self.columns, &self.coefficients);
         if ROUNDS_OF_NOISE.contains(&round) {
@@ -120,7 +130,7 @@ impl Adjustment<'_> {
         let spread =
             [0, 1].map(|direction| self.sigmas[direction] * (1.0 + self.noise[direction].amplitude).sqrt());
         self.weights = weights(&table.off(&left, spread), cut);
-        Some(Adjusted { equations, solved })
+        Some(())
     }
 
     /// Steps of the unknowns, the columns being what they are; the equations at the end with their solution.
@@ -222,7 +232,7 @@ impl Adjustment<'_> {
         let prior = self.prior();
         let count = solved.step.len();
         // What is not known beforehand is used up; both directions share it alike.
-        let known = prior.information.diagonal().dot(&solved.variances());
+        let known = solved.known_by(&prior, self.columns.free.len());
         let used = 0.5 * (count as f64 - known).max(0.0);
         for (sums, sigma) in sums.iter().zip(&mut self.sigmas) {
             let products = sums.products.view((0, 0), (count, count));
@@ -306,6 +316,8 @@ impl Likelihood<'_, '_> {
 
 /// The standard deviation of a normal distribution over its median distance from the middle.
 const NORMAL: f64 = 1.4826;
+/// The root of the largest of [`AMPLITUDES`].
+const MOST_LASTING: f64 = 10.0;
 /// White noise is never taken for less than this part of what was expected: data without noise.
 const LEAST_SIGMA: f64 = 1e-6;
 

@@ -11,6 +11,7 @@ use crate::assess::robot_field::RobotField;
 use crate::assess::seam_error::{Share, ShareOf};
 use crate::assess::systematic::SystematicLevels;
 use crate::assess::tilt_bias::TiltBias;
+use crate::config::ASSUMED_WAVINESS_M;
 use crate::order_statistics::quantile;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
@@ -41,6 +42,10 @@ pub(crate) struct Settings<'a> {
     pub levels: SystematicLevels,
     /// Root mean square of the seam's form beyond its bow, as a first guess, m; 0 is none.
     pub waviness_m: f64,
+    /// How many times larger than expected the noise is by which the problem is whitened.
+    pub noise_factor: f64,
+    /// A step of the clocks that the scan may show: when it is, s, and how large it seems, s.
+    pub step: Option<(f64, f64)>,
     /// How far the robot lags behind the poses of the problem, and was taken to do so there, s; 0 is not at all.
     pub lag_s: f64,
 }
@@ -144,7 +149,7 @@ pub(crate) fn adjust(problem: &LineProblem<'_>, at: &Parameters, settings: &Sett
         weights: Vec::new(),
     };
     let adjusted = adjustment.run()?;
-    Some(answer(&adjustment, &adjusted))
+    Some(answer(&adjustment, &adjusted, settings))
 }
 
 fn considered(settings: &Settings<'_>) -> Vec<Considered> {
@@ -171,6 +176,11 @@ fn add_blocks(
         let mean_view = (0..lines).map(|line| mean_view(frames, line)).collect();
         add(Kind::EdgeRadius { sigma_m: settings.levels.edge_radius_m, mean_view }, Amplitude::HELD);
     }
+    if let Some((at_s, sigma_s)) = settings.step {
+        let stamps: Vec<f64> = frames.iter().flatten().map(|frame| frame.stamp_s).collect();
+        let before = stamps.iter().filter(|stamp_s| **stamp_s < at_s).count();
+        add(Kind::Step { at_s, is_later: 2 * before >= stamps.len(), sigma_s }, Amplitude::HELD);
+    }
     if settings.lag_s > 0.0 {
         add(Kind::Lag { taken_s: settings.lag_s, sigma_s: LAG_SIGMA_S }, Amplitude::HELD);
     }
@@ -184,7 +194,7 @@ fn add_blocks(
         };
         for ((apart_m, part), largest_m) in FORMS.into_iter().zip(LARGEST_FORMS_M) {
             let sigma_m = part * settings.waviness_m;
-            let hats = Hats::over([from, to], apart_m);
+            let hats = Hats::over([from, to], apart_m, lines);
             let bounds = [LEAST_FORM.powi(2), (largest_m / sigma_m).powi(2)];
             add(Kind::Form { line, hats, sigma_m }, Amplitude { theta: 1.0, bounds });
         }
@@ -204,7 +214,7 @@ fn mean_view(frames: &[Option<Frame>], line: usize) -> Vector3<f64> {
     sum / f64::max(count, 1.0)
 }
 
-fn answer(adjustment: &Adjustment<'_>, adjusted: &Adjusted) -> Answer {
+fn answer(adjustment: &Adjustment<'_>, adjusted: &Adjusted, settings: &Settings<'_>) -> Answer {
     let covariance = adjusted.solved.covariance();
     let free = &adjustment.columns.free;
     // The rows of the unknowns, over all tangent components.
@@ -225,6 +235,7 @@ fn answer(adjustment: &Adjustment<'_>, adjusted: &Adjusted) -> Answer {
             Kind::EdgeRadius { .. } => ShareOf::EdgeRadius,
             Kind::Detector { .. } => ShareOf::FeatureBias,
             Kind::Lag { .. } => ShareOf::Robot,
+            Kind::Step { .. } => ShareOf::Stamps,
         };
         shares.push(Share { of, columns, shape: None });
     }
@@ -235,7 +246,7 @@ fn answer(adjustment: &Adjustment<'_>, adjusted: &Adjusted) -> Answer {
         shares,
         amplitudes: Amplitudes {
             squared_lag_s2: squared_lag(adjustment, adjusted),
-            ..amplitudes(adjustment)
+            ..amplitudes(adjustment, settings)
         },
         twice_negative_log: adjusted.solved.twice_negative_log,
     }
@@ -291,7 +302,7 @@ fn squared_lag(adjustment: &Adjustment<'_>, adjusted: &Adjusted) -> (f64, f64) {
     (units * UNIT_OF_LAG_S.powi(2), sigma * UNIT_OF_LAG_S.powi(2))
 }
 
-fn amplitudes(adjustment: &Adjustment<'_>) -> Amplitudes {
+fn amplitudes(adjustment: &Adjustment<'_>, settings: &Settings<'_>) -> Amplitudes {
     let frames = adjustment.scan.frames(&adjustment.at, &adjustment.tilt);
     let (mut form, mut robot, mut count) = (0.0, 0.0, 0.0);
     for (frame, weight) in frames.iter().zip(&adjustment.weights) {
@@ -312,16 +323,19 @@ fn amplitudes(adjustment: &Adjustment<'_>) -> Amplitudes {
     let thetas = |of: fn(&Kind) -> bool| {
         blocks.iter().filter(move |block| of(&block.kind)).map(|block| block.amplitude.theta.sqrt())
     };
-    let out = adjustment.weights.iter().filter(|weight| **weight == 0.0).count();
+    // A seam that is stated to be nearly straight may still be as wavy as others are.
+    let of_usual = (settings.waviness_m / ASSUMED_WAVINESS_M).min(1.0);
+    let there = || frames.iter().zip(&adjustment.weights).filter(|(frame, _)| frame.is_some());
+    let out = there().filter(|(_, weight)| **weight == 0.0).count();
     Amplitudes {
-        white: adjustment.sigmas,
+        white: adjustment.sigmas.map(|sigma| sigma * settings.noise_factor),
         lasting: adjustment.noise,
         form_m: (form / f64::max(count, 1.0)).sqrt(),
-        forms: thetas(|kind| matches!(kind, Kind::Form { .. })).collect(),
+        forms: thetas(|kind| matches!(kind, Kind::Form { .. })).map(|form| form * of_usual).collect(),
         robot_m: (robot / f64::max(count, 1.0)).sqrt(),
         robot: thetas(|kind| matches!(kind, Kind::Robot(_))).next(),
         squared_lag_s2: (0.0, 0.0),
         lag_s: blocks.iter().find_map(|block| block.lag_s()).unwrap_or(0.0),
-        out: Outliers { count: out, of: adjustment.scan.count() },
+        out: Outliers { count: out, of: there().count() },
     }
 }

@@ -4,6 +4,7 @@ use crate::adjustment::form::Hats;
 use crate::adjustment::frames::Frame;
 use crate::assess::robot_field::RobotField;
 use crate::assess::tilt_bias::BIAS;
+use crate::problem::unknowns::TIME_OFFSET;
 use nalgebra::{DVector, Vector3};
 use std::ops::Range;
 use trueline_geometry::so3;
@@ -19,6 +20,8 @@ pub(crate) enum Kind {
     EdgeRadius { sigma_m: f64, mean_view: Vec<Vector3<f64>> },
     /// The detector's point with the tilt, px per 10°.
     Detector { sigma_px: f64 },
+    /// A step of the time offset, s: on one side of it the offset is another.
+    Step { at_s: f64, is_later: bool, sigma_s: f64 },
     /// A lag of the robot behind its recorded poses, beyond the one that was taken into account, s.
     Lag { taken_s: f64, sigma_s: f64 },
 }
@@ -63,7 +66,7 @@ impl Block {
         let count = match &kind {
             Kind::Form { hats, .. } => 2 * hats.count,
             Kind::Robot(field) => 6 * field.modes(),
-            Kind::EdgeRadius { .. } | Kind::Lag { .. } => 1,
+            Kind::EdgeRadius { .. } | Kind::Lag { .. } | Kind::Step { .. } => 1,
             Kind::Detector { .. } => BIAS,
         };
         Self { kind, columns: first..first + count, amplitude, own: vec![1.0; count] }
@@ -107,6 +110,11 @@ impl Block {
             }
             Kind::EdgeRadius { sigma_m, mean_view } => {
                 set(0, frame.by_point * (frame.towards_sensor - mean_view[frame.line]) * *sigma_m);
+            }
+            Kind::Step { at_s, is_later, sigma_s } => {
+                if (frame.stamp_s >= *at_s) == *is_later {
+                    set(0, frame.by_unknowns.column(TIME_OFFSET) * *sigma_s);
+                }
             }
             // What of a lag is a delay belongs to the time offset; beyond that y moves by τ ÿ for each second.
             Kind::Lag { taken_s, sigma_s } => {

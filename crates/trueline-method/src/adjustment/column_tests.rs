@@ -85,7 +85,7 @@ fn a_form_moves_a_residual_as_the_seam_itself_does() {
     let (observed, at) = cell();
     let problem = problem(&observed, &at);
     let scan = Scan::of(&problem, &at);
-    let hats = Hats::over([-0.3, 0.3], 0.02);
+    let hats = Hats::over([-0.3, 0.3], 0.02, 1);
     let block = Block::new(Kind::Form { line: 0, hats, sigma_m: 1e-4 }, 0, Amplitude::HELD);
     for frame in some_frames(&problem, &at) {
         // A whole form of one height is the line beside itself.
@@ -167,7 +167,7 @@ fn a_steep_form_couples_the_place_along_the_seam() {
     let (observed, at) = cell();
     let problem = problem(&observed, &at);
     let mut columns = Columns::of(&at, &[], Vec::new());
-    let hats = Hats::over([-0.3, 0.3], 0.02);
+    let hats = Hats::over([-0.3, 0.3], 0.02, 1);
     let block = Block::new(Kind::Form { line: 0, hats, sigma_m: 1e-4 }, columns.estimated(), Amplitude::HELD);
     columns.blocks.push(block);
     let mut coefficients = DVector::zeros(columns.estimated());

@@ -15,7 +15,8 @@ pub(crate) enum Considered {
     Held(usize, f64),
     /// The shape of a sensor that is held: five columns.
     Shape(ShapeCovariance),
-    /// The square of a lag of the robot behind its recorded poses, s², of which so much is a unit: it is looked for, and not in the ±.
+    /// The square of a lag of the robot behind its recorded poses, s², of which so much is a unit: it is looked for, and not in the ±. Beyond its
+    /// delay τ a lag moves by τ² ÿ / 2: 1/(1 + sτ) = e^(−sτ) (1 + s²τ²/2 + …).
     SquaredLag(f64),
 }
 
@@ -96,7 +97,8 @@ impl Columns {
                     numbers[next] = local.map_or(0.0, |local| by_unknowns[(row, local)] * sigma);
                 }
                 Considered::SquaredLag(unit_s2) => {
-                    numbers[next] = frame.by_point.row(row).dot(&frame.acceleration.transpose()) * unit_s2;
+                    let by_lag = frame.by_point.row(row).dot(&frame.acceleration.transpose());
+                    numbers[next] = 0.5 * by_lag * unit_s2;
                 }
                 Considered::Shape(covariance) => {
                     let Some(root) = covariance.cholesky() else { continue };

@@ -91,6 +91,18 @@ impl Solved {
         (0..count).map(|column| rows.column(column).norm()).collect()
     }
 
+    /// How much of the estimate was known before: the trace of its information times the covariance. Of the first columns it may be joint, of the others
+    /// it is each column's own.
+    #[must_use]
+    pub(crate) fn known_by(&self, prior: &Prior, joint: usize) -> f64 {
+        let size = self.step.len();
+        let first = self.factor.solve(&DMatrix::identity(size, joint));
+        let of_first = prior.information.view((0, 0), (joint, joint)).component_mul(&first.rows(0, joint));
+        let variances = self.variances();
+        let own = (joint..size).map(|k| prior.information[(k, k)] * variances[k]);
+        of_first.sum() + own.sum::<f64>()
+    }
+
     /// Variances of all estimated columns.
     #[must_use]
     pub(crate) fn variances(&self) -> DVector<f64> {

@@ -11,14 +11,17 @@ pub(crate) struct Hats {
     pub count: usize,
 }
 
-/// More hats than this along a seam tell no more of it than fewer that are farther apart.
+/// More hats than this along all seams tell no more of them than fewer that are farther apart …
 const MOST: usize = 80;
+/// … and a seam has so many at least.
+const LEAST: usize = 12;
 
 impl Hats {
-    /// Over a seam that is seen from one place to another, so far apart, or as far as there may be hats.
+    /// Over one of so many seams that is seen from one place to another, so far apart, or as far as there may be hats.
     #[must_use]
-    pub(crate) fn over([from_m, to_m]: [f64; 2], apart_m: f64) -> Self {
-        let apart_m = apart_m.max((to_m - from_m) / (MOST - 1) as f64);
+    pub(crate) fn over([from_m, to_m]: [f64; 2], apart_m: f64, seams: usize) -> Self {
+        let most = (MOST / seams.max(1)).max(LEAST);
+        let apart_m = apart_m.max((to_m - from_m) / (most - 1) as f64);
         let count = ((to_m - from_m) / apart_m).ceil() as usize + 1;
         Self { first_m: from_m, apart_m, count }
     }

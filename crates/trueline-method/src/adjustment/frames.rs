@@ -5,7 +5,7 @@
 
 use crate::assess::tilt_bias::{BIAS, TiltBias};
 use crate::input::noise_levels::Whitener;
-use crate::input::observations::Observation;
+use crate::input::observations::{Observation, Observations};
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use crate::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED, ROTATION, TIME_OFFSET, TRANSLATION};
@@ -14,8 +14,23 @@ use nalgebra::{Matrix2x3, SMatrix, SVector, Vector2, Vector3};
 use trueline_geometry::{Line, Pose};
 use trueline_model::Placement;
 
-/// Frames of each line that take part: what the blocks leave is no white noise, so that more of them say no more.
+/// Frames of all lines that take part: what the blocks leave is no white noise, so that more of them say no more.
 const MOST_FRAMES: usize = 1_000;
+
+/// Fewer frames of a line than this are taken whole.
+const LEAST_FRAMES: usize = 300;
+/// The golden section: its multiples fall evenly between whole numbers, and keep step with no weave.
+const GOLDEN: f64 = 0.618_033_988_749_895;
+
+/// So many of a line's frames, one in each of as many equal stretches at a place that changes from one to the next.
+fn some_of(line: &[usize], most: usize) -> Vec<usize> {
+    if line.len() <= most {
+        return line.to_vec();
+    }
+    let stretch = line.len() as f64 / most as f64;
+    let place = |k: usize| (k as f64 + (k as f64 * GOLDEN).fract()) * stretch;
+    (0..most).map(|k| line[(place(k) as usize).min(line.len() - 1)]).collect()
+}
 
 /// Accelerations are second differences over this time, s: of a swing of 3 Hz they see 97 %, and noise of 0.01 mm is 0.02 m/s².
 const ACCELERATION_S: f64 = 0.03;
@@ -71,9 +86,8 @@ impl<'a> Scan<'a> {
         for (index, o) in problem.list.iter().enumerate() {
             of_line[o.line as usize].push(index);
         }
-        let longest = of_line.iter().map(Vec::len).max().unwrap_or(0);
-        let every = longest.div_ceil(MOST_FRAMES).max(1);
-        let chosen = of_line.into_iter().flat_map(|line| line.into_iter().step_by(every)).collect();
+        let most = (MOST_FRAMES / lines.max(1)).max(LEAST_FRAMES);
+        let chosen = of_line.into_iter().flat_map(|line| some_of(&line, most)).collect();
         Self { problem, seams: at.lines.clone(), chosen }
     }
 
@@ -114,9 +128,8 @@ impl<'a> Scan<'a> {
         let point = placement.point_in_base(&measured);
         let line = o.line as usize;
         let along = self.seams[line].direction();
-        let origin = placement.base_from_camera().translation.vector;
         let axes = at.lines[line].axes();
-        let towards = origin - point;
+        let towards = self.towards_sensor(&placement, &point);
         Some(Frame {
             index,
             line,
@@ -133,6 +146,18 @@ impl<'a> Scan<'a> {
             along_m: along.dot(&(point - self.seams[line].anchor())),
             along_by_unknowns: self.along_by_unknowns(o, at, &placement, &along),
         })
+    }
+
+    /// A picture is seen from the camera's origin. Of what reports lengths the origin may lie anywhere along the range, which is then the view; its
+    /// sign is that of the radius and does not matter.
+    fn towards_sensor(&self, placement: &Placement, point: &Vector3<f64>) -> Vector3<f64> {
+        let Observations { are_pixels, sheet, .. } = self.problem.observations;
+        let base_from_camera = placement.base_from_camera();
+        if *are_pixels {
+            base_from_camera.translation.vector - point
+        } else {
+            base_from_camera.rotation * sheet.axes().column(1)
+        }
     }
 
     /// By places a little before and after; nothing where the path does not reach so far.

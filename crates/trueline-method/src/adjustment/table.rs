@@ -42,11 +42,10 @@ impl Table {
         Self { width, rows, since_s, lines, is_there: frames.iter().map(Option::is_some).collect() }
     }
 
-    /// Sets the residual of each frame anew; `None` where it cannot be evaluated there.
+    /// Sets the residual of each frame anew. One that cannot be evaluated there keeps what it was: to lose it is no gain.
     pub(crate) fn set_residuals(&mut self, column: usize, residuals: &[Option<Vector2<f64>>]) {
         for (k, residual) in residuals.iter().enumerate() {
-            self.is_there[k] &= residual.is_some();
-            let residual = residual.unwrap_or_default();
+            let Some(residual) = residual else { continue };
             for (row, rows) in self.rows.iter_mut().enumerate() {
                 rows[k * self.width + column] = residual[row];
             }

@@ -32,6 +32,9 @@ pub(crate) fn residuals_are_too_large(f: &Findings) -> bool {
         return false;
     }
     let factor = f.fit.noise_factor;
+    if let Some(amplitudes) = &f.fit.amplitudes {
+        return amplitudes.are_beyond() || factor > MOST_NOISE_FACTOR;
+    }
     let stripes_are = f.stripe_noise_factor().is_some_and(|factor| factor > MOST_NOISE_FACTOR);
     stripes_are || factor > MOST_NOISE_FACTOR || factor > NOISE_FACTOR && !f.fit.structure.may_be_noise()
 }

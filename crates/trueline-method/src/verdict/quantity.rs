@@ -14,6 +14,8 @@ pub enum Quantity {
     Rotation,
     /// The hand-eye translation, m.
     Translation,
+    /// A seam point that is measured later, m.
+    SeamPoint,
 }
 
 impl Quantity {
@@ -23,7 +25,7 @@ impl Quantity {
         match self {
             Self::TimeOffset => "ms",
             Self::Rotation => "°",
-            Self::Translation => "mm",
+            Self::Translation | Self::SeamPoint => "mm",
         }
     }
 
@@ -33,7 +35,7 @@ impl Quantity {
         match self {
             Self::TimeOffset => value_si * MS_PER_S,
             Self::Rotation => value_si.to_degrees(),
-            Self::Translation => value_si * MM_PER_M,
+            Self::Translation | Self::SeamPoint => value_si * MM_PER_M,
         }
     }
 }
@@ -44,6 +46,7 @@ impl fmt::Display for Quantity {
             Self::TimeOffset => "time offset",
             Self::Rotation => "rotation",
             Self::Translation => "translation",
+            Self::SeamPoint => "seam point",
         })
     }
 }

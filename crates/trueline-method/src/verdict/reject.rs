@@ -1,7 +1,7 @@
 //! The criteria that a calibration must meet.
 
 use super::limits::{
-    COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, MOST_LEFT_OUT, MOST_NOISE_FACTOR, OUTLIERS,
+    COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, MOST_LEFT_OUT, OUTLIERS,
 };
 use super::mistake::{self, residuals_are_too_large};
 use super::quantity::Quantity;
@@ -89,7 +89,7 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
 
 /// Why an answer that was adjusted with all errors is bad: everything else is in its ±.
 fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Reason> {
-    let of_data = if amplitudes.are_beyond() || f.fit.noise_factor > MOST_NOISE_FACTOR {
+    let of_data = if residuals_are_too_large(f) {
         Some(too_large(f))
     } else if amplitudes.out.share() > MOST_LEFT_OUT {
         Some(Reason::TooManyOutliers { outliers: amplitudes.out })
@@ -100,23 +100,22 @@ fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Reason> {
         // What else the fit says would be said of that.
         return std::iter::once(reason).chain(of_streams(f)).collect();
     }
-    let is_unstated = f.stops == Some(Stops::Recognised);
-    let mut reasons: Vec<Reason> =
-        is_unstated.then_some(Reason::AtStops { stops: f.streams.images.count }).into_iter().collect();
-    reasons.extend(f.unknowns.observability.unobservable.iter().cloned().map(Reason::Unobservable));
+    let unobservable = f.unknowns.observability.unobservable.iter().cloned();
+    let mut reasons: Vec<Reason> = unobservable.map(Reason::Unobservable).collect();
     if f.checks.mirrored == Mirrored::Equal {
         reasons.push(Reason::MirrorAmbiguity);
     }
     reasons.extend(other_minima(f));
     reasons.extend(too_few_used(f));
     reasons.extend(of_streams(f));
-    reasons.extend(f.checks.seam_error.and_then(|error| seam_error_too_large(f, &error)));
+    reasons.extend(f.stripes.as_ref().and_then(stripes_contradict));
+    let ceiling_m = f.config.require.seam_m.unwrap_or(SEAM_ERROR_CEILING_M);
+    reasons.extend(f.checks.seam_error.and_then(|error| seam_error_too_large(ceiling_m, &error)));
     reasons.extend(missed_requirements(f));
     reasons
 }
 
-fn seam_error_too_large(f: &Findings, error: &SeamError) -> Option<Reason> {
-    let ceiling_m = f.config.require.seam_m.unwrap_or(SEAM_ERROR_CEILING_M);
+fn seam_error_too_large(ceiling_m: f64, error: &SeamError) -> Option<Reason> {
     let (mostly, share) = error.mostly();
     let is_bad = error.rms_m > ceiling_m;
     is_bad.then_some(Reason::SeamErrorTooLarge {
@@ -238,14 +237,27 @@ fn broken_stretch(f: &Findings, segment: &OutlierSegment) -> Option<Reason> {
     }
 }
 
+/// Where an answer was adjusted, the ceiling says so already.
+fn missed_of_seam(f: &Findings) -> Vec<Reason> {
+    let Some(required_m) = f.config.require.seam_m else { return Vec::new() };
+    let missed = match f.checks.seam_error {
+        None => {
+            Some(Reason::RequirementUnobservable { quantity: Quantity::SeamPoint, required_si: required_m })
+        }
+        Some(_) if f.fit.amplitudes.is_some() => None,
+        Some(error) => seam_error_too_large(required_m, &error),
+    };
+    missed.into_iter().collect()
+}
+
 fn missed_requirements(f: &Findings) -> Vec<Reason> {
     let require = &f.config.require;
+    let mut reasons = missed_of_seam(f);
     let wanted = [
         (Quantity::TimeOffset, require.time_s, TIME_OFFSET..ROTATION),
         (Quantity::Rotation, require.rotation_rad, ROTATION..TRANSLATION),
         (Quantity::Translation, require.translation_m, TRANSLATION..LINES),
     ];
-    let mut reasons = Vec::new();
     for (quantity, required, components) in wanted {
         let Some(required_si) = required else { continue };
         let sigmas: Option<Vec<f64>> = components.map(|k| f.unknowns.sigma(k)).collect();
