@@ -58,6 +58,8 @@ pub enum Form {
 const SENSOR_KEYS: [&str; 4] = ["kind", "camera", "laser_plane", "profiler"];
 const GUESS_KEYS: [&str; 3] = ["time_offset_s", "tool_from_camera", "lines"];
 const CELL_KEYS: [&str; 4] = ["guess_error", "limits", "attitude", "seam"];
+/// The one of them that a sensor's file may have too.
+const OF_BOTH: &str = "seam";
 
 /// Beginnings of files that are no text.
 const MAGIC: [(&[u8], FileKind); 7] = [
@@ -99,11 +101,12 @@ impl FileKind {
         let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
         let keys: Vec<&str> = lines.clone().filter_map(key).collect();
         let has = |known: &[&str]| keys.iter().any(|key| known.contains(key));
+        let of_cell = CELL_KEYS.iter().any(|key| *key != OF_BOTH && keys.contains(key));
+        if !of_cell && has(&SENSOR_KEYS) {
+            return Some(Self::Sensor);
+        }
         if has(&CELL_KEYS) {
             return Some(Self::Cell);
-        }
-        if has(&SENSOR_KEYS) {
-            return Some(Self::Sensor);
         }
         if has(&GUESS_KEYS) {
             return Some(Self::Guess);

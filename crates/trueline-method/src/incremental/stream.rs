@@ -61,9 +61,11 @@ const GROWTH_UNSETTLED: f64 = 1.1;
 const WAIT_NS: i64 = 500_000_000;
 
 impl Incremental {
-    /// Of a stream of which nothing has come: `empty` says what the sensor is.
+    /// Of a stream of which nothing has come: `empty` says what the sensor is. Its sums know of noise alone, so form and edge of the seam are in the
+    /// calibration of the whole scan only.
     #[must_use]
     pub fn new(empty: Recording, config: Config, extent: Extent) -> Self {
+        let config = Config { edge_radius_m: Some(0.0), waviness_m: Some(0.0), ..config };
         Self {
             config,
             extent,
