@@ -263,7 +263,8 @@ fn a_sensor_beside_the_robot_is_the_same_scan_seen_from_the_part() {
     trueline_dataset::robot_csv::write(&mut csv, &robot).unwrap();
     fs::write(fixed.join("robot.csv"), csv).unwrap();
     fs::copy(dir.path().join("simulated/features.csv"), fixed.join("features.csv")).unwrap();
-    let sensor = "kind = \"profiler\"\nmounted = \"fixed\"\n\n[seam]\nedge_radius_mm = 0.0\nwaviness_mm = 0.0\n";
+    let sensor =
+        "kind = \"profiler\"\nmounted = \"fixed\"\n\n[seam]\nedge_radius_mm = 0.0\nwaviness_mm = 0.0\n";
     fs::write(fixed.join("sensor.toml"), sensor).unwrap();
     let calibrated = |dataset: &str| -> Value {
         let file = format!("{dataset}.json");

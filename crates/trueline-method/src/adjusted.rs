@@ -113,9 +113,8 @@ fn beside_rivals(
     if rivals.is_empty() || !from.settings.config.drawn_lines.is_empty() {
         return Basin { answer: best, is_open: vec![true; rivals.len()], better: None };
     }
-    let is_common = |o: &Observation| {
-        rivals.iter().all(|rival| problem.placement(o, &rival.parameters).is_some())
-    };
+    let is_common =
+        |o: &Observation| rivals.iter().all(|rival| problem.placement(o, &rival.parameters).is_some());
     let (list, whiteners) = some_of(problem, is_common);
     let common = problem.of_some(&list, &whiteners);
     let comparable = |at: &Parameters| adjust(&common, at, settings).map(|answer| answer.comparable());

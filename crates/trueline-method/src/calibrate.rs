@@ -66,7 +66,10 @@ fn over_time(recording: &Recording, guess: Option<&Guess>, config: &Config) -> R
         return Ok(with_models_of(held, released.as_ref()));
     }
     let as_stated = with_stated_lens(recording, guess, config, None)?;
-    let freed = freed(config, &as_stated).and_then(|freed| over_time(recording, guess, &freed).ok());
+    // An adjusted answer takes a sensor that is further off than its file says for one that is: the remark says how far.
+    let is_adjusted = as_stated.findings.fit.amplitudes.is_some();
+    let freed = freed(config, &as_stated).filter(|_| !is_adjusted);
+    let freed = freed.and_then(|freed| over_time(recording, guess, &freed).ok());
     if freed.as_ref().is_some_and(|freed| held_sensor(config, freed).is_some_and(|shape| shape.is_off())) {
         let stated = with_stated_lens(recording, guess, config, freed.as_ref())?;
         return Ok(with_models_of(stated, freed.as_ref()));

@@ -91,12 +91,6 @@ impl<'a> Scan<'a> {
         Self { problem, seams: at.lines.clone(), chosen }
     }
 
-    /// Number of frames that take part.
-    #[must_use]
-    pub(crate) fn count(&self) -> usize {
-        self.chosen.len()
-    }
-
     /// Poses of the robot at these frames.
     #[must_use]
     pub(crate) fn poses(&self, at: &Parameters) -> Vec<Pose> {

@@ -183,13 +183,7 @@ pub fn predict(
     let SeamErrorBudget { sensor, robot, seam_form, feature_bias, held, .. } = parts;
     let squares = [parts.noise, parts.stamps, sensor, robot, seam_form, feature_bias, held];
     let rms_m = squares.iter().map(|part| part * part).sum::<f64>().sqrt();
-    Some(SeamError {
-        rms_m,
-        field_m: field.size_m,
-        budget_m: parts,
-        levels: sources.levels,
-        weakest: None,
-    })
+    Some(SeamError { rms_m, field_m: field.size_m, budget_m: parts, levels: sources.levels, weakest: None })
 }
 
 /// What an adjustment says of it.

@@ -1,8 +1,6 @@
 //! The criteria that a calibration must meet.
 
-use super::limits::{
-    COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, MOST_LEFT_OUT, OUTLIERS,
-};
+use super::limits::{COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, MANY_SKIPPED, MOST_LEFT_OUT, OUTLIERS};
 use super::mistake::{self, residuals_are_too_large};
 use super::quantity::Quantity;
 use super::reason::{Answer, Reason};
@@ -106,7 +104,7 @@ fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Reason> {
         reasons.push(Reason::MirrorAmbiguity);
     }
     reasons.extend(other_minima(f));
-    reasons.extend(too_few_used(f));
+    reasons.extend(too_few_used(f).or_else(|| beyond_the_window(f)));
     reasons.extend(of_streams(f));
     reasons.extend(f.stripes.as_ref().and_then(stripes_contradict));
     let ceiling_m = f.config.require.seam_m.unwrap_or(SEAM_ERROR_CEILING_M);
@@ -226,6 +224,21 @@ fn too_few_used(f: &Findings) -> Option<Reason> {
     }
     let (mostly, mostly_count) = f.fit.residuals.skipped.iter().max_by_key(|(_, count)| **count)?;
     Some(Reason::TooFewUsed { used, features, mostly: *mostly, mostly_count: *mostly_count })
+}
+
+/// An answer that was found beyond the window of the search has to explain all of the scan: of a path that repeats an alias lies there, and part of the
+/// features outside of the robot's recording.
+fn beyond_the_window(f: &Findings) -> Option<Reason> {
+    let is_beyond = f.unknowns.parameters.time_offset_s.abs() > f.config.offset_search_s;
+    let (mostly, mostly_count) = f.fit.residuals.skipped.iter().max_by_key(|(_, count)| **count)?;
+    let (used, features) = (f.fit.residuals.used, f.streams.features);
+    let is_part = *mostly_count * MANY_SKIPPED > features;
+    (is_beyond && is_part).then_some(Reason::TooFewUsed {
+        used,
+        features,
+        mostly: *mostly,
+        mostly_count: *mostly_count,
+    })
 }
 
 fn broken_stretch(f: &Findings, segment: &OutlierSegment) -> Option<Reason> {

@@ -282,7 +282,9 @@ pub(super) fn moves(quantity: Quantity, axis: Option<Axis>, moved_si: f64) -> St
     match quantity {
         Quantity::TimeOffset => format!("the time offset moves by {moved:.3} ms"),
         Quantity::Rotation => format!("the rotation about {axis} moves by {moved:.4}°"),
-        Quantity::Translation | Quantity::SeamPoint => format!("the translation {axis} moves by {moved:.3} mm"),
+        Quantity::Translation | Quantity::SeamPoint => {
+            format!("the translation {axis} moves by {moved:.3} mm")
+        }
     }
 }
 
