@@ -148,6 +148,11 @@ struct Asked {
     seed: u64,
 }
 
+/// What was assumed of a robot when these answers were pinned.
+fn usual_robot() -> Config {
+    Config { robot_accuracy_m: Some(0.3e-3), ..Config::default() }
+}
+
 impl Asked {
     /// Cells differ by their plates, by what errs, and by what is asked, each in its own rhythm.
     fn scenario(&self) -> Scenario {
@@ -174,11 +179,11 @@ impl Asked {
     fn config(&self, measurements: Measurements) -> Config {
         let of_seed = match self.seed % 3 {
             0 => Config::noise_only(),
-            1 => Config::default(),
+            1 => usual_robot(),
             _ => Config {
                 sensor: SensorMode::Free,
                 loss: Some(Loss::Huber { scale: 2.0 }),
-                ..Config::default()
+                ..usual_robot()
             },
         };
         Config { measurements, ..of_seed }
