@@ -138,16 +138,16 @@ fn a_seam_error_that_is_missed_says_what_limits_it_and_what_would_help() {
     let sensor = fs::read_to_string(dir.path().join("s/sensor.toml")).unwrap();
     fs::create_dir(dir.path().join("good")).unwrap();
     fs::write(dir.path().join("good/cell.toml"), cell).unwrap();
-    // Its edge is known as well: what is left of it does not depend on the robot, and no search knows of it.
-    let known = "[robot]\naccuracy_mm = 0.05\n\n[seam]\nedge_radius_mm = 0.0\nwaviness_mm = 0.0\n";
+    let known = "[robot]\naccuracy_mm = 0.05\n";
     fs::write(dir.path().join("good/sensor.toml"), format!("{sensor}\n{known}")).unwrap();
     let arguments = ["plan", "good/cell.toml", "--out", "g", "--want", "seam=1um", "--duration-s", "10"];
     assert_eq!(code(&trueline(dir.path(), &[&arguments[..], &few].concat())), 1);
     let good = json(&dir.path().join("g/plan.json"))["rehearsal"]["seam_error"].clone();
     assert_eq!(good["robot_accuracy_mm"].as_f64(), Some(0.05));
-    // Another path, found for this robot; it leaves no more than the old one would have, but for what few tries find.
+    // Another path, found for this robot; it leaves no more than the old one would have, but for what few tries find, and for edge and form of the
+    // seam, of which a rehearsal knows and a search does not.
     let ratio = good["rms_mm"].as_f64().unwrap() / left[2];
-    assert!((0.5..1.1).contains(&ratio), "{ratio}");
+    assert!((0.5..1.2).contains(&ratio), "{ratio}");
 }
 
 #[test]
