@@ -180,11 +180,7 @@ impl Asked {
         let of_seed = match self.seed % 3 {
             0 => Config::noise_only(),
             1 => usual_robot(),
-            _ => Config {
-                sensor: SensorMode::Free,
-                loss: Some(Loss::Huber { scale: 2.0 }),
-                ..usual_robot()
-            },
+            _ => Config { sensor: SensorMode::Free, loss: Some(Loss::Huber { scale: 2.0 }), ..usual_robot() },
         };
         Config { measurements, ..of_seed }
     }

@@ -106,11 +106,20 @@ pub(crate) struct Answer {
     pub shares: Vec<Share>,
     /// What was found of the errors.
     pub amplitudes: Amplitudes,
+    /// The stamp of each frame that took part, s, and whether it was left out.
+    pub frames: Vec<(f64, bool)>,
     /// Minus twice the log likelihood.
     pub(crate) twice_negative_log: f64,
 }
 
 impl Answer {
+    /// Whether most frames of a stretch of time, s, were left out.
+    #[must_use]
+    pub(crate) fn leaves_out(&self, [from_s, to_s]: [f64; 2]) -> bool {
+        let there = || self.frames.iter().filter(|(stamp_s, _)| (from_s..=to_s).contains(stamp_s));
+        2 * there().filter(|(_, is_out)| *is_out).count() > there().count()
+    }
+
     /// Minus twice the log likelihood with what each frame costs that was left out: answers of one scan compare by it.
     #[must_use]
     pub(crate) fn comparable(&self) -> f64 {
@@ -244,12 +253,19 @@ fn answer(adjustment: &Adjustment<'_>, adjusted: &Adjusted, settings: &Settings<
         at: adjustment.at.clone(),
         noise,
         shares,
+        frames: stamps(adjustment),
         amplitudes: Amplitudes {
             squared_lag_s2: squared_lag(adjustment, adjusted),
             ..amplitudes(adjustment, settings)
         },
         twice_negative_log: adjusted.solved.twice_negative_log,
     }
+}
+
+fn stamps(adjustment: &Adjustment<'_>) -> Vec<(f64, bool)> {
+    let frames = adjustment.scan.frames(&adjustment.at, &adjustment.tilt);
+    let of = |(frame, weight): (&Option<Frame>, &f64)| Some((frame.as_ref()?.stamp_s, *weight == 0.0));
+    frames.iter().zip(&adjustment.weights).filter_map(of).collect()
 }
 
 /// What the answer owes to priors of its own unknowns: the bows, the shape.
