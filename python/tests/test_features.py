@@ -106,11 +106,15 @@ def test_seam_points_as_arrays_calibrate_as_their_file_does_by_their_correlation
             sensor=scan.sensor,
             feature_sigma=sigma,
             feature_correlation=correlation,
+            robot_accuracy_mm=0.3,
+            edge_radius_mm=0.0,
+            waviness_mm=0.0,
         )
         off = np.abs(result.tool_from_camera - by_folder.tool_from_camera)[:3, 3]
         return float((off / by_folder.sigma.translation_m).max())
 
-    by_folder = trueline.calibrate(folder)
+    # What is known of robot and seam is not in arrays.
+    by_folder = trueline.calibrate(folder, robot_accuracy_mm=0.3)
     # The solver stops within its rule; see test_arrays. Without the correlation (9e-4 apart by the program itself), or with its sign turned
     # (2e-3), it is another problem.
     assert apart(correlation) < 1e-4
