@@ -50,6 +50,21 @@ pub fn first_order(path: &Trajectory, lag_s: f64) -> Result<Trajectory, Trajecto
     Trajectory::new(path.times().to_vec(), &poses)
 }
 
+/// The path of what is ahead by the same law, with time turned round: it is smoothed as much as what follows, and nothing that moves is like it.
+///
+/// # Errors
+/// As [`Trajectory::new`].
+pub fn first_order_ahead(path: &Trajectory, lag_s: f64) -> Result<Trajectory, TrajectoryError> {
+    turned_round(&first_order(&turned_round(path)?, lag_s)?)
+}
+
+fn turned_round(path: &Trajectory) -> Result<Trajectory, TrajectoryError> {
+    let mut poses: Vec<Pose> = path.segments().iter().map(|segment| segment.base_from_tool).collect();
+    poses.extend(path.segments().last().map(|last| last.pose_at(last.start + last.duration)));
+    poses.reverse();
+    Trajectory::new(path.times().iter().rev().map(|time| -time).collect(), &poses)
+}
+
 fn moved(pose: &Pose, by: &Behind) -> Pose {
     se3::from_parts(pose.rotation * so3::exp(&by.turn), pose.translation.vector + by.shift)
 }
@@ -57,7 +72,7 @@ fn moved(pose: &Pose, by: &Behind) -> Pose {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-    use super::first_order;
+    use super::{first_order, first_order_ahead};
     use crate::{Trajectory, se3, so3};
     use nalgebra::Vector3;
 
@@ -75,12 +90,19 @@ mod tests {
         };
         let times: Vec<f64> = (0..4_000).map(|k| 0.001 * f64::from(k)).collect();
         let poses: Vec<_> = times.iter().map(|t| pose(1.0, rate * t)).collect();
-        let lagged = first_order(&Trajectory::new(times, &poses).unwrap(), lag_s).unwrap();
+        let path = Trajectory::new(times, &poses).unwrap();
+        let lagged = first_order(&path, lag_s).unwrap();
+        let ahead = first_order_ahead(&path, lag_s).unwrap();
         for time in [0.5, 1.234, 3.9] {
             let (is, wanted) = (lagged.pose_at(time).unwrap(), pose(gain, rate * time - phase));
             // Pieces of 1 ms bend by a (1 ms)² / 8 = 1e-7 of the amplitude of 0.05 m and ω² = 89 /s².
             assert!((is.translation.vector - wanted.translation.vector).norm() < 1e-6);
             assert!(is.rotation.angle_to(&wanted.rotation) < 5e-6);
+        }
+        // Four seconds are six turns: at their end what is ahead has settled long ago.
+        for time in [0.5, 1.234, 3.5] {
+            let (is, wanted) = (ahead.pose_at(time).unwrap(), pose(gain, rate * time + phase));
+            assert!((is.translation.vector - wanted.translation.vector).norm() < 1e-6);
         }
     }
 }

@@ -13,7 +13,8 @@ use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{Parameters, TIME_OFFSET};
 use crate::solve::fit::Fit;
 use trueline_dataset::Recording;
-use trueline_geometry::lag;
+use trueline_geometry::trajectory::TrajectoryError;
+use trueline_geometry::{Trajectory, lag};
 
 /// An adjusted answer and what a seam point owes to it.
 pub(crate) struct Adjusted {
@@ -174,21 +175,28 @@ fn lagging(from: &Concluded<'_>, settings: &Settings<'_>, as_recorded: Answer) -
     let (list, whiteners) = some_of(&problem, is_common);
     let without = adjust(&problem.of_some(&list, &whiteners), &as_recorded.at, settings);
     let Some(without) = without else { return (as_recorded, models) };
-    let tried = LAGS_S.into_iter().filter_map(|lag_s| {
+    let with = |lag_s: f64, path: Result<Trajectory, TrajectoryError>| {
         let mut lagging = observations.without_list();
-        lagging.robot.trajectory = lag::first_order(&observations.robot.trajectory, lag_s).ok()?;
+        lagging.robot.trajectory = path.ok()?;
         let mut start = as_recorded.at.clone();
         start.time_offset_s -= lag_s;
         let problem = LineProblem { observations: &lagging, ..problem.of_some(&list, &whiteners) };
-        let mut answer = adjust(&problem, &start, &Settings { lag_s, ..*settings })?;
+        let mut answer = adjust(&problem, &start, &Settings { lag_s: lag_s.abs(), ..*settings })?;
         answer.at.time_offset_s += lag_s;
-        Some((lag_s, answer))
-    });
-    let tried: Vec<(f64, Answer)> = tried.collect();
+        Some(answer)
+    };
+    let path = &observations.robot.trajectory;
+    let tried = LAGS_S.into_iter().filter_map(|lag_s| with(lag_s, lag::first_order(path, lag_s)));
+    let tried: Vec<Answer> = tried.collect();
     models[0].1 = without.comparable();
-    models.extend(tried.iter().map(|(lag_s, answer)| (*lag_s, answer.comparable())));
-    let answers = tried.into_iter().map(|(_, answer)| answer);
-    let likeliest = answers.min_by(|a, b| a.comparable().total_cmp(&b.comparable()));
-    let taken = likeliest.filter(|lagging| lagging.comparable() + LAG_GAIN < without.comparable());
-    (taken.unwrap_or(as_recorded), models)
+    models.extend(tried.iter().map(|answer| (answer.amplitudes.lag_s, answer.comparable())));
+    let Some(likeliest) = tried.into_iter().min_by(|a, b| a.comparable().total_cmp(&b.comparable())) else {
+        return (as_recorded, models);
+    };
+    // A lag smoothes the noise of the poses too, and so does what is as far ahead: a robot that follows commands is like the one and not the other.
+    let lag_s = likeliest.amplitudes.lag_s;
+    let ahead = with(-lag_s, lag::first_order_ahead(path, lag_s));
+    let least = ahead.map_or(without.comparable(), |ahead| ahead.comparable().min(without.comparable()));
+    let is_taken = likeliest.comparable() + LAG_GAIN < least;
+    (if is_taken { likeliest } else { as_recorded }, models)
 }
