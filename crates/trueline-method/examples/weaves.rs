@@ -8,6 +8,7 @@ use nalgebra::DVector;
 use std::collections::{BTreeMap, BTreeSet};
 use trueline_dataset::{Guess, Recording};
 use trueline_method::hypotheses::choice::KnownOfCell;
+use trueline_method::config::{ASSUMED_EDGE_RADIUS_M, ASSUMED_WAVINESS_M};
 use trueline_method::{Calibration, Config, Reason, Status, calibrate};
 use trueline_sim::{Preset, Weave, random_cell, simulate};
 
@@ -77,7 +78,14 @@ fn main() {
     let free = Config::default();
     let stated =
         Config { known: KnownOfCell { offset_within_s: Some(0.2), looks: None }, ..Config::default() };
-    for (config, what) in [(&free, "nothing stated"), (&stated, "--offset-within 0.2")] {
+    let shop = Config {
+        edge_radius_m: Some(ASSUMED_EDGE_RADIUS_M),
+        waviness_m: Some(ASSUMED_WAVINESS_M),
+        ..Config::default()
+    };
+    let configs =
+        [(&free, "nothing stated"), (&stated, "--offset-within 0.2"), (&shop, "form and edge unknown")];
+    for (config, what) in configs {
         for weave in Weave::ALL {
             let mut tally = Tally::default();
             for seed in 0..count {

@@ -193,10 +193,12 @@ fn lagging(from: &Concluded<'_>, settings: &Settings<'_>, as_recorded: Answer) -
     let Some(likeliest) = tried.into_iter().min_by(|a, b| a.comparable().total_cmp(&b.comparable())) else {
         return (as_recorded, models);
     };
+    // Controllers follow within 60 ms: what is likeliest with the largest lag is something else.
+    let is_credible = likeliest.amplitudes.lag_s < latest_s;
     // A lag smoothes the noise of the poses too, and so does what is as far ahead: a robot that follows commands is like the one and not the other.
     let lag_s = likeliest.amplitudes.lag_s;
     let ahead = with(-lag_s, lag::first_order_ahead(path, lag_s));
     let least = ahead.map_or(without.comparable(), |ahead| ahead.comparable().min(without.comparable()));
-    let is_taken = likeliest.comparable() + LAG_GAIN < least;
+    let is_taken = is_credible && likeliest.comparable() + LAG_GAIN < least;
     (if is_taken { likeliest } else { as_recorded }, models)
 }
