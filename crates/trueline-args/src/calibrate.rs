@@ -3,7 +3,7 @@
 use crate::choice::{Choice, one_of};
 use crate::drawn_line;
 use crate::features::{JOINTS, JointChoice};
-use crate::number::{above_zero, zero_or_more};
+use crate::number::{above_zero, of_a_seam_mm, zero_or_more};
 use crate::requirement;
 use crate::sensor::board;
 use clap::{Args, ValueEnum};
@@ -118,15 +118,15 @@ pub struct CalibrateArgs {
     #[arg(long, value_name = "PX", default_value_t = 0.2, value_parser = zero_or_more)]
     pub feature_bias_px: f64,
     /// Radius of the seam's edge, of which the detector sees the outermost point, mm; 0 is a sharp one, or a point where two lines cross. The default is what sensor.toml says, else 0.3
-    #[arg(long, value_name = "MM", value_parser = zero_or_more)]
+    #[arg(long, value_name = "MM", value_parser = of_a_seam_mm)]
     pub edge_radius_mm: Option<f64>,
     /// How wavy the seam is beyond a bow, RMS, mm; 0 is a seam without any form. The default is what sensor.toml says, else 0.06 that the scan corrects
-    #[arg(long, value_name = "MM", value_parser = zero_or_more)]
+    #[arg(long, value_name = "MM", value_parser = of_a_seam_mm)]
     pub waviness_mm: Option<f64>,
     /// Which timestamps to use: those that fit the data better, those recorded, or those of the sender's clock
     #[arg(long, value_parser = one_of(&STAMPS), default_value = "auto")]
     pub stamps: Stamps,
-    /// Accuracy to reach, or exit 1: time=0.1ms,translation=0.1mm,rotation=0.05deg,seam=0.5mm (one sigma, any of them); the seam's limit is else 1 mm
+    /// Accuracy to reach, or exit 1: time=0.1ms,translation=0.1mm,rotation=0.05deg,seam=0.5mm (one sigma, any of them). Where form or edge of the seam may be other than none, the seam's limit is else 1 mm
     #[arg(long, value_name = "WHAT=LIMIT,…", value_parser = requirement::parse)]
     pub require: Option<Requirement>,
     /// Where the scan alone does not decide: the time offset is within plus and minus this, s

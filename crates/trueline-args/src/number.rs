@@ -22,6 +22,11 @@ pub(crate) fn zero_or_more(text: &str) -> Result<f64, String> {
     number(text, "a number of at least zero, up to 1e9", |x| (0.0..=LARGEST).contains(&x))
 }
 
+/// A length of a seam's edge or form, mm: larger ones are those of another unit.
+pub(crate) fn of_a_seam_mm(text: &str) -> Result<f64, String> {
+    number(text, "0 to 20 mm", |x| (0.0..=20.0).contains(&x))
+}
+
 /// A duration of a simulated scan, s.
 pub(crate) fn simulated_s(text: &str) -> Result<f64, String> {
     number(text, "1 to 3600 s", |x| (1.0..=3600.0).contains(&x))

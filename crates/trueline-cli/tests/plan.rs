@@ -133,21 +133,26 @@ fn a_seam_error_that_is_missed_says_what_limits_it_and_what_would_help() {
     let left: Vec<f64> = robots.iter().map(|robot| robot["seam_error_mm"].as_f64().unwrap()).collect();
     assert!(left.len() == 4 && left.windows(2).all(|pair| pair[1] < pair[0]), "{left:?}");
     assert!(!planned["advice"].as_array().unwrap().is_empty());
-    // A robot that is known to be good counts: the plan is what was said of it.
-    let cell = fs::read_to_string(dir.path().join("s/cell.toml")).unwrap();
-    let sensor = fs::read_to_string(dir.path().join("s/sensor.toml")).unwrap();
-    fs::create_dir(dir.path().join("good")).unwrap();
-    fs::write(dir.path().join("good/cell.toml"), cell).unwrap();
-    let known = "[robot]\naccuracy_mm = 0.05\n";
-    fs::write(dir.path().join("good/sensor.toml"), format!("{sensor}\n{known}")).unwrap();
-    let arguments = ["plan", "good/cell.toml", "--out", "g", "--want", "seam=1um", "--duration-s", "10"];
-    assert_eq!(code(&trueline(dir.path(), &[&arguments[..], &few].concat())), 1);
-    let good = json(&dir.path().join("g/plan.json"))["rehearsal"]["seam_error"].clone();
+    // A robot that is known to be good counts: the plan is what was said of it. A search knows of no edge and no form: the seam is stated to have none.
+    let of_known_seam = |name: &str, robot: &str| {
+        let [cell, sensor] = ["cell.toml", "sensor.toml"]
+            .map(|file| fs::read_to_string(dir.path().join("s").join(file)).unwrap());
+        let seam = "[seam]\nedge_radius_mm = 0.0\nwaviness_mm = 0.0\n";
+        fs::create_dir(dir.path().join(name)).unwrap();
+        fs::write(dir.path().join(name).join("cell.toml"), cell).unwrap();
+        fs::write(dir.path().join(name).join("sensor.toml"), format!("{sensor}\n{seam}{robot}")).unwrap();
+        let (file, out) = (format!("{name}/cell.toml"), format!("{name}-plan"));
+        let arguments = ["plan", &file, "--out", &out, "--want", "seam=1um", "--duration-s", "10"];
+        assert_eq!(code(&trueline(dir.path(), &[&arguments[..], &few].concat())), 1);
+        json(&dir.path().join(out).join("plan.json"))
+    };
+    let usual = of_known_seam("usual", "");
+    let said_mm = usual["with_better_robots"][2]["seam_error_mm"].as_f64().unwrap();
+    let good = of_known_seam("good", "[robot]\naccuracy_mm = 0.05\n")["rehearsal"]["seam_error"].clone();
     assert_eq!(good["robot_accuracy_mm"].as_f64(), Some(0.05));
-    // Another path, found for this robot; it leaves no more than the old one would have, but for what few tries find, and for edge and form of the
-    // seam, of which a rehearsal knows and a search does not.
-    let ratio = good["rms_mm"].as_f64().unwrap() / left[2];
-    assert!((0.5..1.2).contains(&ratio), "{ratio}");
+    // Another path, found for this robot; it leaves no more than the old one would have, but for what few tries find.
+    let ratio = good["rms_mm"].as_f64().unwrap() / said_mm;
+    assert!((0.5..1.1).contains(&ratio), "{ratio}");
 }
 
 #[test]

@@ -141,6 +141,18 @@ fn not_negative(key: &'static str, value: Option<f64>) -> Result<Option<f64>, Pr
     }
 }
 
+/// Larger edges and forms are those of another unit, mm.
+const LARGEST_OF_A_SEAM_MM: f64 = 20.0;
+
+fn of_a_seam(key: &'static str, value_mm: Option<f64>) -> Result<Option<f64>, Problem> {
+    match value_mm {
+        Some(x) if !(0.0..=LARGEST_OF_A_SEAM_MM).contains(&x) => {
+            Err(Problem::Value { key, expected: "a length from 0 to 20 mm", found: x.to_string() })
+        }
+        fine => Ok(fine),
+    }
+}
+
 impl MountedName {
     /// The usual case is not written.
     pub(crate) fn of(mounted: Mounted) -> Option<Self> {
@@ -167,11 +179,11 @@ impl SeamTable {
     }
 
     fn edge_radius_m(&self) -> Result<Option<f64>, Problem> {
-        Ok(not_negative("seam.edge_radius_mm", self.edge_radius_mm)?.map(|x| x / MM_PER_M))
+        Ok(of_a_seam("seam.edge_radius_mm", self.edge_radius_mm)?.map(|x| x / MM_PER_M))
     }
 
     fn waviness_m(&self) -> Result<Option<f64>, Problem> {
-        Ok(not_negative("seam.waviness_mm", self.waviness_mm)?.map(|x| x / MM_PER_M))
+        Ok(of_a_seam("seam.waviness_mm", self.waviness_mm)?.map(|x| x / MM_PER_M))
     }
 }
 

@@ -7,8 +7,8 @@
 use nalgebra::DVector;
 use std::collections::{BTreeMap, BTreeSet};
 use trueline_dataset::{Guess, Recording};
-use trueline_method::hypotheses::choice::KnownOfCell;
 use trueline_method::config::{ASSUMED_EDGE_RADIUS_M, ASSUMED_WAVINESS_M};
+use trueline_method::hypotheses::choice::KnownOfCell;
 use trueline_method::{Calibration, Config, Reason, Status, calibrate};
 use trueline_sim::{Preset, Weave, random_cell, simulate};
 

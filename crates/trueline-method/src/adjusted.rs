@@ -6,6 +6,7 @@ use crate::assess::systematic::SystematicLevels;
 use crate::concluded::Concluded;
 use crate::config::{ASSUMED_WAVINESS_M, Config, ResidualKind};
 use crate::hypotheses::clock_drift::DriftFree;
+use crate::hypotheses::drift_and_step::Step;
 use crate::hypotheses::search::BetterMinimum;
 use crate::input::noise_levels::Whitener;
 use crate::input::observations::Observation;
@@ -63,7 +64,7 @@ pub(crate) fn adjusted(
         levels: from.levels,
         waviness_m: waviness_m(from.recording, config),
         noise_factor: fit.noise.factor,
-        step: from.assessed.drift_free.stepped.map(|step| (step.at_s, step.step_s.abs())),
+        step: step_of_a_clock(from.assessed.drift_free.stepped).map(|step| (step.at_s, step.step_s.abs())),
         lag_s: 0.0,
     };
     let best = adjust(problem, fit.parameters(), &settings).ok_or(Unsolved)?;
@@ -72,6 +73,15 @@ pub(crate) fn adjusted(
     let seam_error = seam_error(from, &answer);
     Ok(Some(Adjusted { answer, seam_error, is_open, better, tried }))
 }
+
+/// A step that a clock can have made. A larger one is a queue of pictures, a count that lost some, or an answer that is no answer.
+#[must_use]
+pub(crate) fn step_of_a_clock(step: Option<Step>) -> Option<Step> {
+    step.filter(|step| step.step_s.abs() <= LARGEST_STEP_S)
+}
+
+/// Network time steps a clock by so much at most while it follows it, s.
+const LARGEST_STEP_S: f64 = 0.012;
 
 /// The equations of an adjustment have no solution.
 #[derive(Clone, Copy, Debug)]
@@ -152,7 +162,9 @@ fn some_of(
 const LAGS_S: [f64; 4] = [0.012, 0.022, 0.035, 0.055];
 /// A lag is tried where its square is so many times its standard deviation …
 const LAG_SIGMAS: f64 = 4.0;
-/// … and taken where twice the log likelihood gains so much: e⁻¹² is less likely than commanded poses are rare.
+/// … its square is the parabola's only to this part of it …
+const LAG_CURVES: f64 = 0.6;
+/// … and it is taken where twice the log likelihood gains so much: e⁻¹² is less likely than commanded poses are rare.
 const LAG_GAIN: f64 = 25.0;
 
 /// The same with the robot behind its recorded poses, where those were commanded. The time offset is that of the recorded poses, delay and all: with
@@ -193,12 +205,13 @@ fn lagging(from: &Concluded<'_>, settings: &Settings<'_>, as_recorded: Answer) -
     let Some(likeliest) = tried.into_iter().min_by(|a, b| a.comparable().total_cmp(&b.comparable())) else {
         return (as_recorded, models);
     };
-    // Controllers follow within 60 ms: what is likeliest with the largest lag is something else.
-    let is_credible = likeliest.amplitudes.lag_s < latest_s;
-    // A lag smoothes the noise of the poses too, and so does what is as far ahead: a robot that follows commands is like the one and not the other.
+    // Controllers follow within 60 ms: what is likeliest with the largest lag is something else, and so is one whose square the residuals do not show.
     let lag_s = likeliest.amplitudes.lag_s;
-    let ahead = with(-lag_s, lag::first_order_ahead(path, lag_s));
-    let least = ahead.map_or(without.comparable(), |ahead| ahead.comparable().min(without.comparable()));
+    let is_shown = (lag_s.powi(2) - square_s2).abs() < LAG_SIGMAS * sigma_s2 + LAG_CURVES * lag_s.powi(2);
+    let is_credible = lag_s < latest_s && is_shown;
+    // A lag smoothes the noise of the poses too, and so does what is as far ahead: a robot that follows commands is like the one and not the other.
+    let ahead = with(-lag_s, lag::first_order_ahead(path, lag_s)).map(|ahead| ahead.comparable());
+    let least = ahead.unwrap_or(f64::NEG_INFINITY).min(without.comparable());
     let is_taken = is_credible && likeliest.comparable() + LAG_GAIN < least;
     (if is_taken { likeliest } else { as_recorded }, models)
 }

@@ -164,6 +164,11 @@ pub fn budget(error: &SeamError, robot_is_doubted: bool) -> Vec<BudgetPart> {
     } else {
         "state the robot's accuracy if it is better, or calibrate the robot"
     };
+    let of_edge = if error.levels.edge_is_stated {
+        "measure the edge's radius, or find the seam where two fitted lines cross"
+    } else {
+        "state edge_radius_mm under [seam] in sensor.toml; it is 0 where two fitted lines cross"
+    };
     let mut list = [
         ("noise", parts.noise, "scan longer, with more tilt and more change of stand-off"),
         ("stamps", parts.stamps, "record the devices' own time stamps"),
@@ -176,11 +181,7 @@ pub fn budget(error: &SeamError, robot_is_doubted: bool) -> Vec<BudgetPart> {
         ("seam form", parts.seam_form, "scan a straighter edge, or the same seam back again"),
         ("feature bias", parts.feature_bias, "add a pass with the sensor spun by 180° about its view"),
         ("what is held", parts.held, "estimate it with the rest, or know it better"),
-        (
-            "edge radius",
-            parts.edge_radius,
-            "state edge_radius_mm under [seam] in sensor.toml; it is 0 where two fitted lines cross",
-        ),
+        ("edge radius", parts.edge_radius, of_edge),
     ];
     list.sort_by(|a, b| b.1.total_cmp(&a.1));
     let share = |sigma_m: f64| (sigma_m / error.rms_m).powi(2);

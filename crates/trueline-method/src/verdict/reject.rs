@@ -4,6 +4,7 @@ use super::limits::{COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, MANY_SKIPPED, M
 use super::mistake::{self, residuals_are_too_large};
 use super::quantity::Quantity;
 use super::reason::{Answer, Reason};
+use crate::adjusted::step_of_a_clock;
 use crate::adjustment::answer::Amplitudes;
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
 use crate::assess::profile_likelihood;
@@ -75,14 +76,18 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
         reasons.push(Reason::TooManyOutliers { outliers });
     }
     reasons.extend(f.checks.outlier_segments.iter().filter_map(|segment| broken_stretch(f, segment)));
-    reasons.extend(f.clock.stepped.map(|step| Reason::ClockStep {
+    reasons.extend(f.clock.stepped.map(|step| stepped(f, &step)));
+    reasons.extend(missed_requirements(f));
+    reasons
+}
+
+fn stepped(f: &Findings, step: &Step) -> Reason {
+    Reason::ClockStep {
         at_s: f.streams.stamp_s(step.at_s),
         step_s: step.step_s,
         sigma_s: step.sigma_s,
-        pictures: whole_pictures(&f.streams.images, &step),
-    }));
-    reasons.extend(missed_requirements(f));
-    reasons
+        pictures: whole_pictures(&f.streams.images, step),
+    }
 }
 
 /// Why an answer that was adjusted with all errors is bad: everything else is in its ±.
@@ -107,6 +112,8 @@ fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Reason> {
     reasons.extend(too_few_used(f).or_else(|| beyond_the_window(f)));
     reasons.extend(of_streams(f));
     reasons.extend(f.stripes.as_ref().and_then(stripes_contradict));
+    let is_of_clock = step_of_a_clock(f.clock.stepped).is_some();
+    reasons.extend(f.clock.stepped.filter(|_| !is_of_clock).map(|step| stepped(f, &step)));
     let ceiling_m = f.config.require.seam_m.unwrap_or(SEAM_ERROR_CEILING_M);
     reasons.extend(f.checks.seam_error.and_then(|error| seam_error_too_large(ceiling_m, &error)));
     reasons.extend(missed_requirements(f));

@@ -9,6 +9,7 @@ use super::quantity::{Axis, Quantity};
 use super::reject::turn_is_undetermined;
 use super::stream_name::StreamName;
 use super::warning::Warning;
+use crate::adjusted::step_of_a_clock;
 use crate::adjustment::answer::{Amplitudes, LAG_SIGMA_S};
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::correlated_noise::Structure;
@@ -126,8 +127,7 @@ fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Warning> {
     let share = amplitudes.out.share();
     warnings.extend((share > MANY_OUTLIERS).then_some(Warning::ManyOutliers { share }));
     warnings.extend(
-        f.clock
-            .stepped
+        step_of_a_clock(f.clock.stepped)
             .map(|step| Warning::ClockStep { at_s: f.streams.stamp_s(step.at_s), step_s: step.step_s }),
     );
     warnings.extend(clock_drift(f));
