@@ -162,6 +162,8 @@ fn some_of(
 const LAGS_S: [f64; 4] = [0.012, 0.022, 0.035, 0.055];
 /// A lag is tried where its square is so many times its standard deviation …
 const LAG_SIGMAS: f64 = 4.0;
+/// … so much of that is owed to the lag, and not to poses that are smoother with it …
+const OF_LAG: f64 = 0.5;
 /// … its square is the parabola's only to this part of it …
 const LAG_CURVES: f64 = 0.6;
 /// … and it is taken where twice the log likelihood gains so much: e⁻¹² is less likely than commanded poses are rare.
@@ -211,7 +213,8 @@ fn lagging(from: &Concluded<'_>, settings: &Settings<'_>, as_recorded: Answer) -
     let is_credible = lag_s < latest_s && is_shown;
     // A lag smoothes the noise of the poses too, and so does what is as far ahead: a robot that follows commands is like the one and not the other.
     let ahead = with(-lag_s, lag::first_order_ahead(path, lag_s)).map(|ahead| ahead.comparable());
-    let least = ahead.unwrap_or(f64::NEG_INFINITY).min(without.comparable());
-    let is_taken = is_credible && likeliest.comparable() + LAG_GAIN < least;
+    let gain = without.comparable() - likeliest.comparable();
+    let beside_ahead = ahead.map_or(0.0, |ahead| ahead - likeliest.comparable());
+    let is_taken = is_credible && gain > LAG_GAIN && beside_ahead > LAG_GAIN.max(OF_LAG * gain);
     (if is_taken { likeliest } else { as_recorded }, models)
 }
