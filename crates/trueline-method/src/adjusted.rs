@@ -133,10 +133,14 @@ fn beside_rivals(
     let own = comparable(&best.at).unwrap_or(f64::INFINITY);
     let others: Vec<Option<f64>> = rivals.iter().map(|rival| comparable(&rival.parameters)).collect();
     let likeliest = others.iter().flatten().copied().fold(own, f64::min);
-    let mut is_open: Vec<bool> =
-        others.iter().map(|other| other.is_none_or(|other| other < likeliest + RIVAL_GAIN)).collect();
+    // Other time offsets are those of a path that repeats itself: the test for these stays, for forms of the seam explain an alias as well.
+    let mut is_open: Vec<bool> = rivals
+        .iter()
+        .zip(&others)
+        .map(|(rival, other)| !rival.is_mirror || other.is_none_or(|other| other < likeliest + RIVAL_GAIN))
+        .collect();
     let taken = others.iter().position(|other| *other == Some(likeliest));
-    let Some(taken) = taken.filter(|_| own > likeliest + RIVAL_GAIN) else {
+    let Some(taken) = taken.filter(|k| rivals[*k].is_mirror && own > likeliest + RIVAL_GAIN) else {
         return Basin { answer: best, is_open, better: None };
     };
     let rival = &rivals[taken];
