@@ -58,13 +58,14 @@ pub(crate) fn adjusted(
         return Ok(None);
     }
     let held_sigmas = from.held_sigmas();
+    let stepped = from.assessed.drift_free.stepped.filter(Step::is_of_a_clock);
     let settings = Settings {
         fixed: from.settings.fixed,
         held_sigmas: &held_sigmas,
         levels: from.levels,
         waviness_m: waviness_m(from.recording, config),
         noise_factor: fit.noise.factor,
-        step: step_of_a_clock(from.assessed.drift_free.stepped).map(|step| (step.at_s, step.step_s.abs())),
+        step: stepped.map(|step| (step.at_s, step.step_s.abs())),
         lag_s: 0.0,
     };
     let best = adjust(problem, fit.parameters(), &settings).ok_or(Unsolved)?;
@@ -73,15 +74,6 @@ pub(crate) fn adjusted(
     let seam_error = seam_error(from, &answer);
     Ok(Some(Adjusted { answer, seam_error, is_open, better, tried }))
 }
-
-/// A step that a clock can have made. A larger one is a queue of pictures, a count that lost some, or an answer that is no answer.
-#[must_use]
-pub(crate) fn step_of_a_clock(step: Option<Step>) -> Option<Step> {
-    step.filter(|step| step.step_s.abs() <= LARGEST_STEP_S)
-}
-
-/// Network time steps a clock by so much at most while it follows it, s.
-const LARGEST_STEP_S: f64 = 0.012;
 
 /// The equations of an adjustment have no solution.
 #[derive(Clone, Copy, Debug)]

@@ -34,6 +34,17 @@ pub struct Step {
     pub sigma_s: f64,
 }
 
+/// Network time steps a clock by so much at most while it follows it, s.
+const LARGEST_OF_A_CLOCK_S: f64 = 0.012;
+
+impl Step {
+    /// Whether a clock can have made it. A larger one is a queue of pictures, a count that lost some, or an answer that is none.
+    #[must_use]
+    pub(crate) fn is_of_a_clock(&self) -> bool {
+        self.step_s.abs() <= LARGEST_OF_A_CLOCK_S
+    }
+}
+
 /// One observation's part in the sums.
 struct Part {
     stamp_s: f64,

@@ -4,7 +4,6 @@ use super::limits::{COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, MANY_SKIPPED, M
 use super::mistake::{self, residuals_are_too_large};
 use super::quantity::Quantity;
 use super::reason::{Answer, Reason};
-use crate::adjusted::step_of_a_clock;
 use crate::adjustment::answer::Amplitudes;
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
 use crate::assess::profile_likelihood;
@@ -112,8 +111,8 @@ fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Reason> {
     reasons.extend(too_few_used(f).or_else(|| beyond_the_window(f)));
     reasons.extend(of_streams(f));
     reasons.extend(f.stripes.as_ref().and_then(stripes_contradict));
-    let is_of_clock = step_of_a_clock(f.clock.stepped).is_some();
-    reasons.extend(f.clock.stepped.filter(|_| !is_of_clock).map(|step| stepped(f, &step)));
+    let other = f.clock.stepped.filter(|step| !step.is_of_a_clock());
+    reasons.extend(other.map(|step| stepped(f, &step)));
     let ceiling_m = f.config.require.seam_m.unwrap_or(SEAM_ERROR_CEILING_M);
     reasons.extend(f.checks.seam_error.and_then(|error| seam_error_too_large(ceiling_m, &error)));
     reasons.extend(missed_requirements(f));

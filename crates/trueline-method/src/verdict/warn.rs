@@ -9,7 +9,6 @@ use super::quantity::{Axis, Quantity};
 use super::reject::turn_is_undetermined;
 use super::stream_name::StreamName;
 use super::warning::Warning;
-use crate::adjusted::step_of_a_clock;
 use crate::adjustment::answer::{Amplitudes, LAG_SIGMA_S};
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::correlated_noise::Structure;
@@ -18,6 +17,7 @@ use crate::assess::outlier_segments::{Cause, OutlierSegment};
 use crate::config::Measurements;
 use crate::findings::Findings;
 use crate::hypotheses::ambiguity::RivalAnswer;
+use crate::hypotheses::drift_and_step::Step;
 use crate::hypotheses::search::Mirrored;
 use crate::input::timestamps::StampReport;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
@@ -127,7 +127,9 @@ fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Warning> {
     let share = amplitudes.out.share();
     warnings.extend((share > MANY_OUTLIERS).then_some(Warning::ManyOutliers { share }));
     warnings.extend(
-        step_of_a_clock(f.clock.stepped)
+        f.clock
+            .stepped
+            .filter(Step::is_of_a_clock)
             .map(|step| Warning::ClockStep { at_s: f.streams.stamp_s(step.at_s), step_s: step.step_s }),
     );
     warnings.extend(clock_drift(f));
