@@ -67,6 +67,7 @@ pub(crate) fn adjusted(
         noise_factor: fit.noise.factor,
         step: stepped.map(|step| (step.at_s, step.step_s.abs())),
         lag_s: 0.0,
+        threads: config.threads,
     };
     let best = adjust(problem, fit.parameters(), &settings).ok_or(Unsolved)?;
     let Basin { answer, is_open, better } = beside_rivals(from, problem, &settings, best);

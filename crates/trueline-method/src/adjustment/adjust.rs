@@ -7,13 +7,14 @@ use crate::adjustment::amplitudes;
 use crate::adjustment::blocks::Block;
 use crate::adjustment::coloured::{Coloured, Sums, Whitened};
 use crate::adjustment::columns::Columns;
-use crate::adjustment::equations::{Equations, Prior, Solved};
+use crate::adjustment::equations::{Equations, Factors, Prior, Solved};
 use crate::adjustment::frames::{Frame, Scan};
 use crate::adjustment::table::Table;
 use crate::adjustment::weights::weights;
 use crate::assess::tilt_bias::TiltBias;
 use crate::input::shape_prior::ShapePrior;
 use crate::order_statistics::median;
+use crate::parallel;
 use crate::problem::parameters::Parameters;
 use nalgebra::{DMatrix, DVector, Vector2};
 
@@ -56,6 +57,15 @@ pub(crate) struct Adjustment<'a> {
     pub noise: [Coloured; 2],
     /// How much each frame counts.
     pub weights: Vec<f64>,
+    /// Threads that share the work.
+    pub threads: usize,
+}
+
+/// What of a round stays as it is while the unknowns move.
+struct Seen<'a> {
+    frames: &'a [Option<Frame>],
+    whitened: &'a [Whitened],
+    factors: &'a Factors,
 }
 
 /// Where an adjustment ended.
@@ -82,7 +92,7 @@ impl Adjustment<'_> {
         let frames = self.scan.frames(&self.at, &self.tilt);
         let mut table = Table::of(&frames, &self.columns, &self.coefficients);
         let (sums, solved) = self.steps(&mut table, &frames)?;
-        let equations = Equations::of([&sums[0], &sums[1]], self.sigmas, self.columns.estimated());
+        let equations = self.equations(&sums);
         self.coefficients = self.of_blocks(&solved.step);
         Some(Adjusted { equations, solved })
     }
@@ -115,7 +125,7 @@ impl Adjustment<'_> {
             self.choose_noise(&table);
         }
         let (sums, solved) = self.steps(&mut table, &frames)?;
-        let equations = Equations::of([&sums[0], &sums[1]], self.sigmas, self.columns.estimated());
+        let equations = self.equations(&sums);
         let solved = if round >= FIRST_OF_AMPLITUDES {
             let (at, columns, shape_prior) = (&self.at, self.columns.clone(), self.shape_prior);
             amplitudes::follow(&mut self.columns.blocks, &equations, |blocks| {
@@ -135,26 +145,34 @@ impl Adjustment<'_> {
 
     /// Steps of the unknowns, the columns being what they are; the equations at the end with their solution.
     fn steps(&mut self, table: &mut Table, frames: &[Option<Frame>]) -> Option<([Sums; 2], Solved)> {
-        let whitened =
-            [0, 1].map(|direction| table.whitened(direction, &self.weights, self.noise[direction]));
+        let whitened = self.whitened(table);
         let mut sums = [0, 1].map(|direction| whitened[direction].sums.clone());
-        let mut cost = self.cost(&sums)?;
+        let factors = self.equations(&sums).factors(&self.prior(), self.columns.free.len())?;
+        let mut cost = self.equations(&sums).square_of_blocks(&factors, &self.prior());
         for _ in 0..STEPS {
-            let solved = self.solved(&sums)?;
+            let solved = self.equations(&sums).solve_with(&factors, &self.prior());
             let full = self.of_unknowns(&solved.step);
             if is_small(&full, &solved, &self.columns.free) {
                 return Some((sums, solved));
             }
             let from = self.at.clone();
-            let Some(there) = self.downhill((&from, &full), cost, table, (frames, &whitened)) else {
+            let seen = Seen { frames, whitened: &whitened, factors: &factors };
+            let Some(there) = self.downhill((&from, &full), cost, table, &seen) else {
                 self.at = from;
                 self.set_residuals(table, frames);
                 break;
             };
             (sums, cost) = there;
         }
-        let solved = self.solved(&sums)?;
+        let solved = self.equations(&sums).solve_with(&factors, &self.prior());
         Some((sums, solved))
+    }
+
+    /// The rows of both directions, whitened.
+    fn whitened(&self, table: &Table) -> Vec<Whitened> {
+        parallel::map(self.threads, 2, |direction| {
+            table.whitened(direction, &self.weights, self.noise[direction])
+        })
     }
 
     /// Goes the largest part of a step that makes the cost less than it was; `None` where none does.
@@ -163,16 +181,16 @@ impl Adjustment<'_> {
         (from, full): (&Parameters, &DVector<f64>),
         cost: f64,
         table: &mut Table,
-        (frames, whitened): (&[Option<Frame>], &[Whitened; 2]),
+        seen: &Seen<'_>,
     ) -> Option<([Sums; 2], f64)> {
         let residual = self.columns.estimated();
         let mut part = 1.0;
         for _ in 0..HALVINGS {
             self.at = from.retract(&(full * part));
-            self.set_residuals(table, frames);
-            let sums = [0, 1].map(|direction| table.sums(&whitened[direction], direction, residual));
-            let there = self.cost(&sums);
-            if let Some(there) = there.filter(|there| *there < cost) {
+            self.set_residuals(table, seen.frames);
+            let sums = [0, 1].map(|direction| table.sums(&seen.whitened[direction], direction, residual));
+            let there = self.equations(&sums).square_of_blocks(seen.factors, &self.prior());
+            if there < cost {
                 return Some((sums, there));
             }
             part *= 0.5;
@@ -197,15 +215,8 @@ impl Adjustment<'_> {
         frames.iter().map(residual).collect()
     }
 
-    fn solved(&self, sums: &[Sums; 2]) -> Option<Solved> {
-        let equations = Equations::of([&sums[0], &sums[1]], self.sigmas, self.columns.estimated());
-        equations.solve(&self.prior())
-    }
-
-    /// Twice the cost with the unknowns where they are and the blocks at their best.
-    fn cost(&self, sums: &[Sums; 2]) -> Option<f64> {
-        let equations = Equations::of([&sums[0], &sums[1]], self.sigmas, self.columns.estimated());
-        equations.square_of_blocks(&self.prior(), self.columns.free.len())
+    fn equations(&self, sums: &[Sums; 2]) -> Equations {
+        Equations::of([&sums[0], &sums[1]], self.sigmas, self.columns.estimated())
     }
 
     fn prior(&self) -> Prior {
@@ -295,17 +306,17 @@ struct Likelihood<'a, 'b> {
 
 impl Likelihood<'_, '_> {
     fn of(&mut self, amplitudes: [usize; 2], lasts: usize) -> f64 {
-        for (direction, amplitude) in amplitudes.into_iter().enumerate() {
-            let key = (direction, amplitude, lasts);
-            if !self.known.iter().any(|(known, _)| *known == key) {
-                let noise = Coloured { amplitude: AMPLITUDES[amplitude], lasts_s: LASTS_S[lasts] };
-                let whitened = self.table.whitened(direction, &self.adjustment.weights, noise);
-                self.known.push((key, whitened.sums));
-            }
-        }
+        let key = |direction: usize| (direction, amplitudes[direction], lasts);
+        let is_known = |direction: &usize| self.known.iter().any(|(known, _)| *known == key(*direction));
+        let missing: Vec<usize> = (0..2).filter(|direction| !is_known(direction)).collect();
+        let found = parallel::map(self.adjustment.threads, missing.len(), |k| {
+            let amplitude = AMPLITUDES[amplitudes[missing[k]]];
+            let noise = Coloured { amplitude, lasts_s: LASTS_S[lasts] };
+            (key(missing[k]), self.table.whitened(missing[k], &self.adjustment.weights, noise).sums)
+        });
+        self.known.extend(found);
         let sums = |direction: usize| {
-            let key = (direction, amplitudes[direction], lasts);
-            self.known.iter().find(|(known, _)| *known == key).map(|(_, sums)| sums)
+            self.known.iter().find(|(known, _)| *known == key(direction)).map(|(_, sums)| sums)
         };
         let (Some(one), Some(other)) = (sums(0), sums(1)) else { return f64::INFINITY };
         let estimated = self.adjustment.columns.estimated();

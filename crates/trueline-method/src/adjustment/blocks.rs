@@ -26,6 +26,9 @@ pub(crate) enum Kind {
     Lag { taken_s: f64, sigma_s: f64 },
 }
 
+/// A variance is at its bound beyond this part of it.
+const LARGEST_PART: f64 = 0.98;
+
 /// How the size of a block follows the scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Amplitude {
@@ -38,6 +41,12 @@ pub(crate) struct Amplitude {
 impl Amplitude {
     /// As it is expected.
     pub(crate) const HELD: Self = Self { theta: 1.0, bounds: [1.0, 1.0] };
+
+    /// Whether it is as large as it may be.
+    #[must_use]
+    pub(crate) fn is_largest(&self) -> bool {
+        self.is_free() && self.theta > LARGEST_PART * self.bounds[1]
+    }
 
     /// Whether the scan decides it.
     #[must_use]
