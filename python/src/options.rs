@@ -35,6 +35,7 @@ pub(crate) struct Options {
     speed_mm_s: Option<f64>,
     stand_off_mm: Option<f64>,
     accept_partial: bool,
+    strict: bool,
     threads: Option<NonZeroUsize>,
     align_clocks: bool,
     require: [Option<f64>; 3],
@@ -101,6 +102,7 @@ impl Options {
         if let Some(mm_s) = not_negative("speed_mm_s", self.speed_mm_s)? {
             config.used_at.speed_m_s = mm_s * 1e-3;
         }
+        config.used_at.by_another_robot = self.strict;
         config.used_at.stand_off_m = positive("stand_off_mm", self.stand_off_mm)?.map(|mm| mm * 1e-3);
         check_sensor(&config)?;
         check_held(&config)?;

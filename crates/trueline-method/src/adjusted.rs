@@ -5,6 +5,7 @@ use crate::assess::seam_error::{self, SeamError, SharedError};
 use crate::assess::systematic::SystematicLevels;
 use crate::concluded::Concluded;
 use crate::config::{ASSUMED_WAVINESS_M, Config, ResidualKind};
+use crate::hypotheses::ambiguity::RivalAnswer;
 use crate::hypotheses::clock_drift::DriftFree;
 use crate::hypotheses::drift_and_step::Step;
 use crate::hypotheses::search::BetterMinimum;
@@ -104,7 +105,7 @@ struct Basin {
     better: Option<BetterMinimum>,
 }
 
-/// The likeliest of an answer and its rivals, each adjusted in full to the frames that all of them can place; and whether each rival is still about as
+/// The likeliest of an answer and its mirror images, each adjusted in full to the frames that all of them can place; and whether each rival is still about as
 /// likely. What is noise to a fit of noise alone, tacks and waves above all, can make a turned sensor look better.
 fn beside_rivals(
     from: &Concluded<'_>,
@@ -113,27 +114,29 @@ fn beside_rivals(
     best: Answer,
 ) -> Basin {
     let rivals = &from.ambiguity.rivals;
-    // Lines that are held stay where they were drawn, and rivals were found before.
-    if rivals.is_empty() || !from.settings.config.drawn_lines.is_empty() {
+    // Other time offsets are those of a path that repeats itself: the test for these stays, for forms of the seam explain an alias as well. Lines that
+    // are held stay where they were drawn, and rivals were found before.
+    if !rivals.iter().any(|rival| rival.is_mirror) || !from.settings.config.drawn_lines.is_empty() {
         return Basin { answer: best, is_open: vec![true; rivals.len()], better: None };
     }
+    let mirrors = || rivals.iter().filter(|rival| rival.is_mirror);
     let is_common =
-        |o: &Observation| rivals.iter().all(|rival| problem.placement(o, &rival.parameters).is_some());
+        |o: &Observation| mirrors().all(|rival| problem.placement(o, &rival.parameters).is_some());
     let (list, whiteners) = some_of(problem, is_common);
     let common = problem.of_some(&list, &whiteners);
     let comparable = |at: &Parameters| adjust(&common, at, settings).map(|answer| answer.comparable());
     // What cannot be solved is not told apart.
     let own = comparable(&best.at).unwrap_or(f64::INFINITY);
-    let others: Vec<Option<f64>> = rivals.iter().map(|rival| comparable(&rival.parameters)).collect();
+    let of_mirror = |rival: &RivalAnswer| rival.is_mirror.then(|| comparable(&rival.parameters)).flatten();
+    let others: Vec<Option<f64>> = rivals.iter().map(of_mirror).collect();
     let likeliest = others.iter().flatten().copied().fold(own, f64::min);
-    // Other time offsets are those of a path that repeats itself: the test for these stays, for forms of the seam explain an alias as well.
     let mut is_open: Vec<bool> = rivals
         .iter()
         .zip(&others)
         .map(|(rival, other)| !rival.is_mirror || other.is_none_or(|other| other < likeliest + RIVAL_GAIN))
         .collect();
     let taken = others.iter().position(|other| *other == Some(likeliest));
-    let Some(taken) = taken.filter(|k| rivals[*k].is_mirror && own > likeliest + RIVAL_GAIN) else {
+    let Some(taken) = taken.filter(|_| own > likeliest + RIVAL_GAIN) else {
         return Basin { answer: best, is_open, better: None };
     };
     let rival = &rivals[taken];

@@ -215,7 +215,11 @@ fn systematic_levels(
     let edge_radius_m = config.edge_radius_m.or(recording.setup.edge_radius_m);
     SystematicLevels {
         robot_accuracy_m,
-        robot: RobotSigmas::of_accuracy(robot_accuracy_m),
+        robot: if config.used_at.by_another_robot {
+            RobotSigmas::for_another(robot_accuracy_m)
+        } else {
+            RobotSigmas::of_accuracy(robot_accuracy_m)
+        },
         robot_is_stated: config.robot_accuracy_m.or(stated).is_some(),
         // Where two fitted lines cross, no edge is seen.
         edge_radius_m: edge_radius_m.unwrap_or(if recording.stripes.is_empty() {

@@ -29,7 +29,7 @@ impl Normal {
 #[test]
 fn predicted_error_is_that_of_sampled_calibrations() {
     let recording = simulate(&Preset::Quick.scenario(), 5).unwrap();
-    let used_at = Use { speed_m_s: 0.08, stand_off_m: None };
+    let used_at = Use { speed_m_s: 0.08, ..Use::default() };
     // A bias of the features that is estimated and taken out would move the point that stands for the scan.
     let config = Config { used_at, feature_bias_px: 0.0, ..Config::default() };
     let c = calibrate(&recording, None, &config).unwrap();
@@ -91,7 +91,7 @@ fn predicted_error_is_that_of_sampled_calibrations() {
 fn another_stand_off_is_along_the_sheet() {
     let recording = simulate(&Preset::Quick.scenario(), 5).unwrap();
     let predicted = |stand_off_m| {
-        let used_at = Use { speed_m_s: 0.0, stand_off_m };
+        let used_at = Use { speed_m_s: 0.0, stand_off_m, ..Use::default() };
         calibrate(&recording, None, &Config { used_at, ..Config::default() })
             .unwrap()
             .findings

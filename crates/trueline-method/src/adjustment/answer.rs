@@ -12,6 +12,7 @@ use crate::assess::seam_error::{Share, ShareOf};
 use crate::assess::systematic::SystematicLevels;
 use crate::assess::tilt_bias::TiltBias;
 use crate::config::ASSUMED_WAVINESS_M;
+use crate::models::tried as models;
 use crate::order_statistics::quantile;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
@@ -110,6 +111,8 @@ pub(crate) struct Answer {
     pub shares: Vec<Share>,
     /// What was found of the errors.
     pub amplitudes: Amplitudes,
+    /// The blocks that were estimated beside the unknowns.
+    pub blocks: Vec<models::Block>,
     /// The stamp of each frame that took part, s, and whether it was left out.
     pub frames: Vec<(f64, bool)>,
     /// Minus twice the log likelihood.
@@ -248,8 +251,8 @@ fn answer(adjustment: &Adjustment<'_>, adjusted: &Adjusted, settings: &Settings<
             Kind::Form { .. } => ShareOf::SeamForm,
             Kind::Robot(_) => ShareOf::Robot,
             Kind::EdgeRadius { .. } => ShareOf::EdgeRadius,
-            Kind::Detector { .. } => ShareOf::FeatureBias,
-            Kind::Lag { .. } => ShareOf::Robot,
+            Kind::Detector { .. } => ShareOf::Detector,
+            Kind::Lag { .. } => ShareOf::PoseLag,
             Kind::Step { .. } => ShareOf::Stamps,
         };
         shares.push(Share { of, columns, shape: None });
@@ -260,6 +263,7 @@ fn answer(adjustment: &Adjustment<'_>, adjusted: &Adjusted, settings: &Settings<
         noise,
         shares,
         frames: stamps(adjustment),
+        blocks: adjustment.columns.blocks.iter().filter_map(Block::name).collect(),
         amplitudes: Amplitudes {
             squared_lag_s2: squared_lag(adjustment, adjusted),
             ..amplitudes(adjustment, settings)

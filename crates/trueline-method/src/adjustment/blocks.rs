@@ -4,6 +4,7 @@ use crate::adjustment::form::Hats;
 use crate::adjustment::frames::Frame;
 use crate::assess::robot_field::RobotField;
 use crate::assess::tilt_bias::BIAS;
+use crate::models::tried as models;
 use crate::problem::unknowns::TIME_OFFSET;
 use nalgebra::{DVector, Vector3};
 use std::ops::Range;
@@ -134,6 +135,19 @@ impl Block {
                     set(k, frame.by_bias.column(k) * *sigma_px);
                 }
             }
+        }
+    }
+
+    /// Its name among the blocks of a model; a step is one of the clock.
+    #[must_use]
+    pub(crate) fn name(&self) -> Option<models::Block> {
+        match self.kind {
+            Kind::Form { .. } => Some(models::Block::SeamForm),
+            Kind::Robot(_) => Some(models::Block::Robot),
+            Kind::EdgeRadius { .. } => Some(models::Block::EdgeRadius),
+            Kind::Detector { .. } => Some(models::Block::Detector),
+            Kind::Lag { .. } => Some(models::Block::PoseLag),
+            Kind::Step { .. } => None,
         }
     }
 
