@@ -9,6 +9,7 @@ use crate::adjustment::coloured::{Coloured, Sums, Whitened};
 use crate::adjustment::columns::Columns;
 use crate::adjustment::equations::{Equations, Factors, Prior, Solved};
 use crate::adjustment::frames::{Frame, Scan};
+use crate::adjustment::neighbours::Neighbours;
 use crate::adjustment::table::Table;
 use crate::adjustment::weights::weights;
 use crate::assess::tilt_bias::TiltBias;
@@ -16,7 +17,7 @@ use crate::input::shape_prior::ShapePrior;
 use crate::order_statistics::median;
 use crate::parallel;
 use crate::problem::parameters::Parameters;
-use nalgebra::{DMatrix, DVector, Vector2};
+use nalgebra::{DMatrix, DVector, Vector1, Vector2};
 
 /// Cuts of the rounds, standard deviations: beyond it a frame does not count.
 const CUTS: [f64; 5] = [4.0, 4.5, 5.5, 5.5, 5.5];
@@ -32,8 +33,8 @@ const SMALL: f64 = 0.02;
 const HALVINGS: usize = 6;
 /// Amplitudes of noise that lasts …
 const AMPLITUDES: [f64; 8] = [0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0];
-/// … and how long it may last, s.
-const LASTS_S: [f64; 4] = [0.06, 0.2, 0.7, 2.5];
+/// … and how long that of the short process may last, s.
+const LASTS_S: [f64; 3] = [0.06, 0.2, 0.7];
 /// Twice the log likelihood that another noise must gain.
 const GAIN: f64 = 0.5;
 
@@ -111,7 +112,7 @@ impl Adjustment<'_> {
             self.sigmas[direction] = sigma.max(all / MOST_LASTING).max(LEAST_SIGMA);
             spread[direction] = all.max(self.sigmas[direction]);
             let lasting = (spread[direction] / self.sigmas[direction]).powi(2) - 1.0;
-            self.noise[direction] = Coloured { amplitude: nearest(lasting), lasts_s: LASTS_S[1] };
+            self.noise[direction] = Coloured { amplitude: nearest(lasting), lasts_s: LASTS_S[1], long: 0.0 };
         }
         let table = Table::of(&frames, &self.columns, &self.coefficients);
         let as_they_are: Vec<_> = frames.iter().map(|frame| Some(frame.as_ref()?.residual)).collect();
@@ -138,7 +139,7 @@ impl Adjustment<'_> {
         let left = table.left(&solved.step);
         self.follow_sigmas(&sums, &solved);
         let spread =
-            [0, 1].map(|direction| self.sigmas[direction] * (1.0 + self.noise[direction].amplitude).sqrt());
+            [0, 1].map(|direction| self.sigmas[direction] * (1.0 + self.noise[direction].lasting()).sqrt());
         self.weights = weights(&table.off(&left, spread), cut);
         Some(())
     }
@@ -204,15 +205,20 @@ impl Adjustment<'_> {
 
     /// Residuals at the state, about frames that were seen from another one.
     fn residuals(&self, frames: &[Option<Frame>]) -> Vec<Option<Vector2<f64>>> {
-        let residual = |frame: &Option<Frame>| {
-            let frame = frame.as_ref()?;
-            let (residual, along_m) = self.scan.residual(frame, &self.at)?;
-            let steep = self.columns.slopes(frame, &self.coefficients);
-            let slid_m = along_m - frame.along_m;
-            let moved = frame.by_point * (frame.across[0] * -steep[0] + frame.across[1] * -steep[1]);
-            Some(residual + moved * slid_m)
+        let there: Vec<_> =
+            frames.iter().map(|frame| self.scan.residual(frame.as_ref()?, &self.at)).collect();
+        let slid = |(frame, there): (&Option<Frame>, &Option<(Vector2<f64>, f64)>)| {
+            Some(Vector1::new(there.as_ref()?.1 - frame.as_ref()?.along_m))
         };
-        frames.iter().map(residual).collect()
+        let slid: Vec<_> = frames.iter().zip(&there).map(slid).collect();
+        let apart = Neighbours::of(frames).beyond(&slid);
+        let residual = |((frame, there), apart): ((&Option<Frame>, Option<_>), Option<Vector1<f64>>)| {
+            let (frame, (residual, _), apart) = (frame.as_ref()?, there?, apart?);
+            let steep = self.columns.slopes(frame, &self.coefficients);
+            let moved = frame.by_point * (frame.across[0] * -steep[0] + frame.across[1] * -steep[1]);
+            Some(residual + moved * apart.x)
+        };
+        frames.iter().zip(there).zip(apart).map(residual).collect()
     }
 
     fn equations(&self, sums: &[Sums; 2]) -> Equations {
@@ -255,63 +261,99 @@ impl Adjustment<'_> {
         }
     }
 
-    /// The noise that is most likely: both directions alike first, then each by itself, then how long it lasts.
+    /// The noise that is most likely: both directions alike first, then each by itself, then how long it lasts, then what lasts for longer.
     fn choose_noise(&mut self, table: &Table) {
+        let begun = self.noise.map(Place::near);
         let mut likelihood = Likelihood { adjustment: self, table, known: Vec::new() };
-        let [mut one, mut other] =
-            likelihood.adjustment.noise.map(|noise| place(&AMPLITUDES, noise.amplitude));
-        let mut lasts = place(&LASTS_S, likelihood.adjustment.noise[0].lasts_s);
-        let mut best = likelihood.of([one, other], lasts);
-        let mut tried = |pair: [usize; 2], at: usize, chosen: &mut ([usize; 2], usize)| {
-            let there = likelihood.of(pair, at);
-            if there + GAIN < best {
-                (best, *chosen) = (there, (pair, at));
+        let mut best = Chosen { of: begun, twice_negative_log: likelihood.of(begun) };
+        let mut try_all = |best: &mut Chosen, others: Vec<[Place; 2]>| {
+            for of in others {
+                let twice_negative_log = likelihood.of(of);
+                if twice_negative_log + GAIN < best.twice_negative_log {
+                    *best = Chosen { of, twice_negative_log };
+                }
             }
         };
-        let mut chosen = ([one, other], lasts);
-        // Both alike, from where they are and from nothing.
-        tried([0; 2], lasts, &mut chosen);
+        let with = |place: Place, amplitude: usize| Place { amplitude, ..place };
+        try_all(&mut best, vec![begun.map(|place| with(place, 0))]);
         loop {
-            let ([before, _], _) = chosen;
-            for both in about(before, 1, AMPLITUDES.len()) {
-                tried([both; 2], lasts, &mut chosen);
-            }
-            if chosen.0[0] == before {
+            let before = best.of[0];
+            let alike = about(before.amplitude, 1, AMPLITUDES.len()).map(|both| [with(before, both); 2]);
+            try_all(&mut best, alike.collect());
+            if best.of[0] == before {
                 break;
             }
         }
-        ([one, other], _) = chosen;
-        for beside in about(one, 2, AMPLITUDES.len()) {
-            tried([beside, other], lasts, &mut chosen);
+        for direction in 0..2 {
+            let of = best.of;
+            let beside = about(of[direction].amplitude, 2, AMPLITUDES.len()).map(|amplitude| {
+                let mut other = of;
+                other[direction].amplitude = amplitude;
+                other
+            });
+            try_all(&mut best, beside.collect());
         }
-        ([one, other], _) = chosen;
-        for beside in about(other, 2, AMPLITUDES.len()) {
-            tried([one, beside], lasts, &mut chosen);
-        }
-        ([one, other], _) = chosen;
-        for beside in about(lasts, 1, LASTS_S.len()) {
-            tried([one, other], beside, &mut chosen);
-        }
-        ([one, other], lasts) = chosen;
-        self.noise = [one, other].map(|k| Coloured { amplitude: AMPLITUDES[k], lasts_s: LASTS_S[lasts] });
+        let of = best.of;
+        let lasting =
+            about(of[0].lasts, 1, LASTS_S.len()).map(|lasts| of.map(|place| Place { lasts, ..place }));
+        try_all(&mut best, lasting.collect());
+        let of = best.of;
+        let longer = (0..MOST_LONG).map(|long| of.map(|place| Place { long, ..place }));
+        try_all(&mut best, longer.collect());
+        let chosen = best.of.map(Place::noise);
+        self.noise = chosen;
     }
+}
+
+/// Amplitudes of the long process that are tried.
+const MOST_LONG: usize = 7;
+
+/// The noise of one direction, as places in what is tried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Place {
+    amplitude: usize,
+    lasts: usize,
+    long: usize,
+}
+
+impl Place {
+    fn near(noise: Coloured) -> Self {
+        Self {
+            amplitude: place(&AMPLITUDES, noise.amplitude),
+            lasts: place(&LASTS_S, noise.lasts_s),
+            long: place(&AMPLITUDES, noise.long),
+        }
+    }
+
+    fn noise(self) -> Coloured {
+        Coloured {
+            amplitude: AMPLITUDES[self.amplitude],
+            lasts_s: LASTS_S[self.lasts],
+            long: AMPLITUDES[self.long],
+        }
+    }
+}
+
+/// The likeliest noise so far.
+struct Chosen {
+    of: [Place; 2],
+    twice_negative_log: f64,
 }
 
 /// The restricted likelihood of noises, each filtered once.
 struct Likelihood<'a, 'b> {
     adjustment: &'a Adjustment<'b>,
     table: &'a Table,
-    known: Vec<((usize, usize, usize), Sums)>,
+    known: Vec<((usize, Place), Sums)>,
 }
 
 impl Likelihood<'_, '_> {
-    fn of(&mut self, amplitudes: [usize; 2], lasts: usize) -> f64 {
-        let key = |direction: usize| (direction, amplitudes[direction], lasts);
+    fn of(&mut self, places: [Place; 2]) -> f64 {
+        let key = |direction: usize| (direction, places[direction]);
         let is_known = |direction: &usize| self.known.iter().any(|(known, _)| *known == key(*direction));
         let missing: Vec<usize> = (0..2).filter(|direction| !is_known(direction)).collect();
         let found = parallel::map(self.adjustment.threads, missing.len(), |k| {
-            let amplitude = AMPLITUDES[amplitudes[missing[k]]];
-            let noise = Coloured { amplitude, lasts_s: LASTS_S[lasts] };
+            let noise = places[missing[k]].noise();
             (key(missing[k]), self.table.whitened(missing[k], &self.adjustment.weights, noise).sums)
         });
         self.known.extend(found);

@@ -84,20 +84,23 @@ impl Amplitudes {
     /// Whether the residuals are beyond what all errors together explain: noise that lasts, a form or a robot as large as it can be.
     #[must_use]
     pub fn are_beyond(&self) -> bool {
-        self.lasting.iter().all(|noise| noise.amplitude >= MOST_LASTING)
+        let is_no_noise = |(noise, white): (&Coloured, &f64)| white * noise.lasting().sqrt() > LARGEST_NOISE;
+        self.lasting.iter().zip(&self.white).all(is_no_noise)
             || self.forms.iter().any(|form| *form > MOST_FORM)
-            || self.robot_is_worst
+            || (self.robot_is_worst && self.robot_m > WORST_SHIFT_M)
     }
 
     /// How many times as large as the white noise what lasts of it is, in the direction where that is most.
     #[must_use]
     pub fn lasting_times(&self) -> f64 {
-        self.lasting.iter().map(|noise| noise.amplitude.sqrt()).fold(0.0, f64::max)
+        self.lasting.iter().map(|noise| noise.lasting().sqrt()).fold(0.0, f64::max)
     }
 }
 
-/// Noise that lasts with a hundred times the variance of the white noise is none: residuals of ten times what neighbours differ by.
-const MOST_LASTING: f64 = 100.0;
+/// What lasts is no noise where it is so many times what was expected of noise.
+const LARGEST_NOISE: f64 = 20.0;
+/// An arm moves a point by less than this along a scan, beyond what the hand-eye takes, m.
+const WORST_SHIFT_M: f64 = 1e-3;
 /// A form nine times as large as expected is another seam.
 const MOST_FORM: f64 = 9.0;
 

@@ -182,7 +182,7 @@ fn a_steep_form_couples_the_place_along_the_seam() {
         let [one, other] = &mut rows;
         columns.fill(&frame, &coefficients, [one, other]);
         for k in 0..at.dimension() {
-            let slid = frame.by_point * frame.across[1] * (-0.05 * frame.along_by_unknowns[k]);
+            let slid = frame.by_point * frame.across[1] * (-0.05 * frame.apart_by_unknowns[k]);
             for (row, numbers) in rows.iter().enumerate() {
                 assert!((numbers[k] - frame.by_unknowns[(row, k)] - slid[row]).abs() < 1e-9);
             }

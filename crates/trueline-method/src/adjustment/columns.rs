@@ -112,11 +112,11 @@ impl Columns {
         }
     }
 
-    /// The derivative by the unknowns, where a point that slides along the seam meets another form.
+    /// The derivative by the unknowns, where a point that slides along the seam beyond those near it meets another form.
     fn with_slopes(&self, frame: &Frame, coefficients: &DVector<f64>) -> SMatrix<f64, 2, LOCAL_ALL> {
         let steep = self.slopes(frame, coefficients);
         let by_along = frame.by_point * (frame.across[0] * -steep[0] + frame.across[1] * -steep[1]);
-        frame.by_unknowns + by_along * frame.along_by_unknowns.transpose()
+        frame.by_unknowns + by_along * frame.apart_by_unknowns.transpose()
     }
 
     /// How steep the form of the seam is at a frame, in both directions, 1.

@@ -1,0 +1,72 @@
+//! What frames do beyond those near them along the seam.
+//!
+//! The form of a seam is not known, so that to slide along it together shows nothing: another form would fit as well. Only frames that see one place and slide
+//! differently, on another pass or at another attitude, meet another part of the form. A form that stays in space while all slide would be a landmark, and landmarks
+//! make a scan look better than it is.
+
+use crate::adjustment::form::Hats;
+use crate::adjustment::frames::Frame;
+use nalgebra::SVector;
+
+/// Places along a seam whose frames are near each other are so far apart, m, as its finest form is.
+const NEAR_M: f64 = 0.005;
+
+/// Which frames are near each other.
+pub(crate) struct Neighbours {
+    /// Of each frame the first of two places, and how much it belongs to each; `None` of what was not seen.
+    near: Vec<Option<(usize, [f64; 2])>>,
+    places: usize,
+}
+
+impl Neighbours {
+    /// Of frames of all lines.
+    #[must_use]
+    pub(crate) fn of(frames: &[Option<Frame>]) -> Self {
+        let lines = frames.iter().flatten().map(|frame| frame.line + 1).max().unwrap_or(0);
+        let mut near = vec![None; frames.len()];
+        let mut places = 0;
+        for line in 0..lines {
+            let of_line = |frame: &&Frame| frame.line == line;
+            let along = || frames.iter().flatten().filter(of_line).map(|frame| frame.along_m);
+            let (from_m, to_m) =
+                along().fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), at| (from.min(at), to.max(at)));
+            if from_m > to_m {
+                continue;
+            }
+            let hats = Hats::over([from_m, to_m], NEAR_M, lines);
+            for (near, frame) in near.iter_mut().zip(frames) {
+                if let Some(frame) = frame.as_ref().filter(of_line) {
+                    let (first, parts) = hats.at(frame.along_m);
+                    *near = Some((places + first, parts));
+                }
+            }
+            places += hats.count + 1;
+        }
+        Self { near, places }
+    }
+
+    /// Values less the mean of those near them; what has no value is none of them.
+    #[must_use]
+    pub(crate) fn beyond<const N: usize>(
+        &self,
+        values: &[Option<SVector<f64, N>>],
+    ) -> Vec<Option<SVector<f64, N>>> {
+        let mut sums = vec![(0.0, SVector::<f64, N>::zeros()); self.places];
+        let known = || self.near.iter().zip(values).map(|(near, value)| near.zip(*value));
+        for ((first, parts), value) in known().flatten() {
+            for (k, part) in parts.into_iter().enumerate() {
+                let (weight, sum) = &mut sums[first + k];
+                *weight += part;
+                *sum += value * part;
+            }
+        }
+        let mean = |place: usize| {
+            let (weight, sum) = &sums[place];
+            if *weight > 0.0 { sum / *weight } else { SVector::zeros() }
+        };
+        let beyond = |((first, parts), value): ((usize, [f64; 2]), SVector<f64, N>)| {
+            value - mean(first) * parts[0] - mean(first + 1) * parts[1]
+        };
+        known().map(|known| known.map(beyond)).collect()
+    }
+}
