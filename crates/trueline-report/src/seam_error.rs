@@ -227,10 +227,17 @@ fn sensor_state(shape: &SensorShape) -> String {
         format!("off: {words}")
     } else if shape.wald > WALD_LIMIT {
         format!("not blamed: the cause named above makes the fit believe that {words}")
+    } else if words.is_empty() {
+        "not seen".to_owned()
+    } else if shape.clearest() > DOUBTFUL {
+        format!("perhaps off: {words}")
     } else {
         format!("no fault seen: {words}")
     }
 }
+
+/// A component so many of its ± from zero is doubted, though five of them together are not plainly off.
+const DOUBTFUL: f64 = 3.0;
 
 /// The five numbers of a shape.
 const COMPONENTS: [&str; 5] = ["width", "depth", "shear", "keystone along the stripe", "keystone in depth"];
