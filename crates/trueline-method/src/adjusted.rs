@@ -7,7 +7,6 @@ use crate::concluded::Concluded;
 use crate::config::{ASSUMED_WAVINESS_M, Config, ResidualKind};
 use crate::hypotheses::ambiguity::RivalAnswer;
 use crate::hypotheses::clock_drift::DriftFree;
-use crate::hypotheses::drift_and_step::Step;
 use crate::hypotheses::search::BetterMinimum;
 use crate::input::noise_levels::Whitener;
 use crate::input::observations::Observation;
@@ -59,7 +58,7 @@ pub(crate) fn adjusted(
         return Ok(None);
     }
     let held_sigmas = from.held_sigmas();
-    let stepped = from.assessed.drift_free.stepped.filter(Step::is_of_a_clock);
+    let stepped = from.assessed.drift_free.stepped;
     let settings = Settings {
         fixed: from.settings.fixed,
         held_sigmas: &held_sigmas,

@@ -76,11 +76,22 @@ pub struct Amplitudes {
     pub squared_lag_s2: (f64, f64),
     /// The lag that was taken into account, s.
     pub lag_s: f64,
+    /// A step of the time offset that noise alone shows, beside all blocks, and its standard deviation, s; `None` where nothing looks like one.
+    pub step_s: Option<(f64, f64)>,
     /// Frames that were left out, among those that took part.
     pub out: Outliers,
 }
 
+/// A step is one if it is so many of its standard deviations.
+const STEP_SIGMAS: f64 = 4.0;
+
 impl Amplitudes {
+    /// Whether a step of the time offset is still one beside noise that lasts and all other errors.
+    #[must_use]
+    pub fn show_a_step(&self) -> bool {
+        self.step_s.is_some_and(|(step_s, sigma_s)| step_s.abs() > STEP_SIGMAS * sigma_s)
+    }
+
     /// Whether the residuals are beyond what all errors together explain: noise that lasts, a form or a robot as large as it can be.
     #[must_use]
     pub fn are_beyond(&self) -> bool {
@@ -269,6 +280,7 @@ fn answer(adjustment: &Adjustment<'_>, adjusted: &Adjusted, settings: &Settings<
         blocks: adjustment.columns.blocks.iter().filter_map(Block::name).collect(),
         amplitudes: Amplitudes {
             squared_lag_s2: squared_lag(adjustment, adjusted),
+            step_s: step(adjustment, adjusted),
             ..amplitudes(adjustment, settings)
         },
         twice_negative_log: adjusted.solved.twice_negative_log,
@@ -331,6 +343,17 @@ fn squared_lag(adjustment: &Adjustment<'_>, adjusted: &Adjusted) -> (f64, f64) {
     (units * UNIT_OF_LAG_S.powi(2), sigma * UNIT_OF_LAG_S.powi(2))
 }
 
+/// The step of the clock that is estimated.
+fn step(adjustment: &Adjustment<'_>, adjusted: &Adjusted) -> Option<(f64, f64)> {
+    let block = |block: &Block| match block.kind {
+        Kind::Step { sigma_s, .. } => Some((block.columns.start, sigma_s)),
+        _ => None,
+    };
+    let (column, unit_s) = adjustment.columns.blocks.iter().find_map(block)?;
+    let sigma_s = unit_s * adjusted.solved.variances()[column].sqrt();
+    Some((unit_s * adjustment.coefficients[column], sigma_s))
+}
+
 fn amplitudes(adjustment: &Adjustment<'_>, settings: &Settings<'_>) -> Amplitudes {
     let frames = adjustment.scan.frames(&adjustment.at, &adjustment.tilt);
     let (mut form, mut robot, mut count) = (0.0, 0.0, 0.0);
@@ -366,6 +389,7 @@ fn amplitudes(adjustment: &Adjustment<'_>, settings: &Settings<'_>) -> Amplitude
         robot: thetas(is_robot).next(),
         robot_is_worst: blocks.iter().any(|block| is_robot(&block.kind) && block.amplitude.is_largest()),
         squared_lag_s2: (0.0, 0.0),
+        step_s: None,
         lag_s: blocks.iter().find_map(|block| block.lag_s()).unwrap_or(0.0),
         out: Outliers { count: out, of: there().count() },
     }

@@ -111,7 +111,7 @@ fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Reason> {
     reasons.extend(too_few_used(f).or_else(|| beyond_the_window(f)));
     reasons.extend(of_streams(f));
     reasons.extend(f.stripes.as_ref().and_then(stripes_contradict));
-    let other = f.clock.stepped.filter(|step| !step.is_of_a_clock());
+    let other = f.clock.stepped.filter(|step| !step.is_of_a_clock() && amplitudes.show_a_step());
     reasons.extend(other.map(|step| stepped(f, &step)));
     let ceiling_m = f.config.require.seam_m.unwrap_or(SEAM_ERROR_CEILING_M);
     reasons.extend(f.checks.seam_error.and_then(|error| seam_error_too_large(ceiling_m, &error)));
