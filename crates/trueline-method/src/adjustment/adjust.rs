@@ -8,7 +8,7 @@ use crate::adjustment::blocks::Block;
 use crate::adjustment::coloured::{Coloured, Sums, Whitened};
 use crate::adjustment::columns::Columns;
 use crate::adjustment::equations::{Equations, Factors, Prior, Solved};
-use crate::adjustment::frames::{Frame, Scan};
+use crate::adjustment::frames::{Frame, Scan, places};
 use crate::adjustment::neighbours::Neighbours;
 use crate::adjustment::table::Table;
 use crate::adjustment::weights::weights;
@@ -211,7 +211,7 @@ impl Adjustment<'_> {
             Some(Vector1::new(there.as_ref()?.1 - frame.as_ref()?.along_m))
         };
         let slid: Vec<_> = frames.iter().zip(&there).map(slid).collect();
-        let apart = Neighbours::of(frames).beyond(&slid);
+        let apart = Neighbours::of(&places(frames)).beyond(&slid);
         let residual = |((frame, there), apart): ((&Option<Frame>, Option<_>), Option<Vector1<f64>>)| {
             let (frame, (residual, _), apart) = (frame.as_ref()?, there?, apart?);
             let steep = self.columns.slopes(frame, &self.coefficients);

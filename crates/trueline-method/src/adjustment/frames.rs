@@ -80,6 +80,12 @@ pub(crate) struct Frame {
     pub apart_by_unknowns: SVector<f64, LOCAL_ALL>,
 }
 
+/// Where frames are: which line, and how far along it, m.
+pub(crate) fn places(frames: &[Option<Frame>]) -> Vec<Option<(usize, f64)>> {
+    let place = |frame: &Frame| (frame.line, frame.along_m);
+    frames.iter().map(|frame| frame.as_ref().map(place)).collect()
+}
+
 impl<'a> Scan<'a> {
     /// Some frames of each line of a problem about a state.
     #[must_use]
@@ -111,7 +117,7 @@ impl<'a> Scan<'a> {
         let shaped = with_shape(self.problem.observations, at.clone());
         let mut frames: Vec<_> = self.selected().map(|chosen| self.frame(chosen, &shaped, tilt)).collect();
         let along: Vec<_> = frames.iter().map(|frame| Some(frame.as_ref()?.along_by_unknowns)).collect();
-        let apart = Neighbours::of(&frames).beyond(&along);
+        let apart = Neighbours::of(&places(&frames)).beyond(&along);
         for (frame, apart) in frames.iter_mut().zip(apart) {
             if let (Some(frame), Some(apart)) = (frame, apart) {
                 frame.apart_by_unknowns = apart;

@@ -5,7 +5,6 @@
 //! make a scan look better than it is.
 
 use crate::adjustment::form::Hats;
-use crate::adjustment::frames::Frame;
 use nalgebra::SVector;
 
 /// Places along a seam whose frames are near each other are so far apart, m, as its finest form is.
@@ -19,24 +18,24 @@ pub(crate) struct Neighbours {
 }
 
 impl Neighbours {
-    /// Of frames of all lines.
+    /// Of the places of frames: which line, and how far along it, m.
     #[must_use]
-    pub(crate) fn of(frames: &[Option<Frame>]) -> Self {
-        let lines = frames.iter().flatten().map(|frame| frame.line + 1).max().unwrap_or(0);
+    pub(crate) fn of(frames: &[Option<(usize, f64)>]) -> Self {
+        let lines = frames.iter().flatten().map(|(line, _)| line + 1).max().unwrap_or(0);
         let mut near = vec![None; frames.len()];
         let mut places = 0;
         for line in 0..lines {
-            let of_line = |frame: &&Frame| frame.line == line;
-            let along = || frames.iter().flatten().filter(of_line).map(|frame| frame.along_m);
+            let along =
+                || frames.iter().flatten().filter(|(own, _)| *own == line).map(|(_, along_m)| *along_m);
             let (from_m, to_m) =
                 along().fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), at| (from.min(at), to.max(at)));
             if from_m > to_m {
                 continue;
             }
             let hats = Hats::over([from_m, to_m], NEAR_M, lines);
-            for (near, frame) in near.iter_mut().zip(frames) {
-                if let Some(frame) = frame.as_ref().filter(of_line) {
-                    let (first, parts) = hats.at(frame.along_m);
+            for (near, place) in near.iter_mut().zip(frames) {
+                if let Some((_, along_m)) = place.filter(|(own, _)| *own == line) {
+                    let (first, parts) = hats.at(along_m);
                     *near = Some((places + first, parts));
                 }
             }
