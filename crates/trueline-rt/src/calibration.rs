@@ -88,7 +88,7 @@ impl PlacerCalibration {
         let are_finite = |numbers: &[f64]| numbers.iter().all(|number| number.is_finite());
         [
             (self.time_offset_s.is_finite() && self.time_offset_s.abs() <= LONGEST_OFFSET_S, "time_offset_s"),
-            (is_finite(pose), "tool_from_camera"),
+            (is_pose(pose), "tool_from_camera"),
             (
                 are_finite(self.covariance.as_slice()) && (0..7).all(|k| self.covariance[(k, k)] >= 0.0),
                 "covariance",
@@ -104,9 +104,15 @@ impl PlacerCalibration {
 /// No sensor is later than this, s.
 const LONGEST_OFFSET_S: f64 = 10.0;
 
-/// Whether all numbers of a pose are finite.
+/// No pose is further from its origin than this, m.
+const FURTHEST_M: f64 = 1e5;
+/// A quaternion may be off unit length by this.
+const UNIT: f64 = 1e-6;
+
+/// Whether a pose is one: finite, within reach, with a rotation.
 #[must_use]
-pub(crate) fn is_finite(pose: &Pose) -> bool {
-    let (rotation, shift) = (pose.rotation.coords, pose.translation.vector);
-    rotation.iter().chain(shift.iter()).all(|number| number.is_finite())
+pub(crate) fn is_pose(pose: &Pose) -> bool {
+    let shift = pose.translation.vector;
+    let is_near = shift.iter().all(|number| number.abs() <= FURTHEST_M);
+    is_near && (pose.rotation.coords.norm() - 1.0).abs() <= UNIT
 }

@@ -184,9 +184,10 @@ impl EnvelopeClock {
         };
         let first_s = self.arrivals[0];
         let mut ticks = [0.0; LEARNT];
-        for k in 1..LEARNT {
-            let step = ((self.arrivals[k] - self.arrivals[k - 1]) / usual_s).round().max(1.0);
-            ticks[k] = ticks[k - 1] + step;
+        let mut tick = 0.0;
+        for (pair, ticked) in self.arrivals.windows(2).zip(&mut ticks[1..]) {
+            tick += ((pair[1] - pair[0]) / usual_s).round().max(1.0);
+            *ticked = tick;
         }
         let (_, slope) = line_through(ticks.iter().copied().zip(self.arrivals.iter().copied()));
         self.period_s = slope;

@@ -11,8 +11,8 @@ pub struct BadSetting {
 /// Why a pose is not taken. The stream goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PoseError {
-    /// A number of the pose is not finite, or the stamp is further from zero than 95 years.
-    #[error("the pose or its stamp is not a finite number in range")]
+    /// The pose is not finite, further than 100 km or no rotation; or the stamp is further from zero than 95 years.
+    #[error("the pose or its stamp is not finite and in range")]
     NotFinite,
     /// The stamp is not later than the last one.
     #[error("the stamp is {behind_ns} ns behind the last pose")]

@@ -118,7 +118,7 @@ impl PoseStream {
 
     /// Takes a pose that has arrived.
     pub(crate) fn push(&mut self, stamp_ns: i64, pose: &Pose) -> Result<(), PoseError> {
-        if !is_stamp(stamp_ns) || !crate::calibration::is_finite(pose) {
+        if !is_stamp(stamp_ns) || !crate::calibration::is_pose(pose) {
             return Err(PoseError::NotFinite);
         }
         if !self.is_started {

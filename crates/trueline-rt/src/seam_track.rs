@@ -1,6 +1,6 @@
 //! A seam that is followed: points that a sensor measured ahead, and where a torch is to be when its command acts.
 
-use crate::calibration::is_finite;
+use crate::calibration::is_pose;
 use crate::error::BadSetting;
 use crate::seam_fit::{self, SeamFit};
 use crate::track_settings::{AheadError, SeamPointError, TrackSettings};
@@ -103,10 +103,14 @@ impl SeamTrack {
             None => (step.norm(), 0.0),
             Some(fit) => {
                 let from_fit = point - fit.point;
-                let ahead_m = from_fit.dot(&fit.tangent);
-                let off = from_fit - fit.tangent * ahead_m;
-                let bent_m = 0.5 * self.settings.curvature_per_m * ahead_m * ahead_m;
-                (ahead_m, (off.norm() - bent_m).max(0.0))
+                let beyond_m = from_fit.dot(&fit.tangent);
+                let off = from_fit - fit.tangent * beyond_m;
+                let bent_m = 0.5 * self.settings.curvature_per_m * beyond_m * beyond_m;
+                // By steps from point to point the way does not gather what a fit is off at its end; a chord is as long as the arc by the
+                // direction in its middle.
+                let middle = self.fit_at(last_m + 0.5 * step.dot(&fit.tangent).max(0.0));
+                let tangent = middle.map_or(fit.tangent, |middle| middle.tangent);
+                (step.dot(&tangent), (off.norm() - bent_m).max(0.0))
             }
         };
         if off_m > self.settings.jump_m {
@@ -153,7 +157,7 @@ impl SeamTrack {
     /// [`AheadError`] says why there is no target.
     pub fn ahead(&self, base_from_torch: &Pose, speed_m_s: f64, delay_s: f64) -> Result<Target, AheadError> {
         let lead_m = speed_m_s * delay_s;
-        if !(is_finite(base_from_torch) && lead_m.is_finite() && speed_m_s >= 0.0 && delay_s >= 0.0) {
+        if !(is_pose(base_from_torch) && lead_m.is_finite() && speed_m_s >= 0.0 && delay_s >= 0.0) {
             return Err(AheadError::NotFinite);
         }
         let torch = base_from_torch.translation.vector;

@@ -27,7 +27,7 @@ impl Steps {
         }
         self.steps_s[self.count % STEPS] = step_s;
         self.count += 1;
-        if self.count % LOOK == 0 || self.count == STEPS - 1 {
+        if self.count.is_multiple_of(LOOK) || self.count == STEPS - 1 {
             let filled = self.count.min(STEPS);
             let mut steps_s = self.steps_s;
             let (_, middle, _) = steps_s[..filled].select_nth_unstable_by(filled / 2, f64::total_cmp);

@@ -11,6 +11,8 @@ use trueline_geometry::Pose;
 const STEP_S: f64 = 0.000_5;
 /// Most knots; longer readouts have longer steps.
 const MOST: usize = 64;
+/// Steps by which rounding may put an exposure outside the knots.
+const ROUNDING: f64 = 1e-6;
 /// A step over lost or missing poses flags the points in it.
 const NO_KNOT: Knot = Knot {
     base_by_point: Matrix3x4::new(
@@ -128,9 +130,13 @@ impl Sweep {
 
     /// Where the camera was at a time after the first exposure, s; `None` where no pose is known.
     pub(crate) fn at(&self, after_s: f64) -> Option<Knot> {
-        let place = (after_s - self.from_s) / self.step_s;
-        if !(place >= 0.0 && place <= (self.count - 1) as f64) {
+        if self.count == 1 {
             return self.only().copied();
+        }
+        let place = (after_s - self.from_s) / self.step_s;
+        // The last exposure may come out a little beyond the last knot.
+        if !(place >= -ROUNDING && place <= (self.count - 1) as f64 + ROUNDING) {
+            return None;
         }
         let index = (place as usize).min(self.count.saturating_sub(2));
         let (from, to) = (&self.knots[index], self.knots.get(index + 1)?);

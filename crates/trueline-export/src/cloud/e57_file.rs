@@ -1,6 +1,6 @@
 //! E57: one cloud, coordinates in double precision, the time since the first point.
 
-use super::{CloudColumns, CloudPoint, CloudSink};
+use super::point::{CloudColumns, CloudPoint, CloudSink};
 use e57::{E57Writer, PointCloudWriter, Record, RecordDataType, RecordName, RecordValue};
 use std::fs::File;
 use std::io;

@@ -1,6 +1,6 @@
 //! LAS 1.4: coordinates to 1 µm, the time as GPS time of the exposure (s, of the robot's clock), intensity to whole numbers.
 
-use super::{CloudColumns, CloudPoint, CloudSink};
+use super::point::{CloudColumns, CloudPoint, CloudSink};
 use las::point::Format;
 use las::{Builder, Point, Transform, Vector, Version, Writer};
 use std::fs::File;

@@ -1,6 +1,6 @@
 //! Parquet: a row a point, in groups of rows.
 
-use super::{CloudColumns, CloudPoint, CloudSink};
+use super::point::{CloudColumns, CloudPoint, CloudSink};
 use parquet::basic::{Compression, Repetition, Type, ZstdLevel};
 use parquet::data_type::{DoubleType, Int64Type};
 use parquet::errors::ParquetError;

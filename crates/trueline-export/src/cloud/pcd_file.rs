@@ -1,7 +1,7 @@
 //! Binary PCD 0.7, as PCL reads it: coordinates in single precision (0.06 µm at 1 m), the time in double.
 
+use super::point::{CloudColumns, CloudPoint, CloudSink};
 use super::rows::{Layout, padded};
-use super::{CloudColumns, CloudPoint, CloudSink};
 use std::fs::File;
 use std::io;
 

@@ -1,7 +1,7 @@
 //! Binary PLY, little endian.
 
+use super::point::{CloudColumns, CloudPoint, CloudSink};
 use super::rows::{Layout, padded};
-use super::{CloudColumns, CloudPoint, CloudSink};
 use std::fs::File;
 use std::io;
 

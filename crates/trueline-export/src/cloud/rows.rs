@@ -1,6 +1,6 @@
 //! Files of a header in text and rows of numbers: the header is written again once the rows are counted.
 
-use super::{CloudPoint, CloudSink};
+use super::point::{CloudColumns, CloudPoint, CloudSink};
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 
@@ -11,8 +11,8 @@ const BUFFER: usize = 1 << 20;
 struct Rows<'a> {
     out: BufWriter<&'a File>,
     count: u64,
-    row: fn(&mut Vec<u8>, &CloudPoint, super::CloudColumns),
-    columns: super::CloudColumns,
+    row: fn(&mut Vec<u8>, &CloudPoint, CloudColumns),
+    columns: CloudColumns,
     bytes: Vec<u8>,
 }
 
@@ -29,16 +29,16 @@ impl CloudSink for Rows<'_> {
 #[derive(Clone, Copy)]
 pub(super) struct Layout {
     /// Its header for a number of rows: as long for any.
-    pub header: fn(u64, super::CloudColumns) -> String,
+    pub header: fn(u64, CloudColumns) -> String,
     /// Adds the bytes of a row.
-    pub row: fn(&mut Vec<u8>, &CloudPoint, super::CloudColumns),
+    pub row: fn(&mut Vec<u8>, &CloudPoint, CloudColumns),
 }
 
 /// Writes such a file.
 pub(super) fn write<E: From<io::Error>>(
     file: &File,
     layout: Layout,
-    columns: super::CloudColumns,
+    columns: CloudColumns,
     fill: &mut dyn FnMut(&mut dyn CloudSink) -> Result<(), E>,
 ) -> Result<(), E> {
     let mut out = BufWriter::with_capacity(BUFFER, file);

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 const PATCH_M: f64 = 0.005;
 /// Fewest points of each pass in a patch.
 const FEWEST: f64 = 30.0;
-/// The points of a patch are a surface if they spread at least so many times as far along it as square to it.
+/// The points of a patch are a surface if those of each pass spread at least so many times as far along it as square to it.
 const FLAT: f64 = 5.0;
 /// Slower than this the robot stands, m/s.
 const STANDS_M_S: f64 = 1e-3;
@@ -102,14 +102,17 @@ impl Patches {
     pub fn thickness(&self) -> Option<Thickness> {
         let both = self.cubes.values().filter(|[forth, back]| forth.count >= FEWEST && back.count >= FEWEST);
         let flat = both.filter_map(|[forth, back]| {
-            let all = forth.and(back);
-            let axes = SymmetricEigen::new(all.covariance());
+            // Passes that lie apart are two planes: the direction is that of each.
+            let count = forth.count + back.count;
+            let within = (forth.covariance() * forth.count + back.covariance() * back.count) / count;
+            let axes = SymmetricEigen::new(within);
             let mut order = [0, 1, 2];
             order.sort_by(|a, b| axes.eigenvalues[*a].total_cmp(&axes.eigenvalues[*b]));
             let [square, along] = [0, 1].map(|k| axes.eigenvalues[order[k]].max(0.0));
             let normal = axes.eigenvectors.column(order[0]).into_owned();
             let apart = normal.dot(&(forth.mean() - back.mean())).abs();
-            (along > FLAT * FLAT * square).then(|| (square.sqrt(), apart))
+            let of_all = normal.dot(&(forth.and(back).covariance() * normal)).max(0.0);
+            (along > FLAT * FLAT * square).then(|| (of_all.sqrt(), apart))
         });
         let (mut thick, mut apart): (Vec<f64>, Vec<f64>) = flat.unzip();
         if thick.is_empty() {
