@@ -41,7 +41,7 @@ fn a_torch_is_led_along_an_arc_within_the_uncertainty() {
     let (mut off, mut led, mut begun) = (Vec::new(), None, 0);
     for k in 0..3000 {
         // Before the first command acts the torch goes along by itself.
-        let (now, sigma_m) = if commands.len() > steps {
+        let (now, sigma_m) = if commands.len() >= steps {
             commands.pop_front().map(|(pose, sigma_m)| (pose, Some(sigma_m))).unwrap()
         } else {
             (torch(SPEED_M_S * CONTROL_S * f64::from(k)), None)

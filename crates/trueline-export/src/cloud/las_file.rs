@@ -45,15 +45,13 @@ pub(super) fn write<E: From<io::Error>>(
     fill: &mut dyn FnMut(&mut dyn CloudSink) -> Result<(), E>,
 ) -> Result<(), E> {
     let axis = Transform { scale: STEP_M, offset: 0.0 };
-    let builder = Builder {
-        point_format: Format::new(POINT_FORMAT).map_err(io::Error::other)?,
-        version: Version::new(1, 4),
-        transforms: Vector { x: axis, y: axis, z: axis },
-        generating_software: concat!("trueline ", env!("CARGO_PKG_VERSION")).to_owned(),
-        // The same recording gives the same bytes.
-        date: None,
-        ..Builder::default()
-    };
+    let mut builder = Builder::default();
+    builder.point_format = Format::new(POINT_FORMAT).map_err(io::Error::other)?;
+    builder.version = Version::new(1, 4);
+    builder.transforms = Vector { x: axis, y: axis, z: axis };
+    builder.generating_software = concat!("trueline ", env!("CARGO_PKG_VERSION")).to_owned();
+    // The same recording gives the same bytes.
+    builder.date = None;
     let header = builder.into_header().map_err(io::Error::other)?;
     let writer = Writer::new(BufWriter::new(file.try_clone()?), header).map_err(io::Error::other)?;
     let mut sink = Sink { writer };
