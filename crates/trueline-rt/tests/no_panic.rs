@@ -55,12 +55,12 @@ proptest! {
             let (stamp_ns, points) = match step {
                 Step::Pose(stamp_ns, [x, y, z, qw, qx, qy, qz]) => {
                     let rotation = UnitQuaternion::new_unchecked(Quaternion::new(qw, qx, qy, qz));
-                    drop(placer.push_pose(stamp_ns, &se3::from_parts(rotation, Vector3::new(x, y, z))));
+                    let _ = placer.push_pose(stamp_ns, &se3::from_parts(rotation, Vector3::new(x, y, z)));
                     continue;
                 }
                 Step::Next(after_ns) => {
                     now_ns += after_ns;
-                    drop(placer.push_pose(now_ns, &Pose::translation(now_ns as f64 * 1e-10, 0.0, 0.0)));
+                    let _ = placer.push_pose(now_ns, &Pose::translation(now_ns as f64 * 1e-10, 0.0, 0.0));
                     continue;
                 }
                 Step::Frame(stamp_ns, points) => (stamp_ns, points),
@@ -85,8 +85,8 @@ proptest! {
         let mut track = SeamTrack::new(&TrackSettings { points_kept: 64, ..TrackSettings::default() }).unwrap();
         for (k, (point, sigma_m)) in points.into_iter().enumerate() {
             let along = Vector3::x() * (1e-3 * k as f64);
-            drop(track.push(&(along + Vector3::from(point) * 1e-4), sigma_m));
-            drop(track.push(&Vector3::from(point), sigma_m));
+            let _ = track.push(&(along + Vector3::from(point) * 1e-4), sigma_m);
+            let _ = track.push(&Vector3::from(point), sigma_m);
         }
         for ([x, y, z], speed_m_s, delay_s) in asked {
             if let Ok(target) = track.ahead(&Pose::translation(x, y, z), speed_m_s, delay_s) {
