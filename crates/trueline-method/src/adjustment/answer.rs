@@ -163,7 +163,7 @@ pub(crate) fn adjust(problem: &LineProblem<'_>, at: &Parameters, settings: &Sett
     let poses = scan.poses(at);
     let tilt = TiltBias::about(&poses);
     let frames = scan.frames(at, &tilt);
-    let mut columns = Columns::of(at, settings.fixed, considered(settings));
+    let mut columns = Columns::of(at, settings.fixed, considered(settings, &frames, at.lines.len()));
     let field = RobotField::new(settings.levels.robot, &poses);
     add_blocks(&mut columns, &frames, at.lines.len(), field, settings);
     let coefficients = DVector::zeros(columns.estimated());
@@ -183,10 +183,13 @@ pub(crate) fn adjust(problem: &LineProblem<'_>, at: &Parameters, settings: &Sett
     Some(answer(&adjustment, &adjusted, settings))
 }
 
-fn considered(settings: &Settings<'_>) -> Vec<Considered> {
+fn considered(settings: &Settings<'_>, frames: &[Option<Frame>], lines: usize) -> Vec<Considered> {
     let held = settings.held_sigmas.iter().map(|(component, sigma)| Considered::Held(*component, *sigma));
     let shape = settings.levels.held_shape.map(Considered::Shape);
-    held.chain(shape).chain([Considered::SquaredLag(UNIT_OF_LAG_S.powi(2))]).collect()
+    let sigma_m = settings.levels.edge_radius_m;
+    let mean_view = (0..lines).map(|line| mean_view(frames, line)).collect();
+    let edge = (sigma_m > 0.0).then_some(Considered::EdgeRadius { sigma_m, mean_view });
+    held.chain(shape).chain(edge).chain([Considered::SquaredLag(UNIT_OF_LAG_S.powi(2))]).collect()
 }
 
 fn add_blocks(
@@ -203,10 +206,6 @@ fn add_blocks(
     if let Some(field) = field {
         let worst = WORST_ROBOT.max(WORST_ACCURACY_M / settings.levels.robot_accuracy_m);
         add(Kind::Robot(field), Amplitude { theta: 1.0, bounds: [1.0, worst.powi(2)] });
-    }
-    if settings.levels.edge_radius_m > 0.0 {
-        let mean_view = (0..lines).map(|line| mean_view(frames, line)).collect();
-        add(Kind::EdgeRadius { sigma_m: settings.levels.edge_radius_m, mean_view }, Amplitude::HELD);
     }
     if let Some((at_s, sigma_s)) = settings.step {
         let stamps: Vec<f64> = frames.iter().flatten().map(|frame| frame.stamp_s).collect();
@@ -264,7 +263,6 @@ fn answer(adjustment: &Adjustment<'_>, adjusted: &Adjusted, settings: &Settings<
         let of = match block.kind {
             Kind::Form { .. } => ShareOf::SeamForm,
             Kind::Robot(_) => ShareOf::Robot,
-            Kind::EdgeRadius { .. } => ShareOf::EdgeRadius,
             Kind::Detector { .. } => ShareOf::Detector,
             Kind::Lag { .. } => ShareOf::PoseLag,
             Kind::Step { .. } => ShareOf::Stamps,
@@ -329,6 +327,7 @@ fn of_considered(adjustment: &Adjustment<'_>, rows: &DMatrix<f64>, with: &DMatri
                 let shape = root.map(|l| DMatrix::from_column_slice(5, 5, l.as_slice()));
                 Some(Share { of: ShareOf::Sensor, columns, shape })
             }
+            Considered::EdgeRadius { .. } => Some(Share { of: ShareOf::EdgeRadius, columns, shape: None }),
             Considered::SquaredLag(_) => None,
         });
     }

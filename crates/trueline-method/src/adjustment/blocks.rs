@@ -17,8 +17,6 @@ pub(crate) enum Kind {
     Form { line: usize, hats: Hats, sigma_m: f64 },
     /// The robot, over its poses.
     Robot(RobotField),
-    /// The radius of an edge of which the detector sees the outermost point, m; and the mean view of each seam.
-    EdgeRadius { sigma_m: f64, mean_view: Vec<Vector3<f64>> },
     /// The detector's point with the tilt, px per 10°.
     Detector { sigma_px: f64 },
     /// A step of the time offset, s: on one side of it the offset is another.
@@ -76,7 +74,7 @@ impl Block {
         let count = match &kind {
             Kind::Form { hats, .. } => 2 * hats.count,
             Kind::Robot(field) => 6 * field.modes(),
-            Kind::EdgeRadius { .. } | Kind::Lag { .. } | Kind::Step { .. } => 1,
+            Kind::Lag { .. } | Kind::Step { .. } => 1,
             Kind::Detector { .. } => BIAS,
         };
         Self { kind, columns: first..first + count, amplitude, own: vec![1.0; count] }
@@ -118,9 +116,6 @@ impl Block {
                     }
                 }
             }
-            Kind::EdgeRadius { sigma_m, mean_view } => {
-                set(0, frame.by_point * (frame.towards_sensor - mean_view[frame.line]) * *sigma_m);
-            }
             Kind::Step { at_s, is_later, sigma_s } => {
                 if (frame.stamp_s >= *at_s) == *is_later {
                     set(0, frame.by_unknowns.column(TIME_OFFSET) * *sigma_s);
@@ -144,7 +139,6 @@ impl Block {
         match self.kind {
             Kind::Form { .. } => Some(models::Block::SeamForm),
             Kind::Robot(_) => Some(models::Block::Robot),
-            Kind::EdgeRadius { .. } => Some(models::Block::EdgeRadius),
             Kind::Detector { .. } => Some(models::Block::Detector),
             Kind::Lag { .. } => Some(models::Block::PoseLag),
             Kind::Step { .. } => None,

@@ -211,7 +211,8 @@ impl ModelTried {
             Block::Sensor => role(settings.shape_prior.is_some(), levels.held_shape.is_some()),
             Block::Detector => role(levels.bias_is_estimated, levels.feature_bias_px > 0.0),
             Block::Robot => role(false, levels.robot_accuracy_m > 0.0),
-            Block::SeamForm | Block::EdgeRadius | Block::PoseLag => Role::Held,
+            Block::EdgeRadius => role(false, levels.edge_radius_m > 0.0),
+            Block::SeamForm | Block::PoseLag => Role::Held,
         };
         Self {
             because: Because::Asked,
@@ -253,7 +254,7 @@ pub(crate) fn of_adjustment(
         };
         let adjusted = begun.with(|block| match block {
             Block::PoseLag => Some(role(*lag_s > 0.0, false)),
-            Block::SeamForm | Block::Detector | Block::EdgeRadius | Block::Robot => {
+            Block::SeamForm | Block::Detector | Block::Robot => {
                 Some(role(blocks.contains(&block), false))
             }
             _ => None,
@@ -262,7 +263,8 @@ pub(crate) fn of_adjustment(
     };
     let mut models: Vec<ModelTried> = tried.iter().map(of).collect();
     models.sort_by_key(|model| !model.because.is_taken());
-    let alone = begun.with(|block| matches!(block, Block::Detector | Block::Robot).then_some(Role::Held));
+    let is_of_errors = |block| matches!(block, Block::Detector | Block::EdgeRadius | Block::Robot);
+    let alone = begun.with(|block| is_of_errors(block).then_some(Role::Held));
     models.push(ModelTried { because: Because::NoiseAlone, ..alone });
     models
 }
