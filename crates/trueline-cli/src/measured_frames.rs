@@ -9,11 +9,14 @@ pub(crate) struct MeasuredPoint {
     pub intensity: Option<f64>,
 }
 
+/// The readings of a frame, one after the other.
+type Points<'a> = Box<dyn Iterator<Item = MeasuredPoint> + 'a>;
+
 /// The readings of one stamp.
 pub(crate) struct MeasuredFrame<'a> {
     pub stamp_ns: i64,
     pub number: Option<u64>,
-    pub points: Box<dyn Iterator<Item = MeasuredPoint> + 'a>,
+    pub points: Points<'a>,
 }
 
 /// Whether any point has a brightness.
@@ -32,15 +35,17 @@ pub(crate) fn of(measured: &Measurements) -> Box<dyn Iterator<Item = MeasuredFra
         }));
     }
     let bare = |measured| MeasuredPoint { measured, intensity: None };
-    let features = measured.recording.features.iter().map(move |feature| MeasuredFrame {
-        stamp_ns: feature.stamp_ns,
-        number: feature.frame,
-        points: Box::new(std::iter::once(bare(feature.measured))) as Box<dyn Iterator<Item = MeasuredPoint>>,
+    let features = &measured.recording.features;
+    let features = features.chunk_by(|a, b| a.stamp_ns == b.stamp_ns).map(move |image| MeasuredFrame {
+        stamp_ns: image[0].stamp_ns,
+        number: image[0].frame,
+        points: Box::new(image.iter().map(move |feature| bare(feature.measured))) as Points<'_>,
     });
-    let stripes = measured.recording.stripes.iter().map(move |stripe| MeasuredFrame {
-        stamp_ns: stripe.stamp_ns,
-        number: stripe.frame,
-        points: Box::new(stripe.points.into_iter().map(bare)),
+    let stripes = &measured.recording.stripes;
+    let stripes = stripes.chunk_by(|a, b| a.stamp_ns == b.stamp_ns).map(move |image| MeasuredFrame {
+        stamp_ns: image[0].stamp_ns,
+        number: image[0].frame,
+        points: Box::new(image.iter().flat_map(|stripe| stripe.points).map(bare)) as Points<'_>,
     });
     Box::new(features.chain(stripes))
 }

@@ -13,7 +13,9 @@ const SPEED_MM_S: f64 = 100.0;
 /// The plate rises by so much along the scan.
 const SLOPE: f64 = 0.5;
 const COLUMNS: usize = 60;
-const PROFILES: usize = 160;
+const PROFILES: usize = 380;
+/// Time between profiles, s.
+const FRAME_S: f64 = 0.01;
 /// Length of a pass, s.
 const PASS_S: f64 = 2.0;
 
@@ -22,14 +24,15 @@ fn along_mm(time_s: f64) -> f64 {
     SPEED_MM_S * if time_s < PASS_S { time_s } else { 2.0 * PASS_S - time_s }
 }
 
-/// A robot that looks down onto a sloping plate, z = x/2, and keeps its height; frames that are stamped late. No noise, no seam.
+/// A robot that looks down onto a sloping plate, z = x/2, keeps its height and has its stripe across the way; frames that are stamped
+/// late. No noise, no seam.
 fn write_scan(folder: &Path) {
     fs::create_dir_all(folder).unwrap();
     fs::write(folder.join("sensor.toml"), "kind = \"profiler\"\n").unwrap();
     fs::write(
         folder.join("truth.toml"),
         format!(
-            "time_offset_s = {TIME_OFFSET_S}\n[tool_from_camera]\ntranslation_mm = [0, 0, 0]\nrotation_wxyz = [1, 0, 0, 0]\n"
+            "time_offset_s = {TIME_OFFSET_S}\n[tool_from_camera]\ntranslation_mm = [0, 0, 0]\nrotation_wxyz = [0.7071067811865476, 0, 0, 0.7071067811865476]\n"
         ),
     )
     .unwrap();
@@ -41,11 +44,9 @@ fn write_scan(folder: &Path) {
     fs::write(folder.join("robot.csv"), robot).unwrap();
     let mut profiles = String::from("time_s,frame,x_mm,z_mm,intensity\n");
     for k in 0..PROFILES {
-        // Not at the turn, where the path has a corner.
-        let exposed_s = 0.1 + 0.0235 * k as f64;
+        let exposed_s = 0.1 + FRAME_S * k as f64;
         let range_mm = 500.0 - SLOPE * along_mm(exposed_s);
         for column in 0..COLUMNS {
-            // Turned about x, the sensor's x is that of the base.
             let x_mm = 0.2 * column as f64;
             let stamp_s = exposed_s + TIME_OFFSET_S;
             let intensity = 100 + column;
@@ -73,7 +74,7 @@ fn double(row: &[u8], index: usize) -> f64 {
 }
 
 /// Every point of both passes is on the plate, by robot.csv's six decimals; without the time offset the passes are 2 v t_d sin θ apart:
-/// 2 · 100 mm/s · 20 ms · 0.447 = 1.789 mm.
+/// 2 · 100 mm/s · 20 ms · 0.447 = 1.789 mm, and the cloud is half of that thick.
 #[test]
 fn a_plate_scanned_forth_and_back_is_one_plate() {
     let dir = tempfile::tempdir().unwrap();
@@ -82,16 +83,17 @@ fn a_plate_scanned_forth_and_back_is_one_plate() {
     let output = trueline(dir.path(), &cloud.split(' ').collect::<Vec<_>>());
     assert_eq!(code(&output), 0, "{}", words(&output));
     let said = words(&output).split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(said.contains("9600 points of 160 frames in base"), "{said}");
+    assert!(said.contains("22800 points of 380 frames in base"), "{said}");
     assert!(said.contains("with the time offset: 0.000 mm thick, passes 0.000 mm apart"), "{said}");
-    assert!(said.contains("passes 1.789 mm apart") || said.contains("passes 1.79"), "{said}");
+    assert!(said.contains("without it: 0.894 mm thick, passes 1.789 mm apart"), "{said}");
     let (header, rows) = ply(&dir.path().join("cloud.ply"));
     assert!(header.contains("property float intensity\nproperty uint frame\n"), "{header}");
     assert_eq!(rows.len(), PROFILES * COLUMNS);
     for (k, row) in rows.iter().enumerate() {
         let [x_m, y_m, z_m, time_s] = [0, 1, 2, 3].map(|index| double(row, index));
-        assert!((z_m - SLOPE * x_m).abs() < 2e-9 && y_m.abs() < 1e-12, "{x_m} {z_m}");
-        assert!((time_s - (0.1 + 0.0235 * (k / COLUMNS) as f64)).abs() < 1e-9);
+        let across_m = 0.2e-3 * (k % COLUMNS) as f64;
+        assert!((z_m - SLOPE * x_m).abs() < 2e-9 && (y_m + across_m).abs() < 1e-9, "{x_m} {y_m} {z_m}");
+        assert!((time_s - (0.1 + FRAME_S * (k / COLUMNS) as f64)).abs() < 1e-9);
     }
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 2, "nothing is left beside the cloud");
 }
@@ -105,12 +107,12 @@ fn each_form_is_written() {
         let file = format!("cloud.{form}");
         let output = trueline(dir.path(), &["cloud", "scan", "-c", "scan/truth.toml", "-o", &file, "-q"]);
         assert_eq!((code(&output), words(&output)), (0, String::new()), "{form}");
-        assert!(fs::metadata(dir.path().join(&file)).unwrap().len() > 9_600);
+        assert!(fs::metadata(dir.path().join(&file)).unwrap().len() > 22_800);
     }
     let pcd = fs::read(dir.path().join("cloud.pcd")).unwrap();
     let end = pcd.windows(12).position(|window| window == b"DATA binary\n").unwrap() + 12;
-    assert_eq!(pcd.len() - end, 9_600 * 24);
-    assert!(String::from_utf8_lossy(&pcd[..end]).contains("\nPOINTS 9600\n"));
+    assert_eq!(pcd.len() - end, 22_800 * 24);
+    assert!(String::from_utf8_lossy(&pcd[..end]).contains("\nPOINTS 22800\n"));
 }
 
 #[test]

@@ -12,6 +12,8 @@ const PATCH_M: f64 = 0.005;
 const FEWEST: f64 = 30.0;
 /// The points of a patch are a surface if those of each pass spread at least so many times as far along it as square to it.
 const FLAT: f64 = 5.0;
+/// … and at least as far as this, m: one row of points is no surface.
+const LEAST_SPREAD_M: f64 = 0.0003;
 /// Slower than this the robot stands, m/s.
 const STANDS_M_S: f64 = 1e-3;
 
@@ -112,7 +114,8 @@ impl Patches {
             let normal = axes.eigenvectors.column(order[0]).into_owned();
             let apart = normal.dot(&(forth.mean() - back.mean())).abs();
             let of_all = normal.dot(&(forth.and(back).covariance() * normal)).max(0.0);
-            (along > FLAT * FLAT * square).then(|| (of_all.sqrt(), apart))
+            let is_flat = along > (FLAT * FLAT * square).max(LEAST_SPREAD_M * LEAST_SPREAD_M);
+            is_flat.then(|| (of_all.sqrt(), apart))
         });
         let (mut thick, mut apart): (Vec<f64>, Vec<f64>) = flat.unzip();
         if thick.is_empty() {
