@@ -254,9 +254,7 @@ pub(crate) fn of_adjustment(
         };
         let adjusted = begun.with(|block| match block {
             Block::PoseLag => Some(role(*lag_s > 0.0, false)),
-            Block::SeamForm | Block::Detector | Block::Robot => {
-                Some(role(blocks.contains(&block), false))
-            }
+            Block::SeamForm | Block::Detector | Block::Robot => Some(role(blocks.contains(&block), false)),
             _ => None,
         });
         ModelTried { because, robot_lag_s: *lag_s, log_evidence: -0.5 * twice_negative_log, ..adjusted }
