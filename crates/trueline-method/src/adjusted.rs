@@ -123,16 +123,26 @@ fn beside_rivals(
         |o: &Observation| mirrors().all(|rival| problem.placement(o, &rival.parameters).is_some());
     let (list, whiteners) = some_of(problem, is_common);
     let common = problem.of_some(&list, &whiteners);
-    let comparable = |at: &Parameters| adjust(&common, at, settings).map(|answer| answer.comparable());
+    let own = adjust(&common, &best.at, settings);
+    // What ends where the answer is was no other basin.
+    let is_same = |other: &Answer| own.as_ref().is_some_and(|own| are_one_basin(&own.at, &other.at));
+    let of_mirror = |rival: &RivalAnswer| {
+        let adjusted = rival.is_mirror.then(|| adjust(&common, &rival.parameters, settings)).flatten();
+        adjusted.map(|answer| (answer.comparable(), is_same(&answer)))
+    };
+    let others: Vec<Option<(f64, bool)>> = rivals.iter().map(of_mirror).collect();
+    let merged: Vec<bool> = others.iter().map(|other| other.is_some_and(|(_, is_same)| is_same)).collect();
+    let others: Vec<Option<f64>> =
+        others.into_iter().map(|other| other.filter(|(_, is_same)| !is_same).map(|(by, _)| by)).collect();
     // What cannot be solved is not told apart.
-    let own = comparable(&best.at).unwrap_or(f64::INFINITY);
-    let of_mirror = |rival: &RivalAnswer| rival.is_mirror.then(|| comparable(&rival.parameters)).flatten();
-    let others: Vec<Option<f64>> = rivals.iter().map(of_mirror).collect();
+    let own = own.map_or(f64::INFINITY, |own| own.comparable());
     let likeliest = others.iter().flatten().copied().fold(own, f64::min);
     let mut is_open: Vec<bool> = rivals
         .iter()
         .zip(&others)
         .map(|(rival, other)| !rival.is_mirror || other.is_none_or(|other| other < likeliest + RIVAL_GAIN))
+        .zip(merged)
+        .map(|(is_open, is_merged)| is_open && !is_merged)
         .collect();
     let taken = others.iter().position(|other| *other == Some(likeliest));
     let Some(taken) = taken.filter(|_| own > likeliest + RIVAL_GAIN) else {
@@ -147,6 +157,14 @@ fn beside_rivals(
     // It is no rival of itself.
     is_open[taken] = false;
     Basin { answer: adjust(problem, &rival.parameters, settings).unwrap_or(best), is_open, better: None }
+}
+
+/// Sensors that are turned by less than this against each other are of one basin, rad: 4°.
+const ONE_BASIN_RAD: f64 = 0.07;
+
+/// Whether two answers are of one basin.
+fn are_one_basin(one: &Parameters, other: &Parameters) -> bool {
+    one.tool_from_camera.rotation.angle_to(&other.tool_from_camera.rotation) < ONE_BASIN_RAD
 }
 
 /// The observations of a problem that are like that, with their whiteners.

@@ -115,3 +115,18 @@ fn middle_point(recording: &Recording, config: &Config) -> Vector3<f64> {
         values[values.len() / 2]
     })
 }
+
+/// Another robot needs the true transform: the errors of the one that scanned count by a quarter of its accuracy instead of a sixth.
+#[test]
+fn for_another_robot_its_own_errors_count_half_as_much_again() {
+    let robot_m = |by_another_robot: bool| {
+        let used_at = Use { by_another_robot, ..Use::default() };
+        let config = Config { used_at, feature_bias_px: 0.0, ..Config::default() };
+        let recording = simulate(&Preset::Quick.scenario(), 5).unwrap();
+        let found = calibrate(&recording, None, &config).unwrap();
+        found.findings.checks.seam_error.unwrap().budget_m.robot
+    };
+    let [same, another] = [false, true].map(robot_m);
+    // An ideal seam's robot is considered, so that its share is as large as it is taken to be.
+    assert!((another / same - 1.5).abs() < 1e-6, "{another} {same}");
+}

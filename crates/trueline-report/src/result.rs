@@ -64,7 +64,7 @@ pub fn of(c: &Calibration) -> ResultFile {
 fn errors_found(amplitudes: &Amplitudes) -> ErrorsFoundEntry {
     ErrorsFoundEntry {
         white_noise: amplitudes.white,
-        lasting_noise: amplitudes.lasting.map(|noise| noise.amplitude.sqrt()),
+        lasting_noise: amplitudes.lasting.map(|noise| noise.lasting().sqrt()),
         lasts_s: amplitudes.lasting[0].lasts_s,
         seam_form_mm: amplitudes.form_m * MM_PER_M,
         robot_mm: amplitudes.robot_m * MM_PER_M,

@@ -298,15 +298,12 @@ impl Adjustment<'_> {
             about(of[0].lasts, 1, LASTS_S.len()).map(|lasts| of.map(|place| Place { lasts, ..place }));
         try_all(&mut best, lasting.collect());
         let of = best.of;
-        let longer = (0..MOST_LONG).map(|long| of.map(|place| Place { long, ..place }));
+        let longer = (0..AMPLITUDES.len()).map(|long| of.map(|place| Place { long, ..place }));
         try_all(&mut best, longer.collect());
         let chosen = best.of.map(Place::noise);
         self.noise = chosen;
     }
 }
-
-/// Amplitudes of the long process that are tried.
-const MOST_LONG: usize = 7;
 
 /// The noise of one direction, as places in what is tried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

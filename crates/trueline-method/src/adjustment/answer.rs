@@ -101,10 +101,11 @@ impl Amplitudes {
             || (self.robot_is_worst && self.robot_m > WORST_SHIFT_M)
     }
 
-    /// How many times as large as the white noise what lasts of it is, in the direction where that is most.
+    /// How many times as large as expected the noise is, white and lasting together, in the direction where that is most.
     #[must_use]
-    pub fn lasting_times(&self) -> f64 {
-        self.lasting.iter().map(|noise| noise.lasting().sqrt()).fold(0.0, f64::max)
+    pub fn noise_times(&self) -> f64 {
+        let times = |(noise, white): (&Coloured, &f64)| white * (1.0 + noise.lasting()).sqrt();
+        self.lasting.iter().zip(&self.white).map(times).fold(0.0, f64::max)
     }
 }
 

@@ -30,7 +30,10 @@ fn some_of(line: &[usize], most: usize) -> Vec<usize> {
     }
     let stretch = line.len() as f64 / most as f64;
     let place = |k: usize| (k as f64 + (k as f64 * GOLDEN).fract()) * stretch;
-    (0..most).map(|k| line[(place(k) as usize).min(line.len() - 1)]).collect()
+    let mut some: Vec<usize> = (0..most).map(|k| line[(place(k) as usize).min(line.len() - 1)]).collect();
+    // Of hardly more frames than are wanted, two stretches may end at one.
+    some.dedup();
+    some
 }
 
 /// Accelerations are second differences over this time, s: of a swing of 3 Hz they see 97 %, and noise of 0.01 mm is 0.02 m/s².

@@ -5,10 +5,14 @@
 //! make a scan look better than it is.
 
 use crate::adjustment::form::Hats;
+use crate::order_statistics::quantile;
 use nalgebra::SVector;
 
 /// Places along a seam whose frames are near each other are so far apart, m, as its finest form is.
 const NEAR_M: f64 = 0.005;
+
+/// Part of a seam's points that may lie beyond either end of it.
+const BEYOND: f64 = 0.002;
 
 /// Which frames are near each other.
 pub(crate) struct Neighbours {
@@ -27,11 +31,9 @@ impl Neighbours {
         for line in 0..lines {
             let along =
                 || frames.iter().flatten().filter(|(own, _)| *own == line).map(|(_, along_m)| *along_m);
-            let (from_m, to_m) =
-                along().fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), at| (from.min(at), to.max(at)));
-            if from_m > to_m {
-                continue;
-            }
+            // What lies beyond is an outlier.
+            let ends = (quantile(along(), BEYOND), quantile(along(), 1.0 - BEYOND));
+            let (Some(from_m), Some(to_m)) = ends else { continue };
             let hats = Hats::over([from_m, to_m], NEAR_M, lines);
             for (near, place) in near.iter_mut().zip(frames) {
                 if let Some((_, along_m)) = place.filter(|(own, _)| *own == line) {

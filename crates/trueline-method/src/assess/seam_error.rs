@@ -72,7 +72,7 @@ pub struct SeamErrorBudget {
     pub sensor: f64,
     /// The robot's accuracy.
     pub robot: f64,
-    /// The seam's bow.
+    /// The seam's bow, and its form beyond that.
     pub seam_form: f64,
     /// What is left of the features' bias with the tilt, where it is not a block of an adjustment.
     pub feature_bias: f64,

@@ -1,6 +1,7 @@
 //! A record of each model of a scan that was fitted, and of why it is the answer or not.
 
 use crate::assess::systematic::SystematicLevels;
+use crate::config::HeldSigma;
 use crate::hypotheses::clock_drift::DriftFree;
 use crate::problem::parameters::{ROTATION, TIME_OFFSET};
 use crate::solve::settings::FitSettings;
@@ -73,7 +74,7 @@ pub enum Because {
     TestsWhatIsHeld,
     /// It knows of noise alone: an adjustment with all errors begins at its optimum.
     NoiseAlone,
-    /// It tests whether the recorded poses were commanded, and is not likelier.
+    /// It tests whether the recorded poses were commanded: it is not plainly likelier, or no likelier than the same filter turned round in time.
     TestsLag,
     /// It has a lag behind commanded poses that the residuals show: it is the answer.
     ResidualsShowLag,
@@ -205,7 +206,10 @@ impl ModelTried {
         let is_free = |component: usize| !settings.fixed.contains(&component);
         let role = |block: Block| match block {
             Block::TimeOffset => role(is_free(TIME_OFFSET), config.held_sigma.time_s.is_some()),
-            Block::HandEye => role(is_free(ROTATION), config.held_sigma.rotation_rad.is_some()),
+            Block::HandEye => {
+                let HeldSigma { rotation_rad, translation_m, .. } = config.held_sigma;
+                role(is_free(ROTATION), rotation_rad.is_some() || translation_m.is_some())
+            }
             Block::Line => role(config.drawn_lines.is_empty(), true),
             Block::Bow => role(!found.fit.parameters().curvatures.is_empty(), false),
             Block::Sensor => role(settings.shape_prior.is_some(), levels.held_shape.is_some()),

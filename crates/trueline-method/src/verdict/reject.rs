@@ -95,6 +95,8 @@ fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Reason> {
         Some(too_large(f))
     } else if amplitudes.out.share() > MOST_LEFT_OUT {
         Some(Reason::TooManyOutliers { outliers: amplitudes.out })
+    } else if mistake::most_are_outliers(f) {
+        Some(Reason::TooManyOutliers { outliers: f.outliers() })
     } else {
         None
     };
@@ -132,7 +134,9 @@ fn seam_error_too_large(ceiling_m: f64, error: &SeamError) -> Option<Reason> {
 }
 
 fn too_large(f: &Findings) -> Reason {
-    let noise_factor = f.stripe_noise_factor().map_or(f.fit.noise_factor, |n| n.max(f.fit.noise_factor));
+    let of_stripes = f.stripe_noise_factor().unwrap_or(0.0);
+    let of_adjustment = f.fit.amplitudes.as_ref().map_or(0.0, Amplitudes::noise_times);
+    let noise_factor = f.fit.noise_factor.max(of_stripes).max(of_adjustment);
     // At stops the time offset is held because there is none.
     let is_absent = |held: &Hold| f.config.at_stops && *held == Hold::TimeOffset;
     let is_held = f.config.hold.iter().any(|held| !is_absent(held));
