@@ -1,7 +1,7 @@
 //! How thick flat patches of a cloud are, and how far apart the passes forth and back lie on them.
 //!
 //! A time offset that is wrong by Δ moves the points of a pass at a speed v by v Δ, and those of the pass back by as much the other way.
-//! A patch is flat without it; with it, it is two patches. Cubes of [`PATCH_M`] hold the points; sums alone are kept.
+//! A patch is flat without it; with it, it is two patches. Cubes of 5 mm hold the points; sums alone are kept.
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use std::collections::BTreeMap;
