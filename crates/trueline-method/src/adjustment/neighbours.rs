@@ -71,3 +71,19 @@ impl Neighbours {
         known().map(|known| known.map(beyond)).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector1;
+
+    #[test]
+    fn only_what_one_pass_slides_beyond_another_is_left() {
+        // Two passes over one place, a frame that is alone, one that was not seen, and the same place of another line.
+        let places = [Some((0, 0.1)), Some((0, 0.1)), Some((0, 0.3)), None, Some((1, 0.1))];
+        let slides = [1.0, 3.0, 7.0, 2.0, 5.0].map(|slide| Some(Vector1::new(slide)));
+        let apart = Neighbours::of(&places).beyond(&slides);
+        let apart: Vec<_> = apart.into_iter().map(|value| value.map(|value| value.x)).collect();
+        assert_eq!(apart, [Some(-1.0), Some(1.0), Some(0.0), None, Some(0.0)]);
+    }
+}
