@@ -9,11 +9,18 @@
 //! a reference for calibrations that know no board.
 
 pub mod closed_form;
+pub mod hidden;
 pub mod joint;
 pub mod moving;
+pub(crate) mod noise_of_sightings;
+pub mod pose_sighting;
+pub mod poses;
 pub mod robot_path;
 pub(crate) mod sighting;
+pub(crate) mod start;
 
-pub use joint::{BoardFit, ErrorModel, Unknowns};
+pub use joint::{BoardFit, Carried, ErrorModel, Unknowns};
+pub use pose_sighting::{PoseSighting, ReportedPose, Sighting};
+pub use poses::{PoseFit, PoseOptions};
 pub use robot_path::RobotPath;
 pub use sighting::{BoardSighting, Sightings};
