@@ -54,6 +54,7 @@ mod simulate_path;
 mod simulate_plates;
 mod simulate_production;
 mod simulate_shop;
+mod simulate_sightings;
 mod simulated_profiles;
 mod simulated_scenario;
 mod simulated_sensor;

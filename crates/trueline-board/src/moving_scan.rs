@@ -106,7 +106,7 @@ pub fn calibrate(dataset: &Path, board: &Board, options: &BoardOptions) -> Resul
 }
 
 /// Errors of a robot of this accuracy, m, from one stop to the next: stops are some decimetres apart, as a scan is long.
-fn at_stops_noise(accuracy_m: f64) -> ErrorModel {
+pub(crate) fn at_stops_noise(accuracy_m: f64) -> ErrorModel {
     let RobotSigmas { position_m, attitude_rad } = RobotSigmas::of_accuracy(accuracy_m);
     ErrorModel { position_m, rotation_rad: attitude_rad, stamp_s: 0.0, ..ErrorModel::default() }
 }
@@ -232,7 +232,7 @@ fn look(
 }
 
 /// The robot with one feature for each picture: what the streams' clocks are measured on.
-fn stamped(robot: Vec<RobotSample>, stamps_ns: &[i64]) -> Recording {
+pub(crate) fn stamped(robot: Vec<RobotSample>, stamps_ns: &[i64]) -> Recording {
     let feature = |stamp_ns: &i64| Feature {
         stamp_ns: *stamp_ns,
         line: 0,

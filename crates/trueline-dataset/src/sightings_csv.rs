@@ -45,11 +45,7 @@ pub struct Sighting {
 ///
 /// # Errors
 /// Anything that is not a clean table with rising stamps and one rotation, a stop without a pose, one sigma of the two.
-pub(crate) fn read_at(
-    file: &Path,
-    bytes: &[u8],
-    stops: Option<&StopPoses>,
-) -> Result<Vec<Sighting>, Error> {
+pub(crate) fn read_at(file: &Path, bytes: &[u8], stops: Option<&StopPoses>) -> Result<Vec<Sighting>, Error> {
     let header = Header::read(file, bytes)?;
     let key = RowKey::of(&header, stops)?;
     let rotation_columns = RotationColumns::find(header.names()).map_err(|problem| header.error(problem))?;

@@ -25,7 +25,8 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const CORNER_SIGMA_PX: f64 = 0.1;
 
 /// Noise of the robot's poses: that of a good robot at rest.
-const NOISE: ErrorModel = ErrorModel { position_m: 0.03e-3, rotation_rad: 0.001 * DEGREE, stamp_s: 0.0, carries: Carried::Camera };
+const NOISE: ErrorModel =
+    ErrorModel { position_m: 0.03e-3, rotation_rad: 0.001 * DEGREE, stamp_s: 0.0, carries: Carried::Camera };
 
 /// Time to move, settle and take a picture, s.
 const STOP_S: f64 = 6.0;

@@ -36,6 +36,7 @@ pub fn of(c: &Calibration) -> ResultFile {
         time_offset_use: time_offset_s.filter(|_| c.status() == Status::Accepted).map(time_offset_use),
         tool_from_camera: tool_from_camera(c),
         lines: (0..c.best_fit().lines.len()).map(|k| line(c, k)).collect(),
+        base_from_target: None,
         planes: stripes::planes(c),
         stripes: stripes::entry(c),
         sigma: sigma(|component| c.sigma(component)),

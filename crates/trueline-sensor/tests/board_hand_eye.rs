@@ -12,7 +12,7 @@ use scenes::{board, camera};
 use trueline_geometry::{Pose, Trajectory, se3, so3};
 use trueline_lsq::check::gradient_error;
 use trueline_sensor::board_hand_eye::closed_form::{ClosedForm, pairs};
-use trueline_sensor::board_hand_eye::joint::{self, TargetProblem, SIZE};
+use trueline_sensor::board_hand_eye::joint::{self, SIZE, TargetProblem};
 use trueline_sensor::board_hand_eye::{BoardSighting, Carried, ErrorModel, RobotPath, Unknowns, moving};
 use trueline_sensor::projection::{CAMERA_SIZE, from_vector, project_from_board, to_vector};
 use trueline_sensor::{Error, FoundCorner};
@@ -31,7 +31,8 @@ fn truth() -> Unknowns {
     }
 }
 
-const NOISE: ErrorModel = ErrorModel { position_m: 0.05e-3, rotation_rad: 4e-5, stamp_s: 0.1e-3, carries: Carried::Camera };
+const NOISE: ErrorModel =
+    ErrorModel { position_m: 0.05e-3, rotation_rad: 4e-5, stamp_s: 0.1e-3, carries: Carried::Camera };
 const CORNER_PX: f64 = 0.15;
 
 /// Where the board is in the camera's view at a time: a smooth motion that tilts to every side.

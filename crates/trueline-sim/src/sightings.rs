@@ -165,8 +165,7 @@ impl SightingScan {
         let exposures_s: Vec<f64> =
             (0..self.count).map(|k| BEFORE_S + self.period_s * f64::from(k)).collect();
         let (sightings, wrong) = self.sightings(&chain, &exposures_s);
-        let parameters =
-            Guess { time_offset_s: self.time_offset_s, tool_from_camera: carrier_from_camera };
+        let parameters = Guess { time_offset_s: self.time_offset_s, tool_from_camera: carrier_from_camera };
         Sighted {
             robot: self.robot(&chain, &exposures_s),
             sightings,
@@ -188,10 +187,8 @@ impl SightingScan {
             let true_view = chain.view.camera_from_target(*exposed_s);
             let turn = of_axes(self.noise.turn_rad, &mut noise);
             let shift = of_axes(self.noise.shift_m, &mut noise);
-            let mut seen = se3::from_parts(
-                turned_by(&turn) * true_view.rotation,
-                true_view.translation.vector + shift,
-            );
+            let mut seen =
+                se3::from_parts(turned_by(&turn) * true_view.rotation, true_view.translation.vector + shift);
             wrong.push(gross.happens(self.outliers));
             let off = |gross: &mut Noise, most: f64| Vector3::from_fn(|_, _| gross.uniform(-most, most));
             let (turn, shift) = (off(&mut gross, WRONG_RAD), off(&mut gross, WRONG_M));
@@ -289,13 +286,16 @@ struct View {
 
 impl View {
     fn drawn(motion: PoseMotion, draw: &mut Noise) -> Self {
-        Self { motion, turns: [(); 3].map(|()| Swing::drawn(draw)), shifts: [(); 3].map(|()| Swing::drawn(draw)) }
+        Self {
+            motion,
+            turns: [(); 3].map(|()| Swing::drawn(draw)),
+            shifts: [(); 3].map(|()| Swing::drawn(draw)),
+        }
     }
 
     fn camera_from_target(&self, time_s: f64) -> Pose {
-        let swung = |swings: &[Swing; 3], sizes: [f64; 3]| {
-            Vector3::from_fn(|k, _| sizes[k] * swings[k].at(time_s))
-        };
+        let swung =
+            |swings: &[Swing; 3], sizes: [f64; 3]| Vector3::from_fn(|k, _| sizes[k] * swings[k].at(time_s));
         let middle = Vector3::z() * DISTANCE_M;
         let about_z = |angle: f64| Vector3::z() * angle;
         let (turn, shift) = match self.motion {

@@ -49,8 +49,7 @@ pub(crate) fn assess(
     held: &[usize],
 ) -> Option<(Hidden, SMatrix<f64, SIZE, SIZE>)> {
     let limits = limits();
-    let mut scaled =
-        SMatrix::<f64, SIZE, SIZE>::from_fn(|i, j| information[(i, j)] * limits[i] * limits[j]);
+    let mut scaled = SMatrix::<f64, SIZE, SIZE>::from_fn(|i, j| information[(i, j)] * limits[i] * limits[j]);
     for k in held {
         scaled.row_mut(*k).fill(0.0);
         scaled.column_mut(*k).fill(0.0);

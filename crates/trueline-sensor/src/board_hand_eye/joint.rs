@@ -30,7 +30,7 @@ pub const TARGET: usize = 7;
 
 /// Rounds of whitening, leaving out and fitting: in each, sightings count whose robot pose is known within so many seconds about the
 /// time offset that it begins with, so that none falls out of the recording while the offset moves.
-const ROUND_MARGINS_S: [f64; 4] = [0.1, 0.05, 0.02, 0.005];
+pub(crate) const ROUND_MARGINS_S: [f64; 4] = [0.1, 0.05, 0.02, 0.005];
 /// Median of the squared length of six whitened numbers.
 const MEDIAN_SQUARED: f64 = 5.348;
 /// A picture is left out beyond this squared length: by chance one of 300,000.
@@ -126,11 +126,11 @@ pub fn fit<S: Sighting>(
     noise: &ErrorModel,
     start: Unknowns,
 ) -> Result<BoardFit, Error> {
-    let (state, problem) = converged(sightings, robot, noise, start)?;
+    let (state, problem) = converged(sightings, robot, noise, start, &ROUND_MARGINS_S)?;
     problem.concluded(state)
 }
 
-/// The estimate from a start, and the problem at it with the sightings that count.
+/// The estimate from a start, and the problem at it with the sightings that count, after a round for each margin, s.
 ///
 /// # Errors
 /// Too few sightings.
@@ -139,11 +139,12 @@ pub(crate) fn converged<'a, S: Sighting>(
     robot: RobotPath<'a>,
     noise: &ErrorModel,
     start: Unknowns,
+    margins_s: &[f64],
 ) -> Result<(Unknowns, TargetProblem<'a, S>), Error> {
     let mut state = start;
     let mut scale = f64::INFINITY;
     let mut used = vec![true; sightings.len()];
-    for margin_s in ROUND_MARGINS_S {
+    for &margin_s in margins_s {
         let problem = TargetProblem::whitened(sightings, robot, noise, &state).within(margin_s, &state);
         (used, scale) = problem.fitting(&state, scale);
         let problem = problem.keeping(&used);
@@ -166,12 +167,7 @@ impl<'a, S: Sighting> TargetProblem<'a, S> {
 
     /// The problem with the noise as it acts at `at`; pictures without a robot pose there do not count.
     #[must_use]
-    pub fn whitened(
-        sightings: &'a [S],
-        robot: RobotPath<'a>,
-        noise: &ErrorModel,
-        at: &Unknowns,
-    ) -> Self {
+    pub fn whitened(sightings: &'a [S], robot: RobotPath<'a>, noise: &ErrorModel, at: &Unknowns) -> Self {
         let whitening: Vec<Option<Matrix6<f64>>> = (0..sightings.len())
             .map(|k| whitening(&sightings[k], &robot.at(k, at.time_offset_s)?, noise, at))
             .collect();
@@ -272,7 +268,11 @@ impl<'a, S: Sighting> TargetProblem<'a, S> {
     }
 
     /// Whitened residual of a picture and its derivative.
-    pub(crate) fn linearized(&self, k: usize, at: &Unknowns) -> Option<(Vector6<f64>, SMatrix<f64, 6, SIZE>)> {
+    pub(crate) fn linearized(
+        &self,
+        k: usize,
+        at: &Unknowns,
+    ) -> Option<(Vector6<f64>, SMatrix<f64, 6, SIZE>)> {
         let tool = self.robot.at(k, at.time_offset_s)?;
         let seen = self.sightings[k].camera_from_target();
         let jacobian = derivative(seen, &tool, at);

@@ -3,7 +3,7 @@
 //! Start: the time offset at which camera and robot turn by the same angles (angles do not depend on how the camera is
 //! mounted), then a closed form for the hand-eye transform. Stops have no time offset, and a guess takes the place of either.
 
-use super::joint::{self, BoardFit, ErrorModel, FEWEST, Unknowns};
+use super::joint::{self, BoardFit, ErrorModel, FEWEST};
 use super::robot_path::RobotPath;
 use super::sighting::{BoardSighting, symmetries};
 use super::start::{self, Few};

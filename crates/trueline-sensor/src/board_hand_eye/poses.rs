@@ -9,7 +9,7 @@
 
 use super::hidden::{self, Hidden};
 use super::joint::{
-    self, ErrorModel, FEWEST, OUTLIER_SQUARED, SIZE, TIME_OFFSET, TargetProblem, Unknowns, converged,
+    ErrorModel, FEWEST, OUTLIER_SQUARED, ROUND_MARGINS_S, SIZE, TargetProblem, Unknowns, converged,
 };
 use super::noise_of_sightings::{Groups, at_start, estimated};
 use super::pose_sighting::{PoseSighting, ReportedPose};
@@ -25,7 +25,9 @@ pub const REACH_S: f64 = 2.0;
 /// Offsets that are fitted.
 const CANDIDATES: usize = 4;
 /// Rounds of fit and noise that tell candidates apart, and that the answer gets.
-const ROUNDS: [usize; 2] = [3, 25];
+const ROUNDS: [usize; 2] = [4, 25];
+/// Sightings that tell starts all around apart.
+const FEW: usize = 60;
 /// The noise is found once it changes by less than this part.
 const SETTLED: f64 = 2e-3;
 /// Answers whose offsets differ by less than this are one, s.
@@ -56,7 +58,7 @@ impl Default for PoseOptions {
 pub struct PoseFit {
     /// The estimate.
     pub unknowns: Unknowns,
-    /// Covariance from noise, in the order of [`joint::TIME_OFFSET`], [`joint::HAND_EYE`], [`joint::TARGET`]; zero for an offset that is
+    /// Covariance from noise, in the order of [`super::joint::TIME_OFFSET`], [`super::joint::HAND_EYE`], [`super::joint::TARGET`]; zero for an offset that is
     /// held, and very large along what is hidden. Where residuals are larger than stated, or lasting, it is scaled up to them.
     pub covariance: SMatrix<f64, SIZE, SIZE>,
     /// What the motion does not show.
@@ -135,10 +137,11 @@ pub fn calibrate(
         return Err(why);
     };
     let best = scan.settled(best.state, Some(best.sigma), ROUNDS[1])?;
-    let others = candidates.iter().filter(|other| {
-        (other.state.time_offset_s - best.state.time_offset_s).abs() > ONE_OFFSET_S
-    });
-    let runner_up = others.filter_map(|other| scan.other_offset(&best, other)).min_by(|a, b| a.z.total_cmp(&b.z));
+    let others = candidates
+        .iter()
+        .filter(|other| (other.state.time_offset_s - best.state.time_offset_s).abs() > ONE_OFFSET_S);
+    let runner_up =
+        others.filter_map(|other| scan.other_offset(&best, other)).min_by(|a, b| a.z.total_cmp(&b.z));
     Ok(PoseFit { runner_up, ..scan.concluded(&best)? })
 }
 
@@ -184,7 +187,7 @@ impl Scan<'_> {
             None => few.by_closed_form().into_iter().collect(),
         };
         if guess.is_none() && (starts.is_empty() || few.turn_about_one_axis()) {
-            starts.extend(few.anywhere());
+            starts.extend(self.best_of(few.anywhere()));
         }
         let mut best: Option<Candidate> = None;
         let mut why = Error::NoCommonTime;
@@ -198,6 +201,25 @@ impl Scan<'_> {
             }
         }
         best.ok_or(why)
+    }
+
+    /// Of starts all around the one that leads to the smallest residuals over some of the sightings.
+    fn best_of(&self, starts: Vec<Unknowns>) -> Option<Unknowns> {
+        let stride = self.reported.len().div_ceil(FEW).max(1);
+        let reported: Vec<ReportedPose> = self.reported.iter().step_by(stride).copied().collect();
+        let stamps_s: Vec<f64> = self.robot.stamps_s().iter().step_by(stride).copied().collect();
+        let poses: Vec<Pose> = self.robot.stops().iter().step_by(stride).copied().collect();
+        let scan =
+            Scan { reported: &reported, robot: self.robot.at_others(&stamps_s, &poses), noise: self.noise };
+        let reached = |start: Unknowns| {
+            let unit = scan.sightings(&Vector6::repeat(1.0));
+            let sightings = scan.sightings(&at_start(&unit, scan.robot, &start)?);
+            let fitted = converged(&sightings, scan.robot, &scan.noise, start, &ROUND_MARGINS_S[..1]);
+            let (state, _) = fitted.ok()?;
+            Some((at_start(&unit, scan.robot, &state)?.map(f64::ln).sum(), state))
+        };
+        let all = starts.into_iter().filter_map(reached);
+        all.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, state)| state)
     }
 
     /// Fit and noise in turn.
@@ -214,9 +236,10 @@ impl Scan<'_> {
                 .ok_or(Error::NoCommonTime)?,
         };
         let groups = Groups::for_count(self.reported.len());
-        for _ in 0..rounds {
+        for round in 0..rounds {
             let sightings = self.sightings(&sigma);
-            let fitted = converged(&sightings, self.robot, &self.noise, state);
+            let margins_s = if round == 0 { &ROUND_MARGINS_S[..] } else { &ROUND_MARGINS_S[3..] };
+            let fitted = converged(&sightings, self.robot, &self.noise, state, margins_s);
             let (found, problem) = fitted.map_err(Error::of_sightings)?;
             state = found;
             if self.is_stated() {
@@ -274,7 +297,8 @@ impl Scan<'_> {
     fn concluded(&self, best: &Candidate) -> Result<PoseFit, Error> {
         let sightings = self.sightings(&best.sigma);
         let (state, problem) =
-            converged(&sightings, self.robot, &self.noise, best.state).map_err(Error::of_sightings)?;
+            converged(&sightings, self.robot, &self.noise, best.state, &ROUND_MARGINS_S[3..])
+                .map_err(Error::of_sightings)?;
         let mut equations = NormalEquations::zeros(SIZE);
         problem.linearize(&state, &mut equations);
         let residuals: Vec<Option<Vector6<f64>>> =
@@ -285,19 +309,21 @@ impl Scan<'_> {
         let squares_per_freedom = 2.0 * equations.cost / freedom;
         let lasting = if self.robot.stamps_s().is_empty() { 1.0 } else { lasting(&counting, Vector6::dot) };
         let factor = squares_per_freedom.max(1.0) * lasting;
-        let information =
-            SMatrix::<f64, SIZE, SIZE>::from_fn(|i, j| equations.hessian[(i, j)] / factor);
-        let (hidden, covariance) =
-            hidden::assess(&information, problem.held()).ok_or(Error::NotFixed)?;
-        let differences: Vec<Vector6<f64>> =
-            (0..sightings.len()).filter(|k| problem.used[*k]).filter_map(|k| problem.difference(k, &state)).collect();
+        let information = SMatrix::<f64, SIZE, SIZE>::from_fn(|i, j| equations.hessian[(i, j)] / factor);
+        let (hidden, covariance) = hidden::assess(&information, problem.held()).ok_or(Error::NotFixed)?;
+        let differences: Vec<Vector6<f64>> = (0..sightings.len())
+            .filter(|k| problem.used[*k])
+            .filter_map(|k| problem.difference(k, &state))
+            .collect();
         let rms = |first: usize| {
             let sum: f64 = differences.iter().map(|d| d.fixed_rows::<3>(first).norm_squared()).sum();
             (sum / differences.len().max(1) as f64).sqrt()
         };
         let (rms_rad, rms_m) = (rms(0), rms(3));
         Ok(PoseFit {
-            d_robot: (0..sightings.len()).map(|k| problem.d_robot(k, &state, &(covariance / factor))).collect(),
+            d_robot: (0..sightings.len())
+                .map(|k| problem.d_robot(k, &state, &(covariance / factor)))
+                .collect(),
             unknowns: state,
             covariance,
             hidden,
@@ -346,6 +372,3 @@ fn lasting<T>(values: &[T], product: impl Fn(&T, &T) -> f64) -> f64 {
     }
     factor
 }
-
-/// The index of the time offset, for callers that read the covariance.
-pub const OFFSET: usize = TIME_OFFSET;

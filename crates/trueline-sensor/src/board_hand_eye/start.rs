@@ -56,9 +56,8 @@ pub(crate) fn offsets_s<S: Sighting>(
         .collect();
     let levels = differences.iter().filter_map(|(_, all)| quantile(all.clone()?, ALIKE_PART));
     let alike = LEAST_TURN_RAD + ALIKE_TIMES * levels.fold(f64::INFINITY, f64::min);
-    let score = |all: &Vec<f64>| {
-        all.iter().map(|d| d * d / (d * d + alike * alike)).sum::<f64>() / all.len() as f64
-    };
+    let score =
+        |all: &Vec<f64>| all.iter().map(|d| d * d / (d * d + alike * alike)).sum::<f64>() / all.len() as f64;
     let scores: Vec<f64> =
         differences.iter().map(|(_, all)| all.as_ref().map_or(f64::INFINITY, score)).collect();
     let is_lowest = |k: usize| {

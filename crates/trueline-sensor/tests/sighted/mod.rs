@@ -11,13 +11,13 @@ use trueline_sensor::board_hand_eye::{Carried, ErrorModel, PoseFit, ReportedPose
 use trueline_sim::{Sighted, SightingScan};
 
 /// The answer for what a scan casts; the robot's noise is the one that is cast.
-pub fn calibrated(scan: &SightingScan, options: &PoseOptions) -> Result<PoseFit, Error> {
+pub(crate) fn calibrated(scan: &SightingScan, options: &PoseOptions) -> Result<PoseFit, Error> {
     with_noise(&scan.cast(), scan.robot_noise, options)
 }
 
 /// The answer for a cast recording of a usual robot.
 #[allow(dead_code, reason = "not every user casts by itself")]
-pub fn calibrated_cast(cast: &Sighted, options: &PoseOptions) -> Result<PoseFit, Error> {
+pub(crate) fn calibrated_cast(cast: &Sighted, options: &PoseOptions) -> Result<PoseFit, Error> {
     with_noise(cast, SightingScan::usual(0).robot_noise, options)
 }
 
@@ -51,7 +51,7 @@ fn with_noise(
 }
 
 /// Estimate less truth, in the order of the covariance.
-pub fn off(fit: &PoseFit, truth: &PoseTruth) -> SVector<f64, SIZE> {
+pub(crate) fn off(fit: &PoseFit, truth: &PoseTruth) -> SVector<f64, SIZE> {
     let mut off = SVector::<f64, SIZE>::zeros();
     off[0] = fit.unknowns.time_offset_s - truth.parameters.time_offset_s;
     let pairs = [
@@ -67,6 +67,6 @@ pub fn off(fit: &PoseFit, truth: &PoseTruth) -> SVector<f64, SIZE> {
 }
 
 /// Standard deviation of one of the unknowns.
-pub fn sigma_of(fit: &PoseFit, k: usize) -> f64 {
+pub(crate) fn sigma_of(fit: &PoseFit, k: usize) -> f64 {
     fit.covariance[(k, k)].max(0.0).sqrt()
 }
