@@ -91,6 +91,7 @@ pub use simulate_boards::BoardsArgs;
 pub use simulate_path::PathArgs;
 pub use simulate_production::ProductionArgs;
 pub use simulate_shop::{OnlyErrors, ShopArgs};
+pub use simulate_sightings::SightingsArgs;
 pub use stream_sim::StreamSimArgs;
 pub use watch::WatchArgs;
 

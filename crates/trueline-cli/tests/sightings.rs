@@ -27,7 +27,8 @@ fn calibrated(folder: &Path, arguments: &[&str], expected: i32) -> Value {
 
 /// Largest error of the translation in its standard deviations, and of the time offset.
 fn off_in_sigmas(result: &Value, dataset: &Path) -> f64 {
-    let truth: toml::Table = toml::from_str(&fs::read_to_string(dataset.join("truth.toml")).unwrap()).unwrap();
+    let truth: toml::Table =
+        toml::from_str(&fs::read_to_string(dataset.join("truth.toml")).unwrap()).unwrap();
     let place = truth["tool_from_camera"]["translation_mm"].as_array().unwrap();
     let mut worst: f64 = 0.0;
     for (k, expected) in place.iter().enumerate() {
@@ -78,14 +79,23 @@ fn a_marker_before_a_moving_robot_gives_time_offset_hand_eye_and_target() {
 fn stops_and_a_camera_beside_the_robot_are_calibrated_alike() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
-    code(&trueline(folder, &["simulate", "--sightings", "--stops", "--wall", "--out", "stops", "--quiet"]), 0);
+    code(
+        &trueline(folder, &["simulate", "--sightings", "--stops", "--wall", "--out", "stops", "--quiet"]),
+        0,
+    );
     assert!(!folder.join("stops/robot.csv").exists() && folder.join("stops/poses.csv").exists());
     let result = calibrated(folder, &["stops"], 0);
     assert!(off_in_sigmas(&result, &folder.join("stops")) < 4.0, "{result:#}");
     assert_eq!(result["time_offset_s"], Value::Null);
     assert_eq!((&result["mounted"], &result["options"]["at_stops"]), (&"fixed".into(), &true.into()));
     code(&trueline(folder, &["export", "result.json", "--as", "matrix"]), 0);
-    code(&trueline(folder, &["simulate", "--sightings", "--wall", "--state-noise", "--out", "wall", "--quiet"]), 0);
+    code(
+        &trueline(
+            folder,
+            &["simulate", "--sightings", "--wall", "--state-noise", "--out", "wall", "--quiet"],
+        ),
+        0,
+    );
     let result = calibrated(folder, &["wall"], 0);
     assert!(off_in_sigmas(&result, &folder.join("wall")) < 4.0, "{result:#}");
     assert_eq!(result["base_from_target"]["noise_stated"], true);
@@ -111,7 +121,10 @@ fn what_the_motion_hides_is_null_and_named_and_the_exit_code_is_1() {
 fn options_of_seams_and_broken_files_are_refused_with_their_place() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
-    code(&trueline(folder, &["simulate", "--sightings", "--sighting-count", "60", "--out", "scan", "--quiet"]), 0);
+    code(
+        &trueline(folder, &["simulate", "--sightings", "--sighting-count", "60", "--out", "scan", "--quiet"]),
+        0,
+    );
     for option in [
         &["--use", "stripe"][..],
         &["--sensor", "free"],
@@ -152,8 +165,11 @@ fn options_of_seams_and_broken_files_are_refused_with_their_place() {
         assert!(said.contains("sightings.csv") && said.contains(expected), "{expected}: {said}");
         assert!(said.contains("hint:"), "{said}");
     }
-    fs::write(folder.join("scan/sensor.toml"), "kind = \"poses\"\n[laser_plane]\nnormal = [0, 0, 1]\noffset_mm = 9\n")
-        .unwrap();
+    fs::write(
+        folder.join("scan/sensor.toml"),
+        "kind = \"poses\"\n[laser_plane]\nnormal = [0, 0, 1]\noffset_mm = 9\n",
+    )
+    .unwrap();
     let output = trueline(folder, &["calibrate", "scan"]);
     code(&output, 2);
     assert!(words(&output).contains("laser_plane"), "{}", words(&output));

@@ -26,8 +26,6 @@ pub struct PoseDataset {
     pub robot: RobotPoses,
     /// Sightings by rising stamp.
     pub sightings: Vec<Sighting>,
-    /// A first guess, if the folder has one.
-    pub initial: Option<Guess>,
     /// SHA-256 of every file that was read, by name.
     pub inputs: BTreeMap<String, String>,
     /// How tables were written where that is not plain CSV: to be said.
@@ -42,7 +40,7 @@ pub fn is_one(folder: &Path) -> bool {
     text.is_ok_and(|text| sensor_toml::is_of_poses(&text))
 }
 
-/// Reads such a folder.
+/// Reads such a folder, but for a guess that may lie in it.
 ///
 /// # Errors
 /// The first file, line and column that cannot be used.
@@ -74,15 +72,7 @@ pub fn read(folder: &Path) -> Result<PoseDataset, Error> {
             ));
         }
     }
-    let initial_file = folder.join("initial.toml");
-    let initial = match source_file::bytes_if_there(&initial_file)? {
-        Some(bytes) => {
-            inputs.insert("initial.toml".to_owned(), folder::sha256(&bytes));
-            Some(known_toml::parse_guess(&initial_file, &folder::utf8(&initial_file, bytes)?)?)
-        }
-        None => None,
-    };
-    Ok(PoseDataset { setup, robot, sightings, initial, inputs, notes })
+    Ok(PoseDataset { setup, robot, sightings, inputs, notes })
 }
 
 /// What a simulation of sightings writes.

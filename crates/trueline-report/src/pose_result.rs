@@ -166,10 +166,8 @@ fn target(report: &PoseReport<'_>) -> TargetEntry {
     let sigma = |k: usize| report.covariance[(k, k)].max(0.0).sqrt();
     let noise = &report.fit.sigma;
     TargetEntry {
-        pose: PoseEntry {
-            translation_mm: [0, 1, 2].map(|k| shifts.then(|| pose.translation.vector[k] * MM_PER_M)),
-            rotation_wxyz: turns.then(|| positive_w(&pose.rotation)),
-        },
+        translation_mm: [0, 1, 2].map(|k| shifts.then(|| pose.translation.vector[k] * MM_PER_M)),
+        rotation_wxyz: turns.then(|| positive_w(&pose.rotation)),
         sigma_rotation_rad: [0, 1, 2].map(|k| turns.then(|| sigma(TARGET + k))),
         sigma_translation_mm: [0, 1, 2].map(|k| shifts.then(|| sigma(TARGET + 3 + k) * MM_PER_M)),
         sighting_rotation_deg: [0, 1, 2].map(|k| noise[k].to_degrees()),

@@ -16,9 +16,10 @@ pub struct PoseEntry {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TargetEntry {
-    /// Its pose; null in what is not observable.
-    #[serde(flatten)]
-    pub pose: PoseEntry,
+    /// Its place; null where it is not observable.
+    pub translation_mm: [Option<f64>; 3],
+    /// Unit quaternion w, x, y, z with w ≥ 0; null if its attitude is not observable.
+    pub rotation_wxyz: Option<[f64; 4]>,
     /// One standard deviation of its rotation about each axis of base (left perturbation).
     pub sigma_rotation_rad: [Option<f64>; 3],
     /// One standard deviation of its translation along each axis of base.

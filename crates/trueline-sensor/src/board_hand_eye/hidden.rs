@@ -3,7 +3,7 @@
 //! A robot that means to turn about one axis turns a little about others too, if only by its noise. So a direction is not called hidden
 //! by its rank, which noise makes full, but by its uncertainty: one that is no better than a glance at the robot tells is no result.
 
-use super::joint::{HAND_EYE, SIZE, TARGET, TIME_OFFSET};
+use super::unknowns::{HAND_EYE, SIZE, TARGET, TIME_OFFSET};
 use nalgebra::{DMatrix, Matrix3, SMatrix, SVector, Vector3};
 use trueline_lsq::Information;
 

@@ -4,9 +4,9 @@
 //! Angles do not depend on how the camera is mounted. The best offsets are all tried: a motion that repeats itself has several.
 
 use super::closed_form::{ClosedForm, MotionPair, pairs};
-use super::joint::Unknowns;
 use super::pose_sighting::Sighting;
 use super::robot_path::RobotPath;
+use super::unknowns::Unknowns;
 use nalgebra::{Matrix3, Vector3};
 use trueline_geometry::{Pose, se3, so3};
 
@@ -29,7 +29,7 @@ const LEAST_TURN_RAD: f64 = 1e-6;
 const APART_S: f64 = 0.1;
 
 /// Sightings in the closed form.
-const FEW: usize = 40;
+const FEW: usize = 60;
 /// Sets of sightings that are drawn, of each size: with three of ten wrong a set of three is right once in three, of six once in eight.
 const DRAWS: usize = 150;
 /// Sizes of these sets: two motions are the fewest, and more of them average noise.
@@ -37,7 +37,7 @@ const SIZES: [usize; 2] = [3, 6];
 /// Sightings of a set that are tried as the one that shows where the target is.
 const ANCHORS: usize = 3;
 /// A start is as good as this part of all sightings is well explained.
-const EXPLAINED_PART: f64 = 0.6;
+const EXPLAINED_PART: f64 = 0.5;
 /// A robot turns about one axis if its turns about any other are this much smaller.
 const ONE_AXIS: f64 = 0.02;
 
