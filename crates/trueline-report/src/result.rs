@@ -229,6 +229,7 @@ fn residuals(c: &Calibration) -> Residuals {
     Residuals {
         rms_px: fit.residuals.rms_px,
         rms_mm: (fit.residuals.used > 0).then_some(fit.residuals.rms_m * MM_PER_M),
+        rms_deg: None,
         inliers: fit.residuals.inliers,
         outliers: fit.residuals.outliers,
         used: fit.residuals.used,
