@@ -40,19 +40,53 @@ const ANCHORS: usize = 3;
 const EXPLAINED_PART: f64 = 0.5;
 /// A robot turns about one axis if its turns about any other are this much smaller.
 const ONE_AXIS: f64 = 0.02;
+/// A robot that turns by less between two sightings, root mean square, does not turn, rad.
+const NO_TURN_RAD: f64 = 0.02;
+/// Part of all pairs whose turns are below [`NO_TURN_RAD`] if the robot does not turn.
+const MOST_PAIRS_PART: f64 = 0.9;
 
-/// The time offsets within ± `reach_s` at which the angles that the camera turns by are most like the robot's, the best first.
+/// By what the robot's motion is told: how far it turns, which no mounting changes, or of one that does not turn how far it shifts.
+#[derive(Clone, Copy)]
+enum Cue {
+    Turns,
+    Shifts,
+}
+
+impl Cue {
+    /// That of a robot with these pairs of sightings.
+    fn of(pairs: &[Change], robot: &RobotPath<'_>) -> Self {
+        let turn =
+            |(from, to, _): &Change| Some(robot.attitude(*from, 0.0)?.angle_to(&robot.attitude(*to, 0.0)?));
+        match quantile(pairs.iter().filter_map(turn).collect(), MOST_PAIRS_PART) {
+            Some(largest_rad) if largest_rad < NO_TURN_RAD => Self::Shifts,
+            _ => Self::Turns,
+        }
+    }
+
+    /// How far one pose is from another, rad or m.
+    fn between(self, a: &Pose, b: &Pose) -> f64 {
+        match self {
+            Self::Turns => a.rotation.angle_to(&b.rotation),
+            Self::Shifts => (a.translation.vector - b.translation.vector).norm(),
+        }
+    }
+}
+
+/// The time offsets within ± `reach_s` at which the angles that the camera turns by are most like the robot's, the best first. A robot
+/// that does not turn is compared by its shifts.
 pub(crate) fn offsets_s<S: Sighting>(
     sightings: &[S],
     robot: &RobotPath<'_>,
     reach_s: f64,
     most: usize,
 ) -> Vec<f64> {
-    let turns = turns(sightings, robot.stamps_s());
+    let stamps_s = robot.stamps_s();
+    let cue = Cue::of(&changes(sightings, stamps_s, Cue::Turns), robot);
+    let changes = changes(sightings, stamps_s, cue);
     let step_s = reach_s / f64::from(STEPS);
     let differences: Vec<(f64, Option<Vec<f64>>)> = (-STEPS..=STEPS)
         .map(|k| f64::from(k) * step_s)
-        .map(|offset_s| (offset_s, differences(&turns, robot, offset_s)))
+        .map(|offset_s| (offset_s, differences(&changes, robot, offset_s, cue)))
         .collect();
     let levels = differences.iter().filter_map(|(_, all)| quantile(all.clone()?, ALIKE_PART));
     let alike = LEAST_TURN_RAD + ALIKE_TIMES * levels.fold(f64::INFINITY, f64::min);
@@ -75,27 +109,27 @@ pub(crate) fn offsets_s<S: Sighting>(
     found
 }
 
-/// Two sightings and the angle between them, rad.
-type Turn = (usize, usize, f64);
+/// Two sightings and how far they are apart, rad or m.
+type Change = (usize, usize, f64);
 
-fn turns<S: Sighting>(sightings: &[S], stamps_s: &[f64]) -> Vec<Turn> {
+fn changes<S: Sighting>(sightings: &[S], stamps_s: &[f64], cue: Cue) -> Vec<Change> {
     let stride = sightings.len().div_ceil(MOST_PAIRS).max(1);
-    let turn = |k: usize| {
+    let change = |k: usize| {
         let later = k + stamps_s.get(k..)?.partition_point(|t| *t < stamps_s[k] + PAIR_S);
-        let [a, b] = [sightings.get(k)?, sightings.get(later)?].map(|s| s.camera_from_target().rotation);
-        Some((k, later, a.angle_to(&b)))
+        let [a, b] = [sightings.get(k)?, sightings.get(later)?].map(Sighting::camera_from_target);
+        Some((k, later, cue.between(a, b)))
     };
-    (0..sightings.len()).step_by(stride).filter_map(turn).collect()
+    (0..sightings.len()).step_by(stride).filter_map(change).collect()
 }
 
-/// How far the robot's turns differ from those seen at an offset; `None` where too few of them are recorded.
-fn differences(turns: &[Turn], robot: &RobotPath<'_>, offset_s: f64) -> Option<Vec<f64>> {
-    let difference = |(from, to, seen): &Turn| {
-        let (a, b) = (robot.attitude(*from, offset_s)?, robot.attitude(*to, offset_s)?);
-        Some((a.angle_to(&b) - seen).abs())
+/// How far the robot's changes differ from those seen at an offset; `None` where too few of them are recorded.
+fn differences(changes: &[Change], robot: &RobotPath<'_>, offset_s: f64, cue: Cue) -> Option<Vec<f64>> {
+    let difference = |(from, to, seen): &Change| {
+        let (a, b) = (robot.at(*from, offset_s)?, robot.at(*to, offset_s)?);
+        Some((cue.between(&a.base_from_tool, &b.base_from_tool) - seen).abs())
     };
-    let all: Vec<f64> = turns.iter().filter_map(difference).collect();
-    (!all.is_empty() && all.len() as f64 >= LEAST_PART * turns.len() as f64).then_some(all)
+    let all: Vec<f64> = changes.iter().filter_map(difference).collect();
+    (!all.is_empty() && all.len() as f64 >= LEAST_PART * changes.len() as f64).then_some(all)
 }
 
 /// The value that this part of all is below.
@@ -157,14 +191,15 @@ impl Few {
         so3::cube_rotations().into_iter().filter_map(turned).collect()
     }
 
-    /// Whether the robot turns about one axis at most, so that a closed form follows noise.
+    /// Whether the robot turns about one axis at most, or not at all, so that a closed form follows noise.
     pub(crate) fn turn_about_one_axis(&self) -> bool {
         let motions: Vec<MotionPair> = pairs(&self.tools, &self.seen);
         let turn = |pair: &MotionPair| so3::log(&pair.tool.rotation);
         let sum: Matrix3<f64> = motions.iter().map(|pair| turn(pair) * turn(pair).transpose()).sum();
         let mut values: Vec<f64> = sum.symmetric_eigenvalues().iter().copied().collect();
         values.sort_by(f64::total_cmp);
-        values[1] <= ONE_AXIS * ONE_AXIS * values[2]
+        let is_still = values[2] <= NO_TURN_RAD * NO_TURN_RAD * motions.len() as f64;
+        is_still || values[1] <= ONE_AXIS * ONE_AXIS * values[2]
     }
 
     fn best_anchor(&self, set: &[usize], tool_from_camera: Pose) -> Option<(f64, Unknowns)> {
