@@ -17,6 +17,11 @@ use trueline_method::{
 };
 use trueline_sensor::Board;
 
+/// Bias of the features for each 10° of tilt, px, where none is stated.
+const FEATURE_BIAS_PX: f64 = 0.2;
+/// Speed at which the seam error is predicted, mm/s, where none is stated.
+const SPEED_MM_S: f64 = 50.0;
+
 #[derive(Args)]
 #[command(after_help = "Examples:
   trueline calibrate scan
@@ -33,6 +38,7 @@ use trueline_sensor::Board;
   trueline calibrate scan --sensor fixed --robot-accuracy-mm 0 --feature-bias-px 0
   trueline calibrate board-scan --target board --board chessboard:9x6:25 --json reference.json
   trueline calibrate board-stops --target board --board chessboard:9x6:25 --at-stops
+  trueline calibrate marker-scan --json -                      # sightings.csv: poses of a marker
 
 How to use the time offset: true exposure = stamp - time offset. Look up the \
 robot's pose at that time, between the two samples around it, and multiply:
@@ -118,7 +124,7 @@ pub struct CalibrateArgs {
     #[arg(long)]
     pub strict: bool,
     /// Bias of the features for each 10 degrees of tilt, px; 0 is none
-    #[arg(long, value_name = "PX", default_value_t = 0.2, value_parser = zero_or_more)]
+    #[arg(long, value_name = "PX", default_value_t = FEATURE_BIAS_PX, value_parser = zero_or_more)]
     pub feature_bias_px: f64,
     /// Radius of the seam's edge, of which the detector sees the outermost point, mm; 0 is a sharp one, or a point where two lines cross. The default is what sensor.toml says, else 0.3
     #[arg(long, value_name = "MM", value_parser = of_a_seam_mm)]
@@ -142,7 +148,7 @@ pub struct CalibrateArgs {
     #[arg(long)]
     pub accept_partial: bool,
     /// Speed along the seam at which the seam error is predicted, mm/s
-    #[arg(long, default_value_t = 50.0, value_parser = zero_or_more)]
+    #[arg(long, default_value_t = SPEED_MM_S, value_parser = zero_or_more)]
     pub speed_mm_s: f64,
     /// Distance of the seam from the sensor there, mm; the default is the scan's own
     #[arg(long, value_parser = above_zero)]
@@ -214,6 +220,42 @@ impl CalibrateArgs {
         }
     }
 
+    /// The first option that was given and says nothing of pose sightings.
+    pub fn not_of_poses(&self) -> Option<&'static str> {
+        let defaults = Config::default();
+        let given = [
+            ("--target board", self.target == TargetName::Board || self.board.is_some()),
+            ("--fix hand-eye", self.fix.contains(&Hold::HandEye)),
+            ("--use", self.measurements.is_some()),
+            ("--residual", self.residual != defaults.residual),
+            ("--loss", self.loss.is_some()),
+            ("--fixed-sigma", self.fixed_sigma.is_some()),
+            ("--drawn-line", !self.drawn_line.is_empty()),
+            ("--feature-sigma-px", self.feature_sigma_px.is_some()),
+            ("--feature-sigma-mm", self.feature_sigma_mm.is_some()),
+            ("--robot-sigma-mm", self.robot_sigma_mm.is_some()),
+            ("--stamp-sigma-ms", self.stamp_sigma_ms.is_some()),
+            ("--sensor", self.sensor != SensorMode::Prior),
+            ("--write-sensor", self.write_sensor.is_some()),
+            ("--certificate", self.certificate.is_some()),
+            ("--feature-bias-px", self.feature_bias_px != FEATURE_BIAS_PX),
+            ("--edge-radius-mm", self.edge_radius_mm.is_some()),
+            ("--waviness-mm", self.waviness_mm.is_some()),
+            ("--stamps", self.stamps != Stamps::Auto),
+            ("--require", self.require.is_some()),
+            ("--looks", self.looks.is_some()),
+            ("--accept-partial", self.accept_partial),
+            ("--speed-mm-s", self.speed_mm_s != SPEED_MM_S),
+            ("--stand-off-mm", self.stand_off_mm.is_some()),
+            ("--joint", self.joint.is_some()),
+            ("--align-clocks", self.align_clocks),
+            ("--report", self.report.is_some()),
+            #[cfg(feature = "rerun")]
+            ("--rerun", self.rerun.is_some()),
+        ];
+        given.into_iter().find(|(_, is_given)| *is_given).map(|(option, _)| option)
+    }
+
     fn drawn_lines(&self) -> Vec<DrawnLine> {
         let sigma_m = self.drawn_line_sigma_mm.unwrap_or_default() * 1e-3;
         let lines = self.drawn_line.iter().enumerate();
@@ -258,6 +300,8 @@ pub enum TargetName {
     Seam,
     /// A chessboard: time offset, hand-eye and board together
     Board,
+    /// A marker, or whatever else sightings.csv has the poses of; a sensor.toml with `kind = "poses"` says so by itself
+    Poses,
 }
 
 /// Pages and JSON are told apart by their names.

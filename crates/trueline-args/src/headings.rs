@@ -134,6 +134,10 @@ const LAYOUTS: &[Layout] = &[
                     "rounded-mm",
                 ],
             ),
+            (
+                "Sightings of a target's pose",
+                &["sightings", "sighting-count", "stops", "wall", "state-noise"],
+            ),
             ("Welds of a production", &["production", "layout", "change"]),
             (
                 "Pictures",

@@ -55,6 +55,7 @@ mod simulate_path;
 mod simulate_plates;
 mod simulate_production;
 mod simulate_shop;
+mod simulate_sightings;
 mod simulated_profiles;
 mod simulated_scenario;
 mod simulated_sensor;
@@ -92,6 +93,7 @@ pub use simulate_boards::BoardsArgs;
 pub use simulate_path::PathArgs;
 pub use simulate_production::ProductionArgs;
 pub use simulate_shop::{OnlyErrors, ShopArgs};
+pub use simulate_sightings::SightingsArgs;
 pub use stream_sim::StreamSimArgs;
 pub use watch::WatchArgs;
 

@@ -7,10 +7,11 @@ use crate::simulate_path::PathArgs;
 use crate::simulate_plates::PlatesArgs;
 use crate::simulate_production::ProductionArgs;
 use crate::simulate_shop::{ShopArgs, errors_help};
+use crate::simulate_sightings::{Shared, SightingsArgs};
 use clap::Args;
 use std::path::PathBuf;
 use trueline_sim::faults::{FAULT_NAMES, FaultName};
-use trueline_sim::{Fault, Joint, Look, Preset};
+use trueline_sim::{Fault, Joint, Look, Preset, SightingScan};
 
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -28,6 +29,8 @@ use trueline_sim::{Fault, Joint, Look, Preset};
   trueline simulate --images --joint lap --look welding --duration-s 10 --out pictures
   trueline simulate --shop ordinary --seed 7 --out cell        # a whole cell, and a pass that a calibration is judged by
   trueline simulate --shop rough --only rounded-edge,feature-noise --out edge
+  trueline simulate --sightings --outliers 0.3 --out marker    # poses of a marker, three of ten wrong
+  trueline simulate --sightings --stops --wall --out stops     # a camera beside the robot, which stops
   trueline simulate --boards chessboard:9x6:20 --out bench     # pictures for `sensor` and `calibrate --target board`",
     after_long_help = faults_help())]
 pub struct SimulateArgs {
@@ -98,6 +101,8 @@ pub struct SimulateArgs {
     pub boards: BoardsArgs,
     #[command(flatten)]
     pub shop: ShopArgs,
+    #[command(flatten)]
+    pub sightings: SightingsArgs,
     /// Time between images, ms
     #[arg(long, value_parser = number::period_ms)]
     pub frame_period_ms: Option<f64>,
@@ -128,6 +133,20 @@ pub struct SimulateArgs {
     /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,
+}
+
+impl SimulateArgs {
+    /// The sightings of a target that are asked for, if they are.
+    pub fn sighting_scan(&self) -> Option<SightingScan> {
+        self.sightings.scan(&Shared {
+            seed: self.seed,
+            noise_free: self.noise_free,
+            time_offset_s: self.time_offset_ms.map(|ms| ms * 1e-3),
+            outliers: self.outliers,
+            robot_noise_m: self.robot_noise_mm.map(|mm| mm * 1e-3),
+            jitter_s: self.stamp_jitter_ms.map(|ms| ms * 1e-3),
+        })
+    }
 }
 
 static PRESETS: [Choice<Preset>; 8] = [

@@ -5,6 +5,7 @@
 //! pictures of a board with stripe ─striped──▶ views ──▶ trueline_sensor::laser_plane
 //! pictures of a plate, with poses ─plate_stops──▶ stops ──▶ trueline_sensor::laser_plane::plate
 //! dataset folder with pictures ─moving_scan──▶ time offset and hand-eye transform
+//! dataset folder of sightings ─────pose_scan──▶ time offset, hand-eye transform and target
 //! what was found ──────────────sensor_file──▶ sensor.toml
 //! ```
 //!
@@ -34,6 +35,7 @@ mod error;
 pub mod moving_scan;
 pub mod pictures;
 pub mod plate_stops;
+pub mod pose_scan;
 pub mod sensor_file;
 pub mod striped;
 

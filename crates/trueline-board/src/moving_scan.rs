@@ -106,9 +106,9 @@ pub fn calibrate(dataset: &Path, board: &Board, options: &BoardOptions) -> Resul
 }
 
 /// Errors of a robot of this accuracy, m, from one stop to the next: stops are some decimetres apart, as a scan is long.
-fn at_stops_noise(accuracy_m: f64) -> ErrorModel {
+pub(crate) fn at_stops_noise(accuracy_m: f64) -> ErrorModel {
     let RobotSigmas { position_m, attitude_rad } = RobotSigmas::of_accuracy(accuracy_m);
-    ErrorModel { position_m, rotation_rad: attitude_rad, stamp_s: 0.0 }
+    ErrorModel { position_m, rotation_rad: attitude_rad, stamp_s: 0.0, ..ErrorModel::default() }
 }
 
 /// The pose of each picture of a scan at stops, base_from_tool.
@@ -135,6 +135,7 @@ impl Moved {
             position_m: motion.noise_m,
             rotation_rad: rotation_noise_rad(scan, times_s, &motion),
             stamp_s: sampling.stamp_sigma_s(&config, as_recorded),
+            ..ErrorModel::default()
         };
         let stamps_s = stamps_ns.iter().map(|ns| (ns - origin_ns) as f64 * 1e-9).collect();
         Ok(Self { motion, stamps_s, noise })
@@ -231,7 +232,7 @@ fn look(
 }
 
 /// The robot with one feature for each picture: what the streams' clocks are measured on.
-fn stamped(robot: Vec<RobotSample>, stamps_ns: &[i64]) -> Recording {
+pub(crate) fn stamped(robot: Vec<RobotSample>, stamps_ns: &[i64]) -> Recording {
     let feature = |stamp_ns: &i64| Feature {
         stamp_ns: *stamp_ns,
         line: 0,

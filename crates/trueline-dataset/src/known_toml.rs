@@ -16,6 +16,9 @@ use trueline_geometry::{Line, Pose, se3};
 struct KnownFile {
     time_offset_s: f64,
     tool_from_camera: PoseTable,
+    // Of pose sightings; what reads a calibration has no use for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    base_from_target: Option<PoseTable>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     lines: Vec<LineTable>,
 }
@@ -61,6 +64,7 @@ pub fn parse_truth(file: &Path, text: &str) -> Result<Truth, Error> {
         return Err(at(not_finite("time_offset_s", &[wire.time_offset_s])));
     }
     let pose = pose_from(&wire.tool_from_camera).map_err(at)?;
+    wire.base_from_target.as_ref().map(pose_from).transpose().map_err(at)?;
     let lines = wire.lines.iter().map(line_from).collect::<Result<_, _>>().map_err(at)?;
     Ok(Truth { parameters: Guess { time_offset_s: wire.time_offset_s, tool_from_camera: pose }, lines })
 }
@@ -68,23 +72,38 @@ pub fn parse_truth(file: &Path, text: &str) -> Result<Truth, Error> {
 /// The text of a truth or, without lines, of a guess.
 #[must_use]
 pub fn format(parameters: &Guess, lines: &[Line]) -> String {
-    let pose = &parameters.tool_from_camera;
-    let q = pose.rotation.quaternion();
+    let lines = lines
+        .iter()
+        .map(|line| LineTable {
+            point_mm: (line.anchor() * MM_PER_M).into(),
+            direction: line.direction().into(),
+        })
+        .collect();
+    text(parameters, None, lines)
+}
+
+/// The text of the truth of pose sightings.
+#[must_use]
+pub fn format_poses(parameters: &Guess, base_from_target: &Pose) -> String {
+    text(parameters, Some(base_from_target), Vec::new())
+}
+
+fn text(parameters: &Guess, target: Option<&Pose>, lines: Vec<LineTable>) -> String {
     let wire = KnownFile {
         time_offset_s: parameters.time_offset_s,
-        tool_from_camera: PoseTable {
-            translation_mm: (pose.translation.vector * MM_PER_M).into(),
-            rotation_wxyz: [q.w, q.i, q.j, q.k],
-        },
-        lines: lines
-            .iter()
-            .map(|line| LineTable {
-                point_mm: (line.anchor() * MM_PER_M).into(),
-                direction: line.direction().into(),
-            })
-            .collect(),
+        tool_from_camera: pose_to(&parameters.tool_from_camera),
+        base_from_target: target.map(pose_to),
+        lines,
     };
     toml::to_string(&wire).unwrap_or_default()
+}
+
+fn pose_to(pose: &Pose) -> PoseTable {
+    let q = pose.rotation.quaternion();
+    PoseTable {
+        translation_mm: (pose.translation.vector * MM_PER_M).into(),
+        rotation_wxyz: [q.w, q.i, q.j, q.k],
+    }
 }
 
 fn not_finite(key: &'static str, found: &[f64]) -> Problem {

@@ -49,6 +49,7 @@ enum Kind {
     CameraLaser,
     Profiler,
     Points,
+    Poses,
 }
 
 /// The file's tables. Plain values come before tables, as TOML wants them.
@@ -164,6 +165,44 @@ pub fn parse_camera(file: &Path, text: &str) -> Result<CameraFile, Error> {
     })
 }
 
+/// Whether a text is that of a sensor that reports poses of a target, `kind = "poses"`; broken TOML is of none.
+#[must_use]
+pub(crate) fn is_of_poses(text: &str) -> bool {
+    let table: Option<toml::Table> = toml::from_str(text).ok();
+    table.is_some_and(|table| table.get("kind").and_then(toml::Value::as_str) == Some("poses"))
+}
+
+/// Reads what the file of a sensor that reports poses says: what carries it, and how accurate the robot is.
+///
+/// # Errors
+/// Broken TOML, another kind, and tables that such a sensor does not have.
+pub fn parse_poses(file: &Path, text: &str) -> Result<SensorSetup, Error> {
+    let wire = wire(file, text)?;
+    let at = |problem| in_toml(file, text, problem);
+    if wire.kind != Kind::Poses {
+        let found = format!("{:?}", wire.kind);
+        return Err(at(Problem::Value { key: "kind", expected: "\"poses\"", found }));
+    }
+    let tables = [
+        ("camera", wire.camera.is_some()),
+        ("laser_plane", wire.laser_plane.is_some()),
+        ("shape", wire.shape.is_some()),
+        ("seam", wire.seam.is_some()),
+        ("region_of_interest", wire.region_of_interest.is_some()),
+        ("uncertainty", wire.uncertainty.is_some()),
+    ];
+    if let Some((key, _)) = tables.into_iter().find(|(_, is_there)| *is_there) {
+        return Err(at(not_of_this_kind(key)));
+    }
+    setup(&wire).map_err(at)
+}
+
+/// The text of the file of a sensor that reports poses.
+#[must_use]
+pub fn format_poses(setup: &SensorSetup) -> String {
+    text(Kind::Poses, None, None, setup)
+}
+
 /// The text of a sensor's file.
 #[must_use]
 pub fn format_file(file: &SensorFile) -> String {
@@ -254,6 +293,11 @@ fn sensor_from(wire: &Wire) -> Result<Sensor, Problem> {
         return Err(not_of_this_kind("camera"));
     }
     match wire.kind {
+        Kind::Poses => Err(Problem::Value {
+            key: "kind",
+            expected: "a sensor that sees a seam: \"camera_laser\", \"profiler\" or \"points\"; of poses `trueline calibrate DATASET` makes a calibration",
+            found: "poses".to_owned(),
+        }),
         Kind::CameraLaser => Ok(Sensor::CameraLaser {
             camera: camera_from(wire.camera.as_ref().ok_or_else(|| missing_table("camera"))?)?,
             laser_plane_in_camera: plane_from(

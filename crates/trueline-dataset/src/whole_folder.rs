@@ -7,9 +7,11 @@ use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 /// What commands write into a folder, pictures aside; a folder with anything else in it is never replaced.
-const OURS: [&str; 20] = [
+const OURS: [&str; 22] = [
     "sensor.toml",
     "robot.csv",
+    "poses.csv",
+    "sightings.csv",
     "features.csv",
     "stripes.csv",
     "profiles.csv",

@@ -10,7 +10,7 @@ use rand_distr::{Distribution, StandardNormal};
 use trueline_geometry::{Pose, se3, so3};
 use trueline_model::{Camera, LaserSheet};
 use trueline_sensor::board_hand_eye::closed_form::{ClosedForm, pairs};
-use trueline_sensor::board_hand_eye::{BoardSighting, ErrorModel, RobotPath, Unknowns, joint};
+use trueline_sensor::board_hand_eye::{BoardSighting, Carried, ErrorModel, RobotPath, Unknowns, joint};
 use trueline_sensor::projection::project_from_board;
 use trueline_sensor::{Board, FoundCorner};
 use trueline_sim::{Scenario, SensorModel};
@@ -25,7 +25,8 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const CORNER_SIGMA_PX: f64 = 0.1;
 
 /// Noise of the robot's poses: that of a good robot at rest.
-const NOISE: ErrorModel = ErrorModel { position_m: 0.03e-3, rotation_rad: 0.001 * DEGREE, stamp_s: 0.0 };
+const NOISE: ErrorModel =
+    ErrorModel { position_m: 0.03e-3, rotation_rad: 0.001 * DEGREE, stamp_s: 0.0, carries: Carried::Camera };
 
 /// Time to move, settle and take a picture, s.
 const STOP_S: f64 = 6.0;
@@ -155,7 +156,7 @@ impl Stops {
         let [tsai, park, daniilidis] = ClosedForm::ALL.map(|form| form.solve(&pairs));
         let tool_from_camera = park?;
         let base_from_board = self.base_from_tool.first()? * tool_from_camera * seen.first()?;
-        let start = Unknowns { time_offset_s: 0.0, tool_from_camera, base_from_board };
+        let start = Unknowns { time_offset_s: 0.0, tool_from_camera, base_from_target: base_from_board };
         let fit = joint::fit(&self.sightings, RobotPath::Stops(&self.base_from_tool), &NOISE, start).ok()?;
         Some([tsai?, park?, daniilidis?, fit.unknowns.tool_from_camera])
     }

@@ -146,7 +146,7 @@ pub fn text(report: &BoardReport<'_>) -> String {
         let value = with_sigma(turn[k].to_degrees(), Some(sigma(HAND_EYE + k).to_degrees()), "deg");
         let _ = writeln!(out, "  {:<18} {value}", format!("rotation vector {axis}"));
     }
-    let board = unknowns.base_from_board.translation.vector * MM_PER_M;
+    let board = unknowns.base_from_target.translation.vector * MM_PER_M;
     let _ = writeln!(
         out,
         "\n  {:<18} at [{:.2}, {:.2}, {:.2}] mm in base, its first inner corner\n  {:<18} {} of {} pictures with a whole board\n  {:<18} corners {:.3} px, robot {:.4} mm, board {:.4} mm rms from where it should be",

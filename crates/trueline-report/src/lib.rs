@@ -44,6 +44,8 @@ mod plan_seam_error;
 pub mod plan_source;
 #[cfg(feature = "plan")]
 pub mod plan_summary;
+#[cfg(feature = "sensor")]
+pub mod pose_result;
 #[cfg(feature = "experiments")]
 pub mod reproduction_page;
 #[cfg(feature = "experiments")]

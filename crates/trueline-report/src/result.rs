@@ -36,6 +36,7 @@ pub fn of(c: &Calibration) -> ResultFile {
         time_offset_use: time_offset_s.filter(|_| c.status() == Status::Accepted).map(time_offset_use),
         tool_from_camera: tool_from_camera(c),
         lines: (0..c.best_fit().lines.len()).map(|k| line(c, k)).collect(),
+        base_from_target: None,
         planes: stripes::planes(c),
         stripes: stripes::entry(c),
         sigma: sigma(|component| c.sigma(component)),
@@ -227,6 +228,7 @@ fn residuals(c: &Calibration) -> Residuals {
     Residuals {
         rms_px: fit.residuals.rms_px,
         rms_mm: (fit.residuals.used > 0).then_some(fit.residuals.rms_m * MM_PER_M),
+        rms_deg: None,
         inliers: fit.residuals.inliers,
         outliers: fit.residuals.outliers,
         used: fit.residuals.used,

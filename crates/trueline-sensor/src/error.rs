@@ -12,6 +12,14 @@ pub enum Error {
         /// The fewest that will do.
         needed: usize,
     },
+    /// Too few sightings of a target.
+    #[error("{found} sightings of the target belong together; {needed} are needed")]
+    TooFewSightings {
+        /// Sightings that do.
+        found: usize,
+        /// The fewest that will do.
+        needed: usize,
+    },
     /// Too few corners for the unknowns.
     #[error("{found} corners were found; {needed} are needed")]
     TooFewCorners {
@@ -70,12 +78,23 @@ pub enum Error {
 }
 
 impl Error {
+    /// The same where a target's sightings are what a board's pictures are to the joint fit.
+    pub(crate) fn of_sightings(self) -> Self {
+        match self {
+            Self::TooFewPictures { found, needed } => Self::TooFewSightings { found, needed },
+            other => other,
+        }
+    }
+
     /// What to do about it.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {
             Self::TooFewPictures { .. } => {
                 "take 10 to 20 pictures of the whole board, tilted by about 30 degrees in different directions"
+            }
+            Self::TooFewSightings { .. } => {
+                "is each row camera_from_target, and robot.csv base_from_tool, of one target in one recording? Take 20 sightings and more"
             }
             Self::TooFewCorners { .. } => "use a board with more squares, or more pictures",
             Self::NoPose => "is the board flat, and is --board COLSxROWS the number of inner corners?",

@@ -35,6 +35,7 @@ mod inverse_of_free;
 pub mod laser_plane;
 mod picture_fit;
 mod pixel_ray;
+pub mod pose_verdict;
 pub mod projection;
 pub mod sheet;
 pub mod sheet_tilt;

@@ -12,8 +12,8 @@ use scenes::{board, camera};
 use trueline_geometry::{Pose, Trajectory, se3, so3};
 use trueline_lsq::check::gradient_error;
 use trueline_sensor::board_hand_eye::closed_form::{ClosedForm, pairs};
-use trueline_sensor::board_hand_eye::joint::{self, BoardProblem, SIZE};
-use trueline_sensor::board_hand_eye::{BoardSighting, ErrorModel, RobotPath, Unknowns, moving};
+use trueline_sensor::board_hand_eye::joint::{self, SIZE, TargetProblem};
+use trueline_sensor::board_hand_eye::{BoardSighting, Carried, ErrorModel, RobotPath, Unknowns, moving};
 use trueline_sensor::projection::{CAMERA_SIZE, from_vector, project_from_board, to_vector};
 use trueline_sensor::{Error, FoundCorner};
 
@@ -24,14 +24,15 @@ fn truth() -> Unknowns {
             so3::exp(&Vector3::new(0.4, -1.1, 0.7)),
             Vector3::new(0.05, -0.02, 0.11),
         ),
-        base_from_board: se3::from_parts(
+        base_from_target: se3::from_parts(
             so3::exp(&Vector3::new(2.0, 0.3, -0.5)),
             Vector3::new(1.0, 0.2, 0.3),
         ),
     }
 }
 
-const NOISE: ErrorModel = ErrorModel { position_m: 0.05e-3, rotation_rad: 4e-5, stamp_s: 0.1e-3 };
+const NOISE: ErrorModel =
+    ErrorModel { position_m: 0.05e-3, rotation_rad: 4e-5, stamp_s: 0.1e-3, carries: Carried::Camera };
 const CORNER_PX: f64 = 0.15;
 
 /// Where the board is in the camera's view at a time: a smooth motion that tilts to every side.
@@ -45,7 +46,7 @@ fn view(time_s: f64) -> Pose {
 }
 
 fn tool(time_s: f64) -> Pose {
-    truth().base_from_board * view(time_s).inverse() * truth().tool_from_camera.inverse()
+    truth().base_from_target * view(time_s).inverse() * truth().tool_from_camera.inverse()
 }
 
 fn normals(random: &mut ChaCha12Rng) -> Vector3<f64> {
@@ -111,15 +112,15 @@ fn off(found: &Unknowns) -> SVector<f64, SIZE> {
     off[0] = found.time_offset_s - truth.time_offset_s;
     let other = so3::exp(&(Vector3::z() * std::f64::consts::PI));
     let counted_otherwise = se3::from_parts(other, board().middle() - other * board().middle());
-    let nearest = [truth.base_from_board, truth.base_from_board * counted_otherwise]
+    let nearest = [truth.base_from_target, truth.base_from_target * counted_otherwise]
         .into_iter()
         .min_by(|a, b| {
-            let angle = |p: &Pose| p.rotation.angle_to(&found.base_from_board.rotation);
+            let angle = |p: &Pose| p.rotation.angle_to(&found.base_from_target.rotation);
             angle(a).total_cmp(&angle(b))
         })
         .unwrap();
     let poses =
-        [(1, &found.tool_from_camera, &truth.tool_from_camera), (7, &found.base_from_board, &nearest)];
+        [(1, &found.tool_from_camera, &truth.tool_from_camera), (7, &found.base_from_target, &nearest)];
     for (at, found, true_one) in poses {
         let (turn, shift) = se3::difference_decoupled(found, true_one);
         off.fixed_rows_mut::<3>(at).copy_from(&turn);
@@ -136,7 +137,7 @@ fn stops(count: usize, axis: impl Fn(f64) -> Vector3<f64>) -> (Vec<Pose>, Vec<Po
         })
         .collect();
     let truth = truth();
-    let seen = |tool: &Pose| truth.tool_from_camera.inverse() * tool.inverse() * truth.base_from_board;
+    let seen = |tool: &Pose| truth.tool_from_camera.inverse() * tool.inverse() * truth.base_from_target;
     let boards = tools.iter().map(seen).collect();
     (tools, boards)
 }
@@ -175,7 +176,7 @@ fn the_gradient_is_that_of_the_cost() {
         ),
         ..truth()
     };
-    let problem = BoardProblem::whitened(&scan.sightings, robot, &NOISE, &near);
+    let problem = TargetProblem::whitened(&scan.sightings, robot, &NOISE, &near);
     // Steps that stay within one segment of the trajectory for the offset (4 ms; the nearest border is measured from the
     // stamps' even spacing), and a ten-thousandth of a radian and of a metre.
     let mut steps = DVector::from_element(SIZE, 1e-4);
@@ -263,7 +264,7 @@ fn wrong_sightings_are_left_out_and_a_robot_that_turns_about_one_axis_is_refused
     let trajectory = Trajectory::new(times, &poses).unwrap();
     let stamps_s: Vec<f64> = (0..30).map(|k| 0.3 + 0.13 * f64::from(k)).collect();
     let exact = |t: &f64| {
-        let seen = truth().tool_from_camera.inverse() * about_one(*t).inverse() * truth().base_from_board;
+        let seen = truth().tool_from_camera.inverse() * about_one(*t).inverse() * truth().base_from_target;
         BoardSighting { camera_from_board: seen, ..scan.sightings[0] }
     };
     let sightings: Vec<BoardSighting> = stamps_s.iter().map(exact).collect();
@@ -293,7 +294,7 @@ fn stops_turned_by_up_to_95_degrees_have_no_time_offset_and_boards_counted_from_
         let view = se3::from_parts(rotation, middle - rotation * board().middle());
         let (shift, turn) =
             (normals(&mut random) * noise.position_m, normals(&mut random) * noise.rotation_rad);
-        let tool = truth().base_from_board * view.inverse() * truth().tool_from_camera.inverse();
+        let tool = truth().base_from_target * view.inverse() * truth().tool_from_camera.inverse();
         tools.push(tool * se3::from_parts(so3::exp(&turn), shift));
         sightings.push(sighted(&view, 1.0, &camera(), &mut random));
     }

@@ -29,6 +29,7 @@ pub mod random_cell;
 pub mod scenario;
 pub mod shop;
 pub mod shutter;
+pub mod sightings;
 pub mod simulate;
 pub mod weave;
 pub mod weld;
@@ -46,6 +47,7 @@ pub use scenario::{
     Between, Cell, Disturbance, Progress, Scan, Scenario, SensorModel, Sine, Timing, TrackedIn,
 };
 pub use shutter::{Exposed, Shutter};
+pub use sightings::{PoseMotion, Sighted, SightingNoise, SightingScan};
 pub use simulate::{simulate, simulate_along, simulate_with_faults};
 pub use weave::Weave;
 pub use weld::{KnownScan, Weld, WeldScan, scan_weld};

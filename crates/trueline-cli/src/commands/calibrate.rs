@@ -1,14 +1,14 @@
 //! `trueline calibrate`.
 
-use super::calibrate_board;
+use super::{calibrate_board, calibrate_poses};
 use crate::clocks;
 use crate::failure::Failure;
 use crate::{opening, output, progress};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
-use trueline_args::CalibrateArgs;
 use trueline_args::hints;
+use trueline_args::{CalibrateArgs, TargetName};
 use trueline_dataset::calibration_file;
 use trueline_dataset::result_file::SensorFileEntry;
 use trueline_dataset::sensor_setup::Mounted;
@@ -25,6 +25,15 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     output::expect_files(&inputs, &files)?;
     if let Some(board) = &args.board {
         return calibrate_board::run(args, board);
+    }
+    if let Some(dataset) = calibrate_poses::dataset(args)? {
+        return calibrate_poses::run(args, dataset);
+    }
+    if args.target == TargetName::Poses {
+        return Err(Failure::new(
+            "--target poses is for a dataset whose sensor.toml says `kind = \"poses\"`",
+            "write the target's poses as sightings.csv, or leave --target out",
+        ));
     }
     check_sensor(args)?;
     check_seam(args)?;

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use trueline_args::{CalibrateArgs, TargetName};
 use trueline_board::BoardError;
 use trueline_board::moving_scan::{self, BoardOptions};
-use trueline_dataset::{calibration_file, folder, sensor_toml};
+use trueline_dataset::{Guess, calibration_file, folder, sensor_toml};
 use trueline_method::Hold;
 use trueline_method::input::stops::Stops;
 use trueline_report::board_result::{self, BoardReport};
@@ -77,9 +77,26 @@ fn options(
     args: &CalibrateArgs,
     dataset: &Path,
 ) -> Result<(BoardOptions, Option<(String, String)>), Failure> {
+    let (guess, input) = guess(args, dataset)?;
+    let holds_offset = args.fix.contains(&Hold::TimeOffset);
+    let robot_accuracy_m = args.robot_accuracy_mm.map(|mm| mm * 1e-3);
+    Ok((BoardOptions { at_stops: args.at_stops, guess, holds_offset, robot_accuracy_m }, input))
+}
+
+/// Where to start, and the file that says it with its SHA-256: of a target that is estimated with all of the hand-eye transform.
+///
+/// # Errors
+/// A hand-eye transform or a time offset that is held without a value; a file that cannot be used.
+pub(crate) fn guess(
+    args: &CalibrateArgs,
+    dataset: &Path,
+) -> Result<(Option<Guess>, Option<(String, String)>), Failure> {
     if args.fix.contains(&Hold::HandEye) {
         let hint = "hold the time offset alone: --fix time-offset";
-        return Err(Failure::new("--target board finds the hand-eye transform, which is held", hint));
+        return Err(Failure::new(
+            "the hand-eye transform is what a board or a sighted target gives; it cannot be held",
+            hint,
+        ));
     }
     let holds_offset = args.fix.contains(&Hold::TimeOffset);
     let beside = dataset.join("initial.toml");
@@ -92,8 +109,7 @@ fn options(
     let read = file.as_ref().zip(text.as_ref());
     let guess = read.map(|(file, text)| calibration_file::parse_guess(file, text)).transpose()?;
     let input = read.map(|(file, text)| (file.display().to_string(), folder::sha256(text.as_bytes())));
-    let robot_accuracy_m = args.robot_accuracy_mm.map(|mm| mm * 1e-3);
-    Ok((BoardOptions { at_stops: args.at_stops, guess, holds_offset, robot_accuracy_m }, input))
+    Ok((guess, input))
 }
 
 impl From<BoardError> for Failure {

@@ -3,6 +3,7 @@
 pub(crate) mod apply;
 pub(crate) mod calibrate;
 pub(crate) mod calibrate_board;
+pub(crate) mod calibrate_poses;
 #[cfg(feature = "gige")]
 pub(crate) mod camera_sim;
 pub(crate) mod cloud;
@@ -35,5 +36,6 @@ pub(crate) mod simulate_images;
 pub(crate) mod simulate_plates;
 pub(crate) mod simulate_production;
 pub(crate) mod simulate_shop;
+pub(crate) mod simulate_sightings;
 pub(crate) mod stream_sim;
 pub(crate) mod watch;

@@ -1,6 +1,8 @@
 //! `trueline simulate`.
 
-use super::{simulate_boards, simulate_images, simulate_plates, simulate_production, simulate_shop};
+use super::{
+    simulate_boards, simulate_images, simulate_plates, simulate_production, simulate_shop, simulate_sightings,
+};
 use crate::failure::Failure;
 use crate::output;
 use crate::planned_scan::{self, PlannedScan};
@@ -16,6 +18,9 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
     }
     if let Some(shop) = args.shop.shop(args.seed) {
         return simulate_shop::run(args, &shop);
+    }
+    if let Some(scan) = args.sighting_scan() {
+        return simulate_sightings::run(args, &scan);
     }
     if let Some(pieces) = args.production.production {
         return simulate_production::run(&args.production, pieces, args);

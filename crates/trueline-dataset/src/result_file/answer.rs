@@ -12,6 +12,26 @@ pub struct PoseEntry {
     pub rotation_wxyz: Option<[f64; 4]>,
 }
 
+/// A target that was sighted.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct TargetEntry {
+    /// Its place; null where it is not observable.
+    pub translation_mm: [Option<f64>; 3],
+    /// Unit quaternion w, x, y, z with w ≥ 0; null if its attitude is not observable.
+    pub rotation_wxyz: Option<[f64; 4]>,
+    /// One standard deviation of its rotation about each axis of base (left perturbation).
+    pub sigma_rotation_rad: [Option<f64>; 3],
+    /// One standard deviation of its translation along each axis of base.
+    pub sigma_translation_mm: [Option<f64>; 3],
+    /// Noise of a sighting about each axis of the camera: as stated, or estimated.
+    pub sighting_rotation_deg: [f64; 3],
+    /// Noise of a sighting along each axis of the camera.
+    pub sighting_translation_mm: [f64; 3],
+    /// Whether the sightings state it.
+    pub noise_stated: bool,
+}
+
 /// A line in base.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

@@ -12,6 +12,9 @@ pub struct Residuals {
     pub rms_px: Option<f64>,
     /// Root mean square distance from the line in base; null where no feature could be used.
     pub rms_mm: Option<f64>,
+    /// Root mean square angle between sighted and predicted attitude of a target; absent where no target was sighted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rms_deg: Option<f64>,
     /// Features within what noise explains.
     pub inliers: usize,
     /// Features beyond it.

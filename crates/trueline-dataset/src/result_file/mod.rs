@@ -19,7 +19,7 @@ mod time_offset_use;
 
 pub use answer::{
     Covariance, IterationEntry, IterationLine, LineEntry, LinePosition, Observability, PoseEntry, Sigma,
-    UnobservableEntry,
+    TargetEntry, UnobservableEntry,
 };
 pub use checks::{
     AtTorch, Checks, ClockStep, CrossValidation, Disruption, Ellipsoid, LeftOut, Moved, OutlierEntry,
@@ -75,6 +75,9 @@ pub struct ResultFile {
     /// The lines in base.
     #[serde(default)]
     pub lines: Vec<LineEntry>,
+    /// Where the target of pose sightings stands in base, or with `mounted` fixed in the tool; absent where no target was sighted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub base_from_target: Option<TargetEntry>,
     /// The plates in base, where whole stripes were used.
     #[serde(default)]
     pub planes: Vec<PlaneEntry>,

@@ -1,70 +1,44 @@
-//! Time offset, hand-eye transform and board by maximum likelihood, from the board's pose in every picture.
+//! Time offset, hand-eye transform and target by maximum likelihood, from the target's pose in every picture.
+//!
+//! The target is a board, or whatever else a detector or tracker reports the pose of.
 //!
 //! | symbol | code | meaning |
 //! |---|---|---|
-//! | C | `camera_from_board` of a sighting | measured, ± its corners |
-//! | T(t − t_d) | [`ToolState::base_from_tool`] | robot, ± its noise |
-//! | X, B | [`Unknowns`] | `tool_from_camera`, `base_from_board` |
+//! | C | [`Sighting::camera_from_target`] | measured, ± its covariance |
+//! | T(t − t_d) | [`super::robot_path::ToolState::base_from_tool`] | robot, ± its noise |
+//! | X, B | [`Unknowns`] | `tool_from_camera`, `base_from_target` |
 //!
-//! Predicted: P = X⁻¹ T⁻¹ B. The residual is (Log(R_C R_Pᵀ), t_C − t_P), whitened by the noise of corners, robot and stamp
+//! Predicted: P = X⁻¹ T⁻¹ B. The residual is (Log(R_C R_Pᵀ), t_C − t_P), whitened by the noise of sighting, robot and stamp
 //! together. Perturbations are on the left, rotation and translation apart.
 
+use super::pose_sighting::Sighting;
 use super::robot_path::{RobotPath, ToolState};
-use super::sighting::BoardSighting;
+use super::sight_model::{derivative, predicted, robot_derivative, whitening};
+pub use super::unknowns::{Carried, ErrorModel, HAND_EYE, SIZE, TARGET, TIME_OFFSET, Unknowns};
 use crate::error::Error;
 use crate::projection::CAMERA_SIZE;
 use nalgebra::{DMatrix, DVector, Matrix6, SMatrix, SVector, Vector6};
-use trueline_geometry::{Pose, se3, so3};
+use trueline_geometry::{Pose, se3};
 use trueline_lsq::{Information, LeastSquares, NormalEquations, SolveOptions, solve};
 
-/// Number of unknowns: time offset, six of the hand-eye transform, six of the board.
-pub const SIZE: usize = 13;
-/// Index of the time offset.
-pub const TIME_OFFSET: usize = 0;
-/// First index of the hand-eye transform: three of its rotation, three of its translation.
-pub const HAND_EYE: usize = 1;
-/// First index of the board's pose.
-pub const BOARD: usize = 7;
-
-/// Rounds of whitening, fitting and leaving out.
-const ROUNDS: usize = 4;
+/// Rounds of whitening, leaving out and fitting: in each, sightings count whose robot pose is known within so many seconds about the
+/// time offset that it begins with, so that none falls out of the recording while the offset moves.
+pub(crate) const ROUND_MARGINS_S: [f64; 4] = [0.1, 0.05, 0.02, 0.005];
 /// Median of the squared length of six whitened numbers.
 const MEDIAN_SQUARED: f64 = 5.348;
 /// A picture is left out beyond this squared length: by chance one of 300,000.
-const OUTLIER_SQUARED: f64 = 36.0;
+pub(crate) const OUTLIER_SQUARED: f64 = 36.0;
 /// The fewest pictures that leave something over to check.
 pub const FEWEST: usize = 4;
 /// A direction is not seen below this part of the best seen one.
 const SEEN: f64 = 1e-6;
-
-/// What is sought.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Unknowns {
-    /// Image stamp less exposure, s.
-    pub time_offset_s: f64,
-    /// Hand-eye transform.
-    pub tool_from_camera: Pose,
-    /// Where the board stands.
-    pub base_from_board: Pose,
-}
-
-/// Noise of the robot and of the stamps.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ErrorModel {
-    /// Noise of the robot's position, per axis, m.
-    pub position_m: f64,
-    /// Noise of its attitude, per axis, rad.
-    pub rotation_rad: f64,
-    /// Jitter of an image's stamp, s.
-    pub stamp_s: f64,
-}
 
 /// What was found.
 #[derive(Clone, Debug)]
 pub struct BoardFit {
     /// The estimate.
     pub unknowns: Unknowns,
-    /// Covariance from noise, in the order of [`TIME_OFFSET`], [`HAND_EYE`], [`BOARD`]; zero for an offset that is held. Where
+    /// Covariance from noise, in the order of [`TIME_OFFSET`], [`HAND_EYE`], [`TARGET`]; zero for an offset that is held. Where
     /// residuals are larger than the noise explains, it is scaled up to them.
     pub covariance: SMatrix<f64, SIZE, SIZE>,
     /// How the estimate follows the camera's parameters fx … k3, which are held.
@@ -92,10 +66,12 @@ impl BoardFit {
 
 /// The problem, whitened at one estimate.
 #[derive(Clone, Debug)]
-pub struct BoardProblem<'a> {
-    sightings: &'a [BoardSighting],
+pub struct TargetProblem<'a, S> {
+    sightings: &'a [S],
     robot: RobotPath<'a>,
-    used: Vec<bool>,
+    carries: Carried,
+    /// Which sightings count.
+    pub(crate) used: Vec<bool>,
     whitening: Vec<Matrix6<f64>>,
 }
 
@@ -103,21 +79,35 @@ pub struct BoardProblem<'a> {
 ///
 /// # Errors
 /// Too few pictures, or poses that do not fix the hand-eye transform.
-pub fn fit(
-    sightings: &[BoardSighting],
+pub fn fit<S: Sighting>(
+    sightings: &[S],
     robot: RobotPath<'_>,
     noise: &ErrorModel,
     start: Unknowns,
 ) -> Result<BoardFit, Error> {
+    let (state, problem) = converged(sightings, robot, noise, start, &ROUND_MARGINS_S)?;
+    problem.concluded(state)
+}
+
+/// The estimate from a start, and the problem at it with the sightings that count, after a round for each margin, s.
+///
+/// # Errors
+/// Too few sightings.
+pub(crate) fn converged<'a, S: Sighting>(
+    sightings: &'a [S],
+    robot: RobotPath<'a>,
+    noise: &ErrorModel,
+    start: Unknowns,
+    margins_s: &[f64],
+) -> Result<(Unknowns, TargetProblem<'a, S>), Error> {
     let mut state = start;
-    let mut used = vec![true; sightings.len()];
     let mut scale = f64::INFINITY;
-    for round in 0..ROUNDS {
-        let problem = BoardProblem::whitened(sightings, robot, noise, &state).keeping(&used);
-        if round > 0 {
-            (used, scale) = problem.fitting(&state, scale);
-        }
+    let mut used = vec![true; sightings.len()];
+    for &margin_s in margins_s {
+        let problem = TargetProblem::whitened(sightings, robot, noise, &state).within(margin_s, &state);
+        (used, scale) = problem.fitting(&state, scale);
         let problem = problem.keeping(&used);
+        used.clone_from(&problem.used);
         let count = problem.used.iter().filter(|u| **u).count();
         if count < FEWEST {
             return Err(Error::TooFewPictures { found: count, needed: FEWEST });
@@ -125,24 +115,25 @@ pub fn fit(
         let solved = solve(&problem, state, problem.held(), &SolveOptions::default());
         state = solved.map_err(|_| Error::NoPose)?.state;
     }
-    BoardProblem::whitened(sightings, robot, noise, &state).keeping(&used).concluded(state)
+    Ok((state, TargetProblem::whitened(sightings, robot, noise, &state).keeping(&used)))
 }
 
-impl<'a> BoardProblem<'a> {
+impl<'a, S: Sighting> TargetProblem<'a, S> {
+    /// The whitening of a sighting's residual: WᵀW is the inverse of its covariance.
+    pub(crate) fn whitening(&self, k: usize) -> &Matrix6<f64> {
+        &self.whitening[k]
+    }
+
     /// The problem with the noise as it acts at `at`; pictures without a robot pose there do not count.
     #[must_use]
-    pub fn whitened(
-        sightings: &'a [BoardSighting],
-        robot: RobotPath<'a>,
-        noise: &ErrorModel,
-        at: &Unknowns,
-    ) -> Self {
+    pub fn whitened(sightings: &'a [S], robot: RobotPath<'a>, noise: &ErrorModel, at: &Unknowns) -> Self {
         let whitening: Vec<Option<Matrix6<f64>>> = (0..sightings.len())
             .map(|k| whitening(&sightings[k], &robot.at(k, at.time_offset_s)?, noise, at))
             .collect();
         Self {
             sightings,
             robot,
+            carries: noise.carries,
             used: whitening.iter().map(Option::is_some).collect(),
             whitening: whitening.into_iter().map(Option::unwrap_or_default).collect(),
         }
@@ -155,16 +146,29 @@ impl<'a> BoardProblem<'a> {
         self
     }
 
-    fn held(&self) -> &'static [usize] {
+    /// Without the sightings whose robot pose is not known everywhere within a margin, s, of the offset.
+    fn within(mut self, margin_s: f64, at: &Unknowns) -> Self {
+        if self.robot.has_time_offset() {
+            for (k, used) in self.used.iter_mut().enumerate() {
+                let known = |s: f64| self.robot.at(k, at.time_offset_s + s).is_some();
+                *used = *used && known(margin_s) && known(-margin_s);
+            }
+        }
+        self
+    }
+
+    /// Unknowns that are not estimated.
+    pub(crate) fn held(&self) -> &'static [usize] {
         if self.robot.has_time_offset() { &[] } else { &[TIME_OFFSET] }
     }
 
     /// Which pictures fit, and the scale of their squares; the scale only falls from round to round.
-    fn fitting(&self, at: &Unknowns, last_scale: f64) -> (Vec<bool>, f64) {
+    pub(crate) fn fitting(&self, at: &Unknowns, last_scale: f64) -> (Vec<bool>, f64) {
         let squares: Vec<f64> = (0..self.sightings.len())
             .map(|k| self.residual(k, at).map_or(f64::INFINITY, |r| r.norm_squared()))
             .collect();
-        let mut sorted: Vec<f64> = squares.iter().copied().filter(|s| s.is_finite()).collect();
+        let counting = (0..squares.len()).filter(|k| self.used[*k]).map(|k| squares[k]);
+        let mut sorted: Vec<f64> = counting.filter(|s| s.is_finite()).collect();
         sorted.sort_by(f64::total_cmp);
         let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
         let scale = (median / MEDIAN_SQUARED).max(1.0).min(last_scale);
@@ -172,15 +176,16 @@ impl<'a> BoardProblem<'a> {
     }
 
     /// Seen less predicted, rad and m; `None` where the robot's pose is not known.
-    fn difference(&self, k: usize, at: &Unknowns) -> Option<Vector6<f64>> {
+    pub(crate) fn difference(&self, k: usize, at: &Unknowns) -> Option<Vector6<f64>> {
         let tool = self.robot.at(k, at.time_offset_s)?;
         let predicted = predicted(&tool, at);
-        let (turn, shift) = se3::difference_decoupled(&self.sightings[k].camera_from_board, &predicted);
+        let seen = self.sightings[k].camera_from_target();
+        let (turn, shift) = se3::difference_decoupled(seen, &predicted);
         Some(Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z))
     }
 
     /// The same, whitened.
-    fn residual(&self, k: usize, at: &Unknowns) -> Option<Vector6<f64>> {
+    pub(crate) fn residual(&self, k: usize, at: &Unknowns) -> Option<Vector6<f64>> {
         Some(self.whitening[k] * self.difference(k, at)?)
     }
 
@@ -199,7 +204,9 @@ impl<'a> BoardProblem<'a> {
         let mut pull = SMatrix::<f64, SIZE, CAMERA_SIZE>::zeros();
         for k in (0..self.sightings.len()).filter(|k| self.used[*k]) {
             let Some((_, jacobian)) = self.linearized(k, &state) else { continue };
-            pull += jacobian.transpose() * self.whitening[k] * self.sightings[k].d_camera;
+            if let Some(d_camera) = self.sightings[k].d_camera() {
+                pull += jacobian.transpose() * self.whitening[k] * d_camera;
+            }
         }
         let freedom = (6 * self.used.iter().filter(|u| **u).count()) as f64 - information.size() as f64;
         let squares_per_freedom = 2.0 * equations.cost / freedom;
@@ -219,76 +226,53 @@ impl<'a> BoardProblem<'a> {
         })
     }
 
+    /// The tool at the exposure of a picture; `None` where no pose was recorded.
+    pub(super) fn tool(&self, k: usize, time_offset_s: f64) -> Option<ToolState> {
+        self.robot.at(k, time_offset_s)
+    }
+
+    /// How the whitened residual of a picture follows the time offset, with the tool in this state.
+    pub(super) fn whitened_time_derivative(
+        &self,
+        k: usize,
+        tool: &ToolState,
+        at: &Unknowns,
+    ) -> Option<Vector6<f64>> {
+        let seen = self.sightings.get(k)?.camera_from_target();
+        Some(self.whitening[k] * derivative(seen, tool, at).column(TIME_OFFSET))
+    }
+
     /// Whitened residual of a picture and its derivative.
-    fn linearized(&self, k: usize, at: &Unknowns) -> Option<(Vector6<f64>, SMatrix<f64, 6, SIZE>)> {
+    pub(crate) fn linearized(
+        &self,
+        k: usize,
+        at: &Unknowns,
+    ) -> Option<(Vector6<f64>, SMatrix<f64, 6, SIZE>)> {
         let tool = self.robot.at(k, at.time_offset_s)?;
-        let seen = &self.sightings[k].camera_from_board;
+        let seen = self.sightings[k].camera_from_target();
         let jacobian = derivative(seen, &tool, at);
         Some((self.residual(k, at)?, self.whitening[k] * jacobian))
     }
+
+    /// How the estimate with a covariance (in units of the whitening) follows an error of the robot's pose at a sighting; `None` of one
+    /// that does not count.
+    pub(crate) fn d_robot(
+        &self,
+        k: usize,
+        at: &Unknowns,
+        covariance: &SMatrix<f64, SIZE, SIZE>,
+    ) -> Option<SMatrix<f64, SIZE, 6>> {
+        if !self.used[k] {
+            return None;
+        }
+        let tool = self.robot.at(k, at.time_offset_s)?;
+        let (_, jacobian) = self.linearized(k, at)?;
+        let d_robot = robot_derivative(&tool, self.carries, at);
+        Some(covariance * jacobian.transpose() * self.whitening[k] * d_robot)
+    }
 }
 
-/// The board as the camera should see it: P = X⁻¹ T⁻¹ B.
-fn predicted(tool: &ToolState, at: &Unknowns) -> Pose {
-    at.tool_from_camera.inverse() * tool.base_from_tool.inverse() * at.base_from_board
-}
-
-/// d (Log(R_C R_Pᵀ), t_C − t_P) / d unknowns.
-///
-/// What turns the prediction, R_P ← Exp(ε) R_P, changes Log(R_C R_Pᵀ) = δ by −V⁻¹(−δ) ε.
-fn derivative(seen: &Pose, tool: &ToolState, at: &Unknowns) -> SMatrix<f64, 6, SIZE> {
-    let camera_from_tool = at.tool_from_camera.rotation.inverse().to_rotation_matrix().into_inner();
-    let tool_from_base = tool.base_from_tool.rotation.inverse().to_rotation_matrix().into_inner();
-    let camera_from_base = camera_from_tool * tool_from_base;
-    // The board's origin from the tool's, and from the camera's, along the tool's axes.
-    let from_tool =
-        tool_from_base * (at.base_from_board.translation.vector - tool.base_from_tool.translation.vector);
-    let from_camera = from_tool - at.tool_from_camera.translation.vector;
-    let (delta, _) = se3::difference_decoupled(seen, &predicted(tool, at));
-    let turned = -so3::left_jacobian_inverse(&-delta);
-    let mut jacobian = SMatrix::<f64, 6, SIZE>::zeros();
-    // An offset that is larger by dt shows the tool earlier by dt.
-    let rate = camera_from_tool * tool.body_rate;
-    let velocity = camera_from_tool * (tool.body_rate.cross(&from_tool) + tool_from_base * tool.velocity);
-    jacobian.fixed_view_mut::<3, 1>(0, TIME_OFFSET).copy_from(&(turned * rate));
-    jacobian.fixed_view_mut::<3, 1>(3, TIME_OFFSET).copy_from(&-velocity);
-    jacobian.fixed_view_mut::<3, 3>(0, HAND_EYE).copy_from(&(-turned * camera_from_tool));
-    jacobian.fixed_view_mut::<3, 3>(3, HAND_EYE).copy_from(&(-camera_from_tool * so3::hat(&from_camera)));
-    jacobian.fixed_view_mut::<3, 3>(3, HAND_EYE + 3).copy_from(&camera_from_tool);
-    jacobian.fixed_view_mut::<3, 3>(0, BOARD).copy_from(&(turned * camera_from_base));
-    jacobian.fixed_view_mut::<3, 3>(3, BOARD + 3).copy_from(&-camera_from_base);
-    jacobian
-}
-
-/// W with WᵀW the inverse covariance of a residual: corners, robot and stamp err together.
-fn whitening(
-    seen: &BoardSighting,
-    tool: &ToolState,
-    noise: &ErrorModel,
-    at: &Unknowns,
-) -> Option<Matrix6<f64>> {
-    let predicted = predicted(tool, at);
-    let camera_from_tool = at.tool_from_camera.rotation.inverse().to_rotation_matrix().into_inner();
-    // The tool turned about its origin and shifted, in its own axes, moves the board as the camera sees it.
-    let lever = predicted.translation.vector - at.tool_from_camera.inverse().translation.vector;
-    let mut d_robot = Matrix6::zeros();
-    d_robot.fixed_view_mut::<3, 3>(0, 0).copy_from(&camera_from_tool);
-    d_robot.fixed_view_mut::<3, 3>(3, 0).copy_from(&(-so3::hat(&lever) * camera_from_tool));
-    d_robot.fixed_view_mut::<3, 3>(3, 3).copy_from(&camera_from_tool);
-    let (turn, shift) = (noise.rotation_rad.powi(2), noise.position_m.powi(2));
-    let robot = d_robot
-        * Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, shift, shift, shift))
-        * d_robot.transpose();
-    let by_time = derivative(&predicted, tool, at).column(TIME_OFFSET) * noise.stamp_s;
-    let covariance = seen.covariance + robot + by_time * by_time.transpose();
-    // L Lᵀ = covariance: W = L⁻¹. Radians and metres differ by orders: scaled to a unit diagonal first.
-    let scale = covariance.diagonal().map(|v| 1.0 / v.sqrt());
-    let scaled = Matrix6::from_fn(|i, j| covariance[(i, j)] * scale[i] * scale[j]);
-    let inverse = scaled.cholesky()?.l().try_inverse()?;
-    Some(inverse * Matrix6::from_diagonal(&scale))
-}
-
-impl LeastSquares for BoardProblem<'_> {
+impl<S: Sighting> LeastSquares for TargetProblem<'_, S> {
     type State = Unknowns;
 
     fn dimension(&self) -> usize {
@@ -303,7 +287,7 @@ impl LeastSquares for BoardProblem<'_> {
         Unknowns {
             time_offset_s: state.time_offset_s + step[TIME_OFFSET],
             tool_from_camera: moved(&state.tool_from_camera, HAND_EYE),
-            base_from_board: moved(&state.base_from_board, BOARD),
+            base_from_target: moved(&state.base_from_target, TARGET),
         }
     }
 

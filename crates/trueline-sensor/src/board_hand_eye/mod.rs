@@ -6,14 +6,25 @@
 //! ```
 //!
 //! At standstill there is no time offset to be seen. While the robot moves ([`moving`]), all three are estimated together:
-//! a reference for calibrations that know no board.
+//! a reference for calibrations that know no board. Poses that any other detector or tracker reports ([`poses`]) go through the same joint
+//! estimate; of these the noise is estimated where none is stated, and what the motion does not show is named ([`hidden`]).
 
 pub mod closed_form;
+pub mod hidden;
 pub mod joint;
+pub(crate) mod lasting_motion;
 pub mod moving;
+pub(crate) mod noise_of_sightings;
+pub mod pose_sighting;
+pub mod poses;
 pub mod robot_path;
+pub(crate) mod sight_model;
 pub(crate) mod sighting;
+pub(crate) mod start;
+pub mod unknowns;
 
-pub use joint::{BoardFit, ErrorModel, Unknowns};
+pub use joint::{BoardFit, Carried, ErrorModel, Unknowns};
+pub use pose_sighting::{PoseSighting, ReportedPose, Sighting};
+pub use poses::{PoseFit, PoseOptions};
 pub use robot_path::RobotPath;
 pub use sighting::{BoardSighting, Sightings};

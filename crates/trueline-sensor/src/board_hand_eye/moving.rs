@@ -3,28 +3,20 @@
 //! Start: the time offset at which camera and robot turn by the same angles (angles do not depend on how the camera is
 //! mounted), then a closed form for the hand-eye transform. Stops have no time offset, and a guess takes the place of either.
 
-use super::closed_form::{ClosedForm, pairs};
-use super::joint::{self, BoardFit, ErrorModel, FEWEST, Unknowns};
+use super::joint::{self, BoardFit, ErrorModel, FEWEST};
 use super::robot_path::RobotPath;
 use super::sighting::{BoardSighting, symmetries};
+use super::start::{self, Few};
 use crate::board::Board;
 use crate::error::Error;
 use trueline_geometry::{Pose, Trajectory};
 
 /// Time offsets are looked for up to this, s.
 pub(crate) const REACH_S: f64 = 1.0;
-/// In steps of this, s: the angle turned is then off by a hundredth of what is turned in the 0.3 s of a pair.
-const STEP_S: f64 = 0.005;
-/// Turns are compared over this time, s, or to the next picture after it: long enough that the noise of a pose is small beside them.
-const PAIR_S: f64 = 0.3;
-/// Pictures in the closed form: all pairs of them are used.
-const FEW: usize = 40;
 /// Noise of poses that were smoothed over 40 ms is shared by pictures so near to each other, s.
 const SHARED_S: f64 = 0.05;
 /// Pictures before that may be so near.
 const LAGS: usize = 3;
-/// An offset counts if so many of all pairs lie within the robot's recording there.
-const LEAST_PART: f64 = 0.5;
 
 /// Estimates time offset, hand-eye transform and board from sightings of a board that stands still. The stamps (s) are in
 /// the time of the trajectory, rising.
@@ -60,11 +52,15 @@ pub fn calibrate_along(
     let time_offset_s = match (robot, guessed_s) {
         (RobotPath::Stops(_), _) => 0.0,
         (_, Some(guessed_s)) => guessed_s,
-        (_, None) => first_offset_s(&counted, robot.stamps_s(), &robot).ok_or(Error::NoCommonTime)?,
+        (_, None) => {
+            let best = start::offsets_s(&counted, &robot, REACH_S, 1);
+            *best.first().ok_or(Error::NoCommonTime)?
+        }
     };
+    let few = Few::of(&counted, &robot, time_offset_s);
     let start = match guess {
-        Some((_, tool_from_camera)) => with_board(&counted, &robot, time_offset_s, tool_from_camera),
-        None => first_hand_eye(&counted, &robot, time_offset_s),
+        Some((_, tool_from_camera)) => few.with_hand_eye(tool_from_camera),
+        None => few.by_closed_form(),
     };
     let mut fit = joint::fit(&counted, robot, noise, start.ok_or(Error::HandEyeNotFixed)?)?;
     fit.covariance *= correlation(&fit, robot.stamps_s());
@@ -159,62 +155,4 @@ fn counted_alike(
         }
     }
     counted
-}
-
-/// The offset at which the angles that the camera turns by are those of the robot.
-fn first_offset_s(sightings: &[BoardSighting], stamps_s: &[f64], robot: &RobotPath<'_>) -> Option<f64> {
-    let pairs: Vec<(usize, usize, f64)> = (0..sightings.len())
-        .filter_map(|k| {
-            let later = k + stamps_s.get(k..)?.partition_point(|t| *t < stamps_s[k] + PAIR_S);
-            let [a, b] = [sightings.get(k)?, sightings.get(later)?].map(|s| s.camera_from_board.rotation);
-            Some((k, later, a.angle_to(&b)))
-        })
-        .collect();
-    let steps = (REACH_S / STEP_S) as i32;
-    let mean_square = |offset_s: f64| {
-        let (mut sum, mut count) = (0.0, 0_usize);
-        for (from, to, seen) in &pairs {
-            let (Some(a), Some(b)) = (robot.attitude(*from, offset_s), robot.attitude(*to, offset_s)) else {
-                continue;
-            };
-            sum += (a.angle_to(&b) - seen).powi(2);
-            count += 1;
-        }
-        let enough = count > 0 && count as f64 >= LEAST_PART * pairs.len() as f64;
-        enough.then(|| sum / count as f64)
-    };
-    let offsets = (-steps..=steps).map(|k| f64::from(k) * STEP_S);
-    let scored = offsets.filter_map(|offset_s| Some((mean_square(offset_s)?, offset_s)));
-    scored.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, offset_s)| offset_s)
-}
-
-/// Hand-eye and board by a closed form over a few pictures, spread evenly.
-fn first_hand_eye(
-    sightings: &[BoardSighting],
-    robot: &RobotPath<'_>,
-    time_offset_s: f64,
-) -> Option<Unknowns> {
-    let known: Vec<(Pose, Pose)> = sightings
-        .iter()
-        .enumerate()
-        .filter_map(|(k, seen)| Some((robot.at(k, time_offset_s)?.base_from_tool, seen.camera_from_board)))
-        .collect();
-    let stride = known.len().div_ceil(FEW).max(1);
-    let (tools, boards): (Vec<Pose>, Vec<Pose>) = known.into_iter().step_by(stride).unzip();
-    let tool_from_camera = ClosedForm::Park.solve(&pairs(&tools, &boards))?;
-    let base_from_board = tools.first()? * tool_from_camera * boards.first()?;
-    Some(Unknowns { time_offset_s, tool_from_camera, base_from_board })
-}
-
-/// The board where the first picture with a pose of the robot shows it, with a hand-eye transform that is given.
-fn with_board(
-    sightings: &[BoardSighting],
-    robot: &RobotPath<'_>,
-    time_offset_s: f64,
-    tool_from_camera: Pose,
-) -> Option<Unknowns> {
-    let base_from_board = sightings.iter().enumerate().find_map(|(k, seen)| {
-        Some(robot.at(k, time_offset_s)?.base_from_tool * tool_from_camera * seen.camera_from_board)
-    })?;
-    Some(Unknowns { time_offset_s, tool_from_camera, base_from_board })
 }

@@ -35,7 +35,7 @@ pub struct ToolState {
     pub velocity: Vector3<f64>,
 }
 
-impl RobotPath<'_> {
+impl<'p> RobotPath<'p> {
     /// The tool at the exposure of picture `k`, its stamp less the time offset; `None` where no pose was recorded.
     #[must_use]
     pub fn at(&self, k: usize, time_offset_s: f64) -> Option<ToolState> {
@@ -70,6 +70,30 @@ impl RobotPath<'_> {
     #[must_use]
     pub fn has_time_offset(&self) -> bool {
         matches!(self, Self::Moving { .. })
+    }
+
+    /// Poses at the pictures; none while the robot moves.
+    #[must_use]
+    pub fn stops(&self) -> &[Pose] {
+        match self {
+            Self::Stops(poses) => poses,
+            Self::Moving { .. } | Self::MovingAtKnownOffset { .. } => &[],
+        }
+    }
+
+    /// The same path at other pictures: with these stamps, s, or at stops with these poses.
+    #[must_use]
+    pub fn at_others<'a>(&self, stamps_s: &'a [f64], poses: &'a [Pose]) -> RobotPath<'a>
+    where
+        'p: 'a,
+    {
+        match *self {
+            Self::Stops(_) => RobotPath::Stops(poses),
+            Self::Moving { trajectory, .. } => RobotPath::Moving { trajectory, stamps_s },
+            Self::MovingAtKnownOffset { trajectory, .. } => {
+                RobotPath::MovingAtKnownOffset { trajectory, stamps_s }
+            }
+        }
     }
 
     /// Stamps of the pictures, s; none at stops.

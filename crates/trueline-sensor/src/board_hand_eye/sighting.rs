@@ -3,6 +3,7 @@
 //! Corners determine the pose far better than it bends: within a picture the problem is linear to a thousandth of its own
 //! uncertainty, so pose and covariance hold all that the corners say.
 
+use super::pose_sighting::Sighting;
 use crate::board::{Board, FoundCorner, View};
 use crate::bundle::{BoardState, Bundle, BundleState, Picture};
 use crate::laser_plane::striped_view::pose_of;
@@ -26,6 +27,20 @@ pub struct BoardSighting {
     pub squares: f64,
     /// Corners.
     pub corners: usize,
+}
+
+impl Sighting for BoardSighting {
+    fn camera_from_target(&self) -> &Pose {
+        &self.camera_from_board
+    }
+
+    fn covariance(&self) -> &Matrix6<f64> {
+        &self.covariance
+    }
+
+    fn d_camera(&self) -> Option<&SMatrix<f64, 6, CAMERA_SIZE>> {
+        Some(&self.d_camera)
+    }
 }
 
 impl BoardSighting {

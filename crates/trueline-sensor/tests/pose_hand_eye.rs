@@ -1,0 +1,133 @@
+//! Time offset, hand-eye transform and target from poses that somebody else's detector reports.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+mod sighted;
+
+use sighted::{calibrated, off, sigma_of};
+use trueline_dataset::sensor_setup::Mounted;
+use trueline_sensor::Error;
+use trueline_sensor::board_hand_eye::PoseFit;
+use trueline_sensor::board_hand_eye::poses::PoseOptions;
+use trueline_sim::{PoseMotion, SightingNoise, SightingScan};
+
+/// Errors of time offset and hand-eye within four of their standard deviations: seven of them beyond are one run in 2,300.
+fn assert_within(fit: &PoseFit, scan: &SightingScan, what: &str) {
+    let off = off(fit, &scan.cast().truth);
+    for k in usize::from(scan.at_stops)..7 {
+        let sigma = sigma_of(fit, k);
+        assert!(off[k].abs() < 4.0 * sigma, "{what}, component {k}: {} ± {sigma}", off[k]);
+    }
+}
+
+#[test]
+fn exact_sightings_give_the_truth_on_the_tool_and_beside_the_robot_moving_and_at_stops() {
+    for mounted in [Mounted::Tool, Mounted::Fixed] {
+        for scan in [SightingScan::usual(3), SightingScan::at_stops(3)] {
+            let scan = SightingScan {
+                mounted,
+                noise: SightingNoise::NONE,
+                robot_noise: [0.0; 2],
+                time_offset_s: if scan.at_stops { 0.0 } else { -0.731 },
+                ..scan
+            };
+            let fit = calibrated(&scan, &PoseOptions::default()).unwrap();
+            let off = off(&fit, &scan.cast().truth);
+            // The path is straight between samples 4 ms apart: 10 rad/s² (0.5 m of arm: 5 m/s²) bend it by a T²/8 = 10 µm at most.
+            assert!(off[0].abs() < 1e-5, "{mounted:?}: {off}");
+            assert!(off.fixed_rows::<6>(1).norm() < 3e-5, "{mounted:?} {}: {off}", scan.at_stops);
+            assert!(fit.hidden.is_empty() && fit.used.iter().all(|used| *used), "{:?}", fit.hidden);
+        }
+    }
+}
+
+#[test]
+fn noise_that_nobody_states_is_estimated_across_the_view_and_along_it() {
+    let scan = SightingScan { robot_noise: [2e-6, 2e-6], ..SightingScan::usual(5) };
+    let fit = calibrated(&scan, &PoseOptions::default()).unwrap();
+    assert_within(&fit, &scan, "noise");
+    // 300 numbers of the smallest group: a spread of 1/√600 = 4 %.
+    let SightingNoise { shift_m, turn_rad } = SightingNoise::MARKER;
+    let expected = [turn_rad[0], turn_rad[0], turn_rad[1], shift_m[0], shift_m[0], shift_m[1]];
+    for (found, expected) in fit.sigma.iter().zip(expected) {
+        assert!((found / expected - 1.0).abs() < 0.16, "{} {expected}", fit.sigma);
+    }
+    assert!((fit.squares_per_freedom - 1.0).abs() < 0.02, "{}", fit.squares_per_freedom);
+}
+
+#[test]
+fn three_of_ten_wrong_sightings_and_an_offset_of_a_second_are_no_trouble() {
+    for (seed, time_offset_s) in [(7, -1.0), (8, 0.98), (9, 0.0)] {
+        let scan = SightingScan { outliers: 0.3, time_offset_s, ..SightingScan::usual(seed) };
+        let fit = calibrated(&scan, &PoseOptions::default()).unwrap();
+        assert_within(&fit, &scan, "outliers");
+        let cast = scan.cast();
+        // Wrong ones are off by up to 86° and 300 mm; by chance one of a thousand hides in the noise.
+        let mistaken = fit.used.iter().zip(&cast.wrong).filter(|(used, wrong)| **used == **wrong).count();
+        assert!(mistaken <= 1, "{mistaken} of {}", cast.wrong.len());
+        assert!(fit.runner_up.is_none_or(|other| other.is_decided()), "{:?}", fit.runner_up);
+    }
+}
+
+#[test]
+fn residuals_that_are_larger_than_stated_widen_the_covariance() {
+    let stated = SightingScan {
+        noise: SightingNoise::even(0.3e-3, 2e-3),
+        states_noise: true,
+        ..SightingScan::usual(11)
+    };
+    let honest = calibrated(&stated, &PoseOptions::default()).unwrap();
+    assert!((0.9..1.1).contains(&honest.squares_per_freedom), "{}", honest.squares_per_freedom);
+    assert_within(&honest, &stated, "stated");
+    let mut cast = stated.cast();
+    for sighting in &mut cast.sightings {
+        sighting.sigma = sighting.sigma.map(|sigma| sigma.map(|s| s / 3.0));
+    }
+    let widened = sighted::calibrated_cast(&cast, &PoseOptions::default()).unwrap();
+    // Robot noise is a hundredth of this one; lasting residuals are looked for in both.
+    let ratio = sigma_of(&widened, 4) / sigma_of(&honest, 4);
+    assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
+    assert!((widened.squares_per_freedom / 9.0 - 1.0).abs() < 0.15, "{}", widened.squares_per_freedom);
+}
+
+#[test]
+fn what_a_motion_does_not_show_is_named_by_its_direction() {
+    let one_axis = SightingScan { motion: PoseMotion::OneAxis, ..SightingScan::usual(13) };
+    let fit = calibrated(&one_axis, &PoseOptions::default()).unwrap();
+    // The camera turns about its z: along that, in the tool's axes, its place is not shown. All else is.
+    let axis = one_axis.cast().truth.parameters.tool_from_camera.rotation * nalgebra::Vector3::z();
+    assert!(!fit.hidden.time_offset && fit.hidden.rotation.is_empty(), "{:?}", fit.hidden);
+    let [hidden] = fit.hidden.translation[..] else { panic!("{:?}", fit.hidden) };
+    // 0.02 rad: the direction is as good as the rotation, 2.5 mrad / √300, and the ridge is not quite straight.
+    assert!(hidden.dot(&axis).abs() > 1.0 - 1e-3, "{hidden} {axis}");
+    assert_eq!((fit.hidden.rank, fit.hidden.size), (12, 13));
+    let off = off(&fit, &one_axis.cast().truth);
+    let across = off.fixed_rows::<3>(4) - axis * axis.dot(&off.fixed_rows::<3>(4));
+    assert!(off.fixed_rows::<3>(1).norm() < 3e-3 && across.norm() < 2e-3, "{off}");
+
+    let shifts = SightingScan { motion: PoseMotion::Shifts, ..SightingScan::usual(14) };
+    let fit = calibrated(&shifts, &PoseOptions::default()).unwrap();
+    assert_eq!(fit.hidden.translation.len(), 3, "{:?}", fit.hidden);
+    assert!(fit.hidden.rotation.is_empty(), "{:?}", fit.hidden);
+
+    let even = SightingScan { motion: PoseMotion::Even, ..SightingScan::usual(15) };
+    let fit = calibrated(&even, &PoseOptions::default()).unwrap();
+    assert!(fit.hidden.time_offset, "{:?}", fit.hidden);
+}
+
+#[test]
+fn too_few_sightings_and_streams_without_common_time_are_refused() {
+    let few = SightingScan { count: 3, ..SightingScan::usual(17) };
+    let error = calibrated(&few, &PoseOptions::default()).unwrap_err();
+    assert_eq!(error, Error::TooFewSightings { found: 3, needed: 4 });
+    let apart = SightingScan { time_offset_s: 100.0, ..SightingScan::usual(18) };
+    assert_eq!(calibrated(&apart, &PoseOptions::default()).unwrap_err(), Error::NoCommonTime);
+    // Sightings of another recording.
+    let mut cast = SightingScan::usual(19).cast();
+    cast.sightings = SightingScan::usual(20).cast().sightings;
+    let other = sighted::calibrated_cast(&cast, &PoseOptions::default());
+    // Whatever fits best leaves most of them out, or residuals of the size of the motion.
+    if let Ok(fit) = other {
+        let used = fit.used.iter().filter(|used| **used).count();
+        assert!(fit.rms_m > 5e-3 || 2 * used < fit.used.len(), "{} {used}", fit.rms_m);
+    }
+}

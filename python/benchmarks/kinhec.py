@@ -1,0 +1,190 @@
+#!/usr/bin/env python3
+"""The public hand-eye benchmark KinHEC: its sequences through `trueline calibrate`, beside its own solvers.
+
+    pip install kinhec
+    python kinhec.py --program ../../target/release/trueline --tier smoke --data /tmp/kinhec-smoke
+
+Each sequence becomes a dataset of pose sightings without a guess: rows that the benchmark pairs itself (synchronous ones) are stops, the
+others two streams whose time offset is unknown. Printed are a table for each track with the medians of the errors of X, as the
+benchmark defines them, and what its solvers do not have: the part that is accepted, the normalised squared error (NEES, 1 is honest) and
+the part of the 95 % intervals that hold the truth. Sequences with an unknown scale have no answer here; they are counted.
+"""
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+# The module has this file's own name: its folder must not come first.
+sys.path = [entry for entry in sys.path if Path(entry or ".").resolve() != Path(__file__).resolve().parent]
+
+import numpy as np  # noqa: E402
+import pandas as pd  # noqa: E402
+from kinhec import se3  # noqa: E402
+from kinhec.benchmark import SOLVERS, evaluate_sequence  # noqa: E402
+from kinhec.io import iter_sequences, load_manifest  # noqa: E402
+from kinhec.metrics import calibration_errors  # noqa: E402
+
+OURS = "trueline"
+MM_PER_M = 1e3
+HALF_95 = 1.96
+POSE_COLUMNS = "x_mm,y_mm,z_mm,qw,qx,qy,qz"
+
+
+def rows(keys: list[str], poses: np.ndarray) -> str:
+    """One row for each pose: its key, place in mm and quaternion."""
+    numbers = se3.pose_to_pq(poses)
+    numbers[:, :3] *= MM_PER_M
+    return "".join(f"{key},{','.join(f'{x:.12g}' for x in row)}\n" for key, row in zip(keys, numbers))
+
+
+def stamps(times: np.ndarray) -> list[str]:
+    return [f"{t:.9f}" for t in times]
+
+
+def write_dataset(sequence, folder: Path) -> None:
+    """The sequence as a dataset folder. A camera beside the robot sees a target that the robot carries."""
+    mounted = "" if sequence.eye_in_hand else 'mounted = "fixed"\n'
+    (folder / "sensor.toml").write_text(f'kind = "poses"\n{mounted}')
+    seen = sequence.camera.has_measurement
+    sighted = sequence.camera.T_cam_target_meas[seen]
+    if sequence.synchronous:
+        names = [str(k + 1) for k in range(len(sighted))]
+        poses = sequence.robot.T_base_ee_meas[seen]
+        (folder / "poses.csv").write_text(f"stop,{POSE_COLUMNS}\n" + rows(names, poses))
+        (folder / "sightings.csv").write_text(f"stop,{POSE_COLUMNS}\n" + rows(names, sighted))
+        return
+    robot, camera = sequence.robot, sequence.camera
+    (folder / "robot.csv").write_text(f"time_s,{POSE_COLUMNS}\n" + rows(stamps(robot.t), robot.T_base_ee_meas))
+    (folder / "sightings.csv").write_text(f"time_s,{POSE_COLUMNS}\n" + rows(stamps(camera.t[seen]), sighted))
+
+
+def transform(entry: dict) -> np.ndarray | None:
+    """A pose of the result in m; None where a part of it could not be determined."""
+    place, rotation = entry["translation_mm"], entry["rotation_wxyz"]
+    if rotation is None or any(x is None for x in place):
+        return None
+    return se3.pq_to_pose(np.array([*(x / MM_PER_M for x in place), *rotation]))
+
+
+def honesty(result: dict, truth: np.ndarray, offset_s: float) -> dict:
+    """Squared error of time offset and carrier's transform by their covariance, and how many intervals hold the truth."""
+    found = transform(result["tool_from_camera"])
+    names = result["covariance"]["order"]
+    if found is None or not names:
+        return {}
+    turn = se3.matrix_to_rotvec(found[:3, :3] @ truth[:3, :3].T)
+    shift_mm = (found[:3, 3] - truth[:3, 3]) * MM_PER_M
+    late_s = 0.0 if result["time_offset_s"] is None else result["time_offset_s"] - offset_s
+    error = np.array([late_s, *turn, *shift_mm])
+    matrix = result["covariance"]["matrix"]
+    known = [k for k in range(len(names)) if matrix[k][k] is not None]
+    covariance = np.array([[matrix[i][j] for j in known] for i in known], dtype=float)
+    error = error[known]
+    inside = np.abs(error) < HALF_95 * np.sqrt(np.diag(covariance))
+    return {"nees": float(error @ np.linalg.solve(covariance, error)) / len(known), "inside": float(inside.mean())}
+
+
+def run(program: str, sequence) -> dict:
+    """One sequence through the program: errors as the benchmark has them, and what the program says of itself."""
+    row = {"sequence_id": sequence.id, "track": sequence.manifest["track"], "solver": OURS, "ok": False, "accepted": False}
+    row["eval_sync"] = "oracle" if sequence.synchronous else "estimated"
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place) / "sequence"
+        folder.mkdir()
+        write_dataset(sequence, folder)
+        command = [program, "calibrate", str(folder), "--robot-accuracy-mm", "0", "--json", "-", "--quiet"]
+        began = time.perf_counter()
+        done = subprocess.run(command, capture_output=True, text=True)
+        row["runtime_ms"] = 1e3 * (time.perf_counter() - began)
+    if done.returncode not in (0, 1):
+        return row | {"why": done.stderr.strip().splitlines()[0] if done.stderr else "no answer"}
+    result = json.loads(done.stdout)
+    carrier, target = transform(result["tool_from_camera"]), transform(result["base_from_target"])
+    row["accepted"] = done.returncode == 0
+    row["why"] = ", ".join(reason["code"] for reason in result["reasons"])
+    if result["time_offset_s"] is not None and not sequence.synchronous:
+        row["time_offset_err_ms"] = 1e3 * abs(result["time_offset_s"] - sequence.time_offset)
+    found, other = (carrier, target) if sequence.eye_in_hand else (target, carrier)
+    if found is not None:
+        errors = calibration_errors(found, sequence.X, other, sequence.Y if other is not None else None)
+        row |= errors | {"ok": True}
+    truth = sequence.X if sequence.eye_in_hand else sequence.Y
+    return row | honesty(result, truth, sequence.time_offset)
+
+
+def theirs(sequence) -> list[dict]:
+    """The benchmark's solvers, with the offset that it estimates where there is one."""
+    mode = "oracle" if sequence.synchronous else "estimated"
+    return evaluate_sequence(sequence, list(SOLVERS), sync=mode, rng=np.random.default_rng(0))
+
+
+def number(value: float, digits: int) -> str:
+    return "–" if value is None or not np.isfinite(value) else f"{value:.{digits}f}"
+
+
+def median(group: pd.DataFrame, column: str) -> float:
+    return group[column].median() if column in group and group[column].notna().any() else float("nan")
+
+
+def table(results: pd.DataFrame) -> str:
+    """A section for each track: its solvers by their median translation error. Only sequences that the program answers count for the
+    second pair of columns, so that refusing hard ones wins nothing."""
+    lines = []
+    for track, of_track in results.groupby("track"):
+        ours = of_track[of_track.solver == OURS]
+        answered = set(ours[ours.ok].sequence_id)
+        lines += [f"## {track}: {len(ours)} sequences", ""]
+        lines += ["| solver | answers | rotation ° | translation mm | the same where trueline answers | offset ms | ms |"]
+        lines += ["|---|---|---|---|---|---|---|"]
+        solvers = [(median(group[group.ok], "X_trans_err_mm"), name, group) for name, group in of_track.groupby("solver")]
+        for shift_mm, name, group in sorted(solvers, key=lambda entry: (not np.isfinite(entry[0]), entry[0])):
+            ok = group[group.ok]
+            same = ok[ok.sequence_id.isin(answered)]
+            both = f"{number(median(same, 'X_rot_err_deg'), 4)} / {number(median(same, 'X_trans_err_mm'), 3)}"
+            late = number(median(group, "time_offset_err_ms"), 3)
+            shown = f"**{name}**" if name == OURS else name
+            turn_deg = number(median(ok, "X_rot_err_deg"), 4)
+            run_ms = number(median(group, "runtime_ms"), 1)
+            lines += [f"| {shown} | {len(ok)}/{len(group)} | {turn_deg} | {number(shift_mm, 3)} | {both} | {late} | {run_ms} |"]
+        taken = ours[ours.accepted]
+        if "nees" in ours:
+            lines += ["", f"accepted {len(taken)}/{len(ours)}; of all answers NEES mean {number(ours.nees.mean(), 2)}, median "
+                      f"{number(ours.nees.median(), 2)}; 95 % intervals hold {number(100 * ours.inside.mean(), 1)} %"]
+        refused = ours[~ours.accepted].why.value_counts() if "why" in ours else []
+        lines += ["refused: " + "; ".join(f"{count} × {why}" for why, count in refused.items())] if len(refused) else []
+        lines += [""]
+    return "\n".join(lines)
+
+
+def main() -> None:
+    words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    words.add_argument("--program", default="trueline", help="the program [default: trueline]")
+    words.add_argument("--data", type=Path, required=True, help="folder of the benchmark's data; made if it is not there")
+    words.add_argument("--tier", default="smoke", choices=["smoke", "small", "medium"], help="what is made [default: smoke]")
+    words.add_argument("--tracks", nargs="*", help="these tracks alone")
+    words.add_argument("--most", type=int, help="so many sequences of each track at most")
+    words.add_argument("--workers", type=int, default=2)
+    words.add_argument("--out", type=Path, help="write every row here as CSV")
+    args = words.parse_args()
+    if not args.data.exists():
+        subprocess.run([sys.executable, "-m", "kinhec", "generate", "--tier", args.tier, "--out", str(args.data.resolve())], check=True, cwd=tempfile.gettempdir())
+    manifest = load_manifest(args.data, args.tracks)
+    if args.most:
+        manifest = manifest.groupby("track").head(args.most)
+    sequences = list(iter_sequences(args.data, manifest))
+    with ThreadPoolExecutor(args.workers) as pool:
+        ours = list(pool.map(lambda sequence: run(args.program, sequence), sequences))
+    others = [row for sequence in sequences for row in theirs(sequence)]
+    results = pd.DataFrame(ours + others)
+    if args.out:
+        results.to_csv(args.out, index=False)
+    print(table(results))
+
+
+if __name__ == "__main__":
+    main()
