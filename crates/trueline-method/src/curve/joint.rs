@@ -30,15 +30,15 @@ const MOST_READINGS: usize = 700;
 /// An open curve goes on beyond its readings by this part of a knot.
 const BEYOND: f64 = 0.25;
 /// Directions of which the first curve says less than this part of what counts as seen are held meanwhile.
-const HELD_MEANWHILE: f64 = 0.2;
+const HELD_MEANWHILE: f64 = 0.6;
 
 /// A curve that fits a scan roughly.
 #[derive(Clone, Debug)]
 pub(crate) struct Rough {
     /// The fit.
     pub fitted: Fitted,
-    /// Length of the curve before the fit, m.
-    pub first_length_m: f64,
+    /// Where it began: the curve by the windows' answer.
+    pub first: State,
     /// Part of the readings that it explains to within half a millimetre.
     pub within: f64,
 }
@@ -96,12 +96,11 @@ pub(crate) fn first_curve(readings: &Readings, at: &Guess) -> Option<State> {
     Some(State { at: *at, spline, u_m })
 }
 
-/// The joint fit from an answer of the windows; `None` where there is no curve, or it is hopeless.
+/// The joint fit from an answer of the windows, with the hand-eye transform as it is known, if somebody says so; `None` where there is no curve, or it is hopeless.
 #[must_use]
-pub(crate) fn rough(readings: &Readings, at: &Guess) -> Option<Rough> {
+pub(crate) fn rough(readings: &Readings, at: &Guess, stated: Option<&Known>) -> Option<Rough> {
     let first = first_curve(readings, at)?;
-    let first_length_m = first.spline.length_m();
-    let mut known = Known::of_any_sensor(at);
+    let mut known = stated.cloned().unwrap_or_else(|| Known::of_any_sensor(at));
     let mut state = reknotted(&first, spacing_for(&first.spline, STAGES[0].0 * SEARCH_KNOTS_M), None)?;
     let mut last = None;
     for (stage, (knots, scale_m)) in STAGES.iter().enumerate() {
@@ -111,7 +110,7 @@ pub(crate) fn rough(readings: &Readings, at: &Guess) -> Option<Rough> {
         }
         let s3_m = loosest_m(state.spline.spacing_m);
         let weighing = Weighing::Rough { scale_m: *scale_m };
-        if stage == 0 {
+        if stage == 0 && stated.is_none() {
             hold_unseen(readings, &state, &mut known);
         }
         let terms = Terms { readings, weighing, s3_m, known: &known, steps: STAGE_STEPS };
@@ -124,7 +123,7 @@ pub(crate) fn rough(readings: &Readings, at: &Guess) -> Option<Rough> {
     }
     let fitted = last?;
     let within = fitted.share_within(GOOD.1);
-    Some(Rough { fitted, first_length_m, within })
+    Some(Rough { fitted, first, within })
 }
 
 /// Holds directions that a curve does not show at all: it would shrink along them.

@@ -79,7 +79,7 @@ impl Search<'_> {
     ) -> Option<Rough> {
         let mut best = before;
         for some in candidates.chunks(self.threads.max(1)) {
-            let found = parallel::map(self.threads, some.len(), |k| rough(readings, &some[k].at));
+            let found = parallel::map(self.threads, some.len(), |k| rough(readings, &some[k].at, None));
             for answer in found.into_iter().flatten() {
                 let is_better = best.as_ref().is_none_or(|best| answer.within > best.within);
                 if is_better && !best.as_ref().is_some_and(Rough::is_good) {
@@ -173,7 +173,7 @@ pub(crate) fn finish(
         }
         fitted = Some(found);
     }
-    stiffened(readings, fitted?, factor, &known, from.first_length_m)
+    stiffened(readings, fitted?, factor, &known, from.first.spline.length_m())
 }
 
 fn first_factor(readings: &Readings, state: &State) -> f64 {

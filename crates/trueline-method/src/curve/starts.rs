@@ -78,13 +78,24 @@ pub(crate) fn everywhere(within_s: f64, set: usize) -> Vec<Guess> {
 /// The best different answers to which starts lead, the best first.
 #[must_use]
 pub(crate) fn sifted(readings: &Readings, starts: &[Guess], window_s: f64, threads: usize) -> Vec<Candidate> {
+    sifted_by(readings, starts, window_s, (false, threads))
+}
+
+/// The same; the hand-eye transform of the starts may be held.
+#[must_use]
+pub(crate) fn sifted_by(
+    readings: &Readings,
+    starts: &[Guess],
+    window_s: f64,
+    (only_time, threads): (bool, usize),
+) -> Vec<Candidate> {
     let [thin, dense] = [RATE_HZ, LAST_RATE_HZ].map(|rate_hz| Windows::of(readings, window_s, rate_hz));
     if thin.is_empty() || dense.is_empty() {
         return Vec::new();
     }
     let follow = |windows: &Windows, starts: &[Guess], scales_m: &[f64], first: usize| {
         let mut found = parallel::filter_map(threads, starts, |start| {
-            let (at, cost) = windows.followed(readings, start, scales_m, first)?;
+            let (at, cost) = windows.followed(readings, start, scales_m, (first, only_time))?;
             cost.is_finite().then_some(Candidate { at, cost })
         });
         found.sort_by(|a, b| a.cost.total_cmp(&b.cost));

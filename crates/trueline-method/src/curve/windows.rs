@@ -62,18 +62,20 @@ impl Windows {
     }
 
     /// Where some steps lead with these scales of the loss, m; from the third on the points give the direction. With the mean loss at the last
-    /// scale at its end, 0 to 1; `None` where no window can be placed.
+    /// scale at its end, 0 to 1; `None` where no window can be placed. `first` is how many steps there were before; the hand-eye transform
+    /// may be held.
     #[must_use]
     pub(crate) fn followed(
         &self,
         readings: &Readings,
         from: &Guess,
         scales_m: &[f64],
-        first: usize,
+        (first, only_time): (usize, bool),
     ) -> Option<(Guess, f64)> {
         let mut at = *from;
         for (k, scale_m) in scales_m.iter().enumerate() {
             let sums = self.sums(readings, &at, *scale_m, first + k >= 2);
+            let sums = if only_time { sums.of_time() } else { sums };
             at = moved(&at, &sums.step(&at)?);
         }
         let last_m = *scales_m.last()?;
@@ -162,6 +164,14 @@ impl Sums {
             self.hessian -= cross.tr_mul(&(inverse * cross)) * scale_m.powi(2);
         }
         parabola.explained
+    }
+
+    /// The same with the hand-eye transform held.
+    fn of_time(mut self) -> Self {
+        for k in 1..SHARED {
+            (self.gradient[k], self.hessian[(k, k)]) = (0.0, f64::MAX.sqrt());
+        }
+        self
     }
 
     /// The step to where the equations are solved, as long as it may be.
