@@ -12,6 +12,8 @@ use crate::curve::robot;
 use crate::curve::sight::step_between;
 use crate::curve::solve::{Finished, Search, finish};
 use crate::curve::starts::{Candidate, offsets_s, sifted_by};
+use crate::hypotheses::choice::KnownOfCell;
+use crate::problem::parameters::Parameters;
 use nalgebra::{DMatrix, SMatrix, Vector3};
 use trueline_dataset::Guess;
 
@@ -64,6 +66,8 @@ pub(crate) struct Asked<'a> {
     pub search: Search<'a>,
     /// How far the robot is off.
     pub robot: RobotSigmas,
+    /// What is known of the cell.
+    pub known: &'a KnownOfCell,
 }
 
 /// The answer.
@@ -106,7 +110,7 @@ impl Asked<'_> {
             return self.of_time_alone(guess, &course);
         }
         let rivals = find(&searched, &best, self.search.within_s, self.search.threads);
-        let (best, rivals) = match better(&rivals) {
+        let (best, rivals) = match better(&rivals).or_else(|| self.stated(&best, &rivals)) {
             None => (best, rivals),
             Some(other) => {
                 let best = other.rough.clone();
@@ -117,6 +121,18 @@ impl Asked<'_> {
         let fine = finish(readings, &best, 0.0, None)?;
         let (finished, is_near_weave) = self.coarser(fine, &best, &course, None)?;
         Some(self.concluded(finished, rivals, &course, (is_near_weave, None)))
+    }
+
+    /// The rival that agrees with what is known of the cell, where the best does not.
+    fn stated<'r>(&self, best: &Rough, rivals: &'r [Rival]) -> Option<&'r Rival> {
+        let allows = |rough: &Rough| {
+            self.known.allows(&Parameters::straight(&rough.fitted.state.at, Vec::new()))
+        };
+        let is_open = |rival: &&Rival| rival.is_named() && !rival.test.decided();
+        if self.known.is_empty() || allows(best) {
+            return None;
+        }
+        rivals.iter().filter(is_open).find(|rival| allows(&rival.rough))
     }
 
     /// The time offset alone, with the hand-eye transform held where a guess has it.
@@ -134,7 +150,8 @@ impl Asked<'_> {
         };
         let best = candidates.iter().find_map(fit)?;
         let rivals = compared(&searched, &best, &candidates, Some(&known), self.search.threads);
-        let best = better(&rivals).map_or(best, |other| other.rough.clone());
+        let other = better(&rivals).or_else(|| self.stated(&best, &rivals));
+        let best = other.map_or_else(|| best.clone(), |other| other.rough.clone());
         let rivals = compared(&searched, &best, &candidates, Some(&known), self.search.threads);
         let fine = finish(readings, &best, 0.0, Some(&known))?;
         let (finished, is_near_weave) = self.coarser(fine, &best, course, Some(&known))?;
@@ -149,7 +166,7 @@ impl Asked<'_> {
         course: &Course,
         stated: Option<&Known>,
     ) -> Option<(Finished, bool)> {
-        let least_m = course.least_knots_m();
+        let least_m = course.least_knots_m(fine.fitted.state.spline.length_m());
         if fine.fitted.state.spline.spacing_m >= least_m {
             return Some((fine, false));
         }
@@ -293,7 +310,7 @@ fn estimate(
         points_m,
         sigma_m,
         is_one_pass: course.is_one_pass,
-        weave_m: course.weave_m,
+        weave_m: course.weave_m(length_m),
         is_near_weave,
         collapsed_from_m: (!is_kept).then_some(finished.first_length_m),
         log_evidence: finished.evidence,

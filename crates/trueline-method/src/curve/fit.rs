@@ -43,7 +43,7 @@ const ROUGH_NOISE_M: f64 = 0.05e-3;
 /// A step is at most this far in t_d (s), φ (rad) and t (m).
 const MOST_STEP: [f64; 3] = [0.05, 0.2, 0.05];
 /// The fit has converged where a step gains less than this part of the cost.
-const CONVERGED: f64 = 1e-7;
+pub(crate) const CONVERGED: f64 = 1e-7;
 
 /// What is minimised.
 pub(crate) struct Terms<'a> {

@@ -8,7 +8,7 @@
 //! third differences whose size restricted maximum likelihood picks. A curve shows less than it seems to: rank and ± are those
 //! of [`seen`], never those of the posterior.
 
-pub(crate) mod answer;
+pub mod answer;
 pub(crate) mod arrow;
 pub(crate) mod equations;
 pub(crate) mod fit;

@@ -27,22 +27,31 @@ const KNOTS_PER_WEAVE: f64 = 0.7;
 pub(crate) struct Course {
     /// Whether no place is seen twice.
     pub is_one_pass: bool,
-    /// How far the sensor goes in one period of its weave, m; `None` where it does not weave.
-    pub weave_m: Option<f64>,
+    /// How often the sensor weaves, Hz; `None` where it does not.
+    pub weave_hz: Option<f64>,
+    /// How long the scan lasts, s.
+    pub lasts_s: f64,
 }
 
 impl Course {
     /// Of a scan at a state.
     #[must_use]
     pub(crate) fn of(readings: &Readings, state: &State) -> Self {
-        let weave_m = weave_hz(readings).map(|hz| speed_m_s(readings, state) / hz);
-        Self { is_one_pass: twice(readings, state) < LEAST_TWICE, weave_m }
+        let is_one_pass = twice(readings, state) < LEAST_TWICE;
+        Self { is_one_pass, weave_hz: weave_hz(readings), lasts_s: readings.lasts_s() }
     }
 
-    /// Knots that do not follow the weave, m; 0 where that does not matter.
+    /// How far the sensor goes in one period of its weave over a curve of a length, m; `None` where it does not weave in a single pass.
     #[must_use]
-    pub(crate) fn least_knots_m(&self) -> f64 {
-        self.weave_m.filter(|_| self.is_one_pass).map_or(0.0, |weave_m| KNOTS_PER_WEAVE * weave_m)
+    pub(crate) fn weave_m(&self, length_m: f64) -> Option<f64> {
+        let is_single = self.is_one_pass && self.lasts_s > 0.0;
+        is_single.then_some(length_m / self.lasts_s / self.weave_hz?)
+    }
+
+    /// Knots that do not follow the weave over a curve of a length, m; 0 where that does not matter.
+    #[must_use]
+    pub(crate) fn least_knots_m(&self, length_m: f64) -> f64 {
+        self.weave_m(length_m).map_or(0.0, |weave_m| KNOTS_PER_WEAVE * weave_m)
     }
 }
 
@@ -59,24 +68,6 @@ fn twice(readings: &Readings, state: &State) -> f64 {
     }
     let seen = last_s.iter().filter(|last| last.is_some()).count().max(1);
     again.iter().filter(|again| **again).count() as f64 / seen as f64
-}
-
-/// Median speed along the curve, m/s, over stretches longer than a weave.
-fn speed_m_s(readings: &Readings, state: &State) -> f64 {
-    const STRETCH_S: f64 = 1.0;
-    let list = &readings.list;
-    let mut speeds = Vec::new();
-    let mut from = 0;
-    for to in 0..list.len() {
-        let lasts_s = list[to].stamp_s - list[from].stamp_s;
-        if lasts_s >= STRETCH_S {
-            let way_m = (state.u_m[to] - state.u_m[from]).abs();
-            let around_m = if state.spline.closed { state.spline.span_m() - way_m } else { way_m };
-            speeds.push(way_m.min(around_m) / lasts_s);
-            from = to;
-        }
-    }
-    median(speeds.into_iter()).unwrap_or(0.0)
 }
 
 /// Frequency of the weave, Hz; `None` where the seam does not sway in the sheet.

@@ -225,7 +225,7 @@ impl Spline {
 pub(crate) const THIRD: [f64; 4] = [-1.0, 3.0, -3.0, 1.0];
 
 /// Two unit normals of a direction; those of the neighbour are turned into them, so that they change slowly along a curve.
-fn square_to(direction: &Vector3<f64>, neighbour: Option<&[Vector3<f64>; 2]>) -> [Vector3<f64>; 2] {
+pub(crate) fn square_to(direction: &Vector3<f64>, neighbour: Option<&[Vector3<f64>; 2]>) -> [Vector3<f64>; 2] {
     /// Control points nearer than this have no direction of their own, m.
     const LEAST_M: f64 = 1e-12;
     let tangent = direction.try_normalize(LEAST_M).unwrap_or_else(Vector3::x);

@@ -1,6 +1,7 @@
 //! A record of each model of a scan that was fitted, and of why it is the answer or not.
 
 use crate::assess::systematic::SystematicLevels;
+use crate::config::Target;
 use crate::hypotheses::clock_drift::DriftFree;
 use crate::problem::parameters::TIME_OFFSET;
 use crate::solve::settings::FitSettings;
@@ -79,6 +80,12 @@ pub enum Because {
     ResidualsShowLag,
     /// It has a lens that the residuals show. The answer stays that of the stated lens, and the corrected file has this one.
     ResidualsShowLens,
+    /// It is a straight line with a bow, which does not explain the scan as well as a curve does.
+    LineRefused,
+    /// It is a curve, and explains what no line does: it is the answer.
+    CurveExplains,
+    /// It is a curve, and no likelier than the line.
+    CurveNoBetter,
 }
 
 impl Because {
@@ -92,13 +99,16 @@ impl Because {
             Self::TestsLag => "tests-lag",
             Self::ResidualsShowLag => "residuals-show-lag",
             Self::ResidualsShowLens => "residuals-show-lens",
+            Self::LineRefused => "line-refused",
+            Self::CurveExplains => "curve-explains",
+            Self::CurveNoBetter => "curve-no-better",
         }
     }
 
     /// Whether the answer is of this model.
     #[must_use]
     pub fn is_taken(self) -> bool {
-        matches!(self, Self::Asked | Self::ResidualsShowLag)
+        matches!(self, Self::Asked | Self::ResidualsShowLag | Self::CurveExplains)
     }
 }
 
@@ -107,6 +117,10 @@ impl Because {
 pub struct ModelTried {
     /// Why.
     pub because: Because,
+    /// What it takes the seam for: [`Target::Seam`] is a straight line with a bow.
+    pub target: Target,
+    /// Restricted log likelihood, where line and curve were compared.
+    pub log_evidence: Option<f64>,
     /// How far the robot lags behind its recorded poses, s.
     pub robot_lag_s: f64,
     /// The sensor's own shape.
@@ -132,6 +146,8 @@ impl ModelTried {
         let solver = Solver { observations: &found.observations, settings: *settings };
         Self {
             because: Because::Asked,
+            target: Target::Seam,
+            log_evidence: None,
             robot_lag_s: 0.0,
             sensor: role(settings.shape_prior.is_some(), levels.held_shape.is_some()),
             time_offset: role(
