@@ -112,7 +112,7 @@ fn is_bowed(line: &Calibration) -> bool {
 fn is_better(line: &Calibration, answer: &Answered) -> bool {
     if !is_refused(line) {
         // Of an arc the parabola is too sure; the curve is the answer where it shows all.
-        return answer.components.iter().all(|seen| *seen) && open(&answer.rivals).next().is_none();
+        return answer.components.iter().all(|seen| *seen) && answer.open().next().is_none();
     }
     let [curve, without] = answer.curve.log_evidence;
     curve > without + LOG_RATIO || answer.finished.factor < SMALLER * line.findings.fit.noise_factor
@@ -133,11 +133,6 @@ fn of_curve(line: &ModelTried, answer: &Answered, because: Because) -> ModelTrie
         noise_factor: answer.finished.factor,
         ..line.clone()
     }
-}
-
-/// Rivals that the scan does not tell from the best.
-fn open(rivals: &[Rival]) -> impl Iterator<Item = &Rival> {
-    rivals.iter().filter(|rival| rival.is_named() && !rival.test.decided())
 }
 
 /// A scan as an estimate of a curve takes it.
@@ -243,9 +238,11 @@ impl Scan {
         let mut list = Vec::with_capacity(self.readings.list.len());
         for (k, reading) in self.readings.list.iter().enumerate() {
             let at = &fitted.state.at;
-            let (Some(seen), Some(place), Some(robot)) =
-                (&fitted.sights[k], in_base(&self.readings, reading, at), moving(&self.readings, reading, at))
-            else {
+            let (Some(seen), Some(place), Some(robot)) = (
+                &fitted.sights[k],
+                in_base(&self.readings, reading, at),
+                moving(&self.readings, reading, at),
+            ) else {
                 *skipped.entry(Skip::AlongPlane).or_insert(0) += 1;
                 continue;
             };
@@ -282,9 +279,14 @@ impl Scan {
         let line = Line::new(points[middle], &UnitVector3::try_new(ahead, f64::EPSILON)?);
         let at = Parameters::straight(&answer.at(), vec![line]);
         let size = at.dimension();
-        let noise = DMatrix::from_fn(size, size, |i, j| {
-            if i < LINES && j < LINES { answer.noise[(i, j)] } else { 0.0 }
-        });
+        let noise =
+            DMatrix::from_fn(
+                size,
+                size,
+                |i, j| {
+                    if i < LINES && j < LINES { answer.noise[(i, j)] } else { 0.0 }
+                },
+            );
         let share = |of: ShareOf, columns: &DMatrix<f64>| Share {
             of,
             columns: columns.clone().resize_vertically(size, 0.0),
@@ -389,7 +391,7 @@ fn observability(answer: &Answered, at: &Parameters) -> Observability {
 fn ambiguity(answer: &Answered, guess: Option<&Guess>, config: &Config) -> Ambiguity {
     let of = |at: &Guess| Parameters::straight(at, Vec::new());
     let own = of(&answer.at());
-    let open: Vec<&Rival> = open(&answer.rivals).collect();
+    let open: Vec<&Rival> = answer.open().collect();
     let others: Vec<Parameters> = open.iter().map(|rival| of(&rival.rough.fitted.state.at)).collect();
     let all: Vec<&Parameters> = std::iter::once(&own).chain(&others).collect();
     let rivals = open.iter().zip(&others).enumerate().map(|(k, (rival, parameters))| RivalAnswer {

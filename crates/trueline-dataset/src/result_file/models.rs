@@ -10,8 +10,14 @@ pub struct ModelEntry {
     /// Whether the answer is of this model.
     pub taken: bool,
     /// Why it was fitted: `asked`, `noise-alone` (where an adjustment with all errors begins), `tests-what-is-held`, `residuals-show-lens`,
-    /// `tests-lag` or `residuals-show-lag` (poses that were commanded).
+    /// `tests-lag` or `residuals-show-lag` (poses that were commanded), `line-refused`, `curve-explains` or `curve-no-better`.
     pub because: String,
+    /// What it takes the seam for, `seam` (a straight line with a bow) or `curve`; absent where no curve was tried.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target: Option<String>,
+    /// Logarithm of the restricted likelihood, by which line and curve compare; absent where no curve was tried.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub log_evidence: Option<f64>,
     /// How far the arm lags behind its recorded poses in it.
     pub robot_lag_s: f64,
     /// The sensor's own shape: `estimated`, `considered` (known with a covariance that the scan does not improve), or `held`.

@@ -5,7 +5,6 @@ use crate::curve::arrow::SHARED;
 use crate::curve::equations::Known;
 use crate::curve::joint::Rough;
 use crate::curve::passes::Course;
-use crate::curve::readings::Readings;
 use crate::curve::rivals::{Rival, compared, find};
 use crate::curve::robot;
 #[cfg(test)]
@@ -91,6 +90,12 @@ pub(crate) struct Answered {
 }
 
 impl Answered {
+    /// Rivals that the scan does not tell from the answer. In a single pass the curve follows each of them, so that all that explain it are.
+    pub(crate) fn open(&self) -> impl Iterator<Item = &Rival> {
+        let is_loose = self.curve.is_one_pass && !self.is_held;
+        self.rivals.iter().filter(move |rival| rival.is_named() && (is_loose || !rival.test.decided()))
+    }
+
     /// Clock and hand-eye transform.
     #[must_use]
     pub(crate) fn at(&self) -> Guess {
@@ -125,9 +130,8 @@ impl Asked<'_> {
 
     /// The rival that agrees with what is known of the cell, where the best does not.
     fn stated<'r>(&self, best: &Rough, rivals: &'r [Rival]) -> Option<&'r Rival> {
-        let allows = |rough: &Rough| {
-            self.known.allows(&Parameters::straight(&rough.fitted.state.at, Vec::new()))
-        };
+        let allows =
+            |rough: &Rough| self.known.allows(&Parameters::straight(&rough.fitted.state.at, Vec::new()));
         let is_open = |rival: &&Rival| rival.is_named() && !rival.test.decided();
         if self.known.is_empty() || allows(best) {
             return None;
@@ -191,7 +195,8 @@ impl Asked<'_> {
         if course.is_one_pass || is_collapsed {
             components[1..].fill(false);
         }
-        components[0] &= !is_near_weave && !is_collapsed;
+        // Without a hand-eye transform that is known the time offset of a single pass goes with it.
+        components[0] &= !course.is_one_pass && !is_near_weave && !is_collapsed;
         let shared = columns.nrows() - SHARED;
         let robot = columns.rows(shared, SHARED).into_owned();
         let (noise, held) = match held_at {

@@ -56,8 +56,7 @@ pub(crate) fn sights(readings: &Readings, state: &State) -> Vec<Option<Sight>> {
 pub(crate) fn whiteners(readings: &Readings, sights: &[Option<Sight>]) -> Vec<Matrix2<f64>> {
     let of = |(reading, sight): (&crate::curve::readings::Reading, &Option<Sight>)| {
         let across = |seen: &Sight| (seen.by_point, seen.by_shared.column(0).into_owned());
-        let (by_point, by_time) =
-            sight.as_ref().map_or_else(|| (SMatrix::zeros(), Vector2::zeros()), across);
+        let (by_point, by_time) = sight.as_ref().map_or_else(|| (SMatrix::zeros(), Vector2::zeros()), across);
         let covariance = readings.noise.covariance(reading.covariance, &by_point, &by_time);
         crate::input::noise_levels::Whitener::of(&covariance)
             .unwrap_or_else(|| readings.noise.coarse_whitener(reading.covariance))

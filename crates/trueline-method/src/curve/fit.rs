@@ -147,7 +147,8 @@ impl Terms<'_> {
         let loss = self.loss();
         let (mut weights, mut cost) = (Vec::with_capacity(sights.len()), 0.0);
         for (k, seen) in sights.iter().enumerate() {
-            let squared = seen.as_ref().map_or(UNREACHED, |seen| (whiteners[k] * seen.residual).norm_squared());
+            let squared =
+                seen.as_ref().map_or(UNREACHED, |seen| (whiteners[k] * seen.residual).norm_squared());
             if let Some(seen) = seen {
                 state.u_m[k] = seen.u_m;
             }

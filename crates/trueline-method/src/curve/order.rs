@@ -69,9 +69,8 @@ fn through(graph: &Graph, points: &[Vector3<f64>], at: usize) -> Option<Vector3<
     let spread = off.iter().map(|v| v * v.transpose()).sum::<nalgebra::Matrix3<f64>>();
     let eigen = spread.symmetric_eigen();
     let direction: Vector3<f64> = eigen.eigenvectors.column(eigen.eigenvalues.imax()).into();
-    let aside = |sign: f64| {
-        off.iter().filter(|v| sign * direction.dot(v) > ASIDE * graph.radius_m).count() as f64
-    };
+    let aside =
+        |sign: f64| off.iter().filter(|v| sign * direction.dot(v) > ASIDE * graph.radius_m).count() as f64;
     let sides = [aside(1.0), aside(-1.0)];
     let least = LEAST_SIDE * off.len() as f64;
     (sides[0] > least && sides[1] > least).then_some(direction)
@@ -90,9 +89,8 @@ fn closed_at(
     /// The beginning is looked for within so many radii of the cut.
     const BESIDE: f64 = 2.5;
     let off = |k: usize| points[k] - points[at];
-    let ahead = |k: &usize| {
-        cut.kept[*k] && direction.dot(&off(*k)) > 0.0 && off(*k).norm() < BESIDE * graph.radius_m
-    };
+    let ahead =
+        |k: &usize| cut.kept[*k] && direction.dot(&off(*k)) > 0.0 && off(*k).norm() < BESIDE * graph.radius_m;
     let begin = (0..points.len()).filter(ahead).min_by(|a, b| off(*a).norm().total_cmp(&off(*b).norm()))?;
     let (last, distances_m) = cut.farthest(begin)?;
     let reached = distances_m.iter().filter(|d| d.is_finite()).count();

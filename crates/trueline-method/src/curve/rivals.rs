@@ -64,9 +64,7 @@ pub(crate) fn compared(
     threads: usize,
 ) -> Vec<Rival> {
     let at = best.fitted.state.at;
-    let is_worth = |candidate: &&Candidate| {
-        1.0 - candidate.cost > WORTH_FITTING && !same(&candidate.at, &at)
-    };
+    let is_worth = |candidate: &&Candidate| 1.0 - candidate.cost > WORTH_FITTING && !same(&candidate.at, &at);
     let worth: Vec<&Candidate> = candidates.iter().filter(is_worth).take(MOST).collect();
     let fitted = parallel::map(threads, worth.len(), |k| rough(readings, &worth[k].at, stated));
     let mut rivals: Vec<Rival> = Vec::new();

@@ -36,8 +36,10 @@ pub(crate) fn columns(
         let weight = fitted.weights[*k] * every as f64;
         let whitener = &fitted.whiteners[*k];
         let by_point = whitener * seen.by_point;
-        let [shift, turn] =
-            [by_point * field.sigmas.position_m, by_point * -so3::hat(&seen.lever) * field.sigmas.attitude_rad];
+        let [shift, turn] = [
+            by_point * field.sigmas.position_m,
+            by_point * -so3::hat(&seen.lever) * field.sigmas.attitude_rad,
+        ];
         let by_shared = whitener * seen.by_shared * weight;
         for (mode, part) in field.at(pose).iter().enumerate() {
             for axis in 0..6 {

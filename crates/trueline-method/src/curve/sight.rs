@@ -172,8 +172,8 @@ pub(crate) fn sight(
     let projector = across.transpose();
     let by_point = projector * camera_from_base;
     let in_tool = hand_eye.rotation * seen;
-    let in_flight = moving.body_rate.cross(&(in_tool + hand_eye.translation))
-        + moving.attitude.tr_mul(&moving.velocity);
+    let in_flight =
+        moving.body_rate.cross(&(in_tool + hand_eye.translation)) + moving.attitude.tr_mul(&moving.velocity);
     let back = projector * hand_eye.rotation.transpose();
     let mut by_shared = SMatrix::<f64, 2, SHARED>::zeros();
     by_shared.set_column(0, &(back * in_flight));

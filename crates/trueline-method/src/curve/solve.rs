@@ -120,9 +120,8 @@ pub(crate) struct Finished {
 
 /// The same state with all readings.
 fn of_all(readings: &Readings, state: &State) -> State {
-    let place = |reading| {
-        in_base(readings, reading, &state.at).map_or(0.0, |point| nearest(&state.spline, &point))
-    };
+    let place =
+        |reading| in_base(readings, reading, &state.at).map_or(0.0, |point| nearest(&state.spline, &point));
     State { u_m: readings.list.iter().map(place).collect(), ..state.clone() }
 }
 
@@ -178,13 +177,8 @@ pub(crate) fn finish(
 
 fn first_factor(readings: &Readings, state: &State) -> f64 {
     let sights = sights(readings, state);
-    let fitted = Fitted {
-        state: state.clone(),
-        whiteners: Vec::new(),
-        weights: Vec::new(),
-        cost: 0.0,
-        sights,
-    };
+    let fitted =
+        Fitted { state: state.clone(), whiteners: Vec::new(), weights: Vec::new(), cost: 0.0, sights };
     fitted.median_factor(readings)
 }
 

@@ -225,7 +225,10 @@ impl Spline {
 pub(crate) const THIRD: [f64; 4] = [-1.0, 3.0, -3.0, 1.0];
 
 /// Two unit normals of a direction; those of the neighbour are turned into them, so that they change slowly along a curve.
-pub(crate) fn square_to(direction: &Vector3<f64>, neighbour: Option<&[Vector3<f64>; 2]>) -> [Vector3<f64>; 2] {
+pub(crate) fn square_to(
+    direction: &Vector3<f64>,
+    neighbour: Option<&[Vector3<f64>; 2]>,
+) -> [Vector3<f64>; 2] {
     /// Control points nearer than this have no direction of their own, m.
     const LEAST_M: f64 = 1e-12;
     let tangent = direction.try_normalize(LEAST_M).unwrap_or_else(Vector3::x);
@@ -244,9 +247,7 @@ mod tests {
 
     /// The coefficients of 1, s, s², s³ of each weight.
     fn power_basis() -> Matrix4<f64> {
-        Matrix4::new(
-            1.0, 4.0, 1.0, 0.0, -3.0, 0.0, 3.0, 0.0, 3.0, -6.0, 3.0, 0.0, -1.0, 3.0, -3.0, 1.0,
-        ) / 6.0
+        Matrix4::new(1.0, 4.0, 1.0, 0.0, -3.0, 0.0, 3.0, 0.0, 3.0, -6.0, 3.0, 0.0, -1.0, 3.0, -3.0, 1.0) / 6.0
     }
 
     fn wound(closed: bool) -> Spline {
