@@ -31,6 +31,7 @@ mod concluded;
 pub mod config;
 pub mod curve;
 mod curved;
+mod curved_checks;
 pub mod diagnose;
 pub mod error;
 pub mod evaluate;

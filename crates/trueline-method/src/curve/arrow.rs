@@ -131,6 +131,7 @@ impl Arrow {
     }
 
     /// M x.
+    #[cfg(test)]
     #[must_use]
     pub(crate) fn times(&self, x: &DVector<f64>) -> DVector<f64> {
         let (banded, border) = (self.banded, self.border.nrows());

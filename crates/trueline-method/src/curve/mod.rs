@@ -26,4 +26,6 @@ pub(crate) mod smoothness;
 pub(crate) mod solve;
 pub(crate) mod spline;
 pub(crate) mod starts;
+#[cfg(test)]
+mod tests;
 pub(crate) mod windows;

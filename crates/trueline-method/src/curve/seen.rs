@@ -27,8 +27,6 @@ fn of_group<const N: usize>(sizes: [f64; 3]) -> SVector<f64, N> {
 /// What a scan shows.
 #[derive(Clone, Debug)]
 pub(crate) struct Seen {
-    /// F, in SI units, with the noise that the scan has.
-    pub information: Shared,
     /// Number of directions that are seen.
     pub rank: usize,
     /// Singular values in units of what counts as seen, falling.
@@ -51,7 +49,7 @@ impl Seen {
     /// The same from the posterior, with the prior of the curve taken for information: what must not be done.
     #[cfg(test)]
     pub(crate) fn of_posterior(parts: &Parts, s3_m: f64, variance: f64) -> Option<Self> {
-        Self::from_information(parts.of_data(s3_m).root()?.shared_information() / variance)
+        Self::from_information(parts.with(s3_m).root()?.shared_information() / variance)
     }
 
     fn from_information(information: Shared) -> Option<Self> {
@@ -68,7 +66,6 @@ impl Seen {
         // With what is known without a scan in it, a component that goes with an unseen direction is not known either.
         let is_seen = |k: usize| covariance[(k, k)].sqrt() < units[k];
         Some(Self {
-            information,
             rank,
             singular_values: std::array::from_fn(|k| eigen.eigenvalues[order[k]].max(0.0).sqrt()),
             unseen,
@@ -97,7 +94,9 @@ impl Seen {
 
 /// F₀: beside a curve with hardly any prior.
 fn without_prior(parts: &Parts, s3_m: f64) -> Option<Shared> {
-    Some(parts.of_data(s3_m / WEAKER.sqrt()).root()?.shared_information())
+    /// Where a direction is not shown at all, rounding leaves no root; this part of each diagonal entry is far less than what counts as seen.
+    const LEAST: f64 = 1e-10;
+    Some(parts.of_data(s3_m / WEAKER.sqrt()).damped(LEAST).root()?.shared_information())
 }
 
 /// F₁: beside the place of the curve as a rigid body.

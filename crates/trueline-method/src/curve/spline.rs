@@ -145,20 +145,6 @@ impl Spline {
         lengths_m
     }
 
-    /// The same curve with other knots, u its arc length.
-    ///
-    /// `None` where the curve is not finite.
-    #[must_use]
-    pub(crate) fn with_knots(&self, spacing_m: f64, most_control: usize) -> Option<Self> {
-        const PER_KNOT: usize = 16;
-        let lengths_m = self.arc_lengths(PER_KNOT);
-        let length_m = *lengths_m.last()?;
-        let step_m = self.spacing_m / PER_KNOT as f64;
-        let samples: Vec<(f64, Vector3<f64>, f64)> =
-            (0..lengths_m.len()).map(|k| (lengths_m[k], self.point(k as f64 * step_m), 1.0)).collect();
-        Self::through(&samples, length_m, spacing_m, self.closed, most_control)
-    }
-
     /// Where an arc length is in u, both m.
     #[must_use]
     pub(crate) fn u_of_arc_length(lengths_m: &[f64], step_m: f64, at_m: f64) -> f64 {
@@ -240,7 +226,6 @@ pub(crate) fn square_to(
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
     use nalgebra::Matrix4;
@@ -294,21 +279,6 @@ mod tests {
                     assert!(chord.dot(one).abs() < 1e-14 && chord.dot(other).abs() < 1e-14);
                 }
             }
-        }
-    }
-
-    #[test]
-    fn other_knots_leave_the_curve_where_it_is() {
-        let spline = wound(true);
-        let finer = spline.with_knots(0.01, 120).unwrap();
-        // Cubics of 10 mm on a curve of radius 0.1 m: h⁴ c⁗/384 with c⁗ ≈ 1/R³.
-        assert!((finer.length_m() - spline.length_m()).abs() < 1e-4);
-        for k in 0..40 {
-            let point = finer.point(f64::from(k) * 0.015);
-            let nearest = (0..6400)
-                .map(|j| (spline.point(f64::from(j) * 1e-4) - point).norm())
-                .fold(f64::INFINITY, f64::min);
-            assert!(nearest < 1e-4, "{nearest}");
         }
     }
 }
