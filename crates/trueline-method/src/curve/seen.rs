@@ -46,12 +46,6 @@ impl Seen {
         Self::from_information(weaker(&without_prior(parts, s3_m)?, &rigid(fitted)?)? / variance)
     }
 
-    /// The same from the posterior, with the prior of the curve taken for information: what must not be done.
-    #[cfg(test)]
-    pub(crate) fn of_posterior(parts: &Parts, s3_m: f64, variance: f64) -> Option<Self> {
-        Self::from_information(parts.with(s3_m).root()?.shared_information() / variance)
-    }
-
     fn from_information(information: Shared) -> Option<Self> {
         let (units, wide) = (of_group::<SHARED>(SEEN), of_group::<SHARED>(WIDE));
         let scaled = Shared::from_fn(|i, j| information[(i, j)] * units[i] * units[j]);
