@@ -35,6 +35,7 @@ pub(crate) struct Options {
     speed_mm_s: Option<f64>,
     stand_off_mm: Option<f64>,
     accept_partial: bool,
+    strict: bool,
     threads: Option<NonZeroUsize>,
     align_clocks: bool,
     require: [Option<f64>; 3],
@@ -101,8 +102,10 @@ impl Options {
         if let Some(mm_s) = not_negative("speed_mm_s", self.speed_mm_s)? {
             config.used_at.speed_m_s = mm_s * 1e-3;
         }
+        config.used_at.by_another_robot = self.strict;
         config.used_at.stand_off_m = positive("stand_off_mm", self.stand_off_mm)?.map(|mm| mm * 1e-3);
         check_sensor(&config)?;
+        check_seam(&config)?;
         check_held(&config)?;
         Ok(config)
     }
@@ -148,6 +151,19 @@ fn check_sensor(config: &Config) -> Result<(), Failure> {
         ));
     }
     Ok(())
+}
+
+/// The paper's residual knows a straight seam with a sharp edge alone.
+fn check_seam(config: &Config) -> Result<(), Failure> {
+    let is_paper = config.residual == ResidualKind::PointToLine;
+    let stated = [("edge_radius_mm", config.edge_radius_m), ("waviness_mm", config.waviness_m)];
+    let ignored = stated.into_iter().find(|(_, m)| is_paper && m.is_some_and(|m| m > 0.0));
+    ignored.map_or(Ok(()), |(option, _)| {
+        Err(Failure::new(
+            format!("{option}: the point-to-line residual takes the seam for straight, with a sharp edge"),
+            "use it with residual=\"sheet\"",
+        ))
+    })
 }
 
 /// What is said of something that is not held would be ignored.

@@ -191,6 +191,8 @@ def test_unknown_options_are_refused(scan: trueline.Recording) -> None:
         trueline.calibrate(scan, loss="best")  # type: ignore[call-overload]
     with pytest.raises(trueline.TruelineError, match="exact"):
         trueline.calibrate(scan, residual="point-to-line", sensor_mode="free")
+    with pytest.raises(trueline.TruelineError, match="sharp edge"):
+        trueline.calibrate(scan, residual="point-to-line", edge_radius_mm=0.1)
 
 
 def test_arrays_need_a_sensor(scan: trueline.Recording) -> None:

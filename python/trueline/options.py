@@ -44,6 +44,7 @@ class Options(TypedDict, total=False):
     speed_mm_s: float
     stand_off_mm: float
     accept_partial: bool
+    strict: bool
     align_clocks: bool
     threads: int
     require_ms: float
@@ -66,7 +67,7 @@ def as_compiled(options: Options, others: Iterable[str] = ()) -> dict[str, Any]:
     ValueError
         For less than one thread.
     """
-    taken = {"fix": [], "drawn_line": [], "accept_partial": False, "align_clocks": False}
+    taken = {"fix": [], "drawn_line": [], "accept_partial": False, "strict": False, "align_clocks": False}
     every = dict.fromkeys(Options.__annotations__) | taken | checked(options, Options, others)
     if every["threads"] is not None and every["threads"] < 1:
         raise ValueError(f"threads: expected one or more, found {every['threads']}")

@@ -13,7 +13,8 @@ use std::path::PathBuf;
 use trueline_lsq::Loss;
 use trueline_method::hypotheses::choice::{KnownOfCell, ToolAxis};
 use trueline_method::{
-    Config, DrawnLine, HeldSigma, Hold, Measurements, Requirement, ResidualKind, SensorMode, Stamps, Target, Use,
+    Config, DrawnLine, HeldSigma, Hold, Measurements, Requirement, ResidualKind, SensorMode, Stamps, Target,
+    Use,
 };
 use trueline_sensor::Board;
 
@@ -114,6 +115,9 @@ pub struct CalibrateArgs {
     /// Absolute accuracy of the robot, mm; 0 is an ideal robot. The default is what sensor.toml says, else 0.5
     #[arg(long, value_name = "MM", value_parser = zero_or_more)]
     pub robot_accuracy_mm: Option<f64>,
+    /// State the ± of the true transform, as another robot needs it: the errors of the robot that scanned count half as much again. Otherwise it holds for a torch on the same robot
+    #[arg(long)]
+    pub strict: bool,
     /// Bias of the features for each 10 degrees of tilt, px; 0 is none
     #[arg(long, value_name = "PX", default_value_t = 0.2, value_parser = zero_or_more)]
     pub feature_bias_px: f64,
@@ -205,6 +209,7 @@ impl CalibrateArgs {
             used_at: Use {
                 speed_m_s: self.speed_mm_s * 1e-3,
                 stand_off_m: self.stand_off_mm.map(|mm| mm * 1e-3),
+                by_another_robot: self.strict,
             },
             threads: self.threads().get(),
             ..defaults
@@ -219,7 +224,7 @@ impl CalibrateArgs {
 }
 
 /// Options that say nothing of a board.
-const OF_SEAMS: [&str; 26] = [
+const OF_SEAMS: [&str; 27] = [
     "measurements",
     "residual",
     "loss",
@@ -233,6 +238,7 @@ const OF_SEAMS: [&str; 26] = [
     "write_sensor",
     "certificate",
     "operator",
+    "strict",
     "feature_bias_px",
     "edge_radius_mm",
     "waviness_mm",

@@ -24,6 +24,7 @@ mod camera_address;
 #[cfg(feature = "gige")]
 mod camera_sim;
 mod choice;
+mod cloud;
 mod diff;
 mod drawn_line;
 mod evaluate;
@@ -66,6 +67,7 @@ pub use calibrate::{CalibrateArgs, TargetName};
 pub use camera_address::CameraAddress;
 #[cfg(feature = "gige")]
 pub use camera_sim::CameraSimArgs;
+pub use cloud::CloudArgs;
 pub use diff::DiffArgs;
 pub use evaluate::{EvaluateArgs, ReproduceArgs};
 pub use export::ExportArgs;
@@ -199,6 +201,8 @@ pub enum Command {
     Diff(DiffArgs),
     /// Place every seam point of a recording in the robot's base, corrected in time
     Apply(ApplyArgs),
+    /// Place every measured point of recordings in the robot's base: a cloud
+    Cloud(CloudArgs),
     /// Write the transform in the form of a robot or a program
     Export(ExportArgs),
     /// Watch a calibration in production: from every weld, whether it is still good, and what moved

@@ -10,6 +10,7 @@ mod live_cell;
 mod live_page;
 mod live_screen;
 mod live_watch;
+mod measured_frames;
 mod opening;
 mod output;
 mod path_file;
@@ -73,6 +74,7 @@ fn execute(arguments: &Arguments) -> ExitCode {
         Command::Evaluate(args) => commands::evaluate::run(args),
         Command::Diff(args) => commands::diff::run(args),
         Command::Apply(args) => commands::apply::run(args),
+        Command::Cloud(args) => commands::cloud::run(args),
         Command::Export(args) => commands::export::run(args),
         Command::Watch(args) => commands::watch::run(args),
         Command::History(args) => commands::history::run(args),

@@ -11,13 +11,19 @@ use trueline_dataset::feature_cache::FeatureCache;
 use trueline_dataset::{FoundSeams, Profile};
 use trueline_mcap::{ImportError, Imported};
 use trueline_open::error::folder_of;
-use trueline_open::{How, OpenError, OpenObserver, Opened, Told};
+use trueline_open::{How, Measurements, OpenError, OpenObserver, Opened, Told};
 use trueline_vision::Joint;
 use trueline_vision::scan::ScanObserver;
 
 /// Reads a scan; where there are pictures and no features, the seam is looked for in the pictures.
 pub(crate) fn open(path: &Path, joint: Option<Joint>, quiet: bool) -> Result<Opened, Failure> {
     trueline_open::open(path, &how(joint), &Words::new(quiet)).map_err(|error| failure(&error, joint))
+}
+
+/// Reads what a scan measured: whole profiles, or seam points and stripes.
+pub(crate) fn measurements(path: &Path, quiet: bool) -> Result<Measurements, Failure> {
+    trueline_open::open_measurements(path, &how(None), &Words::new(quiet))
+        .map_err(|error| failure(&error, None))
 }
 
 /// Reads several scans of one sensor as one.

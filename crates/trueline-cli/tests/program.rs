@@ -102,6 +102,30 @@ fn a_guess_and_a_hold() {
     assert!(held["sigma"]["time_offset_s"].is_null());
 }
 
+/// The paper's residual knows no edge and no waves: what is said of them would be ignored. That there are none is what it takes for granted.
+#[test]
+fn the_papers_residual_refuses_a_seam_that_it_does_not_know() {
+    let dir = tempfile::tempdir().unwrap();
+    assert_eq!(
+        code(&trueline(dir.path(), &["simulate", "--preset", "quick", "--out", "scan", "--quiet"])),
+        0
+    );
+    for option in ["--edge-radius-mm", "--waviness-mm"] {
+        let with = |mm: &str| {
+            let asked = ["calibrate", "scan", "--quiet", "--residual", "point-to-line", option, mm];
+            trueline(dir.path(), &asked)
+        };
+        let refused = with("0.1");
+        assert_eq!(code(&refused), 2);
+        assert!(
+            words(&refused).contains(&format!("`{option}`: the point-to-line residual")),
+            "{}",
+            words(&refused)
+        );
+        assert_ne!(code(&with("0")), 2);
+    }
+}
+
 /// The preset's seam through two of its points; how well they are known is what the seam error owes to them.
 #[test]
 fn a_seam_is_held_where_a_drawing_has_it() {

@@ -10,7 +10,7 @@ use crate::robot_csv::unit_quaternion;
 use crate::sensor_setup::{Mounted, SheetShape};
 use crate::sensor_toml;
 use crate::unit::MM_PER_M;
-use nalgebra::{UnitVector3, Vector3};
+use nalgebra::{SMatrix, UnitVector3, Vector3};
 use std::path::Path;
 use trueline_geometry::{Line, Pose, se3};
 
@@ -21,6 +21,8 @@ pub struct KnownCalibration {
     pub known: Truth,
     /// Largest standard deviations of hand-eye rotation (rad) and translation (m), where the file tells them.
     pub hand_eye_sigma: Option<[f64; 2]>,
+    /// Covariance of time offset (s), hand-eye rotation (rad) and translation (m), in this order, where the file tells it.
+    pub links_covariance: Option<SMatrix<f64, 7, 7>>,
     /// The same of the first line's turn about its point (rad) and its offset there (m).
     pub line_sigma: Option<[f64; 2]>,
     /// The correction of the sensor's sheet beyond what the transform of [`Self::known`] contains of it.
@@ -83,6 +85,7 @@ fn parse(file: &Path, text: &str) -> Result<KnownCalibration, Error> {
     Ok(KnownCalibration {
         known: known_toml::parse_truth(file, text)?,
         hand_eye_sigma: None,
+        links_covariance: None,
         line_sigma: None,
         correction: None,
         sensor_file: None,
@@ -137,6 +140,7 @@ fn known(file: &Path, result: &ResultFile) -> Result<KnownCalibration, Error> {
     Ok(KnownCalibration {
         known: Truth { parameters, lines: lines.collect() },
         hand_eye_sigma,
+        links_covariance: links_covariance(&result.covariance),
         line_sigma: line_sigma(&result.covariance),
         correction: correction_of(&result.sensor),
         sensor_file: result.sensor.file.clone().or_else(|| stated_file(result)),
@@ -234,6 +238,28 @@ fn shape_of(sensor: &SensorEntry) -> Option<SheetShape> {
         h: [h1, h2, h3, h4_per_mm * MM_PER_M, h5_per_mm * MM_PER_M],
         origin_m: sensor.shape_origin_mm?.map(|mm| mm / MM_PER_M),
     })
+}
+
+/// Names of time offset, rotation and translation in a covariance.
+const LINKS: [&str; 7] = [
+    "time_offset_s",
+    "rotation_x_rad",
+    "rotation_y_rad",
+    "rotation_z_rad",
+    "translation_x_mm",
+    "translation_y_mm",
+    "translation_z_mm",
+];
+
+fn links_covariance(covariance: &Covariance) -> Option<SMatrix<f64, 7, 7>> {
+    let in_si = |name: &str| if name.ends_with("_mm") { MM_PER_M } else { 1.0 };
+    let mut matrix = SMatrix::zeros();
+    for (i, row) in LINKS.iter().enumerate() {
+        for (j, column) in LINKS.iter().enumerate() {
+            matrix[(i, j)] = covariance.entry(row, column)? / in_si(row) / in_si(column);
+        }
+    }
+    Some(matrix)
 }
 
 /// Largest standard deviations of the first line: its turn, rad, and its offset, m.

@@ -1,7 +1,7 @@
 //! A file that appears whole or not at all: what was there before stays until then.
 
 use crate::error::{Error, Problem};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 /// Writes beside the file and gives it its name when it is complete.
@@ -13,15 +13,70 @@ pub fn write(path: &Path, content: &[u8]) -> io::Result<()> {
     if fs::metadata(path).is_ok_and(|meta| !meta.is_file()) {
         return fs::write(path, content);
     }
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.unfinished", std::process::id()));
-    let unfinished = path.with_file_name(name);
+    let unfinished = unfinished(path);
     let written = fs::write(&unfinished, content).and_then(|()| fs::rename(&unfinished, path));
     if written.is_err() {
         // Why it cannot be written is told; that the rest of it cannot be removed would say nothing more.
         drop(fs::remove_file(&unfinished));
     }
     written
+}
+
+/// A file that is being written beside the one that it will be; without [`Unfinished::finish`] nothing is left of it.
+#[derive(Debug)]
+pub struct Unfinished {
+    file: fs::File,
+    at: PathBuf,
+    path: PathBuf,
+    is_finished: bool,
+}
+
+impl Unfinished {
+    /// Begins a file, open for writing and reading.
+    ///
+    /// # Errors
+    /// What the operating system says; and a pipe or a device, which has no whole that could appear.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        if fs::metadata(path).is_ok_and(|meta| !meta.is_file()) {
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, "only a file can be written in parts"));
+        }
+        let at = unfinished(path);
+        let file = fs::File::options().read(true).write(true).create(true).truncate(true).open(&at)?;
+        Ok(Self { file, at, path: path.to_owned(), is_finished: false })
+    }
+
+    /// The file.
+    #[must_use]
+    pub fn file(&self) -> &fs::File {
+        &self.file
+    }
+
+    /// Gives the file its name.
+    ///
+    /// # Errors
+    /// What the operating system says; what was there before stays.
+    pub fn finish(mut self) -> io::Result<()> {
+        self.file.sync_all()?;
+        fs::rename(&self.at, &self.path)?;
+        self.is_finished = true;
+        Ok(())
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        if !self.is_finished {
+            // Why it cannot be written is told; that the rest of it cannot be removed would say nothing more.
+            drop(fs::remove_file(&self.at));
+        }
+    }
+}
+
+/// The name of a file until it is complete.
+fn unfinished(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.unfinished", std::process::id()));
+    path.with_file_name(name)
 }
 
 /// Looks whether a file can be written where it is to be, before the work is done for it.
@@ -48,6 +103,16 @@ mod tests {
         write(&file, b"first").unwrap();
         write(&file, b"second").unwrap();
         assert_eq!(fs::read(&file).unwrap(), b"second");
+        // In parts likewise: nothing appears before the end, and nothing is left without one.
+        use std::io::Write;
+        let parts = Unfinished::create(&file).unwrap();
+        parts.file().write_all(b"third").unwrap();
+        drop(parts);
+        assert_eq!(fs::read(&file).unwrap(), b"second");
+        let parts = Unfinished::create(&file).unwrap();
+        parts.file().write_all(b"third").unwrap();
+        parts.finish().unwrap();
+        assert_eq!(fs::read(&file).unwrap(), b"third");
         // A folder of that name is in the way of the last step.
         let taken = folder.path().join("taken");
         fs::create_dir(&taken).unwrap();

@@ -47,6 +47,21 @@ pub fn densified(times: &[f64], poses: &[Pose], gap_limit_s: f64, step_s: f64) -
     dense
 }
 
+/// Most samples through which a curve goes.
+pub const MOST_NODES: usize = 2 * SIDE;
+
+/// The samples through which the curve goes between sample `j` and the next; they join without a gap.
+#[must_use]
+pub fn nodes(times: &[f64], j: usize, gap_limit_s: f64) -> std::ops::Range<usize> {
+    window(times, j, gap_limit_s)
+}
+
+/// The pose at `time` on the curve through at most [`MOST_NODES`] samples of differing times; turns count from sample `anchor`.
+#[must_use]
+pub fn pose_through(times: &[f64], poses: &[Pose], anchor: usize, time: f64) -> Pose {
+    on_curve(times, poses, anchor, time)
+}
+
 /// Up to three samples to either side of the interval that begins at j.
 fn window(times: &[f64], j: usize, gap_limit_s: f64) -> std::ops::Range<usize> {
     let joined = |k: usize| {

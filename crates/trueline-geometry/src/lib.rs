@@ -27,7 +27,7 @@ pub mod euler;
 pub mod fit;
 pub mod lag;
 pub mod line;
-mod local_polynomial;
+pub mod local_polynomial;
 pub mod plane;
 pub mod polyline;
 pub mod se3;

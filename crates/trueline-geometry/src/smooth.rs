@@ -6,7 +6,7 @@
 //! acceleration of the motion and averages the noise.
 
 use crate::curve::lagrange_weights;
-use crate::local_polynomial::weights_at_zero;
+use crate::local_polynomial::{self, weights_at_zero, weights_into};
 use crate::statistics::median;
 use crate::{Pose, se3, so3};
 use nalgebra::Vector3;
@@ -234,4 +234,81 @@ fn smoothed(
         turn += so3::log(&(inverse * pose.rotation)) * *weight;
     }
     se3::from_parts(poses[k].rotation * so3::exp(&turn), poses[k].translation.vector + shift)
+}
+
+/// Most neighbours to either side that [`smoothed_sample`] takes.
+pub const MOST_SIDE: usize = 63;
+
+/// One pose of [`local_quadratic`], without memory of its own, for streams that do not end.
+#[derive(Clone, Copy, Debug)]
+pub struct SmoothedSample {
+    /// The value of the quadratic there, or the sample itself where it has too few neighbours.
+    pub pose: Pose,
+    /// Part of a sample's variance that is left.
+    pub variance_left: f64,
+}
+
+/// What [`local_quadratic`] makes of sample `k`, to rounding; windows of more than [`MOST_SIDE`] neighbours to a side are cut there.
+#[must_use]
+pub fn smoothed_sample(
+    times: &[f64],
+    poses: &[Pose],
+    k: usize,
+    gap_limit: f64,
+    half_window_s: f64,
+) -> SmoothedSample {
+    let raw = SmoothedSample { pose: poses[k], variance_left: 1.0 };
+    let side = side(times, k, gap_limit, half_window_s).min(MOST_SIDE);
+    if side < MIN_SIDE {
+        return raw;
+    }
+    let (mut elapsed_s, mut weights) = ([0.0; 2 * MOST_SIDE + 1], [0.0; 2 * MOST_SIDE + 1]);
+    let (count, window) = (2 * side + 1, k - side..=k + side);
+    for (elapsed, time) in elapsed_s.iter_mut().zip(&times[window.clone()]) {
+        *elapsed = time - times[k];
+    }
+    let span_s = elapsed_s[0].abs().max(elapsed_s[count - 1].abs());
+    if weights_into::<3>(&elapsed_s[..count], span_s, &local_polynomial::value_at(0.0), &mut weights)
+        .is_none()
+    {
+        return raw;
+    }
+    let inverse = poses[k].rotation.inverse();
+    let (mut shift, mut turn) = (Vector3::zeros(), Vector3::zeros());
+    for (pose, weight) in poses[window].iter().zip(&weights) {
+        shift += (pose.translation.vector - poses[k].translation.vector) * *weight;
+        turn += so3::log(&(inverse * pose.rotation)) * *weight;
+    }
+    SmoothedSample {
+        pose: se3::from_parts(poses[k].rotation * so3::exp(&turn), poses[k].translation.vector + shift),
+        variance_left: weights[..count].iter().map(|weight| weight * weight).sum(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sample_alone_is_smoothed_as_all_together() {
+        let times: Vec<f64> = (0..60).map(|k| 0.004 * f64::from(k) + 1e-4 * f64::from(k % 3)).collect();
+        let pose = |t: &f64| {
+            se3::exp(&(Vector3::new(0.3, 0.1, -0.2) * (9.0 * t).sin()), &Vector3::new(*t, t * t, 0.1))
+        };
+        let poses: Vec<Pose> = times.iter().map(pose).collect();
+        let all = local_quadratic(&times, &poses, 0.016, HALF_WINDOW_S);
+        for (k, of_all) in all.iter().enumerate() {
+            let alone = smoothed_sample(&times, &poses, k, 0.016, HALF_WINDOW_S);
+            // The weights of a window are reused within SAME_TIMES, which is 1e-9 of values of 0.1.
+            assert!((alone.pose.translation.vector - of_all.translation.vector).norm() < 1e-10);
+            assert!(alone.pose.rotation.angle_to(&of_all.rotation) < 1e-7);
+            assert!(alone.variance_left <= 1.0);
+        }
+        // Five to either side: 3(3·25 + 15 − 1)/(9·11·13) = 0.2075, up to the jitter of the times.
+        let middle = smoothed_sample(&times, &poses, 30, 0.016, HALF_WINDOW_S).variance_left;
+        assert!(
+            (middle - variance_left(5)).abs() < 0.01 || (middle - variance_left(4)).abs() < 0.01,
+            "{middle}"
+        );
+    }
 }

@@ -5,8 +5,8 @@ use crate::assess::seam_error::{self, SeamError, SharedError};
 use crate::assess::systematic::SystematicLevels;
 use crate::concluded::Concluded;
 use crate::config::{ASSUMED_WAVINESS_M, Config, ResidualKind};
+use crate::hypotheses::ambiguity::RivalAnswer;
 use crate::hypotheses::clock_drift::DriftFree;
-use crate::hypotheses::drift_and_step::Step;
 use crate::hypotheses::search::BetterMinimum;
 use crate::input::noise_levels::Whitener;
 use crate::input::observations::Observation;
@@ -58,7 +58,7 @@ pub(crate) fn adjusted(
         return Ok(None);
     }
     let held_sigmas = from.held_sigmas();
-    let stepped = from.assessed.drift_free.stepped.filter(Step::is_of_a_clock);
+    let stepped = from.assessed.drift_free.stepped;
     let settings = Settings {
         fixed: from.settings.fixed,
         held_sigmas: &held_sigmas,
@@ -67,6 +67,7 @@ pub(crate) fn adjusted(
         noise_factor: fit.noise.factor,
         step: stepped.map(|step| (step.at_s, step.step_s.abs())),
         lag_s: 0.0,
+        threads: config.threads,
     };
     let best = adjust(problem, fit.parameters(), &settings).ok_or(Unsolved)?;
     let Basin { answer, is_open, better } = beside_rivals(from, problem, &settings, best);
@@ -103,7 +104,7 @@ struct Basin {
     better: Option<BetterMinimum>,
 }
 
-/// The likeliest of an answer and its rivals, each adjusted in full to the frames that all of them can place; and whether each rival is still about as
+/// The likeliest of an answer and its mirror images, each adjusted in full to the frames that all of them can place; and whether each rival is still about as
 /// likely. What is noise to a fit of noise alone, tacks and waves above all, can make a turned sensor look better.
 fn beside_rivals(
     from: &Concluded<'_>,
@@ -112,27 +113,39 @@ fn beside_rivals(
     best: Answer,
 ) -> Basin {
     let rivals = &from.ambiguity.rivals;
-    // Lines that are held stay where they were drawn, and rivals were found before.
-    if rivals.is_empty() || !from.settings.config.drawn_lines.is_empty() {
+    // Other time offsets are those of a path that repeats itself: the test for these stays, for forms of the seam explain an alias as well. Lines that
+    // are held stay where they were drawn, and rivals were found before.
+    if !rivals.iter().any(|rival| rival.is_mirror) || !from.settings.config.drawn_lines.is_empty() {
         return Basin { answer: best, is_open: vec![true; rivals.len()], better: None };
     }
+    let mirrors = || rivals.iter().filter(|rival| rival.is_mirror);
     let is_common =
-        |o: &Observation| rivals.iter().all(|rival| problem.placement(o, &rival.parameters).is_some());
+        |o: &Observation| mirrors().all(|rival| problem.placement(o, &rival.parameters).is_some());
     let (list, whiteners) = some_of(problem, is_common);
     let common = problem.of_some(&list, &whiteners);
-    let comparable = |at: &Parameters| adjust(&common, at, settings).map(|answer| answer.comparable());
+    let own = adjust(&common, &best.at, settings);
+    // What ends where the answer is was no other basin.
+    let is_same = |other: &Answer| own.as_ref().is_some_and(|own| are_one_basin(&own.at, &other.at));
+    let of_mirror = |rival: &RivalAnswer| {
+        let adjusted = rival.is_mirror.then(|| adjust(&common, &rival.parameters, settings)).flatten();
+        adjusted.map(|answer| (answer.comparable(), is_same(&answer)))
+    };
+    let others: Vec<Option<(f64, bool)>> = rivals.iter().map(of_mirror).collect();
+    let merged: Vec<bool> = others.iter().map(|other| other.is_some_and(|(_, is_same)| is_same)).collect();
+    let others: Vec<Option<f64>> =
+        others.into_iter().map(|other| other.filter(|(_, is_same)| !is_same).map(|(by, _)| by)).collect();
     // What cannot be solved is not told apart.
-    let own = comparable(&best.at).unwrap_or(f64::INFINITY);
-    let others: Vec<Option<f64>> = rivals.iter().map(|rival| comparable(&rival.parameters)).collect();
+    let own = own.map_or(f64::INFINITY, |own| own.comparable());
     let likeliest = others.iter().flatten().copied().fold(own, f64::min);
-    // Other time offsets are those of a path that repeats itself: the test for these stays, for forms of the seam explain an alias as well.
     let mut is_open: Vec<bool> = rivals
         .iter()
         .zip(&others)
         .map(|(rival, other)| !rival.is_mirror || other.is_none_or(|other| other < likeliest + RIVAL_GAIN))
+        .zip(merged)
+        .map(|(is_open, is_merged)| is_open && !is_merged)
         .collect();
     let taken = others.iter().position(|other| *other == Some(likeliest));
-    let Some(taken) = taken.filter(|k| rivals[*k].is_mirror && own > likeliest + RIVAL_GAIN) else {
+    let Some(taken) = taken.filter(|_| own > likeliest + RIVAL_GAIN) else {
         return Basin { answer: best, is_open, better: None };
     };
     let rival = &rivals[taken];
@@ -144,6 +157,14 @@ fn beside_rivals(
     // It is no rival of itself.
     is_open[taken] = false;
     Basin { answer: adjust(problem, &rival.parameters, settings).unwrap_or(best), is_open, better: None }
+}
+
+/// Sensors that are turned by less than this against each other are of one basin, rad: 4°.
+const ONE_BASIN_RAD: f64 = 0.07;
+
+/// Whether two answers are of one basin.
+fn are_one_basin(one: &Parameters, other: &Parameters) -> bool {
+    one.tool_from_camera.rotation.angle_to(&other.tool_from_camera.rotation) < ONE_BASIN_RAD
 }
 
 /// The observations of a problem that are like that, with their whiteners.

@@ -9,9 +9,9 @@ use crate::assess::robot_field::RobotSigmas;
 use crate::assess::systematic::SystematicLevels;
 use crate::calibration::Calibration;
 use crate::conclude::conclude;
-use crate::curved;
 use crate::concluded::Concluded;
 use crate::config::{ASSUMED_EDGE_RADIUS_M, ASSUMED_ROBOT_ACCURACY_M, Config, Hold, SensorMode};
+use crate::curved;
 use crate::error::Error;
 use crate::hypotheses::clock_drift::{DriftFree, remove_drift};
 use crate::hypotheses::search;
@@ -216,7 +216,11 @@ fn systematic_levels(
     let edge_radius_m = config.edge_radius_m.or(recording.setup.edge_radius_m);
     SystematicLevels {
         robot_accuracy_m,
-        robot: RobotSigmas::of_accuracy(robot_accuracy_m),
+        robot: if config.used_at.by_another_robot {
+            RobotSigmas::for_another(robot_accuracy_m)
+        } else {
+            RobotSigmas::of_accuracy(robot_accuracy_m)
+        },
         robot_is_stated: config.robot_accuracy_m.or(stated).is_some(),
         // Where two fitted lines cross, no edge is seen.
         edge_radius_m: edge_radius_m.unwrap_or(if recording.stripes.is_empty() {

@@ -265,7 +265,7 @@ fn take_adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>, findings: &mut
     let mut is_open = is_open.into_iter();
     findings.checks.ambiguity.rivals.retain(|_| is_open.next().unwrap_or(true));
     let begun = findings.models_tried.remove(0);
-    let models = of_adjustment(&begun, &tried, answer.amplitudes.lag_s);
+    let models = of_adjustment(&begun, &answer.blocks, &tried, answer.amplitudes.lag_s);
     findings.models_tried.splice(0..0, models);
     // Its own covariance needs no widening, and its own blocks leave nothing for parts of the scan to disagree about.
     (findings.fit.widened_by, findings.checks.held_out) = (None, None);

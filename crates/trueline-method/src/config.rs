@@ -207,6 +207,14 @@ pub struct Use {
     pub speed_m_s: f64,
     /// Distance of the seam from the sensor's origin, m; `None` is the scan's own.
     pub stand_off_m: Option<f64>,
+    /// Whether another robot than the one that scanned uses it: the ± is then that of the true transform.
+    pub by_another_robot: bool,
+}
+
+impl Default for Use {
+    fn default() -> Self {
+        Self { speed_m_s: 0.050, stand_off_m: None, by_another_robot: false }
+    }
 }
 
 /// How to calibrate.
@@ -303,7 +311,7 @@ impl Default for Config {
             accept_partial: false,
             require: Requirement::default(),
             known: KnownOfCell::default(),
-            used_at: Use { speed_m_s: 0.050, stand_off_m: None },
+            used_at: Use::default(),
             offset_search_s: 1.2,
             threads: 1,
         }

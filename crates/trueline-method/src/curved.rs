@@ -20,7 +20,7 @@ use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::{Observations, observe_by, origin_ns};
 use crate::input::skip::Skip;
 use crate::input::timestamps::{Dejittered, Sampling};
-use crate::models::tried::{Because, ModelTried};
+use crate::models::tried::{Because, Block, ModelTried, Role, SeamModel};
 use crate::problem::parameters::{LINES, Parameters, TIME_OFFSET};
 use crate::verdict::{self, Reason};
 use nalgebra::{DMatrix, UnitVector3, Vector2};
@@ -125,10 +125,21 @@ fn with_curve_refused(mut line: Calibration, answer: &Answered) -> Calibration {
 fn of_curve(line: &ModelTried, answer: &Answered, because: Because) -> ModelTried {
     ModelTried {
         because,
-        target: Target::Curve,
-        log_evidence: Some(answer.curve.log_evidence[0]),
+        target: SeamModel::Curve,
+        robot_lag_s: 0.0,
+        log_evidence: answer.curve.log_evidence[0],
         noise_factor: answer.finished.factor,
-        ..line.clone()
+        ..line.with(|block| Some(role_beside_curve(block)))
+    }
+}
+
+fn role_beside_curve(block: Block) -> Role {
+    match block {
+        Block::TimeOffset | Block::HandEye | Block::SeamForm => Role::Estimated,
+        Block::Robot => Role::Considered,
+        Block::Line | Block::Bow | Block::Sensor | Block::Detector | Block::EdgeRadius | Block::PoseLag => {
+            Role::Held
+        }
     }
 }
 
@@ -354,7 +365,7 @@ fn models(findings: &Findings, answer: &Answered) -> Vec<ModelTried> {
         })
         .collect();
     if let Some(first) = lines.first_mut() {
-        first.log_evidence = Some(answer.curve.log_evidence[1]);
+        first.log_evidence = answer.curve.log_evidence[1];
         let curve = of_curve(first, answer, Because::CurveExplains);
         lines.insert(0, curve);
     }

@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-const ALLOWED: [(&str, &[&str]); 25] = [
+const ALLOWED: [(&str, &[&str]); 27] = [
     ("trueline-geometry", &[]),
     ("trueline-arm", &["trueline-geometry"]),
     ("trueline-lsq", &[]),
@@ -66,6 +66,8 @@ const ALLOWED: [(&str, &[&str]); 25] = [
             "trueline-model",
         ],
     ),
+    ("trueline-rt", &["trueline-geometry", "trueline-model"]),
+    ("trueline-rt-c", &["trueline-geometry", "trueline-model", "trueline-rt"]),
     ("trueline-serve", &["trueline-cell", "trueline-watch"]),
     ("trueline-sensor", &["trueline-geometry", "trueline-lsq", "trueline-model", "trueline-vision"]),
     ("trueline-sim", &["trueline-arm", "trueline-dataset", "trueline-geometry", "trueline-model"]),

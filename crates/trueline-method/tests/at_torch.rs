@@ -29,7 +29,7 @@ impl Normal {
 #[test]
 fn predicted_error_is_that_of_sampled_calibrations() {
     let recording = simulate(&Preset::Quick.scenario(), 5).unwrap();
-    let used_at = Use { speed_m_s: 0.08, stand_off_m: None };
+    let used_at = Use { speed_m_s: 0.08, ..Use::default() };
     // A bias of the features that is estimated and taken out would move the point that stands for the scan.
     let config = Config { used_at, feature_bias_px: 0.0, ..Config::default() };
     let c = calibrate(&recording, None, &config).unwrap();
@@ -91,7 +91,7 @@ fn predicted_error_is_that_of_sampled_calibrations() {
 fn another_stand_off_is_along_the_sheet() {
     let recording = simulate(&Preset::Quick.scenario(), 5).unwrap();
     let predicted = |stand_off_m| {
-        let used_at = Use { speed_m_s: 0.0, stand_off_m };
+        let used_at = Use { speed_m_s: 0.0, stand_off_m, ..Use::default() };
         calibrate(&recording, None, &Config { used_at, ..Config::default() })
             .unwrap()
             .findings
@@ -114,4 +114,19 @@ fn middle_point(recording: &Recording, config: &Config) -> Vector3<f64> {
         values.sort_by(f64::total_cmp);
         values[values.len() / 2]
     })
+}
+
+/// Another robot needs the true transform: the errors of the one that scanned count by a quarter of its accuracy instead of a sixth.
+#[test]
+fn for_another_robot_its_own_errors_count_half_as_much_again() {
+    let robot_m = |by_another_robot: bool| {
+        let used_at = Use { by_another_robot, ..Use::default() };
+        let config = Config { used_at, feature_bias_px: 0.0, ..Config::default() };
+        let recording = simulate(&Preset::Quick.scenario(), 5).unwrap();
+        let found = calibrate(&recording, None, &config).unwrap();
+        found.findings.checks.seam_error.unwrap().budget_m.robot
+    };
+    let [same, another] = [false, true].map(robot_m);
+    // An ideal seam's robot is considered, so that its share is as large as it is taken to be.
+    assert!((another / same - 1.5).abs() < 1e-6, "{another} {same}");
 }

@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 use trueline_dataset::Recording;
-use trueline_method::models::tried::{Because, Clock, Role};
+use trueline_method::models::tried::{Because, Block, Clock, Role};
 use trueline_method::{Calibration, Config, DrawnLine, Reason, SensorMode, calibrate};
 use trueline_sim::noise::Noise;
 use trueline_sim::{Preset, simulate_with_faults};
@@ -110,14 +110,18 @@ fn models_that_were_fitted_beside_the_answer_are_listed() {
     let scan = recording(Some("plane-tilt-stripe=0.5"), 3);
     let held = calibrate(&scan, None, &Config { sensor: SensorMode::Fixed, ..Config::default() }).unwrap();
     let [asked, others @ ..] = &held.findings.models_tried[..] else { panic!("no model") };
-    assert_eq!((asked.because, asked.sensor, asked.clock), (Because::Asked, Role::Held, Clock::Even));
+    assert_eq!(
+        (asked.because, asked.role(Block::Sensor), asked.clock),
+        (Because::Asked, Role::Held, Clock::Even)
+    );
     assert!(others.iter().all(|model| !model.because.is_taken()));
-    let released = others.iter().find(|model| model.sensor == Role::Estimated).unwrap();
+    let released = others.iter().find(|model| model.role(Block::Sensor) == Role::Estimated).unwrap();
     assert_eq!(released.because, Because::TestsWhatIsHeld);
     // Half a degree of 20 s: hundreds of times the likelihood's own unit.
-    assert!(released.log_likelihood > asked.log_likelihood + 100.0, "{asked:?} {released:?}");
+    assert!(released.log_evidence > asked.log_evidence + 100.0, "{asked:?} {released:?}");
     // A sensor that is right and not held needs no other model.
     let plain = calibrate(&recording(None, 3), None, &Config::default()).unwrap();
     let [only] = &plain.findings.models_tried[..] else { panic!("{:?}", plain.findings.models_tried) };
-    assert_eq!((only.sensor, only.time_offset, only.drawn_lines), (Role::Estimated, Role::Estimated, 0));
+    let of = [Block::Sensor, Block::TimeOffset, Block::Line].map(|block| only.role(block));
+    assert_eq!(of, [Role::Estimated; 3]);
 }

@@ -43,3 +43,20 @@ fn cells_without_errors_are_calibrated_to_the_truth() {
         assert!((judged.miss_mm.unwrap() - found_mm).abs() < 1e-5);
     }
 }
+
+/// A form that nobody knows is no landmark: where it may be any, the scan does not say more than where there is none. The scan slides along its
+/// seam once, so that to shift along it together is what another form would be as well.
+#[test]
+fn a_seam_of_unknown_form_shows_no_more_than_a_straight_one() {
+    let cell = Shop { level: Level::Calm, seed: 1228, only: None }.cast().unwrap();
+    let largest_m = |waviness_m: f64| {
+        let config = Config { waviness_m: Some(waviness_m), ..Config::default() };
+        let found = calibrate(&cell.recording, cell.recording.initial.as_ref(), &config).unwrap();
+        let seam_error = found.findings.checks.seam_error.unwrap();
+        assert!(found.findings.fit.amplitudes.is_some());
+        seam_error.rms_m
+    };
+    let [straight_m, wavy_m] = [0.0, 0.06e-3].map(largest_m);
+    // Of a form that stayed in space while all slide the ± was a third; the amplitude of the noise that lasts may be another.
+    assert!(wavy_m > 0.9 * straight_m, "{wavy_m} {straight_m}");
+}

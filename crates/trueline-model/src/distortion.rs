@@ -107,17 +107,16 @@ impl BrownConrady {
 /// Smallest positive root of c₀ + c₁s + c₂s² + c₃s³ with c₀ > 0; infinite if there is none.
 fn first_positive_root(c: [f64; 4]) -> f64 {
     let value = |s: f64| c[0] + s * (c[1] + s * (c[2] + s * c[3]));
-    // The turning points split the axis into monotone pieces; look for the first change of sign.
-    let mut knots = turning_points(c);
     // Beyond this bound (Cauchy's, on the reversed polynomial) the leading term rules.
     let leading = c.iter().rposition(|x| *x != 0.0).unwrap_or(0);
     if leading == 0 {
         return f64::INFINITY;
     }
     let bound = 1.0 + c[..leading].iter().fold(0.0_f64, |m, x| m.max((x / c[leading]).abs()));
-    knots.push(bound);
+    // The turning points split the axis into monotone pieces; look for the first change of sign.
+    let [first, second] = turning_points(c);
     let mut low = 0.0;
-    for high in knots {
+    for high in [first, second, Some(bound)].into_iter().flatten() {
         if high > low && value(high) <= 0.0 {
             return bisect(value, low, high);
         }
@@ -127,22 +126,25 @@ fn first_positive_root(c: [f64; 4]) -> f64 {
 }
 
 /// Roots of c₁ + 2c₂s + 3c₃s², rising.
-fn turning_points(c: [f64; 4]) -> Vec<f64> {
+fn turning_points(c: [f64; 4]) -> [Option<f64>; 2] {
     let (a, b, k) = (3.0 * c[3], 2.0 * c[2], c[1]);
-    let mut roots = if a == 0.0 {
-        if b == 0.0 { vec![] } else { vec![-k / b] }
+    let roots = if a == 0.0 {
+        [(b != 0.0).then(|| -k / b), None]
     } else {
         let discriminant = b * b - 4.0 * a * k;
         if discriminant < 0.0 {
-            vec![]
+            [None, None]
         } else {
             let q = -0.5 * (b + discriminant.sqrt().copysign(b));
-            if q == 0.0 { vec![0.0] } else { vec![q / a, k / q] }
+            if q == 0.0 { [Some(0.0), None] } else { [Some(q / a), Some(k / q)] }
         }
     };
-    roots.retain(|s| s.is_finite());
-    roots.sort_by(f64::total_cmp);
-    roots
+    let [one, two] = roots.map(|root| root.filter(|s| s.is_finite()));
+    match (one, two) {
+        (Some(a), Some(b)) if b < a => [Some(b), Some(a)],
+        (None, Some(b)) => [Some(b), None],
+        other => other.into(),
+    }
 }
 
 fn bisect(value: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {

@@ -20,6 +20,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod cloud;
 pub mod detector;
 pub mod error;
 mod nearest;
@@ -31,6 +32,7 @@ mod profiles;
 mod several;
 mod trigger;
 
+pub use cloud::{Measurements, open_measurements};
 pub use error::OpenError;
 pub use nearest::nearest;
 pub use observer::{OpenObserver, Told, told_of_import};

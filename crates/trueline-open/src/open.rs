@@ -195,7 +195,7 @@ fn seams_of_pictures(
 }
 
 /// The sensor that was laid into a bag's folder.
-fn sensor_beside(recording: &Path) -> Result<Option<SensorFile>, OpenError> {
+pub(crate) fn sensor_beside(recording: &Path) -> Result<Option<SensorFile>, OpenError> {
     let file = recording.join("sensor.toml");
     if !(recording.is_dir() && file.exists()) {
         return Ok(None);

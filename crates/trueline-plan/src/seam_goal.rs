@@ -3,18 +3,19 @@
 //! Unknown are time offset, hand-eye, line and bow (or the planes of plates and edge and how they are not flat), and with what is known of them
 //! beforehand the sensor's five numbers of shape and the six of the feature's bias with the tilt; in stripes the estimator does not look
 //! for that: what the seam points leave of it moves the estimate there. The robot's errors are a Gaussian process over the poses that is not estimated: it moves
-//! the estimate \[Schmidt1966\]. The seam error is the root mean square over the field that the scan visits, as in
+//! the estimate \[Schmidt1966\]; so does the radius of an edge of which the detector sees the outermost point. The seam error is the root mean square over the field that the scan visits, as in
 //! `trueline_method::assess::seam_error`.
 
 use crate::cell::Cell;
 use crate::evidence::{Evidence, FrameRows, HELD, add_square};
 use crate::rehearsal::knowledge;
 use crate::sights::Sights;
-use nalgebra::{SMatrix, Vector2, Vector3};
-use trueline_dataset::SensorSetup;
+use nalgebra::{SMatrix, SVector, Vector2, Vector3};
+use trueline_dataset::{Sensor, SensorSetup};
 use trueline_geometry::so3;
 use trueline_method::assess::robot_field::{RobotSigmas, alike};
 use trueline_method::assess::tilt_bias::{BIAS, TiltBias};
+use trueline_method::config::ASSUMED_EDGE_RADIUS_M;
 use trueline_method::input::shape_knowledge::ShapeCovariance;
 use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_model::SheetShape;
@@ -28,6 +29,8 @@ pub struct SeamGoal {
     pub shape: ShapeCovariance,
     /// How far the robot is off within a scan.
     pub robot: RobotSigmas,
+    /// Radius of the edge of which seam points are seen, m; zero for stripes, where two fitted lines cross.
+    pub edge_radius_m: f64,
     /// Bias of the feature per 10° of tilt, px (m for sensors that report lengths are made of it as the estimator does).
     pub bias_px: f64,
     /// Speed along the seam in use, m/s.
@@ -48,7 +51,8 @@ impl SeamGoal {
     #[must_use]
     pub fn of(cell: &Cell, setup: &SensorSetup, wanted_m: f64) -> Option<Self> {
         let (shape, robot, bias_px, speed_m_s) = knowledge(cell, setup)?;
-        Some(Self { wanted_m, shape, robot, bias_px, speed_m_s })
+        let edge_radius_m = setup.edge_radius_m.unwrap_or(ASSUMED_EDGE_RADIUS_M);
+        Some(Self { wanted_m, shape, robot, edge_radius_m, bias_px, speed_m_s })
     }
 
     /// The seam error that frames leave, m; `None` where something is not shown at all. A is N and the numbers of the bias, which is
@@ -71,7 +75,39 @@ impl SeamGoal {
         let noise = (field * covariance).trace();
         let spread = covariance * field * covariance;
         let moved = bias_left.map_or(0.0, |left| (by_bias.transpose() * spread * by_bias * left).trace());
-        Some((noise + moved + self.by_robot(&seen, &spread)).max(0.0).sqrt())
+        let edge =
+            if bias_left.is_some() { 0.0 } else { self.by_edge(cell, sights, evidence, &seen, &spread)? };
+        Some((noise + moved + edge + self.by_robot(&seen, &spread)).max(0.0).sqrt())
+    }
+
+    /// What the radius of the edge adds: the detector's point lies on the side of the sensor, off the mean of the scan by as much as the view is.
+    fn by_edge<const ROWS: usize, const N: usize, const A: usize>(
+        &self,
+        cell: &Cell,
+        sights: &Sights,
+        evidence: &Evidence<ROWS, N>,
+        seen: &[Seen<ROWS, A>],
+        spread: &SMatrix<f64, A, A>,
+    ) -> Option<f64> {
+        let along = cell.seam.direction()?.into_inner();
+        let view = |frame: &FrameRows<ROWS, N>| {
+            let sight = &sights.list[frame.sight];
+            let base_from_camera = sight.placement.base_from_camera();
+            // A picture is seen from the camera's origin; of what reports lengths the range is the view.
+            let towards = match cell.sensor {
+                Sensor::CameraLaser { .. } => -(base_from_camera.rotation * sight.point_in_camera),
+                _ => base_from_camera.rotation * cell.sheet.axes().column(1),
+            };
+            (towards - along * along.dot(&towards)).normalize()
+        };
+        let views: Vec<Vector3<f64>> = evidence.frames.iter().map(view).collect();
+        let mean = views.iter().sum::<Vector3<f64>>() / views.len().max(1) as f64;
+        let mut pushed = SVector::<f64, A>::zeros();
+        for ((frame, seen), view) in evidence.frames.iter().zip(seen).zip(&views) {
+            let column = frame.by_shift * (view - mean) * self.edge_radius_m;
+            pushed += seen.columns.transpose() * column * seen.weight;
+        }
+        Some(pushed.dot(&(spread * pushed)))
     }
 
     /// What seam points leave unknown of the bias; `None` where something is not shown at all.

@@ -3,9 +3,9 @@
 use crate::number::positive_w;
 use crate::{checks, facts, seam_error, stripes};
 use trueline_dataset::result_file::{
-    self, Covariance, CurveEntry, DrawnLineOptions, ErrorsFoundEntry, IterationEntry, IterationLine, LineEntry,
-    LinePosition, ModelEntry, Observability, Options, OutlierEntry, PoseEntry, RequireOptions, Residuals,
-    ResultFile, RivalEntry, SCHEMA_VERSION, Sigma, TimeOffsetUse, Tool, UnobservableEntry,
+    self, Covariance, CurveEntry, DrawnLineOptions, ErrorsFoundEntry, IterationEntry, IterationLine,
+    LineEntry, LinePosition, ModelEntry, Observability, Options, OutlierEntry, PoseEntry, RequireOptions,
+    Residuals, ResultFile, RivalEntry, SCHEMA_VERSION, Sigma, TimeOffsetUse, Tool, UnobservableEntry,
 };
 use trueline_dataset::unit::MM_PER_M;
 use trueline_export::time_offset;
@@ -13,7 +13,7 @@ use trueline_geometry::Line;
 use trueline_method::adjustment::answer::Amplitudes;
 use trueline_method::assess::observability::{Group, RANK_THRESHOLD, Unobservable};
 use trueline_method::hypotheses::ambiguity::RivalAnswer;
-use trueline_method::models::tried::ModelTried;
+use trueline_method::models::tried::{Block, ModelTried};
 use trueline_method::problem::parameters::{self, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_method::solve::iteration_record::IterationRecord;
 use trueline_method::verdict::Axis;
@@ -65,7 +65,7 @@ pub fn of(c: &Calibration) -> ResultFile {
 fn errors_found(amplitudes: &Amplitudes) -> ErrorsFoundEntry {
     ErrorsFoundEntry {
         white_noise: amplitudes.white,
-        lasting_noise: amplitudes.lasting.map(|noise| noise.amplitude.sqrt()),
+        lasting_noise: amplitudes.lasting.map(|noise| noise.lasting().sqrt()),
         lasts_s: amplitudes.lasting[0].lasts_s,
         seam_form_mm: amplitudes.form_m * MM_PER_M,
         robot_mm: amplitudes.robot_m * MM_PER_M,
@@ -77,18 +77,15 @@ fn errors_found(amplitudes: &Amplitudes) -> ErrorsFoundEntry {
 }
 
 fn model(tried: &ModelTried) -> ModelEntry {
+    let role = |block: Block| (block.name().to_owned(), tried.role(block).name().to_owned());
     ModelEntry {
         taken: tried.because.is_taken(),
-        because: tried.because.code().to_owned(),
-        target: tried.log_evidence.map(|_| tried.target.name().to_owned()),
-        log_evidence: tried.log_evidence,
-        robot_lag_s: tried.robot_lag_s,
-        sensor: tried.sensor.name().to_owned(),
-        time_offset: tried.time_offset.name().to_owned(),
-        drawn_lines: tried.drawn_lines,
-        feature_bias: tried.feature_bias.name().to_owned(),
+        why: tried.because.code().to_owned(),
+        roles: Block::ALL.map(role).into(),
+        target: tried.target.name().to_owned(),
         clock: tried.clock.name().to_owned(),
-        log_likelihood: tried.log_likelihood,
+        robot_lag_s: tried.robot_lag_s,
+        log_evidence: tried.log_evidence,
         noise_factor: tried.noise_factor,
     }
 }
@@ -314,6 +311,7 @@ pub fn options(config: &Config) -> Options {
         offset_within_s: config.known.offset_within_s,
         looks: config.known.looks.map(|axis| axis.name().to_owned()),
         accept_partial: config.accept_partial,
+        strict: config.used_at.by_another_robot,
         require: RequireOptions {
             time_offset_s: config.require.time_s,
             rotation_rad: config.require.rotation_rad,

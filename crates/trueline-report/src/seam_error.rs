@@ -26,7 +26,10 @@ pub fn entry(error: &SeamError) -> SeamErrorEntry {
             feature_bias: parts.feature_bias * MM_PER_M,
             held: parts.held * MM_PER_M,
             edge_radius: parts.edge_radius * MM_PER_M,
+            detector: parts.detector * MM_PER_M,
+            pose_lag: parts.pose_lag * MM_PER_M,
         },
+        remedy: budget(error, false).first().map(|part| format!("{}: {}", part.name, part.cure)),
         robot_accuracy_mm: error.levels.robot_accuracy_m * MM_PER_M,
         robot_is_stated: error.levels.robot_is_stated,
         feature_bias_px: error.levels.feature_bias_px,
@@ -122,7 +125,7 @@ pub fn assumed(c: &Calibration, error: &SeamError) -> Option<String> {
         let assumed = if levels.robot_is_stated { "" } else { " (assumed)" };
         with.push(format!("a robot of {} mm{assumed}", levels.robot_accuracy_m * MM_PER_M));
     }
-    if error.budget_m.feature_bias > 0.0 {
+    if error.budget_m.feature_bias.hypot(error.budget_m.detector) > 0.0 {
         let state = if levels.bias_is_estimated { "estimated" } else { "assumed" };
         let per_px_m = c.findings.length_per_px_m();
         let bias = bias(levels.feature_bias_px, per_px_m);
@@ -179,9 +182,14 @@ pub fn budget(error: &SeamError, robot_is_doubted: bool) -> Vec<BudgetPart> {
         ),
         ("robot", parts.robot, of_robot),
         ("seam form", parts.seam_form, "scan a straighter edge, or the same seam back again"),
-        ("feature bias", parts.feature_bias, "add a pass with the sensor spun by 180° about its view"),
+        (
+            "feature bias",
+            parts.feature_bias.hypot(parts.detector),
+            "add a pass with the sensor spun by 180° about its view",
+        ),
         ("what is held", parts.held, "estimate it with the rest, or know it better"),
         ("edge radius", parts.edge_radius, of_edge),
+        ("pose lag", parts.pose_lag, "record measured poses instead of commanded ones"),
     ];
     list.sort_by(|a, b| b.1.total_cmp(&a.1));
     let share = |sigma_m: f64| (sigma_m / error.rms_m).powi(2);
@@ -219,10 +227,17 @@ fn sensor_state(shape: &SensorShape) -> String {
         format!("off: {words}")
     } else if shape.wald > WALD_LIMIT {
         format!("not blamed: the cause named above makes the fit believe that {words}")
+    } else if words.is_empty() {
+        "not seen".to_owned()
+    } else if shape.clearest() > DOUBTFUL {
+        format!("perhaps off: {words}")
     } else {
         format!("no fault seen: {words}")
     }
 }
+
+/// A component so many of its ± from zero is doubted, though five of them together are not plainly off.
+const DOUBTFUL: f64 = 3.0;
 
 /// The five numbers of a shape.
 const COMPONENTS: [&str; 5] = ["width", "depth", "shear", "keystone along the stripe", "keystone in depth"];

@@ -128,8 +128,7 @@ impl Said {
 
 fn parts_m(error: &SeamError) -> Vec<f64> {
     // The edge of these cells is stated to be sharp.
-    let SeamErrorBudget { noise, stamps, sensor, robot, seam_form, feature_bias, held, edge_radius: _ } =
-        error.budget_m;
+    let SeamErrorBudget { noise, stamps, sensor, robot, seam_form, feature_bias, held, .. } = error.budget_m;
     vec![error.rms_m, noise, stamps, sensor, robot, seam_form, feature_bias, held]
 }
 

@@ -195,3 +195,36 @@ def presets(program, folder, names: list[str]) -> str:
         for axis, colour in enumerate((BLUE, ORANGE, GREEN)):
             turned.line([(row["time_s"] - start, tilt[axis]) for row, tilt in zip(every, tilts(every))], colour)
     return draw.svg()
+
+SHOP = ("--shop", "ordinary", "--seed", "104")
+STATED = (
+    ("nothing is stated", []),
+    ("the edge is sharp", ["--edge-radius-mm", "0"]),
+    ("and the robot is good to 0.2 mm", ["--edge-radius-mm", "0", "--robot-accuracy-mm", "0.2"]),
+)
+PARTS = (
+    ("robot", "the robot's accuracy", BLUE), ("edge_radius", "the radius of the edge", ORANGE), ("seam_form", "the form of the seam", GREEN),
+    ("noise", "noise", GREY), ("detector", "the detector's bias", RED), ("sensor", "the sensor", INK),
+)
+
+
+def budget(program, folder) -> str:
+    """The parts of the ± of a seam point, by what is stated of the cell."""
+    draw = Drawing(760, 330, "What the ± of a seam point is made of, by what is stated of the cell")
+    scan = simulated(program, folder / "shop", *SHOP)
+    for k, (words, options) in enumerate(STATED):
+        error = calibrated(program, scan, f"shop-{k}", *options)["seam_error"]
+        top, left = 40 + 92 * k, 40
+        draw.text(left, top - 8, f"{words}: ± {error['rms_mm']:.2f} mm", 14, INK, extra="font-weight='bold'")
+        # The parts add up by their squares: the area of a piece is its share of the variance.
+        for key, _, colour in PARTS:
+            width = 680 * (error["budget_mm"][key] / error["rms_mm"]) ** 2
+            draw.area([(left, top), (left + width, top), (left + width, top + 40), (left, top + 40)], colour, 0.85)
+            if width > 60:
+                draw.text(left + 6, top + 25, f"{error['budget_mm'][key]:.2f} mm", 12, "white")
+            left += width
+    for k, (_, words, colour) in enumerate(PARTS):
+        x, y = 40 + 230 * (k % 3), 300 + 20 * (k // 3)
+        draw.dots([(x, y - 4)], colour, 5)
+        draw.text(x + 12, y, words, 12)
+    return draw.svg()

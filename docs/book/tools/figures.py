@@ -21,5 +21,6 @@ def generate(program, scratch) -> dict[str, str]:
         "stamps.svg": charts.stamps(program, folder),
         "before-after.svg": charts.before_after(program, folder),
         "convergence.svg": charts.convergence(program, folder),
+        "budget.svg": charts.budget(program, folder),
         "presets.svg": charts.presets(program, folder, [name for name, _ in reference.preset_names(program)]),
     }

@@ -27,6 +27,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
         return calibrate_board::run(args, board);
     }
     check_sensor(args)?;
+    check_seam(args)?;
     check_fixed(args)?;
     let config = args.config();
     let began = Instant::now();
@@ -181,6 +182,19 @@ fn check_sensor(args: &CalibrateArgs) -> Result<(), Failure> {
         format!("`{option}`: the point-to-line residual takes the sensor for exact"),
         "use it with --residual sheet",
     ))
+}
+
+/// The paper's residual knows a straight seam with a sharp edge alone: what is said of another one would be ignored.
+fn check_seam(args: &CalibrateArgs) -> Result<(), Failure> {
+    let is_paper = args.residual == ResidualKind::PointToLine;
+    let stated = [("--edge-radius-mm", args.edge_radius_mm), ("--waviness-mm", args.waviness_mm)];
+    let ignored = stated.into_iter().find(|(_, mm)| is_paper && mm.is_some_and(|mm| mm > 0.0));
+    ignored.map_or(Ok(()), |(option, _)| {
+        Err(Failure::new(
+            format!("`{option}`: the point-to-line residual takes the seam for straight, with a sharp edge"),
+            "use it with --residual sheet",
+        ))
+    })
 }
 
 /// What is said of something that is not held would be ignored.

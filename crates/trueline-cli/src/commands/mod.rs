@@ -5,6 +5,7 @@ pub(crate) mod calibrate;
 pub(crate) mod calibrate_board;
 #[cfg(feature = "gige")]
 pub(crate) mod camera_sim;
+pub(crate) mod cloud;
 pub(crate) mod completions;
 pub(crate) mod demo;
 pub(crate) mod diff;

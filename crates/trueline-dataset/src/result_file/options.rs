@@ -48,6 +48,8 @@ pub struct Options {
     pub looks: Option<String>,
     /// Whether what is not observable might be held at the guess.
     pub accept_partial: bool,
+    /// Whether the ± is that of the true transform, as another robot needs it.
+    pub strict: bool,
     /// Accuracy that was required.
     pub require: RequireOptions,
     /// Working speed of `at_torch`.

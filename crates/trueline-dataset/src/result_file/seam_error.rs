@@ -15,6 +15,8 @@ pub struct SeamErrorEntry {
     pub field: FieldEntry,
     /// Where it comes from; the squares add up.
     pub budget_mm: BudgetEntry,
+    /// What shrinks the largest part most: a statement, or a motion.
+    pub remedy: Option<String>,
     /// Robot accuracy that was assumed or stated.
     pub robot_accuracy_mm: f64,
     /// Whether it was stated.
@@ -51,10 +53,14 @@ pub struct BudgetEntry {
     pub robot: f64,
     /// The seam's form.
     pub seam_form: f64,
-    /// The feature's bias with the tilt.
+    /// What is left of the features' bias with the tilt, where it is not a block of an adjustment.
     pub feature_bias: f64,
     /// What was held and is not known exactly.
     pub held: f64,
     /// The radius of the seam's edge.
     pub edge_radius: f64,
+    /// The detector's bias with the tilt, as a block of an adjustment.
+    pub detector: f64,
+    /// The robot's lag behind its recorded poses.
+    pub pose_lag: f64,
 }

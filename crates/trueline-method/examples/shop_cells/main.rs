@@ -1,7 +1,8 @@
 //! Whole cells of a shop in which everything errs at once: is a good scan accepted, and is the answer as good as it says?
 //!
-//! `cargo run --release --example shop_cells [CELLS A LEVEL] [LEVEL] [FIRST SEED] [--cells]` prints two tables: what is accepted and how
-//! true it is, and what is refused for which reasons. With `--cells` a line a cell as well. Cells are judged as shared/tools/shop_judge.py does.
+//! `cargo run --release --example shop_cells [CELLS A LEVEL] [LEVEL] [FIRST SEED] [--cells] [--stated]` prints two tables: what is accepted and how
+//! true it is, and what is refused for which reasons. With `--cells` a line a cell as well. With `--stated` the radius of the edge and the class of
+//! the robot are stated as they are.
 
 #![allow(clippy::print_stdout, reason = "an example prints its tables")]
 
@@ -11,7 +12,7 @@ mod table;
 use judge::Judged;
 use std::env;
 use trueline_method::{Config, Status, calibrate};
-use trueline_sim::shop::{Level, Shop};
+use trueline_sim::shop::{Level, Shop, ShopTruth};
 
 /// Cells a level where nobody says.
 const CELLS: u64 = 60;
@@ -22,23 +23,40 @@ fn main() {
     let numbers: Vec<u64> = numbers.iter().filter_map(|word| word.parse().ok()).collect();
     let count = numbers.first().copied().unwrap_or(CELLS);
     let first = numbers.get(1).copied().unwrap_or(1);
-    let prints_cells = words.iter().any(|word| word == "--cells");
+    let has = |option: &str| words.iter().any(|word| word == option);
+    let (prints_cells, is_stated) = (has("--cells"), has("--stated"));
     let is_wanted = |level: &Level| {
         words.iter().all(|word| word.starts_with('-')) || words.iter().any(|word| word == level.name())
     };
     let mut columns = Vec::new();
     for level in Level::ALL.into_iter().filter(is_wanted) {
         let judged: Vec<Judged> =
-            (first..first + count).filter_map(|seed| cell(level, seed, prints_cells)).collect();
+            (first..first + count).filter_map(|seed| cell(level, seed, prints_cells, is_stated)).collect();
         columns.push((level, judged));
     }
     table::print(&columns);
 }
 
+/// The accuracy of a robot over the root mean square of its errors: the class of 0.5 mm is that of arms of 0.4 mm.
+const CLASS_OVER_RMS: f64 = 1.25;
+
+/// What somebody states who knows the edge and the robot.
+fn stated(truth: &ShopTruth) -> Config {
+    let size = |name: &str| {
+        truth.errors.iter().find(|(row, _)| row.name == name).map_or(0.0, |(row, size)| size * row.unit.1)
+    };
+    Config {
+        edge_radius_m: Some(size("rounded-edge")),
+        robot_accuracy_m: Some(CLASS_OVER_RMS * size("arm-geometry")),
+        ..Config::default()
+    }
+}
+
 /// One cell, calibrated and judged; `None` if no arm can follow its path.
-fn cell(level: Level, seed: u64, prints: bool) -> Option<Judged> {
+fn cell(level: Level, seed: u64, prints: bool, is_stated: bool) -> Option<Judged> {
     let cell = Shop::new(level, seed).cast()?;
-    let outcome = calibrate(&cell.recording, cell.recording.initial.as_ref(), &Config::default());
+    let config = if is_stated { stated(&cell.truth) } else { Config::default() };
+    let outcome = calibrate(&cell.recording, cell.recording.initial.as_ref(), &config);
     let judged = match &outcome {
         Ok(calibration) => judge::judged(&cell, calibration),
         Err(error) => Judged::refused(&cell, vec![format!("error: {error}")]),

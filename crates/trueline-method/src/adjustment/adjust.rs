@@ -7,15 +7,17 @@ use crate::adjustment::amplitudes;
 use crate::adjustment::blocks::Block;
 use crate::adjustment::coloured::{Coloured, Sums, Whitened};
 use crate::adjustment::columns::Columns;
-use crate::adjustment::equations::{Equations, Prior, Solved};
-use crate::adjustment::frames::{Frame, Scan};
+use crate::adjustment::equations::{Equations, Factors, Prior, Solved};
+use crate::adjustment::frames::{Frame, Scan, places};
+use crate::adjustment::neighbours::Neighbours;
 use crate::adjustment::table::Table;
 use crate::adjustment::weights::weights;
 use crate::assess::tilt_bias::TiltBias;
 use crate::input::shape_prior::ShapePrior;
 use crate::order_statistics::median;
+use crate::parallel;
 use crate::problem::parameters::Parameters;
-use nalgebra::{DMatrix, DVector, Vector2};
+use nalgebra::{DMatrix, DVector, Vector1, Vector2};
 
 /// Cuts of the rounds, standard deviations: beyond it a frame does not count.
 const CUTS: [f64; 5] = [4.0, 4.5, 5.5, 5.5, 5.5];
@@ -31,8 +33,8 @@ const SMALL: f64 = 0.02;
 const HALVINGS: usize = 6;
 /// Amplitudes of noise that lasts …
 const AMPLITUDES: [f64; 8] = [0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0];
-/// … and how long it may last, s.
-const LASTS_S: [f64; 4] = [0.06, 0.2, 0.7, 2.5];
+/// … and how long that of the short process may last, s.
+const LASTS_S: [f64; 3] = [0.06, 0.2, 0.7];
 /// Twice the log likelihood that another noise must gain.
 const GAIN: f64 = 0.5;
 
@@ -56,6 +58,15 @@ pub(crate) struct Adjustment<'a> {
     pub noise: [Coloured; 2],
     /// How much each frame counts.
     pub weights: Vec<f64>,
+    /// Threads that share the work.
+    pub threads: usize,
+}
+
+/// What of a round stays as it is while the unknowns move.
+struct Seen<'a> {
+    frames: &'a [Option<Frame>],
+    whitened: &'a [Whitened],
+    factors: &'a Factors,
 }
 
 /// Where an adjustment ended.
@@ -82,7 +93,7 @@ impl Adjustment<'_> {
         let frames = self.scan.frames(&self.at, &self.tilt);
         let mut table = Table::of(&frames, &self.columns, &self.coefficients);
         let (sums, solved) = self.steps(&mut table, &frames)?;
-        let equations = Equations::of([&sums[0], &sums[1]], self.sigmas, self.columns.estimated());
+        let equations = self.equations(&sums);
         self.coefficients = self.of_blocks(&solved.step);
         Some(Adjusted { equations, solved })
     }
@@ -101,7 +112,7 @@ impl Adjustment<'_> {
             self.sigmas[direction] = sigma.max(all / MOST_LASTING).max(LEAST_SIGMA);
             spread[direction] = all.max(self.sigmas[direction]);
             let lasting = (spread[direction] / self.sigmas[direction]).powi(2) - 1.0;
-            self.noise[direction] = Coloured { amplitude: nearest(lasting), lasts_s: LASTS_S[1] };
+            self.noise[direction] = Coloured { amplitude: nearest(lasting), lasts_s: LASTS_S[1], long: 0.0 };
         }
         let table = Table::of(&frames, &self.columns, &self.coefficients);
         let as_they_are: Vec<_> = frames.iter().map(|frame| Some(frame.as_ref()?.residual)).collect();
@@ -115,7 +126,7 @@ impl Adjustment<'_> {
             self.choose_noise(&table);
         }
         let (sums, solved) = self.steps(&mut table, &frames)?;
-        let equations = Equations::of([&sums[0], &sums[1]], self.sigmas, self.columns.estimated());
+        let equations = self.equations(&sums);
         let solved = if round >= FIRST_OF_AMPLITUDES {
             let (at, columns, shape_prior) = (&self.at, self.columns.clone(), self.shape_prior);
             amplitudes::follow(&mut self.columns.blocks, &equations, |blocks| {
@@ -128,33 +139,41 @@ impl Adjustment<'_> {
         let left = table.left(&solved.step);
         self.follow_sigmas(&sums, &solved);
         let spread =
-            [0, 1].map(|direction| self.sigmas[direction] * (1.0 + self.noise[direction].amplitude).sqrt());
+            [0, 1].map(|direction| self.sigmas[direction] * (1.0 + self.noise[direction].lasting()).sqrt());
         self.weights = weights(&table.off(&left, spread), cut);
         Some(())
     }
 
     /// Steps of the unknowns, the columns being what they are; the equations at the end with their solution.
     fn steps(&mut self, table: &mut Table, frames: &[Option<Frame>]) -> Option<([Sums; 2], Solved)> {
-        let whitened =
-            [0, 1].map(|direction| table.whitened(direction, &self.weights, self.noise[direction]));
+        let whitened = self.whitened(table);
         let mut sums = [0, 1].map(|direction| whitened[direction].sums.clone());
-        let mut cost = self.cost(&sums)?;
+        let factors = self.equations(&sums).factors(&self.prior(), self.columns.free.len())?;
+        let mut cost = self.equations(&sums).square_of_blocks(&factors, &self.prior());
         for _ in 0..STEPS {
-            let solved = self.solved(&sums)?;
+            let solved = self.equations(&sums).solve_with(&factors, &self.prior());
             let full = self.of_unknowns(&solved.step);
             if is_small(&full, &solved, &self.columns.free) {
                 return Some((sums, solved));
             }
             let from = self.at.clone();
-            let Some(there) = self.downhill((&from, &full), cost, table, (frames, &whitened)) else {
+            let seen = Seen { frames, whitened: &whitened, factors: &factors };
+            let Some(there) = self.downhill((&from, &full), cost, table, &seen) else {
                 self.at = from;
                 self.set_residuals(table, frames);
                 break;
             };
             (sums, cost) = there;
         }
-        let solved = self.solved(&sums)?;
+        let solved = self.equations(&sums).solve_with(&factors, &self.prior());
         Some((sums, solved))
+    }
+
+    /// The rows of both directions, whitened.
+    fn whitened(&self, table: &Table) -> Vec<Whitened> {
+        parallel::map(self.threads, 2, |direction| {
+            table.whitened(direction, &self.weights, self.noise[direction])
+        })
     }
 
     /// Goes the largest part of a step that makes the cost less than it was; `None` where none does.
@@ -163,16 +182,16 @@ impl Adjustment<'_> {
         (from, full): (&Parameters, &DVector<f64>),
         cost: f64,
         table: &mut Table,
-        (frames, whitened): (&[Option<Frame>], &[Whitened; 2]),
+        seen: &Seen<'_>,
     ) -> Option<([Sums; 2], f64)> {
         let residual = self.columns.estimated();
         let mut part = 1.0;
         for _ in 0..HALVINGS {
             self.at = from.retract(&(full * part));
-            self.set_residuals(table, frames);
-            let sums = [0, 1].map(|direction| table.sums(&whitened[direction], direction, residual));
-            let there = self.cost(&sums);
-            if let Some(there) = there.filter(|there| *there < cost) {
+            self.set_residuals(table, seen.frames);
+            let sums = [0, 1].map(|direction| table.sums(&seen.whitened[direction], direction, residual));
+            let there = self.equations(&sums).square_of_blocks(seen.factors, &self.prior());
+            if there < cost {
                 return Some((sums, there));
             }
             part *= 0.5;
@@ -186,26 +205,24 @@ impl Adjustment<'_> {
 
     /// Residuals at the state, about frames that were seen from another one.
     fn residuals(&self, frames: &[Option<Frame>]) -> Vec<Option<Vector2<f64>>> {
-        let residual = |frame: &Option<Frame>| {
-            let frame = frame.as_ref()?;
-            let (residual, along_m) = self.scan.residual(frame, &self.at)?;
-            let steep = self.columns.slopes(frame, &self.coefficients);
-            let slid_m = along_m - frame.along_m;
-            let moved = frame.by_point * (frame.across[0] * -steep[0] + frame.across[1] * -steep[1]);
-            Some(residual + moved * slid_m)
+        let there: Vec<_> =
+            frames.iter().map(|frame| self.scan.residual(frame.as_ref()?, &self.at)).collect();
+        let slid = |(frame, there): (&Option<Frame>, &Option<(Vector2<f64>, f64)>)| {
+            Some(Vector1::new(there.as_ref()?.1 - frame.as_ref()?.along_m))
         };
-        frames.iter().map(residual).collect()
+        let slid: Vec<_> = frames.iter().zip(&there).map(slid).collect();
+        let apart = Neighbours::of(&places(frames)).beyond(&slid);
+        let residual = |((frame, there), apart): ((&Option<Frame>, Option<_>), Option<Vector1<f64>>)| {
+            let (frame, (residual, _), apart) = (frame.as_ref()?, there?, apart?);
+            let steep = self.columns.slopes(frame, &self.coefficients);
+            let moved = frame.by_point * (frame.across[0] * -steep[0] + frame.across[1] * -steep[1]);
+            Some(residual + moved * apart.x)
+        };
+        frames.iter().zip(there).zip(apart).map(residual).collect()
     }
 
-    fn solved(&self, sums: &[Sums; 2]) -> Option<Solved> {
-        let equations = Equations::of([&sums[0], &sums[1]], self.sigmas, self.columns.estimated());
-        equations.solve(&self.prior())
-    }
-
-    /// Twice the cost with the unknowns where they are and the blocks at their best.
-    fn cost(&self, sums: &[Sums; 2]) -> Option<f64> {
-        let equations = Equations::of([&sums[0], &sums[1]], self.sigmas, self.columns.estimated());
-        equations.square_of_blocks(&self.prior(), self.columns.free.len())
+    fn equations(&self, sums: &[Sums; 2]) -> Equations {
+        Equations::of([&sums[0], &sums[1]], self.sigmas, self.columns.estimated())
     }
 
     fn prior(&self) -> Prior {
@@ -244,68 +261,101 @@ impl Adjustment<'_> {
         }
     }
 
-    /// The noise that is most likely: both directions alike first, then each by itself, then how long it lasts.
+    /// The noise that is most likely: both directions alike first, then each by itself, then how long it lasts, then what lasts for longer.
     fn choose_noise(&mut self, table: &Table) {
+        let begun = self.noise.map(Place::near);
         let mut likelihood = Likelihood { adjustment: self, table, known: Vec::new() };
-        let [mut one, mut other] =
-            likelihood.adjustment.noise.map(|noise| place(&AMPLITUDES, noise.amplitude));
-        let mut lasts = place(&LASTS_S, likelihood.adjustment.noise[0].lasts_s);
-        let mut best = likelihood.of([one, other], lasts);
-        let mut tried = |pair: [usize; 2], at: usize, chosen: &mut ([usize; 2], usize)| {
-            let there = likelihood.of(pair, at);
-            if there + GAIN < best {
-                (best, *chosen) = (there, (pair, at));
+        let mut best = Chosen { of: begun, twice_negative_log: likelihood.of(begun) };
+        let mut try_all = |best: &mut Chosen, others: Vec<[Place; 2]>| {
+            for of in others {
+                let twice_negative_log = likelihood.of(of);
+                if twice_negative_log + GAIN < best.twice_negative_log {
+                    *best = Chosen { of, twice_negative_log };
+                }
             }
         };
-        let mut chosen = ([one, other], lasts);
-        // Both alike, from where they are and from nothing.
-        tried([0; 2], lasts, &mut chosen);
+        let with = |place: Place, amplitude: usize| Place { amplitude, ..place };
+        try_all(&mut best, vec![begun.map(|place| with(place, 0))]);
         loop {
-            let ([before, _], _) = chosen;
-            for both in about(before, 1, AMPLITUDES.len()) {
-                tried([both; 2], lasts, &mut chosen);
-            }
-            if chosen.0[0] == before {
+            let before = best.of[0];
+            let alike = about(before.amplitude, 1, AMPLITUDES.len()).map(|both| [with(before, both); 2]);
+            try_all(&mut best, alike.collect());
+            if best.of[0] == before {
                 break;
             }
         }
-        ([one, other], _) = chosen;
-        for beside in about(one, 2, AMPLITUDES.len()) {
-            tried([beside, other], lasts, &mut chosen);
+        for direction in 0..2 {
+            let of = best.of;
+            let beside = about(of[direction].amplitude, 2, AMPLITUDES.len()).map(|amplitude| {
+                let mut other = of;
+                other[direction].amplitude = amplitude;
+                other
+            });
+            try_all(&mut best, beside.collect());
         }
-        ([one, other], _) = chosen;
-        for beside in about(other, 2, AMPLITUDES.len()) {
-            tried([one, beside], lasts, &mut chosen);
-        }
-        ([one, other], _) = chosen;
-        for beside in about(lasts, 1, LASTS_S.len()) {
-            tried([one, other], beside, &mut chosen);
-        }
-        ([one, other], lasts) = chosen;
-        self.noise = [one, other].map(|k| Coloured { amplitude: AMPLITUDES[k], lasts_s: LASTS_S[lasts] });
+        let of = best.of;
+        let lasting =
+            about(of[0].lasts, 1, LASTS_S.len()).map(|lasts| of.map(|place| Place { lasts, ..place }));
+        try_all(&mut best, lasting.collect());
+        let of = best.of;
+        let longer = (0..AMPLITUDES.len()).map(|long| of.map(|place| Place { long, ..place }));
+        try_all(&mut best, longer.collect());
+        let chosen = best.of.map(Place::noise);
+        self.noise = chosen;
     }
+}
+
+/// The noise of one direction, as places in what is tried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Place {
+    amplitude: usize,
+    lasts: usize,
+    long: usize,
+}
+
+impl Place {
+    fn near(noise: Coloured) -> Self {
+        Self {
+            amplitude: place(&AMPLITUDES, noise.amplitude),
+            lasts: place(&LASTS_S, noise.lasts_s),
+            long: place(&AMPLITUDES, noise.long),
+        }
+    }
+
+    fn noise(self) -> Coloured {
+        Coloured {
+            amplitude: AMPLITUDES[self.amplitude],
+            lasts_s: LASTS_S[self.lasts],
+            long: AMPLITUDES[self.long],
+        }
+    }
+}
+
+/// The likeliest noise so far.
+struct Chosen {
+    of: [Place; 2],
+    twice_negative_log: f64,
 }
 
 /// The restricted likelihood of noises, each filtered once.
 struct Likelihood<'a, 'b> {
     adjustment: &'a Adjustment<'b>,
     table: &'a Table,
-    known: Vec<((usize, usize, usize), Sums)>,
+    known: Vec<((usize, Place), Sums)>,
 }
 
 impl Likelihood<'_, '_> {
-    fn of(&mut self, amplitudes: [usize; 2], lasts: usize) -> f64 {
-        for (direction, amplitude) in amplitudes.into_iter().enumerate() {
-            let key = (direction, amplitude, lasts);
-            if !self.known.iter().any(|(known, _)| *known == key) {
-                let noise = Coloured { amplitude: AMPLITUDES[amplitude], lasts_s: LASTS_S[lasts] };
-                let whitened = self.table.whitened(direction, &self.adjustment.weights, noise);
-                self.known.push((key, whitened.sums));
-            }
-        }
+    fn of(&mut self, places: [Place; 2]) -> f64 {
+        let key = |direction: usize| (direction, places[direction]);
+        let is_known = |direction: &usize| self.known.iter().any(|(known, _)| *known == key(*direction));
+        let missing: Vec<usize> = (0..2).filter(|direction| !is_known(direction)).collect();
+        let found = parallel::map(self.adjustment.threads, missing.len(), |k| {
+            let noise = places[missing[k]].noise();
+            (key(missing[k]), self.table.whitened(missing[k], &self.adjustment.weights, noise).sums)
+        });
+        self.known.extend(found);
         let sums = |direction: usize| {
-            let key = (direction, amplitudes[direction], lasts);
-            self.known.iter().find(|(known, _)| *known == key).map(|(_, sums)| sums)
+            self.known.iter().find(|(known, _)| *known == key(direction)).map(|(_, sums)| sums)
         };
         let (Some(one), Some(other)) = (sums(0), sums(1)) else { return f64::INFINITY };
         let estimated = self.adjustment.columns.estimated();

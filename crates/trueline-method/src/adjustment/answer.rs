@@ -12,6 +12,7 @@ use crate::assess::seam_error::{Share, ShareOf};
 use crate::assess::systematic::SystematicLevels;
 use crate::assess::tilt_bias::TiltBias;
 use crate::config::ASSUMED_WAVINESS_M;
+use crate::models::tried as models;
 use crate::order_statistics::quantile;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
@@ -27,8 +28,10 @@ const UNIT_OF_LAG_S: f64 = 0.03;
 pub(crate) const LAG_SIGMA_S: f64 = 0.01;
 /// A frame that is left out is as unlikely as one at the cut of 5.5 standard deviations.
 const LEFT_OUT: f64 = 5.5 * 5.5;
-/// The robot is at most this many times as far off as its class.
+/// The robot is at most this many times as far off as its class …
 const WORST_ROBOT: f64 = 3.0;
+/// … or so far as arms are that nobody has calibrated, where a data sheet says less, m.
+const WORST_ACCURACY_M: f64 = 1.5e-3;
 /// Part of a seam's points that may lie beyond either end of it: outliers.
 const BEYOND: f64 = 0.002;
 
@@ -48,6 +51,8 @@ pub(crate) struct Settings<'a> {
     pub step: Option<(f64, f64)>,
     /// How far the robot lags behind the poses of the problem, and was taken to do so there, s; 0 is not at all.
     pub lag_s: f64,
+    /// Threads that share the work.
+    pub threads: usize,
 }
 
 /// What was found of the errors.
@@ -65,36 +70,51 @@ pub struct Amplitudes {
     pub robot_m: f64,
     /// How many times as far off as its class the robot is; `None` for an ideal one.
     pub robot: Option<f64>,
+    /// Whether that is as far as robots are.
+    pub robot_is_worst: bool,
     /// The square of a lag of the robot behind its poses that the residuals show beside all blocks, and its standard deviation, s².
     pub squared_lag_s2: (f64, f64),
     /// The lag that was taken into account, s.
     pub lag_s: f64,
+    /// A step of the time offset that noise alone shows, beside all blocks, and its standard deviation, s; `None` where nothing looks like one.
+    pub step_s: Option<(f64, f64)>,
     /// Frames that were left out, among those that took part.
     pub out: Outliers,
 }
 
+/// A step is one if it is so many of its standard deviations.
+const STEP_SIGMAS: f64 = 4.0;
+
 impl Amplitudes {
+    /// Whether a step of the time offset is still one beside noise that lasts and all other errors.
+    #[must_use]
+    pub fn show_a_step(&self) -> bool {
+        self.step_s.is_some_and(|(step_s, sigma_s)| step_s.abs() > STEP_SIGMAS * sigma_s)
+    }
+
     /// Whether the residuals are beyond what all errors together explain: noise that lasts, a form or a robot as large as it can be.
     #[must_use]
     pub fn are_beyond(&self) -> bool {
-        self.lasting.iter().all(|noise| noise.amplitude >= MOST_LASTING)
+        let is_no_noise = |(noise, white): (&Coloured, &f64)| white * noise.lasting().sqrt() > LARGEST_NOISE;
+        self.lasting.iter().zip(&self.white).all(is_no_noise)
             || self.forms.iter().any(|form| *form > MOST_FORM)
-            || self.robot.is_some_and(|robot| robot > LARGEST_PART * WORST_ROBOT)
+            || (self.robot_is_worst && self.robot_m > WORST_SHIFT_M)
     }
 
-    /// How many times as large as the white noise what lasts of it is, in the direction where that is most.
+    /// How many times as large as expected the noise is, white and lasting together, in the direction where that is most.
     #[must_use]
-    pub fn lasting_times(&self) -> f64 {
-        self.lasting.iter().map(|noise| noise.amplitude.sqrt()).fold(0.0, f64::max)
+    pub fn noise_times(&self) -> f64 {
+        let times = |(noise, white): (&Coloured, &f64)| white * (1.0 + noise.lasting()).sqrt();
+        self.lasting.iter().zip(&self.white).map(times).fold(0.0, f64::max)
     }
 }
 
-/// Noise that lasts with a hundred times the variance of the white noise is none: residuals of ten times what neighbours differ by.
-const MOST_LASTING: f64 = 100.0;
+/// What lasts is no noise where it is so many times what was expected of noise.
+const LARGEST_NOISE: f64 = 20.0;
+/// An arm moves a point by less than this along a scan, beyond what the hand-eye takes, m.
+const WORST_SHIFT_M: f64 = 1e-3;
 /// A form nine times as large as expected is another seam.
 const MOST_FORM: f64 = 9.0;
-/// An amplitude is at its bound beyond this part of it.
-const LARGEST_PART: f64 = 0.99;
 
 /// The answer.
 pub(crate) struct Answer {
@@ -106,6 +126,8 @@ pub(crate) struct Answer {
     pub shares: Vec<Share>,
     /// What was found of the errors.
     pub amplitudes: Amplitudes,
+    /// The blocks that were estimated beside the unknowns.
+    pub blocks: Vec<models::Block>,
     /// The stamp of each frame that took part, s, and whether it was left out.
     pub frames: Vec<(f64, bool)>,
     /// Minus twice the log likelihood.
@@ -142,7 +164,7 @@ pub(crate) fn adjust(problem: &LineProblem<'_>, at: &Parameters, settings: &Sett
     let poses = scan.poses(at);
     let tilt = TiltBias::about(&poses);
     let frames = scan.frames(at, &tilt);
-    let mut columns = Columns::of(at, settings.fixed, considered(settings));
+    let mut columns = Columns::of(at, settings.fixed, considered(settings, &frames, at.lines.len()));
     let field = RobotField::new(settings.levels.robot, &poses);
     add_blocks(&mut columns, &frames, at.lines.len(), field, settings);
     let coefficients = DVector::zeros(columns.estimated());
@@ -156,15 +178,19 @@ pub(crate) fn adjust(problem: &LineProblem<'_>, at: &Parameters, settings: &Sett
         sigmas: [1.0; 2],
         noise: [Coloured::NONE; 2],
         weights: Vec::new(),
+        threads: settings.threads,
     };
     let adjusted = adjustment.run()?;
     Some(answer(&adjustment, &adjusted, settings))
 }
 
-fn considered(settings: &Settings<'_>) -> Vec<Considered> {
+fn considered(settings: &Settings<'_>, frames: &[Option<Frame>], lines: usize) -> Vec<Considered> {
     let held = settings.held_sigmas.iter().map(|(component, sigma)| Considered::Held(*component, *sigma));
     let shape = settings.levels.held_shape.map(Considered::Shape);
-    held.chain(shape).chain([Considered::SquaredLag(UNIT_OF_LAG_S.powi(2))]).collect()
+    let sigma_m = settings.levels.edge_radius_m;
+    let mean_view = (0..lines).map(|line| mean_view(frames, line)).collect();
+    let edge = (sigma_m > 0.0).then_some(Considered::EdgeRadius { sigma_m, mean_view });
+    held.chain(shape).chain(edge).chain([Considered::SquaredLag(UNIT_OF_LAG_S.powi(2))]).collect()
 }
 
 fn add_blocks(
@@ -179,11 +205,8 @@ fn add_blocks(
         columns.blocks.push(block);
     };
     if let Some(field) = field {
-        add(Kind::Robot(field), Amplitude { theta: 1.0, bounds: [1.0, WORST_ROBOT.powi(2)] });
-    }
-    if settings.levels.edge_radius_m > 0.0 {
-        let mean_view = (0..lines).map(|line| mean_view(frames, line)).collect();
-        add(Kind::EdgeRadius { sigma_m: settings.levels.edge_radius_m, mean_view }, Amplitude::HELD);
+        let worst = WORST_ROBOT.max(WORST_ACCURACY_M / settings.levels.robot_accuracy_m);
+        add(Kind::Robot(field), Amplitude { theta: 1.0, bounds: [1.0, worst.powi(2)] });
     }
     if let Some((at_s, sigma_s)) = settings.step {
         let stamps: Vec<f64> = frames.iter().flatten().map(|frame| frame.stamp_s).collect();
@@ -241,9 +264,8 @@ fn answer(adjustment: &Adjustment<'_>, adjusted: &Adjusted, settings: &Settings<
         let of = match block.kind {
             Kind::Form { .. } => ShareOf::SeamForm,
             Kind::Robot(_) => ShareOf::Robot,
-            Kind::EdgeRadius { .. } => ShareOf::EdgeRadius,
-            Kind::Detector { .. } => ShareOf::FeatureBias,
-            Kind::Lag { .. } => ShareOf::Robot,
+            Kind::Detector { .. } => ShareOf::Detector,
+            Kind::Lag { .. } => ShareOf::PoseLag,
             Kind::Step { .. } => ShareOf::Stamps,
         };
         shares.push(Share { of, columns, shape: None });
@@ -254,8 +276,10 @@ fn answer(adjustment: &Adjustment<'_>, adjusted: &Adjusted, settings: &Settings<
         noise,
         shares,
         frames: stamps(adjustment),
+        blocks: adjustment.columns.blocks.iter().filter_map(Block::name).collect(),
         amplitudes: Amplitudes {
             squared_lag_s2: squared_lag(adjustment, adjusted),
+            step_s: step(adjustment, adjusted),
             ..amplitudes(adjustment, settings)
         },
         twice_negative_log: adjusted.solved.twice_negative_log,
@@ -304,6 +328,7 @@ fn of_considered(adjustment: &Adjustment<'_>, rows: &DMatrix<f64>, with: &DMatri
                 let shape = root.map(|l| DMatrix::from_column_slice(5, 5, l.as_slice()));
                 Some(Share { of: ShareOf::Sensor, columns, shape })
             }
+            Considered::EdgeRadius { .. } => Some(Share { of: ShareOf::EdgeRadius, columns, shape: None }),
             Considered::SquaredLag(_) => None,
         });
     }
@@ -316,6 +341,17 @@ fn squared_lag(adjustment: &Adjustment<'_>, adjusted: &Adjusted) -> (f64, f64) {
     debug_assert!(matches!(adjustment.columns.considered.last(), Some(Considered::SquaredLag(_))));
     let (units, sigma) = adjusted.equations.estimate_of(last, &adjusted.solved);
     (units * UNIT_OF_LAG_S.powi(2), sigma * UNIT_OF_LAG_S.powi(2))
+}
+
+/// The step of the clock that is estimated.
+fn step(adjustment: &Adjustment<'_>, adjusted: &Adjusted) -> Option<(f64, f64)> {
+    let block = |block: &Block| match block.kind {
+        Kind::Step { sigma_s, .. } => Some((block.columns.start, sigma_s)),
+        _ => None,
+    };
+    let (column, unit_s) = adjustment.columns.blocks.iter().find_map(block)?;
+    let sigma_s = unit_s * adjusted.solved.variances()[column].sqrt();
+    Some((unit_s * adjustment.coefficients[column], sigma_s))
 }
 
 fn amplitudes(adjustment: &Adjustment<'_>, settings: &Settings<'_>) -> Amplitudes {
@@ -339,6 +375,7 @@ fn amplitudes(adjustment: &Adjustment<'_>, settings: &Settings<'_>) -> Amplitude
     let thetas = |of: fn(&Kind) -> bool| {
         blocks.iter().filter(move |block| of(&block.kind)).map(|block| block.amplitude.theta.sqrt())
     };
+    let is_robot = |kind: &Kind| matches!(kind, Kind::Robot(_));
     // A seam that is stated to be nearly straight may still be as wavy as others are.
     let of_usual = (settings.waviness_m / ASSUMED_WAVINESS_M).min(1.0);
     let there = || frames.iter().zip(&adjustment.weights).filter(|(frame, _)| frame.is_some());
@@ -349,8 +386,10 @@ fn amplitudes(adjustment: &Adjustment<'_>, settings: &Settings<'_>) -> Amplitude
         form_m: (form / f64::max(count, 1.0)).sqrt(),
         forms: thetas(|kind| matches!(kind, Kind::Form { .. })).map(|form| form * of_usual).collect(),
         robot_m: (robot / f64::max(count, 1.0)).sqrt(),
-        robot: thetas(|kind| matches!(kind, Kind::Robot(_))).next(),
+        robot: thetas(is_robot).next(),
+        robot_is_worst: blocks.iter().any(|block| is_robot(&block.kind) && block.amplitude.is_largest()),
         squared_lag_s2: (0.0, 0.0),
+        step_s: None,
         lag_s: blocks.iter().find_map(|block| block.lag_s()).unwrap_or(0.0),
         out: Outliers { count: out, of: there().count() },
     }

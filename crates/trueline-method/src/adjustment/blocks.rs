@@ -4,6 +4,7 @@ use crate::adjustment::form::Hats;
 use crate::adjustment::frames::Frame;
 use crate::assess::robot_field::RobotField;
 use crate::assess::tilt_bias::BIAS;
+use crate::models::tried as models;
 use crate::problem::unknowns::TIME_OFFSET;
 use nalgebra::{DVector, Vector3};
 use std::ops::Range;
@@ -16,8 +17,6 @@ pub(crate) enum Kind {
     Form { line: usize, hats: Hats, sigma_m: f64 },
     /// The robot, over its poses.
     Robot(RobotField),
-    /// The radius of an edge of which the detector sees the outermost point, m; and the mean view of each seam.
-    EdgeRadius { sigma_m: f64, mean_view: Vec<Vector3<f64>> },
     /// The detector's point with the tilt, px per 10°.
     Detector { sigma_px: f64 },
     /// A step of the time offset, s: on one side of it the offset is another.
@@ -25,6 +24,9 @@ pub(crate) enum Kind {
     /// A lag of the robot behind its recorded poses, beyond the one that was taken into account, s.
     Lag { taken_s: f64, sigma_s: f64 },
 }
+
+/// A variance is at its bound beyond this part of it.
+const LARGEST_PART: f64 = 0.98;
 
 /// How the size of a block follows the scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +40,12 @@ pub(crate) struct Amplitude {
 impl Amplitude {
     /// As it is expected.
     pub(crate) const HELD: Self = Self { theta: 1.0, bounds: [1.0, 1.0] };
+
+    /// Whether it is as large as it may be.
+    #[must_use]
+    pub(crate) fn is_largest(&self) -> bool {
+        self.is_free() && self.theta > LARGEST_PART * self.bounds[1]
+    }
 
     /// Whether the scan decides it.
     #[must_use]
@@ -66,7 +74,7 @@ impl Block {
         let count = match &kind {
             Kind::Form { hats, .. } => 2 * hats.count,
             Kind::Robot(field) => 6 * field.modes(),
-            Kind::EdgeRadius { .. } | Kind::Lag { .. } | Kind::Step { .. } => 1,
+            Kind::Lag { .. } | Kind::Step { .. } => 1,
             Kind::Detector { .. } => BIAS,
         };
         Self { kind, columns: first..first + count, amplitude, own: vec![1.0; count] }
@@ -108,9 +116,6 @@ impl Block {
                     }
                 }
             }
-            Kind::EdgeRadius { sigma_m, mean_view } => {
-                set(0, frame.by_point * (frame.towards_sensor - mean_view[frame.line]) * *sigma_m);
-            }
             Kind::Step { at_s, is_later, sigma_s } => {
                 if (frame.stamp_s >= *at_s) == *is_later {
                     set(0, frame.by_unknowns.column(TIME_OFFSET) * *sigma_s);
@@ -125,6 +130,18 @@ impl Block {
                     set(k, frame.by_bias.column(k) * *sigma_px);
                 }
             }
+        }
+    }
+
+    /// Its name among the blocks of a model; a step is one of the clock.
+    #[must_use]
+    pub(crate) fn name(&self) -> Option<models::Block> {
+        match self.kind {
+            Kind::Form { .. } => Some(models::Block::SeamForm),
+            Kind::Robot(_) => Some(models::Block::Robot),
+            Kind::Detector { .. } => Some(models::Block::Detector),
+            Kind::Lag { .. } => Some(models::Block::PoseLag),
+            Kind::Step { .. } => None,
         }
     }
 

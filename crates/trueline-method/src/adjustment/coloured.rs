@@ -1,5 +1,5 @@
-//! Noise that lasts from frame to frame: white noise with an Ornstein–Uhlenbeck process on top \[Uhlenbeck1930\], filtered out of rows in order of
-//! time \[Kalman1960\].
+//! Noise that lasts from frame to frame: white noise with two Ornstein–Uhlenbeck processes on top \[Uhlenbeck1930\], a short and a long one, filtered out of
+//! rows in order of time \[Kalman1960\].
 
 use crate::assess::row_products::RowProducts;
 use nalgebra::DMatrix;
@@ -11,11 +11,22 @@ pub struct Coloured {
     pub amplitude: f64,
     /// Over how long it is alike, s.
     pub lasts_s: f64,
+    /// The variance of what lasts for [`LONG_S`], in the same units.
+    pub long: f64,
 }
+
+/// How long the long one of the processes lasts, s: what swings as slowly as an arm turns.
+pub const LONG_S: f64 = 2.5;
 
 impl Coloured {
     /// Nothing lasts.
-    pub const NONE: Self = Self { amplitude: 0.0, lasts_s: 1.0 };
+    pub const NONE: Self = Self { amplitude: 0.0, lasts_s: 1.0, long: 0.0 };
+
+    /// The variance of all that lasts.
+    #[must_use]
+    pub fn lasting(&self) -> f64 {
+        self.amplitude + self.long
+    }
 }
 
 /// Products of whitened rows with each other.
@@ -35,15 +46,18 @@ pub(crate) struct Whitened {
     /// The whitened rows, of those that count.
     rows: Vec<f64>,
     /// How each of all rows is filtered; `None` of one that does not count.
-    gains: Vec<(f64, Option<Gain>)>,
+    gains: Vec<(Two, Option<Gain>)>,
     /// Their products.
     pub sums: Sums,
 }
 
-/// How a row is filtered: the innovation is the value less what is predicted, times the scale.
+/// A number of each of both processes.
+type Two = [f64; 2];
+
+/// How a row is filtered: the innovation is the value less what both processes predict, times the scale.
 #[derive(Clone, Copy, Debug)]
 struct Gain {
-    gain: f64,
+    gain: Two,
     scale: f64,
 }
 
@@ -51,16 +65,16 @@ impl Whitened {
     /// The sums with other values in one column, one for each of all rows.
     #[must_use]
     pub(crate) fn with_column(&self, column: usize, values: impl Iterator<Item = f64>) -> Sums {
-        let mut predicted = 0.0;
+        let mut predicted = [0.0; 2];
         let mut counted = self.rows.chunks_exact(self.width);
         let mut with_all = vec![0.0; self.width];
         let mut square = 0.0;
         for (value, (kept, gain)) in values.zip(&self.gains) {
-            predicted *= kept;
+            predicted = [predicted[0] * kept[0], predicted[1] * kept[1]];
             let Some(Gain { gain, scale }) = gain else { continue };
             let Some(row) = counted.next() else { break };
-            let new = value - predicted;
-            predicted += gain * new;
+            let new = value - predicted[0] - predicted[1];
+            predicted = [predicted[0] + gain[0] * new, predicted[1] + gain[1] * new];
             let innovation = new * scale;
             square += innovation * innovation;
             with_all.iter_mut().zip(row).for_each(|(sum, number)| *sum += number * innovation);
@@ -89,18 +103,20 @@ pub(crate) struct Tick {
 pub(crate) fn whiten(rows: &[f64], width: usize, ticks: &[Tick], noise: Coloured) -> Whitened {
     let mut filter = Filter::new(noise);
     let gains: Vec<_> = ticks.iter().map(|tick| filter.next(tick)).collect();
-    let mut predicted = vec![0.0; width];
+    let mut predicted = [vec![0.0; width], vec![0.0; width]];
     let mut products = RowProducts::new(width);
     let mut whitened = Vec::with_capacity(rows.len());
     for (row, (kept, gain)) in rows.chunks_exact(width).zip(&gains) {
-        if *kept != 1.0 {
+        for (predicted, kept) in predicted.iter_mut().zip(kept).filter(|(_, kept)| **kept != 1.0) {
             predicted.iter_mut().for_each(|predicted| *predicted *= kept);
         }
         let Some(Gain { gain, scale }) = gain else { continue };
         let innovations = products.next_row();
-        for ((value, predicted), innovation) in row.iter().zip(&mut predicted).zip(&mut *innovations) {
-            let new = value - *predicted;
-            *predicted += gain * new;
+        let [short, long] = &mut predicted;
+        for (((value, short), long), innovation) in row.iter().zip(short).zip(long).zip(&mut *innovations) {
+            let new = value - *short - *long;
+            *short += gain[0] * new;
+            *long += gain[1] * new;
             *innovation = new * scale;
         }
         whitened.extend_from_slice(innovations);
@@ -110,32 +126,43 @@ pub(crate) fn whiten(rows: &[f64], width: usize, ticks: &[Tick], noise: Coloured
     Whitened { width, rows: whitened, gains, sums }
 }
 
-/// A Kalman filter: how the variance of what is predicted follows the rows, by their places alone.
+/// A Kalman filter: how the covariance of what is predicted follows the rows, by their places alone.
 struct Filter {
     noise: Coloured,
-    variance: f64,
+    /// Variances of both processes, and their covariance.
+    variances: Two,
+    covariance: f64,
     log_determinant: f64,
     count: usize,
 }
 
 impl Filter {
     fn new(noise: Coloured) -> Self {
-        Self { noise, variance: noise.amplitude, log_determinant: 0.0, count: 0 }
+        let variances = [noise.amplitude, noise.long];
+        Self { noise, variances, covariance: 0.0, log_determinant: 0.0, count: 0 }
     }
 
-    /// What is kept of the prediction until a row, and how the row is filtered.
-    fn next(&mut self, tick: &Tick) -> (f64, Option<Gain>) {
-        let mut kept = 1.0;
-        if self.noise.amplitude > 0.0 {
-            kept = (-tick.since_s / self.noise.lasts_s).exp();
-            self.variance = kept * kept * self.variance + self.noise.amplitude * (1.0 - kept * kept);
+    /// What is kept of the predictions until a row, and how the row is filtered.
+    fn next(&mut self, tick: &Tick) -> (Two, Option<Gain>) {
+        let processes = [(self.noise.amplitude, self.noise.lasts_s), (self.noise.long, LONG_S)];
+        let mut kept = [1.0; 2];
+        for ((variance, kept), (amplitude, lasts_s)) in
+            self.variances.iter_mut().zip(&mut kept).zip(processes)
+        {
+            if amplitude > 0.0 {
+                *kept = (-tick.since_s / lasts_s).exp();
+                *variance = *kept * *kept * *variance + amplitude * (1.0 - *kept * *kept);
+            }
         }
+        self.covariance *= kept[0] * kept[1];
         if tick.weight <= 0.0 {
             return (kept, None);
         }
-        let total = self.variance + tick.weight.recip();
-        let (gain, scale) = (self.variance / total, total.sqrt().recip());
-        self.variance *= 1.0 - gain;
+        let with = self.variances.map(|variance| variance + self.covariance);
+        let total = with[0] + with[1] + tick.weight.recip();
+        let (gain, scale) = (with.map(|with| with / total), total.sqrt().recip());
+        self.variances = [0, 1].map(|k| self.variances[k] - gain[k] * with[k]);
+        self.covariance -= gain[0] * with[1];
         self.log_determinant += total.ln();
         self.count += 1;
         (kept, Some(Gain { gain, scale }))
@@ -147,7 +174,7 @@ mod tests {
     use super::*;
     use nalgebra::DVector;
 
-    const NOISE: Coloured = Coloured { amplitude: 2.5, lasts_s: 0.3 };
+    const NOISE: Coloured = Coloured { amplitude: 2.5, lasts_s: 0.3, long: 1.7 };
 
     /// Against the covariance matrix itself: two series, one row left out, others of less weight.
     #[test]
@@ -165,7 +192,9 @@ mod tests {
         let kept: Vec<usize> = (0..40).filter(|k| weight(*k) > 0.0).collect();
         let covariance = DMatrix::from_fn(kept.len(), kept.len(), |i, j| {
             let (a, b) = (kept[i], kept[j]);
-            let lasting = NOISE.amplitude * (-(times[a] - times[b]).abs() / NOISE.lasts_s).exp();
+            let apart_s = (times[a] - times[b]).abs();
+            let lasting =
+                NOISE.amplitude * (-apart_s / NOISE.lasts_s).exp() + NOISE.long * (-apart_s / LONG_S).exp();
             let white = if i == j { weight(a).recip() } else { 0.0 };
             white + if series(a) == series(b) { lasting } else { 0.0 }
         });

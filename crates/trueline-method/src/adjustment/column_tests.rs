@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use crate::adjustment::blocks::{Amplitude, Block, Kind};
-use crate::adjustment::columns::Columns;
+use crate::adjustment::columns::{Columns, Considered};
 use crate::adjustment::form::Hats;
 use crate::adjustment::frames::{Frame, Scan};
 use crate::assess::robot_field::{RobotField, RobotSigmas};
@@ -150,14 +150,17 @@ fn the_radius_of_an_edge_moves_the_point_towards_the_sensor() {
     let (observed, at) = cell();
     let problem = problem(&observed, &at);
     let mean_view = vec![Vector3::new(0.1, -0.2, 0.3)];
-    let block =
-        Block::new(Kind::EdgeRadius { sigma_m: 1e-4, mean_view: mean_view.clone() }, 0, Amplitude::HELD);
+    let edge = Considered::EdgeRadius { sigma_m: 1e-4, mean_view: mean_view.clone() };
+    let columns = Columns::of(&at, &[], vec![edge]);
     for frame in some_frames(&problem, &at) {
         let view = frame.towards_sensor;
         assert!(view.dot(&at.lines[0].direction()).abs() < 1e-12 && (view.norm() - 1.0).abs() < 1e-12);
-        let by_block = moved(&block, &frame, &[1.0]);
+        let mut rows = [vec![0.0; columns.width()], vec![0.0; columns.width()]];
+        let [one, other] = &mut rows;
+        columns.fill(&frame, &DVector::zeros(columns.estimated()), [one, other]);
         let by_point = frame.by_point * (view - mean_view[0]) * 1e-4;
-        assert!((by_block - by_point).norm() < 1e-12);
+        let by_column = rows.map(|row| row[columns.width() - 1]);
+        assert!((by_column[0] - by_point.x).abs() < 1e-12 && (by_column[1] - by_point.y).abs() < 1e-12);
     }
 }
 
@@ -182,7 +185,7 @@ fn a_steep_form_couples_the_place_along_the_seam() {
         let [one, other] = &mut rows;
         columns.fill(&frame, &coefficients, [one, other]);
         for k in 0..at.dimension() {
-            let slid = frame.by_point * frame.across[1] * (-0.05 * frame.along_by_unknowns[k]);
+            let slid = frame.by_point * frame.across[1] * (-0.05 * frame.apart_by_unknowns[k]);
             for (row, numbers) in rows.iter().enumerate() {
                 assert!((numbers[k] - frame.by_unknowns[(row, k)] - slid[row]).abs() < 1e-9);
             }

@@ -6,15 +6,18 @@ use crate::input::shape_knowledge::ShapeCovariance;
 use crate::problem::layout::Layout;
 use crate::problem::parameters::Parameters;
 use crate::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED, Unknowns};
-use nalgebra::{DVector, SMatrix};
+use nalgebra::{DVector, SMatrix, Vector3};
 
 /// Something that is known with a covariance and that the scan shall not improve.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) enum Considered {
     /// A component of the tangent that is held, with its standard deviation, SI.
     Held(usize, f64),
     /// The shape of a sensor that is held: five columns.
     Shape(ShapeCovariance),
+    /// The radius of an edge of which the detector sees the outermost point, m; and the mean view of each seam. A sensor that is nearer by the radius sees the
+    /// same: what a scan seems to show of it are other errors.
+    EdgeRadius { sigma_m: f64, mean_view: Vec<Vector3<f64>> },
     /// The square of a lag of the robot behind its recorded poses, s², of which so much is a unit: it is looked for, and not in the ±. Beyond its
     /// delay τ a lag moves by τ² ÿ / 2: 1/(1 + sτ) = e^(−sτ) (1 + s²τ²/2 + …).
     SquaredLag(f64),
@@ -24,7 +27,7 @@ impl Considered {
     /// Columns that it has.
     pub(crate) fn columns(&self) -> usize {
         match self {
-            Self::Held(..) | Self::SquaredLag(_) => 1,
+            Self::Held(..) | Self::EdgeRadius { .. } | Self::SquaredLag(_) => 1,
             Self::Shape(_) => 5,
         }
     }
@@ -96,6 +99,10 @@ impl Columns {
                     let local = places.find(|(_, index)| index == component).map(|(local, _)| local);
                     numbers[next] = local.map_or(0.0, |local| by_unknowns[(row, local)] * sigma);
                 }
+                Considered::EdgeRadius { sigma_m, mean_view } => {
+                    let view = frame.towards_sensor - mean_view[frame.line];
+                    numbers[next] = frame.by_point.row(row).dot(&view.transpose()) * sigma_m;
+                }
                 Considered::SquaredLag(unit_s2) => {
                     let by_lag = frame.by_point.row(row).dot(&frame.acceleration.transpose());
                     numbers[next] = 0.5 * by_lag * unit_s2;
@@ -112,11 +119,11 @@ impl Columns {
         }
     }
 
-    /// The derivative by the unknowns, where a point that slides along the seam meets another form.
+    /// The derivative by the unknowns, where a point that slides along the seam beyond those near it meets another form.
     fn with_slopes(&self, frame: &Frame, coefficients: &DVector<f64>) -> SMatrix<f64, 2, LOCAL_ALL> {
         let steep = self.slopes(frame, coefficients);
         let by_along = frame.by_point * (frame.across[0] * -steep[0] + frame.across[1] * -steep[1]);
-        frame.by_unknowns + by_along * frame.along_by_unknowns.transpose()
+        frame.by_unknowns + by_along * frame.apart_by_unknowns.transpose()
     }
 
     /// How steep the form of the seam is at a frame, in both directions, 1.

@@ -61,14 +61,42 @@ impl Equations {
     /// Their solution with what is known beforehand; `None` where something is not known at all.
     #[must_use]
     pub(crate) fn solve(&self, prior: &Prior) -> Option<Solved> {
-        let factor = (&self.of_scan + &prior.information).cholesky()?;
+        Some(self.solve_by((&self.of_scan + &prior.information).cholesky()?, prior))
+    }
+
+    /// The factors of these and of all equations of the same columns, the first of which are unknowns.
+    #[must_use]
+    pub(crate) fn factors(&self, prior: &Prior, unknowns: usize) -> Option<Factors> {
+        let matrix = &self.of_scan + &prior.information;
+        let count = matrix.ncols() - unknowns;
+        let of_blocks = matrix.view((unknowns, unknowns), (count, count)).into_owned();
+        Some(Factors { all: matrix.cholesky()?, of_blocks: of_blocks.cholesky()?, unknowns })
+    }
+
+    /// Their solution, their columns having these factors.
+    #[must_use]
+    pub(crate) fn solve_with(&self, factors: &Factors, prior: &Prior) -> Solved {
+        self.solve_by(factors.all.clone(), prior)
+    }
+
+    fn solve_by(&self, factor: Cholesky<f64, Dyn>, prior: &Prior) -> Solved {
         let gradient = &self.gradient + &prior.gradient;
         let step = -factor.solve(&gradient);
         let square = self.square + prior.square + gradient.dot(&step);
         let of_blocks = factor.l_dirty().diagonal().map(f64::ln).sum() * 2.0;
         let twice_negative_log = self.log_determinant + prior.log_determinant + of_blocks + square;
-        Some(Solved { factor, step, twice_negative_log })
+        Solved { factor, step, twice_negative_log }
     }
+}
+
+/// Cholesky factors of equations whose residuals move while their columns stay.
+pub(crate) struct Factors {
+    /// Of all estimated columns.
+    all: Cholesky<f64, Dyn>,
+    /// Of the blocks alone.
+    of_blocks: Cholesky<f64, Dyn>,
+    /// Columns before the blocks.
+    unknowns: usize,
 }
 
 /// A solution.
@@ -143,15 +171,9 @@ impl Equations {
 
     /// Twice the cost with the first columns, the unknowns, where they are and all others at their best.
     #[must_use]
-    pub(crate) fn square_of_blocks(&self, prior: &Prior, unknowns: usize) -> Option<f64> {
-        let count = self.gradient.len() - unknowns;
-        let all = self.square + prior.square;
-        if count == 0 {
-            return Some(all);
-        }
-        let own = |matrix: &DMatrix<f64>| matrix.view((unknowns, unknowns), (count, count)).into_owned();
-        let factor = (own(&self.of_scan) + own(&prior.information)).cholesky()?;
+    pub(crate) fn square_of_blocks(&self, factors: &Factors, prior: &Prior) -> f64 {
+        let (unknowns, count) = (factors.unknowns, self.gradient.len() - factors.unknowns);
         let gradient = self.gradient.rows(unknowns, count) + prior.gradient.rows(unknowns, count);
-        Some(all - gradient.dot(&factor.solve(&gradient)))
+        self.square + prior.square - gradient.dot(&factors.of_blocks.solve(&gradient))
     }
 }

@@ -17,7 +17,7 @@ fn row(direction: usize, k: usize) -> Vec<f64> {
 /// −2 log of the restricted likelihood of residuals about unknowns of which nothing is known, with the block in the covariance.
 #[test]
 fn the_restricted_likelihood_is_that_of_the_whole_covariance() {
-    let noise = Coloured { amplitude: 2.0, lasts_s: 0.5 };
+    let noise = Coloured { amplitude: 2.0, lasts_s: 0.5, long: 0.0 };
     let (sigmas, variance) = ([0.7, 1.3], 0.4);
     let ticks: Vec<Tick> =
         (0..ROWS).map(|k| Tick { since_s: if k == 0 { f64::INFINITY } else { 0.1 }, weight: 1.0 }).collect();

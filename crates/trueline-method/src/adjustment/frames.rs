@@ -3,6 +3,7 @@
 //! Everything is whitened by the noise of the features, the robot's samples and the stamps, so that what is left is of unit variance where
 //! nothing but noise is there.
 
+use crate::adjustment::neighbours::Neighbours;
 use crate::assess::tilt_bias::{BIAS, TiltBias};
 use crate::input::noise_levels::Whitener;
 use crate::input::observations::{Observation, Observations};
@@ -29,7 +30,10 @@ fn some_of(line: &[usize], most: usize) -> Vec<usize> {
     }
     let stretch = line.len() as f64 / most as f64;
     let place = |k: usize| (k as f64 + (k as f64 * GOLDEN).fract()) * stretch;
-    (0..most).map(|k| line[(place(k) as usize).min(line.len() - 1)]).collect()
+    let mut some: Vec<usize> = (0..most).map(|k| line[(place(k) as usize).min(line.len() - 1)]).collect();
+    // Of hardly more frames than are wanted, two stretches may end at one.
+    some.dedup();
+    some
 }
 
 /// Accelerations are second differences over this time, s: of a swing of 3 Hz they see 97 %, and noise of 0.01 mm is 0.02 m/s².
@@ -75,6 +79,14 @@ pub(crate) struct Frame {
     pub along_m: f64,
     /// How that place moves with the local unknowns.
     pub along_by_unknowns: SVector<f64, LOCAL_ALL>,
+    /// The same beyond the frames near it, which see the same part of the seam.
+    pub apart_by_unknowns: SVector<f64, LOCAL_ALL>,
+}
+
+/// Where frames are: which line, and how far along it, m.
+pub(crate) fn places(frames: &[Option<Frame>]) -> Vec<Option<(usize, f64)>> {
+    let place = |frame: &Frame| (frame.line, frame.along_m);
+    frames.iter().map(|frame| frame.as_ref().map(place)).collect()
 }
 
 impl<'a> Scan<'a> {
@@ -106,7 +118,15 @@ impl<'a> Scan<'a> {
     #[must_use]
     pub(crate) fn frames(&self, at: &Parameters, tilt: &TiltBias) -> Vec<Option<Frame>> {
         let shaped = with_shape(self.problem.observations, at.clone());
-        self.selected().map(|chosen| self.frame(chosen, &shaped, tilt)).collect()
+        let mut frames: Vec<_> = self.selected().map(|chosen| self.frame(chosen, &shaped, tilt)).collect();
+        let along: Vec<_> = frames.iter().map(|frame| Some(frame.as_ref()?.along_by_unknowns)).collect();
+        let apart = Neighbours::of(&places(&frames)).beyond(&along);
+        for (frame, apart) in frames.iter_mut().zip(apart) {
+            if let (Some(frame), Some(apart)) = (frame, apart) {
+                frame.apart_by_unknowns = apart;
+            }
+        }
+        frames
     }
 
     fn frame(
@@ -139,6 +159,7 @@ impl<'a> Scan<'a> {
             acceleration: self.acceleration(o, at, &measured),
             along_m: along.dot(&(point - self.seams[line].anchor())),
             along_by_unknowns: self.along_by_unknowns(o, at, &placement, &along),
+            apart_by_unknowns: SVector::zeros(),
         })
     }
 

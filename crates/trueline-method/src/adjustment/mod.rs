@@ -3,6 +3,7 @@
 //! | module | |
 //! |---|---|
 //! | `frames` | the scan's frames, whitened, with all that moves them |
+//! | `neighbours` | what frames do beyond those near them along the seam |
 //! | `form`, `blocks` | errors as columns with an amplitude |
 //! | `columns`, `table` | the order of the columns, and the rows of all frames |
 //! | `coloured` | noise that lasts, filtered out of the rows |
@@ -18,6 +19,7 @@ mod columns;
 mod equations;
 mod form;
 mod frames;
+mod neighbours;
 mod table;
 mod weights;
 

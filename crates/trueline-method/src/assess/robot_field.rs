@@ -7,8 +7,11 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 use trueline_geometry::Pose;
 
-/// The standard deviation within a scan, per axis, as part of the absolute accuracy over the workspace.
+/// The standard deviation within a scan, per axis, as part of the absolute accuracy over the workspace, for a torch that the same robot carries: it errs there
+/// as it did while it scanned …
 const SHARE_OF_ACCURACY: f64 = 1.0 / 6.0;
+/// … and for the true transform, as another robot needs it.
+const SHARE_FOR_ANOTHER: f64 = 1.0 / 4.0;
 /// A position error at the end of an arm of this length is an attitude error, m.
 const ARM_M: f64 = 1.5;
 /// Distance over which the error changes, m.
@@ -33,7 +36,16 @@ impl RobotSigmas {
     /// Of a robot of an absolute accuracy, m.
     #[must_use]
     pub fn of_accuracy(accuracy_m: f64) -> Self {
-        let position_m = accuracy_m * SHARE_OF_ACCURACY;
+        Self::of_position(accuracy_m * SHARE_OF_ACCURACY)
+    }
+
+    /// The same where another robot uses the transform.
+    #[must_use]
+    pub fn for_another(accuracy_m: f64) -> Self {
+        Self::of_position(accuracy_m * SHARE_FOR_ANOTHER)
+    }
+
+    fn of_position(position_m: f64) -> Self {
         Self { position_m, attitude_rad: position_m / ARM_M }
     }
 }

@@ -37,17 +37,17 @@ impl SeamError {
     /// The largest part, by its name, and its share of the variance.
     #[must_use]
     pub fn mostly(&self) -> (&'static str, f64) {
-        let SeamErrorBudget { noise, stamps, sensor, robot, seam_form, feature_bias, held, edge_radius } =
-            self.budget_m;
+        let budget = self.budget_m;
         let parts = [
-            ("the noise of the scan", noise),
-            ("the stamps", stamps),
-            ("the sensor's own calibration", sensor),
-            ("the robot's accuracy", robot),
-            ("the seam's form", seam_form),
-            ("the detector's bias with the tilt", feature_bias),
-            ("what is held", held),
-            ("the radius of the edge", edge_radius),
+            ("the noise of the scan", budget.noise),
+            ("the stamps", budget.stamps),
+            ("the sensor's own calibration", budget.sensor),
+            ("the robot's accuracy", budget.robot),
+            ("the seam's form", budget.seam_form),
+            ("the detector's bias with the tilt", budget.feature_bias.hypot(budget.detector)),
+            ("what is held", budget.held),
+            ("the radius of the edge", budget.edge_radius),
+            ("the robot's lag behind its poses", budget.pose_lag),
         ];
         let largest = parts.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or(("noise", 0.0));
         (largest.0, (largest.1 / self.rms_m).powi(2))
@@ -72,14 +72,18 @@ pub struct SeamErrorBudget {
     pub sensor: f64,
     /// The robot's accuracy.
     pub robot: f64,
-    /// The seam's bow.
+    /// The seam's bow, and its form beyond that.
     pub seam_form: f64,
-    /// The feature's bias with the tilt.
+    /// What is left of the features' bias with the tilt, where it is not a block of an adjustment.
     pub feature_bias: f64,
     /// What was held and is not known exactly.
     pub held: f64,
     /// The radius of the seam's edge.
     pub edge_radius: f64,
+    /// The detector's bias with the tilt, as a block of an adjustment.
+    pub detector: f64,
+    /// The robot's lag behind its recorded poses.
+    pub pose_lag: f64,
 }
 
 impl SeamErrorBudget {
@@ -87,7 +91,7 @@ impl SeamErrorBudget {
     fn of(squares_m2: &[(ShareOf, f64)]) -> Self {
         let part = |of: ShareOf| {
             let own = squares_m2.iter().filter(|(what, _)| *what == of).map(|(_, square)| square);
-            own.sum::<f64>().sqrt()
+            own.fold(0.0, |sum, square| sum + square).sqrt()
         };
         Self {
             noise: part(ShareOf::Noise),
@@ -95,9 +99,11 @@ impl SeamErrorBudget {
             sensor: part(ShareOf::Sensor),
             robot: part(ShareOf::Robot),
             seam_form: part(ShareOf::SeamForm),
-            feature_bias: part(ShareOf::FeatureBias),
+            feature_bias: 0.0,
             held: part(ShareOf::Held),
             edge_radius: part(ShareOf::EdgeRadius),
+            detector: part(ShareOf::Detector),
+            pose_lag: part(ShareOf::PoseLag),
         }
     }
 }
@@ -115,8 +121,10 @@ pub(crate) enum ShareOf {
     Robot,
     /// Bow and form of the seam.
     SeamForm,
-    /// The detector's bias.
-    FeatureBias,
+    /// The detector's bias with the tilt.
+    Detector,
+    /// The lag of the robot behind its recorded poses.
+    PoseLag,
     /// The radius of the edge.
     EdgeRadius,
     /// What was held and is not known exactly.
@@ -179,6 +187,8 @@ pub fn predict(
         feature_bias: mean_square(&sources.systematic.feature_bias).sqrt(),
         held: mean_square(&sources.systematic.held).sqrt(),
         edge_radius: 0.0,
+        detector: 0.0,
+        pose_lag: 0.0,
     };
     let SeamErrorBudget { sensor, robot, seam_form, feature_bias, held, .. } = parts;
     let squares = [parts.noise, parts.stamps, sensor, robot, seam_form, feature_bias, held];

@@ -95,12 +95,23 @@ impl SensorShape {
         self.sigma[component] > FROM_PRIOR * self.prior_sigma[component]
     }
 
-    /// What was found, in words: what is more than twice its ±, or the most significant of all.
+    /// How many of its ± the clearest component is from zero.
+    #[must_use]
+    pub fn clearest(&self) -> f64 {
+        (0..5).map(|k| self.significance(k)).fold(0.0, f64::max)
+    }
+
+    fn significance(&self, component: usize) -> f64 {
+        (self.found.h[component] / self.sigma[component]).abs()
+    }
+
+    /// What was found, in words: what is more than twice its ±, or the most significant of all that the scan shows.
     #[must_use]
     pub fn words(&self) -> Vec<String> {
-        let significance = |k: &usize| (self.found.h[*k] / self.sigma[*k]).abs();
+        let significance = |k: &usize| self.significance(*k);
         let clear: Vec<usize> = (0..5).filter(|k| significance(k) > 2.0).collect();
-        let most = (0..5).max_by(|a, b| significance(a).total_cmp(&significance(b)));
+        let seen = (0..5).filter(|k| !self.is_from_prior(*k));
+        let most = seen.max_by(|a, b| significance(a).total_cmp(&significance(b)));
         let named = if clear.is_empty() { most.into_iter().collect() } else { clear };
         named.into_iter().map(|k| self.word(k)).collect()
     }

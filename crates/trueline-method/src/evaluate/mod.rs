@@ -1,5 +1,6 @@
 //! A calibration at work on another scan.
 
+pub mod cloud;
 pub mod difference;
 pub mod evaluation;
 pub mod live_placement;
@@ -8,4 +9,5 @@ pub mod placed_features;
 pub mod reference_curve;
 pub mod seam_points;
 pub mod standstill;
+pub mod thickness;
 pub mod trigger_offset;

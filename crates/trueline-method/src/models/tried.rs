@@ -1,9 +1,9 @@
 //! A record of each model of a scan that was fitted, and of why it is the answer or not.
 
 use crate::assess::systematic::SystematicLevels;
-use crate::config::Target;
+use crate::config::HeldSigma;
 use crate::hypotheses::clock_drift::DriftFree;
-use crate::problem::parameters::TIME_OFFSET;
+use crate::problem::parameters::{ROTATION, TIME_OFFSET};
 use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
 
@@ -74,7 +74,7 @@ pub enum Because {
     TestsWhatIsHeld,
     /// It knows of noise alone: an adjustment with all errors begins at its optimum.
     NoiseAlone,
-    /// It tests whether the recorded poses were commanded, and is not likelier.
+    /// It tests whether the recorded poses were commanded: it is not plainly likelier, or no likelier than the same filter turned round in time.
     TestsLag,
     /// It has a lag behind commanded poses that the residuals show: it is the answer.
     ResidualsShowLag,
@@ -112,73 +112,174 @@ impl Because {
     }
 }
 
+/// A quantity of a model that has a role.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Block {
+    /// The time offset.
+    TimeOffset,
+    /// The hand-eye transform.
+    HandEye,
+    /// The seams: lines that are held lie where a drawing has them.
+    Line,
+    /// The bow of each seam.
+    Bow,
+    /// The form of each seam beyond its bow.
+    SeamForm,
+    /// The sensor's own shape.
+    Sensor,
+    /// The detector's point with the tilt.
+    Detector,
+    /// The radius of the edge.
+    EdgeRadius,
+    /// The robot, over its poses.
+    Robot,
+    /// How far the robot lags behind its recorded poses.
+    PoseLag,
+}
+
+impl Block {
+    /// All of them, in the order of the result.
+    pub const ALL: [Self; 10] = [
+        Self::TimeOffset,
+        Self::HandEye,
+        Self::Line,
+        Self::Bow,
+        Self::SeamForm,
+        Self::Sensor,
+        Self::Detector,
+        Self::EdgeRadius,
+        Self::Robot,
+        Self::PoseLag,
+    ];
+
+    /// The name in the result.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::TimeOffset => "time_offset",
+            Self::HandEye => "hand_eye",
+            Self::Line => "line",
+            Self::Bow => "bow",
+            Self::SeamForm => "seam_form",
+            Self::Sensor => "sensor",
+            Self::Detector => "detector",
+            Self::EdgeRadius => "edge_radius",
+            Self::Robot => "robot",
+            Self::PoseLag => "pose_lag",
+        }
+    }
+}
+
+/// What the seam is in a model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SeamModel {
+    /// A line, with its bow and its form.
+    Line,
+    /// A spline.
+    Curve,
+}
+
+impl SeamModel {
+    /// The name in the result.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Line => "line",
+            Self::Curve => "curve",
+        }
+    }
+}
+
 /// A model that was fitted to the seam points of a scan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelTried {
     /// Why.
     pub because: Because,
-    /// What it takes the seam for: [`Target::Seam`] is a straight line with a bow.
-    pub target: Target,
-    /// Restricted log likelihood, where line and curve were compared.
-    pub log_evidence: Option<f64>,
-    /// How far the robot lags behind its recorded poses, s.
-    pub robot_lag_s: f64,
-    /// The sensor's own shape.
-    pub sensor: Role,
-    /// The time offset.
-    pub time_offset: Role,
-    /// Lines that are held where a drawing has them.
-    pub drawn_lines: usize,
-    /// The bias of the features with the tilt.
-    pub feature_bias: Role,
+    /// The role of each block, in the order of [`Block::ALL`].
+    pub roles: [Role; Block::ALL.len()],
+    /// What the seam is.
+    pub target: SeamModel,
     /// The clock of the images.
     pub clock: Clock,
-    /// Logarithm of the likelihood of all features and of what was known beforehand, at the best fit; 0 for no residuals at all. Models of the same
-    /// features and stamps compare by it.
-    pub log_likelihood: f64,
+    /// How far the robot lags behind its recorded poses, s.
+    pub robot_lag_s: f64,
+    /// Logarithm of the likelihood of all features and of what was known beforehand, at the best fit, but for a constant; of an adjustment the
+    /// restricted likelihood. Models of one kind, of the same features and stamps, compare by it.
+    pub log_evidence: f64,
     /// How much larger the residuals are than expected.
     pub noise_factor: f64,
 }
 
 impl ModelTried {
-    /// The model that was asked for, as it was fitted.
+    /// The model that was asked for, as it was fitted to noise alone.
     pub(crate) fn asked(settings: &FitSettings<'_>, levels: &SystematicLevels, found: &DriftFree) -> Self {
         let solver = Solver { observations: &found.observations, settings: *settings };
+        let config = settings.config;
+        let is_free = |component: usize| !settings.fixed.contains(&component);
+        let role = |block: Block| match block {
+            Block::TimeOffset => role(is_free(TIME_OFFSET), config.held_sigma.time_s.is_some()),
+            Block::HandEye => {
+                let HeldSigma { rotation_rad, translation_m, .. } = config.held_sigma;
+                role(is_free(ROTATION), rotation_rad.is_some() || translation_m.is_some())
+            }
+            Block::Line => role(config.drawn_lines.is_empty(), true),
+            Block::Bow => role(!found.fit.parameters().curvatures.is_empty(), false),
+            Block::Sensor => role(settings.shape_prior.is_some(), levels.held_shape.is_some()),
+            Block::Detector => role(levels.bias_is_estimated, levels.feature_bias_px > 0.0),
+            Block::Robot => role(false, levels.robot_accuracy_m > 0.0),
+            Block::EdgeRadius => role(false, levels.edge_radius_m > 0.0),
+            Block::SeamForm | Block::PoseLag => Role::Held,
+        };
         Self {
             because: Because::Asked,
-            target: Target::Seam,
-            log_evidence: None,
-            robot_lag_s: 0.0,
-            sensor: role(settings.shape_prior.is_some(), levels.held_shape.is_some()),
-            time_offset: role(
-                !settings.fixed.contains(&TIME_OFFSET),
-                settings.config.held_sigma.time_s.is_some(),
-            ),
-            drawn_lines: settings.config.drawn_lines.len(),
-            feature_bias: role(levels.bias_is_estimated, levels.feature_bias_px > 0.0),
+            roles: Block::ALL.map(role),
+            target: SeamModel::Line,
             clock: Clock::of(settings, found),
-            log_likelihood: -0.5 * solver.twice_negative_log_likelihood(found.fit.parameters()),
+            robot_lag_s: 0.0,
+            log_evidence: -0.5 * solver.twice_negative_log_likelihood(found.fit.parameters()),
             noise_factor: found.fit.noise.factor,
         }
     }
+
+    /// The role of a block.
+    #[must_use]
+    pub fn role(&self, block: Block) -> Role {
+        let place = Block::ALL.iter().position(|other| *other == block);
+        place.map_or(Role::Held, |place| self.roles[place])
+    }
+
+    /// The same with other roles of the blocks that something is said of.
+    pub(crate) fn with(&self, of: impl Fn(Block) -> Option<Role>) -> Self {
+        Self { roles: Block::ALL.map(|block| of(block).unwrap_or_else(|| self.role(block))), ..self.clone() }
+    }
 }
 
-/// The models of an adjustment that began at a fit, with how far the robot lags (s) and minus twice the log likelihood of each; one of them is the answer, and comes
-/// first.
-pub(crate) fn of_adjustment(begun: &ModelTried, tried: &[(f64, f64)], taken_lag_s: f64) -> Vec<ModelTried> {
+/// The models of an adjustment that began at a fit and estimates these blocks beside its unknowns, with how far the robot lags (s) and minus twice the
+/// log likelihood of each; one of them is the answer, and comes first.
+pub(crate) fn of_adjustment(
+    begun: &ModelTried,
+    blocks: &[Block],
+    tried: &[(f64, f64)],
+    taken_lag_s: f64,
+) -> Vec<ModelTried> {
     let of = |(lag_s, twice_negative_log): &(f64, f64)| {
         let because = match (*lag_s == taken_lag_s, *lag_s > 0.0) {
             (true, false) => Because::Asked,
             (true, true) => Because::ResidualsShowLag,
             (false, _) => Because::TestsLag,
         };
-        let log_likelihood = -0.5 * twice_negative_log;
-        let feature_bias = role(begun.feature_bias != Role::Held, false);
-        ModelTried { because, robot_lag_s: *lag_s, log_likelihood, feature_bias, ..begun.clone() }
+        let adjusted = begun.with(|block| match block {
+            Block::PoseLag => Some(role(*lag_s > 0.0, false)),
+            Block::SeamForm | Block::Detector | Block::Robot => Some(role(blocks.contains(&block), false)),
+            _ => None,
+        });
+        ModelTried { because, robot_lag_s: *lag_s, log_evidence: -0.5 * twice_negative_log, ..adjusted }
     };
     let mut models: Vec<ModelTried> = tried.iter().map(of).collect();
     models.sort_by_key(|model| !model.because.is_taken());
-    models.push(ModelTried { because: Because::NoiseAlone, ..begun.clone() });
+    let is_of_errors = |block| matches!(block, Block::Detector | Block::EdgeRadius | Block::Robot);
+    let alone = begun.with(|block| is_of_errors(block).then_some(Role::Held));
+    models.push(ModelTried { because: Because::NoiseAlone, ..alone });
     models
 }
 

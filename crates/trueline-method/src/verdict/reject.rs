@@ -1,6 +1,8 @@
 //! The criteria that a calibration must meet.
 
-use super::limits::{COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, MANY_SKIPPED, MOST_LEFT_OUT, MOST_OFF_CURVE, OUTLIERS};
+use super::limits::{
+    COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, MANY_SKIPPED, MOST_LEFT_OUT, MOST_OFF_CURVE, OUTLIERS,
+};
 use super::mistake::{self, residuals_are_too_large};
 use super::quantity::Quantity;
 use super::reason::{Answer, Reason};
@@ -88,9 +90,7 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
 fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Reason> {
     let mut reasons: Vec<Reason> = Vec::new();
     reasons.extend(
-        curve
-            .collapsed_from_m
-            .map(|before_m| Reason::CurveCollapsed { length_m: curve.length_m, before_m }),
+        curve.collapsed_from_m.map(|before_m| Reason::CurveCollapsed { length_m: curve.length_m, before_m }),
     );
     let outliers = f.outliers();
     if outliers.share() > MOST_OFF_CURVE {
@@ -121,6 +121,8 @@ fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Reason> {
         Some(too_large(f))
     } else if amplitudes.out.share() > MOST_LEFT_OUT {
         Some(Reason::TooManyOutliers { outliers: amplitudes.out })
+    } else if mistake::most_are_outliers(f) {
+        Some(Reason::TooManyOutliers { outliers: f.outliers() })
     } else {
         None
     };
@@ -137,7 +139,7 @@ fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Reason> {
     reasons.extend(too_few_used(f).or_else(|| beyond_the_window(f)));
     reasons.extend(of_streams(f));
     reasons.extend(f.stripes.as_ref().and_then(stripes_contradict));
-    let other = f.clock.stepped.filter(|step| !step.is_of_a_clock());
+    let other = f.clock.stepped.filter(|step| !step.is_of_a_clock() && amplitudes.show_a_step());
     reasons.extend(other.map(|step| stepped(f, &step)));
     let ceiling_m = f.config.require.seam_m.unwrap_or(SEAM_ERROR_CEILING_M);
     reasons.extend(f.checks.seam_error.and_then(|error| seam_error_too_large(ceiling_m, &error)));
@@ -158,7 +160,9 @@ fn seam_error_too_large(ceiling_m: f64, error: &SeamError) -> Option<Reason> {
 }
 
 fn too_large(f: &Findings) -> Reason {
-    let noise_factor = f.stripe_noise_factor().map_or(f.fit.noise_factor, |n| n.max(f.fit.noise_factor));
+    let of_stripes = f.stripe_noise_factor().unwrap_or(0.0);
+    let of_adjustment = f.fit.amplitudes.as_ref().map_or(0.0, Amplitudes::noise_times);
+    let noise_factor = f.fit.noise_factor.max(of_stripes).max(of_adjustment);
     // At stops the time offset is held because there is none.
     let is_absent = |held: &Hold| f.config.at_stops && *held == Hold::TimeOffset;
     let is_held = f.config.hold.iter().any(|held| !is_absent(held));

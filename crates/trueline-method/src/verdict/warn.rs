@@ -18,7 +18,6 @@ use crate::config::Measurements;
 use crate::curve::answer::CurveEstimate;
 use crate::findings::Findings;
 use crate::hypotheses::ambiguity::RivalAnswer;
-use crate::hypotheses::drift_and_step::Step;
 use crate::hypotheses::search::Mirrored;
 use crate::input::timestamps::StampReport;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
@@ -146,7 +145,7 @@ fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Warning> {
     warnings.extend(
         f.clock
             .stepped
-            .filter(Step::is_of_a_clock)
+            .filter(|step| step.is_of_a_clock() && amplitudes.show_a_step())
             .map(|step| Warning::ClockStep { at_s: f.streams.stamp_s(step.at_s), step_s: step.step_s }),
     );
     warnings.extend(clock_drift(f));

@@ -1,0 +1,168 @@
+//! How thick flat patches of a cloud are, and how far apart the passes forth and back lie on them.
+//!
+//! A time offset that is wrong by Δ moves the points of a pass at a speed v by v Δ, and those of the pass back by as much the other way.
+//! A patch is flat without it; with it, it is two patches. Cubes of 5 mm hold the points; sums alone are kept.
+
+use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use std::collections::BTreeMap;
+
+/// Edge of a cube, m.
+const PATCH_M: f64 = 0.005;
+/// Fewest points of each pass in a patch.
+const FEWEST: f64 = 30.0;
+/// The points of a patch are a surface if those of each pass spread at least so many times as far along it as square to it.
+const FLAT: f64 = 5.0;
+/// … and at least as far as this, m: one row of points is no surface.
+const LEAST_SPREAD_M: f64 = 0.0003;
+/// Slower than this the robot stands, m/s.
+const STANDS_M_S: f64 = 1e-3;
+
+/// Which way the sensor went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pass {
+    /// Along the direction of the first motion.
+    Forth,
+    /// Against it.
+    Back,
+}
+
+/// Sums over points: number, first and second moments about the middle of the cube.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    count: f64,
+    first: Vector3<f64>,
+    second: Matrix3<f64>,
+}
+
+impl Sums {
+    fn add(&mut self, point: &Vector3<f64>) {
+        self.count += 1.0;
+        self.first += point;
+        self.second += point * point.transpose();
+    }
+
+    fn and(&self, other: &Self) -> Self {
+        Self {
+            count: self.count + other.count,
+            first: self.first + other.first,
+            second: self.second + other.second,
+        }
+    }
+
+    fn mean(&self) -> Vector3<f64> {
+        self.first / self.count
+    }
+
+    fn covariance(&self) -> Matrix3<f64> {
+        self.second / self.count - self.mean() * self.mean().transpose()
+    }
+}
+
+/// The patches of a cloud so far.
+#[derive(Clone, Debug, Default)]
+pub struct Patches {
+    cubes: BTreeMap<[i64; 3], [Sums; 2]>,
+    forth: Option<Vector3<f64>>,
+}
+
+/// What the patches show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Thickness {
+    /// Patches that are flat and have points of both passes.
+    pub patches: usize,
+    /// Median standard deviation of their points about a plane, m.
+    pub thickness_m: f64,
+    /// Median distance of the two passes square to the patch, m.
+    pub apart_m: f64,
+}
+
+impl Patches {
+    /// Which way a velocity goes, m/s; `None` while the robot stands or turns off the way.
+    pub fn pass(&mut self, velocity: &Vector3<f64>) -> Option<Pass> {
+        if velocity.norm() < STANDS_M_S {
+            return None;
+        }
+        let along = velocity.normalize().dot(self.forth.get_or_insert_with(|| velocity.normalize()));
+        // Within 60° of it.
+        match along {
+            _ if along > 0.5 => Some(Pass::Forth),
+            _ if along < -0.5 => Some(Pass::Back),
+            _ => None,
+        }
+    }
+
+    /// Takes a point in base, m.
+    pub fn add(&mut self, pass: Pass, point: &Vector3<f64>) {
+        let cube = [0, 1, 2].map(|axis| (point[axis] / PATCH_M).floor() as i64);
+        let middle = Vector3::from(cube.map(|place| (place as f64 + 0.5) * PATCH_M));
+        let sums = self.cubes.entry(cube).or_default();
+        sums[usize::from(pass == Pass::Back)].add(&(point - middle));
+    }
+
+    /// What the patches show; `None` where no flat patch has points of both passes.
+    #[must_use]
+    pub fn thickness(&self) -> Option<Thickness> {
+        let both = self.cubes.values().filter(|[forth, back]| forth.count >= FEWEST && back.count >= FEWEST);
+        let flat = both.filter_map(|[forth, back]| {
+            // Passes that lie apart are two planes: the direction is that of each.
+            let count = forth.count + back.count;
+            let within = (forth.covariance() * forth.count + back.covariance() * back.count) / count;
+            let axes = SymmetricEigen::new(within);
+            let mut order = [0, 1, 2];
+            order.sort_by(|a, b| axes.eigenvalues[*a].total_cmp(&axes.eigenvalues[*b]));
+            let [square, along] = [0, 1].map(|k| axes.eigenvalues[order[k]].max(0.0));
+            let normal = axes.eigenvectors.column(order[0]).into_owned();
+            let apart = normal.dot(&(forth.mean() - back.mean())).abs();
+            let of_all = normal.dot(&(forth.and(back).covariance() * normal)).max(0.0);
+            let is_flat = along > (FLAT * FLAT * square).max(LEAST_SPREAD_M * LEAST_SPREAD_M);
+            is_flat.then(|| (of_all.sqrt(), apart))
+        });
+        let (mut thick, mut apart): (Vec<f64>, Vec<f64>) = flat.unzip();
+        if thick.is_empty() {
+            return None;
+        }
+        let middle = |list: &mut Vec<f64>| {
+            list.sort_by(f64::total_cmp);
+            list[list.len() / 2]
+        };
+        Some(Thickness { patches: thick.len(), thickness_m: middle(&mut thick), apart_m: middle(&mut apart) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+
+    /// A sloping plate, z = x/2: passes that are 0.2 mm apart along x are 0.2 mm · sin(atan ½) = 0.0894 mm apart square to it, and a
+    /// cloud of both is half of that thick.
+    #[test]
+    fn passes_that_are_shifted_are_that_far_apart() {
+        let mut patches = Patches::default();
+        for k in 0..200 {
+            for column in 0..100 {
+                let (x, y) = (0.0002 * f64::from(k), 0.0003 * f64::from(column));
+                for (velocity_m_s, shift_m) in [(0.1, 0.0001), (-0.1, -0.0001)] {
+                    let pass = patches.pass(&(Vector3::x() * velocity_m_s)).unwrap();
+                    patches.add(pass, &Vector3::new(x + shift_m, y, 0.5 * x));
+                }
+            }
+        }
+        let seen = patches.thickness().unwrap();
+        let square_m = 0.0002 * (0.5_f64).atan().sin();
+        assert!(seen.patches > 10);
+        assert!((seen.apart_m / square_m - 1.0).abs() < 0.05, "{}", seen.apart_m);
+        assert!((seen.thickness_m / (0.5 * square_m) - 1.0).abs() < 0.05, "{}", seen.thickness_m);
+    }
+
+    #[test]
+    fn one_pass_shows_nothing() {
+        let mut patches = Patches::default();
+        for k in 0..1000 {
+            let pass = patches.pass(&Vector3::x()).unwrap();
+            patches.add(pass, &Vector3::new(1e-6 * f64::from(k), 0.0, 0.0));
+        }
+        assert!(patches.pass(&Vector3::y()).is_none() && patches.pass(&Vector3::zeros()).is_none());
+        assert_eq!(patches.thickness(), None);
+    }
+}

@@ -1,0 +1,23 @@
+//! `trueline-rt` for C and C++: see `include/trueline_rt.h`, which says what each function does.
+//!
+//! Nothing unwinds into C: a panic becomes [`status::PANIC`]. Every pointer is looked at before it is used; what cannot be looked at, whether
+//! it leads where its type says, is the caller's part and stands in the header.
+#![allow(unsafe_code, reason = "raw pointers are what C has; each use of one proves itself")]
+
+mod placer;
+mod plain;
+pub mod status;
+mod track;
+
+pub use placer::{
+    trueline_placer_free, trueline_placer_health, trueline_placer_new, trueline_placer_place,
+    trueline_placer_push_pose, trueline_rt_abi, trueline_settings_default,
+};
+pub use plain::{
+    CalibrationPlain, HealthPlain, PlacedPlain, PosePlain, SettingsPlain, TargetPlain, TrackSettingsPlain,
+};
+pub use status::trueline_status_text;
+pub use track::{
+    trueline_seam_track_ahead, trueline_seam_track_clear, trueline_seam_track_free, trueline_seam_track_new,
+    trueline_seam_track_push, trueline_track_settings_default,
+};

@@ -1,0 +1,41 @@
+//! Where the sensor was when the light fell, while it runs.
+//!
+//! ```text
+//! poses ──push_pose──▶ stream: clock, period, noise ──┐
+//!                                                     ├─ pose at stamp − time offset ─▶ points in base ±
+//! frames ──place──────▶ clock of the frames ──────────┘
+//! seam points ──push──▶ SeamTrack ──ahead(torch, speed, delay)──▶ target ±
+//! ```
+//!
+//! No files and no estimator: a [`PlacerCalibration`] comes from `trueline calibrate`. Metre, radian, second; stamps are nanoseconds of one
+//! clock. Nothing is allocated after the constructors, and nothing waits. A frame or a point whose pose is not known is refused or flagged,
+//! each by its reason.
+
+mod calibration;
+mod envelope_clock;
+mod error;
+mod frame_clock;
+mod interpolation;
+mod lift;
+mod located;
+mod placer;
+mod points;
+mod pose_stream;
+mod prediction;
+mod repeats;
+mod seam_fit;
+mod seam_track;
+mod settings;
+mod spread;
+mod stamps;
+mod steps;
+mod sweep;
+mod track_settings;
+
+pub use calibration::{Carrier, LinksCovariance, PlacerCalibration, SensorModel};
+pub use error::{BadSetting, PlaceError, PoseError};
+pub use placer::{Health, Placed, Placer};
+pub use points::Points;
+pub use seam_track::{SeamTrack, Target};
+pub use settings::{Readout, Settings, StampRule};
+pub use track_settings::{AheadError, SeamPointError, TrackSettings};

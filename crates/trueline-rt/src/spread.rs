@@ -1,0 +1,75 @@
+//! The ± of a point in base, as a quadratic form of where it is in the camera: one form a frame, a few products a point.
+//!
+//! With p̃ = (p, 1), each cause of an error moves the point by an affine function of p: the time offset by p_E × ω − v, the hand-eye
+//! transform by −R_EC p × δ + δt, the robot's attitude by p_E × δ, all turned into the tool, which changes no length. The trace of the
+//! covariance is p̃ᵀ Q p̃.
+
+use crate::calibration::PlacerCalibration;
+use crate::located::Located;
+use nalgebra::{Matrix3x4, Matrix4, SMatrix, Vector3};
+use trueline_geometry::so3;
+
+/// The parts of the form that no frame changes.
+#[derive(Clone, Debug)]
+pub(crate) struct Spread {
+    /// By rotation and translation of the hand-eye transform, and by the readings.
+    constant: Matrix4<f64>,
+    /// By a turn of the tool of 1 rad about each axis.
+    by_turn: Matrix4<f64>,
+    /// p_E by p̃.
+    tool_by_point: Matrix3x4<f64>,
+    /// How an error of the time offset goes together with one of the hand-eye transform, by p̃.
+    with_time: Matrix3x4<f64>,
+    time_variance_s2: f64,
+}
+
+impl Spread {
+    pub(crate) fn of(by: &PlacerCalibration, reading_axes: f64) -> Self {
+        let rotation = by.tool_from_camera.rotation.to_rotation_matrix().into_inner();
+        let mut tool_by_point = Matrix3x4::zeros();
+        tool_by_point.fixed_view_mut::<3, 3>(0, 0).copy_from(&rotation);
+        tool_by_point.set_column(3, &by.tool_from_camera.translation.vector);
+        let links = by.covariance.fixed_view::<6, 6>(1, 1).into_owned();
+        let with_time = by.covariance.fixed_view::<6, 1>(1, 0).into_owned();
+        // Columns by the rotation (−hat of the turned point), then by the translation, for each entry of p̃.
+        let slopes: [SMatrix<f64, 3, 6>; 4] = std::array::from_fn(|k| {
+            let mut slope = SMatrix::<f64, 3, 6>::zeros();
+            if k < 3 {
+                let column: Vector3<f64> = rotation.column(k).into_owned();
+                slope.fixed_view_mut::<3, 3>(0, 0).copy_from(&-so3::hat(&column));
+            } else {
+                slope.fixed_view_mut::<3, 3>(0, 3).fill_with_identity();
+            }
+            slope
+        });
+        let mut constant = Matrix4::from_fn(|i, j| (slopes[i] * links * slopes[j].transpose()).trace());
+        constant[(3, 3)] += reading_axes * by.reading_sigma_m * by.reading_sigma_m;
+        let columns = slopes.map(|slope| slope * with_time);
+        Self {
+            constant,
+            by_turn: tool_by_point.transpose() * tool_by_point * 2.0,
+            tool_by_point,
+            with_time: Matrix3x4::from_columns(&columns),
+            time_variance_s2: by.covariance[(0, 0)],
+        }
+    }
+
+    /// The form at a place of the robot; `stamp_sigma_s` is what is not known of the frame's time beside the offset.
+    pub(crate) fn at(&self, located: &Located, stamp_sigma_s: f64) -> Matrix4<f64> {
+        let into_tool = located.base_from_tool.rotation.inverse();
+        let (velocity, rate) = (into_tool * located.velocity, into_tool * located.angular_velocity);
+        // An exposure that is earlier puts the point back: p_E × ω − v.
+        let mut by_time = -so3::hat(&rate) * self.tool_by_point;
+        let last = by_time.column(3) - velocity;
+        by_time.set_column(3, &last);
+        let times = self.time_variance_s2 + stamp_sigma_s.powi(2) + located.sigma_s.powi(2);
+        let mixed = by_time.transpose() * self.with_time;
+        let mut form = self.constant
+            + by_time.transpose() * by_time * times
+            + mixed
+            + mixed.transpose()
+            + self.by_turn * located.sigma_rad.powi(2);
+        form[(3, 3)] += 3.0 * located.sigma_m.powi(2);
+        form
+    }
+}

@@ -1,0 +1,7 @@
+"""`python -m profilebench`."""
+
+import sys
+
+from .cli import main
+
+sys.exit(main())
