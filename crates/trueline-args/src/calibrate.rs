@@ -13,7 +13,8 @@ use std::path::PathBuf;
 use trueline_lsq::Loss;
 use trueline_method::hypotheses::choice::{KnownOfCell, ToolAxis};
 use trueline_method::{
-    Config, DrawnLine, HeldSigma, Hold, Measurements, Requirement, ResidualKind, SensorMode, Stamps, Use,
+    Config, DrawnLine, HeldSigma, Hold, Measurements, Requirement, ResidualKind, SensorMode, Stamps, Target,
+    Use,
 };
 use trueline_sensor::Board;
 
@@ -186,6 +187,7 @@ impl CalibrateArgs {
     pub fn config(&self) -> Config {
         let defaults = Config::default();
         Config {
+            target: if self.target == TargetName::Curve { Target::Curve } else { Target::Seam },
             measurements: self.measurements.unwrap_or_default(),
             residual: self.residual,
             loss: self.loss,
@@ -296,8 +298,10 @@ const OF_SEAMS: [&str; 27] = [
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum TargetName {
-    /// A straight seam or edge
+    /// A seam: a straight line, or a curve where no line explains the scan
     Seam,
+    /// A curved seam, whatever a line explains
+    Curve,
     /// A chessboard: time offset, hand-eye and board together
     Board,
     /// A marker, or whatever else sightings.csv has the poses of; a sensor.toml with `kind = "poses"` says so by itself

@@ -11,6 +11,7 @@ use crate::calibration::Calibration;
 use crate::conclude::conclude;
 use crate::concluded::Concluded;
 use crate::config::{ASSUMED_EDGE_RADIUS_M, ASSUMED_ROBOT_ACCURACY_M, Config, Hold, SensorMode};
+use crate::curved;
 use crate::error::Error;
 use crate::hypotheses::clock_drift::{DriftFree, remove_drift};
 use crate::hypotheses::search;
@@ -46,7 +47,7 @@ pub fn calibrate(
     config: &Config,
 ) -> Result<Calibration, Error> {
     let Some((by_stops, stops)) = stops::of(recording, config)? else {
-        return over_time(recording, guess, config);
+        return curved::answered(recording, guess, config, over_time(recording, guess, config));
     };
     let guess = guess.map(stops::guess);
     Ok(over_time(&by_stops, guess.as_ref(), &stops::options(config))?.at_stops(stops))

@@ -97,6 +97,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         clock: clock(&from.assessed.drift_free),
         streams,
         stripes: None,
+        curve: None,
         stops: config.at_stops.then_some(Stops::Stated),
         sensor_of_its_own_scan: false,
         uncertainty_ignored: is_stated && config.residual == ResidualKind::PointToLine,

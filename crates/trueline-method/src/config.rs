@@ -179,6 +179,27 @@ pub struct Requirement {
     pub translation_m: Option<f64>,
 }
 
+/// What the sensor goes over.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Target {
+    /// A seam: a straight line with a bow, or a curve where no line explains the scan.
+    #[default]
+    Seam,
+    /// A curve, whatever a line explains.
+    Curve,
+}
+
+impl Target {
+    /// The name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Seam => "seam",
+            Self::Curve => "curve",
+        }
+    }
+}
+
 /// Where a seam point is used: what the calibration means at the torch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Use {
@@ -199,6 +220,8 @@ impl Default for Use {
 /// How to calibrate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Config {
+    /// What the sensor goes over.
+    pub target: Target,
     /// What of the joint is used.
     pub measurements: Measurements,
     /// Which residual.
@@ -267,6 +290,7 @@ pub const USUAL_FEATURE_SIGMA_M: f64 = 0.02e-3;
 impl Default for Config {
     fn default() -> Self {
         Self {
+            target: Target::Seam,
             measurements: Measurements::Auto,
             residual: ResidualKind::Sheet,
             loss: None,

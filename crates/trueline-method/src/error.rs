@@ -191,6 +191,12 @@ pub enum Error {
         "whole stripes are asked for, and what the scan does not show is to be held at a guess, which they do not do"
     )]
     StripesHeldAtGuess,
+    /// A curve is asked for.
+    #[error("a curve is asked for, and {why}")]
+    NoCurve {
+        /// Why there is none.
+        why: &'static str,
+    },
     /// No start led to a finite cost.
     #[error("no start leads to a finite cost: the line runs along the laser sheet, or no feature is usable")]
     NoStart,
@@ -244,6 +250,9 @@ impl Error {
             }
             Self::FeatureNoiseUnused { .. } => "state it in the unit of the features",
             Self::NoSuchLine { .. } => "lines are numbered from 0, as in the column `line`",
+            Self::NoCurve { .. } => {
+                "leave --target curve out for a straight seam; for a curve scan the whole of it two or three times, tilting by ±10° or more"
+            }
             Self::NothingToHold { .. } | Self::NoGuessToHold => "give an initial guess",
             Self::BeyondReference { .. } => {
                 "are the reference's units and frame right? it is in the robot's base"

@@ -18,6 +18,7 @@ use crate::assess::seam_error::SeamError;
 use crate::assess::seam_point_error::SeamPointError;
 use crate::assess::sensor_shape::SensorShape;
 use crate::config::{Config, Measurements};
+use crate::curve::answer::CurveEstimate;
 use crate::hypotheses::ambiguity::Ambiguity;
 use crate::hypotheses::drift_and_step::{Drift, Step};
 use crate::hypotheses::feature_bias::FeatureBias;
@@ -48,6 +49,8 @@ pub struct Findings {
     pub streams: Streams,
     /// What the whole stripes say; `None` if there are none, or only seam points were asked for.
     pub stripes: Option<StripeOutcome>,
+    /// The curve, where that is the answer and there is no line.
+    pub curve: Option<CurveEstimate>,
     /// Whether the recording states how well the sensor is known, which the ± do not contain.
     pub uncertainty_ignored: bool,
     /// Whether the robot stood at each reading, and who says so; `None` where it moves.

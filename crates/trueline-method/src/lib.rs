@@ -29,6 +29,9 @@ pub mod calibration;
 mod conclude;
 mod concluded;
 pub mod config;
+pub mod curve;
+mod curved;
+mod curved_checks;
 pub mod diagnose;
 pub mod error;
 pub mod evaluate;
@@ -47,7 +50,8 @@ pub mod verdict;
 pub use calibrate::calibrate;
 pub use calibration::{Calibration, HandEye, LineEstimate, TimeOffset, Translation};
 pub use config::{
-    Config, DrawnLine, HeldSigma, Hold, Measurements, Requirement, ResidualKind, SensorMode, Stamps, Use,
+    Config, DrawnLine, HeldSigma, Hold, Measurements, Requirement, ResidualKind, SensorMode, Stamps, Target,
+    Use,
 };
 pub use error::Error;
 pub use input::observations::{Observation, Observations};

@@ -51,6 +51,9 @@ fn reason_values(reason: &Reason) -> Value {
             "explains": explains,
             "better_explains": better_explains,
         }),
+        Reason::CurveCollapsed { length_m, before_m } => {
+            json!({ "length_mm": length_m * MM_PER_M, "before_mm": before_m * MM_PER_M })
+        }
         Reason::AmbiguousTimeOffset { answers, .. } => {
             json!({ "time_offsets_s": answers.iter().map(|answer| answer.time_offset_s).collect::<Vec<_>>() })
         }
@@ -176,6 +179,10 @@ fn warning_values(warning: &Warning) -> Value {
             values["axis"] = json!(axis.map(|axis| axis.name()));
             values["sigmas"] = json!(sigmas);
             values
+        }
+        Warning::CurveFromOnePass => json!({}),
+        Warning::KnotsNearWeave { spacing_m, weave_m } => {
+            json!({ "spacing_mm": spacing_m * MM_PER_M, "weave_mm": weave_m * MM_PER_M })
         }
         Warning::NoPointAtStandOff { stand_off_m } => json!({ "stand_off_mm": stand_off_m * MM_PER_M }),
     }

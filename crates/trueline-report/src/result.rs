@@ -3,9 +3,9 @@
 use crate::number::positive_w;
 use crate::{checks, facts, seam_error, stripes};
 use trueline_dataset::result_file::{
-    self, Covariance, DrawnLineOptions, ErrorsFoundEntry, IterationEntry, IterationLine, LineEntry,
-    LinePosition, ModelEntry, Observability, Options, OutlierEntry, PoseEntry, RequireOptions, Residuals,
-    ResultFile, RivalEntry, SCHEMA_VERSION, Sigma, TimeOffsetUse, Tool, UnobservableEntry,
+    self, Covariance, CurveEntry, DrawnLineOptions, ErrorsFoundEntry, IterationEntry, IterationLine,
+    LineEntry, LinePosition, ModelEntry, Observability, Options, OutlierEntry, PoseEntry, RequireOptions,
+    Residuals, ResultFile, RivalEntry, SCHEMA_VERSION, Sigma, TimeOffsetUse, Tool, UnobservableEntry,
 };
 use trueline_dataset::unit::MM_PER_M;
 use trueline_export::time_offset;
@@ -37,6 +37,7 @@ pub fn of(c: &Calibration) -> ResultFile {
         tool_from_camera: tool_from_camera(c),
         lines: (0..c.best_fit().lines.len()).map(|k| line(c, k)).collect(),
         base_from_target: None,
+        curves: curve(c).into_iter().collect(),
         planes: stripes::planes(c),
         stripes: stripes::entry(c),
         sigma: sigma(|component| c.sigma(component)),
@@ -101,6 +102,25 @@ fn tool_from_camera(c: &Calibration) -> PoseEntry {
         translation_mm: Axis::ALL.map(|axis| Some(c.translation(axis).ok()?.value_m * MM_PER_M)),
         rotation_wxyz: c.rotation().ok().map(|rotation| positive_w(&rotation)),
     }
+}
+
+/// The curve; where it is only where time offset and hand-eye transform are all shown.
+fn curve(c: &Calibration) -> Option<CurveEntry> {
+    let found = c.findings.curve.as_ref()?;
+    let is_placed = (TIME_OFFSET..parameters::LINES).all(|component| c.is_known(component));
+    let points = found.points_m.iter().map(|point| (point * MM_PER_M).into());
+    let sigma = found.sigma_m.iter().map(|sigma_m| sigma_m * MM_PER_M);
+    Some(CurveEntry {
+        label: "0".to_owned(),
+        closed: found.closed,
+        length_mm: found.length_m * MM_PER_M,
+        knots: found.knots,
+        spacing_mm: found.spacing_m * MM_PER_M,
+        s3_mm: found.s3_m * MM_PER_M,
+        edf: found.effective_unknowns,
+        points_mm: points.filter(|_| is_placed).collect(),
+        sigma_mm: sigma.filter(|_| is_placed).collect(),
+    })
 }
 
 fn line(c: &Calibration, number: usize) -> LineEntry {

@@ -12,7 +12,7 @@ use trueline_method::assess::observability::{Group, Unobservable};
 use trueline_method::assess::residuals::FeatureResidual;
 use trueline_method::assess::seam_point_error::SeamPointError;
 use trueline_method::input::timestamps::StampReport;
-use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION, line_index};
+use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION, line_index};
 use trueline_method::{Calibration, Hold, Reason, Status};
 
 const MS_PER_S: f64 = 1e3;
@@ -128,6 +128,7 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
     for k in 0..c.best_fit().lines.len() {
         rows.push((format!("line {k}"), line(c, k)));
     }
+    rows.extend(curve(c).map(|text| ("curve".to_owned(), text)));
     rows.extend(seam_error::straightness(c));
     rows.extend(stripes::rows(c));
     rows.push(("residual".to_owned(), residual(c)));
@@ -214,11 +215,28 @@ fn line(c: &Calibration, k: usize) -> String {
     format!("through ({:.2}, {:.2}, {:.2}) mm along ({:.5}, {:.5}, {:.5})", p.x, p.y, p.z, d.x, d.y, d.z)
 }
 
+/// Length, knots and uncertainty of a curve.
+fn curve(c: &Calibration) -> Option<String> {
+    let found = c.findings.curve.as_ref()?;
+    let closed = if found.closed { "closed" } else { "open" };
+    let squares: f64 = found.sigma_m.iter().map(|sigma_m| sigma_m * sigma_m).sum();
+    let rms_mm = (squares / found.sigma_m.len().max(1) as f64).sqrt() * MM_PER_M;
+    let is_placed = (TIME_OFFSET..LINES).all(|component| c.is_known(component));
+    let sigma = if is_placed { format!(", ± {rms_mm:.3} mm across") } else { String::new() };
+    Some(format!(
+        "{closed}, {:.1} mm long, {} knots {:.1} mm apart{sigma}",
+        found.length_m * MM_PER_M,
+        found.knots,
+        found.spacing_m * MM_PER_M
+    ))
+}
+
 fn residual(c: &Calibration) -> String {
     if c.findings.fit.residuals.used == 0 {
         return "none: no feature could be used".to_owned();
     }
-    let mm = format!("{:.4} mm RMS from the line", c.findings.fit.residuals.rms_m * MM_PER_M);
+    let from = if c.findings.curve.is_some() { "curve" } else { "line" };
+    let mm = format!("{:.4} mm RMS from the {from}", c.findings.fit.residuals.rms_m * MM_PER_M);
     let px = c.findings.fit.residuals.rms_px.map(|px| format!(", {px:.3} px in the image"));
     format!("{mm}{}{}", px.unwrap_or_default(), stripes::of_seam_points(c))
 }

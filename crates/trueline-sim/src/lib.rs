@@ -17,6 +17,7 @@
 pub mod arm;
 pub mod boards;
 pub mod capture;
+pub mod curves;
 pub mod faults;
 mod followed_path;
 pub mod images;

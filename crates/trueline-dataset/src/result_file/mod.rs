@@ -6,6 +6,7 @@
 
 mod answer;
 mod checks;
+mod curve;
 mod errors;
 mod fact;
 mod models;
@@ -25,6 +26,7 @@ pub use checks::{
     AtTorch, Checks, ClockStep, CrossValidation, Disruption, Ellipsoid, LeftOut, Moved, OutlierEntry,
     Residuals, RunnerUp,
 };
+pub use curve::CurveEntry;
 pub use errors::ErrorsFoundEntry;
 pub use fact::Fact;
 pub use models::ModelEntry;
@@ -78,6 +80,9 @@ pub struct ResultFile {
     /// Where the target of pose sightings stands in base, or with `mounted` fixed in the tool; absent where no target was sighted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub base_from_target: Option<TargetEntry>,
+    /// The curves in base, where no straight line explains the scan; `lines` is empty then.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub curves: Vec<CurveEntry>,
     /// The plates in base, where whole stripes were used.
     #[serde(default)]
     pub planes: Vec<PlaneEntry>,

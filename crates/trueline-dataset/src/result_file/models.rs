@@ -11,12 +11,12 @@ pub struct ModelEntry {
     /// Whether the answer is of this model.
     pub taken: bool,
     /// Why it was fitted: `asked`, `noise-alone` (where an adjustment with all errors begins), `tests-what-is-held`, `residuals-show-lens`,
-    /// `tests-lag` or `residuals-show-lag` (poses that were commanded).
+    /// `tests-lag` or `residuals-show-lag` (poses that were commanded), `line-refused`, `curve-explains` or `curve-no-better`.
     pub why: String,
     /// Of each block (`time_offset`, `hand_eye`, `line`, `bow`, `seam_form`, `sensor`, `detector`, `edge_radius`, `robot`, `pose_lag`) whether it is
     /// `estimated`, `considered` (known with a covariance that the scan does not improve), or `held`.
     pub roles: BTreeMap<String, String>,
-    /// What the seam is: `line`.
+    /// What the seam is: `line`, with a bow and a form, or `curve`.
     pub target: String,
     /// The clock of the images: `even`, `drifts`, `steps`, or `none` at stops.
     pub clock: String,

@@ -89,25 +89,40 @@ fn outnumbers(many: usize, few: usize) -> bool {
 pub fn compare(observations: &Observations, config: &Config, best: &Fit, rival: &Fit) -> Option<PairedTest> {
     let factor = best.noise.factor.min(rival.noise.factor);
     let [of_best, of_rival] = [best, rival].map(|fit| squared_residuals(observations, config, fit, factor));
+    let [cost_of_best, cost_of_rival] =
+        [best, rival].map(|fit| 2.0 * fit.parameters().known(fit.shape_prior.as_ref()).cost());
+    let apart_s = best.parameters().time_offset_s - rival.parameters().time_offset_s;
+    let frames = observations.list.iter().zip(of_best).zip(of_rival);
+    let frames = frames.map(|((o, best), rival)| (o.frame, best, rival));
+    tested(frames, cost_of_rival - cost_of_best, apart_s)
+}
+
+/// The test from the squared residuals of both, by frame; NaN where one cannot be placed. `known_before` is what the priors of the rival cost more,
+/// and `apart_s` how far their time offsets are apart.
+pub(crate) fn tested(
+    all: impl Iterator<Item = (u32, f64, f64)>,
+    known_before: f64,
+    apart_s: f64,
+) -> Option<PairedTest> {
     let (mut differences, mut last_frame) = (Vec::new(), None);
     let (mut features, mut explained, mut only) = (0_usize, [0_usize; 2], [0_usize; 2]);
     let mut frames = 0;
-    for ((o, best), rival) in observations.list.iter().zip(&of_best).zip(&of_rival) {
-        if last_frame != Some(o.frame) {
-            (last_frame, frames) = (Some(o.frame), frames + 1);
+    for (frame, best, rival) in all {
+        if last_frame != Some(frame) {
+            (last_frame, frames) = (Some(frame), frames + 1);
             differences.push(None);
         }
         if best.is_nan() || rival.is_nan() {
             continue;
         }
         features += 1;
-        let by = [*best <= OUTLIER_SQUARED, *rival <= OUTLIER_SQUARED];
+        let by = [best <= OUTLIER_SQUARED, rival <= OUTLIER_SQUARED];
         for k in 0..2 {
             explained[k] += usize::from(by[k]);
             only[k] += usize::from(by[k] && !by[1 - k]);
         }
         if let Some(difference) = differences.last_mut() {
-            *difference = Some(difference.unwrap_or(0.0) + REJECTING.value(*rival) - REJECTING.value(*best));
+            *difference = Some(difference.unwrap_or(0.0) + REJECTING.value(rival) - REJECTING.value(best));
         }
     }
     let differences: Vec<f64> = differences.into_iter().flatten().collect();
@@ -116,10 +131,7 @@ pub fn compare(observations: &Observations, config: &Config, best: &Fit, rival: 
         return None;
     }
     let [best_explains, explains] = explained.map(|count| count as f64 / features as f64);
-    let [of_best, of_rival] =
-        [best, rival].map(|fit| 2.0 * fit.parameters().known(fit.shape_prior.as_ref()).cost());
-    let z = z_of(&differences, of_rival - of_best);
-    let apart_s = best.parameters().time_offset_s - rival.parameters().time_offset_s;
+    let z = z_of(&differences, known_before);
     let decisive_z = if apart_s.abs() < ONE_OFFSET_S { DECISIVE_Z_AT_ONE_OFFSET } else { DECISIVE_Z };
     Some(PairedTest { z, decisive_z, frames: common, explains, best_explains, only })
 }

@@ -80,6 +80,12 @@ pub enum Because {
     ResidualsShowLag,
     /// It has a lens that the residuals show. The answer stays that of the stated lens, and the corrected file has this one.
     ResidualsShowLens,
+    /// It is a straight line with a bow, which does not explain the scan as well as a curve does.
+    LineRefused,
+    /// It is a curve, and explains what no line does: it is the answer.
+    CurveExplains,
+    /// It is a curve, and no likelier than the line.
+    CurveNoBetter,
 }
 
 impl Because {
@@ -93,13 +99,16 @@ impl Because {
             Self::TestsLag => "tests-lag",
             Self::ResidualsShowLag => "residuals-show-lag",
             Self::ResidualsShowLens => "residuals-show-lens",
+            Self::LineRefused => "line-refused",
+            Self::CurveExplains => "curve-explains",
+            Self::CurveNoBetter => "curve-no-better",
         }
     }
 
     /// Whether the answer is of this model.
     #[must_use]
     pub fn is_taken(self) -> bool {
-        matches!(self, Self::Asked | Self::ResidualsShowLag)
+        matches!(self, Self::Asked | Self::ResidualsShowLag | Self::CurveExplains)
     }
 }
 
@@ -163,17 +172,20 @@ impl Block {
 
 /// What the seam is in a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
+pub enum SeamModel {
     /// A line, with its bow and its form.
     Line,
+    /// A spline.
+    Curve,
 }
 
-impl Target {
+impl SeamModel {
     /// The name in the result.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Line => "line",
+            Self::Curve => "curve",
         }
     }
 }
@@ -186,7 +198,7 @@ pub struct ModelTried {
     /// The role of each block, in the order of [`Block::ALL`].
     pub roles: [Role; Block::ALL.len()],
     /// What the seam is.
-    pub target: Target,
+    pub target: SeamModel,
     /// The clock of the images.
     pub clock: Clock,
     /// How far the robot lags behind its recorded poses, s.
@@ -221,7 +233,7 @@ impl ModelTried {
         Self {
             because: Because::Asked,
             roles: Block::ALL.map(role),
-            target: Target::Line,
+            target: SeamModel::Line,
             clock: Clock::of(settings, found),
             robot_lag_s: 0.0,
             log_evidence: -0.5 * solver.twice_negative_log_likelihood(found.fit.parameters()),
@@ -237,7 +249,7 @@ impl ModelTried {
     }
 
     /// The same with other roles of the blocks that something is said of.
-    fn with(&self, of: impl Fn(Block) -> Option<Role>) -> Self {
+    pub(crate) fn with(&self, of: impl Fn(Block) -> Option<Role>) -> Self {
         Self { roles: Block::ALL.map(|block| of(block).unwrap_or_else(|| self.role(block))), ..self.clone() }
     }
 }

@@ -20,6 +20,8 @@ pub(super) const COARSE_STAMPS: f64 = 0.1;
 pub(super) const OUTLIERS: f64 = 0.5;
 /// With more than this left out of an adjustment, what is left may be chance.
 pub(super) const MOST_LEFT_OUT: f64 = 0.35;
+/// With more readings than this off a curve it may be another's: wrong curves reach 46 % of them.
+pub(super) const MOST_OFF_CURVE: f64 = 0.4;
 /// More outliers than this should be looked at.
 pub(super) const MANY_OUTLIERS: f64 = 0.2;
 /// Of five parts and seven unknowns the largest reaches 3 σ by chance.

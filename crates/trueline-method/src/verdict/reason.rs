@@ -53,6 +53,13 @@ pub enum Reason {
         /// Part of the features that the better one explains.
         better_explains: f64,
     },
+    /// A curve that shrank or grew during its fit: the scan does not show its size, nor the lever that goes with it.
+    CurveCollapsed {
+        /// Its length, m.
+        length_m: f64,
+        /// Its length before, m.
+        before_m: f64,
+    },
     /// Several answers explain the scan equally well, because its path repeats itself.
     AmbiguousTimeOffset {
         /// The answers, the one given first.
@@ -182,6 +189,7 @@ impl Reason {
             Self::UndeterminedTurn => "undetermined-turn",
             Self::WorseMinimum { .. } => "worse-minimum",
             Self::WrongTimeOffset { .. } => "wrong-time-offset",
+            Self::CurveCollapsed { .. } => "curve-collapsed",
             Self::AmbiguousTimeOffset { .. } => "ambiguous-time-offset",
             Self::NotConverged { .. } => "not-converged",
             Self::ResidualsTooLarge { .. } => "residuals-too-large",
@@ -222,6 +230,7 @@ impl fmt::Display for Reason {
             Self::WrongTimeOffset { time_offset_s, better_time_offset_s, explains, better_explains } => {
                 wrong_time_offset([time_offset_s, better_time_offset_s], [explains, better_explains])
             }
+            Self::CurveCollapsed { length_m, before_m } => curve_collapsed(length_m, before_m),
             Self::AmbiguousTimeOffset { ref answers, lasts_s } => ambiguous_time_offset(answers, lasts_s),
             Self::StatementContradicted => {
                 "the answer contradicts what was stated of the cell: the time offset is outside of the window, or the \
@@ -258,6 +267,15 @@ impl fmt::Display for Reason {
             ),
         })
     }
+}
+
+fn curve_collapsed(length_m: f64, before_m: f64) -> String {
+    format!(
+        "the curve changed its length from {:.0} to {:.0} mm during the fit: the scan does not show its size. Scan the whole seam two or three \
+         times and tilt the torch by ±10° about two axes",
+        before_m * MM_PER_M,
+        length_m * MM_PER_M
+    )
 }
 
 fn at_stops(stops: usize) -> String {

@@ -1,6 +1,8 @@
 //! The criteria that a calibration must meet.
 
-use super::limits::{COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, MANY_SKIPPED, MOST_LEFT_OUT, OUTLIERS};
+use super::limits::{
+    COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, MANY_SKIPPED, MOST_LEFT_OUT, MOST_OFF_CURVE, OUTLIERS,
+};
 use super::mistake::{self, residuals_are_too_large};
 use super::quantity::Quantity;
 use super::reason::{Answer, Reason};
@@ -10,6 +12,7 @@ use crate::assess::profile_likelihood;
 use crate::assess::seam_error::SeamError;
 use crate::assess::sensor_shape::SensorShape;
 use crate::config::{Hold, SEAM_ERROR_CEILING_M, SensorMode};
+use crate::curve::answer::CurveEstimate;
 use crate::findings::Findings;
 use crate::hypotheses::drift_and_step::Step;
 use crate::hypotheses::search::Mirrored;
@@ -32,6 +35,9 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
     if f.fit.residuals.used == 0 {
         // Nothing else that could be said means anything.
         return too_few_used(f).into_iter().collect();
+    }
+    if let Some(curve) = &f.curve {
+        return of_curve(f, curve);
     }
     let mut reasons = contradicted(f);
     if !reasons.is_empty() {
@@ -76,6 +82,26 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
     }
     reasons.extend(f.checks.outlier_segments.iter().filter_map(|segment| broken_stretch(f, segment)));
     reasons.extend(f.clock.stepped.map(|step| stepped(f, &step)));
+    reasons.extend(missed_requirements(f));
+    reasons
+}
+
+/// Why the answer of a curve is bad.
+fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Reason> {
+    let mut reasons: Vec<Reason> = Vec::new();
+    reasons.extend(
+        curve.collapsed_from_m.map(|before_m| Reason::CurveCollapsed { length_m: curve.length_m, before_m }),
+    );
+    let outliers = f.outliers();
+    if outliers.share() > MOST_OFF_CURVE {
+        reasons.push(Reason::TooManyOutliers { outliers });
+    }
+    reasons.extend(f.unknowns.observability.unobservable.iter().cloned().map(Reason::Unobservable));
+    reasons.extend(other_minima(f));
+    reasons.extend(too_few_used(f));
+    reasons.extend(of_streams(f));
+    let ceiling_m = f.config.require.seam_m.unwrap_or(SEAM_ERROR_CEILING_M);
+    reasons.extend(f.checks.seam_error.and_then(|error| seam_error_too_large(ceiling_m, &error)));
     reasons.extend(missed_requirements(f));
     reasons
 }
@@ -267,7 +293,7 @@ fn missed_of_seam(f: &Findings) -> Vec<Reason> {
         None => {
             Some(Reason::RequirementUnobservable { quantity: Quantity::SeamPoint, required_si: required_m })
         }
-        Some(_) if f.fit.amplitudes.is_some() => None,
+        Some(_) if f.fit.amplitudes.is_some() || f.curve.is_some() => None,
         Some(error) => seam_error_too_large(required_m, &error),
     };
     missed.into_iter().collect()

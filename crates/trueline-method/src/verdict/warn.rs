@@ -15,6 +15,7 @@ use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::HeldOut;
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
 use crate::config::Measurements;
+use crate::curve::answer::CurveEstimate;
 use crate::findings::Findings;
 use crate::hypotheses::ambiguity::RivalAnswer;
 use crate::hypotheses::search::Mirrored;
@@ -41,6 +42,10 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
         warnings.push(Warning::UncertaintyNotApplied);
     }
     warnings.extend(f.sensor_of_its_own_scan.then_some(Warning::SensorOfItsOwnScan));
+    if let Some(curve) = &f.curve {
+        warnings.extend(of_curve(f, curve));
+        return warnings;
+    }
     if f.checks.contradict_what_is_held() {
         // What does not follow from the fit.
         warnings.extend(f.stripes.as_ref().into_iter().flat_map(of_stripes));
@@ -92,6 +97,18 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     {
         warnings.push(Warning::NoPointAtStandOff { stand_off_m });
     }
+    warnings
+}
+
+/// What to look at of the answer of a curve.
+fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    warnings.extend(curve.is_one_pass.then_some(Warning::CurveFromOnePass));
+    let weave_m = curve.weave_m.filter(|_| curve.is_near_weave);
+    warnings.extend(weave_m.map(|weave_m| Warning::KnotsNearWeave { spacing_m: curve.spacing_m, weave_m }));
+    let share = f.outliers().share();
+    warnings.extend((share > MANY_OUTLIERS).then_some(Warning::ManyOutliers { share }));
+    warnings.extend(stamps(f));
     warnings
 }
 

@@ -4,10 +4,10 @@ use super::quantity::{Axis, MM_PER_M, Quantity};
 use super::sensor_words::sensor_off;
 use super::stream_name::StreamName;
 use super::warning_words::{
-    clock_drift, clock_step, coarse_stamps, decided_by_user, drawn_line_not_needed, feature_bias,
-    held_at_guess, left_out, lens_off, likely_cause, misfit, moves, other_line, poorly_known, robot_moves,
-    robot_samples_missing, robot_worse, stamp_steps, stripe_noise, stripes_disagree, stripes_stamped_apart,
-    structured, unusual_noise, wavy_seam, widened,
+    CURVE_FROM_ONE_PASS, clock_drift, clock_step, coarse_stamps, decided_by_user, drawn_line_not_needed,
+    feature_bias, held_at_guess, knots_near_weave, left_out, lens_off, likely_cause, misfit, moves,
+    other_line, poorly_known, robot_moves, robot_samples_missing, robot_worse, stamp_steps, stripe_noise,
+    stripes_disagree, stripes_stamped_apart, structured, unusual_noise, wavy_seam, widened,
 };
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::instead_of_sensor::InsteadOfSensor;
@@ -252,6 +252,15 @@ pub enum Warning {
         /// The same in standard deviations.
         sigmas: f64,
     },
+    /// No place of the curve was seen twice.
+    CurveFromOnePass,
+    /// The curve needs knots that follow the weave.
+    KnotsNearWeave {
+        /// Distance of the knots, m.
+        spacing_m: f64,
+        /// How far the sensor goes in one period of its weave, m.
+        weave_m: f64,
+    },
     /// No error at the torch is predicted: no point of the laser plane below the scan is that far from the sensor.
     NoPointAtStandOff {
         /// How far, m.
@@ -297,6 +306,8 @@ impl Warning {
             Self::RepeatedRobotStamps { .. } => "repeated-robot-stamps",
             Self::CoarseStamps { .. } => "coarse-stamps",
             Self::StampSteps { .. } => "stamp-steps",
+            Self::CurveFromOnePass => "curve-from-one-pass",
+            Self::KnotsNearWeave { .. } => "knots-near-weave",
             Self::CrossValidationMisfit { .. } => "cross-validation-misfit",
             Self::CrossValidationShift { .. } => "cross-validation-shift",
             Self::NoPointAtStandOff { .. } => "no-point-at-stand-off",
@@ -356,6 +367,8 @@ impl fmt::Display for Warning {
             }
             Self::CoarseStamps { stream, grain_s } => coarse_stamps(stream, grain_s),
             Self::StampSteps { stream, ref steps, period_s } => stamp_steps(stream, steps, period_s),
+            Self::CurveFromOnePass => CURVE_FROM_ONE_PASS.to_owned(),
+            Self::KnotsNearWeave { spacing_m, weave_m } => knots_near_weave(spacing_m, weave_m),
             Self::CrossValidationMisfit { rms_m, fitted_rms_m } => misfit(rms_m, fitted_rms_m),
             Self::CrossValidationShift { span_s: [from, to], quantity, axis, moved_si, sigmas } => format!(
                 "the parts of the scan disagree: without {from:.2} to {to:.2} s {}, {sigmas:.1} times what noise \

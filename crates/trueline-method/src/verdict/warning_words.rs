@@ -305,3 +305,17 @@ pub(super) fn decided_by_user(by: DecidedBy, other_time_offsets_s: &[f64]) -> St
         others.join(", ")
     )
 }
+
+/// No place of a curve was seen twice.
+pub(super) const CURVE_FROM_ONE_PASS: &str = "the scan goes over the curve once, so that its hand-eye transform is not told from the form of the curve; scan it \
+    two or three times, or state the hand-eye transform in initial.toml for the time offset alone";
+
+/// The curve needs knots that follow the weave.
+pub(super) fn knots_near_weave(spacing_m: f64, weave_m: f64) -> String {
+    format!(
+        "the knots of the curve are {:.1} mm apart and the weave is {:.1} mm long, so that the curve follows the weave and the time offset is not \
+         determined; weave faster, or move slower along the seam",
+        spacing_m * MM_PER_M,
+        weave_m * MM_PER_M
+    )
+}

@@ -149,6 +149,9 @@ impl<'a> Shown<'a> {
 /// Where the seams would be if images were not late.
 fn without_offset(source: &Source<'_>) -> Option<Vec<Deviation>> {
     let c = source.calibration;
+    if c.best_fit().lines.is_empty() {
+        return None;
+    }
     let by = Guess { time_offset_s: 0.0, tool_from_camera: *c.file_tool_from_camera() };
     let placed = seam_points::place(source.recording, &by, &c.findings.config).ok()?;
     let lines: Vec<_> =

@@ -3,9 +3,11 @@
 use super::Shown;
 use crate::page::{Axis, Block, Chart, Colour, Columns, Drawn, Heat, Histogram, Mark, Series};
 use crate::stripes;
+use nalgebra::Vector3;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_dataset::{Measured, Sensor};
 use trueline_method::assess::residuals::FeatureResidual;
+use trueline_method::curve::answer::CurveEstimate;
 use trueline_method::order_statistics::median;
 
 pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
@@ -96,9 +98,21 @@ fn over_time(shown: &Shown<'_>, columns: &mut Columns) -> Chart {
     }
 }
 
+/// Place of the curve's point that is nearest, along the curve, mm.
+fn along_curve_mm(curve: &CurveEstimate, point: &Vector3<f64>) -> f64 {
+    let squared = |k: &usize| (curve.points_m[*k] - point).norm_squared();
+    let nearest = (0..curve.points_m.len()).min_by(|a, b| squared(a).total_cmp(&squared(b)));
+    let steps = curve.points_m.len().saturating_sub(1).max(1);
+    nearest.unwrap_or(0) as f64 / steps as f64 * curve.length_m * MM_PER_M
+}
+
 fn along_line(shown: &Shown<'_>, columns: &mut Columns) -> Chart {
     let lines = &shown.calibration.best_fit().lines;
+    let curve = shown.calibration.findings.curve.as_ref();
     let along = |f: &FeatureResidual| {
+        if let Some(curve) = curve {
+            return along_curve_mm(curve, &f.point_in_base);
+        }
         let line = &lines[f.line as usize];
         line.direction().dot(&(f.point_in_base - line.anchor())) * MM_PER_M
     };

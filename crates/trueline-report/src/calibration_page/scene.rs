@@ -67,6 +67,10 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
         let name = if c.best_fit().lines.len() > 1 { format!("line {k}") } else { "line".to_owned() };
         parts.push(Part { name, xyz: column(columns, ends), colour: Colour::D, line: true });
     }
+    if let Some(curve) = &c.findings.curve {
+        let xyz = column(columns, curve.points_m.iter().copied());
+        parts.push(Part { name: "curve".to_owned(), xyz, colour: Colour::D, line: true });
+    }
     let plates = plates(shown, columns);
     let [title, explanation] = WORDS[usize::from(!plates.is_empty())];
     parts.extend(plates);

@@ -8,6 +8,10 @@ use trueline_dataset::unit::MM_PER_M;
 
 pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     let lines = &shown.calibration.best_fit().lines;
+    if lines.is_empty() {
+        // Along and across a line: of a curve the scene shows where it is, and the residuals how far the points are off.
+        return Vec::new();
+    }
     let place = |line: u32, point: &Vector3<f64>| {
         let line = &lines[line as usize];
         let across = line.offset_of(point) * MM_PER_M;

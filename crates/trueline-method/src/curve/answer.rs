@@ -1,0 +1,334 @@
+//! The answer to a scan over a curve: the best of all, what else explains it, and what it shows.
+
+use crate::assess::robot_field::RobotSigmas;
+use crate::curve::arrow::SHARED;
+use crate::curve::equations::Known;
+use crate::curve::joint::Rough;
+use crate::curve::passes::Course;
+use crate::curve::rivals::{Rival, compared, find};
+use crate::curve::robot;
+#[cfg(test)]
+use crate::curve::sight::step_between;
+use crate::curve::solve::{Finished, Search, finish};
+use crate::curve::starts::{Candidate, offsets_s, sifted_by};
+use crate::hypotheses::choice::KnownOfCell;
+use crate::problem::parameters::Parameters;
+use nalgebra::{DMatrix, SMatrix, Vector3};
+use trueline_dataset::Guess;
+
+/// The curve may be longer or shorter by this part than it was before the joint fit.
+const LENGTH_WITHIN: f64 = 0.2;
+/// A hand-eye transform that is known beforehand is known to this, rad and m.
+const KNOWN_TO: (f64, f64) = (2.0 * std::f64::consts::PI / 180.0, 10e-3);
+/// Held, it is known to this part of it.
+const HELD: f64 = 1e-3;
+/// With knots that do not follow the weave the residuals may be larger by this, or the curve is no such curve.
+const WORSE: f64 = 1.5;
+/// Points of the curve are given this far apart at least, m, and so many at most.
+const POINTS: (f64, usize) = (2e-3, 200);
+
+/// A curve that a scan went over.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CurveEstimate {
+    /// Whether its end is its beginning.
+    pub closed: bool,
+    /// Its length, m.
+    pub length_m: f64,
+    /// Number of knots.
+    pub knots: usize,
+    /// Their distance, m.
+    pub spacing_m: f64,
+    /// Standard deviation of the third differences of its control points, m, by restricted maximum likelihood.
+    pub s3_m: f64,
+    /// Effective number of unknowns of curve, clock and hand-eye transform.
+    pub effective_unknowns: f64,
+    /// Points of it in base, m, in the order of the scan.
+    pub points_m: Vec<Vector3<f64>>,
+    /// Standard deviation of each of them square to the curve, root mean square of both directions, m.
+    pub sigma_m: Vec<f64>,
+    /// Whether no place of it was seen twice.
+    pub is_one_pass: bool,
+    /// How far the sensor goes in one period of its weave, m; `None` where it does not weave.
+    pub weave_m: Option<f64>,
+    /// Whether the curve needs knots that follow the weave: then the weave is not told from the curve.
+    pub is_near_weave: bool,
+    /// Its length before the joint fit, m, where it shrank or grew too much to be believed.
+    pub collapsed_from_m: Option<f64>,
+    /// Restricted log likelihood of the curve, and of one without any third difference.
+    pub log_evidence: [f64; 2],
+}
+
+/// What is asked.
+#[derive(Clone, Copy)]
+pub(crate) struct Asked<'a> {
+    /// The search.
+    pub search: Search<'a>,
+    /// How far the robot is off.
+    pub robot: RobotSigmas,
+    /// What is known of the cell.
+    pub known: &'a KnownOfCell,
+}
+
+/// The answer.
+pub(crate) struct Answered {
+    /// Fit and equations.
+    pub finished: Finished,
+    /// The curve.
+    pub curve: CurveEstimate,
+    /// Whether each of t_d, φ and t means anything.
+    pub components: [bool; SHARED],
+    /// Whether the hand-eye transform was held at the guess.
+    pub is_held: bool,
+    /// Covariance by noise.
+    pub noise: SMatrix<f64, SHARED, SHARED>,
+    /// By the robot: columns of unit variance.
+    pub robot: DMatrix<f64>,
+    /// By a hand-eye transform that was held: likewise.
+    pub held: DMatrix<f64>,
+    /// Other answers, the most dangerous first.
+    pub rivals: Vec<Rival>,
+}
+
+impl Answered {
+    /// Rivals that the scan does not tell from the answer. In a single pass the curve follows each of them, so that all that explain it are.
+    pub(crate) fn open(&self) -> impl Iterator<Item = &Rival> {
+        let is_loose = self.curve.is_one_pass && !self.is_held;
+        self.rivals.iter().filter(move |rival| rival.is_named() && (is_loose || !rival.test.decided()))
+    }
+
+    /// Clock and hand-eye transform.
+    #[must_use]
+    pub(crate) fn at(&self) -> Guess {
+        self.finished.fitted.state.at
+    }
+}
+
+impl Asked<'_> {
+    /// The answer; `None` where no curve explains most of the scan.
+    #[must_use]
+    pub(crate) fn answer(&self) -> Option<Answered> {
+        let readings = self.search.readings;
+        let best = self.search.find().filter(Rough::is_good)?;
+        let searched = readings.searched();
+        let course = Course::of(&searched, &best.first);
+        if let Some(guess) = self.search.guess.filter(|_| course.is_one_pass) {
+            return self.of_time_alone(guess, &course);
+        }
+        let rivals = find(&searched, &best, self.search.within_s, self.search.threads);
+        let (best, rivals) = match better(&rivals).or_else(|| self.stated(&best, &rivals)) {
+            None => (best, rivals),
+            Some(other) => {
+                let best = other.rough.clone();
+                let rivals = find(&searched, &best, self.search.within_s, self.search.threads);
+                (best, rivals)
+            }
+        };
+        let fine = finish(readings, &best, 0.0, None)?;
+        let (finished, is_near_weave) = self.coarser(fine, &best, &course, None)?;
+        Some(self.concluded(finished, rivals, &course, (is_near_weave, None)))
+    }
+
+    /// The rival that agrees with what is known of the cell, where the best does not.
+    fn stated<'r>(&self, best: &Rough, rivals: &'r [Rival]) -> Option<&'r Rival> {
+        let allows =
+            |rough: &Rough| self.known.allows(&Parameters::straight(&rough.fitted.state.at, Vec::new()));
+        let is_open = |rival: &&Rival| rival.is_named() && !rival.test.decided();
+        if self.known.is_empty() || allows(best) {
+            return None;
+        }
+        rivals.iter().filter(is_open).find(|rival| allows(&rival.rough))
+    }
+
+    /// The time offset alone, with the hand-eye transform held where a guess has it.
+    fn of_time_alone(&self, guess: &Guess, course: &Course) -> Option<Answered> {
+        let readings = self.search.readings;
+        let searched = readings.searched();
+        let known = held_at(guess);
+        let starts: Vec<Guess> = offsets_s(self.search.within_s)
+            .into_iter()
+            .map(|time_offset_s| Guess { time_offset_s, ..*guess })
+            .collect();
+        let candidates = sifted_by(&searched, &starts, 2.0, (true, self.search.threads));
+        let fit = |candidate: &Candidate| {
+            crate::curve::joint::rough(&searched, &candidate.at, Some(&known)).filter(Rough::is_good)
+        };
+        let best = candidates.iter().find_map(fit)?;
+        let rivals = compared(&searched, &best, &candidates, Some(&known), self.search.threads);
+        let other = better(&rivals).or_else(|| self.stated(&best, &rivals));
+        let best = other.map_or_else(|| best.clone(), |other| other.rough.clone());
+        let rivals = compared(&searched, &best, &candidates, Some(&known), self.search.threads);
+        let fine = finish(readings, &best, 0.0, Some(&known))?;
+        let (finished, is_near_weave) = self.coarser(fine, &best, course, Some(&known))?;
+        Some(self.concluded(finished, rivals, course, (is_near_weave, Some(guess))))
+    }
+
+    /// With knots that do not follow the weave of a single pass; whether the curve needs others.
+    fn coarser(
+        &self,
+        fine: Finished,
+        best: &Rough,
+        course: &Course,
+        stated: Option<&Known>,
+    ) -> Option<(Finished, bool)> {
+        let least_m = course.least_knots_m(fine.fitted.state.spline.length_m());
+        if fine.fitted.state.spline.spacing_m >= least_m {
+            return Some((fine, false));
+        }
+        match finish(self.search.readings, best, least_m, stated) {
+            Some(coarse) if coarse.factor <= WORSE * fine.factor => Some((coarse, false)),
+            _ => Some((fine, true)),
+        }
+    }
+
+    fn concluded(
+        &self,
+        finished: Finished,
+        rivals: Vec<Rival>,
+        course: &Course,
+        (is_near_weave, held_at): (bool, Option<&Guess>),
+    ) -> Answered {
+        let readings = self.search.readings;
+        let columns = robot::columns(readings, &finished.fitted, &finished.root, self.robot);
+        let curve = estimate(&finished, &columns, course, is_near_weave);
+        let is_collapsed = curve.collapsed_from_m.is_some();
+        let mut components = finished.seen.components;
+        if course.is_one_pass || is_collapsed {
+            components[1..].fill(false);
+        }
+        // Without a hand-eye transform that is known the time offset of a single pass goes with it.
+        components[0] &= !course.is_one_pass && !is_near_weave && !is_collapsed;
+        let shared = columns.nrows() - SHARED;
+        let robot = columns.rows(shared, SHARED).into_owned();
+        let (noise, held) = match held_at {
+            None => (rough_curve(&finished), DMatrix::zeros(SHARED, 0)),
+            Some(_) => time_alone(&finished),
+        };
+        if held_at.is_some() {
+            let known = noise[(0, 0)].sqrt().hypot(held.row(0).norm());
+            components[0] = known < TIME_SEEN_S && !is_near_weave && !is_collapsed;
+        }
+        Answered { curve, components, is_held: held_at.is_some(), noise, robot, held, rivals, finished }
+    }
+}
+
+/// A time offset that is known worse than this is not seen, s.
+const TIME_SEEN_S: f64 = 5e-3;
+
+/// A rival that is plainly better than the best.
+fn better(rivals: &[Rival]) -> Option<&Rival> {
+    rivals.iter().find(|rival| rival.is_named() && rival.test.reversed())
+}
+
+/// That the hand-eye transform is as a guess has it.
+fn held_at(guess: &Guess) -> Known {
+    let mut information = SMatrix::<f64, SHARED, SHARED>::zeros();
+    for k in 1..SHARED {
+        let known_to = if k < 4 { KNOWN_TO.0 } else { KNOWN_TO.1 };
+        information[(k, k)] = (HELD * known_to).powi(-2);
+    }
+    Known { centre: *guess, information }
+}
+
+/// The covariance by noise; the time offset's as large as with third differences three times larger, for bends are not alike along a curve.
+fn rough_curve(finished: &Finished) -> SMatrix<f64, SHARED, SHARED> {
+    const LARGER: f64 = 3.0;
+    let mut covariance = finished.seen.covariance;
+    let larger = crate::curve::seen::Seen::of(
+        &finished.fitted,
+        &finished.parts,
+        finished.s3_m * LARGER,
+        finished.variance,
+    );
+    let posterior = |s3_m: f64| {
+        let information = finished.parts.with(s3_m).root()?.shared_information() / finished.variance;
+        Some(information.cholesky()?.inverse()[(0, 0)])
+    };
+    let by_posterior = match (posterior(finished.s3_m), posterior(LARGER * finished.s3_m)) {
+        (Some(own), Some(larger)) if own > 0.0 => (larger / own).max(1.0),
+        _ => 1.0,
+    };
+    let by_seen = larger.map_or(1.0, |larger| (larger.covariance[(0, 0)] / covariance[(0, 0)]).max(1.0));
+    let root = by_posterior.max(by_seen).sqrt();
+    for k in 0..SHARED {
+        covariance[(0, k)] *= root;
+        covariance[(k, 0)] *= root;
+    }
+    covariance
+}
+
+/// The time offset by noise alone beside a hand-eye transform that is held, and how far it is off by what that is off.
+fn time_alone(finished: &Finished) -> (SMatrix<f64, SHARED, SHARED>, DMatrix<f64>) {
+    let equations = finished.parts.of_data(finished.s3_m);
+    let information = equations.root().map_or_else(SMatrix::zeros, |root| root.shared_information());
+    let own = information[(0, 0)].max(f64::MIN_POSITIVE);
+    let mut noise = SMatrix::<f64, SHARED, SHARED>::zeros();
+    noise[(0, 0)] = finished.variance / own;
+    let mut held = DMatrix::zeros(SHARED, SHARED - 1);
+    for k in 1..SHARED {
+        let size = if k < 4 { KNOWN_TO.0 } else { KNOWN_TO.1 };
+        held[(k, k - 1)] = size;
+        held[(0, k - 1)] = -information[(0, k)] / own * size;
+    }
+    (noise, held)
+}
+
+fn estimate(
+    finished: &Finished,
+    columns: &DMatrix<f64>,
+    course: &Course,
+    is_near_weave: bool,
+) -> CurveEstimate {
+    let spline = &finished.fitted.state.spline;
+    let length_m = spline.length_m();
+    let count = ((length_m / POINTS.0).ceil() as usize).clamp(2, POINTS.1);
+    let inverse = finished.root.inverse() * finished.variance;
+    let (mut points_m, mut sigma_m) = (Vec::new(), Vec::new());
+    for k in 0..=count {
+        let basis = spline.basis(spline.span_m() * k as f64 / count as f64);
+        points_m.push(spline.at(&basis).0);
+        let mut weights = vec![[(0, 0.0); 4]; 2];
+        for m in 0..4 {
+            let control = spline.index(basis.first + m);
+            for (side, weights) in weights.iter_mut().enumerate() {
+                weights[m] = (2 * control + side, basis.value[m]);
+            }
+        }
+        let mut variance = 0.0;
+        for weights in &weights {
+            for (i, a) in weights {
+                for (j, b) in weights {
+                    variance += a * b * (inverse[(*i, *j)] + columns.row(*i).dot(&columns.row(*j)));
+                }
+            }
+        }
+        sigma_m.push((0.5 * variance).max(0.0).sqrt());
+    }
+    let change = length_m / finished.first_length_m;
+    let is_kept = (1.0 - LENGTH_WITHIN..1.0 + LENGTH_WITHIN).contains(&change);
+    CurveEstimate {
+        closed: spline.closed,
+        length_m,
+        knots: (spline.span_m() / spline.spacing_m).round() as usize + usize::from(!spline.closed),
+        spacing_m: spline.spacing_m,
+        s3_m: finished.s3_m,
+        effective_unknowns: finished.effective,
+        points_m,
+        sigma_m,
+        is_one_pass: course.is_one_pass,
+        weave_m: course.weave_m(length_m),
+        is_near_weave,
+        collapsed_from_m: (!is_kept).then_some(finished.first_length_m),
+        log_evidence: finished.evidence,
+    }
+}
+
+/// How far two states are apart, in units of a covariance of the second: for tests.
+#[cfg(test)]
+pub(crate) fn squared_sigmas(
+    truth: &Guess,
+    found: &Guess,
+    covariance: &SMatrix<f64, SHARED, SHARED>,
+) -> Option<f64> {
+    let step = step_between(truth, found);
+    Some(step.dot(&covariance.cholesky()?.solve(&step)))
+}

@@ -1,0 +1,225 @@
+//! The joint fit of curve, clock and hand-eye transform: Levenberg–Marquardt with re-weighting.
+
+use crate::curve::arrow::{Arrow, SHARED};
+use crate::curve::equations::{
+    Known, State, add_known, add_prior, add_sights, bends, sights, stepped, whiteners,
+};
+use crate::curve::readings::Readings;
+use crate::curve::sight::{Sight, step_between};
+use crate::order_statistics::median;
+use nalgebra::{DVector, Matrix2};
+use trueline_lsq::Loss;
+
+/// How residuals are weighed.
+#[derive(Clone, Debug)]
+pub(crate) enum Weighing {
+    /// By a redescending loss of this scale, m: far from the optimum.
+    Rough {
+        /// The scale, m.
+        scale_m: f64,
+    },
+    /// By noise times a factor; beyond [`TUKEY_SIGMAS`] nothing counts.
+    Noise {
+        /// How much larger the noise is than expected.
+        factor: f64,
+    },
+    /// By noise times a factor and weights that stay as they are.
+    Fixed {
+        /// How much larger the noise is than expected.
+        factor: f64,
+        /// Weight of each reading.
+        weights: Vec<f64>,
+    },
+}
+
+/// Beyond this a reading is an outlier, σ.
+pub(crate) const TUKEY_SIGMAS: f64 = 5.0;
+/// Of two normal parts the median length is this, σ.
+const MEDIAN_LENGTH: f64 = 1.177_410;
+/// What a reading that the curve does not reach counts, as a squared residual.
+const UNREACHED: f64 = 1e9;
+/// A prior beside residuals in units of a rough scale: that of readings with this noise, m.
+const ROUGH_NOISE_M: f64 = 0.05e-3;
+/// A step is at most this far in t_d (s), φ (rad) and t (m).
+const MOST_STEP: [f64; 3] = [0.05, 0.2, 0.05];
+/// The fit has converged where a step gains less than this part of the cost.
+pub(crate) const CONVERGED: f64 = 1e-7;
+
+/// What is minimised.
+pub(crate) struct Terms<'a> {
+    /// The readings.
+    pub readings: &'a Readings,
+    /// How they are weighed.
+    pub weighing: Weighing,
+    /// Standard deviation of the curve's third differences, m.
+    pub s3_m: f64,
+    /// What is known of the shared unknowns.
+    pub known: &'a Known,
+    /// Steps at most.
+    pub steps: usize,
+}
+
+/// A state with all that was evaluated at it.
+#[derive(Clone, Debug)]
+pub(crate) struct Fitted {
+    /// The state.
+    pub state: State,
+    /// Its sights.
+    pub sights: Vec<Option<Sight>>,
+    /// Whitener of each reading, with the noise factor.
+    pub whiteners: Vec<Matrix2<f64>>,
+    /// Weight of each reading.
+    pub weights: Vec<f64>,
+    /// Twice the negative logarithm of likelihood and prior, robust.
+    pub cost: f64,
+}
+
+impl Fitted {
+    /// Squared whitened residual of a reading; infinite where the curve does not reach it.
+    #[must_use]
+    pub(crate) fn squared(&self, k: usize) -> f64 {
+        self.sights[k]
+            .as_ref()
+            .map_or(f64::INFINITY, |seen| (self.whiteners[k] * seen.residual).norm_squared())
+    }
+
+    /// Part of the readings within a distance, m.
+    #[must_use]
+    pub(crate) fn share_within(&self, distance_m: f64) -> f64 {
+        let near = |seen: &&Sight| seen.residual.norm() < distance_m;
+        self.sights.iter().flatten().filter(near).count() as f64 / self.sights.len().max(1) as f64
+    }
+
+    /// The equations of the readings alone.
+    #[must_use]
+    pub(crate) fn equations(&self) -> Arrow {
+        let mut equations = Arrow::new(2 * self.state.spline.control.len(), self.state.spline.closed);
+        add_sights(&mut equations, &self.state.spline, &self.sights, &self.whiteners, &self.weights);
+        equations
+    }
+
+    /// Weighted sum of the squares of the whitened residuals.
+    #[must_use]
+    pub(crate) fn squares(&self) -> f64 {
+        let own = |k: usize| self.sights[k].as_ref().map_or(0.0, |_| self.weights[k] * self.squared(k));
+        (0..self.sights.len()).map(own).sum()
+    }
+
+    /// The noise factor by the median length of the residuals, whitened with a factor of one.
+    #[must_use]
+    pub(crate) fn median_factor(&self, readings: &Readings) -> f64 {
+        let whiteners = whiteners(readings, &self.sights);
+        let lengths = self.sights.iter().zip(&whiteners);
+        let lengths = lengths.filter_map(|(seen, w)| Some((w * seen.as_ref()?.residual).norm()));
+        median(lengths).unwrap_or(1.0) / MEDIAN_LENGTH
+    }
+}
+
+impl Terms<'_> {
+    fn loss(&self) -> Loss {
+        match self.weighing {
+            Weighing::Rough { .. } => Loss::GemanMcClure { scale: 1.0 },
+            Weighing::Noise { .. } | Weighing::Fixed { .. } => Loss::Tukey { scale: TUKEY_SIGMAS },
+        }
+    }
+
+    /// Weight of the prior beside whitened residuals, 1/m².
+    fn stiffness(&self) -> f64 {
+        match self.weighing {
+            Weighing::Rough { scale_m } => (ROUGH_NOISE_M / (scale_m * self.s3_m)).powi(2),
+            Weighing::Noise { .. } | Weighing::Fixed { .. } => self.s3_m.powi(-2),
+        }
+    }
+
+    fn whiteners(&self, sights: &[Option<Sight>]) -> Vec<Matrix2<f64>> {
+        match self.weighing {
+            Weighing::Rough { scale_m } => vec![Matrix2::identity() / scale_m; sights.len()],
+            Weighing::Noise { factor } | Weighing::Fixed { factor, .. } => {
+                let own = whiteners(self.readings, sights);
+                own.into_iter().map(|whitener| whitener / factor).collect()
+            }
+        }
+    }
+
+    /// All that follows from a state; whiteners stay as they are within a fit.
+    fn evaluated(&self, mut state: State, whiteners: Vec<Matrix2<f64>>) -> Fitted {
+        let sights = sights(self.readings, &state);
+        let loss = self.loss();
+        let (mut weights, mut cost) = (Vec::with_capacity(sights.len()), 0.0);
+        for (k, seen) in sights.iter().enumerate() {
+            let squared =
+                seen.as_ref().map_or(UNREACHED, |seen| (whiteners[k] * seen.residual).norm_squared());
+            if let Some(seen) = seen {
+                state.u_m[k] = seen.u_m;
+            }
+            let (weight, own) = match &self.weighing {
+                Weighing::Fixed { weights, .. } => {
+                    (weights[k], weights[k] * squared.min(TUKEY_SIGMAS.powi(2)))
+                }
+                _ => (loss.weight(squared), loss.value(squared)),
+            };
+            weights.push(if seen.is_some() { weight } else { 0.0 });
+            cost += own;
+        }
+        let bent: f64 = bends(&state.spline).iter().map(|bend| bend.norm_squared()).sum();
+        let off = step_between(&state.at, &self.known.centre);
+        cost += self.stiffness() * bent + off.dot(&(self.known.information * off));
+        Fitted { state, sights, whiteners, weights, cost }
+    }
+
+    /// The equations of all terms.
+    #[must_use]
+    pub(crate) fn equations(&self, fitted: &Fitted) -> Arrow {
+        let mut prior = Arrow::new(2 * fitted.state.spline.control.len(), fitted.state.spline.closed);
+        add_prior(&mut prior, &fitted.state.spline);
+        let mut equations = fitted.equations().plus(&prior, self.stiffness());
+        add_known(&mut equations, &fitted.state.at, self.known);
+        equations
+    }
+
+    /// The optimum near a state; `None` where the equations have no solution.
+    #[must_use]
+    pub(crate) fn fit(&self, state: State) -> Option<Fitted> {
+        /// Damping at the beginning, how it falls and rises, and where no step helps.
+        const DAMPING: [f64; 4] = [1e-3, 0.2, 6.0, 1e6];
+        let first = sights(self.readings, &state);
+        let mut best = self.evaluated(state, self.whiteners(&first));
+        let mut damping = DAMPING[0];
+        for _ in 0..self.steps {
+            let equations = self.equations(&best);
+            let before = best.cost;
+            loop {
+                let root = equations.damped(damping).root();
+                let tried = root.map(|root| {
+                    let step = limited(root.solve(&equations.gradient));
+                    self.evaluated(stepped(&best.state, &step), best.whiteners.clone())
+                });
+                if let Some(better) = tried.filter(|tried| tried.cost < before) {
+                    best = better;
+                    damping = (damping * DAMPING[1]).max(1e-9);
+                    break;
+                }
+                damping *= DAMPING[2];
+                if damping > DAMPING[3] {
+                    return best.cost.is_finite().then_some(best);
+                }
+            }
+            if before - best.cost < CONVERGED * (1.0 + best.cost) {
+                break;
+            }
+        }
+        best.cost.is_finite().then_some(best)
+    }
+}
+
+/// A step that is not longer than it may be in any of the shared unknowns.
+fn limited(step: DVector<f64>) -> DVector<f64> {
+    let shared = step.len() - SHARED;
+    let lengths = [
+        step[shared].abs(),
+        step.fixed_rows::<3>(shared + 1).norm(),
+        step.fixed_rows::<3>(shared + 4).norm(),
+    ];
+    let over = lengths.iter().zip(MOST_STEP).map(|(length, most)| length / most).fold(1.0, f64::max);
+    step / over
+}

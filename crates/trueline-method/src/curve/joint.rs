@@ -1,0 +1,207 @@
+//! From an answer of the windows to a curve: order, a first spline, the joint fit with finer and finer knots.
+
+use crate::curve::equations::{Known, State};
+use crate::curve::fit::{Fitted, Terms, Weighing};
+use crate::curve::order::curve_through;
+use crate::curve::readings::Readings;
+use crate::curve::seen::Seen;
+use crate::curve::sight::{in_base, moving};
+use crate::curve::smoothness::{Parts, loosest_m};
+use crate::curve::spline::Spline;
+use nalgebra::Vector3;
+use trueline_dataset::Guess;
+
+/// Control points at most: a bad candidate asks for ninety thousand.
+pub(crate) const MOST_CONTROL: usize = 120;
+/// The curve is at most so many times as long as the robot's path.
+const MOST_LENGTH: f64 = 3.0;
+/// Knots of the search, m. Coarser ones, or a growth from few knots, shrink the curve and take the lever with it.
+const SEARCH_KNOTS_M: f64 = 10e-3;
+/// Stages: knots in these units, scale of the loss, m.
+const STAGES: [(f64, f64); 3] = [(1.6, 3e-3), (1.2, 1.2e-3), (1.0, 0.4e-3)];
+/// Steps of a stage.
+const STAGE_STEPS: usize = 8;
+/// After the second stage this part of the readings must be within this distance, m.
+const HOPEFUL: (f64, f64) = (0.25, 2e-3);
+/// A good answer has this part of the readings within this distance, m: wrong ones reach 0.46.
+pub(crate) const GOOD: (f64, f64) = (0.62, 0.5e-3);
+/// Readings of the search at most.
+const MOST_READINGS: usize = 700;
+/// An open curve goes on beyond its readings by this part of a knot.
+const BEYOND: f64 = 0.25;
+/// Directions of which the first curve says less than this part of what counts as seen are held meanwhile.
+const HELD_MEANWHILE: f64 = 0.6;
+
+/// A curve that fits a scan roughly.
+#[derive(Clone, Debug)]
+pub(crate) struct Rough {
+    /// The fit.
+    pub fitted: Fitted,
+    /// Where it began: the curve by the windows' answer.
+    pub first: State,
+    /// Part of the readings that it explains to within half a millimetre.
+    pub within: f64,
+}
+
+impl Rough {
+    /// Whether it explains enough to be an answer.
+    #[must_use]
+    pub(crate) fn is_good(&self) -> bool {
+        self.within > GOOD.0
+    }
+}
+
+impl Readings {
+    /// Every so many of them, that they are at most this many.
+    #[must_use]
+    pub(crate) fn thinned(&self, most: usize) -> Self {
+        let every = self.list.len().div_ceil(most).max(1);
+        Self { list: self.list.iter().step_by(every).copied().collect(), ..self.clone() }
+    }
+
+    /// Those of which a search is made.
+    #[must_use]
+    pub(crate) fn searched(&self) -> Self {
+        self.thinned(MOST_READINGS)
+    }
+
+    /// Length of the tool's path while the readings are taken, m.
+    #[must_use]
+    pub(crate) fn path_m(&self, at: &Guess) -> f64 {
+        /// The path is looked at in steps of this, s: shorter ones would add its noise.
+        const STEP_S: f64 = 0.1;
+        let mut places: Vec<Vector3<f64>> = Vec::new();
+        let mut last_s = f64::NEG_INFINITY;
+        for reading in &self.list {
+            if reading.stamp_s - last_s >= STEP_S {
+                last_s = reading.stamp_s;
+                places.extend(moving(self, reading, at).map(|moving| moving.position));
+            }
+        }
+        places.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
+    }
+}
+
+/// The curve that goes with an answer of the windows, and where each reading is on it.
+#[must_use]
+pub(crate) fn first_curve(readings: &Readings, at: &Guess) -> Option<State> {
+    let placed: Vec<Option<Vector3<f64>>> =
+        readings.list.iter().map(|reading| in_base(readings, reading, at)).collect();
+    let points: Vec<Vector3<f64>> = placed.iter().flatten().copied().collect();
+    let spacing_m = STAGES[0].0 * SEARCH_KNOTS_M;
+    let most_m = MOST_LENGTH * readings.path_m(at);
+    let (spline, known_u_m) = curve_through(&points, spacing_m, MOST_CONTROL, most_m)?;
+    let mut next = known_u_m.into_iter();
+    let u_m = placed.iter().map(|point| point.and_then(|_| next.next()).unwrap_or(0.0)).collect();
+    Some(State { at: *at, spline, u_m })
+}
+
+/// The joint fit from an answer of the windows, with the hand-eye transform as it is known, if somebody says so; `None` where there is no curve, or it is hopeless.
+#[must_use]
+pub(crate) fn rough(readings: &Readings, at: &Guess, stated: Option<&Known>) -> Option<Rough> {
+    let first = first_curve(readings, at)?;
+    let mut known = stated.cloned().unwrap_or_else(|| Known::of_any_sensor(at));
+    let mut state = reknotted(&first, spacing_for(&first.spline, STAGES[0].0 * SEARCH_KNOTS_M), None)?;
+    let mut last = None;
+    for (stage, (knots, scale_m)) in STAGES.iter().enumerate() {
+        let spacing_m = spacing_for(&state.spline, knots * SEARCH_KNOTS_M);
+        if stage > 0 {
+            state = reknotted(&state, spacing_m, None)?;
+        }
+        let s3_m = loosest_m(state.spline.spacing_m);
+        let weighing = Weighing::Rough { scale_m: *scale_m };
+        if stage == 0 && stated.is_none() {
+            hold_unseen(readings, &state, &mut known);
+        }
+        let terms = Terms { readings, weighing, s3_m, known: &known, steps: STAGE_STEPS };
+        let fitted = terms.fit(state)?;
+        if stage == 1 && fitted.share_within(HOPEFUL.1) < HOPEFUL.0 {
+            return None;
+        }
+        state = fitted.state.clone();
+        last = Some(fitted);
+    }
+    let fitted = last?;
+    let within = fitted.share_within(GOOD.1);
+    Some(Rough { fitted, first, within })
+}
+
+/// Holds directions that a curve does not show at all: it would shrink along them.
+fn hold_unseen(readings: &Readings, state: &State, known: &mut Known) {
+    let s3_m = loosest_m(state.spline.spacing_m);
+    let weighing = Weighing::Rough { scale_m: STAGES[0].1 };
+    let terms = Terms { readings, weighing, s3_m, known, steps: 0 };
+    let Some(fitted) = terms.fit(state.clone()) else { return };
+    let parts = Parts::of(&fitted, known);
+    // In units of the scale; of readings with noise of a twentieth of it the directions are as well seen as it gets.
+    const NOISE_OF_SCALE: f64 = 0.05;
+    if let Some(seen) = Seen::of(&fitted, &parts, s3_m, NOISE_OF_SCALE.powi(2)) {
+        known.hold(&state.at, &seen.holding(HELD_MEANWHILE));
+    }
+}
+
+impl Known {
+    /// Holds directions at a state as well.
+    pub(crate) fn hold(&mut self, at: &Guess, information: &nalgebra::SMatrix<f64, 7, 7>) {
+        if information.norm() > 0.0 {
+            // The prior of any sensor is nothing beside what is held.
+            *self = Self { centre: *at, information: self.information + information };
+        }
+    }
+}
+
+/// The spacing of the knots of a curve that has at most [`MOST_CONTROL`] of them, m.
+#[must_use]
+pub(crate) fn spacing_for(spline: &Spline, wanted_m: f64) -> f64 {
+    wanted_m.max(spline.length_m() / (MOST_CONTROL - 4) as f64)
+}
+
+/// The same state with other knots; an open curve is cut where its readings end, those that count if that is said.
+#[must_use]
+pub(crate) fn reknotted(state: &State, spacing_m: f64, counts: Option<&[f64]>) -> Option<State> {
+    const PER_KNOT: usize = 16;
+    let old = &state.spline;
+    let lengths_m = old.arc_lengths(PER_KNOT);
+    let step_m = old.spacing_m / PER_KNOT as f64;
+    let arc_at = |u_m: f64| {
+        let place = (u_m / step_m).clamp(0.0, (lengths_m.len() - 1) as f64);
+        let before = (place as usize).min(lengths_m.len() - 2);
+        let part = place - before as f64;
+        lengths_m[before] * (1.0 - part) + lengths_m[before + 1] * part
+    };
+    let length_m = *lengths_m.last()?;
+    let (from_m, to_m) = if old.closed {
+        (0.0, length_m)
+    } else {
+        let counted = |k: &usize| counts.is_none_or(|weights| weights[*k] > 0.0);
+        let places = || (0..state.u_m.len()).filter(counted).map(|k| arc_at(state.u_m[k]));
+        let (least, most) =
+            (places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max));
+        (least - BEYOND * spacing_m, most + BEYOND * spacing_m)
+    };
+    if !(to_m > from_m) {
+        return None;
+    }
+    let count = ((to_m - from_m) / step_m).ceil().max(8.0) as usize;
+    let sample = |k: usize| {
+        let along_m = (to_m - from_m) * k as f64 / count as f64;
+        let at_m = from_m + along_m;
+        let point = if old.closed || (0.0..=length_m).contains(&at_m) {
+            old.point(Spline::u_of_arc_length(&lengths_m, step_m, at_m))
+        } else {
+            beyond(old, at_m, length_m)
+        };
+        (along_m, point, 1.0)
+    };
+    let samples: Vec<_> = (0..=count).map(sample).collect();
+    let spline = Spline::through(&samples, to_m - from_m, spacing_m, old.closed, MOST_CONTROL)?;
+    let u_m = state.u_m.iter().map(|u_m| arc_at(*u_m) - from_m).collect();
+    Some(State { at: state.at, spline, u_m })
+}
+
+/// A point beyond an end of an open curve, straight on, m.
+fn beyond(spline: &Spline, at_m: f64, length_m: f64) -> Vector3<f64> {
+    let (end_u_m, over_m) = if at_m < 0.0 { (0.0, at_m) } else { (spline.span_m(), at_m - length_m) };
+    let (point, tangent) = spline.at(&spline.basis(end_u_m));
+    point + tangent.normalize() * over_m
+}

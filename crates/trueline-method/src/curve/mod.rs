@@ -1,0 +1,31 @@
+//! Curved seams from nothing: time offset, hand-eye transform and an unknown curve in base, estimated together.
+//!
+//! ```text
+//! Observations ─readings─▶ windows (each with a parabola of its own) ─order─▶ spline ─fit─▶ answer
+//! ```
+//!
+//! The curve is a uniform cubic B-spline of which every control point is free in its two normal directions, with a prior on
+//! third differences whose size restricted maximum likelihood picks. A curve shows less than it seems to: rank and ± are those
+//! of [`seen`], never those of the posterior.
+
+pub mod answer;
+pub(crate) mod arrow;
+pub(crate) mod equations;
+pub(crate) mod fit;
+pub(crate) mod graph;
+pub(crate) mod joint;
+pub(crate) mod motion;
+pub(crate) mod order;
+pub(crate) mod passes;
+pub(crate) mod readings;
+pub(crate) mod rivals;
+pub(crate) mod robot;
+pub(crate) mod seen;
+pub(crate) mod sight;
+pub(crate) mod smoothness;
+pub(crate) mod solve;
+pub(crate) mod spline;
+pub(crate) mod starts;
+#[cfg(test)]
+mod tests;
+pub(crate) mod windows;

@@ -1,0 +1,104 @@
+//! How often the sensor went over the curve, and how it wove meanwhile.
+//!
+//! Where no place is seen twice, only the weave tells the curve from the hand-eye transform: then the hand-eye transform is not to be
+//! had, and the time offset only with knots that cannot follow the weave.
+
+use crate::curve::equations::State;
+use crate::curve::readings::Readings;
+use crate::order_statistics::median;
+
+/// A place is seen twice if it is seen this part of the scan's time apart.
+const APART: f64 = 0.15;
+/// The scan has one pass if less than this part of the places are.
+const LEAST_TWICE: f64 = 0.4;
+/// Places are this long, m.
+const PLACE_M: f64 = 5e-3;
+/// Weaves that are looked for, Hz, and how finely.
+const WEAVES_HZ: (f64, f64, f64) = (0.6, 8.0, 0.02);
+/// A weave is most of what the seam does in the sheet within this time, s …
+const SWAYS_S: f64 = 1.5;
+/// … namely this part of its variance.
+const LEAST_SHARE: f64 = 0.4;
+/// Knots nearer than this part of the length of a weave follow it.
+const KNOTS_PER_WEAVE: f64 = 0.7;
+
+/// The course of a scan along its curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Course {
+    /// Whether no place is seen twice.
+    pub is_one_pass: bool,
+    /// How often the sensor weaves, Hz; `None` where it does not.
+    pub weave_hz: Option<f64>,
+    /// How long the scan lasts, s.
+    pub lasts_s: f64,
+}
+
+impl Course {
+    /// Of a scan at a state.
+    #[must_use]
+    pub(crate) fn of(readings: &Readings, state: &State) -> Self {
+        let is_one_pass = twice(readings, state) < LEAST_TWICE;
+        Self { is_one_pass, weave_hz: weave_hz(readings), lasts_s: readings.lasts_s() }
+    }
+
+    /// How far the sensor goes in one period of its weave over a curve of a length, m; `None` where it does not weave in a single pass.
+    #[must_use]
+    pub(crate) fn weave_m(&self, length_m: f64) -> Option<f64> {
+        let is_single = self.is_one_pass && self.lasts_s > 0.0;
+        is_single.then_some(length_m / self.lasts_s / self.weave_hz?)
+    }
+
+    /// Knots that do not follow the weave over a curve of a length, m; 0 where that does not matter.
+    #[must_use]
+    pub(crate) fn least_knots_m(&self, length_m: f64) -> f64 {
+        self.weave_m(length_m).map_or(0.0, |weave_m| KNOTS_PER_WEAVE * weave_m)
+    }
+}
+
+/// Part of the places that are seen twice.
+fn twice(readings: &Readings, state: &State) -> f64 {
+    let lasts_s = readings.lasts_s();
+    let places = (state.spline.span_m() / PLACE_M).ceil().max(1.0) as usize;
+    let mut last_s = vec![None::<f64>; places];
+    let mut again = vec![false; places];
+    for (reading, u_m) in readings.list.iter().zip(&state.u_m) {
+        let place = ((u_m / PLACE_M) as usize).min(places - 1);
+        again[place] |= last_s[place].is_some_and(|before_s| reading.stamp_s - before_s > APART * lasts_s);
+        last_s[place] = Some(reading.stamp_s);
+    }
+    let seen = last_s.iter().filter(|last| last.is_some()).count().max(1);
+    again.iter().filter(|again| **again).count() as f64 / seen as f64
+}
+
+/// Frequency of the weave, Hz; `None` where the seam does not sway in the sheet.
+fn weave_hz(readings: &Readings) -> Option<f64> {
+    let list = &readings.list;
+    let sways = |axis: usize| -> Vec<(f64, f64)> {
+        let about = |at_s: f64| {
+            let from = list.partition_point(|r| r.stamp_s < at_s - 0.5 * SWAYS_S);
+            let to = list.partition_point(|r| r.stamp_s <= at_s + 0.5 * SWAYS_S);
+            median(list[from..to].iter().map(|r| r.in_sheet[axis])).unwrap_or(0.0)
+        };
+        list.iter().map(|r| (r.stamp_s, r.in_sheet[axis] - about(r.stamp_s))).collect()
+    };
+    let both = [sways(0), sways(1)];
+    let variance = |series: &[(f64, f64)]| series.iter().map(|(_, v)| v * v).sum::<f64>();
+    let all = variance(&both[0]) + variance(&both[1]);
+    let power = |hz: f64| -> f64 {
+        let of = |series: &[(f64, f64)]| {
+            let (mut sine, mut cosine) = (0.0, 0.0);
+            for (at_s, value) in series {
+                let (s, c) = (std::f64::consts::TAU * hz * at_s).sin_cos();
+                sine += s * value;
+                cosine += c * value;
+            }
+            2.0 * (sine * sine + cosine * cosine) / series.len() as f64
+        };
+        of(&both[0]) + of(&both[1])
+    };
+    let (first_hz, last_hz, step_hz) = WEAVES_HZ;
+    let steps = ((last_hz - first_hz) / step_hz) as usize;
+    let tried = (0..=steps).map(|k| first_hz + k as f64 * step_hz).map(|hz| (hz, power(hz)));
+    let (hz, strongest) = tried.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (strongest > LEAST_SHARE * all).then_some(hz)
+}

@@ -1,0 +1,64 @@
+//! What the estimate of a curve is made of: seam points in the sheet, and the robot's motion.
+
+use crate::curve::motion::Motion;
+use crate::input::noise_levels::NoiseLevels;
+use crate::input::observations::Observations;
+use nalgebra::{Vector2, Vector3};
+use trueline_model::LaserSheet;
+
+/// A seam point that was measured.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reading {
+    /// Stamp of its image, s.
+    pub stamp_s: f64,
+    /// In the camera frame, m.
+    pub point: Vector3<f64>,
+    /// In the sheet, m.
+    pub in_sheet: Vector2<f64>,
+    /// Covariance in the sheet, m²: xx, xy, yy.
+    pub covariance: [f64; 3],
+    /// Row of the feature in the recording, from 0.
+    pub row: u32,
+}
+
+/// All of a scan.
+#[derive(Clone, Debug)]
+pub(crate) struct Readings {
+    /// By rising stamp.
+    pub list: Vec<Reading>,
+    /// The robot.
+    pub motion: Motion,
+    /// The laser sheet.
+    pub sheet: LaserSheet,
+    /// Noise that all share.
+    pub noise: NoiseLevels,
+}
+
+impl Readings {
+    /// Of the observations of a scan.
+    #[must_use]
+    pub(crate) fn of(observations: &Observations, noise: NoiseLevels) -> Self {
+        let list = observations.list.iter().map(|o| Reading {
+            stamp_s: o.stamp_s,
+            point: o.point_in_camera,
+            in_sheet: observations.sheet.coordinates(&o.point_in_camera),
+            covariance: o.covariance,
+            row: o.row,
+        });
+        Self {
+            list: list.collect(),
+            motion: Motion::new(&observations.robot.trajectory),
+            sheet: observations.sheet,
+            noise: NoiseLevels { factor: 1.0, ..noise },
+        }
+    }
+
+    /// How long the scan lasts, s.
+    #[must_use]
+    pub(crate) fn lasts_s(&self) -> f64 {
+        match (self.list.first(), self.list.last()) {
+            (Some(first), Some(last)) => last.stamp_s - first.stamp_s,
+            _ => 0.0,
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! A point of the curve as the sensor sees it: residual in the sheet, and how it follows from every unknown.
+//!
+//! With f = R_BEᵀ(c(u) − p_BE) at the exposure and w(u) = R_ECᵀ(f − t) in the camera frame, u is where n·w(u) = d on the
+//! sheet. The residual is Eᵀ(measured − w), with E the axes of the sheet. Eliminating du, every derivative of the prediction
+//! is P times that of w, P = Eᵀ(I − τ nᵀ/(n·τ)), τ = w′(u):
+//!
+//! | unknown | ∂w |
+//! |---|---|
+//! | t_d | R_ECᵀ(ω × f + R_BEᵀ v) |
+//! | φ (left, tool) | R_ECᵀ [f − t]× |
+//! | t | −R_ECᵀ |
+//! | a point c of the curve | R_ECᵀ R_BEᵀ |
+
+use crate::curve::arrow::SHARED;
+use crate::curve::motion::Moving;
+use crate::curve::readings::{Reading, Readings};
+use crate::curve::spline::{Basis, Spline};
+use nalgebra::{Matrix3, Matrix3x2, SMatrix, Vector2, Vector3};
+use trueline_dataset::Guess;
+use trueline_geometry::{se3, so3};
+use trueline_model::LaserSheet;
+
+/// A curve that runs along the sheet more than this (cosine to the sheet's normal) says nothing of where it crosses it.
+const LEAST_CROSSING: f64 = 0.2;
+/// Newton's steps, at most …
+const STEPS: usize = 8;
+/// … each at most so many knots …
+const MOST_KNOTS: f64 = 2.0;
+/// … until u moves by less, m.
+const CONVERGED_M: f64 = 1e-9;
+
+/// One reading against the curve.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sight {
+    /// Where the curve crosses the sheet, u in m.
+    pub u_m: f64,
+    /// The spline's weights there.
+    pub basis: Basis,
+    /// Measured minus predicted in the sheet, m.
+    pub residual: Vector2<f64>,
+    /// How the prediction moves with t_d (s), φ (rad) and t (m).
+    pub by_shared: SMatrix<f64, 2, SHARED>,
+    /// How it moves with the point of the curve in base.
+    pub by_point: SMatrix<f64, 2, 3>,
+    /// From the tool's origin to the measured point, in base, m.
+    pub lever: Vector3<f64>,
+    /// Unit tangent of the curve in base.
+    pub tangent: Vector3<f64>,
+}
+
+/// The hand-eye transform as it is used for every reading.
+#[derive(Clone, Copy)]
+pub(crate) struct HandEye {
+    /// R_EC.
+    pub rotation: Matrix3<f64>,
+    /// t, m.
+    pub translation: Vector3<f64>,
+}
+
+impl HandEye {
+    /// Of a state.
+    #[must_use]
+    pub(crate) fn of(at: &Guess) -> Self {
+        Self {
+            rotation: at.tool_from_camera.rotation.to_rotation_matrix().into_inner(),
+            translation: at.tool_from_camera.translation.vector,
+        }
+    }
+
+    /// A point of the camera frame in the tool, m.
+    #[must_use]
+    pub(crate) fn in_tool(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.rotation * point + self.translation
+    }
+}
+
+/// A state moved by a step (t_d in s, φ in rad, t in m).
+#[must_use]
+pub(crate) fn moved(at: &Guess, step: &SMatrix<f64, SHARED, 1>) -> Guess {
+    let (turn, shift) = (step.fixed_rows::<3>(1).into_owned(), step.fixed_rows::<3>(4).into_owned());
+    Guess {
+        time_offset_s: at.time_offset_s + step[0],
+        tool_from_camera: se3::retract_decoupled(&at.tool_from_camera, &turn, &shift),
+    }
+}
+
+/// The step from one state to another.
+#[must_use]
+pub(crate) fn step_between(from: &Guess, to: &Guess) -> SMatrix<f64, SHARED, 1> {
+    let (turn, shift) = se3::difference_decoupled(&to.tool_from_camera, &from.tool_from_camera);
+    let mut step = SMatrix::<f64, SHARED, 1>::zeros();
+    step[0] = to.time_offset_s - from.time_offset_s;
+    step.fixed_rows_mut::<3>(1).copy_from(&turn);
+    step.fixed_rows_mut::<3>(4).copy_from(&shift);
+    step
+}
+
+/// The curve in the camera frame at an exposure.
+struct View<'a> {
+    sheet: &'a LaserSheet,
+    spline: &'a Spline,
+    moving: &'a Moving,
+    hand_eye: &'a HandEye,
+    /// R_ECᵀ R_BEᵀ.
+    camera_from_base: Matrix3<f64>,
+}
+
+impl View<'_> {
+    /// w(u) and its derivative by u.
+    fn curve(&self, basis: &Basis) -> (Vector3<f64>, Vector3<f64>) {
+        let (point, tangent) = self.spline.at(basis);
+        let back = self.hand_eye.rotation.tr_mul(&self.hand_eye.translation);
+        let seen = self.camera_from_base * (point - self.moving.position) - back;
+        (seen, self.camera_from_base * tangent)
+    }
+
+    /// u where the curve crosses the sheet, by Newton's method; `None` where it leaves the curve.
+    fn crossing(&self, from_u_m: f64) -> Option<f64> {
+        let (normal, offset_m) = (self.sheet.plane().normal(), self.sheet.plane().offset());
+        let most_m = MOST_KNOTS * self.spline.spacing_m;
+        let mut u_m = from_u_m;
+        for _ in 0..STEPS {
+            let (point, tangent) = self.curve(&self.spline.basis(u_m));
+            let along = normal.dot(&tangent);
+            let step_m = (offset_m - normal.dot(&point)) / along;
+            if !step_m.is_finite() {
+                return None;
+            }
+            u_m += step_m.clamp(-most_m, most_m);
+            if !self.spline.closed {
+                // One knot beyond the ends the last segment still is a curve.
+                u_m = u_m.clamp(-self.spline.spacing_m, self.spline.span_m() + self.spline.spacing_m);
+            }
+            if step_m.abs() < CONVERGED_M {
+                let u_m = self.spline.wrapped(u_m);
+                return self.spline.holds(u_m).then_some(u_m);
+            }
+        }
+        None
+    }
+}
+
+/// The robot when a reading was exposed.
+#[must_use]
+pub(crate) fn moving(readings: &Readings, reading: &Reading, at: &Guess) -> Option<Moving> {
+    readings.motion.at(reading.stamp_s - at.time_offset_s)
+}
+
+/// A reading against the curve, looked for from `from_u_m`; `None` where the curve does not cross the sheet, or along it.
+#[must_use]
+pub(crate) fn sight(
+    readings: &Readings,
+    reading: &Reading,
+    at: &Guess,
+    spline: &Spline,
+    from_u_m: f64,
+) -> Option<Sight> {
+    let moving = moving(readings, reading, at)?;
+    let hand_eye = HandEye::of(at);
+    let camera_from_base = hand_eye.rotation.tr_mul(&moving.attitude.transpose());
+    let view =
+        View { sheet: &readings.sheet, spline, moving: &moving, hand_eye: &hand_eye, camera_from_base };
+    let u_m = view.crossing(from_u_m)?;
+    let basis = spline.basis(u_m);
+    let (seen, tangent) = view.curve(&basis);
+    let (normal, axes) = (readings.sheet.plane().normal(), readings.sheet.axes());
+    let along = normal.dot(&tangent);
+    if along.abs() < LEAST_CROSSING * tangent.norm() {
+        return None;
+    }
+    let across: Matrix3x2<f64> = axes - normal.into_inner() * (tangent.tr_mul(axes) / along);
+    let projector = across.transpose();
+    let by_point = projector * camera_from_base;
+    let in_tool = hand_eye.rotation * seen;
+    let in_flight =
+        moving.body_rate.cross(&(in_tool + hand_eye.translation)) + moving.attitude.tr_mul(&moving.velocity);
+    let back = projector * hand_eye.rotation.transpose();
+    let mut by_shared = SMatrix::<f64, 2, SHARED>::zeros();
+    by_shared.set_column(0, &(back * in_flight));
+    by_shared.fixed_columns_mut::<3>(1).copy_from(&(back * so3::hat(&in_tool)));
+    by_shared.fixed_columns_mut::<3>(4).copy_from(&-back);
+    Some(Sight {
+        u_m,
+        basis,
+        residual: axes.tr_mul(&(reading.point - seen)),
+        by_shared,
+        by_point,
+        lever: moving.attitude * hand_eye.in_tool(&reading.point),
+        tangent: spline.at(&basis).1.normalize(),
+    })
+}
+
+/// A reading in base, m.
+#[must_use]
+pub(crate) fn in_base(readings: &Readings, reading: &Reading, at: &Guess) -> Option<Vector3<f64>> {
+    let moving = moving(readings, reading, at)?;
+    Some(moving.position + moving.attitude * HandEye::of(at).in_tool(&reading.point))
+}

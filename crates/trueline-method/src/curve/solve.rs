@@ -1,0 +1,225 @@
+//! From readings to a curve: the search from nothing or from a guess, and the finish with fine knots.
+
+use crate::curve::arrow::ArrowRoot;
+use crate::curve::equations::{Known, State, sights};
+use crate::curve::fit::{Fitted, Terms, Weighing};
+use crate::curve::joint::{Rough, reknotted, rough, spacing_for};
+use crate::curve::order::nearest;
+use crate::curve::readings::Readings;
+use crate::curve::seen::Seen;
+use crate::curve::sight::in_base;
+use crate::curve::smoothness::{Parts, likeliest, loosest_m};
+use crate::curve::starts::{Candidate, SEARCHES, everywhere, offsets_s, sifted};
+use crate::parallel;
+use trueline_dataset::Guess;
+
+/// Knots of the answer, m …
+const KNOTS_M: f64 = 5e-3;
+/// … with at least so many readings each.
+const READINGS_PER_KNOT: usize = 5;
+/// A reading that is further off than this in the search does not say where the curve ends, m.
+const ENDS_WITHIN_M: f64 = 2e-3;
+/// Rounds of noise level and weights, and steps of each.
+const ROUNDS: usize = 4;
+/// Steps of a round.
+const STEPS: usize = 8;
+/// Directions known to less than half of what counts as seen are held.
+const HELD: f64 = 1.0;
+/// With a guess windows last so long, s.
+const GUESSED_WINDOW_S: f64 = 2.0;
+/// Size of the third differences of a line with a bow, as a part of the stiffest that is looked for.
+const OF_LINE_M: f64 = 1e-9;
+
+/// A search.
+#[derive(Clone, Copy)]
+pub(crate) struct Search<'a> {
+    /// All readings.
+    pub readings: &'a Readings,
+    /// Time offsets are looked for within plus and minus this, s.
+    pub within_s: f64,
+    /// Where to begin, if somebody says so.
+    pub guess: Option<&'a Guess>,
+    /// Threads.
+    pub threads: usize,
+}
+
+impl Search<'_> {
+    /// The best rough answer; `None` where no start leads to a curve.
+    #[must_use]
+    pub(crate) fn find(&self) -> Option<Rough> {
+        let readings = self.readings.searched();
+        let mut best: Option<Rough> = None;
+        let guessed = self.guess.map(|guess| {
+            let start = |time_offset_s: f64| Guess { time_offset_s, ..*guess };
+            // The guess first: what else explains the scan is asked afterwards.
+            let starts: Vec<Guess> =
+                std::iter::once(*guess).chain(offsets_s(self.within_s).into_iter().map(start)).collect();
+            sifted(&readings, &starts, GUESSED_WINDOW_S, self.threads)
+        });
+        if let Some(candidates) = guessed {
+            best = self.first_good(&readings, &candidates, best);
+        }
+        for breadth in SEARCHES {
+            if best.as_ref().is_some_and(Rough::is_good) {
+                break;
+            }
+            let starts = everywhere(self.within_s, breadth.attitudes);
+            let candidates = sifted(&readings, &starts, breadth.window_s, self.threads);
+            best = self.first_good(&readings, &candidates, best);
+        }
+        best
+    }
+
+    /// The first good answer among candidates, or the best of all.
+    fn first_good(
+        &self,
+        readings: &Readings,
+        candidates: &[Candidate],
+        before: Option<Rough>,
+    ) -> Option<Rough> {
+        let mut best = before;
+        for some in candidates.chunks(self.threads.max(1)) {
+            let found = parallel::map(self.threads, some.len(), |k| rough(readings, &some[k].at, None));
+            for answer in found.into_iter().flatten() {
+                let is_better = best.as_ref().is_none_or(|best| answer.within > best.within);
+                if is_better && !best.as_ref().is_some_and(Rough::is_good) {
+                    best = Some(answer);
+                }
+            }
+            if best.as_ref().is_some_and(Rough::is_good) {
+                break;
+            }
+        }
+        best
+    }
+}
+
+/// A curve with fine knots, at its optimum.
+pub(crate) struct Finished {
+    /// The fit, with weights that stay and a noise factor in its whiteners.
+    pub fitted: Fitted,
+    /// Its equations.
+    pub parts: Parts,
+    /// Their root, prior and all.
+    pub root: ArrowRoot,
+    /// Size of the third differences, m.
+    pub s3_m: f64,
+    /// Restricted log likelihood, and that of a line with a bow.
+    pub evidence: [f64; 2],
+    /// Effective number of unknowns.
+    pub effective: f64,
+    /// Variance of the noise over that of the whiteners.
+    pub variance: f64,
+    /// How much larger the noise is than expected.
+    pub factor: f64,
+    /// What the scan shows.
+    pub seen: Seen,
+    /// Length of the curve before the joint fit, m.
+    pub first_length_m: f64,
+}
+
+/// The same state with all readings.
+fn of_all(readings: &Readings, state: &State) -> State {
+    let place =
+        |reading| in_base(readings, reading, &state.at).map_or(0.0, |point| nearest(&state.spline, &point));
+    State { u_m: readings.list.iter().map(place).collect(), ..state.clone() }
+}
+
+/// Knots of an answer, m: fine, but with enough readings each.
+#[must_use]
+pub(crate) fn knots_m(readings: &Readings, length_m: f64, least_m: f64) -> f64 {
+    let most = (readings.list.len() / READINGS_PER_KNOT).max(1);
+    KNOTS_M.max(least_m).max(length_m / most as f64)
+}
+
+/// The answer from a rough one, with knots of at least `least_m` and more known of the shared unknowns, if somebody says so.
+#[must_use]
+pub(crate) fn finish(
+    readings: &Readings,
+    from: &Rough,
+    least_m: f64,
+    stated: Option<&Known>,
+) -> Option<Finished> {
+    let state = of_all(readings, &from.fitted.state);
+    let near = |seen: &Option<crate::curve::sight::Sight>| {
+        f64::from(u8::from(seen.as_ref().is_some_and(|seen| seen.residual.norm() < ENDS_WITHIN_M)))
+    };
+    let seen_now = sights(readings, &state);
+    let counts: Vec<f64> = seen_now.iter().map(near).collect();
+    let mut placed = state.clone();
+    for (u_m, seen) in placed.u_m.iter_mut().zip(&seen_now) {
+        *u_m = seen.as_ref().map_or(*u_m, |seen| seen.u_m);
+    }
+    let spacing_m = spacing_for(&state.spline, knots_m(readings, state.spline.length_m(), least_m));
+    let state = reknotted(&placed, spacing_m, Some(&counts))?;
+    let s3_m = loosest_m(state.spline.spacing_m);
+    let mut known = stated.cloned().unwrap_or_else(|| Known::of_any_sensor(&state.at));
+    let (mut fitted, mut factor) = (None::<Fitted>, 0.0);
+    let mut next = state;
+    for round in 0..ROUNDS {
+        if let Some(fitted) = &fitted {
+            factor = fitted.median_factor(readings);
+        } else {
+            factor = first_factor(readings, &next);
+        }
+        let weighing = Weighing::Noise { factor };
+        let terms = Terms { readings, weighing, s3_m, known: &known, steps: STEPS };
+        let found = terms.fit(next)?;
+        next = found.state.clone();
+        if round == 0 && stated.is_none() {
+            let seen = Seen::of(&found, &Parts::of(&found, &known), s3_m, 1.0)?;
+            known.hold(&next.at, &seen.holding(HELD));
+        }
+        fitted = Some(found);
+    }
+    stiffened(readings, fitted?, factor, &known, from.first.spline.length_m())
+}
+
+fn first_factor(readings: &Readings, state: &State) -> f64 {
+    let sights = sights(readings, state);
+    let fitted =
+        Fitted { state: state.clone(), whiteners: Vec::new(), weights: Vec::new(), cost: 0.0, sights };
+    fitted.median_factor(readings)
+}
+
+/// With the size of the third differences that is likeliest, weights as they are.
+fn stiffened(
+    readings: &Readings,
+    loose: Fitted,
+    factor: f64,
+    known: &Known,
+    first_length_m: f64,
+) -> Option<Finished> {
+    let weights = loose.weights.clone();
+    let spacing_m = loose.state.spline.spacing_m;
+    let (mut s3_m, _) = likeliest(&Parts::of(&loose, known), spacing_m)?;
+    let mut fitted = loose;
+    for _ in 0..2 {
+        let weighing = Weighing::Fixed { factor, weights: weights.clone() };
+        let terms = Terms { readings, weighing, s3_m, known, steps: STEPS };
+        fitted = terms.fit(fitted.state)?;
+        let (again_m, _) = likeliest(&Parts::of(&fitted, known), spacing_m)?;
+        if again_m == s3_m {
+            break;
+        }
+        s3_m = again_m;
+    }
+    let parts = Parts::of(&fitted, known);
+    let root = parts.with(s3_m).root()?;
+    let effective = parts.effective(&root);
+    let variance = parts.noise_variance(effective);
+    let seen = Seen::of(&fitted, &parts, s3_m, variance)?;
+    let evidence = [parts.evidence(s3_m)?, parts.evidence(OF_LINE_M).unwrap_or(f64::NEG_INFINITY)];
+    Some(Finished {
+        evidence,
+        effective,
+        variance,
+        factor: factor * variance.sqrt(),
+        seen,
+        root,
+        parts,
+        s3_m,
+        fitted,
+        first_length_m,
+    })
+}

@@ -1,0 +1,220 @@
+//! The estimator on scans cast by the simulator: exact data, noise, constant attitude, and each trap with and without its cure.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use crate::assess::robot_field::RobotSigmas;
+use crate::curve::answer::{Answered, Asked, squared_sigmas};
+use crate::curve::equations::{Known, State, add_prior, add_sights, bends, sights, stepped};
+use crate::curve::fit::{Terms, Weighing};
+use crate::curve::graph::Graph;
+use crate::curve::joint::{first_curve, reknotted};
+use crate::curve::motion::Motion;
+use crate::curve::order::{ordered, ordered_by};
+use crate::curve::readings::{Reading, Readings};
+use crate::curve::seen::Seen;
+use crate::curve::sight::{moved, sight, step_between};
+use crate::curve::smoothness::{Parts, loosest_m};
+use crate::curve::solve::Search;
+use crate::hypotheses::choice::KnownOfCell;
+use crate::input::noise_levels::NoiseLevels;
+use nalgebra::{DVector, SMatrix, Vector2, Vector3};
+use trueline_dataset::{Guess, Measured, Recording};
+use trueline_geometry::{Trajectory, smooth};
+use trueline_model::LaserSheet;
+use trueline_sim::curves::{CurveKind, CurveScan, scan_curve};
+
+/// A scan as the estimate takes it, with its truth; without noise the path is as it was cast.
+fn readings(recording: &Recording, is_exact: bool) -> (Readings, Guess) {
+    let origin = recording.robot[0].stamp_ns;
+    let seconds = |stamp_ns: i64| (stamp_ns - origin) as f64 * 1e-9;
+    let times: Vec<f64> = recording.robot.iter().map(|sample| seconds(sample.stamp_ns)).collect();
+    let mut poses: Vec<_> = recording.robot.iter().map(|sample| sample.base_from_tool).collect();
+    if !is_exact {
+        poses = smooth::local_quadratic(&times, &poses, 0.016, smooth::HALF_WINDOW_S);
+    }
+    let list = recording.features.iter().enumerate().map(|(row, feature)| {
+        let Measured::Profile([x, z]) = feature.measured else { unreachable!("a profiler") };
+        Reading {
+            stamp_s: seconds(feature.stamp_ns),
+            point: Vector3::new(x, 0.0, z),
+            in_sheet: Vector2::new(x, z),
+            covariance: [4e-10, 0.0, 4e-10],
+            row: row as u32,
+        }
+    });
+    let readings = Readings {
+        list: list.collect(),
+        motion: Motion::new(&Trajectory::new(times, &poses).unwrap()),
+        sheet: LaserSheet::of_profiler(),
+        noise: NoiseLevels { robot_sigma_m: 0.0, stamp_sigma_s: 0.0, factor: 1.0 },
+    };
+    (readings, recording.truth.as_ref().unwrap().parameters)
+}
+
+fn answered(readings: &Readings) -> Option<Answered> {
+    let search = Search { readings, within_s: 0.6, guess: None, threads: 2 };
+    let known = KnownOfCell::default();
+    Asked { search, robot: RobotSigmas::default(), known: &known }.answer()
+}
+
+/// The state of a scan at the truth, with a curve through its points.
+fn at_truth(readings: &Readings, truth: &Guess) -> State {
+    let first = first_curve(readings, truth).unwrap();
+    reknotted(&first, 8e-3, None).unwrap()
+}
+
+/// Central differences over 1e-6 of quantities of about 0.2 m: second derivatives of 10/m leave 1e-11 over 1e-6, rounding 1e-10.
+#[test]
+fn sights_follow_from_every_unknown_as_differences_say() {
+    let (recording, _) = scan_curve(&CurveScan::good(CurveKind::Free).exact(), 3);
+    let (readings, truth) = readings(&recording, true);
+    let state = at_truth(&readings, &truth);
+    let normals = state.spline.normals();
+    for k in (20..readings.list.len() - 20).step_by(97) {
+        let predicted = |state: &State| {
+            let reading = &readings.list[k];
+            reading.in_sheet
+                - sight(&readings, reading, &state.at, &state.spline, state.u_m[k]).unwrap().residual
+        };
+        let seen = sight(&readings, &readings.list[k], &state.at, &state.spline, state.u_m[k]).unwrap();
+        for component in 0..7 {
+            let step = |size: f64| {
+                let mut step = SMatrix::<f64, 7, 1>::zeros();
+                step[component] = size;
+                State { at: moved(&state.at, &step), ..state.clone() }
+            };
+            // The velocity of t_d is that of 40 ms, and the path is straight for 4 ms: both change by some percent of 0.02 m/s.
+            let (size, most) = if component == 0 { (4e-3, 3e-3) } else { (1e-6, 1e-6) };
+            let difference = (predicted(&step(size)) - predicted(&step(-size))) / (2.0 * size);
+            let own = seen.by_shared.column(component).into_owned();
+            assert!((difference - own).norm() < most, "{k} {component}: {difference} {own}");
+        }
+        let mut step = DVector::zeros(2 * state.spline.control.len() + 7);
+        for m in 0..4 {
+            for side in 0..2 {
+                let control = seen.basis.first + m;
+                let by = |size: f64, step: &mut DVector<f64>| {
+                    step.fill(0.0);
+                    step[2 * control + side] = size;
+                    predicted(&stepped(&state, step))
+                };
+                let difference = (by(1e-6, &mut step) - by(-1e-6, &mut step)) / 2e-6;
+                let own = seen.by_point * normals[control][side] * seen.basis.value[m];
+                assert!((difference - own).norm() < 1e-6, "{k}: {difference} {own}");
+            }
+        }
+    }
+}
+
+/// The gradient of the prior is that of half its squares where normals are held.
+#[test]
+fn the_prior_pulls_as_differences_say() {
+    let (recording, _) = scan_curve(&CurveScan::good(CurveKind::Wavy).exact(), 3);
+    let (readings, truth) = readings(&recording, true);
+    let state = at_truth(&readings, &truth);
+    let mut prior = crate::curve::arrow::Arrow::new(2 * state.spline.control.len(), false);
+    add_prior(&mut prior, &state.spline);
+    let half = |step: &DVector<f64>| -> f64 {
+        bends(&stepped(&state, step).spline).iter().map(|bend| 0.5 * bend.norm_squared()).sum()
+    };
+    let mut step = DVector::zeros(prior.size());
+    for k in (0..2 * state.spline.control.len()).step_by(7) {
+        step.fill(0.0);
+        let by = |size: f64, step: &mut DVector<f64>| {
+            step[k] = size;
+            half(step)
+        };
+        let difference = (by(1e-7, &mut step) - by(-1e-7, &mut step)) / 2e-7;
+        // Normals turn by the step over a knot: a third difference turns with them, by its own size.
+        let scale = prior.gradient.amax().max(1e-6);
+        assert!(
+            (difference + prior.gradient[k]).abs() < 0.3 * scale,
+            "{k}: {difference} {}",
+            prior.gradient[k]
+        );
+    }
+}
+
+/// Without noise the answer is the truth up to the path, which is straight for 4 ms: at 0.3 m/s² it bends by 0.6 µm.
+#[test]
+fn exact_data_are_answered_exactly() {
+    for kind in [CurveKind::Arc, CurveKind::Pipe] {
+        let (recording, _) = scan_curve(&CurveScan::good(kind).exact(), 5);
+        let (readings, truth) = readings(&recording, true);
+        let answer = answered(&readings).unwrap();
+        let off = step_between(&truth, &answer.at());
+        assert_eq!(answer.curve.closed, kind.is_closed());
+        assert!(answer.components.iter().all(|seen| *seen), "{}", kind.name());
+        assert!(off[0].abs() < 2e-5 && off.fixed_rows::<3>(1).norm() < 1e-4, "{}: {off}", kind.name());
+        assert!(off.fixed_rows::<3>(4).norm() < 5e-5, "{}: {off}", kind.name());
+    }
+}
+
+/// Seven squared sigmas exceed 30 in one of ten thousand scans.
+#[test]
+fn noisy_scans_are_answered_within_their_sigma() {
+    for (kind, seed) in
+        [(CurveKind::Straight, 11), (CurveKind::Saddle, 12), (CurveKind::Wavy, 13), (CurveKind::Corner, 14)]
+    {
+        let (recording, _) = scan_curve(&CurveScan::good(kind), seed);
+        let (readings, truth) = readings(&recording, false);
+        let answer = answered(&readings).unwrap();
+        assert!(answer.components.iter().all(|seen| *seen), "{}", kind.name());
+        assert_eq!(answer.open().count(), 0, "{}", kind.name());
+        let squared = squared_sigmas(&truth, &answer.at(), &answer.noise).unwrap();
+        assert!(squared < 30.0, "{}: {squared}", kind.name());
+    }
+}
+
+/// What stays at one attitude to the seam does not show the lever, whatever the curve.
+#[test]
+fn a_constant_attitude_does_not_show_the_lever() {
+    let flat = CurveScan { tilt_rad: 0.0, ..CurveScan::good(CurveKind::Wavy) };
+    let (recording, _) = scan_curve(&flat, 21);
+    let (readings, truth) = readings(&recording, false);
+    let state = at_truth(&readings, &truth);
+    let known = Known::of_any_sensor(&truth);
+    let s3_m = loosest_m(state.spline.spacing_m) * 1e-4;
+    let weighing = Weighing::Noise { factor: 2.0 };
+    let fitted = Terms { readings: &readings, weighing, s3_m, known: &known, steps: 4 }.fit(state).unwrap();
+    let parts = Parts::of(&fitted, &known);
+    let seen = Seen::of(&fitted, &parts, s3_m, 1.0).unwrap();
+    assert!(seen.rank < 7, "{}", seen.rank);
+    assert!(!seen.components[4..].iter().all(|seen| *seen));
+}
+
+/// An outlier beyond a ring is its farthest point: with it the ring is cut elsewhere, or taken for open.
+#[test]
+fn an_outlier_is_no_end_of_a_ring() {
+    let mut points: Vec<Vector3<f64>> = (0..300)
+        .map(|k| {
+            let a = f64::from(k) * std::f64::consts::TAU / 300.0;
+            Vector3::new(0.04 * a.cos(), 0.04 * a.sin(), 0.005 * (2.0 * a).cos())
+        })
+        .collect();
+    // 7.5 mm beyond the point that is farthest from the first: the radius is 7.7 mm, so that it has 5 neighbours, and a point of the ring 18.
+    points.push(points[150] * 1.186);
+    let found = ordered(&points).unwrap();
+    assert!(found.closed && found.along_m[300].is_none());
+    let with_all = Graph::of(&points).unwrap().with_all().largest_part();
+    let spoilt = ordered_by(&with_all, &points).unwrap();
+    assert!(!spoilt.closed && spoilt.along_m[300].is_some());
+}
+
+/// The entry of the time offset is the sum of its whitened squares.
+#[test]
+fn the_equations_of_a_scan_are_those_of_its_sights() {
+    let (recording, _) = scan_curve(&CurveScan::good(CurveKind::Pipe).exact(), 3);
+    let (readings, truth) = readings(&recording, true);
+    let state = at_truth(&readings, &truth);
+    let own = sights(&readings, &state);
+    let mut equations = crate::curve::arrow::Arrow::new(2 * state.spline.control.len(), state.spline.closed);
+    let whiteners = crate::curve::equations::whiteners(&readings, &own);
+    add_sights(&mut equations, &state.spline, &own, &whiteners, &vec![1.0; own.len()]);
+    let sum: f64 = own
+        .iter()
+        .zip(&whiteners)
+        .filter_map(|(seen, whitener)| Some((whitener * seen.as_ref()?.by_shared.column(0)).norm_squared()))
+        .sum();
+    let shared = equations.shared();
+    assert!((equations.entry(shared, shared) - sum).abs() < 1e-9 * sum);
+}

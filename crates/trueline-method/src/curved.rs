@@ -1,0 +1,373 @@
+//! A scan over a seam that is no straight line: when a curve is asked for, and its answer as a calibration.
+
+use crate::assess::file_frame::{FileFrame, HandEyeOfFile};
+use crate::assess::residuals::{self, FeatureResidual};
+use crate::assess::robot_field::RobotSigmas;
+use crate::assess::seam_error::{self, SeamError, Share, ShareOf, SharedError};
+use crate::calibration::Calibration;
+use crate::config::{ASSUMED_ROBOT_ACCURACY_M, Config, ResidualKind, Target};
+use crate::curve::answer::{Answered, Asked};
+use crate::curve::fit::{CONVERGED, TUKEY_SIGMAS};
+use crate::curve::readings::Readings;
+use crate::curve::sight::{in_base, moving};
+use crate::curve::solve::Search;
+use crate::curve::spline::square_to;
+use crate::curved_checks::{ambiguity, observability};
+use crate::error::Error;
+use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Unknowns};
+use crate::hypotheses::search::Mirrored;
+use crate::input::noise_levels::NoiseLevels;
+use crate::input::observations::{Observations, observe_by, origin_ns};
+use crate::input::skip::Skip;
+use crate::input::timestamps::{Dejittered, Sampling};
+use crate::models::tried::{Because, Block, ModelTried, Role, SeamModel};
+use crate::problem::parameters::{LINES, Parameters, TIME_OFFSET};
+use crate::verdict::{self, Reason};
+use nalgebra::{DMatrix, UnitVector3, Vector2};
+use std::collections::BTreeMap;
+use trueline_dataset::{Guess, Recording};
+use trueline_geometry::Line;
+use trueline_lsq::{Loss, Termination};
+
+/// A line that bows by more than this at the ends of what was seen may be an arc, of which a parabola is too sure, m.
+const BOWED_M: f64 = 5e-3;
+/// A curve is the answer where its restricted likelihood is e to this times that of a line …
+const LOG_RATIO: f64 = 10.0;
+/// … or where its residuals are smaller by this.
+const SMALLER: f64 = 0.8;
+
+/// The answer to a scan: that of the line, or that of a curve, where the line's is refused by its structure or a curve is asked for.
+///
+/// # Errors
+/// Those of the line; [`Error::NoCurve`] where a curve is asked for and there is none.
+pub(crate) fn answered(
+    recording: &Recording,
+    guess: Option<&Guess>,
+    config: &Config,
+    line: Result<Calibration, Error>,
+) -> Result<Calibration, Error> {
+    let line = line?;
+    let is_forced = config.target == Target::Curve;
+    let unsupported = unsupported(config, &line);
+    if let (Some(why), true) = (unsupported, is_forced) {
+        return Err(Error::NoCurve { why });
+    }
+    if unsupported.is_some() || !(is_forced || is_refused(&line) || is_bowed(&line)) {
+        return Ok(line);
+    }
+    let Some(scan) = Scan::of(recording, config) else { return Ok(line) };
+    let Some(answer) = scan.answer(guess, config) else {
+        const WHY: &str = "no curve explains most of the seam points to within half a millimetre";
+        return if is_forced { Err(Error::NoCurve { why: WHY }) } else { Ok(line) };
+    };
+    let is_taken = is_forced || is_better(&line, &answer);
+    if !is_taken {
+        return Ok(with_curve_refused(line, &answer));
+    }
+    Ok(scan.calibration(recording, guess, line, &answer))
+}
+
+/// What of the options a curve does not know; `None` where it knows all.
+fn unsupported(config: &Config, line: &Calibration) -> Option<&'static str> {
+    if config.residual == ResidualKind::PointToLine {
+        Some("the point-to-line residual knows straight lines only")
+    } else if config.at_stops || line.findings.stops.is_some() {
+        Some("the robot stands at each reading")
+    } else if !config.hold.is_empty() || !config.drawn_lines.is_empty() {
+        Some("something is held that a curve does not know")
+    } else if line.best_fit().lines.len() != 1 {
+        Some("the features name several lines")
+    } else {
+        None
+    }
+}
+
+/// Whether the answer of the line is refused by its structure: it does not fit, or not one attitude alone.
+fn is_refused(line: &Calibration) -> bool {
+    let of_structure = |reason: &Reason| {
+        matches!(
+            reason,
+            Reason::ResidualsTooLarge { .. }
+                | Reason::TooManyOutliers { .. }
+                | Reason::MirrorAmbiguity
+                | Reason::SensorOff { .. }
+                | Reason::NotConverged { .. }
+                | Reason::TooFewUsed { .. }
+                | Reason::SeamErrorTooLarge { .. }
+                | Reason::WrongTimeOffset { .. }
+                | Reason::WorseMinimum { .. }
+        )
+    };
+    line.reasons().iter().any(of_structure)
+}
+
+fn is_bowed(line: &Calibration) -> bool {
+    let bow_m = |bow: &trueline_model::Curvature| bow.bow_m[0].hypot(bow.bow_m[1]);
+    line.best_fit().curvatures.iter().any(|bow| bow_m(bow) > BOWED_M)
+}
+
+fn is_better(line: &Calibration, answer: &Answered) -> bool {
+    if !is_refused(line) {
+        // Of an arc the parabola is too sure: that it is one is nowhere said. What the curve leaves open is open.
+        return true;
+    }
+    let [curve, without] = answer.curve.log_evidence;
+    curve > without + LOG_RATIO || answer.finished.factor < SMALLER * line.findings.fit.noise_factor
+}
+
+fn with_curve_refused(mut line: Calibration, answer: &Answered) -> Calibration {
+    if let Some(first) = line.findings.models_tried.first().cloned() {
+        line.findings.models_tried.push(of_curve(&first, answer, Because::CurveNoBetter));
+    }
+    line
+}
+
+fn of_curve(line: &ModelTried, answer: &Answered, because: Because) -> ModelTried {
+    ModelTried {
+        because,
+        target: SeamModel::Curve,
+        robot_lag_s: 0.0,
+        log_evidence: answer.curve.log_evidence[0],
+        noise_factor: answer.finished.factor,
+        ..line.with(|block| Some(role_beside_curve(block)))
+    }
+}
+
+fn role_beside_curve(block: Block) -> Role {
+    match block {
+        Block::TimeOffset | Block::HandEye | Block::SeamForm => Role::Estimated,
+        Block::Robot => Role::Considered,
+        Block::Line | Block::Bow | Block::Sensor | Block::Detector | Block::EdgeRadius | Block::PoseLag => {
+            Role::Held
+        }
+    }
+}
+
+/// A scan as an estimate of a curve takes it.
+struct Scan {
+    observations: Observations,
+    readings: Readings,
+    /// Variance of the time offset that the stamps add to it, s².
+    stamps_s2: f64,
+    robot: RobotSigmas,
+}
+
+impl Scan {
+    fn of(recording: &Recording, config: &Config) -> Option<Self> {
+        let sampling = Sampling::of(recording, origin_ns(recording));
+        let dejittered: Dejittered = sampling.of_arrival(config);
+        let observations = observe_by(dejittered, recording, &sampling, config).ok()?;
+        let noise = NoiseLevels {
+            robot_sigma_m: config.robot_sigma_m.unwrap_or(observations.robot.noise_m),
+            stamp_sigma_s: sampling.stamp_sigma_s(config, dejittered),
+            factor: 1.0,
+        };
+        let accuracy_m = config.robot_accuracy_m.or(recording.setup.robot_accuracy_m);
+        let readings = Readings::of(&observations, noise);
+        let stamps_s = sampling.phase_sigma_s(dejittered).hypot(observations.robot.late_sigma_s);
+        let robot = RobotSigmas::of_accuracy(accuracy_m.unwrap_or(ASSUMED_ROBOT_ACCURACY_M));
+        Some(Self { observations, readings, stamps_s2: stamps_s.powi(2), robot })
+    }
+
+    fn answer(&self, guess: Option<&Guess>, config: &Config) -> Option<Answered> {
+        let (within_s, threads) = (config.offset_search_s, config.threads);
+        let search = Search { readings: &self.readings, within_s, guess, threads };
+        Asked { search, robot: self.robot, known: &config.known }.answer()
+    }
+
+    /// The calibration, with what the line's says of the streams.
+    fn calibration(
+        &self,
+        recording: &Recording,
+        guess: Option<&Guess>,
+        line: Calibration,
+        answer: &Answered,
+    ) -> Calibration {
+        let mut findings = line.findings;
+        findings.unknowns = self.unknowns(answer);
+        let (features, skipped) = self.residuals(answer);
+        let stamp_of = |f: &FeatureResidual| recording.features[f.row as usize].stamp_ns;
+        findings.fit = FitFindings {
+            residuals: residuals::summarise(&features, skipped),
+            feature_stamps_ns: features.iter().map(stamp_of).collect(),
+            noise_factor: answer.finished.factor,
+            structure: crate::assess::correlated_noise::Structure::Unknown,
+            amplitudes: None,
+            widened_by: None,
+            covariance_model_share: 1.0,
+            termination: Termination::CostConverged { decrease: CONVERGED, threshold: CONVERGED },
+            iterations: Vec::new(),
+            sheet_fit_rms_m: self.observations.sheet_fit_rms_m,
+            features,
+        };
+        let is_seen = answer.components.iter().all(|seen| *seen);
+        let seam_error = is_seen.then(|| self.seam_error(answer, &findings)).flatten();
+        findings.checks = self.checks(answer, guess, &findings, seam_error);
+        findings.clock = ClockFindings {
+            drift: None,
+            drifted: None,
+            step: None,
+            stepped: None,
+            noise_factor_without_step: None,
+        };
+        findings.stripes = None;
+        findings.models_tried = models(&findings, answer);
+        findings.curve = Some(answer.curve.clone());
+        Calibration { verdict: verdict::of(&findings), findings }
+    }
+
+    fn unknowns(&self, answer: &Answered) -> Unknowns {
+        let parameters = Parameters::straight(&answer.at(), Vec::new());
+        let mut noise = DMatrix::from_fn(LINES, LINES, |i, j| answer.noise[(i, j)]);
+        noise[(TIME_OFFSET, TIME_OFFSET)] += self.stamps_s2;
+        let own = |columns: &DMatrix<f64>| columns * columns.transpose();
+        let covariance = &noise + own(&answer.robot) + own(&answer.held);
+        let of_file = HandEyeOfFile::of(FileFrame::of_estimate(), &parameters, &covariance, &noise);
+        Unknowns {
+            observability: observability(answer, &parameters),
+            parameters,
+            covariance,
+            noise_covariance: noise,
+            sensor: None,
+            corrected: None,
+            stated: None,
+            written: None,
+            of_file,
+            estimated: vec![true; LINES],
+            held_at_guess: false,
+            has_time_offset: true,
+        }
+    }
+
+    fn residuals(&self, answer: &Answered) -> (Vec<FeatureResidual>, BTreeMap<Skip, usize>) {
+        let fitted = &answer.finished.fitted;
+        let loss = Loss::Tukey { scale: TUKEY_SIGMAS };
+        let mut skipped = self.observations.skipped.clone();
+        let mut list = Vec::with_capacity(self.readings.list.len());
+        for (k, reading) in self.readings.list.iter().enumerate() {
+            let at = &fitted.state.at;
+            let (Some(seen), Some(place), Some(robot)) = (
+                &fitted.sights[k],
+                in_base(&self.readings, reading, at),
+                moving(&self.readings, reading, at),
+            ) else {
+                *skipped.entry(Skip::AlongPlane).or_insert(0) += 1;
+                continue;
+            };
+            let base_from_sheet = robot.attitude
+                * at.tool_from_camera.rotation.to_rotation_matrix().into_inner()
+                * self.readings.sheet.axes();
+            let off = base_from_sheet * seen.residual;
+            let across = square_to(&seen.tangent, None);
+            let whitened = fitted.whiteners[k] * seen.residual / answer.finished.variance.sqrt();
+            let observation = &self.observations.list[k];
+            let to_px = || Some(observation.sheet_per_px().try_inverse()? * seen.residual);
+            list.push(FeatureResidual {
+                row: reading.row,
+                line: 0,
+                stamp_s: reading.stamp_s,
+                point_in_base: place,
+                offset_m: Vector2::new(across[0].dot(&off), across[1].dot(&off)),
+                residual_px: self.observations.are_pixels.then(to_px).flatten(),
+                in_sheet_m: Some(seen.residual),
+                crossing_m_s: Some(seen.by_shared.column(0).into_owned()),
+                whitened,
+                normalised: whitened.norm(),
+                weight: loss.weight(whitened.norm_squared()),
+            });
+        }
+        (list, skipped)
+    }
+
+    /// The error of a seam point, as along a line that touches the curve in its middle.
+    fn seam_error(&self, answer: &Answered, findings: &Findings) -> Option<SeamError> {
+        let points = &answer.curve.points_m;
+        let middle = points.len() / 2;
+        let ahead = points.get(middle + 1)? - points.get(middle)?;
+        let line = Line::new(points[middle], &UnitVector3::try_new(ahead, f64::EPSILON)?);
+        let at = Parameters::straight(&answer.at(), vec![line]);
+        let size = at.dimension();
+        let noise =
+            DMatrix::from_fn(
+                size,
+                size,
+                |i, j| {
+                    if i < LINES && j < LINES { answer.noise[(i, j)] } else { 0.0 }
+                },
+            );
+        let share = |of: ShareOf, columns: &DMatrix<f64>| Share {
+            of,
+            columns: columns.clone().resize_vertically(size, 0.0),
+            shape: None,
+        };
+        let levels = findings.checks.seam_error.map_or_else(|| self.levels(), |error| error.levels);
+        seam_error::of_shares(
+            &self.observations,
+            &self.observations.list,
+            &at,
+            &SharedError {
+                noise: &noise,
+                stamps_variance_s2: self.stamps_s2,
+                shares: &[share(ShareOf::Robot, &answer.robot), share(ShareOf::Held, &answer.held)],
+                levels,
+                speed_m_s: findings.config.used_at.speed_m_s,
+            },
+        )
+    }
+
+    fn levels(&self) -> crate::assess::systematic::SystematicLevels {
+        crate::assess::systematic::SystematicLevels {
+            robot_accuracy_m: ASSUMED_ROBOT_ACCURACY_M,
+            robot: self.robot,
+            robot_is_stated: false,
+            edge_radius_m: 0.0,
+            edge_is_stated: false,
+            feature_bias_px: 0.0,
+            bias_is_estimated: false,
+            held_shape: None,
+        }
+    }
+
+    fn checks(
+        &self,
+        answer: &Answered,
+        guess: Option<&Guess>,
+        findings: &Findings,
+        seam_error: Option<SeamError>,
+    ) -> Checks {
+        Checks {
+            mirrored: Mirrored::ToldApart,
+            ambiguity: ambiguity(answer, guess, &findings.config),
+            better: None,
+            held_out: None,
+            outlier_segments: Vec::new(),
+            seam_error,
+            held_sensor: None,
+            instead_of_sensor: Vec::new(),
+            drawn_line_shifts: Vec::new(),
+            better_without_drawing_m: None,
+            cause: None,
+            lens: None,
+            robot_taken: self.robot,
+            robot_seems: None,
+            feature_bias: None,
+            seam_point_error: None,
+        }
+    }
+}
+
+fn models(findings: &Findings, answer: &Answered) -> Vec<ModelTried> {
+    let lines = findings.models_tried.iter();
+    let mut lines: Vec<ModelTried> = lines
+        .map(|line| {
+            let because = if line.because.is_taken() { Because::LineRefused } else { line.because };
+            ModelTried { because, ..line.clone() }
+        })
+        .collect();
+    if let Some(first) = lines.first_mut() {
+        first.log_evidence = answer.curve.log_evidence[1];
+        let curve = of_curve(first, answer, Because::CurveExplains);
+        lines.insert(0, curve);
+    }
+    lines
+}
