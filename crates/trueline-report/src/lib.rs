@@ -48,8 +48,6 @@ pub mod plan_summary;
 pub mod reproduction_page;
 #[cfg(feature = "experiments")]
 pub mod reproduction_tables;
-#[cfg(feature = "rerun")]
-pub mod rerun_recording;
 pub mod result;
 pub mod seam_error;
 #[cfg(feature = "sensor")]
