@@ -169,10 +169,6 @@ pub struct CalibrateArgs {
     /// Write a report that opens in a browser
     #[arg(long)]
     pub report: Option<PathBuf>,
-    /// Write a recording for the Rerun viewer
-    #[cfg(feature = "rerun")]
-    #[arg(long)]
-    pub rerun: Option<PathBuf>,
     /// Print no summary
     #[arg(long)]
     pub quiet: bool,

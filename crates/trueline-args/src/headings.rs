@@ -62,7 +62,6 @@ const LAYOUTS: &[Layout] = &[
             ("Clocks", &["stamps", "align-clocks"]),
             ("Estimator", &["residual", "loss", "threads"]),
             ("Predicted seam error", &["speed-mm-s", "stand-off-mm"]),
-            ("More files", &["rerun"]),
         ],
     },
     Layout {

@@ -50,8 +50,6 @@ pub mod pose_result;
 pub mod reproduction_page;
 #[cfg(feature = "experiments")]
 pub mod reproduction_tables;
-#[cfg(feature = "rerun")]
-pub mod rerun_recording;
 pub mod result;
 pub mod seam_error;
 #[cfg(feature = "sensor")]

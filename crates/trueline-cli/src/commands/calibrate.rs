@@ -121,15 +121,6 @@ fn write_results(args: &CalibrateArgs, opened: &Opened, calibration: &Calibratio
         let by = (args.operator.as_deref(), output::command_line());
         output::file(file, &Certificate::of(calibration, by).text(file))?;
     }
-    #[cfg(feature = "rerun")]
-    if let Some(file) = &args.rerun {
-        trueline_report::rerun_recording::write(file, &source).map_err(|error| {
-            Failure::new(
-                format!("{}: cannot be written: {error}", file.display()),
-                "check the path and its permissions",
-            )
-        })?;
-    }
     if args.quiet {
         calibration.reasons().iter().for_each(|reason| output::words(&format!("not accepted: {reason}")));
     } else {

@@ -26,10 +26,6 @@ pub(crate) fn run(args: &CalibrateArgs, board: &Board) -> Result<ExitCode, Failu
             "add --target board, or leave --board out",
         ));
     }
-    #[cfg(feature = "rerun")]
-    if args.rerun.is_some() {
-        return Err(Failure::new("--target board writes no recording for Rerun", "leave --rerun out"));
-    }
     let [dataset] = args.datasets.as_slice() else {
         return Err(Failure::new(
             "--target board takes one dataset",
