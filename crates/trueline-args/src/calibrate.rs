@@ -248,8 +248,6 @@ impl CalibrateArgs {
             ("--joint", self.joint.is_some()),
             ("--align-clocks", self.align_clocks),
             ("--report", self.report.is_some()),
-            #[cfg(feature = "rerun")]
-            ("--rerun", self.rerun.is_some()),
         ];
         given.into_iter().find(|(_, is_given)| *is_given).map(|(option, _)| option)
     }

@@ -5,7 +5,7 @@ use crate::assess::residuals::{self, FeatureResidual};
 use crate::assess::robot_field::RobotSigmas;
 use crate::assess::seam_error::{self, SeamError, Share, ShareOf, SharedError};
 use crate::calibration::Calibration;
-use crate::config::{ASSUMED_ROBOT_ACCURACY_M, Config, ResidualKind, Target};
+use crate::config::{ASSUMED_ROBOT_ACCURACY_M, Config, Measurements, ResidualKind, Target};
 use crate::curve::answer::{Answered, Asked};
 use crate::curve::fit::{CONVERGED, TUKEY_SIGMAS};
 use crate::curve::readings::Readings;
@@ -31,9 +31,7 @@ use trueline_lsq::{Loss, Termination};
 
 /// A line that bows by more than this at the ends of what was seen may be an arc, of which a parabola is too sure, m.
 const BOWED_M: f64 = 5e-3;
-/// A curve is the answer where its restricted likelihood is e to this times that of a line …
-const LOG_RATIO: f64 = 10.0;
-/// … or where its residuals are smaller by this.
+/// A curve is the answer where its residuals are smaller than those of the line by this: of 600 frames a third fewer squares are no chance.
 const SMALLER: f64 = 0.8;
 
 /// The answer to a scan: that of the line, or that of a curve, where the line's is refused by its structure or a curve is asked for.
@@ -75,6 +73,8 @@ fn unsupported(config: &Config, line: &Calibration) -> Option<&'static str> {
         Some("the robot stands at each reading")
     } else if !config.hold.is_empty() || !config.drawn_lines.is_empty() {
         Some("something is held that a curve does not know")
+    } else if line.findings.stripes.as_ref().is_some_and(|stripes| stripes.used != Measurements::Seam) {
+        Some("whole stripes are of straight seams")
     } else if line.best_fit().lines.len() != 1 {
         Some("the features name several lines")
     } else {
@@ -106,13 +106,17 @@ fn is_bowed(line: &Calibration) -> bool {
     line.best_fit().curvatures.iter().any(|bow| bow_m(bow) > BOWED_M)
 }
 
+/// Of an arc the parabola is too sure: that it is one is nowhere said, and what the curve leaves open is open. A line that fits is refused for what the scan
+/// does not show, and no curve shows that.
 fn is_better(line: &Calibration, answer: &Answered) -> bool {
-    if !is_refused(line) {
-        // Of an arc the parabola is too sure: that it is one is nowhere said. What the curve leaves open is open.
-        return true;
-    }
-    let [curve, without] = answer.curve.log_evidence;
-    curve > without + LOG_RATIO || answer.finished.factor < SMALLER * line.findings.fit.noise_factor
+    !is_refused(line) || answer.finished.factor < SMALLER * alone(line)
+}
+
+/// How much larger than expected the residuals of the line are beside noise alone.
+fn alone(line: &Calibration) -> f64 {
+    let models = &line.findings.models_tried;
+    let alone = models.iter().find(|model| model.because == Because::NoiseAlone);
+    alone.map_or(line.findings.fit.noise_factor, |model| model.noise_factor)
 }
 
 fn with_curve_refused(mut line: Calibration, answer: &Answered) -> Calibration {

@@ -31,11 +31,14 @@ const FAR: (usize, f64) = (30, 0.04);
 const LEAST_PLACED: usize = 30;
 
 /// The profile about a calibration, by rising offset. Each offset starts where its neighbour on the side of the optimum
-/// ended; linear loss beyond 3 σ, so that no local minimum has walls.
+/// ended; linear loss beyond 3 σ, so that no local minimum has walls. Over a curve there is none.
 ///
 /// # Errors
 /// As [`observe`].
 pub fn around(recording: &Recording, calibration: &Calibration) -> Result<Vec<AtOffset>, Error> {
+    if calibration.best_fit().lines.is_empty() {
+        return Ok(Vec::new());
+    }
     let sampling = Sampling::of(recording, observations::origin_ns(recording));
     let mut observations = observe(recording, &sampling, &calibration.findings.config)?;
     let stride = observations.list.len().div_ceil(SAMPLE).max(1);

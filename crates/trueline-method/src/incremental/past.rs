@@ -47,14 +47,15 @@ pub(super) struct Past {
 }
 
 impl Past {
-    /// From a calibration of samples; `None` where it does not show all of time offset and hand-eye.
+    /// From a calibration of samples; `None` where it does not show all of time offset and hand-eye, or is of a curve.
     pub(super) fn of(
         calibration: &Calibration,
         recording: &Recording,
         config: &Config,
     ) -> Result<Option<Self>, Error> {
         let at = calibration.best_fit().clone();
-        if !(0..LINES).all(|k| calibration.noise_sigma(k).is_some()) {
+        let shows_all = (0..LINES).all(|k| calibration.noise_sigma(k).is_some());
+        if !shows_all || at.lines.is_empty() {
             return Ok(None);
         }
         let decisions = Decisions::of(calibration, recording, config)?;

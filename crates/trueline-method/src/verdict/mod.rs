@@ -4,6 +4,7 @@ mod limits;
 mod mistake;
 mod quantity;
 mod reason;
+mod reason_words;
 mod reject;
 mod sensor_words;
 mod stream_name;
