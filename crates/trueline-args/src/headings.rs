@@ -133,6 +133,7 @@ const LAYOUTS: &[Layout] = &[
                     "rounded-mm",
                 ],
             ),
+            ("Curved seams", &["seam", "passes"]),
             (
                 "Sightings of a target's pose",
                 &["sightings", "sighting-count", "stops", "wall", "state-noise"],

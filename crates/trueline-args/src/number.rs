@@ -32,6 +32,11 @@ pub(crate) fn simulated_s(text: &str) -> Result<f64, String> {
     number(text, "1 to 3600 s", |x| (1.0..=3600.0).contains(&x))
 }
 
+/// How often a sensor goes over a seam.
+pub(crate) fn passes(text: &str) -> Result<f64, String> {
+    number(text, "0.5 to 100", |x| (0.5..=100.0).contains(&x))
+}
+
 /// A time offset of a simulated scan, ms: up to a minute.
 pub(crate) fn simulated_offset_ms(text: &str) -> Result<f64, String> {
     number(text, "-60 000 to 60 000 ms", |x| x.abs() <= 6e4)

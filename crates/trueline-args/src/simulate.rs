@@ -3,6 +3,7 @@
 use crate::choice::{Choice, one_of};
 use crate::number;
 use crate::simulate_boards::BoardsArgs;
+use crate::simulate_curve::{self, CurveArgs};
 use crate::simulate_path::PathArgs;
 use crate::simulate_plates::PlatesArgs;
 use crate::simulate_production::ProductionArgs;
@@ -10,6 +11,7 @@ use crate::simulate_shop::{ShopArgs, errors_help};
 use crate::simulate_sightings::{Shared, SightingsArgs};
 use clap::Args;
 use std::path::PathBuf;
+use trueline_sim::curves::CurveScan;
 use trueline_sim::faults::{FAULT_NAMES, FaultName};
 use trueline_sim::{Fault, Joint, Look, Preset, SightingScan};
 
@@ -29,6 +31,7 @@ use trueline_sim::{Fault, Joint, Look, Preset, SightingScan};
   trueline simulate --images --joint lap --look welding --duration-s 10 --out pictures
   trueline simulate --shop ordinary --seed 7 --out cell        # a whole cell, and a pass that a calibration is judged by
   trueline simulate --shop rough --only rounded-edge,feature-noise --out edge
+  trueline simulate --seam pipe --seed 3 --out pipe            # a profiler that goes twice round a pipe
   trueline simulate --sightings --outliers 0.3 --out marker    # poses of a marker, three of ten wrong
   trueline simulate --sightings --stops --wall --out stops     # a camera beside the robot, which stops
   trueline simulate --boards chessboard:9x6:20 --out bench     # pictures for `sensor` and `calibrate --target board`",
@@ -102,6 +105,8 @@ pub struct SimulateArgs {
     #[command(flatten)]
     pub shop: ShopArgs,
     #[command(flatten)]
+    pub curve: CurveArgs,
+    #[command(flatten)]
     pub sightings: SightingsArgs,
     /// Time between images, ms
     #[arg(long, value_parser = number::period_ms)]
@@ -136,6 +141,17 @@ pub struct SimulateArgs {
 }
 
 impl SimulateArgs {
+    /// The scan over a curve that is asked for, if one is.
+    pub fn curve_scan(&self) -> Option<CurveScan> {
+        self.curve.scan(&simulate_curve::Shared {
+            noise_free: self.noise_free,
+            duration_s: self.duration_s,
+            outliers: self.outliers,
+            feature_noise_m: self.feature_noise_mm.map(|mm| mm * 1e-3),
+            robot_noise_m: self.robot_noise_mm.map(|mm| mm * 1e-3),
+        })
+    }
+
     /// The sightings of a target that are asked for, if they are.
     pub fn sighting_scan(&self) -> Option<SightingScan> {
         self.sightings.scan(&Shared {

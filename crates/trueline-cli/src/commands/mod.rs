@@ -32,6 +32,7 @@ pub(crate) mod sensor_plane_pictures;
 pub(crate) mod sensor_plane_plate;
 pub(crate) mod simulate;
 pub(crate) mod simulate_boards;
+pub(crate) mod simulate_curve;
 pub(crate) mod simulate_images;
 pub(crate) mod simulate_plates;
 pub(crate) mod simulate_production;

@@ -1,7 +1,8 @@
 //! `trueline simulate`.
 
 use super::{
-    simulate_boards, simulate_images, simulate_plates, simulate_production, simulate_shop, simulate_sightings,
+    simulate_boards, simulate_curve, simulate_images, simulate_plates, simulate_production, simulate_shop,
+    simulate_sightings,
 };
 use crate::failure::Failure;
 use crate::output;
@@ -21,6 +22,9 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
     }
     if let Some(scan) = args.sighting_scan() {
         return simulate_sightings::run(args, &scan);
+    }
+    if let Some(scan) = args.curve_scan() {
+        return simulate_curve::run(args, &scan);
     }
     if let Some(pieces) = args.production.production {
         return simulate_production::run(&args.production, pieces, args);

@@ -1,0 +1,40 @@
+//! `trueline simulate --seam`.
+
+use crate::failure::Failure;
+use crate::output;
+use std::fs;
+use std::process::ExitCode;
+use trueline_args::SimulateArgs;
+use trueline_dataset::unit::MM_PER_M;
+use trueline_dataset::{WholeFolder, folder};
+use trueline_sim::curves::{CurveScan, scan_curve};
+
+/// Points of the true curve in the folder of a scan, mm in base.
+const CURVE: &str = "truth_curve.csv";
+
+/// Runs the command.
+pub(crate) fn run(args: &SimulateArgs, scan: &CurveScan) -> Result<ExitCode, Failure> {
+    let (recording, points) = scan_curve(scan, args.seed);
+    let whole = WholeFolder::begin(&args.out, args.force)?;
+    folder::write(whole.path(), &recording)?;
+    let rows = points.iter().map(|point| point * MM_PER_M);
+    let rows: String = rows.map(|p| format!("{:.6},{:.6},{:.6}\n", p.x, p.y, p.z)).collect();
+    let file = whole.path().join(CURVE);
+    fs::write(&file, format!("x_mm,y_mm,z_mm\n{rows}"))
+        .map_err(|error| Failure::cannot_write(&file, &error))?;
+    output::former_folder(&args.out, whole.finish()?);
+    if !args.quiet {
+        output::words(&format!(
+            "{0}: {1}, {2} times in {3} s: {4} robot poses, {5} features, time offset {6:.2} ms; the true curve is in {CURVE}\nnext: \
+             trueline calibrate {0}",
+            args.out.display(),
+            scan.kind.name(),
+            scan.passes,
+            scan.lasts_s,
+            recording.robot.len(),
+            recording.features.len(),
+            recording.truth.as_ref().map_or(0.0, |truth| truth.parameters.time_offset_s) * 1e3,
+        ));
+    }
+    Ok(ExitCode::SUCCESS)
+}

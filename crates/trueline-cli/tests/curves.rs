@@ -1,0 +1,124 @@
+//! Curved seams as users calibrate them: cast, answered, refused, used.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod common;
+
+use common::{code, trueline, words};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+/// The result of a calibration that ends with this code.
+fn calibrated(folder: &Path, arguments: &[&str], expected: i32) -> Value {
+    let all = [&["calibrate"][..], arguments, &["--json", "result.json", "--quiet"]].concat();
+    let output = trueline(folder, &all);
+    assert_eq!(code(&output), expected, "{arguments:?}: {}", words(&output));
+    serde_json::from_slice(&fs::read(folder.join("result.json")).unwrap()).unwrap()
+}
+
+fn cast(folder: &Path, seam: &[&str], out: &str) {
+    let output = trueline(folder, &[&["simulate", "--seam"][..], seam, &["--out", out]].concat());
+    assert_eq!(code(&output), 0, "{}", words(&output));
+}
+
+fn truth(dataset: &Path) -> toml::Table {
+    toml::from_str(&fs::read_to_string(dataset.join("truth.toml")).unwrap()).unwrap()
+}
+
+/// Largest error of time offset and translation in their standard deviations.
+fn off_in_sigmas(result: &Value, truth: &toml::Table) -> f64 {
+    let place = truth["tool_from_camera"]["translation_mm"].as_array().unwrap();
+    let sigma = |of: &Value| of.as_f64().unwrap();
+    let of_place = place.iter().enumerate().map(|(k, expected)| {
+        let found = result["tool_from_camera"]["translation_mm"][k].as_f64().unwrap();
+        (found - expected.as_float().unwrap()).abs() / sigma(&result["sigma"]["translation_mm"][k])
+    });
+    let found = result["time_offset_s"].as_f64().unwrap();
+    let of_time = (found - truth["time_offset_s"].as_float().unwrap()).abs();
+    of_place.fold(of_time / sigma(&result["sigma"]["time_offset_s"]), f64::max)
+}
+
+#[test]
+fn a_pipe_is_calibrated_from_nothing_and_a_straight_seam_stays_a_line() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    cast(folder, &["pipe", "--seed", "3"], "pipe");
+    let result = calibrated(folder, &["pipe"], 0);
+    // Four numbers beyond four standard deviations: one run in 4,000.
+    assert!(off_in_sigmas(&result, &truth(&folder.join("pipe"))) < 4.0, "{result:#}");
+    assert_eq!(result["curves"][0]["closed"], true);
+    // Of radius 50 mm: the spline leaves its ± of it.
+    let length_mm = result["curves"][0]["length_mm"].as_f64().unwrap();
+    assert!((length_mm - 314.16).abs() < 1.0, "{length_mm}");
+    assert_eq!(result["lines"].as_array().unwrap().len(), 0);
+    let models = result["models_tried"].as_array().unwrap();
+    assert_eq!((&models[0]["target"], &models[0]["taken"]), (&"curve".into(), &true.into()));
+    assert!(models[1..].iter().all(|model| model["target"] == "line" && model["taken"] == false));
+    // Its points are within 0.3 mm of the true ring: the ± of seam points are 0.2 mm.
+    let text = fs::read_to_string(folder.join("pipe/truth_curve.csv")).unwrap();
+    let number = |field: &str| field.parse::<f64>().unwrap();
+    let ring: Vec<Vec<f64>> =
+        text.lines().skip(1).map(|line| line.split(',').map(number).collect()).collect();
+    for point in result["curves"][0]["points_mm"].as_array().unwrap() {
+        let to = |true_point: &Vec<f64>| {
+            let squared = (0..3).map(|k| (point[k].as_f64().unwrap() - true_point[k]).powi(2));
+            squared.sum::<f64>().sqrt()
+        };
+        // The true points are 1.6 mm apart.
+        let nearest = ring.iter().map(to).fold(f64::INFINITY, f64::min);
+        assert!(nearest < 0.8 + 0.5, "{point} {nearest}");
+    }
+    for command in [
+        &["export", "result.json", "--as", "matrix"][..],
+        &["apply", "pipe", "--calibration", "result.json", "--out", "points.csv"],
+        &["calibrate", "pipe", "--report", "report.html", "--quiet"],
+    ] {
+        let output = trueline(folder, command);
+        assert_eq!(code(&output), 0, "{command:?}: {}", words(&output));
+    }
+
+    cast(folder, &["straight", "--seed", "3"], "straight");
+    let result = calibrated(folder, &["straight"], 0);
+    assert_eq!(result["lines"].as_array().unwrap().len(), 1);
+    assert!(result["curves"].is_null());
+    let forced = calibrated(folder, &["straight", "--target", "curve"], 0);
+    assert!(off_in_sigmas(&forced, &truth(&folder.join("straight"))) < 4.0, "{forced:#}");
+    assert_eq!(forced["curves"][0]["closed"], false);
+}
+
+#[test]
+fn once_over_a_curve_is_refused_until_the_hand_eye_is_known() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    cast(folder, &["arc", "--passes", "1", "--duration-s", "10", "--seed", "4"], "once");
+    let result = calibrated(folder, &["once", "--target", "curve"], 1);
+    assert!(result["tool_from_camera"]["translation_mm"][0].is_null());
+    assert!(result["time_offset_s"].is_null());
+    let warnings = result["warnings"].as_array().unwrap();
+    assert!(warnings.iter().any(|warning| warning["code"] == "curve-from-one-pass"), "{warnings:#?}");
+    let known = calibrated(folder, &["once", "--target", "curve", "--initial", "once/truth.toml"], 1);
+    let expected = truth(&folder.join("once"))["time_offset_s"].as_float().unwrap();
+    let (found, sigma) =
+        (known["time_offset_s"].as_f64().unwrap(), known["sigma"]["time_offset_s"].as_f64().unwrap());
+    assert!((found - expected).abs() < 4.0 * sigma, "{found} {expected} {sigma}");
+}
+
+#[test]
+fn what_a_curve_has_no_use_for_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    for (options, name) in [
+        (&["--preset", "paper"][..], "--preset"),
+        (&["--time-offset-ms", "10"], "--time-offset-ms"),
+        (&["--tilt-deg", "5"], "--tilt-deg"),
+        (&["--passes", "0"], "--passes"),
+    ] {
+        let output =
+            trueline(folder, &[&["simulate", "--seam", "arc", "--out", "scan"][..], options].concat());
+        assert_eq!(code(&output), 2, "{options:?}");
+        assert!(words(&output).contains(name), "{}", words(&output));
+    }
+    cast(folder, &["arc"], "arc");
+    let output = trueline(folder, &["calibrate", "arc", "--target", "curve", "--residual", "point-to-line"]);
+    assert_eq!(code(&output), 2, "{}", words(&output));
+}
