@@ -170,7 +170,7 @@ impl Adjustment<'_> {
     }
 
     /// The rows of both directions, whitened.
-    fn whitened(&self, table: &Table) -> Vec<Whitened> {
+    pub(super) fn whitened(&self, table: &Table) -> Vec<Whitened> {
         parallel::map(self.threads, 2, |direction| {
             table.whitened(direction, &self.weights, self.noise[direction])
         })
@@ -199,7 +199,7 @@ impl Adjustment<'_> {
         None
     }
 
-    fn set_residuals(&self, table: &mut Table, frames: &[Option<Frame>]) {
+    pub(super) fn set_residuals(&self, table: &mut Table, frames: &[Option<Frame>]) {
         table.set_residuals(self.columns.estimated(), &self.residuals(frames));
     }
 
@@ -221,16 +221,16 @@ impl Adjustment<'_> {
         frames.iter().zip(there).zip(apart).map(residual).collect()
     }
 
-    fn equations(&self, sums: &[Sums; 2]) -> Equations {
+    pub(super) fn equations(&self, sums: &[Sums; 2]) -> Equations {
         Equations::of([&sums[0], &sums[1]], self.sigmas, self.columns.estimated())
     }
 
-    fn prior(&self) -> Prior {
+    pub(super) fn prior(&self) -> Prior {
         prior(&self.at, &self.columns.free, &self.columns.blocks, self.shape_prior.as_ref())
     }
 
     /// A step of all columns as one of the tangent.
-    fn of_unknowns(&self, step: &DVector<f64>) -> DVector<f64> {
+    pub(super) fn of_unknowns(&self, step: &DVector<f64>) -> DVector<f64> {
         let mut all = DVector::zeros(self.at.dimension());
         for (column, index) in self.columns.free.iter().enumerate() {
             all[*index] = step[column];

@@ -1,6 +1,7 @@
 //! The answer of an adjustment: the unknowns, their covariance, and which error each part of it comes from.
 
 use crate::adjustment::adjust::{Adjusted, Adjustment};
+use crate::adjustment::beyond_linear::BeyondLinear;
 use crate::adjustment::blocks::{Amplitude, Block, Kind};
 use crate::adjustment::coloured::Coloured;
 use crate::adjustment::columns::{Columns, Considered};
@@ -124,6 +125,8 @@ pub(crate) struct Answer {
     pub noise: DMatrix<f64>,
     /// What else it is owed to.
     pub shares: Vec<Share>,
+    /// How far single unknowns are off beyond that, a column of the tangent: no seam point feels it.
+    pub bends: Option<DVector<f64>>,
     /// What was found of the errors.
     pub amplitudes: Amplitudes,
     /// The blocks that were estimated beside the unknowns.
@@ -151,9 +154,12 @@ impl Answer {
     /// The covariance of the tangent by everything.
     #[must_use]
     pub(crate) fn covariance(&self) -> DMatrix<f64> {
+        let bends = self.bends.iter().map(|bends| bends * bends.transpose());
         self.shares
             .iter()
-            .fold(self.noise.clone(), |sum, share| sum + &share.columns * share.columns.transpose())
+            .map(|share| &share.columns * share.columns.transpose())
+            .chain(bends)
+            .fold(self.noise.clone(), |sum, share| sum + share)
     }
 }
 
@@ -181,7 +187,13 @@ pub(crate) fn adjust(problem: &LineProblem<'_>, at: &Parameters, settings: &Sett
         threads: settings.threads,
     };
     let adjusted = adjustment.run()?;
-    Some(answer(&adjustment, &adjusted, settings))
+    let covariance = adjusted.solved.covariance();
+    let mut answer = answer(&adjustment, &adjusted, &covariance, settings);
+    if let Some(BeyondLinear { wider, bends }) = adjustment.beyond_linear(&covariance) {
+        answer.noise += &wider * wider.transpose();
+        answer.bends = Some(bends);
+    }
+    Some(answer)
 }
 
 fn considered(settings: &Settings<'_>, frames: &[Option<Frame>], lines: usize) -> Vec<Considered> {
@@ -246,8 +258,12 @@ fn mean_view(frames: &[Option<Frame>], line: usize) -> Vector3<f64> {
     sum / f64::max(count, 1.0)
 }
 
-fn answer(adjustment: &Adjustment<'_>, adjusted: &Adjusted, settings: &Settings<'_>) -> Answer {
-    let covariance = adjusted.solved.covariance();
+fn answer(
+    adjustment: &Adjustment<'_>,
+    adjusted: &Adjusted,
+    covariance: &DMatrix<f64>,
+    settings: &Settings<'_>,
+) -> Answer {
     let free = &adjustment.columns.free;
     // The rows of the unknowns, over all tangent components.
     let mut rows = DMatrix::zeros(adjustment.at.dimension(), covariance.ncols());
@@ -275,6 +291,7 @@ fn answer(adjustment: &Adjustment<'_>, adjusted: &Adjusted, settings: &Settings<
         at: adjustment.at.clone(),
         noise,
         shares,
+        bends: None,
         frames: stamps(adjustment),
         blocks: adjustment.columns.blocks.iter().filter_map(Block::name).collect(),
         amplitudes: Amplitudes {

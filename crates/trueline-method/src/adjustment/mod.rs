@@ -9,10 +9,12 @@
 //! | `coloured` | noise that lasts, filtered out of the rows |
 //! | `equations`, `amplitudes`, `weights` | solution, sizes of the blocks, what counts |
 //! | `adjust` | the rounds |
+//! | `beyond_linear` | the second order where a rotation is hardly shown |
 
 mod adjust;
 mod amplitudes;
 pub mod answer;
+mod beyond_linear;
 mod blocks;
 pub mod coloured;
 mod columns;

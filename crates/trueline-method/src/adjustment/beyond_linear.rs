@@ -1,0 +1,111 @@
+//! The second order of a scan that hardly shows a rotation: how wide the valley is, and how it bends.
+//!
+//! A covariance is the first order of an answer. Where a rotation is known to a few degrees only, the translation that goes with it follows a
+//! curve. So the worst rotation is moved by its standard deviation to both sides, everything else is estimated beside it, and the cost tells how
+//! wide the valley is there; where everything else went tells how it bends.
+
+use crate::adjustment::adjust::Adjustment;
+use crate::adjustment::frames::Frame;
+use crate::adjustment::table::Table;
+use crate::problem::parameters::{ROTATION, TRANSLATION};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+
+/// A rotation that is known better than this moves what goes with it by less than a tenth of its ± beyond the first order, rad: 1.5°.
+const WELL_KNOWN_RAD: f64 = 0.026;
+/// Steps of everything else beside the rotation.
+const STEPS: usize = 3;
+/// The cost grows by one over a standard deviation, and by no less than this: a valley of more than three has no width of its own.
+const LEAST_GROWTH: f64 = 1.0 / 9.0;
+/// Of s² with a normal s the mean square is 3.
+const MEAN_FOURTH_POWER: f64 = 3.0;
+
+/// What the second order adds to the covariance of the tangent.
+pub(crate) struct BeyondLinear {
+    /// Along the valley, a column of the tangent's components.
+    pub wider: DVector<f64>,
+    /// How far the valley bends over a standard deviation, likewise: of single unknowns. A seam point does not feel it, for it is what the valley keeps.
+    pub bends: DVector<f64>,
+}
+
+/// The rotation that is known worst.
+struct Worst {
+    /// Its axis, in the tool's axes.
+    axis: Vector3<f64>,
+    /// How the free columns move with it, by its standard deviation.
+    along: DVector<f64>,
+}
+
+/// Where one side of the valley leads.
+struct Side {
+    /// How much the cost grows.
+    growth: f64,
+    /// How far the free columns moved beside the rotation, beyond what the covariance says.
+    beyond: DVector<f64>,
+}
+
+impl Adjustment<'_> {
+    /// The second order about an answer with this covariance of its columns; `None` where every rotation is well known, or held.
+    #[must_use]
+    pub(crate) fn beyond_linear(&mut self, covariance: &DMatrix<f64>) -> Option<BeyondLinear> {
+        let worst = self.worst_rotation(covariance)?;
+        let (at, frames) = (self.at.clone(), self.scan.frames(&self.at, &self.tilt));
+        let mut table = Table::of(&frames, &self.columns, &self.coefficients);
+        let sides = [1.0, -1.0].map(|sign| {
+            let side = self.side(&mut table, &frames, &worst, sign);
+            self.at.clone_from(&at);
+            side
+        });
+        let [Some(up), Some(down)] = sides else { return None };
+        let growth = up.growth.min(down.growth).clamp(LEAST_GROWTH, 1.0);
+        Some(BeyondLinear {
+            wider: self.of_unknowns(&(worst.along * (growth.recip() - 1.0).sqrt())),
+            bends: self.of_unknowns(&((up.beyond + down.beyond) * (0.5 * MEAN_FOURTH_POWER.sqrt()))),
+        })
+    }
+
+    fn worst_rotation(&self, covariance: &DMatrix<f64>) -> Option<Worst> {
+        let free = &self.columns.free;
+        let first = free.binary_search(&ROTATION).ok()?;
+        let is_free = (ROTATION..TRANSLATION).all(|component| free.binary_search(&component).is_ok());
+        let own: Matrix3<f64> = is_free.then(|| covariance.fixed_view::<3, 3>(first, first).into())?;
+        let eigen = own.symmetric_eigen();
+        let sigma_rad = eigen.eigenvalues.max().sqrt();
+        let axis = eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned();
+        let along = covariance.view((0, first), (free.len(), 3)) * axis / sigma_rad;
+        (sigma_rad > WELL_KNOWN_RAD).then_some(Worst { axis, along })
+    }
+
+    /// The rotation goes by its standard deviation to one side, and everything else follows it with the columns as they are.
+    fn side(
+        &mut self,
+        table: &mut Table,
+        frames: &[Option<Frame>],
+        worst: &Worst,
+        sign: f64,
+    ) -> Option<Side> {
+        let whitened = self.whitened(table);
+        let sums = |table: &Table, residual: usize| {
+            [0, 1].map(|direction| table.sums(&whitened[direction], direction, residual))
+        };
+        let residual = self.columns.estimated();
+        let begun = self.equations(&sums(table, residual));
+        let factors = begun.factors(&self.prior(), self.columns.free.len())?;
+        let least = begun.square_of_blocks(&factors, &self.prior());
+        let rotation = self.columns.free.binary_search(&ROTATION).ok()?;
+        let turned = |step: &DVector<f64>| worst.axis.dot(&step.fixed_rows::<3>(rotation));
+        let of_worst = turned(&worst.along);
+        let mut beyond = DVector::zeros(worst.along.len());
+        self.at = self.at.retract(&self.of_unknowns(&(&worst.along * sign)));
+        self.set_residuals(table, frames);
+        for _ in 0..STEPS {
+            let solved = self.equations(&sums(table, residual)).solve_with(&factors, &self.prior());
+            let free = solved.step.rows(0, worst.along.len()).into_owned();
+            let beside = &free - &worst.along * (turned(&free) / of_worst);
+            self.at = self.at.retract(&self.of_unknowns(&beside));
+            self.set_residuals(table, frames);
+            beyond += beside;
+        }
+        let there = self.equations(&sums(table, residual)).square_of_blocks(&factors, &self.prior());
+        Some(Side { growth: there - least, beyond })
+    }
+}
