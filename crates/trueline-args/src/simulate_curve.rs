@@ -15,7 +15,7 @@ pub struct CurveArgs {
     pub seam: Option<CurveKind>,
     /// How often the sensor goes over the seam [default: 3, over a closed seam 2]
     #[arg(long, value_parser = number::passes, requires = "seam")]
-    pub passes: Option<f64>,
+    pub seam_passes: Option<f64>,
 }
 
 static FORMS: [Choice<CurveKind>; 7] = [
@@ -61,7 +61,7 @@ impl CurveArgs {
         let good = CurveScan::good(self.seam?);
         let usual = if shared.noise_free { good.exact() } else { good };
         Some(CurveScan {
-            passes: self.passes.unwrap_or(usual.passes),
+            passes: self.seam_passes.unwrap_or(usual.passes),
             lasts_s: shared.duration_s.unwrap_or(usual.lasts_s),
             outliers: shared.outliers.unwrap_or(usual.outliers),
             noise_m: shared.feature_noise_m.unwrap_or(usual.noise_m),

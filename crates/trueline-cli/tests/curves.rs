@@ -90,7 +90,7 @@ fn a_pipe_is_calibrated_from_nothing_and_a_straight_seam_stays_a_line() {
 fn once_over_a_curve_is_refused_until_the_hand_eye_is_known() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
-    cast(folder, &["arc", "--passes", "1", "--duration-s", "10", "--seed", "4"], "once");
+    cast(folder, &["arc", "--seam-passes", "1", "--duration-s", "10", "--seed", "4"], "once");
     let result = calibrated(folder, &["once", "--target", "curve"], 1);
     assert!(result["tool_from_camera"]["translation_mm"][0].is_null());
     assert!(result["time_offset_s"].is_null());
@@ -111,7 +111,7 @@ fn what_a_curve_has_no_use_for_is_refused() {
         (&["--preset", "paper"][..], "--preset"),
         (&["--time-offset-ms", "10"], "--time-offset-ms"),
         (&["--tilt-deg", "5"], "--tilt-deg"),
-        (&["--passes", "0"], "--passes"),
+        (&["--seam-passes", "0"], "--seam-passes"),
     ] {
         let output =
             trueline(folder, &[&["simulate", "--seam", "arc", "--out", "scan"][..], options].concat());

@@ -191,8 +191,11 @@ const LAG_GAIN: f64 = 25.0;
 fn lagging(from: &Concluded<'_>, settings: &Settings<'_>, as_recorded: Answer) -> (Answer, Vec<(f64, f64)>) {
     let mut models = vec![(0.0, as_recorded.comparable())];
     let (square_s2, sigma_s2) = as_recorded.amplitudes.squared_lag_s2;
-    let is_shown = square_s2 >= LAG_SIGMAS * sigma_s2;
-    if !is_shown {
+    // The residuals show the square of the lag, which any lag that is taken has.
+    let is_shown =
+        |lag_s: f64| (lag_s.powi(2) - square_s2).abs() < LAG_SIGMAS * sigma_s2 + LAG_CURVES * lag_s.powi(2);
+    let (shown, others): (Vec<f64>, Vec<f64>) = LAGS_S.into_iter().partition(|lag_s| is_shown(*lag_s));
+    if square_s2 < LAG_SIGMAS * sigma_s2 || shown.is_empty() {
         return (as_recorded, models);
     }
     let DriftFree { observations, fit, .. } = &from.assessed.drift_free;
@@ -217,8 +220,14 @@ fn lagging(from: &Concluded<'_>, settings: &Settings<'_>, as_recorded: Answer) -
         Some(answer)
     };
     let path = &observations.robot.trajectory;
-    let tried = LAGS_S.into_iter().filter_map(|lag_s| with(lag_s, lag::first_order(path, lag_s)));
-    let tried: Vec<Answer> = tried.collect();
+    let mut tried = Vec::new();
+    let try_all = |lags: Vec<f64>, tried: &mut Vec<Answer>| {
+        tried.extend(lags.into_iter().filter_map(|lag_s| with(lag_s, lag::first_order(path, lag_s))));
+        tried.iter().any(|answer| without.comparable() > answer.comparable() + LAG_GAIN)
+    };
+    if try_all(shown, &mut tried) {
+        try_all(others, &mut tried);
+    }
     models[0].1 = without.comparable();
     models.extend(tried.iter().map(|answer| (answer.amplitudes.lag_s, answer.comparable())));
     let Some(likeliest) = tried.into_iter().min_by(|a, b| a.comparable().total_cmp(&b.comparable())) else {
@@ -226,8 +235,7 @@ fn lagging(from: &Concluded<'_>, settings: &Settings<'_>, as_recorded: Answer) -
     };
     // Controllers follow within 60 ms: what is likeliest with the largest lag is something else, and so is one whose square the residuals do not show.
     let lag_s = likeliest.amplitudes.lag_s;
-    let is_shown = (lag_s.powi(2) - square_s2).abs() < LAG_SIGMAS * sigma_s2 + LAG_CURVES * lag_s.powi(2);
-    let is_credible = lag_s < latest_s && is_shown;
+    let is_credible = lag_s < latest_s && is_shown(lag_s);
     // A lag smoothes the noise of the poses too, and so does what is as far ahead: a robot that follows commands is like the one and not the other.
     let ahead = with(-lag_s, lag::first_order_ahead(path, lag_s)).map(|ahead| ahead.comparable());
     let gain = without.comparable() - likeliest.comparable();
