@@ -16,6 +16,9 @@ pub struct CurveArgs {
     /// How often the sensor goes over the seam [default: 3, over a closed seam 2]
     #[arg(long, value_parser = number::passes, requires = "seam")]
     pub seam_passes: Option<f64>,
+    /// How far it tilts to either side about three axes, degrees [default: 18]
+    #[arg(long, value_name = "DEG", value_parser = number::tilt_deg, requires = "seam")]
+    pub seam_tilt_deg: Option<f64>,
 }
 
 static FORMS: [Choice<CurveKind>; 7] = [
@@ -62,6 +65,7 @@ impl CurveArgs {
         let usual = if shared.noise_free { good.exact() } else { good };
         Some(CurveScan {
             passes: self.seam_passes.unwrap_or(usual.passes),
+            tilt_rad: self.seam_tilt_deg.map_or(usual.tilt_rad, f64::to_radians),
             lasts_s: shared.duration_s.unwrap_or(usual.lasts_s),
             outliers: shared.outliers.unwrap_or(usual.outliers),
             noise_m: shared.feature_noise_m.unwrap_or(usual.noise_m),

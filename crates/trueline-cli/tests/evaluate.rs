@@ -31,6 +31,11 @@ fn a_calibration_is_evaluated_on_the_scan_of_another_day() {
     assert!(rmse(&known, "calibrated") < 0.08, "{known}");
     assert!(rmse(&known, "without_time_offset") > 0.3, "{known}");
     assert_eq!(known["reference"]["known"], true);
+    // The budget of the calibration is beside what was found.
+    let result = fs::read(dir.path().join("result.json")).unwrap();
+    let result: Value = serde_json::from_slice(&result).unwrap();
+    let said = |of: &Value| of.as_f64().unwrap();
+    assert!((said(&known["said_seam_error_mm"]) - said(&result["seam_error"]["rms_mm"])).abs() < 1e-12);
     let rows = fs::read_to_string(dir.path().join("points.csv")).unwrap().lines().count();
     assert_eq!(rows as u64, 1 + known["figures"]["calibrated"]["points"].as_u64().unwrap());
     let fitted = figures(&["--calibration", "first/truth.toml"]);

@@ -25,6 +25,8 @@ pub struct KnownCalibration {
     pub links_covariance: Option<SMatrix<f64, 7, 7>>,
     /// The same of the first line's turn about its point (rad) and its offset there (m).
     pub line_sigma: Option<[f64; 2]>,
+    /// How far off a seam point is said to be, root mean square, m, where the file tells it.
+    pub seam_error_m: Option<f64>,
     /// The correction of the sensor's sheet beyond what the transform of [`Self::known`] contains of it.
     pub correction: Option<SheetCorrection>,
     /// The sensor file that the transform belongs to, where the result tells.
@@ -87,6 +89,7 @@ fn parse(file: &Path, text: &str) -> Result<KnownCalibration, Error> {
         hand_eye_sigma: None,
         links_covariance: None,
         line_sigma: None,
+        seam_error_m: None,
         correction: None,
         sensor_file: None,
         accepted: None,
@@ -142,6 +145,7 @@ fn known(file: &Path, result: &ResultFile) -> Result<KnownCalibration, Error> {
         hand_eye_sigma,
         links_covariance: links_covariance(&result.covariance),
         line_sigma: line_sigma(&result.covariance),
+        seam_error_m: result.seam_error.as_ref().map(|error| error.rms_mm / MM_PER_M),
         correction: correction_of(&result.sensor),
         sensor_file: result.sensor.file.clone().or_else(|| stated_file(result)),
         accepted: result.status.map(|status| status == Status::Accepted),

@@ -60,6 +60,20 @@ pub fn text(e: &Evaluation) -> String {
     out
 }
 
+/// What the calibration says of its own error, beside the points against a seam that is known; `None` where either is not. The share of the error along the seam
+/// does not show, and the noise of the points does.
+#[must_use]
+pub fn said_text(e: &Evaluation, said_m: Option<f64>) -> Option<String> {
+    let said_m = said_m.filter(|_| e.known)?;
+    let found_m = Figures::of(e.calibrated.iter().map(|point| point.error_m)).rmse_m;
+    Some(format!(
+        "The calibration says ± {:.2} mm for a seam point (robot, edge, sensor and seam included). These are {:.2} mm off (RMSE), {:.1} times that.",
+        said_m * MM_PER_M,
+        found_m * MM_PER_M,
+        found_m / said_m
+    ))
+}
+
 /// The verdict against a tolerance.
 #[must_use]
 pub fn tolerance_text(check: &ToleranceCheck) -> String {

@@ -5,6 +5,7 @@ use crate::{opening, output};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trueline_args::EvaluateArgs;
+use trueline_dataset::unit::MM_PER_M;
 use trueline_dataset::{KnownCalibration, Reference, calibration_file, reference_file};
 use trueline_method::Config;
 use trueline_method::evaluate::evaluation::evaluate;
@@ -46,6 +47,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
         if let Some(stops) = &stops {
             json["reference"]["stops"] = evaluation_summary::stops_json(stops);
         }
+        json["said_seam_error_mm"] = calibration.seam_error_m.map(|said_m| said_m * MM_PER_M).into();
         output::json(file, &format!("{json:#}"))?;
     }
     if let Some(file) = &args.csv {
@@ -61,6 +63,8 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
         let stops = stops.as_deref().map(evaluation_summary::stops_text).unwrap_or_default();
         output::summary(args.json.as_deref(), &format!("{stops}{}", evaluation_summary::text(&evaluation)))?;
     }
+    let said = evaluation_summary::said_text(&evaluation, calibration.seam_error_m);
+    said.iter().filter(|_| !args.quiet).for_each(|said| output::words(said));
     check.iter().for_each(|check| output::words(&evaluation_summary::tolerance_text(check)));
     other.iter().for_each(|other| output::words(&evaluation_summary::other_cell_text(other)));
     let passed = is_trusted
