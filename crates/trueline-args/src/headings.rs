@@ -133,7 +133,7 @@ const LAYOUTS: &[Layout] = &[
                     "rounded-mm",
                 ],
             ),
-            ("Curved seams", &["seam", "seam-passes", "seam-tilt-deg"]),
+            ("Curved seams", &["seam", "seam-passes", "seam-tilt-deg", "seam-weave-hz"]),
             (
                 "Sightings of a target's pose",
                 &["sightings", "sighting-count", "stops", "wall", "state-noise"],

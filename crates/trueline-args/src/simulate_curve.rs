@@ -19,6 +19,9 @@ pub struct CurveArgs {
     /// How far it tilts to either side about three axes, degrees [default: 18]
     #[arg(long, value_name = "DEG", value_parser = number::tilt_deg, requires = "seam")]
     pub seam_tilt_deg: Option<f64>,
+    /// How often it weaves by ±3 mm across the seam, Hz
+    #[arg(long, value_name = "HZ", value_parser = number::weave_hz, requires = "seam")]
+    pub seam_weave_hz: Option<f64>,
 }
 
 static FORMS: [Choice<CurveKind>; 7] = [
@@ -66,6 +69,7 @@ impl CurveArgs {
         Some(CurveScan {
             passes: self.seam_passes.unwrap_or(usual.passes),
             tilt_rad: self.seam_tilt_deg.map_or(usual.tilt_rad, f64::to_radians),
+            weave_hz: self.seam_weave_hz.unwrap_or(usual.weave_hz),
             lasts_s: shared.duration_s.unwrap_or(usual.lasts_s),
             outliers: shared.outliers.unwrap_or(usual.outliers),
             noise_m: shared.feature_noise_m.unwrap_or(usual.noise_m),

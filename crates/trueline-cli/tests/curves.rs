@@ -90,17 +90,21 @@ fn a_pipe_is_calibrated_from_nothing_and_a_straight_seam_stays_a_line() {
 fn once_over_a_curve_is_refused_until_the_hand_eye_is_known() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
-    cast(folder, &["arc", "--seam-passes", "1", "--duration-s", "10", "--seed", "4"], "once");
+    let weave = ["--seam-weave-hz", "2", "--seam-tilt-deg", "3", "--seam-passes", "1", "--duration-s", "12"];
+    cast(folder, &[&["arc", "--seed", "4"][..], &weave].concat(), "once");
     let result = calibrated(folder, &["once", "--target", "curve"], 1);
     assert!(result["tool_from_camera"]["translation_mm"][0].is_null());
     assert!(result["time_offset_s"].is_null());
-    let warnings = result["warnings"].as_array().unwrap();
-    assert!(warnings.iter().any(|warning| warning["code"] == "curve-from-one-pass"), "{warnings:#?}");
-    let known = calibrated(folder, &["once", "--target", "curve", "--initial", "once/truth.toml"], 1);
+    let has = |of: &Value, code: &str| of.as_array().unwrap().iter().any(|one| one["code"] == code);
+    assert!(has(&result["warnings"], "curve-from-one-pass"), "{result:#}");
+    assert!(has(&result["reasons"], "ambiguous-time-offset"), "{result:#}");
     let expected = truth(&folder.join("once"))["time_offset_s"].as_float().unwrap();
+    let known = ["once", "--target", "curve", "--initial", "once/truth.toml", "--offset-within", "0.6"];
+    let known = calibrated(folder, &known, 1);
     let (found, sigma) =
         (known["time_offset_s"].as_f64().unwrap(), known["sigma"]["time_offset_s"].as_f64().unwrap());
-    assert!((found - expected).abs() < 4.0 * sigma, "{found} {expected} {sigma}");
+    assert!((found - expected).abs() < 4.0 * sigma && sigma < 1e-3, "{found} {expected} {sigma}");
+    assert!(known["tool_from_camera"]["translation_mm"][0].is_null());
 }
 
 #[test]

@@ -33,6 +33,8 @@ use trueline_lsq::{Loss, Termination};
 const BOWED_M: f64 = 5e-3;
 /// A curve is the answer where its residuals are smaller than those of the line by this: of 600 frames a third fewer squares are no chance.
 const SMALLER: f64 = 0.8;
+/// A curve that became so many times longer or shorter during the fit is none.
+const ANOTHER_SIZE: f64 = 2.0;
 
 /// The answer to a scan: that of the line, or that of a curve, where the line's is refused by its structure or a curve is asked for.
 ///
@@ -109,7 +111,14 @@ fn is_bowed(line: &Calibration) -> bool {
 /// Of an arc the parabola is too sure: that it is one is nowhere said, and what the curve leaves open is open. A line that fits is refused for what the scan
 /// does not show, and no curve shows that.
 fn is_better(line: &Calibration, answer: &Answered) -> bool {
-    !is_refused(line) || answer.finished.factor < SMALLER * alone(line)
+    if !is_refused(line) {
+        return true;
+    }
+    // Of a gross mistake in the data a curve of another size makes something, and explains nothing.
+    let [length_m, before_m] =
+        [answer.curve.length_m, answer.curve.collapsed_from_m.unwrap_or(answer.curve.length_m)];
+    let is_of_size = length_m.max(before_m) < ANOTHER_SIZE * length_m.min(before_m);
+    is_of_size && answer.finished.factor < SMALLER * alone(line)
 }
 
 /// How much larger than expected the residuals of the line are beside noise alone.

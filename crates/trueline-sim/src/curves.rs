@@ -106,6 +106,8 @@ pub struct CurveScan {
     pub passes: f64,
     /// How far it tilts about three axes, rad.
     pub tilt_rad: f64,
+    /// How often it weaves by ±3 mm across the seam, Hz; 0 is not at all.
+    pub weave_hz: f64,
     /// Noise of a reading, m per axis.
     pub noise_m: f64,
     /// Noise of a robot's position, m per axis.
@@ -124,6 +126,7 @@ impl CurveScan {
             lasts_s: 20.0,
             passes,
             tilt_rad: 18.0 * PI / 180.0,
+            weave_hz: 0.0,
             noise_m: 0.04e-3,
             robot_noise_m: 0.02e-3,
             outliers: 0.02,
@@ -141,6 +144,8 @@ impl CurveScan {
 const ROBOT_S: f64 = 0.004;
 /// Time between readings, s.
 const FRAME_S: f64 = 1.0 / 33.0;
+/// How far a weave goes to either side, m.
+const WEAVE_M: f64 = 3e-3;
 /// The robot is recorded for so long before and after, s.
 const MARGIN_S: f64 = 1.3;
 
@@ -213,7 +218,8 @@ impl Cell {
         let tilt = so3::exp(&(Vector3::new(a, b, c) * self.scan.tilt_rad));
         let torch = seam + y * TORCH_M[0] - z * TORCH_M[1];
         let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(nominal));
-        let (lateral_m, range_m) = (8e-3 * lateral, 12e-3 * range);
+        let weave_m = WEAVE_M * (TAU * self.scan.weave_hz * time_s).sin();
+        let (lateral_m, range_m) = (8e-3 * lateral + weave_m, 12e-3 * range);
         let place = seam - z * (self.stand_off_m + range_m) + y.cross(&z) * lateral_m;
         let turned = rotation * tilt;
         let off = rotation.inverse() * (place - torch);
