@@ -183,7 +183,11 @@ impl CalibrateArgs {
     pub fn config(&self) -> Config {
         let defaults = Config::default();
         Config {
-            target: if self.target == TargetName::Curve { Target::Curve } else { Target::Seam },
+            target: match self.target {
+                TargetName::Line => Target::Line,
+                TargetName::Curve => Target::Curve,
+                TargetName::Seam | TargetName::Board | TargetName::Poses => Target::Seam,
+            },
             measurements: self.measurements.unwrap_or_default(),
             residual: self.residual,
             loss: self.loss,
@@ -294,6 +298,8 @@ const OF_SEAMS: [&str; 27] = [
 pub enum TargetName {
     /// A seam: a straight line, or a curve where no line explains the scan
     Seam,
+    /// A straight seam, whatever a curve explains
+    Line,
     /// A curved seam, whatever a line explains
     Curve,
     /// A chessboard: time offset, hand-eye and board together

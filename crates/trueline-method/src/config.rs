@@ -185,6 +185,8 @@ pub enum Target {
     /// A seam: a straight line with a bow, or a curve where no line explains the scan.
     #[default]
     Seam,
+    /// A straight line with a bow, whatever a curve explains.
+    Line,
     /// A curve, whatever a line explains.
     Curve,
 }
@@ -195,6 +197,7 @@ impl Target {
     pub fn name(self) -> &'static str {
         match self {
             Self::Seam => "seam",
+            Self::Line => "line",
             Self::Curve => "curve",
         }
     }

@@ -33,6 +33,8 @@ use trueline_lsq::{Loss, Termination};
 const BOWED_M: f64 = 5e-3;
 /// A curve is the answer where its residuals are smaller than those of the line by this: of 600 frames a third fewer squares are no chance.
 const SMALLER: f64 = 0.8;
+/// … or where it explains so much more of the scan: of a corner a line explains one side as well as a curve does.
+const MORE_OF_IT: f64 = 0.15;
 /// A curve that became so many times longer or shorter during the fit is none.
 const ANOTHER_SIZE: f64 = 2.0;
 
@@ -47,6 +49,9 @@ pub(crate) fn answered(
     line: Result<Calibration, Error>,
 ) -> Result<Calibration, Error> {
     let line = line?;
+    if config.target == Target::Line {
+        return Ok(line);
+    }
     let is_forced = config.target == Target::Curve;
     let unsupported = unsupported(config, &line);
     if let (Some(why), true) = (unsupported, is_forced) {
@@ -118,7 +123,8 @@ fn is_better(line: &Calibration, answer: &Answered) -> bool {
     let [length_m, before_m] =
         [answer.curve.length_m, answer.curve.collapsed_from_m.unwrap_or(answer.curve.length_m)];
     let is_of_size = length_m.max(before_m) < ANOTHER_SIZE * length_m.min(before_m);
-    is_of_size && answer.finished.factor < SMALLER * alone(line)
+    let explains_more = line.findings.outliers().share() > answer.share_off() + MORE_OF_IT;
+    is_of_size && (explains_more || answer.finished.factor < SMALLER * alone(line))
 }
 
 /// How much larger than expected the residuals of the line are beside noise alone.

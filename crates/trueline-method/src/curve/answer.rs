@@ -96,6 +96,13 @@ impl Answered {
         self.rivals.iter().filter(move |rival| rival.is_named() && (is_loose || !rival.test.decided()))
     }
 
+    /// Part of the readings that the curve does not explain.
+    #[must_use]
+    pub(crate) fn share_off(&self) -> f64 {
+        let weights = &self.finished.fitted.weights;
+        weights.iter().filter(|weight| **weight == 0.0).count() as f64 / weights.len().max(1) as f64
+    }
+
     /// Clock and hand-eye transform.
     #[must_use]
     pub(crate) fn at(&self) -> Guess {

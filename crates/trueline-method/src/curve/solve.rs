@@ -150,7 +150,9 @@ pub(crate) fn finish(
     for (u_m, seen) in placed.u_m.iter_mut().zip(&seen_now) {
         *u_m = seen.as_ref().map_or(*u_m, |seen| seen.u_m);
     }
-    let spacing_m = spacing_for(&state.spline, knots_m(readings, state.spline.length_m(), least_m));
+    // Beyond its readings a curve may lead anywhere: what is cut off has no part in the distance of the knots.
+    let cut = reknotted(&placed, state.spline.spacing_m, Some(&counts))?.spline;
+    let spacing_m = spacing_for(&cut, knots_m(readings, cut.length_m(), least_m));
     let state = reknotted(&placed, spacing_m, Some(&counts))?;
     let s3_m = loosest_m(state.spline.spacing_m);
     let mut known = stated.cloned().unwrap_or_else(|| Known::of_any_sensor(&state.at));

@@ -2,7 +2,7 @@
 //! usual mistakes, each undone in turn: the one without which the scan fits is named.
 
 use crate::calibrate::calibrate;
-use crate::config::Config;
+use crate::config::{Config, Target};
 use crate::diagnose::outcome::Outcome;
 use crate::diagnose::plausibility::{implausible, wrong_guess, wrong_rate};
 use crate::diagnose::stamp_rate::stamped_hz;
@@ -10,7 +10,7 @@ use crate::diagnose::steps::{Budget, Step, Steps};
 use crate::diagnose::told;
 use crate::diagnose::trials::{CALIBRATION_COSTS, FEW, Trial, Trials, explanations};
 use crate::input::stops;
-use crate::{Calibration, Error};
+use crate::{Calibration, Error, Status};
 use std::time::Duration;
 use trueline_dataset::Recording;
 
@@ -52,18 +52,10 @@ pub fn diagnose(
 ) -> Diagnosis {
     let budget = Budget::of(longest);
     let thin = thinned(recording, FEATURES);
-    // A shape of the sensor would take up part of what a mistake makes; robot and bias only widen what is said.
     let mut steps = Steps::new(watch);
     steps.expect(CALIBRATION_COSTS);
     steps.begin("as recorded", CALIBRATION_COSTS);
-    let noise_only = Config::noise_only();
-    let by_noise = Config {
-        sensor: noise_only.sensor,
-        robot_accuracy_m: noise_only.robot_accuracy_m,
-        feature_bias_px: noise_only.feature_bias_px,
-        ..config.clone()
-    };
-    let result = calibrate(&thin, None, &by_noise);
+    let (by_noise, result) = by_noise(&thin, config);
     let as_recorded = Outcome::of(&result);
     let certain = implausible(recording);
     // A few stops that fit are too few to tell one mistake from another.
@@ -93,6 +85,27 @@ pub fn diagnose(
         findings.push(unexplained(&result, not_tried.len()));
     }
     Diagnosis { as_recorded, calibration: result.ok(), trials: done, not_tried, explained_by, findings }
+}
+
+/// How mistakes are looked for, and the recording calibrated like that. A shape of the sensor would take up part of what a mistake makes, and so would a curve;
+/// robot and bias only widen what is said.
+fn by_noise(recording: &Recording, config: &Config) -> (Config, Result<Calibration, Error>) {
+    let noise_only = Config::noise_only();
+    let mut by_noise = Config {
+        sensor: noise_only.sensor,
+        robot_accuracy_m: noise_only.robot_accuracy_m,
+        feature_bias_px: noise_only.feature_bias_px,
+        ..config.clone()
+    };
+    let mut result = calibrate(recording, None, &by_noise);
+    if result.as_ref().is_ok_and(|calibration| calibration.status() == Status::Accepted) {
+        return (by_noise, result);
+    }
+    by_noise.target = Target::Line;
+    if result.as_ref().is_ok_and(|calibration| calibration.findings.curve.is_some()) {
+        result = calibrate(recording, None, &by_noise);
+    }
+    (by_noise, result)
 }
 
 /// What calibrations say of the data and of the guess. Of a recording with a mistake in it that is known, what follows from it is not.
