@@ -1,6 +1,6 @@
 //! The two tables.
 
-use crate::judge::Judged;
+use super::judge::Judged;
 use std::collections::BTreeMap;
 use trueline_method::order_statistics::quantile;
 use trueline_sim::shop::{Level, Motion};

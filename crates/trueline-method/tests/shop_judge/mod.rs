@@ -1,4 +1,5 @@
 //! How far a calibration is from the truth, by the cell's check pass.
+//! Shared by the test and the study `shop_cells`.
 
 use nalgebra::{Point3, Vector3};
 use trueline_dataset::{Guess, Recording};
