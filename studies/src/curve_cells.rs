@@ -56,8 +56,9 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     let first: u64 = number(&numbers, 1, 1)?;
     let prints_cells = options.iter().any(|option| option == "--cells");
     let is_wanted = |kind: &CurveKind| kinds.is_empty() || kinds.iter().any(|name| name == kind.name());
+    println!("Right: time offset within 4 of its ± and 1 ms; wrong: accepted, and beyond 6 of its ±.\n");
     println!(
-        "| curve | accepted | as a curve | as a line | right | silently wrong | of any unknown | NEES/7 | t_d in 95 % | median s | refused for |"
+        "| curve | accepted | as a curve | as a line | right | offset wrong | any of the seven wrong | NEES/7 | t_d in 95 % | median s | refused for |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
     for kind in CurveKind::ALL.into_iter().filter(is_wanted) {
