@@ -21,6 +21,7 @@ report=$build/BENCHMARKS.md
     echo "residuals, without a robust loss, and ends with the first step that is shorter than 1e-6 of a standard deviation; the fastest of"
     echo "several runs counts. Segments of the robot's path are searched outside of what is timed, as trueline keeps them from step to step."
     echo "Absolute times are of one machine, the ratios are what matters; what shares the machine is held off by real-time scheduling (\`chrt -f 10\`)."
+    echo "Words like \`shop_cells 100\` are studies: \`cargo run --release -p trueline-studies -- shop_cells 100\`."
     echo
     echo "- $(grep -m1 'model name' /proc/cpuinfo | sed 's/.*: //'), $(nproc) processors, $(uname -sr)"
     echo "- $(rustc --version); $(c++ --version | head -1), -O3 -march=native"
@@ -38,9 +39,9 @@ done
 {
     echo "### Growing scans"
     echo
-    CARGO_TARGET_DIR=$build/root cargo run --release --quiet --manifest-path "$here/../../Cargo.toml" -p trueline-method --example scaling
+    CARGO_TARGET_DIR=$build/root cargo run --release --quiet --manifest-path "$here/../../Cargo.toml" -p trueline-studies -- scaling
     cat "$here/limits.md" "$here/vision.md"
 } >> "$report"
-# What the examples measured stays.
+# What the studies measured stays.
 sed -n '/^### The whole command/,$p' "$here/../../BENCHMARKS.md" >> "$report"
 cp "$report" "$here/../../BENCHMARKS.md"

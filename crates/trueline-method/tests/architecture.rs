@@ -182,9 +182,17 @@ fn crates_depend_only_on_what_is_allowed() {
 }
 
 #[test]
-fn files_hold_one_concept() {
+fn nothing_depends_on_the_studies() {
     for (name, _) in ALLOWED {
-        let mut folders = vec![crates().join(name).join("src")];
+        let manifest = fs::read_to_string(crates().join(name).join("Cargo.toml")).unwrap();
+        assert!(!manifest.contains("trueline-studies"), "{name} must not depend on the studies");
+    }
+}
+
+#[test]
+fn files_hold_one_concept() {
+    for folder in ALLOWED.iter().map(|(name, _)| *name).chain(["../studies"]) {
+        let mut folders = vec![crates().join(folder).join("src")];
         while let Some(folder) = folders.pop() {
             for entry in fs::read_dir(folder).unwrap() {
                 let path = entry.unwrap().path();

@@ -6,7 +6,7 @@
     reason = "a test fails by panicking; the study uses more of its judge"
 )]
 
-#[path = "../examples/shop_cells/judge.rs"]
+#[path = "shop_judge/mod.rs"]
 mod judge;
 
 use trueline_dataset::Recording;

@@ -1,6 +1,6 @@
 //! The ± means what it says: Monte Carlo over random cells, with any hand-eye, any line, any time offset.
 //!
-//! `cargo run --release -p trueline-method --example monte_carlo -- 2000` does the same at length.
+//! `cargo run --release -p trueline-studies -- monte_carlo 2000` does the same at length.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod monte_carlo;

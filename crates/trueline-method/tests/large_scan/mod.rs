@@ -1,4 +1,4 @@
-//! Scans of any size: one simulated scan, repeated in time. Shared by benchmarks and examples.
+//! Scans of any size: one simulated scan, repeated in time. Shared by benchmarks and by the study `scaling`.
 #![allow(dead_code, clippy::unwrap_used, reason = "programs use a part each; a failure panics")]
 
 use trueline_geometry::Trajectory;

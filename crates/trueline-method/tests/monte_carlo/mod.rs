@@ -1,5 +1,5 @@
 //! Many simulated scans of many cells: how far off the estimates are, and how far off they say they are.
-//! Shared by the tests and by `examples/monte_carlo.rs`.
+//! Shared by the tests and by the study `monte_carlo`.
 #![allow(
     dead_code,
     clippy::unwrap_used,

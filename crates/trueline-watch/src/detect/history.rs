@@ -10,7 +10,7 @@ use crate::quadratic::Quadratic;
 use std::ops::Range;
 
 /// An alarm is raised at this log₁₀ probability of the most significant of all windows and kinds. It is meant for one false
-/// alarm in 100,000 pieces: windows that overlap count as some two independent ones a piece. The example `false_alarms`
+/// alarm in 100,000 pieces: windows that overlap count as some two independent ones a piece. The study `false_alarms`
 /// measures it.
 pub const ALARM_P_LOG10: f64 = -6.25;
 

@@ -1,9 +1,8 @@
 //! Weaves and S-paths that repeat themselves, and ordinary scans: how many are right, refused, or accepted and wrong.
 //!
-//! `cargo run --release --example weaves [SCANS PER FAMILY]`
+//! `cargo run --release -p trueline-studies -- weaves [SCANS PER FAMILY]`
 
-#![allow(clippy::print_stdout, reason = "an example prints its table")]
-
+use crate::arguments::number;
 use nalgebra::DVector;
 use std::collections::{BTreeMap, BTreeSet};
 use trueline_dataset::{Guess, Recording};
@@ -71,8 +70,8 @@ fn is_right(result: &Calibration, truth: &Guess) -> bool {
     covariance.cholesky().is_some_and(|root| error.dot(&root.solve(&error)) < LARGEST_SQUARE)
 }
 
-fn main() {
-    let count = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(40_u64);
+pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
+    let count: u64 = number(arguments, 0, 40)?;
     println!("| path | right | refused | accepted and wrong | smallest z of those decided | refused for |");
     println!("|---|---|---|---|---|---|");
     let free = Config::default();
@@ -106,4 +105,5 @@ fn main() {
         }
         tally.print(&format!("preset {}, {duration_s:.0} s", preset.name()));
     }
+    Ok(())
 }

@@ -1,10 +1,9 @@
 //! What each violation of the model does to a calibration: is the answer right within its ±, warned of, or refused?
 //!
-//! `cargo run --release --example violations [SCANS PER ROW] [WORDS OF A ROW]` prints the table in BENCHMARKS.md, or the rows
-//! that contain the words.
+//! `cargo run --release -p trueline-studies -- violations [SCANS PER ROW] [WORDS OF A ROW]` prints the table in BENCHMARKS.md,
+//! or the rows that contain the words.
 
-#![allow(clippy::print_stdout, reason = "an example prints its table")]
-
+use crate::arguments::{number, word};
 use std::collections::BTreeMap;
 use trueline_dataset::{Guess, Measured, Recording, Sensor};
 use trueline_geometry::se3;
@@ -182,18 +181,19 @@ struct Figures {
     alone_mm: f64,
 }
 
-fn main() {
-    let count = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(4_u64);
+pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
+    let count: u64 = number(arguments, 0, 4)?;
     println!(
         "| violation | accepted | warned | nf | offset us | rot ° | trans mm | z | field mm | claim mm | scan alone mm | says |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
-    let words = std::env::args().nth(2).unwrap_or_default();
-    for (name, wrong) in ROWS.iter().filter(|(name, _)| name.contains(&words)) {
+    let words = word(arguments, 1);
+    for (name, wrong) in ROWS.iter().filter(|(name, _)| name.contains(words)) {
         let mut said: BTreeMap<String, usize> = BTreeMap::new();
         let accepted: Vec<Figures> = (0..count).filter_map(|seed| scan(wrong, seed, &mut said)).collect();
         print_row(name, &accepted, count, &said);
     }
+    Ok(())
 }
 
 fn print_row(name: &str, accepted: &[Figures], count: u64, said: &BTreeMap<String, usize>) {

@@ -1,8 +1,8 @@
 //! What one piece shows by itself: the Cramér–Rao bound of each column of θ if only that had changed, for the layouts of
 //! `watch_table` and for the single welds of the published table; and how soon a change could be found at all by these numbers.
 //!
-//! `cargo run -p trueline-watch --example weld_bounds`
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "an example prints, and fails by panicking")]
+//! `cargo run --release -p trueline-studies -- weld_bounds`
+#![allow(clippy::unwrap_used, reason = "a study fails by panicking")]
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use trueline_sim::Plates;
@@ -140,7 +140,7 @@ fn quickest(name: &str, all: &PieceInformation) {
     println!("|");
 }
 
-fn main() {
+pub(crate) fn run(_: &[String]) -> Result<(), String> {
     print!("| weld | features | noise ");
     SHOWN.iter().for_each(|(_, name)| print!("| {name} "));
     println!("|\n|{}", "---|".repeat(SHOWN.len() + 3));
@@ -169,4 +169,5 @@ fn main() {
         quickest(layout.name(), &shown(&layout.production()).2);
         quickest(&format!("{}, stripes", layout.name()), &shown(&striped(layout)).2);
     }
+    Ok(())
 }

@@ -2,14 +2,14 @@
 //! plane of each, and compares the errors with what is stated of them.
 //!
 //! ```sh
-//! cargo run -p trueline-sensor --example rendered_boards -- 100          # both
-//! cargo run -p trueline-sensor --example rendered_boards -- 100 plane    # or camera
+//! cargo run --release -p trueline-studies -- rendered_boards 100          # both
+//! cargo run --release -p trueline-studies -- rendered_boards 100 plane    # or camera
 //! ```
 //!
 //! Printed: squared error by covariance over its dimension (one if honest), and the part of the 95 % intervals that hold the
 //! truth. With 100 sets the first is good to √(2 / (100 · 8)) = 5 % for a camera, to 8 % for a plane.
-#![allow(clippy::print_stdout, reason = "an example prints")]
 
+use crate::arguments::number;
 use nalgebra::{DMatrix, DVector, SMatrix, UnitQuaternion, Vector2, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
@@ -27,16 +27,16 @@ const MODEL: DistortionModel = DistortionModel::K1K2;
 /// Pictures of a set, with and without stripe.
 const PICTURES: usize = 10;
 
-fn main() {
-    let sets: u64 = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(20);
-    let what = std::env::args().nth(2);
-    let asked = |name: &str| what.as_deref().is_none_or(|what| what == name);
+pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
+    let sets: u64 = number(arguments, 0, 20)?;
+    let asked = |name: &str| arguments.get(1).is_none_or(|what| what == name);
     if asked("camera") {
         honesty(sets, camera_set).print("camera", sets);
     }
     if asked("plane") {
         honesty(sets, plane_set).print("laser plane", sets);
     }
+    Ok(())
 }
 
 type Outcome = Option<(DVector<f64>, DMatrix<f64>)>;

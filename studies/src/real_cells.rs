@@ -1,9 +1,8 @@
 //! Sensors drawn from their stated uncertainty, and an arm that is not where it says: is what is said of them true?
 //!
-//! `cargo run --release --example real_cells [CELLS] [nees|seam|arm|passes|streams]` prints the figures in BENCHMARKS.md.
+//! `cargo run --release -p trueline-studies -- real_cells [CELLS] [nees|seam|arm|passes|streams]` prints the figures in BENCHMARKS.md.
 
-#![allow(clippy::print_stdout, reason = "an example prints its figures")]
-
+use crate::arguments::{number, word};
 use nalgebra::{DMatrix, DVector, Point3, UnitQuaternion, Vector2, Vector3};
 use trueline_dataset::sensor_setup::SensorUncertainty;
 use trueline_dataset::{Measured, Recording, Sensor};
@@ -19,9 +18,9 @@ use trueline_sim::{Fault, Preset, Scenario, random_cell, simulate, simulate_with
 /// Standard deviations of a drawn sensor: plane (m, rad), focal lengths (part), principal point (px).
 const DRAWN: (f64, f64, f64, f64) = (0.3e-3, 0.2 * std::f64::consts::PI / 180.0, 3e-3, 10.0);
 
-fn main() {
-    let count = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(20_u64);
-    let wanted = std::env::args().nth(2).unwrap_or_default();
+pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
+    let count: u64 = number(arguments, 0, 20)?;
+    let wanted = word(arguments, 1);
     let wants = |what: &str| wanted.is_empty() || wanted == what;
     if wants("nees") {
         nees(count);
@@ -38,6 +37,7 @@ fn main() {
     if wants("streams") {
         streams(count);
     }
+    Ok(())
 }
 
 /// An ideal robot and features without bias: what is left is noise and the sensor.

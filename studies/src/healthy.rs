@@ -1,15 +1,14 @@
 //! Does the doctor leave healthy recordings alone?
 //!
-//! `cargo run --release --example healthy [RECORDINGS PER PRESET]` prints what it found in spite of that.
+//! `cargo run --release -p trueline-studies -- healthy [RECORDINGS PER PRESET]` prints what it found in spite of that.
 
-#![allow(clippy::print_stdout, reason = "an example prints its figures")]
-
+use crate::arguments::number;
 use trueline_method::Config;
 use trueline_method::diagnose::doctor::diagnose;
 use trueline_sim::{Preset, random_cell, simulate};
 
-fn main() {
-    let count = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(20_u64);
+pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
+    let count: u64 = number(arguments, 0, 20)?;
     for preset in [Preset::Quick, Preset::Good, Preset::Weak, Preset::TwoLines, Preset::Profiler] {
         let (mut examined, mut tried, mut claimed) = (0, 0, 0);
         for seed in 0..count {
@@ -27,4 +26,5 @@ fn main() {
             preset.name()
         );
     }
+    Ok(())
 }

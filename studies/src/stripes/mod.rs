@@ -1,13 +1,12 @@
 //! Whole stripes against seam points on simulated cells: what is said and what is achieved, side by side; how often 95 %
 //! intervals hold the truth; how near the Cramér–Rao bound the estimates are; and what plates that are not flat do.
 //!
-//! `cargo run --release -p trueline-vision --example stripes [CELLS [FILTER]]`; only rows whose scan and use hold the filter are made:
-//! `"profiler, good 20 s"` for all of them, `"profiler, good 20 s | stripe"` for one.
+//! `cargo run --release -p trueline-studies -- stripes [CELLS [FILTER]]`; only rows whose scan and use hold the filter are made: `"profiler, good 20 s"` for all of them, `"profiler, good 20 s | stripe"` for one.
 //! With `table` for a filter: what each motion shows of seam points, both plates and one flat plate, predicted and achieved.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a program for the terminal")]
 
 mod table;
 
+use crate::arguments::{number, word};
 use nalgebra::{DMatrix, SMatrix, SVector, Vector2, Vector3};
 use rayon::prelude::*;
 use trueline_dataset::{Recording, Sensor};
@@ -74,12 +73,12 @@ impl Case {
     }
 }
 
-fn main() {
-    let mut arguments = std::env::args().skip(1);
-    let cells: u64 = arguments.next().map_or(20, |text| text.parse().unwrap());
-    let filter = arguments.next().unwrap_or_default();
+pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
+    let cells: u64 = number(arguments, 0, 20)?;
+    let filter = word(arguments, 1);
     if filter == "table" {
-        return table::print(cells);
+        table::print(cells);
+        return Ok(());
     }
     println!(
         "{cells} cells a row; rotation and translation: norms; seam: RMS over ±30 mm × ±30 mm of the sheet"
@@ -97,9 +96,10 @@ fn main() {
         "/said",
         "/bound"
     );
-    for case in cases().iter().chain(&bowed()).filter(|case| case.title().contains(&filter)) {
+    for case in cases().iter().chain(&bowed()).filter(|case| case.title().contains(filter)) {
         print_row(case, &row(cells, case), cells);
     }
+    Ok(())
 }
 
 fn cases() -> Vec<Case> {

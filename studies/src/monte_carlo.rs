@@ -1,23 +1,23 @@
-//! Proves the ± by simulation: `cargo run --release -p trueline --example monte_carlo -- RUNS [PRESET …]`.
+//! Proves the ± by simulation: `cargo run --release -p trueline-studies -- monte_carlo [RUNS [PRESET …]]`.
 //!
 //! For each preset, RUNS random cells (any hand-eye, any line, an offset between −1 and +1 s) are scanned and
 //! calibrated, first with Gaussian features alone, where the Cramér–Rao bound is known, then with the preset's
 //! noise of features, robot and stamps. `--from-truth` starts at the truth, which finds the same optimum sooner.
-#![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a table for a person")]
 
-#[path = "../tests/monte_carlo/mod.rs"]
-mod monte_carlo;
+#[path = "../../crates/trueline-method/tests/monte_carlo/mod.rs"]
+mod simulated;
 
-use monte_carlo::{Noise, Run, Start, Statistics, UNKNOWNS, runs, statistics};
+use crate::arguments::number;
+use simulated::{Noise, Run, Start, Statistics, UNKNOWNS, runs, statistics};
 use trueline_sim::Preset;
 
 const NAMES: [&str; UNKNOWNS] = ["t_d", "rot x", "rot y", "rot z", "x", "y", "z"];
 
-fn main() {
-    let mut words: Vec<String> = std::env::args().skip(1).collect();
+pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
+    let mut words = arguments.to_vec();
     let start = if words.iter().any(|w| w == "--from-truth") { Start::Truth } else { Start::Nothing };
     words.retain(|w| !w.starts_with("--"));
-    let count: u64 = words.first().map_or(200, |w| w.parse().unwrap());
+    let count: u64 = number(&words, 0, 200)?;
     let visible = [Preset::Paper, Preset::Quick, Preset::Weak, Preset::TwoLines, Preset::Profiler];
     let wanted = |p: &&Preset| words.len() < 2 || words[1..].iter().any(|w| w == p.name());
     for preset in visible.iter().filter(wanted) {
@@ -26,6 +26,7 @@ fn main() {
             print(&format!("{}, {name}", preset.name()), &runs);
         }
     }
+    Ok(())
 }
 
 fn print(title: &str, runs: &[Run]) {

@@ -1,7 +1,7 @@
 //! What each motion shows, of seam points, of both plates and of one flat plate: the bounds of the study that whole stripes were designed
 //! by, what is said here, and what is achieved.
 
-use crate::{Squares, UNKNOWNS, cell, mild, root_mean_of, seam};
+use super::{Squares, UNKNOWNS, cell, mild, root_mean_of, seam};
 use nalgebra::{DMatrix, SVector};
 use rayon::prelude::*;
 use trueline_dataset::Recording;

@@ -1,13 +1,13 @@
 //! Whether the uncertainty of a calibration from pose sightings is honest: many cells of the simulator, none with a guess.
 //!
-//! `cargo run --release -p trueline-sensor --example sightings [CELLS]` prints a row for each case: the normalised squared error of time
+//! `cargo run --release -p trueline-studies -- sightings [CELLS [CASE]]` prints a row for each case: the normalised squared error of time
 //! offset and hand-eye transform (1 is honest), the part of the 95 % intervals that hold the truth, and how large errors are.
-#![allow(clippy::print_stdout, reason = "figures for people")]
-#![allow(clippy::unwrap_used, reason = "an example fails by panicking")]
+#![allow(clippy::unwrap_used, reason = "a study fails by panicking")]
 
-#[path = "../tests/sighted/mod.rs"]
+#[path = "../../crates/trueline-sensor/tests/sighted/mod.rs"]
 mod sighted;
 
+use crate::arguments::number;
 use nalgebra::DMatrix;
 use sighted::{calibrated, off, sigma_of};
 use trueline_dataset::sensor_setup::Mounted;
@@ -62,17 +62,17 @@ fn offset_s(seed: u64) -> f64 {
     (seed as f64 * 0.618_034).fract() * 2.0 - 1.0
 }
 
-fn main() {
-    let mut arguments = std::env::args().skip(1);
-    let cells: u64 = arguments.next().and_then(|text| text.parse().ok()).unwrap_or(CELLS);
-    let only = arguments.next();
+pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
+    let cells: u64 = number(arguments, 0, CELLS)?;
+    let only = arguments.get(1);
     println!("| case | cells | NEES | in 95 % | t_d ms | rotation ° | translation mm | hidden | failed |");
     println!("|---|---|---|---|---|---|---|---|---|");
-    for (name, scan) in CASES.into_iter().filter(|(name, _)| only.as_ref().is_none_or(|only| only == name)) {
+    for (name, scan) in CASES.into_iter().filter(|(name, _)| only.is_none_or(|only| only == name)) {
         let mut sums = Sums::default();
         (0..cells).for_each(|seed| sums.add(&scan(seed)));
         println!("| {name} | {cells} | {}", sums.row());
     }
+    Ok(())
 }
 
 #[derive(Default)]

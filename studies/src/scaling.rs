@@ -1,12 +1,13 @@
 //! Time and memory of a solve over scans of 10³ to 10⁷ features, as a table:
-//! `cargo run --release -p trueline --example scaling -- [LARGEST]`.
+//! `cargo run --release -p trueline-studies -- scaling [LARGEST]`.
 //!
 //! The memory is what building and solving the problem needs beyond the observations and the trajectory (Linux only).
-#![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a table for a person")]
+#![allow(clippy::unwrap_used, reason = "a study fails by panicking")]
 
-#[path = "../tests/large_scan/mod.rs"]
+#[path = "../../crates/trueline-method/tests/large_scan/mod.rs"]
 mod large_scan;
 
+use crate::arguments::number;
 use large_scan::{NOISE, of_features};
 use nalgebra::DVector;
 use std::time::Instant;
@@ -14,8 +15,8 @@ use trueline_lsq::{LeastSquares, Loss, NormalEquations, SolveOptions, solve};
 use trueline_method::ResidualKind;
 use trueline_method::problem::line_problem::{Criterion, LineProblem};
 
-fn main() {
-    let largest: usize = std::env::args().nth(1).map_or(10_000_000, |word| word.parse().unwrap());
+pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
+    let largest: usize = number(arguments, 0, 10_000_000)?;
     println!(
         "| features | one linearisation | per feature | solve, steps | per feature and step | memory beyond the input |"
     );
@@ -25,6 +26,7 @@ fn main() {
         row(count);
         count *= 10;
     }
+    Ok(())
 }
 
 fn row(count: usize) {

@@ -1,9 +1,8 @@
 //! Which method finds the stripe's middle best: the usual ones and ours on the same sections of the same pictures, and the
 //! bound that speckle and noise set.
 //!
-//! `cargo run --release -p trueline-vision --example methods` prints the table of BENCHMARKS.md. Every method
-//! gets the same segments, the same sections and the same robust line through its middles; what differs is the middle.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "an example prints and may fail")]
+//! `cargo run --release -p trueline-studies -- methods` prints the table of BENCHMARKS.md. Every method gets the same segments, the same sections and the same robust line through its middles; what differs is the middle.
+#![allow(clippy::unwrap_used, reason = "a study fails by panicking")]
 
 use nalgebra::{Matrix2, Vector2};
 use std::time::{Duration, Instant};
@@ -210,10 +209,12 @@ fn eight(image: &GrayImage) -> Picture<'_, u8> {
     Picture::new(image.width, image.height, levels).unwrap()
 }
 
-fn main() {
+pub(crate) fn run(_: &[String]) -> Result<(), String> {
     let mut scenario = Preset::Quick.scenario();
     scenario.timing.frame_period_s = scenario.timing.duration_s / (PICTURES + 1.0);
-    let SensorModel::CameraLaser { camera, laser_plane_in_camera } = scenario.cell.sensor else { return };
+    let SensorModel::CameraLaser { camera, laser_plane_in_camera } = scenario.cell.sensor else {
+        return Ok(());
+    };
     let lens = Lens::new(camera, laser_plane_in_camera);
     let methods = [
         ("brightest pixel, parabola", Method::Peak),
@@ -265,4 +266,5 @@ fn main() {
             println!("| {label} | {:.4} px | {:.2} | {ms:.2} ms |", rms(errors), rms(errors) / rms(&bounds));
         }
     }
+    Ok(())
 }

@@ -1,6 +1,6 @@
 //! The two tables.
 
-use crate::judge::Judged;
+use super::judge::Judged;
 use std::collections::BTreeMap;
 use trueline_method::order_statistics::quantile;
 use trueline_sim::shop::{Level, Motion};
@@ -60,6 +60,13 @@ pub(crate) fn print(columns: &Columns) {
             z.iter().copied().fold(0.0, f64::max)
         )
     });
+    row("95 % intervals that hold the truth: time offset, rotation, translation", columns, |cells| {
+        let offsets = || cells.iter().filter(|cell| cell.accepted).filter_map(|cell| Some([cell.offset_z?]));
+        let hand_eyes = || cells.iter().filter(|cell| cell.accepted).filter_map(|cell| cell.hand_eye_z);
+        let rotations = || hand_eyes().map(|z| [z[0], z[1], z[2]]);
+        let translations = || hand_eyes().map(|z| [z[3], z[4], z[5]]);
+        format!("{}, {}, {} %", held(offsets()), held(rotations()), held(translations()))
+    });
     for motion in [Motion::Plan, Motion::S, Motion::Taught, Motion::Hand] {
         row(&format!("good scans accepted, motion `{}`", motion.name()), columns, |cells| {
             let of = |cell: &&Judged| cell.truth.is_good_scan() && cell.truth.motion == motion;
@@ -69,6 +76,16 @@ pub(crate) fn print(columns: &Columns) {
     }
     println!();
     reasons(columns);
+}
+
+/// Half a 95 % interval in standard deviations.
+const HALF_95: f64 = 1.96;
+
+/// How many of all components are within their 95 % interval, %.
+fn held<const N: usize>(of: impl Iterator<Item = [f64; N]>) -> String {
+    let all: Vec<f64> = of.flatten().collect();
+    let inside = all.iter().filter(|z| z.abs() < HALF_95).count();
+    format!("{:.0}", 100.0 * inside as f64 / all.len().max(1) as f64)
 }
 
 /// Reasons of good scans that are refused, the most frequent first.

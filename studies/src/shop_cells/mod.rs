@@ -1,25 +1,23 @@
 //! Whole cells of a shop in which everything errs at once: is a good scan accepted, and is the answer as good as it says?
 //!
-//! `cargo run --release --example shop_cells [CELLS A LEVEL] [LEVEL] [FIRST SEED] [--cells] [--stated]` prints two tables: what is accepted and how
-//! true it is, and what is refused for which reasons. With `--cells` a line a cell as well. With `--stated` the radius of the edge and the class of
-//! the robot are stated as they are.
+//! `cargo run --release -p trueline-studies -- shop_cells [CELLS A LEVEL] [LEVEL] [FIRST SEED] [--cells] [--stated]` prints two tables:
+//! what is accepted and how true it is, and what is refused for which reasons. With `--cells` a line a cell as well. With `--stated` the
+//! radius of the edge and the class of the robot are stated as they are.
 
-#![allow(clippy::print_stdout, reason = "an example prints its tables")]
-
+#[path = "../../../crates/trueline-method/tests/shop_judge/mod.rs"]
 mod judge;
 mod table;
 
 use judge::Judged;
-use std::env;
 use trueline_method::{Config, Status, calibrate};
 use trueline_sim::shop::{Level, Shop, ShopTruth};
 
 /// Cells a level where nobody says.
 const CELLS: u64 = 60;
 
-fn main() {
+pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     let (words, numbers): (Vec<String>, Vec<String>) =
-        env::args().skip(1).partition(|word| word.parse::<u64>().is_err());
+        arguments.iter().cloned().partition(|word| word.parse::<u64>().is_err());
     let numbers: Vec<u64> = numbers.iter().filter_map(|word| word.parse().ok()).collect();
     let count = numbers.first().copied().unwrap_or(CELLS);
     let first = numbers.get(1).copied().unwrap_or(1);
@@ -35,6 +33,7 @@ fn main() {
         columns.push((level, judged));
     }
     table::print(&columns);
+    Ok(())
 }
 
 /// The accuracy of a robot over the root mean square of its errors: the class of 0.5 mm is that of arms of 0.4 mm.

@@ -2,12 +2,13 @@
 //! the estimates agree with the prediction?
 //!
 //! ```text
-//! cargo run --release -p trueline-plan --example wrong_cells -- [CELLS] [DURATION_S] [TRIES] [SEED]
+//! cargo run --release -p trueline-studies -- wrong_cells [CELLS] [DURATION_S] [TRIES] [SEED]
 //! ```
 //!
 //! The cells are drawn and their scans cast by the simulator and by this file; of the planner only the path is used.
-#![allow(clippy::print_stdout, clippy::expect_used, reason = "an example that prints and fails by panicking")]
+#![allow(clippy::expect_used, reason = "a study fails by panicking")]
 
+use crate::arguments::number;
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -16,18 +17,17 @@ use trueline_geometry::Pose;
 use trueline_method::{Config, Status, calibrate};
 use trueline_plan::{Cell, Plan, PlanRequest, Seam, plan};
 
-#[path = "../tests/cells/mod.rs"]
+#[path = "../../crates/trueline-plan/tests/cells/mod.rs"]
 mod cells;
 
 const NAMES: [&str; 7] = ["t_d ms", "rx deg", "ry deg", "rz deg", "tx mm", "ty mm", "tz mm"];
 
-fn main() {
-    let mut arguments = std::env::args().skip(1);
-    let cells: u64 = arguments.next().map_or(200, |n| n.parse().expect("a number of cells"));
-    let duration_s: f64 = arguments.next().map_or(20.0, |s| s.parse().expect("seconds"));
+pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
+    let cells: u64 = number(arguments, 0, 200)?;
+    let duration_s: f64 = number(arguments, 1, 20.0)?;
     let usual = PlanRequest::default();
-    let evaluations = arguments.next().map_or(usual.evaluations, |n| n.parse().expect("a number of tries"));
-    let seed = arguments.next().map_or(usual.seed, |n| n.parse().expect("a seed"));
+    let evaluations = number(arguments, 2, usual.evaluations)?;
+    let seed = number(arguments, 3, usual.seed)?;
     let cell = cells::example();
     let began = Instant::now();
     let ask = PlanRequest { duration_s, evaluations, seed, threads: 2, ..usual };
@@ -44,7 +44,7 @@ fn main() {
         println!("  {name:<7} ± {:.5}", plan.prediction.sigma(k) * unit);
     }
     if cells == 0 {
-        return;
+        return Ok(());
     }
     let began = Instant::now();
     let outcomes: Vec<Outcome> = std::thread::scope(|scope| {
@@ -80,6 +80,7 @@ fn main() {
             spread / plan.prediction.sigma(k)
         );
     }
+    Ok(())
 }
 
 #[derive(Clone)]

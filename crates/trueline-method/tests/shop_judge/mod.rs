@@ -1,8 +1,11 @@
 //! How far a calibration is from the truth, by the cell's check pass.
+//! Shared by the test and the study `shop_cells`.
 
 use nalgebra::{Point3, Vector3};
 use trueline_dataset::{Guess, Recording};
+use trueline_geometry::se3;
 use trueline_method::evaluate::seam_points;
+use trueline_method::problem::parameters::ROTATION;
 use trueline_method::{Calibration, Config, Status};
 use trueline_sim::shop::{ShopCell, ShopTruth};
 
@@ -23,6 +26,8 @@ pub(crate) struct Judged {
     pub(crate) miss_mm: Option<f64>,
     /// How many of its standard deviations the time offset is outside of the true interval.
     pub(crate) offset_z: Option<f64>,
+    /// Errors of hand-eye rotation and translation over their standard deviations, against the true transform.
+    pub(crate) hand_eye_z: Option<[f64; 6]>,
 }
 
 impl Judged {
@@ -37,6 +42,7 @@ impl Judged {
             strict_mm: None,
             miss_mm: None,
             offset_z: None,
+            hand_eye_z: None,
         }
     }
 
@@ -94,7 +100,19 @@ pub(crate) fn judged(cell: &ShopCell, calibration: &Calibration) -> Judged {
     let [low, high] = cell.truth.time_offset_interval_s;
     let outside_s = (low - offset.value_s).max(offset.value_s - high).max(0.0);
     judged.offset_z = offset.sigma_s.map(|sigma_s| outside_s / sigma_s);
+    judged.hand_eye_z = hand_eye_z(cell, calibration);
     judged
+}
+
+fn hand_eye_z(cell: &ShopCell, calibration: &Calibration) -> Option<[f64; 6]> {
+    let found = calibration.best_fit().tool_from_camera;
+    let (turn, shift) = se3::difference_decoupled(&found, &cell.truth.tool_from_camera);
+    let error = [turn.x, turn.y, turn.z, shift.x, shift.y, shift.z];
+    let mut z = [0.0; 6];
+    for (k, z) in z.iter_mut().enumerate() {
+        *z = error[k] / calibration.sigma(ROTATION + k)?;
+    }
+    Some(z)
 }
 
 /// The points of a check pass in the tool, each with its number, m: as they are placed in base, less the motion of the tool, which does

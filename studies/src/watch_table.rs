@@ -3,25 +3,21 @@
 //!
 //! One piece of each production is simulated as a recording and compressed; all further pieces are drawn from its
 //! sufficient statistic, b = H x + N(0, H), with the place of the part and of its seams drawn anew each time. That is exact
-//! where the model is linear, and a thousand times as fast. `tests/production.rs` goes through recordings.
+//! where the model is linear, and a thousand times as fast. `tests/production.rs` of `trueline-watch` goes through recordings.
 //!
-//! `cargo run -p trueline-watch --example watch_table -- RUNS PIECES [LAYOUT [CHANGE]]`; a LAYOUT that ends in `-swung` is the same
-//! with attitudes that turn about the camera instead of the seam's point, one in `-stripes` with both plates' whole stripes, CHANGE the
+//! `cargo run --release -p trueline-studies -- watch_table [RUNS [PIECES [LAYOUT [CHANGE]]]]`; a LAYOUT that ends in `-swung` is the same with attitudes that turn about the camera instead of the seam's point, one in `-stripes` with both plates' whole stripes, CHANGE the
 //! beginning of a row's name.
-#![allow(
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    clippy::print_stderr,
-    reason = "an example prints, and fails by panicking"
-)]
 
+#[path = "../../crates/trueline-watch/tests/common/drawn.rs"]
+mod drawn;
+
+use crate::arguments::{number, word};
 use drawn::Drawn;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::collections::BTreeMap;
-use std::process::ExitCode;
 use trueline_dataset::Sensor;
 use trueline_model::LaserSheet;
 use trueline_sim::Plates;
@@ -34,13 +30,10 @@ use trueline_watch::{PieceInformation, Quadratic, Scatter, WeldStatistic};
 /// Pieces before the change; the scatter is learnt from them.
 const BEFORE: usize = 60;
 /// Pieces after it at most, unless said otherwise.
-const AFTER: u64 = 64;
+const AFTER: usize = 64;
 /// One standard deviation of the stored calibration, in units: a good scan's.
 const CALIBRATED: [f64; CALIBRATION] =
     [0.09, 0.08, 0.08, 0.08, 0.06, 0.06, 0.06, 0.03, 0.03, 0.06, 0.05, 0.04];
-
-#[path = "../tests/common/drawn.rs"]
-mod drawn;
 
 struct Line {
     drawn: Drawn,
@@ -226,23 +219,23 @@ fn production(name: &str) -> Option<Production> {
     Some(Production { pivot_m, plates, ..layout.production() })
 }
 
-fn main() -> ExitCode {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let number = |k: usize, default: u64| arguments.get(k).map_or(default, |text| text.parse().unwrap());
-    let (runs, most) = (number(0, 10), number(1, AFTER) as usize);
+pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
+    let runs: u64 = number(arguments, 0, 10)?;
+    let most: usize = number(arguments, 1, AFTER)?;
     let all = Layout::ALL.map(|layout| layout.name().to_owned()).to_vec();
     let names = arguments.get(2).map_or(all, |name| vec![name.clone()]);
-    let wanted = arguments.get(3).map_or("", String::as_str);
+    let wanted = word(arguments, 3);
     let rows: Vec<(usize, &Case)> =
         CASES.iter().enumerate().filter(|(_, case)| case.name.starts_with(wanted)).collect();
     for name in names {
         let Some(production) = production(&name) else {
             let all = Layout::ALL.map(Layout::name).join(", ");
-            eprintln!("{name}: no layout; there are {all}, each also with -swung and with -stripes");
-            return ExitCode::from(2);
+            return Err(format!(
+                "no layout `{name}`; the layouts are {all}, each also with -swung and with -stripes"
+            ));
         };
         println!("\n{name} ({runs} runs a row; not found within {most} pieces: –)");
         table(&Line::of(&production), runs, most, &rows);
     }
-    ExitCode::SUCCESS
+    Ok(())
 }

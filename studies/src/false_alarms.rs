@@ -6,9 +6,10 @@
 //! windows and kinds made it: the estimate is unbiased whatever g is. Plain draws are counted at a lower threshold as well,
 //! where both ways can be compared.
 //!
-//! `cargo run -p trueline-watch --example false_alarms -- DRAWS`
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "an example prints, and fails by panicking")]
+//! `cargo run --release -p trueline-studies -- false_alarms [DRAWS]`
+#![allow(clippy::unwrap_used, reason = "a study fails by panicking")]
 
+use crate::arguments::number;
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -122,8 +123,8 @@ fn scores(information: &DMatrix<f64>, kind: Kind) -> Scores {
     Scores { change: information * whiten.transpose(), whiten }
 }
 
-fn main() {
-    let draws: usize = std::env::args().nth(1).map_or(2000, |text| text.parse().unwrap());
+pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
+    let draws: usize = number(arguments, 0, 2000)?;
     let production = Production::of(Layout::BoxAngles);
     let dimensions: Vec<usize> = production.kinds.iter().map(|kind| kind.whiten.nrows()).collect();
     println!("dimensions by kind: {dimensions:?}");
@@ -166,4 +167,5 @@ fn main() {
     let share = plain.count() as f64 / draws as f64;
     let sigma = (share * (1.0 - share) / draws as f64).sqrt();
     println!("plain draws at -3.5: {:.2e} ± {:.1e} alarms a piece", share / ENDS as f64, sigma / ENDS as f64);
+    Ok(())
 }
