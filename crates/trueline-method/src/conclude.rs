@@ -18,7 +18,7 @@ use crate::assess::systematic::{Systematic, SystematicSums};
 use crate::assess::{outlier_segments, seam_point_error};
 use crate::calibration::Calibration;
 use crate::concluded::Concluded;
-use crate::config::{Measurements, ResidualKind};
+use crate::config::Measurements;
 use crate::error::Error;
 use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Streams, Unknowns};
 use crate::hypotheses::clock_drift::DriftFree;
@@ -77,7 +77,6 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     });
     let streams = streams(from, skipped.get(&Skip::Repeated).copied().unwrap_or(0));
     let stamp_of = |f: &FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
-    let is_stated = from.recording.setup.uncertainty.is_some();
     let findings = Findings {
         unknowns,
         fit: FitFindings {
@@ -100,7 +99,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         curve: None,
         stops: config.at_stops.then_some(Stops::Stated),
         sensor_of_its_own_scan: false,
-        uncertainty_ignored: is_stated && config.residual == ResidualKind::PointToLine,
+        uncertainty_ignored: from.ignores_uncertainty(),
         inputs: from.recording.inputs.clone(),
         config: config.clone(),
         models_tried: vec![ModelTried::asked(from.settings, &from.levels, &from.assessed.drift_free)],

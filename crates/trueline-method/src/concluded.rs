@@ -5,7 +5,7 @@ use crate::assess::misfit_cause::MisfitCause;
 use crate::assess::robot_field::RobotSigmas;
 use crate::assess::systematic::SystematicLevels;
 use crate::calibration::Calibration;
-use crate::config::HeldSigma;
+use crate::config::{HeldSigma, ResidualKind};
 use crate::hypotheses::ambiguity::Ambiguity;
 use crate::hypotheses::feature_bias::TakenBias;
 use crate::hypotheses::search::{BetterMinimum, Mirrored};
@@ -44,6 +44,12 @@ pub(crate) struct Concluded<'a> {
 }
 
 impl Concluded<'_> {
+    /// Whether the sensor's file states an uncertainty that the residual does not know.
+    pub(crate) fn ignores_uncertainty(&self) -> bool {
+        self.recording.setup.uncertainty.is_some()
+            && self.settings.config.residual == ResidualKind::PointToLine
+    }
+
     /// How much larger the covariance by noise is than by white noise.
     pub(crate) fn inflation(&self) -> f64 {
         inflation(&self.structure, &self.assessed.information)

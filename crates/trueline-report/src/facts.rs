@@ -117,6 +117,9 @@ fn of_adjustment(warning: &Warning) -> Value {
         Warning::OutlierStretch { span_s, features } => json!({ "span_s": span_s, "features": features }),
         Warning::WavySeam { rms_m } | Warning::RobotMoves { rms_m } => json!({ "rms_mm": rms_m * MM_PER_M }),
         Warning::ClockStep { at_s, step_s } => json!({ "at_s": at_s, "step_s": step_s }),
+        Warning::KnotsNearWeave { spacing_m, weave_m } => {
+            json!({ "spacing_mm": spacing_m * MM_PER_M, "weave_mm": weave_m * MM_PER_M })
+        }
         _ => json!({}),
     }
 }
@@ -137,16 +140,17 @@ fn warning_values(warning: &Warning) -> Value {
         Warning::StripesUnused { why } => json!({ "why": Because::Plates(*why).code() }),
         Warning::StripesStampedApart { later_s } => json!({ "later_s": later_s }),
         Warning::StripesDisagree { sigmas, apart, used } => with_used(apart_values(*sigmas, apart), *used),
-        Warning::UncertaintyNotApplied | Warning::SensorOfItsOwnScan | Warning::MirrorBySensor => json!({}),
+        Warning::UncertaintyNotApplied
+        | Warning::SensorOfItsOwnScan
+        | Warning::MirrorBySensor
+        | Warning::CurveFromOnePass => json!({}),
         Warning::SensorOff { shape, instead } => sensor_off(shape, instead),
         Warning::LensOff { lens } => lens_off(lens),
         Warning::LikelyCause { kind, size_si, sigma_si, .. } => likely_cause(*kind, *size_si, *sigma_si),
         Warning::FeatureBias { bias, .. } => {
             json!({ "px_per_10deg": bias.px, "sigma_px_per_10deg": bias.sigma_px, "wald": bias.wald })
         }
-        Warning::HeldAtGuess { held } => {
-            json!({ "held": held.iter().map(unobservable).collect::<Vec<_>>() })
-        }
+        Warning::HeldAtGuess { held } => json!({ "held": held.iter().map(unobservable).collect::<Vec<_>>() }),
         Warning::DrawnLineNotNeeded { with_m, without_m } => {
             json!({ "with_mm": with_m * MM_PER_M, "without_mm": without_m * MM_PER_M })
         }
@@ -154,7 +158,8 @@ fn warning_values(warning: &Warning) -> Value {
         | Warning::OutlierStretch { .. }
         | Warning::WavySeam { .. }
         | Warning::RobotMoves { .. }
-        | Warning::ClockStep { .. } => of_adjustment(warning),
+        | Warning::ClockStep { .. }
+        | Warning::KnotsNearWeave { .. } => of_adjustment(warning),
         Warning::UnusualNoise { noise_factor, .. } => json!({ "noise_factor": noise_factor }),
         Warning::StructuredResiduals { left } => json!({ "neighbour_correlation": left }),
         Warning::ManyOutliers { share } => json!({ "share": share }),
@@ -166,9 +171,7 @@ fn warning_values(warning: &Warning) -> Value {
         Warning::RepeatedRobotStamps { repeated } => json!({ "repeated": repeated }),
         Warning::CoarseStamps { stream, grain_s } => json!({ "stream": stream.name(), "grain_s": grain_s }),
         Warning::StampSteps { stream, steps, period_s } => {
-            let steps: Vec<Value> =
-                steps.iter().map(|(at_s, step_s)| json!({ "at_s": at_s, "step_s": step_s })).collect();
-            json!({ "stream": stream.name(), "steps": steps, "period_s": period_s })
+            json!({ "stream": stream.name(), "steps": stamp_steps(steps), "period_s": period_s })
         }
         Warning::CrossValidationMisfit { rms_m, fitted_rms_m } => {
             json!({ "rms_mm": rms_m * MM_PER_M, "fitted_rms_mm": fitted_rms_m * MM_PER_M })
@@ -180,12 +183,12 @@ fn warning_values(warning: &Warning) -> Value {
             values["sigmas"] = json!(sigmas);
             values
         }
-        Warning::CurveFromOnePass => json!({}),
-        Warning::KnotsNearWeave { spacing_m, weave_m } => {
-            json!({ "spacing_mm": spacing_m * MM_PER_M, "weave_mm": weave_m * MM_PER_M })
-        }
         Warning::NoPointAtStandOff { stand_off_m } => json!({ "stand_off_mm": stand_off_m * MM_PER_M }),
     }
+}
+
+fn stamp_steps(steps: &[(f64, f64)]) -> Vec<Value> {
+    steps.iter().map(|(at_s, step_s)| json!({ "at_s": at_s, "step_s": step_s })).collect()
 }
 
 /// Size and standard deviation, with the unit of the kind in the key.

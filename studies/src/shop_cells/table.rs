@@ -60,13 +60,7 @@ pub(crate) fn print(columns: &Columns) {
             z.iter().copied().fold(0.0, f64::max)
         )
     });
-    row("95 % intervals that hold the truth: time offset, rotation, translation", columns, |cells| {
-        let offsets = || cells.iter().filter(|cell| cell.accepted).filter_map(|cell| Some([cell.offset_z?]));
-        let hand_eyes = || cells.iter().filter(|cell| cell.accepted).filter_map(|cell| cell.hand_eye_z);
-        let rotations = || hand_eyes().map(|z| [z[0], z[1], z[2]]);
-        let translations = || hand_eyes().map(|z| [z[3], z[4], z[5]]);
-        format!("{}, {}, {} %", held(offsets()), held(rotations()), held(translations()))
-    });
+    row("95 % intervals that hold the truth: time offset, rotation, translation", columns, intervals);
     for motion in [Motion::Plan, Motion::S, Motion::Taught, Motion::Hand] {
         row(&format!("good scans accepted, motion `{}`", motion.name()), columns, |cells| {
             let of = |cell: &&Judged| cell.truth.is_good_scan() && cell.truth.motion == motion;
@@ -76,6 +70,15 @@ pub(crate) fn print(columns: &Columns) {
     }
     println!();
     reasons(columns);
+}
+
+fn intervals(cells: &[Judged]) -> String {
+    let accepted = || cells.iter().filter(|cell| cell.accepted);
+    let offsets = accepted().filter_map(|cell| Some([cell.offset_z?]));
+    let hand_eyes = || accepted().filter_map(|cell| cell.hand_eye_z);
+    let rotations = hand_eyes().map(|z| [z[0], z[1], z[2]]);
+    let translations = hand_eyes().map(|z| [z[3], z[4], z[5]]);
+    format!("{}, {}, {} %", held(offsets), held(rotations), held(translations))
 }
 
 /// Half a 95 % interval in standard deviations.

@@ -79,6 +79,9 @@ fn options(
     Ok((BoardOptions { at_stops: args.at_stops, guess, holds_offset, robot_accuracy_m }, input))
 }
 
+/// A file and its SHA-256.
+pub(crate) type NamedHash = (String, String);
+
 /// Where to start, and the file that says it with its SHA-256: of a target that is estimated with all of the hand-eye transform.
 ///
 /// # Errors
@@ -86,7 +89,7 @@ fn options(
 pub(crate) fn guess(
     args: &CalibrateArgs,
     dataset: &Path,
-) -> Result<(Option<Guess>, Option<(String, String)>), Failure> {
+) -> Result<(Option<Guess>, Option<NamedHash>), Failure> {
     if args.fix.contains(&Hold::HandEye) {
         let hint = "hold the time offset alone: --fix time-offset";
         return Err(Failure::new(

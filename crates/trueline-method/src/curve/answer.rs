@@ -16,8 +16,8 @@ use crate::problem::parameters::Parameters;
 use nalgebra::{DMatrix, SMatrix, Vector3};
 use trueline_dataset::Guess;
 
-/// The curve may be longer or shorter by this part than it was before the joint fit.
-const LENGTH_WITHIN: f64 = 0.2;
+/// The curve may become this many times as long in the joint fit: it may not shrink, and before the fit it cuts corners.
+const LENGTH_WITHIN: [f64; 2] = [0.8, 1.5];
 /// A hand-eye transform that is known beforehand is known to this, rad and m.
 const KNOWN_TO: (f64, f64) = (2.0 * std::f64::consts::PI / 180.0, 10e-3);
 /// Held, it is known to this part of it.
@@ -311,7 +311,7 @@ fn estimate(
         sigma_m.push((0.5 * variance).max(0.0).sqrt());
     }
     let change = length_m / finished.first_length_m;
-    let is_kept = (1.0 - LENGTH_WITHIN..1.0 + LENGTH_WITHIN).contains(&change);
+    let is_kept = (LENGTH_WITHIN[0]..LENGTH_WITHIN[1]).contains(&change);
     CurveEstimate {
         closed: spline.closed,
         length_m,

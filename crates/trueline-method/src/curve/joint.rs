@@ -179,7 +179,7 @@ pub(crate) fn reknotted(state: &State, spacing_m: f64, counts: Option<&[f64]>) -
             (places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max));
         (least - BEYOND * spacing_m, most + BEYOND * spacing_m)
     };
-    if !(to_m > from_m) {
+    if to_m <= from_m || !(to_m - from_m).is_finite() {
         return None;
     }
     let count = ((to_m - from_m) / step_m).ceil().max(8.0) as usize;

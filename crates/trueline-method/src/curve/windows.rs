@@ -156,8 +156,8 @@ impl Sums {
             self.hessian += by_shared.tr_mul(&by_shared) * weight;
             // Towards zero: p moves by J x and the residual with it.
             self.gradient -= by_shared.tr_mul(&residual) * weight;
-            for side in 0..2 {
-                cross[side] += powers * by_shared.row(side) * weight;
+            for (side, cross) in cross.iter_mut().enumerate() {
+                *cross += powers * by_shared.row(side) * weight;
             }
         }
         for cross in &cross {

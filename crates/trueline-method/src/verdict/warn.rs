@@ -38,9 +38,7 @@ fn decided_by_user(f: &Findings) -> Option<Warning> {
 pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     let mut warnings = Vec::new();
     warnings.extend(decided_by_user(f));
-    if f.uncertainty_ignored {
-        warnings.push(Warning::UncertaintyNotApplied);
-    }
+    warnings.extend(f.uncertainty_ignored.then_some(Warning::UncertaintyNotApplied));
     warnings.extend(f.sensor_of_its_own_scan.then_some(Warning::SensorOfItsOwnScan));
     if let Some(curve) = &f.curve {
         warnings.extend(of_curve(f, curve));

@@ -6,8 +6,9 @@ use super::stream_name::StreamName;
 use super::warning_words::{
     CURVE_FROM_ONE_PASS, clock_drift, clock_step, coarse_stamps, decided_by_user, drawn_line_not_needed,
     feature_bias, held_at_guess, knots_near_weave, left_out, lens_off, likely_cause, misfit, moves,
-    other_line, poorly_known, robot_moves, robot_samples_missing, robot_worse, stamp_steps, stripe_noise,
-    stripes_disagree, stripes_stamped_apart, structured, unusual_noise, wavy_seam, widened,
+    other_line, poorly_known, repeated_robot_stamps, robot_moves, robot_samples_missing, robot_worse,
+    stamp_steps, stripe_noise, stripes_disagree, stripes_stamped_apart, structured, unusual_noise, wavy_seam,
+    widened,
 };
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::instead_of_sensor::InsteadOfSensor;
@@ -362,9 +363,7 @@ impl fmt::Display for Warning {
                 "{repeated} of {rows} robot rows only repeat the pose before: the controller has news less often than \
                  it is asked; the first of each is used"
             ),
-            Self::RepeatedRobotStamps { repeated } => {
-                format!("{repeated} robot rows repeat the stamp of the row before")
-            }
+            Self::RepeatedRobotStamps { repeated } => repeated_robot_stamps(repeated),
             Self::CoarseStamps { stream, grain_s } => coarse_stamps(stream, grain_s),
             Self::StampSteps { stream, ref steps, period_s } => stamp_steps(stream, steps, period_s),
             Self::CurveFromOnePass => CURVE_FROM_ONE_PASS.to_owned(),

@@ -319,3 +319,7 @@ pub(super) fn knots_near_weave(spacing_m: f64, weave_m: f64) -> String {
         weave_m * MM_PER_M
     )
 }
+
+pub(super) fn repeated_robot_stamps(repeated: usize) -> String {
+    format!("{repeated} robot rows repeat the stamp of the row before")
+}

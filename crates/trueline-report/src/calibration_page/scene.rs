@@ -62,15 +62,7 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
         colour: Colour::C,
         line: false,
     });
-    for (k, line) in c.best_fit().lines.iter().enumerate() {
-        let ends = ends(line, &seam);
-        let name = if c.best_fit().lines.len() > 1 { format!("line {k}") } else { "line".to_owned() };
-        parts.push(Part { name, xyz: column(columns, ends), colour: Colour::D, line: true });
-    }
-    if let Some(curve) = &c.findings.curve {
-        let xyz = column(columns, curve.points_m.iter().copied());
-        parts.push(Part { name: "curve".to_owned(), xyz, colour: Colour::D, line: true });
-    }
+    parts.extend(fitted(shown, &seam, columns));
     let plates = plates(shown, columns);
     let [title, explanation] = WORDS[usize::from(!plates.is_empty())];
     parts.extend(plates);
@@ -94,6 +86,25 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
         wide: true,
         drawn: Drawn::Scene(parts),
     })]
+}
+
+/// The lines, or the curve, along what was seen of them.
+fn fitted(shown: &Shown<'_>, seam: &[Vector3<f64>], columns: &mut Columns) -> Vec<Part> {
+    let c = shown.calibration;
+    let lines = &c.best_fit().lines;
+    let mut part = |name: String, xyz: Vec<Vector3<f64>>| Part {
+        name,
+        xyz: column(columns, xyz),
+        colour: Colour::D,
+        line: true,
+    };
+    let mut parts: Vec<Part> = Vec::new();
+    for (k, line) in lines.iter().enumerate() {
+        let name = if lines.len() > 1 { format!("line {k}") } else { "line".to_owned() };
+        parts.push(part(name, ends(line, seam)));
+    }
+    parts.extend(c.findings.curve.as_ref().map(|curve| part("curve".to_owned(), curve.points_m.clone())));
+    parts
 }
 
 /// A part of a plate is said to be high or low from this part of its greatest height on.
