@@ -11,6 +11,7 @@ mod live_page;
 mod live_screen;
 mod live_watch;
 mod measured_frames;
+mod mistake;
 mod opening;
 mod output;
 mod path_file;

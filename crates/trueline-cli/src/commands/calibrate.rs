@@ -3,7 +3,7 @@
 use super::{calibrate_board, calibrate_poses};
 use crate::clocks;
 use crate::failure::Failure;
-use crate::{opening, output, progress};
+use crate::{mistake, opening, output, progress};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -76,7 +76,8 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
         Some(file) => with_written_sensor(file, &opened, calibration)?,
         None => calibration,
     };
-    write_results(args, &opened, &calibration)?;
+    let mistake = mistake::found(&opened.recording, &calibration, &config, args.quiet);
+    write_results(args, &opened, &calibration, mistake.as_deref())?;
     Ok(exit_code(&calibration))
 }
 
@@ -92,7 +93,13 @@ pub(crate) fn exit_code(calibration: &Calibration) -> ExitCode {
     }
 }
 
-fn write_results(args: &CalibrateArgs, opened: &Opened, calibration: &Calibration) -> Result<(), Failure> {
+/// Writes what is asked for; a mistake in the data that explains a refusal comes first.
+fn write_results(
+    args: &CalibrateArgs,
+    opened: &Opened,
+    calibration: &Calibration,
+    mistake: Option<&str>,
+) -> Result<(), Failure> {
     if let Some(file) = &args.json {
         let mut result = result::of(calibration);
         result.stamps.meaning = opened.stamp_meaning.clone();
@@ -120,6 +127,10 @@ fn write_results(args: &CalibrateArgs, opened: &Opened, calibration: &Calibratio
     if let Some(file) = &args.certificate {
         let by = (args.operator.as_deref(), output::command_line());
         output::file(file, &Certificate::of(calibration, by).text(file))?;
+    }
+    if let Some(mistake) = mistake {
+        let datasets = names(&args.datasets);
+        output::words(&format!("the probable cause: {mistake} (`trueline doctor {datasets} --fix MENDED`)"));
     }
     if args.quiet {
         calibration.reasons().iter().for_each(|reason| output::words(&format!("not accepted: {reason}")));

@@ -1,0 +1,28 @@
+//! What the doctor says of a scan whose residuals look like a mistake in the data.
+
+use crate::progress;
+use std::time::Duration;
+use trueline_dataset::Recording;
+use trueline_method::diagnose::doctor::diagnose;
+use trueline_method::{Calibration, Config, Reason};
+
+/// After this no further mistake is tried: `trueline doctor` has more time.
+const LONGEST: Duration = Duration::from_secs(5);
+
+/// The mistake that explains a calibration that is not accepted, in a user's words; `None` where its residuals look like none, or none of those that are tried
+/// explains it.
+pub(crate) fn found(
+    recording: &Recording,
+    calibration: &Calibration,
+    config: &Config,
+    quiet: bool,
+) -> Option<String> {
+    let first = calibration.reasons().first()?;
+    if !matches!(first, Reason::ResidualsTooLarge { .. } | Reason::TooManyOutliers { .. }) {
+        return None;
+    }
+    let look = || diagnose(recording, config, Some(LONGEST), |_| {});
+    let diagnosis = progress::during("looking for a mistake in the data", quiet, look);
+    let is_explained = !diagnosis.explained_by.is_empty();
+    diagnosis.findings.into_iter().next().filter(|_| is_explained)
+}
