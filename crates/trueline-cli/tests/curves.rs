@@ -103,7 +103,8 @@ fn once_over_a_curve_is_refused_until_the_hand_eye_is_known() {
     let known = calibrated(folder, &known, 1);
     let (found, sigma) =
         (known["time_offset_s"].as_f64().unwrap(), known["sigma"]["time_offset_s"].as_f64().unwrap());
-    assert!((found - expected).abs() < 4.0 * sigma && sigma < 1e-3, "{found} {expected} {sigma}");
+    // The weave shows it to 0.1 ms; what the hand-eye transform is known to makes the ± wider.
+    assert!((found - expected).abs() < (4.0 * sigma).min(1e-3), "{found} {expected} {sigma}");
     assert!(known["tool_from_camera"]["translation_mm"][0].is_null());
 }
 
