@@ -4,10 +4,12 @@
     pip install kinhec
     python kinhec.py --program ../../target/release/trueline --tier smoke --data /tmp/kinhec-smoke
 
-Each sequence becomes a dataset of pose sightings without a guess: rows that the benchmark pairs itself (synchronous ones) are stops, the
-others two streams whose time offset is unknown. Printed are a table for each track with the medians of the errors of X, as the
-benchmark defines them, and what its solvers do not have: the part that is accepted, the normalised squared error (NEES, 1 is honest) and
-the part of the 95 % intervals that hold the truth. Sequences with an unknown scale have no answer here; they are counted.
+Each sequence becomes a dataset of pose sightings without a guess. Rows that the benchmark pairs itself (synchronous ones) are stops. The
+others are two streams with an unknown time offset. The first table has a row for each track: the medians of the errors of X, as the
+benchmark defines them, over the sequences that trueline answers, beside the best of the benchmark's solvers on the same sequences. It
+also has what these solvers do not report: the accepted share, the normalised squared error (NEES, 1 is honest) and the coverage of the
+95 % intervals. A table of all solvers for each track follows. Sequences with an unknown scale are a track of their own, because
+trueline does not estimate a scale.
 """
 
 import argparse
@@ -18,21 +20,28 @@ import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 # The module has this file's own name: its folder must not come first.
 sys.path = [entry for entry in sys.path if Path(entry or ".").resolve() != Path(__file__).resolve().parent]
 
 import numpy as np  # noqa: E402
 import pandas as pd  # noqa: E402
-from kinhec import se3  # noqa: E402
+import kinhec.se3 as se3  # noqa: E402
 from kinhec.benchmark import SOLVERS, evaluate_sequence  # noqa: E402
-from kinhec.io import iter_sequences, load_manifest  # noqa: E402
+from kinhec.io import Sequence, iter_sequences, load_manifest, write_index  # noqa: E402
 from kinhec.metrics import calibration_errors  # noqa: E402
+from kinhec.pipeline import make_shard_jobs, run_shard_jobs  # noqa: E402
+from kinhec.plans import build_plan, load_tier  # noqa: E402
 
 OURS = "trueline"
 MM_PER_M = 1e3
 HALF_95 = 1.96
+SHARD = 4
+UNKNOWN_SCALE = "unknown scale"
+ROTATION, TRANSLATION, LATE = "X_rot_err_deg", "X_trans_err_mm", "time_offset_err_ms"
 POSE_COLUMNS = "x_mm,y_mm,z_mm,qw,qx,qy,qz"
+Row = dict[str, Any]
 
 
 def rows(keys: list[str], poses: np.ndarray) -> str:
@@ -46,7 +55,7 @@ def stamps(times: np.ndarray) -> list[str]:
     return [f"{t:.9f}" for t in times]
 
 
-def write_dataset(sequence, folder: Path) -> None:
+def write_dataset(sequence: Sequence, folder: Path) -> None:
     """The sequence as a dataset folder. A camera beside the robot sees a target that the robot carries."""
     mounted = "" if sequence.eye_in_hand else 'mounted = "fixed"\n'
     (folder / "sensor.toml").write_text(f'kind = "poses"\n{mounted}')
@@ -63,15 +72,15 @@ def write_dataset(sequence, folder: Path) -> None:
     (folder / "sightings.csv").write_text(f"time_s,{POSE_COLUMNS}\n" + rows(stamps(camera.t[seen]), sighted))
 
 
-def transform(entry: dict) -> np.ndarray | None:
+def transform(entry: Row) -> np.ndarray | None:
     """A pose of the result in m; None where a part of it could not be determined."""
     place, rotation = entry["translation_mm"], entry["rotation_wxyz"]
     if rotation is None or any(x is None for x in place):
         return None
-    return se3.pq_to_pose(np.array([*(x / MM_PER_M for x in place), *rotation]))
+    return np.asarray(se3.pq_to_pose(np.array([*(x / MM_PER_M for x in place), *rotation])))
 
 
-def honesty(result: dict, truth: np.ndarray, offset_s: float) -> dict:
+def honesty(result: Row, truth: np.ndarray, offset_s: float) -> Row:
     """Squared error of time offset and carrier's transform by their covariance, and how many intervals hold the truth."""
     found = transform(result["tool_from_camera"])
     names = result["covariance"]["order"]
@@ -89,10 +98,13 @@ def honesty(result: dict, truth: np.ndarray, offset_s: float) -> dict:
     return {"nees": float(error @ np.linalg.solve(covariance, error)) / len(known), "inside": float(inside.mean())}
 
 
-def run(program: str, sequence) -> dict:
-    """One sequence through the program: errors as the benchmark has them, and what the program says of itself."""
-    row = {"sequence_id": sequence.id, "track": sequence.manifest["track"], "solver": OURS, "ok": False, "accepted": False}
-    row["eval_sync"] = "oracle" if sequence.synchronous else "estimated"
+def track(sequence: Sequence) -> str:
+    return str(sequence.manifest["track"]) if sequence.scale == 1.0 else UNKNOWN_SCALE
+
+
+def run(program: str, sequence: Sequence) -> Row:
+    """One sequence through the program: errors as the benchmark has them, and what the program reports of itself."""
+    row: Row = {"sequence_id": sequence.id, "track": track(sequence), "solver": OURS, "ok": False, "accepted": False}
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place) / "sequence"
         folder.mkdir()
@@ -102,7 +114,7 @@ def run(program: str, sequence) -> dict:
         done = subprocess.run(command, capture_output=True, text=True)
         row["runtime_ms"] = 1e3 * (time.perf_counter() - began)
     if done.returncode not in (0, 1):
-        return row | {"why": done.stderr.strip().splitlines()[0] if done.stderr else "no answer"}
+        return row | {"why": done.stderr.strip().splitlines()[0].split(": ")[-1] if done.stderr else "no answer"}
     result = json.loads(done.stdout)
     carrier, target = transform(result["tool_from_camera"]), transform(result["base_from_target"])
     row["accepted"] = done.returncode == 0
@@ -117,10 +129,11 @@ def run(program: str, sequence) -> dict:
     return row | honesty(result, truth, sequence.time_offset)
 
 
-def theirs(sequence) -> list[dict]:
+def theirs(sequence: Sequence) -> list[Row]:
     """The benchmark's solvers, with the offset that it estimates where there is one."""
     mode = "oracle" if sequence.synchronous else "estimated"
-    return evaluate_sequence(sequence, list(SOLVERS), sync=mode, rng=np.random.default_rng(0))
+    found = evaluate_sequence(sequence, list(SOLVERS), sync=mode, rng=np.random.default_rng(0))
+    return [row | {"track": track(sequence)} for row in found]
 
 
 def number(value: float, digits: int) -> str:
@@ -128,37 +141,63 @@ def number(value: float, digits: int) -> str:
 
 
 def median(group: pd.DataFrame, column: str) -> float:
-    return group[column].median() if column in group and group[column].notna().any() else float("nan")
+    return float(group[column].median()) if column in group and group[column].notna().any() else float("nan")
+
+
+def best(solved: pd.DataFrame, column: str, digits: int) -> str:
+    """The benchmark's solver with the smallest median, and that median."""
+    medians = {name: median(group, column) for name, group in solved.groupby("solver") if name != OURS}
+    known = {name: value for name, value in medians.items() if np.isfinite(value)}
+    return "–" if not known else f"{number(min(known.values()), digits)} {min(known, key=lambda name: known[name])}"
+
+
+def summary(results: pd.DataFrame) -> str:
+    """A row for each track, over the sequences that trueline answers: refusing hard ones wins nothing."""
+    lines = ["| track | sequences | answered | accepted | rotation ° | best solver | translation mm | best solver | offset ms | KinHEC's "
+             "| NEES mean | NEES median | in 95 % |", "|---" * 13 + "|"]
+    for name, of_track in results.groupby("track"):
+        ours = of_track[of_track.solver == OURS]
+        answered = ours[ours.ok]
+        solved = of_track[of_track.ok & of_track.sequence_id.isin(answered.sequence_id)]
+        others = of_track[of_track.solver != OURS]
+        cells = [name, len(ours), len(answered), ours.accepted.astype(bool).sum()]
+        cells += [number(median(answered, ROTATION), 4), best(solved, ROTATION, 4)]
+        cells += [number(median(answered, TRANSLATION), 3), best(solved, TRANSLATION, 3)]
+        cells += [number(median(ours, LATE), 3), number(median(others.drop_duplicates("sequence_id"), LATE), 3)]
+        cells += [number(answered.nees.mean(), 2), number(answered.nees.median(), 2), number(100 * answered.inside.mean(), 1)]
+        lines += ["| " + " | ".join(str(cell) for cell in cells) + " |"]
+    return "\n".join(lines) + "\n"
 
 
 def table(results: pd.DataFrame) -> str:
-    """A section for each track: its solvers by their median translation error. Only sequences that the program answers count for the
-    second pair of columns, so that refusing hard ones wins nothing."""
+    """A section for each track: its solvers by their median translation error, and why trueline did not accept."""
     lines = []
-    for track, of_track in results.groupby("track"):
+    for name, of_track in results.groupby("track"):
         ours = of_track[of_track.solver == OURS]
-        answered = set(ours[ours.ok].sequence_id)
-        lines += [f"## {track}: {len(ours)} sequences", ""]
-        lines += ["| solver | answers | rotation ° | translation mm | the same where trueline answers | offset ms | ms |"]
-        lines += ["|---|---|---|---|---|---|---|"]
-        solvers = [(median(group[group.ok], "X_trans_err_mm"), name, group) for name, group in of_track.groupby("solver")]
-        for shift_mm, name, group in sorted(solvers, key=lambda entry: (not np.isfinite(entry[0]), entry[0])):
+        answered = ours[ours.ok].sequence_id
+        lines += [f"## {name}: {len(ours)} sequences", ""]
+        lines += ["| solver | answers | rotation ° | translation mm | the same where trueline answers | ms |", "|---" * 6 + "|"]
+        medians = [(median(group[group.ok], TRANSLATION), solver, group) for solver, group in of_track.groupby("solver")]
+        for shift_mm, solver, group in sorted(medians, key=lambda entry: (not np.isfinite(entry[0]), entry[0])):
             ok = group[group.ok]
             same = ok[ok.sequence_id.isin(answered)]
-            both = f"{number(median(same, 'X_rot_err_deg'), 4)} / {number(median(same, 'X_trans_err_mm'), 3)}"
-            late = number(median(group, "time_offset_err_ms"), 3)
-            shown = f"**{name}**" if name == OURS else name
-            turn_deg = number(median(ok, "X_rot_err_deg"), 4)
-            run_ms = number(median(group, "runtime_ms"), 1)
-            lines += [f"| {shown} | {len(ok)}/{len(group)} | {turn_deg} | {number(shift_mm, 3)} | {both} | {late} | {run_ms} |"]
-        taken = ours[ours.accepted]
-        if "nees" in ours:
-            lines += ["", f"accepted {len(taken)}/{len(ours)}; of all answers NEES mean {number(ours.nees.mean(), 2)}, median "
-                      f"{number(ours.nees.median(), 2)}; 95 % intervals hold {number(100 * ours.inside.mean(), 1)} %"]
-        refused = ours[~ours.accepted].why.value_counts() if "why" in ours else []
-        lines += ["refused: " + "; ".join(f"{count} × {why}" for why, count in refused.items())] if len(refused) else []
-        lines += [""]
+            both = f"{number(median(same, ROTATION), 4)} / {number(median(same, TRANSLATION), 3)}"
+            shown = f"**{solver}**" if solver == OURS else solver
+            turn_deg, run_ms = number(median(ok, ROTATION), 4), number(median(group, "runtime_ms"), 1)
+            lines += [f"| {shown} | {len(ok)}/{len(group)} | {turn_deg} | {number(shift_mm, 3)} | {both} | {run_ms} |"]
+        refused = ours[~ours.accepted.astype(bool)].why.value_counts()
+        lines += ["", "not accepted: " + ("; ".join(f"{count} × {why}" for why, count in refused.items()) or "none"), ""]
     return "\n".join(lines)
+
+
+def generate(data: Path, tier: str, tracks: list[str] | None, every: int, workers: int) -> None:
+    """Generates each `every`-th sequence of a tier's tracks, as `kinhec generate` does with all of them."""
+    plan = {track: configs[::every] for track, configs in build_plan(load_tier(tier), tracks).items()}
+    data.mkdir(parents=True)
+    rows_done, failures, _ = run_shard_jobs(data, make_shard_jobs(plan, SHARD), workers)
+    write_index(data, rows_done)
+    if failures:
+        sys.exit(f"{len(failures)} shards could not be generated: {', '.join(failures)}")
 
 
 def main() -> None:
@@ -167,15 +206,13 @@ def main() -> None:
     words.add_argument("--data", type=Path, required=True, help="folder of the benchmark's data; made if it is not there")
     words.add_argument("--tier", default="smoke", choices=["smoke", "small", "medium"], help="what is made [default: smoke]")
     words.add_argument("--tracks", nargs="*", help="these tracks alone")
-    words.add_argument("--most", type=int, help="so many sequences of each track at most")
+    words.add_argument("--every", type=int, default=1, metavar="K", help="generate each K-th sequence of a track [default: 1]")
     words.add_argument("--workers", type=int, default=2)
     words.add_argument("--out", type=Path, help="write every row here as CSV")
     args = words.parse_args()
     if not args.data.exists():
-        subprocess.run([sys.executable, "-m", "kinhec", "generate", "--tier", args.tier, "--out", str(args.data.resolve())], check=True, cwd=tempfile.gettempdir())
+        generate(args.data, args.tier, args.tracks, args.every, args.workers)
     manifest = load_manifest(args.data, args.tracks)
-    if args.most:
-        manifest = manifest.groupby("track").head(args.most)
     sequences = list(iter_sequences(args.data, manifest))
     with ThreadPoolExecutor(args.workers) as pool:
         ours = list(pool.map(lambda sequence: run(args.program, sequence), sequences))
@@ -183,6 +220,7 @@ def main() -> None:
     results = pd.DataFrame(ours + others)
     if args.out:
         results.to_csv(args.out, index=False)
+    print(summary(results))
     print(table(results))
 
 
