@@ -82,18 +82,20 @@ pub fn calibrate(
     let accuracy_m = accuracy_m.unwrap_or(ASSUMED_ROBOT_ACCURACY_M);
     let carries = carried(read.setup.mounted);
     let failed = |error| BoardError::Calibration { dataset: dataset.to_owned(), error, why: String::new() };
+    let field = RobotSigmas::of_accuracy(accuracy_m);
     if let Some((scan, stops)) = stops::of(&scan, &config)? {
         let poses = poses_at(&scan, &stamps_ns);
         let noise = ErrorModel { carries, ..at_stops_noise(accuracy_m) };
-        let fit = poses::calibrate(&reported, RobotPath::Stops(&poses), &noise, &sought).map_err(failed)?;
-        // At stops the robot's error is part of each residual already.
-        let (covariance, robot_noise_m) = (fit.covariance, noise.position_m);
+        let path = RobotPath::Stops(&poses);
+        let fit = poses::calibrate(&reported, path, &noise, &sought).map_err(failed)?;
+        // The residuals have what differs from stop to stop, and not what neighbouring stops share.
+        let covariance = fit.covariance + of_robot(&fit, path, field);
+        let robot_noise_m = noise.position_m;
         return Ok(PoseScan { fit, covariance, robot_noise_m, stops: Some(stops), estimates_offset: false });
     }
     let moved = Moved::of(&scan, &stamps_ns, carries)?;
     let path = moved.path(options.holds_offset);
     let fit = poses::calibrate(&reported, path, &moved.noise, &sought).map_err(failed)?;
-    let field = RobotSigmas::of_accuracy(accuracy_m);
     Ok(PoseScan {
         covariance: fit.covariance + of_robot(&fit, path, field),
         fit,

@@ -182,7 +182,8 @@ pub(crate) fn reknotted(state: &State, spacing_m: f64, counts: Option<&[f64]>) -
     if to_m <= from_m || !(to_m - from_m).is_finite() {
         return None;
     }
-    let count = ((to_m - from_m) / step_m).ceil().max(8.0) as usize;
+    // Of a curve that leads anywhere beyond its readings no more is looked at than its knots can follow.
+    let count = ((to_m - from_m) / step_m).ceil().clamp(8.0, (2 * PER_KNOT * MOST_CONTROL) as f64) as usize;
     let sample = |k: usize| {
         let along_m = (to_m - from_m) * k as f64 / count as f64;
         let at_m = from_m + along_m;

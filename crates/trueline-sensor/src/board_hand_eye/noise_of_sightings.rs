@@ -7,9 +7,9 @@ use super::start::quantile;
 use nalgebra::{Matrix6, SMatrix, Vector6};
 use trueline_lsq::{Information, LeastSquares, NormalEquations};
 
-/// With so many sightings the noise along the camera's view is estimated apart from that across it: each of four variances then has
-/// 30 numbers at least, and is known to a quarter.
-const MANY: usize = 30;
+/// With so many sightings the noise along the camera's view is estimated apart from that across it. Each of four variances then has 10 numbers at least and is
+/// known to a half, while a camera sees depth ten times worse than what is across.
+const MANY: usize = 10;
 /// Noise is no smaller than this, rad and m: rounding of files.
 const LEAST: [f64; 2] = [1e-7, 1e-8];
 /// Part of the squared residuals whose largest stands for their median where three of ten are wrong.

@@ -36,8 +36,8 @@ const DRAWS: usize = 150;
 const SIZES: [usize; 2] = [3, 6];
 /// Sightings of a set that are tried as the one that shows where the target is.
 const ANCHORS: usize = 3;
-/// A start is as good as this part of all sightings is well explained.
-const EXPLAINED_PART: f64 = 0.5;
+/// A start is as good as this part of all sightings is well explained: less than half, for half of them may be wrong.
+const EXPLAINED_PART: f64 = 0.4;
 /// A robot turns about one axis if its turns about any other are this much smaller.
 const ONE_AXIS: f64 = 0.02;
 /// A robot that turns by less between two sightings, root mean square, does not turn, rad.
