@@ -55,7 +55,8 @@ pub fn diagnose(
     let mut steps = Steps::new(watch);
     steps.expect(CALIBRATION_COSTS);
     steps.begin("as recorded", CALIBRATION_COSTS);
-    let (by_noise, result) = by_noise(&thin, config);
+    let by_noise = by_noise(config);
+    let result = calibrate(&thin, None, &by_noise);
     let as_recorded = Outcome::of(&result);
     let certain = implausible(recording);
     // A few stops that fit are too few to tell one mistake from another.
@@ -80,50 +81,56 @@ pub fn diagnose(
     let (explained_by, mut findings): (Vec<_>, Vec<_>) =
         explanations(&as_recorded, &done).into_iter().unzip();
     findings.extend(certain);
-    findings.extend(told(recording, config, &result, explained_by.is_empty()));
+    // As `trueline calibrate` does it, of as many features as are looked at.
+    let is_asked = as_recorded.fits() || explained_by.is_empty();
+    let whole = is_asked.then(|| calibrate(&thin, None, config)).and_then(Result::ok);
+    if let Some(curve) = whole.as_ref().filter(|whole| is_curve(whole)) {
+        findings.extend(told::of_data(curve));
+        let as_recorded = Outcome::of(&Ok(curve.clone()));
+        return Diagnosis {
+            as_recorded,
+            calibration: whole,
+            trials: done,
+            not_tried,
+            explained_by,
+            findings,
+        };
+    }
+    findings.extend(told(recording, &result, whole.as_ref()));
     if findings.is_empty() && !as_recorded.fits() {
         findings.push(unexplained(&result, not_tried.len()));
     }
     Diagnosis { as_recorded, calibration: result.ok(), trials: done, not_tried, explained_by, findings }
 }
 
-/// How mistakes are looked for, and the recording calibrated like that. A shape of the sensor would take up part of what a mistake makes, and so would a curve;
-/// robot and bias only widen what is said.
-fn by_noise(recording: &Recording, config: &Config) -> (Config, Result<Calibration, Error>) {
+/// How mistakes are looked for. A shape of the sensor would take up part of what a mistake makes, and so would a curve; robot and bias only widen what is said.
+fn by_noise(config: &Config) -> Config {
     let noise_only = Config::noise_only();
-    let mut by_noise = Config {
+    Config {
+        target: Target::Line,
         sensor: noise_only.sensor,
         robot_accuracy_m: noise_only.robot_accuracy_m,
         feature_bias_px: noise_only.feature_bias_px,
         ..config.clone()
-    };
-    let mut result = calibrate(recording, None, &by_noise);
-    if result.as_ref().is_ok_and(|calibration| calibration.status() == Status::Accepted) {
-        return (by_noise, result);
     }
-    by_noise.target = Target::Line;
-    if result.as_ref().is_ok_and(|calibration| calibration.findings.curve.is_some()) {
-        result = calibrate(recording, None, &by_noise);
-    }
-    (by_noise, result)
+}
+
+/// Whether a scan that no line explains is one over a curve, and nothing is wrong with it.
+fn is_curve(calibration: &Calibration) -> bool {
+    calibration.findings.curve.is_some() && calibration.status() == Status::Accepted
 }
 
 /// What calibrations say of the data and of the guess. Of a recording with a mistake in it that is known, what follows from it is not.
 fn told(
     recording: &Recording,
-    config: &Config,
     by_noise: &Result<Calibration, Error>,
-    is_unexplained: bool,
+    whole: Option<&Calibration>,
 ) -> Vec<String> {
     let Ok(by_noise) = by_noise else { return Vec::new() };
     let fits = Outcome::of(&Ok(by_noise.clone())).fits();
     let mut told: Vec<String> =
         wrong_rate(by_noise, stamped_hz(recording)).filter(|_| fits).into_iter().collect();
-    if fits || is_unexplained {
-        // As `trueline calibrate` does it, of as many features as are looked at.
-        let whole = calibrate(&thinned(recording, FEATURES), None, config);
-        told.extend(whole.iter().flat_map(told::of_data));
-    }
+    told.extend(whole.into_iter().flat_map(told::of_data));
     told.extend(recording.initial.iter().filter(|_| fits).flat_map(|guess| wrong_guess(by_noise, guess)));
     told
 }
