@@ -23,7 +23,7 @@ use crate::input::timestamps::{Dejittered, Sampling};
 use crate::models::tried::{Because, Block, ModelTried, Role, SeamModel};
 use crate::problem::parameters::{LINES, Parameters, TIME_OFFSET};
 use crate::verdict::{self, Reason};
-use nalgebra::{DMatrix, UnitVector3, Vector2};
+use nalgebra::{DMatrix, Matrix3, UnitVector3, Vector2, Vector3};
 use std::collections::BTreeMap;
 use trueline_dataset::{Guess, Recording};
 use trueline_geometry::Line;
@@ -116,6 +116,10 @@ fn is_bowed(line: &Calibration) -> bool {
 /// Of an arc the parabola is too sure: that it is one is nowhere said, and what the curve leaves open is open. A line that fits is refused for what the scan
 /// does not show, and no curve shows that.
 fn is_better(line: &Calibration, answer: &Answered) -> bool {
+    // In one pass a curve follows a lag, a laser plane, a robot that errs. It is a seam of its own where it is plainly none of a straight one.
+    if answer.curve.is_one_pass && bends_m(&answer.curve.points_m) < BOWED_M {
+        return false;
+    }
     if !is_refused(line) {
         return true;
     }
@@ -125,6 +129,16 @@ fn is_better(line: &Calibration, answer: &Answered) -> bool {
     let is_of_size = length_m.max(before_m) < ANOTHER_SIZE * length_m.min(before_m);
     let explains_more = line.findings.outliers().share() > answer.share_off() + MORE_OF_IT;
     is_of_size && (explains_more || answer.finished.factor < SMALLER * alone(line))
+}
+
+/// How far points are from the line that is nearest to them, the farthest of them, m.
+fn bends_m(points: &[Vector3<f64>]) -> f64 {
+    let middle = points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
+    let scatter: Matrix3<f64> = points.iter().map(|p| (p - middle) * (p - middle).transpose()).sum();
+    let eigen = scatter.symmetric_eigen();
+    let along = eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned();
+    let off = |p: &Vector3<f64>| (p - middle - along * along.dot(&(p - middle))).norm();
+    points.iter().map(off).fold(0.0, f64::max)
 }
 
 /// How much larger than expected the residuals of the line are beside noise alone.
