@@ -23,6 +23,6 @@ pub(crate) fn found(
     }
     let look = || diagnose(recording, config, Some(LONGEST), |_| {});
     let diagnosis = progress::during("looking for a mistake in the data", quiet, look);
-    let is_explained = !diagnosis.explained_by.is_empty();
+    let is_explained = !diagnosis.explained_by.is_empty() && !diagnosis.as_recorded.fits();
     diagnosis.findings.into_iter().next().filter(|_| is_explained)
 }

@@ -76,7 +76,10 @@ fn doctor_writes_the_dataset_without_the_mistake() {
     fs::write(dir.path().join("scan/robot.csv"), csv).unwrap();
     // A refusal begins with the cause.
     let (code, _, words) = told(dir.path(), "calibrate scan --quiet");
-    assert!(code == 1 && words.starts_with("the probable cause: the poses are tool_from_base"), "{words}");
+    assert!(
+        code == 1 && words.starts_with("not accepted: the probable cause: the poses are tool_from_base"),
+        "{words}"
+    );
     let (code, out, words) = told(dir.path(), "doctor scan --fix mended");
     assert_eq!(code, 1);
     assert!(out.contains("the poses are tool_from_base") && words.contains("inverted poses"), "{out}{words}");

@@ -130,7 +130,10 @@ fn write_results(
     }
     if let Some(mistake) = mistake {
         let datasets = names(&args.datasets);
-        output::words(&format!("the probable cause: {mistake} (`trueline doctor {datasets} --fix MENDED`)"));
+        let before = if args.quiet { "not accepted: " } else { "" };
+        output::words(&format!(
+            "{before}the probable cause: {mistake} (`trueline doctor {datasets} --fix MENDED`)"
+        ));
     }
     if args.quiet {
         calibration.reasons().iter().for_each(|reason| output::words(&format!("not accepted: {reason}")));
