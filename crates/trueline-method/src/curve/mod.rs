@@ -6,7 +6,7 @@
 //!
 //! The curve is a uniform cubic B-spline of which every control point is free in its two normal directions, with a prior on
 //! third differences whose size restricted maximum likelihood picks. A curve shows less than it seems to: rank and ± are those
-//! of [`seen`], never those of the posterior.
+//! of `seen`, never those of the posterior.
 
 pub mod answer;
 pub(crate) mod arrow;
