@@ -4,6 +4,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "studies print their tables")]
 
 mod arguments;
+mod axis_cells;
 mod curve_cells;
 mod false_alarms;
 mod healthy;
@@ -32,7 +33,13 @@ struct Study {
     run: fn(&[String]) -> Result<(), String>,
 }
 
-const STUDIES: [Study; 16] = [
+const STUDIES: [Study; 17] = [
+    Study {
+        name: "axis_cells",
+        arguments: "[CELLS A COURSE] [FIRST SEED] [--cells]",
+        about: "Scans in cells with an external axis: accepted, right; are the ± honest?",
+        run: axis_cells::run,
+    },
     Study {
         name: "curve_cells",
         arguments: "[CELLS A KIND] [KIND] [FIRST SEED] [--cells]",

@@ -50,6 +50,7 @@ mod seam_scan_options;
 mod sensor;
 mod serve;
 mod simulate;
+mod simulate_axes;
 mod simulate_boards;
 mod simulate_curve;
 mod simulate_path;

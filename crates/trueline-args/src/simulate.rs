@@ -2,6 +2,7 @@
 
 use crate::choice::{Choice, one_of};
 use crate::number;
+use crate::simulate_axes::AxesArgs;
 use crate::simulate_boards::BoardsArgs;
 use crate::simulate_curve::{self, CurveArgs};
 use crate::simulate_path::PathArgs;
@@ -32,6 +33,7 @@ use trueline_sim::{Fault, Joint, Look, Preset, SightingScan};
   trueline simulate --shop ordinary --seed 7 --out cell        # a whole cell, and a pass that a calibration is judged by
   trueline simulate --shop rough --only rounded-edge,feature-noise --out edge
   trueline simulate --seam pipe --seed 3 --out pipe            # a profiler that goes twice round a pipe
+  trueline simulate --random-cell --axis table=rotary,part,swing:30@0.1 --out table   # the part swings on a table
   trueline simulate --sightings --outliers 0.3 --out marker    # poses of a marker, three of ten wrong
   trueline simulate --sightings --stops --wall --out stops     # a camera beside the robot, which stops
   trueline simulate --boards chessboard:9x6:20 --out bench     # pictures for `sensor` and `calibrate --target board`",
@@ -108,6 +110,8 @@ pub struct SimulateArgs {
     pub curve: CurveArgs,
     #[command(flatten)]
     pub sightings: SightingsArgs,
+    #[command(flatten)]
+    pub axes: AxesArgs,
     /// Time between images, ms
     #[arg(long, value_parser = number::period_ms)]
     pub frame_period_ms: Option<f64>,

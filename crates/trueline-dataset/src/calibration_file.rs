@@ -12,7 +12,7 @@ use crate::sensor_toml;
 use crate::unit::MM_PER_M;
 use nalgebra::{SMatrix, UnitVector3, Vector3};
 use std::path::Path;
-use trueline_geometry::{Line, Pose, se3};
+use trueline_geometry::{Axis, Line, Pose, se3};
 
 /// What a calibration file says.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,6 +39,8 @@ pub struct KnownCalibration {
     pub stamps_treated: bool,
     /// Whether the robot stood at each reading: then there is no time offset, and the one in `known` is zero.
     pub at_stops: bool,
+    /// The external axes that it knows, by name.
+    pub axes: Vec<(String, Axis)>,
 }
 
 /// Reads a calibration: JSON if it begins with `{`, which no TOML does, whatever the file is called; else TOML.
@@ -96,6 +98,7 @@ fn parse(file: &Path, text: &str) -> Result<KnownCalibration, Error> {
         mounted: None,
         stamps_treated: false,
         at_stops: false,
+        axes: Vec::new(),
     })
 }
 
@@ -155,6 +158,7 @@ fn known(file: &Path, result: &ResultFile) -> Result<KnownCalibration, Error> {
         }),
         stamps_treated: result.stamps.are_treated(),
         at_stops,
+        axes: result.axes.iter().filter_map(|axis| Some((axis.name.clone(), axis.known()?))).collect(),
     })
 }
 
@@ -202,11 +206,15 @@ impl KnownCalibration {
         both.is_some_and(|(a, b)| a.sha256 != b.sha256)
     }
 
-    /// A recording of the stated sensor, corrected as this calibration found that sensor to be; with [`Self::with_correction`] go its
+    /// A recording of the stated sensor, corrected as this calibration found that sensor to be, with the external axes where it found them; with [`Self::with_correction`] go its
     /// readings together.
     #[must_use]
     pub fn corrected(&self, mut recording: Recording) -> Recording {
         recording.setup.shape = self.correction.map(|correction| correction.shape).or(recording.setup.shape);
+        for axis in &mut recording.axes {
+            let own = self.axes.iter().find(|(name, _)| *name == axis.name);
+            axis.known = own.map(|(_, known)| *known).or(axis.known);
+        }
         recording
     }
 

@@ -35,6 +35,14 @@ pub enum JoinError {
         /// Which, from 0.
         index: usize,
     },
+    /// External axes that are not the same.
+    #[error(
+        "recording {index} has other external axes than the first: cell.toml must name the same, in the same order"
+    )]
+    OtherAxes {
+        /// Which, from 0.
+        index: usize,
+    },
     /// A scan that is there already: counted twice, it would seem to tell twice as much.
     #[error(
         "recording {index} is recording {before} again: {shared} of its {of} measurements are in both, with the same poses"
@@ -90,6 +98,9 @@ pub fn join(mut recordings: Vec<Recording>) -> Result<Joined, JoinError> {
     recording.truth = None;
     for (index, mut next) in (1..).zip(rest) {
         check_sensor(index, &recording.sensor, &next)?;
+        if !are_one_cell(&recording, &next) {
+            return Err(JoinError::OtherAxes { index });
+        }
         if next.setup != recording.setup {
             let kind = next.sensor.kind();
             return Err(JoinError::OtherSensor { index, found: kind, expected: kind });
@@ -108,6 +119,8 @@ pub fn join(mut recordings: Vec<Recording>) -> Result<Joined, JoinError> {
         let of_stripes = recording.stripes.iter().map(|stripe| stripe.plate / 2 + 1);
         let lines =
             recording.features.iter().map(|feature| feature.line + 1).chain(of_stripes).max().unwrap_or(0);
+        // What stands on an axis stays on it.
+        let lines = if recording.axes.is_empty() { lines } else { 0 };
         for feature in &mut next.features {
             feature.line += lines;
         }
@@ -116,6 +129,9 @@ pub fn join(mut recordings: Vec<Recording>) -> Result<Joined, JoinError> {
         }
         inputs.extend(next.inputs.into_iter().map(|(name, hash)| (format!("{index}/{name}"), hash)));
         recording.robot.extend(next.robot);
+        for (axis, mut own) in recording.axes.iter_mut().zip(next.axes) {
+            axis.values.append(&mut own.values);
+        }
         recording.features.extend(next.features);
         recording.stripes.extend(next.stripes);
         recording.initial = recording.initial.or(next.initial);
@@ -126,6 +142,14 @@ pub fn join(mut recordings: Vec<Recording>) -> Result<Joined, JoinError> {
     recording.features.iter_mut().for_each(|feature| (feature.device_ns, feature.frame) = (None, None));
     recording.stripes.iter_mut().for_each(|stripe| stripe.frame = None);
     Ok(Joined { recording, shifted })
+}
+
+/// Whether two recordings have the same external axes.
+fn are_one_cell(one: &Recording, other: &Recording) -> bool {
+    let pairs = || one.axes.iter().zip(&other.axes);
+    one.axes.len() == other.axes.len()
+        && pairs()
+            .all(|(a, b)| (&a.name, a.kind, a.carries, a.guess) == (&b.name, b.kind, b.carries, b.guess))
 }
 
 fn check_each_is_new(recordings: &[Recording]) -> Result<(), JoinError> {
@@ -170,6 +194,9 @@ fn shift(recording: &mut Recording, by_ns: i64) {
     }
     for stripe in &mut recording.stripes {
         stripe.stamp_ns += by_ns;
+    }
+    for value in recording.axes.iter_mut().flat_map(|axis| &mut axis.values) {
+        value.stamp_ns += by_ns;
     }
     for from_ns in &mut recording.joined_from_ns {
         *from_ns += by_ns;

@@ -1,5 +1,6 @@
 //! `initial.toml` and `truth.toml`: time offset, hand-eye transform and lines, where they are known.
 
+use crate::axes::AxisRecord;
 use crate::error::{Error, Problem};
 use crate::recording::{Guess, Truth};
 use crate::robot_csv::unit_quaternion;
@@ -9,7 +10,7 @@ use crate::unit::MM_PER_M;
 use nalgebra::{UnitVector3, Vector3};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-use trueline_geometry::{Line, Pose, se3};
+use trueline_geometry::{AxisKind, Line, Pose, se3};
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -21,6 +22,20 @@ struct KnownFile {
     base_from_target: Option<PoseTable>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     lines: Vec<LineTable>,
+    // Of a cell with external axes; what reads a guess has no use for them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    axes: Vec<AxisTable>,
+}
+
+/// An external axis; other programs may say more of it.
+#[derive(Serialize, Deserialize)]
+struct AxisTable {
+    name: String,
+    direction: [f64; 3],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    point_mm: Option<[f64; 3]>,
+    #[serde(default)]
+    time_offset_s: f64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -72,6 +87,11 @@ pub fn parse_truth(file: &Path, text: &str) -> Result<Truth, Error> {
 /// The text of a truth or, without lines, of a guess.
 #[must_use]
 pub fn format(parameters: &Guess, lines: &[Line]) -> String {
+    format_with_axes(parameters, lines, &[])
+}
+
+/// The text of a truth with the axes of its cell.
+pub(crate) fn format_with_axes(parameters: &Guess, lines: &[Line], axes: &[AxisRecord]) -> String {
     let lines = lines
         .iter()
         .map(|line| LineTable {
@@ -79,21 +99,31 @@ pub fn format(parameters: &Guess, lines: &[Line]) -> String {
             direction: line.direction().into(),
         })
         .collect();
-    text(parameters, None, lines)
+    let table = |axis: &AxisRecord| {
+        let known = axis.known?;
+        Some(AxisTable {
+            name: axis.name.clone(),
+            direction: known.direction.into_inner().into(),
+            point_mm: (known.kind == AxisKind::Rotary).then(|| (known.point_m * MM_PER_M).into()),
+            time_offset_s: known.time_offset_s,
+        })
+    };
+    text(parameters, None, lines, axes.iter().filter_map(table).collect())
 }
 
 /// The text of the truth of pose sightings.
 #[must_use]
 pub fn format_poses(parameters: &Guess, base_from_target: &Pose) -> String {
-    text(parameters, Some(base_from_target), Vec::new())
+    text(parameters, Some(base_from_target), Vec::new(), Vec::new())
 }
 
-fn text(parameters: &Guess, target: Option<&Pose>, lines: Vec<LineTable>) -> String {
+fn text(parameters: &Guess, target: Option<&Pose>, lines: Vec<LineTable>, axes: Vec<AxisTable>) -> String {
     let wire = KnownFile {
         time_offset_s: parameters.time_offset_s,
         tool_from_camera: pose_to(&parameters.tool_from_camera),
         base_from_target: target.map(pose_to),
         lines,
+        axes,
     };
     toml::to_string(&wire).unwrap_or_default()
 }

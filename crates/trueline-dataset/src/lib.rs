@@ -18,6 +18,9 @@
 //! # Ok::<(), trueline_dataset::Error>(())
 //! ```
 
+pub mod axes;
+mod axes_csv;
+mod axes_toml;
 pub mod calibration_file;
 mod camera_yaml;
 pub mod decoded_picture;
@@ -27,6 +30,7 @@ pub mod feature_cache;
 pub mod features_csv;
 pub mod file_kind;
 pub mod folder;
+mod folder_writing;
 mod found_seams;
 mod frame_signals;
 pub mod gray_picture;
@@ -86,6 +90,7 @@ pub mod whole_file;
 pub mod whole_folder;
 pub mod written_form;
 
+pub use axes::{AxisRecord, Carries};
 pub use calibration_file::KnownCalibration;
 pub use dialect::Dialect;
 pub use error::{Error, Problem};

@@ -105,6 +105,31 @@ pub enum Problem {
         /// What would be understood.
         known: String,
     },
+    /// Values of axes that nobody describes.
+    #[error("has no `[[axis]]`, and axes.csv is there: say name, kind and what each axis carries")]
+    AxesNotDescribed,
+    /// An axis that goes too far from one value to the next.
+    #[error(
+        "the axis jumps by {step} within {in_s} s: values in the wrong unit, or a turn that begins anew?"
+    )]
+    AxisJumps {
+        /// How far, with its unit.
+        step: String,
+        /// In which time.
+        in_s: f64,
+    },
+    /// A reading while nothing is known of an axis.
+    #[error("axis `{name}` has values from {from_s} s to {to_s} s, and something was read at {at_s} s")]
+    AxisWithoutValue {
+        /// Its name.
+        name: String,
+        /// When something was read.
+        at_s: f64,
+        /// Its first value.
+        from_s: f64,
+        /// Its last.
+        to_s: f64,
+    },
     /// The same quantity twice.
     #[error("duplicate column")]
     DuplicateColumn,

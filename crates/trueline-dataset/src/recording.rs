@@ -1,5 +1,6 @@
 //! What was recorded: the only thing calibration ever sees.
 
+use crate::axes::{self, AxisRecord};
 use crate::sensor_setup::{Mounted, SensorSetup};
 use nalgebra::Matrix2;
 use std::collections::BTreeMap;
@@ -30,6 +31,8 @@ pub struct Recording {
     pub joined_from_ns: Vec<i64>,
     /// Whether the robot stood at each reading: then `robot` has one pose for each stamp of a reading, and stamps only pair them.
     pub at_stops: bool,
+    /// External axes: what carries the part, the robot or the sensor beside it; by their place in the chain.
+    pub axes: Vec<AxisRecord>,
     /// What was taken from the image stamps as they were recorded, ns, because their clock was so far ahead of the robot's: time offsets
     /// are told with it.
     pub images_ahead_ns: i64,
@@ -53,6 +56,7 @@ impl Recording {
             inputs: BTreeMap::new(),
             joined_from_ns: Vec::new(),
             at_stops: false,
+            axes: Vec::new(),
             images_ahead_ns: 0,
         }
     }
@@ -70,7 +74,21 @@ impl Recording {
         stated.is_some_and(|stated| self.measured_inputs().any(|hash| stated.found_from.contains(hash)))
     }
 
-    /// The pose of what carries the sensor in the frame of the lines: `base_from_tool`; where the sensor stands beside the robot and the
+    /// Which of its external axes move while something is read.
+    #[must_use]
+    pub fn axes_that_move(&self) -> Vec<bool> {
+        self.axes.iter().zip(self.axis_ranges()).map(|(axis, range)| axis.moves_by(range)).collect()
+    }
+
+    /// How far each of its external axes moves while something is read, rad or m.
+    #[must_use]
+    pub fn axis_ranges(&self) -> Vec<f64> {
+        let stamps = || self.features.iter().map(|feature| feature.stamp_ns);
+        let read_ns = stamps().min().zip(stamps().max());
+        axes::ranges(&self.axes, read_ns.map(|(first, last)| [first, last]))
+    }
+
+    /// The pose of what carries the sensor in the frame of the lines, without external axes: `base_from_tool`; where the sensor stands beside the robot and the
     /// robot moves the part, `tool_from_base`. Then what is called `tool_from_camera` is `base_from_camera`, and lines are in the tool.
     #[must_use]
     pub fn lines_from_carrier(&self, sample: &RobotSample) -> Pose {

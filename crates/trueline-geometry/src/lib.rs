@@ -21,6 +21,7 @@
 //! assert!(seam.distance(&point_in_base.coords) < 1e-12);
 //! ```
 
+pub mod axis;
 pub mod circle;
 pub mod curve;
 pub mod euler;
@@ -37,6 +38,7 @@ pub mod so3;
 pub mod statistics;
 pub mod trajectory;
 
+pub use axis::{Axis, AxisKind};
 pub use circle::Circle;
 pub use euler::EulerSequence;
 pub use line::{Line, OrthonormalLine, PlueckerLine};

@@ -3,13 +3,15 @@
 use crate::adjustment::answer::{Answer, Settings, adjust};
 use crate::assess::seam_error::{self, SeamError, SharedError};
 use crate::assess::systematic::SystematicLevels;
+use crate::axes::finding::{self, sigmas_before};
 use crate::concluded::Concluded;
 use crate::config::{ASSUMED_WAVINESS_M, Config, ResidualKind};
 use crate::hypotheses::ambiguity::RivalAnswer;
 use crate::hypotheses::clock_drift::DriftFree;
 use crate::hypotheses::search::BetterMinimum;
 use crate::input::noise_levels::Whitener;
-use crate::input::observations::Observation;
+use crate::input::observations::{Observation, Observations};
+use crate::input::robot_motion::RobotMotion;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{Parameters, TIME_OFFSET};
 use crate::solve::fit::Fit;
@@ -27,6 +29,8 @@ pub(crate) struct Adjusted {
     pub is_open: Vec<bool>,
     /// A rival that is plainly likelier, where the guess or a statement decided against it.
     pub better: Option<BetterMinimum>,
+    /// The scan with its external axes where they were found; `None` without axes.
+    pub with_axes: Option<Observations>,
     /// How far the robot lags in each model that was tried (s), with minus twice its log likelihood.
     pub tried: Vec<(f64, f64)>,
 }
@@ -34,7 +38,8 @@ pub(crate) struct Adjusted {
 /// Whether there is something to adjust.
 #[must_use]
 pub(crate) fn applies(recording: &Recording, config: &Config, fit: &Fit, levels: &SystematicLevels) -> bool {
-    let is_ideal = waviness_m(recording, config) == 0.0 && levels.edge_radius_m == 0.0;
+    let is_ideal =
+        waviness_m(recording, config) == 0.0 && levels.edge_radius_m == 0.0 && recording.axes.is_empty();
     let is_paper = config.residual != ResidualKind::Sheet || fit.parameters().curvatures.is_empty();
     !(is_ideal || is_paper || fit.prior.is_some() || config.at_stops)
 }
@@ -58,6 +63,7 @@ pub(crate) fn adjusted(
         return Ok(None);
     }
     let held_sigmas = from.held_sigmas();
+    let axis_sigmas = sigmas_before(from.recording);
     let stepped = from.assessed.drift_free.stepped;
     let settings = Settings {
         fixed: from.settings.fixed,
@@ -67,13 +73,27 @@ pub(crate) fn adjusted(
         noise_factor: fit.noise.factor,
         step: stepped.map(|step| (step.at_s, step.step_s.abs())),
         lag_s: 0.0,
+        axis_sigmas: &axis_sigmas,
         threads: config.threads,
     };
     let best = adjust(problem, fit.parameters(), &settings).ok_or(Unsolved)?;
     let Basin { answer, is_open, better } = beside_rivals(from, problem, &settings, best);
     let (answer, tried) = lagging(from, &settings, answer);
     let seam_error = seam_error(from, &answer);
-    Ok(Some(Adjusted { answer, seam_error, is_open, better, tried }))
+    let with_axes = with_axes(from, &answer);
+    Ok(Some(Adjusted { answer, seam_error, is_open, better, with_axes, tried }))
+}
+
+fn with_axes(from: &Concluded<'_>, answer: &Answer) -> Option<Observations> {
+    let found = finding::of_all(from.recording, &answer.at.lines, Some(answer.axes.as_ref()?));
+    let mut recording = from.recording.clone();
+    for (record, found) in recording.axes.iter_mut().zip(found) {
+        record.known = Some(found.axis);
+    }
+    let times_s = from.sampling.robot_times_s(from.dejittered);
+    let robot = RobotMotion::of(&recording, times_s, from.settings.config).ok()?;
+    let observations = &from.assessed.drift_free.observations;
+    Some(Observations { robot, list: observations.list.clone(), ..observations.without_list() })
 }
 
 /// The equations of an adjustment have no solution.

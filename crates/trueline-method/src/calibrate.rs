@@ -7,6 +7,7 @@ use crate::assess::identifiability::{Identifiability, assess_identifiability};
 use crate::assess::robot_accuracy;
 use crate::assess::robot_field::RobotSigmas;
 use crate::assess::systematic::SystematicLevels;
+use crate::axes::estimate::calibrated;
 use crate::calibration::Calibration;
 use crate::conclude::conclude;
 use crate::concluded::Concluded;
@@ -46,6 +47,9 @@ pub fn calibrate(
     guess: Option<&Guess>,
     config: &Config,
 ) -> Result<Calibration, Error> {
+    if !recording.axes.is_empty() {
+        return calibrated(recording, config, &|placed| over_time(placed, guess, config));
+    }
     let Some((by_stops, stops)) = stops::of(recording, config)? else {
         return curved::answered(recording, guess, config, over_time(recording, guess, config));
     };

@@ -16,6 +16,7 @@ use crate::assess::seam_error::{self, SeamError, SeamErrorSources};
 use crate::assess::sensor_shape::SensorShape;
 use crate::assess::systematic::{Systematic, SystematicSums};
 use crate::assess::{outlier_segments, seam_point_error};
+use crate::axes::finding as axes;
 use crate::calibration::Calibration;
 use crate::concluded::Concluded;
 use crate::config::Measurements;
@@ -97,6 +98,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         streams,
         stripes: None,
         curve: None,
+        axes: axes::of_all(from.recording, &[], None),
         stops: config.at_stops.then_some(Stops::Stated),
         sensor_of_its_own_scan: false,
         uncertainty_ignored: from.ignores_uncertainty(),
@@ -249,7 +251,7 @@ fn take_adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>, findings: &mut
             return;
         }
     };
-    let Adjusted { answer, seam_error, is_open, tried, better } = adjusted;
+    let Adjusted { answer, seam_error, is_open, tried, better, with_axes } = adjusted;
     findings.checks.better = findings.checks.better.or(better);
     let mut mirrors = from.ambiguity.rivals.iter().zip(&is_open).filter(|(rival, _)| rival.is_mirror);
     let is_told_apart = mirrors.next().is_some_and(|(_, is_open)| !is_open);
@@ -270,13 +272,18 @@ fn take_adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>, findings: &mut
     (findings.fit.widened_by, findings.checks.held_out) = (None, None);
     let noise_covariance = from.with_time_offset_widened(answer.noise.clone());
     let covariance = answer.covariance() - &answer.noise + &noise_covariance;
+    findings.axes = axes::of_all(from.recording, &answer.at.lines, answer.axes.as_ref());
     let observability = findings.unknowns.observability.clone().bounded(&covariance);
     let (config, observations) = (from.settings.config, &from.assessed.drift_free.observations);
     let list = from.assessed.drift_free.fit.placed.of(observations);
     let torch = || seam_point_error::predict(observations, list, &answer.at, &covariance, &config.used_at);
     findings.checks.seam_point_error = observability.shows_all().then(torch).flatten();
     findings.checks.seam_error = seam_error.filter(|_| observability.shows_all());
-    let (features, skipped) = residuals::evaluate(problem, &answer.at);
+    let problem = LineProblem {
+        observations: with_axes.as_ref().unwrap_or(problem.observations),
+        ..problem.of_some(problem.list, &problem.whiteners)
+    };
+    let (features, skipped) = residuals::evaluate(&problem, &answer.at);
     findings.fit.residuals = residuals::summarise(&features, skipped);
     findings.checks.outlier_segments = outlier_segments::find(
         observations,

@@ -170,9 +170,13 @@ fn role_beside_curve(block: Block) -> Role {
     match block {
         Block::TimeOffset | Block::HandEye | Block::SeamForm => Role::Estimated,
         Block::Robot => Role::Considered,
-        Block::Line | Block::Bow | Block::Sensor | Block::Detector | Block::EdgeRadius | Block::PoseLag => {
-            Role::Held
-        }
+        Block::Line
+        | Block::Bow
+        | Block::Sensor
+        | Block::Detector
+        | Block::EdgeRadius
+        | Block::PoseLag
+        | Block::Axes => Role::Held,
     }
 }
 

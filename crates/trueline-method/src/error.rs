@@ -33,6 +33,30 @@ pub enum Error {
         /// The highest line.
         highest: u32,
     },
+    /// Axes where nobody estimates them.
+    #[error("external axes are not calibrated {why}")]
+    AxesNotThere {
+        /// Where.
+        why: &'static str,
+    },
+    /// Several axes of which nobody says where they are.
+    #[error("the places of several axes are open: {names}")]
+    AxesNeedGuess {
+        /// Their names.
+        names: String,
+    },
+    /// An axis that moves and whose place is not known.
+    #[error("axis `{name}` moves, and its place is not known")]
+    AxisUnknown {
+        /// Its name.
+        name: String,
+    },
+    /// An axis of which no place explains the scan.
+    #[error("no place of axis `{name}` explains the scan")]
+    AxisNotFound {
+        /// Its name.
+        name: String,
+    },
     /// Points that do not define a laser plane.
     #[error("the points do not define a laser plane: they all lie on one line in the camera frame")]
     SheetUndefined,
@@ -252,6 +276,16 @@ impl Error {
             Self::NoSuchLine { .. } => "lines are numbered from 0, as in the column `line`",
             Self::NoCurve { .. } => {
                 "leave --target curve out for a straight seam; for a curve scan the whole of it two or three times, tilting by ±10° or more"
+            }
+            Self::AxesNotThere { .. } => {
+                "leave `[[axis]]` out of cell.toml if the axis stands still all the while"
+            }
+            Self::AxesNeedGuess { .. } => {
+                "give all but one a rough `direction` and `point_mm` in cell.toml, or scan while one of them moves at a time"
+            }
+            Self::AxisUnknown { .. } => "use a calibration of a scan in which this axis moved",
+            Self::AxisNotFound { .. } => {
+                "is `carries` right (part, robot, sensor), are degrees and mm right, and do the axis's stamps have the robot's clock?"
             }
             Self::NothingToHold { .. } | Self::NoGuessToHold => "give an initial guess",
             Self::BeyondReference { .. } => {

@@ -17,6 +17,7 @@ use crate::assess::robot_field::RobotSigmas;
 use crate::assess::seam_error::SeamError;
 use crate::assess::seam_point_error::SeamPointError;
 use crate::assess::sensor_shape::SensorShape;
+use crate::axes::finding::AxisFinding;
 use crate::config::{Config, Measurements};
 use crate::curve::answer::CurveEstimate;
 use crate::hypotheses::ambiguity::Ambiguity;
@@ -51,6 +52,8 @@ pub struct Findings {
     pub stripes: Option<StripeOutcome>,
     /// The curve, where that is the answer and there is no line.
     pub curve: Option<CurveEstimate>,
+    /// The external axes, in the order of the cell.
+    pub axes: Vec<AxisFinding>,
     /// Whether the recording states how well the sensor is known, which the ± do not contain.
     pub uncertainty_ignored: bool,
     /// Whether the robot stood at each reading, and who says so; `None` where it moves.

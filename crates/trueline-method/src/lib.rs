@@ -24,6 +24,7 @@
 mod adjusted;
 pub mod adjustment;
 pub mod assess;
+pub mod axes;
 pub mod calibrate;
 pub mod calibration;
 mod conclude;

@@ -144,6 +144,9 @@ fn warning_values(warning: &Warning) -> Value {
         | Warning::SensorOfItsOwnScan
         | Warning::MirrorBySensor
         | Warning::CurveFromOnePass => json!({}),
+        Warning::AxisNotShown { name, part, cure } => {
+            json!({ "axis": name, "part": part.code(), "cure": cure })
+        }
         Warning::SensorOff { shape, instead } => sensor_off(shape, instead),
         Warning::LensOff { lens } => lens_off(lens),
         Warning::LikelyCause { kind, size_si, sigma_si, .. } => likely_cause(*kind, *size_si, *sigma_si),

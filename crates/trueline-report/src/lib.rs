@@ -19,6 +19,7 @@
 pub mod against_truth;
 #[cfg(feature = "plan")]
 mod arm_summary;
+mod axes;
 #[cfg(feature = "sensor")]
 pub mod board_result;
 pub mod calibration_page;

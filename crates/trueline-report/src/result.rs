@@ -1,7 +1,7 @@
 //! A calibration as the file of a result: the units of the file, and null for what is not observable.
 
 use crate::number::positive_w;
-use crate::{checks, facts, seam_error, stripes};
+use crate::{axes, checks, facts, seam_error, stripes};
 use trueline_dataset::result_file::{
     self, Covariance, CurveEntry, DrawnLineOptions, ErrorsFoundEntry, IterationEntry, IterationLine,
     LineEntry, LinePosition, ModelEntry, Observability, Options, OutlierEntry, PoseEntry, RequireOptions,
@@ -13,7 +13,7 @@ use trueline_geometry::Line;
 use trueline_method::adjustment::answer::Amplitudes;
 use trueline_method::assess::observability::{Group, RANK_THRESHOLD, Unobservable};
 use trueline_method::hypotheses::ambiguity::RivalAnswer;
-use trueline_method::models::tried::{Block, ModelTried};
+use trueline_method::models::tried::{Block, ModelTried, Role};
 use trueline_method::problem::parameters::{self, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_method::solve::iteration_record::IterationRecord;
 use trueline_method::verdict::Axis;
@@ -38,6 +38,7 @@ pub fn of(c: &Calibration) -> ResultFile {
         lines: (0..c.best_fit().lines.len()).map(|k| line(c, k)).collect(),
         base_from_target: None,
         curves: curve(c).into_iter().collect(),
+        axes: c.findings.axes.iter().map(axes::entry).collect(),
         planes: stripes::planes(c),
         stripes: stripes::entry(c),
         sigma: sigma(|component| c.sigma(component)),
@@ -78,11 +79,14 @@ fn errors_found(amplitudes: &Amplitudes) -> ErrorsFoundEntry {
 }
 
 fn model(tried: &ModelTried) -> ModelEntry {
+    // Most cells have no axes.
+    let is_said = |block: &Block| *block != Block::Axes || tried.role(*block) != Role::Held;
+    let said = Block::ALL.into_iter().filter(is_said);
     let role = |block: Block| (block.name().to_owned(), tried.role(block).name().to_owned());
     ModelEntry {
         taken: tried.because.is_taken(),
         why: tried.because.code().to_owned(),
-        roles: Block::ALL.map(role).into(),
+        roles: said.map(role).collect(),
         target: tried.target.name().to_owned(),
         clock: tried.clock.name().to_owned(),
         robot_lag_s: tried.robot_lag_s,

@@ -28,6 +28,7 @@ pub fn entry(error: &SeamError) -> SeamErrorEntry {
             edge_radius: parts.edge_radius * MM_PER_M,
             detector: parts.detector * MM_PER_M,
             pose_lag: parts.pose_lag * MM_PER_M,
+            axes: parts.axes * MM_PER_M,
         },
         remedy: budget(error, false).first().map(|part| format!("{}: {}", part.name, part.cure)),
         robot_accuracy_mm: error.levels.robot_accuracy_m * MM_PER_M,
@@ -189,6 +190,7 @@ pub fn budget(error: &SeamError, robot_is_doubted: bool) -> Vec<BudgetPart> {
         ),
         ("what is held", parts.held, "estimate it with the rest, or know it better"),
         ("edge radius", parts.edge_radius, of_edge),
+        ("axes", parts.axes, "let the axes swing while scanning"),
         ("pose lag", parts.pose_lag, "record measured poses instead of commanded ones"),
     ];
     list.sort_by(|a, b| b.1.total_cmp(&a.1));

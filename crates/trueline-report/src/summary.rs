@@ -1,7 +1,7 @@
 //! The summary in the terminal: what a welder reads.
 
 use crate::number::{digits_for, with_sigma};
-use crate::{seam_error, stripes};
+use crate::{axes, seam_error, stripes};
 use std::fmt::Write;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_export::time_offset;
@@ -129,6 +129,7 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
         rows.push((format!("line {k}"), line(c, k)));
     }
     rows.extend(curve(c).map(|text| ("curve".to_owned(), text)));
+    rows.extend(axes::rows(c));
     rows.extend(seam_error::straightness(c));
     rows.extend(stripes::rows(c));
     rows.push(("residual".to_owned(), residual(c)));

@@ -15,6 +15,7 @@
 //! ```
 
 pub mod arm;
+pub mod axes;
 pub mod boards;
 pub mod capture;
 pub mod curves;
@@ -35,6 +36,7 @@ pub mod simulate;
 pub mod weave;
 pub mod weld;
 
+pub use axes::{AxisCourse, SimulatedAxis, simulate_with_axes};
 pub use faults::Fault;
 pub use followed_path::FollowedPath;
 pub use images::{Joint, Look, PictureScan};

@@ -65,6 +65,23 @@ fn record(
     Some(Recording { truth, ..Recording::new(sensor, setup(), samples, features) })
 }
 
+/// The recording of a sensor that goes one way while the robot reports another, without faults.
+pub(crate) fn record_reported(
+    scenario: &Scenario,
+    lines_from_tool: &dyn Fn(f64) -> Pose,
+    reported: &dyn Fn(f64) -> Pose,
+    seed: u64,
+) -> Recording {
+    let parameters = Guess {
+        time_offset_s: scenario.timing.time_offset_s,
+        tool_from_camera: scenario.cell.tool_from_camera,
+    };
+    let samples = robot_samples(scenario, reported, seed);
+    let features = features(scenario, lines_from_tool, &[], seed);
+    let truth = Some(Truth { parameters, lines: scenario.cell.lines.clone() });
+    Recording { truth, ..Recording::new(sensor(&scenario.cell.sensor), setup(), samples, features) }
+}
+
 /// What is known of a cell that is cast: its edge is sharp, and its seam has no form but the bow that it may be given.
 fn setup() -> SensorSetup {
     SensorSetup { edge_radius_m: Some(0.0), waviness_m: Some(0.0), ..SensorSetup::default() }

@@ -10,7 +10,7 @@ use crate::planned_scan::{self, PlannedScan};
 use std::process::ExitCode;
 use trueline_args::SimulateArgs;
 use trueline_dataset::{Recording, folder};
-use trueline_sim::{Scenario, simulate_along, simulate_with_faults};
+use trueline_sim::{Scenario, simulate_along, simulate_with_axes, simulate_with_faults};
 
 /// Runs the command.
 pub(crate) fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
@@ -45,6 +45,14 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
     }
     if args.plates.plates {
         return simulate_plates::run(args, &scenario);
+    }
+    if !args.axes.axes.is_empty() {
+        let axes = args.axes.somewhere(&scenario, args.seed);
+        let recording = simulate_with_axes(&scenario, &axes, args.seed);
+        return recording.map_or_else(
+            || Err(Failure::new("this scan has no seam", "choose another --preset")),
+            |recording| write(args, &recording),
+        );
     }
     let recording = simulate_with_faults(&scenario, &args.faults, args.seed).ok_or_else(|| {
         Failure::new(

@@ -5,6 +5,7 @@
 //! number; so is the sigma of what was held fixed. `docs/result.schema.json` is the JSON Schema of what is written.
 
 mod answer;
+mod axis;
 mod checks;
 mod curve;
 mod errors;
@@ -22,6 +23,7 @@ pub use answer::{
     Covariance, IterationEntry, IterationLine, LineEntry, LinePosition, Observability, PoseEntry, Sigma,
     TargetEntry, UnobservableEntry,
 };
+pub use axis::{AxisEntry, AxisSigma};
 pub use checks::{
     AtTorch, Checks, ClockStep, CrossValidation, Disruption, Ellipsoid, LeftOut, Moved, OutlierEntry,
     Residuals, RunnerUp,
@@ -83,6 +85,9 @@ pub struct ResultFile {
     /// The curves in base, where no straight line explains the scan; `lines` is empty then.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub curves: Vec<CurveEntry>,
+    /// The external axes, where the cell has some.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub axes: Vec<AxisEntry>,
     /// The plates in base, where whole stripes were used.
     #[serde(default)]
     pub planes: Vec<PlaneEntry>,

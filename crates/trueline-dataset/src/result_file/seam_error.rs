@@ -63,4 +63,12 @@ pub struct BudgetEntry {
     pub detector: f64,
     /// The robot's lag behind its recorded poses.
     pub pose_lag: f64,
+    /// What is known of external axes beforehand; absent without axes.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub axes: f64,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks with a reference")]
+fn is_zero(share: &f64) -> bool {
+    *share == 0.0
 }

@@ -1,6 +1,7 @@
 //! The answer of an adjustment: the unknowns, their covariance, and which error each part of it comes from.
 
 use crate::adjustment::adjust::{Adjusted, Adjustment};
+use crate::adjustment::axis_step::{AxisStep, axis_step};
 use crate::adjustment::beyond_linear::BeyondLinear;
 use crate::adjustment::blocks::{Amplitude, Block, Kind};
 use crate::adjustment::coloured::Coloured;
@@ -52,6 +53,8 @@ pub(crate) struct Settings<'a> {
     pub step: Option<(f64, f64)>,
     /// How far the robot lags behind the poses of the problem, and was taken to do so there, s; 0 is not at all.
     pub lag_s: f64,
+    /// Standard deviation of each number of the external axes beforehand, SI; empty without axes.
+    pub axis_sigmas: &'a [f64],
     /// Threads that share the work.
     pub threads: usize,
 }
@@ -129,6 +132,8 @@ pub(crate) struct Answer {
     pub bends: Option<DVector<f64>>,
     /// What was found of the errors.
     pub amplitudes: Amplitudes,
+    /// The numbers of the external axes beyond those that they were taken to have.
+    pub axes: Option<AxisStep>,
     /// The blocks that were estimated beside the unknowns.
     pub blocks: Vec<models::Block>,
     /// The stamp of each frame that took part, s, and whether it was left out.
@@ -225,6 +230,9 @@ fn add_blocks(
         let before = stamps.iter().filter(|stamp_s| **stamp_s < at_s).count();
         add(Kind::Step { at_s, is_later: 2 * before >= stamps.len(), sigma_s }, Amplitude::HELD);
     }
+    if !settings.axis_sigmas.is_empty() {
+        add(Kind::Axes { sigmas: settings.axis_sigmas.to_vec() }, Amplitude::HELD);
+    }
     if settings.lag_s > 0.0 {
         add(Kind::Lag { taken_s: settings.lag_s, sigma_s: LAG_SIGMA_S }, Amplitude::HELD);
     }
@@ -282,6 +290,7 @@ fn answer(
             Kind::Robot(_) => ShareOf::Robot,
             Kind::Detector { .. } => ShareOf::Detector,
             Kind::Lag { .. } => ShareOf::PoseLag,
+            Kind::Axes { .. } => ShareOf::Axes,
             Kind::Step { .. } => ShareOf::Stamps,
         };
         shares.push(Share { of, columns, shape: None });
@@ -292,6 +301,7 @@ fn answer(
         noise,
         shares,
         bends: None,
+        axes: axis_step(adjustment, adjusted, covariance),
         frames: stamps(adjustment),
         blocks: adjustment.columns.blocks.iter().filter_map(Block::name).collect(),
         amplitudes: Amplitudes {

@@ -56,7 +56,7 @@ impl Adjustment<'_> {
             side
         });
         let [Some(up), Some(down)] = sides else { return None };
-        let growth = up.growth.min(down.growth).clamp(LEAST_GROWTH, 1.0);
+        let growth = (0.5 * (up.growth + down.growth)).clamp(LEAST_GROWTH, 1.0);
         Some(BeyondLinear {
             wider: self.of_unknowns(&(worst.along * (growth.recip() - 1.0).sqrt())),
             bends: self.of_unknowns(&((up.beyond + down.beyond) * (0.5 * MEAN_FOURTH_POWER.sqrt()))),

@@ -21,6 +21,8 @@ pub(crate) enum Kind {
     Detector { sigma_px: f64 },
     /// A step of the time offset, s: on one side of it the offset is another.
     Step { at_s: f64, is_later: bool, sigma_s: f64 },
+    /// Where the external axes are and how they are meant: a standard deviation for each number of each of them, SI.
+    Axes { sigmas: Vec<f64> },
     /// A lag of the robot behind its recorded poses, beyond the one that was taken into account, s.
     Lag { taken_s: f64, sigma_s: f64 },
 }
@@ -76,6 +78,7 @@ impl Block {
             Kind::Robot(field) => 6 * field.modes(),
             Kind::Lag { .. } | Kind::Step { .. } => 1,
             Kind::Detector { .. } => BIAS,
+            Kind::Axes { sigmas } => sigmas.len(),
         };
         Self { kind, columns: first..first + count, amplitude, own: vec![1.0; count] }
     }
@@ -125,6 +128,12 @@ impl Block {
             Kind::Lag { taken_s, sigma_s } => {
                 set(0, frame.by_point * frame.acceleration * (taken_s * sigma_s));
             }
+            Kind::Axes { sigmas } => {
+                let moved = frame.by_point * &frame.by_axes;
+                for (k, sigma) in sigmas.iter().enumerate() {
+                    set(k, moved.column(k) * *sigma);
+                }
+            }
             Kind::Detector { sigma_px } => {
                 for k in 0..BIAS {
                     set(k, frame.by_bias.column(k) * *sigma_px);
@@ -141,6 +150,7 @@ impl Block {
             Kind::Robot(_) => Some(models::Block::Robot),
             Kind::Detector { .. } => Some(models::Block::Detector),
             Kind::Lag { .. } => Some(models::Block::PoseLag),
+            Kind::Axes { .. } => Some(models::Block::Axes),
             Kind::Step { .. } => None,
         }
     }

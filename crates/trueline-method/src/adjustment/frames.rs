@@ -11,7 +11,7 @@ use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use crate::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::solve::seam_chart::with_shape;
-use nalgebra::{Matrix2x3, SMatrix, SVector, Vector2, Vector3};
+use nalgebra::{Matrix2x3, Matrix3xX, SMatrix, SVector, Vector2, Vector3};
 use trueline_geometry::{Line, Pose};
 use trueline_model::Placement;
 
@@ -73,6 +73,8 @@ pub(crate) struct Frame {
     pub towards_sensor: Vector3<f64>,
     /// The cross axes of the line in base.
     pub across: [Vector3<f64>; 2],
+    /// How the measured point moves with the numbers of the external axes, axes of base; without columns where there are none.
+    pub by_axes: Matrix3xX<f64>,
     /// How the measured point is accelerated as the tool carries it, axes of base, m/s².
     pub acceleration: Vector3<f64>,
     /// Place along the seam, m from its anchor.
@@ -156,6 +158,7 @@ impl<'a> Scan<'a> {
             base_from_tool: placement.base_from_tool,
             towards_sensor: (towards - along * along.dot(&towards)).try_normalize(0.0)?,
             across: [axes.column(1).into_owned(), axes.column(2).into_owned()],
+            by_axes: self.by_axes(o, at, &placement, &point)?,
             acceleration: self.acceleration(o, at, &measured),
             along_m: along.dot(&(point - self.seams[line].anchor())),
             along_by_unknowns: self.along_by_unknowns(o, at, &placement, &along),
@@ -173,6 +176,17 @@ impl<'a> Scan<'a> {
         } else {
             base_from_camera.rotation * sheet.axes().column(1)
         }
+    }
+
+    fn by_axes(
+        &self,
+        o: &Observation,
+        at: &Parameters,
+        placement: &Placement,
+        point: &Vector3<f64>,
+    ) -> Option<Matrix3xX<f64>> {
+        let Some(axes) = &self.problem.observations.robot.axes else { return Some(Matrix3xX::zeros(0)) };
+        axes.d_point(&placement.base_from_tool, point, o.stamp_s - at.time_offset_s)
     }
 
     /// By places before and after, and not by the place itself: its noise is in the residual too, and would look like a lag. Nothing where the path

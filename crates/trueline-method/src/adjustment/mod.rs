@@ -9,11 +9,13 @@
 //! | `coloured` | noise that lasts, filtered out of the rows |
 //! | `equations`, `amplitudes`, `weights` | solution, sizes of the blocks, what counts |
 //! | `adjust` | the rounds |
+//! | `axis_step` | what is said of external axes |
 //! | `beyond_linear` | the second order where a rotation is hardly shown |
 
 mod adjust;
 mod amplitudes;
 pub mod answer;
+pub mod axis_step;
 mod beyond_linear;
 mod blocks;
 pub mod coloured;

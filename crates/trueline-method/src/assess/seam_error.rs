@@ -84,6 +84,8 @@ pub struct SeamErrorBudget {
     pub detector: f64,
     /// The robot's lag behind its recorded poses.
     pub pose_lag: f64,
+    /// What is known of external axes beforehand.
+    pub axes: f64,
 }
 
 impl SeamErrorBudget {
@@ -104,6 +106,7 @@ impl SeamErrorBudget {
             edge_radius: part(ShareOf::EdgeRadius),
             detector: part(ShareOf::Detector),
             pose_lag: part(ShareOf::PoseLag),
+            axes: part(ShareOf::Axes),
         }
     }
 }
@@ -129,6 +132,8 @@ pub(crate) enum ShareOf {
     EdgeRadius,
     /// What was held and is not known exactly.
     Held,
+    /// What is known of external axes beforehand.
+    Axes,
 }
 
 /// What an error makes of the unknowns: columns in the tangent, each of unit variance.
@@ -189,6 +194,7 @@ pub fn predict(
         edge_radius: 0.0,
         detector: 0.0,
         pose_lag: 0.0,
+        axes: 0.0,
     };
     let SeamErrorBudget { sensor, robot, seam_form, feature_bias, held, .. } = parts;
     let squares = [parts.noise, parts.stamps, sensor, robot, seam_form, feature_bias, held];

@@ -2,11 +2,13 @@
 
 use crate::config::{Config, ResidualKind};
 use crate::error::Error;
+use crate::input::axis_chain::AxisChain;
 use crate::input::path_noise::NoiseCorrelation;
 use crate::input::repeated_poses::{self, Updates};
 use crate::input::stops;
 use crate::order_statistics::median;
 use nalgebra::{Point3, Vector3};
+use std::sync::Arc;
 use trueline_dataset::{Recording, RobotSample};
 use trueline_geometry::trajectory::{GAP_PERIODS, TrajectoryError, median_period_s};
 use trueline_geometry::{Pose, Trajectory, curve, smooth};
@@ -32,6 +34,8 @@ pub struct RobotMotion {
     pub repeated: usize,
     /// Standard deviation of how late the others are for that, s.
     pub late_sigma_s: f64,
+    /// The external axes, whose motion the path contains.
+    pub(crate) axes: Option<Arc<AxisChain>>,
 }
 
 /// Below this the robot's noise does not matter, and its poses are taken as recorded: a twentieth of what
@@ -71,7 +75,8 @@ impl RobotMotion {
         if recording.at_stops {
             return Self::at_stops(recording, times_s);
         }
-        let (times, poses, updates) = news(recording, times_s);
+        let axes = AxisChain::of(recording)?.map(Arc::new);
+        let (times, poses, updates) = news(recording, times_s, axes.as_deref());
         check_motion(&poses)?;
         let period_s = median_period_s(&times).map_err(Error::Trajectory)?;
         if period_s > LONGEST_PERIOD_S {
@@ -109,6 +114,7 @@ impl RobotMotion {
             half_window_s,
             repeated: updates.repeated,
             late_sigma_s: updates.late_sigma_s,
+            axes,
         })
     }
 
@@ -126,6 +132,7 @@ impl RobotMotion {
             half_window_s: 0.0,
             repeated: 0,
             late_sigma_s: 0.0,
+            axes: None,
         })
     }
 
@@ -136,7 +143,7 @@ impl RobotMotion {
         if recording.at_stops {
             return 0.0;
         }
-        let (times, poses, _) = news(recording, times_s);
+        let (times, poses, _) = news(recording, times_s, self.axes.as_deref());
         let recorded = smooth::rotation_noise(&times, &poses, self.period_s, GAP_PERIODS * self.period_s);
         if self.recorded_noise_m > 0.0 { recorded * self.noise_m / self.recorded_noise_m } else { recorded }
     }
@@ -148,7 +155,7 @@ impl RobotMotion {
         if recording.at_stops {
             return None;
         }
-        let (times, poses, _) = news(recording, times_s);
+        let (times, poses, _) = news(recording, times_s, self.axes.as_deref());
         let straight_s = straight_s(&times, &poses, self.recorded_noise_m);
         let every_other = |first: usize| {
             let samples = times.iter().copied().zip(poses.iter().copied()).skip(first).step_by(2);
@@ -166,7 +173,7 @@ impl RobotMotion {
         times_s: &[f64],
         about_s: &[f64],
     ) -> Option<Trajectory> {
-        let (times, poses, _) = news(recording, times_s);
+        let (times, poses, _) = news(recording, times_s, self.axes.as_deref());
         let straight_s = straight_s(&times, &poses, self.recorded_noise_m);
         self.near(times.into_iter().zip(poses), about_s, GAP_PERIODS * self.period_s, straight_s)
     }
@@ -190,14 +197,22 @@ impl RobotMotion {
     }
 }
 
-/// The samples that say something new, and when they were taken.
-fn news(recording: &Recording, times_s: &[f64]) -> (Vec<f64>, Vec<Pose>, Updates) {
+/// The samples that say something new, and when they were taken; those without a value of an axis are left out.
+fn news(recording: &Recording, times_s: &[f64], axes: Option<&AxisChain>) -> (Vec<f64>, Vec<Pose>, Updates) {
     // Of several samples with one stamp the last counts.
     let last_of_each = |pair: &&[RobotSample]| pair[0].stamp_ns != pair[1].stamp_ns;
     let before_last = recording.robot.windows(2).filter(last_of_each).map(|pair| &pair[0]);
-    let mut poses: Vec<Pose> = Vec::with_capacity(times_s.len());
     let last_of_each = before_last.chain(recording.robot.last());
-    poses.extend(last_of_each.map(|sample| recording.lines_from_carrier(sample)));
+    let without_axes = last_of_each.map(|sample| recording.lines_from_carrier(sample));
+    let (kept, mut poses): (Vec<f64>, Vec<Pose>) = match axes {
+        None => (Vec::new(), without_axes.collect()),
+        Some(axes) => times_s
+            .iter()
+            .zip(without_axes)
+            .filter_map(|(time_s, pose)| Some((*time_s, axes.lines_from_carrier(&pose, *time_s)?)))
+            .unzip(),
+    };
+    let times_s = if axes.is_some() { &kept } else { times_s };
     let updates = repeated_poses::updates(times_s, &poses);
     let times = updates.kept.iter().map(|k| times_s[*k] - updates.late_s).collect();
     for (to, from) in updates.kept.iter().enumerate() {

@@ -135,11 +135,13 @@ pub enum Block {
     Robot,
     /// How far the robot lags behind its recorded poses.
     PoseLag,
+    /// Where external axes are.
+    Axes,
 }
 
 impl Block {
     /// All of them, in the order of the result.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::TimeOffset,
         Self::HandEye,
         Self::Line,
@@ -150,6 +152,7 @@ impl Block {
         Self::EdgeRadius,
         Self::Robot,
         Self::PoseLag,
+        Self::Axes,
     ];
 
     /// The name in the result.
@@ -166,6 +169,7 @@ impl Block {
             Self::EdgeRadius => "edge_radius",
             Self::Robot => "robot",
             Self::PoseLag => "pose_lag",
+            Self::Axes => "axes",
         }
     }
 }
@@ -228,7 +232,7 @@ impl ModelTried {
             Block::Detector => role(levels.bias_is_estimated, levels.feature_bias_px > 0.0),
             Block::Robot => role(false, levels.robot_accuracy_m > 0.0),
             Block::EdgeRadius => role(false, levels.edge_radius_m > 0.0),
-            Block::SeamForm | Block::PoseLag => Role::Held,
+            Block::SeamForm | Block::PoseLag | Block::Axes => Role::Held,
         };
         Self {
             because: Because::Asked,
@@ -270,7 +274,9 @@ pub(crate) fn of_adjustment(
         };
         let adjusted = begun.with(|block| match block {
             Block::PoseLag => Some(role(*lag_s > 0.0, false)),
-            Block::SeamForm | Block::Detector | Block::Robot => Some(role(blocks.contains(&block), false)),
+            Block::SeamForm | Block::Detector | Block::Robot | Block::Axes => {
+                Some(role(blocks.contains(&block), false))
+            }
             _ => None,
         });
         ModelTried { because, robot_lag_s: *lag_s, log_evidence: -0.5 * twice_negative_log, ..adjusted }

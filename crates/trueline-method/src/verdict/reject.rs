@@ -115,13 +115,16 @@ fn stepped(f: &Findings, step: &Step) -> Reason {
     }
 }
 
+/// Noise of less than this part of what is expected makes no outliers: it is that of a scan without noise.
+const LEAST_NOISE: f64 = 0.05;
+
 /// Why an answer that was adjusted with all errors is bad: everything else is in its ±.
 fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Reason> {
     let of_data = if residuals_are_too_large(f) {
         Some(too_large(f))
     } else if amplitudes.out.share() > MOST_LEFT_OUT {
         Some(Reason::TooManyOutliers { outliers: amplitudes.out })
-    } else if mistake::most_are_outliers(f) {
+    } else if mistake::most_are_outliers(f) && amplitudes.noise_times() > LEAST_NOISE {
         Some(Reason::TooManyOutliers { outliers: f.outliers() })
     } else {
         None

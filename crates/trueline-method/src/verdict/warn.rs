@@ -14,6 +14,7 @@ use crate::assess::cause_kind::CauseKind;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::HeldOut;
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
+use crate::axes::finding::{AxisFinding, AxisPart};
 use crate::config::Measurements;
 use crate::curve::answer::CurveEstimate;
 use crate::findings::Findings;
@@ -23,6 +24,7 @@ use crate::input::timestamps::StampReport;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::stripe::agreement::AGREEMENT_SIGMAS;
 use crate::stripe::outcome::{Because, StripeOutcome};
+use trueline_geometry::AxisKind;
 
 /// What the user's statement decided; offsets are of stamps as they were recorded.
 fn decided_by_user(f: &Findings) -> Option<Warning> {
@@ -98,6 +100,21 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     warnings
 }
 
+/// What the scan does not show of an axis. One that stands all the while has no direction, no place and no time offset that matter.
+fn axis_not_shown(axis: &AxisFinding) -> Vec<Warning> {
+    let cure = |part: AxisPart| match (axis.axis.kind, part) {
+        _ if !axis.moves => "move it while scanning",
+        (AxisKind::Linear, AxisPart::Direction) => "scan seams in two directions",
+        (AxisKind::Rotary, AxisPart::TimeOffset) => "let it swing, or turn the other way in a second scan",
+        (AxisKind::Linear, _) => "let it run back and forth",
+        (AxisKind::Rotary, _) => "let it stand at three angles, or swing, while the sensor tilts",
+    };
+    let hidden = AxisPart::ALL.into_iter().filter(|part| axis.has(*part) && axis.sigma(*part).is_none());
+    let warning = |part| Warning::AxisNotShown { name: axis.name.clone(), part, cure: cure(part) };
+    let all: Vec<Warning> = hidden.map(warning).collect();
+    if axis.moves { all } else { all.into_iter().take(1).collect() }
+}
+
 /// What to look at of the answer of a curve.
 fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Warning> {
     let mut warnings = Vec::new();
@@ -124,6 +141,7 @@ fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Warning> {
         sigma_si: 2.0 * amplitudes.lag_s * LAG_SIGMA_S,
         per_px_m: None,
     }));
+    warnings.extend(f.axes.iter().flat_map(axis_not_shown));
     warnings.extend(drawn_line_not_needed(f));
     let off = f.unknowns.sensor.filter(|shape| shape.is_off() && all_seen(f));
     let instead = &f.checks.instead_of_sensor;

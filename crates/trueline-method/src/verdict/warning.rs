@@ -4,11 +4,11 @@ use super::quantity::{Axis, MM_PER_M, Quantity};
 use super::sensor_words::sensor_off;
 use super::stream_name::StreamName;
 use super::warning_words::{
-    CURVE_FROM_ONE_PASS, clock_drift, clock_step, coarse_stamps, decided_by_user, drawn_line_not_needed,
-    feature_bias, held_at_guess, knots_near_weave, left_out, lens_off, likely_cause, misfit, moves,
-    other_line, poorly_known, repeated_robot_stamps, robot_moves, robot_samples_missing, robot_worse,
-    stamp_steps, stripe_noise, stripes_disagree, stripes_stamped_apart, structured, unusual_noise, wavy_seam,
-    widened,
+    CURVE_FROM_ONE_PASS, axis_not_shown, clock_drift, clock_step, coarse_stamps, decided_by_user,
+    drawn_line_not_needed, feature_bias, held_at_guess, knots_near_weave, left_out, lens_off, likely_cause,
+    misfit, moves, other_line, poorly_known, repeated_robot_stamps, robot_moves, robot_samples_missing,
+    robot_worse, stamp_steps, stripe_noise, stripes_disagree, stripes_stamped_apart, structured,
+    unusual_noise, wavy_seam, widened,
 };
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::instead_of_sensor::InsteadOfSensor;
@@ -16,6 +16,7 @@ use crate::assess::lens::LensCorrection;
 use crate::assess::observability::Unobservable;
 use crate::assess::robot_field::RobotSigmas;
 use crate::assess::sensor_shape::SensorShape;
+use crate::axes::finding::AxisPart;
 use crate::hypotheses::choice::DecidedBy;
 use crate::hypotheses::feature_bias::FeatureBias;
 use crate::input::skip::Skip;
@@ -253,6 +254,15 @@ pub enum Warning {
         /// The same in standard deviations.
         sigmas: f64,
     },
+    /// A part of an external axis that the scan does not show.
+    AxisNotShown {
+        /// Name of the axis.
+        name: String,
+        /// What of it.
+        part: AxisPart,
+        /// What would show it.
+        cure: &'static str,
+    },
     /// No place of the curve was seen twice.
     CurveFromOnePass,
     /// The curve needs knots that follow the weave.
@@ -307,6 +317,7 @@ impl Warning {
             Self::RepeatedRobotStamps { .. } => "repeated-robot-stamps",
             Self::CoarseStamps { .. } => "coarse-stamps",
             Self::StampSteps { .. } => "stamp-steps",
+            Self::AxisNotShown { .. } => "axis-not-shown",
             Self::CurveFromOnePass => "curve-from-one-pass",
             Self::KnotsNearWeave { .. } => "knots-near-weave",
             Self::CrossValidationMisfit { .. } => "cross-validation-misfit",
@@ -366,6 +377,7 @@ impl fmt::Display for Warning {
             Self::RepeatedRobotStamps { repeated } => repeated_robot_stamps(repeated),
             Self::CoarseStamps { stream, grain_s } => coarse_stamps(stream, grain_s),
             Self::StampSteps { stream, ref steps, period_s } => stamp_steps(stream, steps, period_s),
+            Self::AxisNotShown { ref name, part, cure } => axis_not_shown(name, part, cure),
             Self::CurveFromOnePass => CURVE_FROM_ONE_PASS.to_owned(),
             Self::KnotsNearWeave { spacing_m, weave_m } => knots_near_weave(spacing_m, weave_m),
             Self::CrossValidationMisfit { rms_m, fitted_rms_m } => misfit(rms_m, fitted_rms_m),

@@ -6,6 +6,7 @@ use crate::assess::cause_kind::CauseKind;
 use crate::assess::lens::LensCorrection;
 use crate::assess::observability::Unobservable;
 use crate::assess::robot_field::RobotSigmas;
+use crate::axes::finding::AxisPart;
 use crate::hypotheses::choice::DecidedBy;
 use crate::hypotheses::feature_bias::FeatureBias;
 use crate::input::skip::Skip;
@@ -304,6 +305,16 @@ pub(super) fn decided_by_user(by: DecidedBy, other_time_offsets_s: &[f64]) -> St
         if others.len() == 1 { "a time offset" } else { "time offsets" },
         others.join(", ")
     )
+}
+
+/// A part of an external axis that the scan does not show.
+pub(super) fn axis_not_shown(name: &str, part: AxisPart, cure: &str) -> String {
+    let part = match part {
+        AxisPart::Direction => "the direction",
+        AxisPart::Place => "the place",
+        AxisPart::TimeOffset => "the time offset",
+    };
+    format!("the scan does not show {part} of axis {name}; {cure}")
 }
 
 /// No place of a curve was seen twice.

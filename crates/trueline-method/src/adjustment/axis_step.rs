@@ -1,0 +1,36 @@
+//! What an adjustment says of the external axes.
+
+use crate::adjustment::adjust::{Adjusted, Adjustment};
+use crate::adjustment::blocks::{Block, Kind};
+use nalgebra::{DMatrix, DVector};
+
+/// What a scan says of its external axes, beside what they were taken to be; six numbers each, in the order of the chain.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisStep {
+    /// By how much each number is another, SI.
+    pub step: DVector<f64>,
+    /// Covariance of all of them, by everything.
+    pub covariance: DMatrix<f64>,
+}
+
+/// The same of an adjustment; `None` without axes.
+pub(super) fn axis_step(
+    adjustment: &Adjustment<'_>,
+    adjusted: &Adjusted,
+    covariance: &DMatrix<f64>,
+) -> Option<AxisStep> {
+    let of_axes = |block: &Block| match &block.kind {
+        Kind::Axes { sigmas } => Some((block.columns.clone(), DVector::from_row_slice(sigmas))),
+        _ => None,
+    };
+    let (columns, sigmas) = adjustment.columns.blocks.iter().find_map(of_axes)?;
+    let (first, count) = (columns.start, columns.len());
+    // What it owes to noise and to priors, and what to errors that are considered.
+    let own = covariance.view((first, first), (count, count));
+    let by_considered = covariance.rows(first, count) * &adjusted.equations.considered;
+    let unit = DMatrix::from_diagonal(&sigmas);
+    Some(AxisStep {
+        step: adjustment.coefficients.rows(first, count).component_mul(&sigmas),
+        covariance: &unit * (own + &by_considered * by_considered.transpose()) * &unit,
+    })
+}

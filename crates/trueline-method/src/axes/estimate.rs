@@ -1,0 +1,158 @@
+//! A scan with axes: a start from nothing, then the calibration about it until the axes stay where they are.
+
+use crate::axes::finding::are_parallel;
+use crate::axes::scan::AxisScan;
+use crate::axes::start;
+use crate::calibration::Calibration;
+use crate::config::{Config, ResidualKind, Target};
+use crate::error::Error;
+use crate::input::axis_chain::AxisChain;
+use nalgebra::{UnitVector3, Vector3};
+use trueline_dataset::{AxisRecord, Carries, Recording};
+use trueline_geometry::{Axis, AxisKind, Pose};
+
+/// Calibrations at most.
+const ROUNDS: usize = 4;
+/// A step of less than this part of the standard deviations is none.
+const SMALL: f64 = 0.1;
+/// Mean loss at a scale of 1 mm beyond which most readings are explained by nothing.
+const UNEXPLAINED: f64 = 0.75;
+
+/// Calibrates a recording with axes by what calibrates one whose axes are known.
+///
+/// # Errors
+/// As `calibrate`; a scan with axes that no place of them explains; what axes are not yet for.
+pub(crate) fn calibrated(
+    recording: &Recording,
+    config: &Config,
+    calibrate: &dyn Fn(&Recording) -> Result<Calibration, Error>,
+) -> Result<Calibration, Error> {
+    check_options(recording, config)?;
+    let placed = Recording { axes: started(recording, config)?, ..recording.clone() };
+    let best = converged(placed, calibrate)?;
+    let Some(other) = mirrored(recording, &best) else { return Ok(best) };
+    let other = converged(other, calibrate)?;
+    Ok(if other.findings.fit.noise_factor < best.findings.fit.noise_factor { other } else { best })
+}
+
+/// The calibration about axes that stay where they are.
+fn converged(
+    mut placed: Recording,
+    calibrate: &dyn Fn(&Recording) -> Result<Calibration, Error>,
+) -> Result<Calibration, Error> {
+    let mut best = calibrate(&placed)?;
+    for _ in 1..ROUNDS {
+        let axes = &best.findings.axes;
+        if axes.iter().all(|axis| axis.step_sigmas < SMALL) {
+            break;
+        }
+        let at = &best.findings.unknowns.parameters;
+        let places =
+            Places { seam: at.lines.first().map(|line| *line.anchor()), camera: at.tool_from_camera };
+        for (record, found) in placed.axes.iter_mut().zip(axes) {
+            record.known = Some(places.nearest(&found.axis, record.carries));
+        }
+        best = calibrate(&placed)?;
+    }
+    Ok(best)
+}
+
+/// A linear axis that goes the other way along the first seam moves no point of it otherwise. Where a scan has seams in other directions, these decide, and
+/// the start, which looks at one of them, does not.
+fn mirrored(recording: &Recording, best: &Calibration) -> Option<Recording> {
+    let lines = &best.findings.unknowns.parameters.lines;
+    let along = lines.first()?.direction();
+    if are_parallel(lines) || best.reasons().is_empty() {
+        return None;
+    }
+    let mut other = recording.clone();
+    let mut is_other = false;
+    for (record, found) in other.axes.iter_mut().zip(&best.findings.axes) {
+        let mut axis = found.axis;
+        if axis.kind == AxisKind::Linear && record.carries != Carries::Sensor {
+            let d = axis.direction.as_ref();
+            axis.direction = UnitVector3::new_normalize(d - along * (2.0 * along.dot(d)));
+            is_other = true;
+        }
+        record.known = Some(axis);
+    }
+    is_other.then_some(other)
+}
+
+/// Where an axis is known best.
+struct Places {
+    /// A point of the seam, in base.
+    seam: Option<Vector3<f64>>,
+    /// The sensor, in the tool.
+    camera: Pose,
+}
+
+impl Places {
+    /// The same axis by its point that is nearest to what it moves.
+    fn nearest(&self, axis: &Axis, carries: Carries) -> Axis {
+        let place = match carries {
+            Carries::Sensor => Some(self.camera.translation.vector),
+            Carries::Part | Carries::Robot => self.seam,
+        };
+        let along =
+            |place: Vector3<f64>| axis.direction.as_ref() * axis.direction.dot(&(place - axis.point_m));
+        let point_m = match axis.kind {
+            AxisKind::Rotary => axis.point_m + place.map_or_else(Vector3::zeros, along),
+            AxisKind::Linear => Vector3::zeros(),
+        };
+        Axis { point_m, ..*axis }
+    }
+}
+
+fn check_options(recording: &Recording, config: &Config) -> Result<(), Error> {
+    let why = if config.at_stops || recording.at_stops {
+        "where the robot stands at each reading; scan it while the sensor moves"
+    } else if config.residual == ResidualKind::PointToLine {
+        "by the point-to-line residual; use `--residual sheet`"
+    } else if config.target == Target::Curve {
+        "beside a curve; scan a straight seam on it"
+    } else {
+        return Ok(());
+    };
+    Err(Error::AxesNotThere { why })
+}
+
+/// The axes where a search from nothing finds them.
+fn started(recording: &Recording, config: &Config) -> Result<Vec<AxisRecord>, Error> {
+    let mut axes = recording.axes.clone();
+    for axis in &mut axes {
+        axis.known = axis.known.or_else(|| Some(stated(axis)));
+    }
+    let moves = recording.axes_that_move();
+    let is_placed = |axis: &AxisRecord| {
+        axis.guess.is_some_and(|guess| guess.point_m.is_some() || axis.kind == AxisKind::Linear)
+    };
+    let open: Vec<usize> = (0..axes.len()).filter(|k| moves[*k] && !is_placed(&axes[*k])).collect();
+    let sought = match open[..] {
+        [] => (0..axes.len()).find(|k| moves[*k]),
+        [sought] => Some(sought),
+        _ => {
+            let names = open.iter().map(|k| axes[*k].name.clone()).collect::<Vec<_>>().join(", ");
+            return Err(Error::AxesNeedGuess { names });
+        }
+    };
+    let Some(sought) = sought else { return Ok(axes) };
+    let of_known = Recording { axes: axes.clone(), ..recording.clone() };
+    let Some(chain) = AxisChain::of(&of_known)? else { return Ok(axes) };
+    let scan = AxisScan::of(recording, chain, config)?;
+    let found = start::from_nothing(&scan, sought, config.offset_search_s, config.threads);
+    let found = found.filter(|found| found.loss < UNEXPLAINED);
+    let found = found.ok_or_else(|| Error::AxisNotFound { name: axes[sought].name.clone() })?;
+    let places = Places { seam: Some(*found.state.line.anchor()), camera: found.state.tool_from_camera };
+    for (axis, link) in axes.iter_mut().zip(&found.state.chain.links) {
+        axis.known = Some(places.nearest(&link.axis, axis.carries));
+    }
+    Ok(axes)
+}
+
+/// Where an axis is said to be, or anywhere.
+fn stated(axis: &AxisRecord) -> Axis {
+    let direction = axis.guess.map_or(UnitVector3::new_unchecked(Vector3::z()), |guess| guess.direction);
+    let point_m = axis.guess.and_then(|guess| guess.point_m).unwrap_or_else(Vector3::zeros);
+    Axis::new(axis.kind, direction, point_m)
+}

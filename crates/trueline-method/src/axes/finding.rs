@@ -1,0 +1,164 @@
+//! What a scan says of an external axis.
+
+use crate::adjustment::axis_step::AxisStep;
+use nalgebra::{Matrix2, SMatrix, SVector};
+use trueline_dataset::{AxisRecord, Carries, Recording};
+use trueline_geometry::axis::{AXIS, AXIS_POINT, AXIS_SCALE, AXIS_TIME_OFFSET};
+use trueline_geometry::{Axis, AxisKind, Line};
+
+/// What is known of the numbers of an axis about its start where nobody says more: direction (rad), place (m), time offset (s).
+const ANYWHERE: [f64; 3] = [0.3, 1.0, 0.1];
+/// What is held is known to this, SI: encoders count exactly, and an axis that stands moves nothing.
+const HELD: f64 = 1e-9;
+/// What is not better known than this part of what was known before is not shown.
+const SHOWN: f64 = 0.5;
+
+/// Standard deviations of the numbers of all axes before the scan, SI.
+#[must_use]
+pub(crate) fn sigmas_before(recording: &Recording) -> Vec<f64> {
+    let of_axes = recording.axes.iter().zip(recording.axes_that_move());
+    of_axes.flat_map(|(record, moves)| sigmas_of(record, moves)).collect()
+}
+
+fn sigmas_of(record: &AxisRecord, moves: bool) -> [f64; AXIS] {
+    if !moves {
+        return [HELD; AXIS];
+    }
+    let stated = record.guess.map_or([None; 2], |guess| guess.sigma);
+    let direction = stated[0].unwrap_or(ANYWHERE[0]);
+    let point = stated[1].unwrap_or(ANYWHERE[1]);
+    [direction, direction, point, point, HELD, ANYWHERE[2]]
+}
+
+/// A part of what an axis is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AxisPart {
+    /// Its direction.
+    Direction,
+    /// Where it is.
+    Place,
+    /// Its own time offset.
+    TimeOffset,
+}
+
+impl AxisPart {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Direction, Self::Place, Self::TimeOffset];
+
+    /// The name in the result.
+    #[must_use]
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Direction => "direction",
+            Self::Place => "point",
+            Self::TimeOffset => "time_offset",
+        }
+    }
+}
+
+/// What is said of an axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisFinding {
+    /// Its name.
+    pub name: String,
+    /// What it moves.
+    pub carries: Carries,
+    /// Where it is.
+    pub axis: Axis,
+    /// Whether it moved while something was read.
+    pub moves: bool,
+    /// Covariance of its numbers, SI; `None` where they were not estimated.
+    covariance: Option<SMatrix<f64, AXIS, AXIS>>,
+    before: [f64; AXIS],
+    seams_are_parallel: bool,
+    /// How far the last adjustment moved it, standard deviations.
+    pub(crate) step_sigmas: f64,
+}
+
+impl AxisFinding {
+    /// Whether its way along the seams is open: of straight seams in one direction a shift along them is seen by nobody, and so is which of two ways, alike
+    /// square to them, the axis goes.
+    #[must_use]
+    pub fn is_open_along_seams(&self) -> bool {
+        self.seams_are_parallel && self.axis.kind == AxisKind::Linear && self.carries != Carries::Sensor
+    }
+
+    /// The largest standard deviation of a part in any direction, rad, m or s; `None` where the scan does not show it, or an axis does not have it.
+    #[must_use]
+    pub fn sigma(&self, part: AxisPart) -> Option<f64> {
+        let covariance = self.covariance.as_ref().filter(|_| self.moves)?;
+        let (first, size) = match part {
+            AxisPart::Direction if self.is_open_along_seams() => return None,
+            AxisPart::Direction => (0, 2),
+            AxisPart::Place if self.axis.kind == AxisKind::Linear => return None,
+            AxisPart::Place => (AXIS_POINT, 2),
+            AxisPart::TimeOffset => (AXIS_TIME_OFFSET, 1),
+        };
+        let largest = if size == 1 {
+            covariance[(first, first)]
+        } else {
+            let own: Matrix2<f64> = covariance.fixed_view::<2, 2>(first, first).into();
+            own.symmetric_eigenvalues().max()
+        };
+        let sigma = largest.sqrt();
+        (sigma < SHOWN * self.before[first]).then_some(sigma)
+    }
+
+    /// Covariance of its numbers (see [`trueline_geometry::axis::AXIS`]), SI; `None` where they were not estimated.
+    #[must_use]
+    pub fn covariance(&self) -> Option<&SMatrix<f64, AXIS, AXIS>> {
+        self.covariance.as_ref()
+    }
+
+    /// Whether an axis has such a part.
+    #[must_use]
+    pub fn has(&self, part: AxisPart) -> bool {
+        !(part == AxisPart::Place && self.axis.kind == AxisKind::Linear)
+    }
+
+    /// The scale is exact, or has this standard deviation.
+    #[must_use]
+    pub fn scale_sigma(&self) -> f64 {
+        let sigma = self.covariance.map_or(0.0, |covariance| covariance[(AXIS_SCALE, AXIS_SCALE)].sqrt());
+        if sigma <= HELD { 0.0 } else { sigma }
+    }
+}
+
+/// Seams that lean by less than this against each other are in one direction, rad.
+const PARALLEL_RAD: f64 = 0.1;
+
+/// Whether all lines are in one direction.
+#[must_use]
+pub(crate) fn are_parallel(lines: &[Line]) -> bool {
+    let leans = |pair: &[Line]| pair[0].direction().cross(&pair[1].direction()).norm();
+    lines.windows(2).all(|pair| leans(pair) < PARALLEL_RAD)
+}
+
+/// What is said of all axes of a recording by a step that an adjustment found.
+#[must_use]
+pub(crate) fn of_all(recording: &Recording, lines: &[Line], found: Option<&AxisStep>) -> Vec<AxisFinding> {
+    let (records, moves) = (&recording.axes, recording.axes_that_move());
+    let finding = |(k, record): (usize, &AxisRecord)| {
+        let known = record.known?;
+        let before = sigmas_of(record, moves[k]);
+        let covariance = found.map(|found| {
+            let first = AXIS * k;
+            SMatrix::<f64, AXIS, AXIS>::from_fn(|i, j| found.covariance[(first + i, first + j)])
+        });
+        let step = found.map_or_else(SVector::zeros, |found| {
+            SVector::<f64, AXIS>::from_fn(|i, _| found.step[AXIS * k + i])
+        });
+        let sigmas = |i: usize| covariance.map_or(f64::INFINITY, |covariance| covariance[(i, i)].sqrt());
+        Some(AxisFinding {
+            name: record.name.clone(),
+            carries: record.carries,
+            axis: known.retract(&step),
+            moves: moves[k],
+            covariance,
+            before,
+            seams_are_parallel: are_parallel(lines),
+            step_sigmas: (0..AXIS).map(|i| step[i].abs() / sigmas(i)).fold(0.0, f64::max),
+        })
+    };
+    records.iter().enumerate().filter_map(finding).collect()
+}

@@ -1,0 +1,212 @@
+//! All unknowns of a scan with axes, refined from a start: robust steps of Gauss and Newton, a wide scale first \[Yang2020\].
+
+use crate::axes::scan::{AxisScan, Reading};
+use crate::input::axis_chain::AxisChain;
+use nalgebra::{DMatrix, DVector, SVector, Vector2, Vector3, Vector4};
+use trueline_geometry::axis::{AXIS, AXIS_POINT, AXIS_SCALE, AXIS_TIME_OFFSET};
+use trueline_geometry::{AxisKind, Line, Pose, se3};
+
+/// Numbers of time offset, hand-eye transform and line.
+const OWN: usize = 11;
+/// Steps of the differences: s, rad and m.
+const STEP: f64 = 1e-6;
+/// Damping of a step at first, of the diagonal.
+const DAMPING: f64 = 1e-3;
+/// Standard deviation of everything beforehand in units of a residual's scale, rad, m and s: what nothing shows stays where it is.
+const LOOSE: f64 = 30.0;
+
+/// Stamps of an axis are no later than this as a rule, s: of one that runs evenly nothing else says how late they are.
+const USUAL_OFFSET_S: f64 = 0.1;
+
+/// One value of all unknowns.
+#[derive(Clone, Debug)]
+pub(super) struct State {
+    /// Time offset of the readings, s.
+    pub time_offset_s: f64,
+    /// Hand-eye transform.
+    pub tool_from_camera: Pose,
+    /// The seam.
+    pub line: Line,
+    /// The axes.
+    pub chain: AxisChain,
+}
+
+impl State {
+    /// Numbers of the axes that are estimated: all but scales, and points of linear ones.
+    fn of_axes(&self) -> Vec<(usize, usize)> {
+        let is_free = |kind: AxisKind, number: usize| match number {
+            AXIS_SCALE => false,
+            AXIS_POINT..AXIS_SCALE => kind == AxisKind::Rotary,
+            _ => true,
+        };
+        let numbers = |(k, link): (usize, &crate::input::axis_chain::Link)| -> Vec<(usize, usize)> {
+            let kind = link.axis.kind;
+            (0..AXIS).filter(|number| is_free(kind, *number)).map(|number| (k, number)).collect()
+        };
+        self.chain.links.iter().enumerate().flat_map(numbers).collect()
+    }
+
+    /// A time offset of each axis by what is usual, and its weight there; of the other numbers nothing is known.
+    fn known(&self, (link, number): (usize, usize)) -> [f64; 2] {
+        let weight = USUAL_OFFSET_S.powi(-2);
+        if number == AXIS_TIME_OFFSET {
+            [weight * self.chain.links[link].axis.time_offset_s, weight]
+        } else {
+            [0.0; 2]
+        }
+    }
+
+    fn moved(&self, free: &[(usize, usize)], step: &DVector<f64>) -> Self {
+        let three = |k: usize| Vector3::new(step[k], step[k + 1], step[k + 2]);
+        let mut chain = self.chain.clone();
+        for (k, link) in chain.links.iter_mut().enumerate() {
+            let mut own = SVector::<f64, AXIS>::zeros();
+            for (place, (_, number)) in free.iter().enumerate().filter(|(_, (link, _))| *link == k) {
+                own[*number] = step[OWN + place];
+            }
+            link.axis = link.axis.retract(&own);
+        }
+        Self {
+            time_offset_s: self.time_offset_s + step[0],
+            tool_from_camera: se3::retract_decoupled(&self.tool_from_camera, &three(1), &three(4)),
+            line: self.line.retract(&Vector4::new(step[7], step[8], step[9], step[10])),
+            chain,
+        }
+    }
+}
+
+/// Where a refinement has led.
+#[derive(Clone, Debug)]
+pub(super) struct Refined {
+    /// Mean loss, between 0 for no residual and 1 for outliers.
+    pub loss: f64,
+    /// The unknowns.
+    pub state: State,
+}
+
+/// Follows a start through scales of the loss, m; `None` where hardly anything has a place.
+#[must_use]
+pub(super) fn follow(
+    scan: &AxisScan,
+    readings: &[Reading],
+    start: State,
+    scales_m: &[f64],
+    steps: usize,
+) -> Option<Refined> {
+    let mut at = start;
+    let mut loss = 1.0;
+    for scale_m in scales_m {
+        let problem = Problem { scan, readings, scale_m: *scale_m };
+        Refined { loss, state: at } = problem.refined(at, steps)?;
+    }
+    Some(Refined { loss, state: at })
+}
+
+struct Problem<'a> {
+    scan: &'a AxisScan,
+    readings: &'a [Reading],
+    scale_m: f64,
+}
+
+/// At least this part of the readings has a place.
+const PLACED: f64 = 0.5;
+
+impl Problem<'_> {
+    fn off(&self, at: &State) -> Vec<Option<Vector2<f64>>> {
+        self.readings.iter().map(|reading| self.scan.off_m(at, reading)).collect()
+    }
+
+    /// Mean loss of Geman and McClure; what has no place counts as an outlier.
+    fn loss(&self, off: &[Option<Vector2<f64>>]) -> f64 {
+        let of = |off: &Option<Vector2<f64>>| {
+            off.map_or(1.0, |off| {
+                let square = (off / self.scale_m).norm_squared();
+                square / (1.0 + square)
+            })
+        };
+        off.iter().map(of).sum::<f64>() / off.len().max(1) as f64
+    }
+
+    fn refined(&self, start: State, steps: usize) -> Option<Refined> {
+        let free = start.of_axes();
+        let mut at = start;
+        let mut off = self.off(&at);
+        let mut loss = self.loss(&off);
+        let mut damping = DAMPING;
+        for _ in 0..steps {
+            let placed = off.iter().flatten().count();
+            if (placed as f64) < PLACED * off.len() as f64 {
+                return None;
+            }
+            let (hessian, gradient) = self.equations(&at, &free, &off);
+            let mut is_better = false;
+            for _ in 0..4 {
+                let mut damped = hessian.clone();
+                for k in 0..damped.nrows() {
+                    damped[(k, k)] *= 1.0 + damping;
+                }
+                let Some(factor) = damped.cholesky() else { break };
+                let next = at.moved(&free, &-factor.solve(&gradient));
+                let next_off = self.off(&next);
+                let next_loss = self.loss(&next_off);
+                if next_loss < loss {
+                    is_better = loss - next_loss > 1e-6 * loss;
+                    (at, off, loss) = (next, next_off, next_loss);
+                    damping = (0.2 * damping).max(1e-9);
+                    break;
+                }
+                damping *= 8.0;
+            }
+            if !is_better {
+                break;
+            }
+        }
+        Some(Refined { loss, state: at })
+    }
+
+    fn equations(
+        &self,
+        at: &State,
+        free: &[(usize, usize)],
+        off: &[Option<Vector2<f64>>],
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let count = OWN + free.len();
+        let columns: Vec<Vec<Option<Vector2<f64>>>> = (0..count)
+            .map(|k| {
+                let step = DVector::from_fn(count, |j, _| if j == k { STEP } else { 0.0 });
+                self.off(&at.moved(free, &step))
+            })
+            .collect();
+        let mut hessian = DMatrix::identity(count, count) * LOOSE.powi(-2);
+        let mut gradient = DVector::zeros(count);
+        let mut slopes = vec![Vector2::zeros(); count];
+        for (k, place) in free.iter().enumerate() {
+            let [pull, weight] = at.known(*place);
+            gradient[OWN + k] += pull;
+            hessian[(OWN + k, OWN + k)] += weight;
+        }
+        for (i, own) in off.iter().enumerate() {
+            let Some(own) = own else { continue };
+            let mut is_whole = true;
+            for (slope, column) in slopes.iter_mut().zip(&columns) {
+                match column[i] {
+                    Some(moved) => *slope = (moved - own) / (STEP * self.scale_m),
+                    None => is_whole = false,
+                }
+            }
+            if !is_whole {
+                continue;
+            }
+            let residual = own / self.scale_m;
+            let weight = (1.0 + residual.norm_squared()).powi(-2);
+            for (j, slope) in slopes.iter().enumerate() {
+                gradient[j] += weight * slope.dot(&residual);
+                for (k, other) in slopes[..=j].iter().enumerate() {
+                    hessian[(j, k)] += weight * slope.dot(other);
+                }
+            }
+        }
+        hessian.fill_upper_triangle_with_lower_triangle();
+        (hessian, gradient)
+    }
+}

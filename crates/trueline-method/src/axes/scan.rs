@@ -1,0 +1,74 @@
+//! A scan as the search for its axes sees it: readings, and the robot's path without the axes.
+
+use crate::axes::refine::State;
+use crate::config::Config;
+use crate::error::Error;
+use crate::input::axis_chain::AxisChain;
+use crate::input::observations::{observe_by, origin_ns};
+use crate::input::timestamps::Sampling;
+use nalgebra::{Vector2, Vector3};
+use trueline_dataset::Recording;
+use trueline_geometry::{Pose, Trajectory};
+
+/// A reading of a seam.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reading {
+    /// Its stamp, s.
+    pub stamp_s: f64,
+    /// The measured point in the camera frame, m.
+    pub point: Vector3<f64>,
+}
+
+/// A scan without its axes.
+pub(super) struct AxisScan {
+    /// The robot's path, as the controller reports it.
+    pub path: Trajectory,
+    /// The axes, where they are taken to be.
+    pub chain: AxisChain,
+    /// Readings of the seam that was read most often.
+    pub readings: Vec<Reading>,
+    /// The direction of each axis, where it is stated.
+    pub directions: Vec<Option<Vector3<f64>>>,
+    /// Normal of the laser plane in the camera frame.
+    pub normal: Vector3<f64>,
+}
+
+impl AxisScan {
+    /// Of a recording.
+    ///
+    /// # Errors
+    /// Streams that are no scan.
+    pub(super) fn of(recording: &Recording, chain: AxisChain, config: &Config) -> Result<Self, Error> {
+        let plain = Recording { axes: Vec::new(), ..recording.clone() };
+        let sampling = Sampling::of(&plain, origin_ns(&plain));
+        let observations = observe_by(sampling.of_arrival(config), &plain, &sampling, config)?;
+        let mut of_lines = vec![0_usize; observations.line_count];
+        observations.list.iter().for_each(|o| of_lines[o.line as usize] += 1);
+        let most = of_lines.iter().enumerate().max_by_key(|(_, count)| **count).map_or(0, |(line, _)| line);
+        let stated = recording.axes.iter().map(|axis| Some(axis.guess?.direction.into_inner()));
+        let own = observations.list.iter().filter(|o| o.line as usize == most);
+        Ok(Self {
+            readings: own.map(|o| Reading { stamp_s: o.stamp_s, point: o.point_in_camera }).collect(),
+            directions: stated.collect(),
+            normal: observations.sheet.plane().normal().into_inner(),
+            path: observations.robot.trajectory,
+            chain,
+        })
+    }
+
+    /// So many of its readings at most, evenly.
+    #[must_use]
+    pub(super) fn some(&self, most: usize) -> Vec<Reading> {
+        let step = self.readings.len().div_ceil(most).max(1);
+        self.readings.iter().step_by(step).copied().collect()
+    }
+
+    /// How far a reading is off the seam in both directions square to it, m; `None` where the robot or an axis has no place then.
+    #[must_use]
+    pub(super) fn off_m(&self, at: &State, reading: &Reading) -> Option<Vector2<f64>> {
+        let time_s = reading.stamp_s - at.time_offset_s;
+        let lines_from_carrier: Pose = at.chain.lines_from_carrier(&self.path.pose_at(time_s)?, time_s)?;
+        let point = lines_from_carrier * (at.tool_from_camera * nalgebra::Point3::from(reading.point));
+        Some(at.line.offset_of(&point.coords))
+    }
+}

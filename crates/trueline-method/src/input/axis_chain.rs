@@ -1,0 +1,395 @@
+//! The external axes of a cell as links of the chain from the lines to what carries the sensor.
+//!
+//! With axes A that carry the part, B that carry the robot and C that carry the sensor, each list from the base outward,
+//!
+//! ```text
+//! lines_from_carrier(t) = (A₁ … Aₙ)⁻¹ B₁ … Bₘ base_from_tool(t) C₁ … Cₗ,
+//! ```
+//!
+//! and where the sensor stands beside the robot, `(A₁ … Aₙ)⁻¹ tool_from_base(t) (B₁ … Bₘ)⁻¹ C₁ … Cₗ`: then A are on the tool and B, C in base.
+//! Axes that the controller's poses contain already are taken out as the controller has them, and put in as they are.
+
+use crate::error::Error;
+use crate::input::clock_model::{self, Ticks};
+use nalgebra::{Matrix3xX, Point3, Vector3};
+use std::sync::Arc;
+use trueline_dataset::sensor_setup::Mounted;
+use trueline_dataset::{AxisRecord, Carries, Recording};
+use trueline_geometry::axis::AXIS;
+use trueline_geometry::{Axis, Pose};
+
+/// Values of an axis over time since the start of the recording.
+#[derive(Clone, Debug)]
+pub(crate) struct Values {
+    times_s: Vec<f64>,
+    values: Vec<f64>,
+}
+
+impl Values {
+    /// Of a record; evenly taken values are dated by their even clock.
+    fn of(record: &AxisRecord, origin_ns: i64) -> Self {
+        let mut times_s = Vec::with_capacity(record.values.len());
+        let mut values = Vec::with_capacity(record.values.len());
+        for value in &record.values {
+            let time_s = (value.stamp_ns - origin_ns) as f64 * 1e-9;
+            // Of several values with one stamp the last counts.
+            if times_s.last().is_some_and(|last| *last >= time_s) {
+                values.pop();
+                times_s.pop();
+            }
+            times_s.push(time_s);
+            values.push(value.value);
+        }
+        if let Some(clock) = clock_model::fit(&times_s, Ticks::Counted) {
+            times_s = clock.regular_s;
+        }
+        Self { times_s, values }
+    }
+
+    /// Value and rate at a time, s, by cubic pieces through the values; `None` beyond the first and the last.
+    #[must_use]
+    pub(crate) fn at(&self, time_s: f64) -> Option<(f64, f64)> {
+        let next = self.times_s.partition_point(|t| *t <= time_s);
+        let last = self.times_s.len() - 1;
+        if next == 0 || (next > last && time_s > self.times_s[last]) {
+            return None;
+        }
+        let k = (next - 1).min(last - 1);
+        let span_s = self.times_s[k + 1] - self.times_s[k];
+        let u = (time_s - self.times_s[k]) / span_s;
+        let (from, to) = (self.values[k], self.values[k + 1]);
+        let [out, into] = [k, k + 1].map(|k| self.slope(k) * span_s);
+        let (u2, u3) = (u * u, u * u * u);
+        let value = from * (2.0 * u3 - 3.0 * u2 + 1.0)
+            + out * (u3 - 2.0 * u2 + u)
+            + to * (3.0 * u2 - 2.0 * u3)
+            + into * (u3 - u2);
+        let rate = (from * (6.0 * u2 - 6.0 * u)
+            + out * (3.0 * u2 - 4.0 * u + 1.0)
+            + to * (6.0 * u - 6.0 * u2)
+            + into * (3.0 * u2 - 2.0 * u))
+            / span_s;
+        Some((value, rate))
+    }
+
+    fn slope(&self, k: usize) -> f64 {
+        let (before, after) = (k.saturating_sub(1), (k + 1).min(self.values.len() - 1));
+        (self.values[after] - self.values[before]) / (self.times_s[after] - self.times_s[before])
+    }
+}
+
+/// An axis in the chain.
+#[derive(Clone, Debug)]
+pub(crate) struct Link {
+    /// Where it is.
+    pub axis: Axis,
+    /// What it moves.
+    pub carries: Carries,
+    /// As the controller has it, where its poses contain it.
+    pub in_pose: Option<Axis>,
+    /// Whether it moves while something is read. One that does not is where everything is when it is at zero.
+    moves: bool,
+    /// Its values.
+    pub values: Arc<Values>,
+}
+
+impl Link {
+    /// What it does at a time, s, and how fast its value changes.
+    fn moved(&self, axis: &Axis, time_s: f64) -> Option<Pose> {
+        if !self.moves {
+            return Some(Pose::identity());
+        }
+        let (value, _) = self.values.at(time_s + axis.time_offset_s)?;
+        Some(axis.motion(value))
+    }
+}
+
+/// All axes of a cell.
+#[derive(Clone, Debug)]
+pub(crate) struct AxisChain {
+    /// In the order of the cell's file.
+    pub links: Vec<Link>,
+    mounted: Mounted,
+}
+
+/// A link on its way from the lines to the sensor.
+struct Factor<'a> {
+    number: usize,
+    link: &'a Link,
+    /// Whether the inverse of its motion stands there.
+    is_inverse: bool,
+}
+
+impl Factor<'_> {
+    /// What stands there at a time, s.
+    fn motion(&self, time_s: f64) -> Option<Pose> {
+        let moved = self.link.moved(&self.link.axis, time_s)?;
+        Some(if self.is_inverse { moved.inverse() } else { moved })
+    }
+}
+
+/// What stands around the motion of one link.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Around {
+    /// From the lines to the link.
+    pub before: Pose,
+    /// From the link to what carries the sensor.
+    pub behind: Pose,
+    /// Its value, negative where the inverse of its motion stands there.
+    pub value: f64,
+}
+
+impl AxisChain {
+    /// The axes of a recording where they are known to be; `None` if there are none.
+    ///
+    /// # Errors
+    /// An axis that moves and is not known.
+    pub(crate) fn of(recording: &Recording) -> Result<Option<Self>, Error> {
+        if recording.axes.is_empty() {
+            return Ok(None);
+        }
+        let origin_ns = recording.robot.first().map_or(0, |sample| sample.stamp_ns);
+        let link = |(record, moves): (&AxisRecord, bool)| {
+            let stated = record.guess.map(|guess| {
+                Axis::new(record.kind, guess.direction, guess.point_m.unwrap_or_else(Vector3::zeros))
+            });
+            let anywhere = Axis::new(record.kind, Vector3::z_axis(), Vector3::zeros());
+            let axis = record.known.or((!moves).then_some(anywhere));
+            Ok(Link {
+                axis: axis.ok_or_else(|| Error::AxisUnknown { name: record.name.clone() })?,
+                moves,
+                carries: record.carries,
+                in_pose: stated.filter(|_| record.in_pose),
+                values: Arc::new(Values::of(record, origin_ns)),
+            })
+        };
+        let links: Result<Vec<Link>, Error> =
+            recording.axes.iter().zip(recording.axes_that_move()).map(link).collect();
+        Ok(Some(Self { links: links?, mounted: recording.setup.mounted }))
+    }
+
+    /// The factors before the robot's pose and behind it.
+    fn factors(&self) -> [Vec<Factor<'_>>; 2] {
+        let of = |carries: Carries, is_inverse: bool| {
+            let links = self.links.iter().enumerate().filter(move |(_, link)| link.carries == carries);
+            let mut factors: Vec<Factor<'_>> =
+                links.map(|(number, link)| Factor { number, link, is_inverse }).collect();
+            if is_inverse {
+                factors.reverse();
+            }
+            factors
+        };
+        let (mut before, mut behind) = (of(Carries::Part, true), Vec::new());
+        match self.mounted {
+            Mounted::Tool => before.extend(of(Carries::Robot, false)),
+            Mounted::Fixed => behind.extend(of(Carries::Robot, true)),
+        }
+        behind.extend(of(Carries::Sensor, false));
+        [before, behind]
+    }
+
+    /// What the controller's poses contain, before them and behind them.
+    fn taken_out(&self, time_s: f64) -> Option<[Pose; 2]> {
+        let mut sides = [Pose::identity(); 2];
+        for (side, factors) in sides.iter_mut().zip(self.factors()) {
+            for Factor { link, is_inverse, .. } in factors {
+                let Some(nominal) = &link.in_pose else { continue };
+                let moved = link.moved(nominal, time_s)?;
+                *side *= if is_inverse { moved.inverse() } else { moved };
+            }
+        }
+        Some(sides)
+    }
+
+    /// The pose of what carries the sensor in the frame of the lines, of that without the axes at a time, s; `None` where an axis has no value.
+    #[must_use]
+    pub(crate) fn lines_from_carrier(&self, without_axes: &Pose, time_s: f64) -> Option<Pose> {
+        let [contained_before, contained_behind] = self.taken_out(time_s)?;
+        let [before, behind] = self.factors();
+        let product = |factors: Vec<Factor<'_>>| {
+            factors
+                .into_iter()
+                .try_fold(Pose::identity(), |product, factor| Some(product * factor.motion(time_s)?))
+        };
+        let robot = contained_before.inverse() * without_axes * contained_behind.inverse();
+        Some(product(before)? * robot * product(behind)?)
+    }
+
+    /// What stands before the motion of one link and what behind it, with its value at a time, s, of the sign with which it stands there.
+    #[must_use]
+    pub(crate) fn around(&self, number: usize, without_axes: &Pose, time_s: f64) -> Option<Around> {
+        let [contained_before, contained_behind] = self.taken_out(time_s)?;
+        let robot = contained_before.inverse() * without_axes * contained_behind.inverse();
+        let [before, behind] = self.factors();
+        let mut sides = [Pose::identity(); 2];
+        let (mut side, mut value) = (0, 0.0);
+        // The robot's pose stands between the two.
+        for factor in before.iter().map(Some).chain([None]).chain(behind.iter().map(Some)) {
+            let Some(factor) = factor else {
+                sides[side] *= robot;
+                continue;
+            };
+            if factor.number == number {
+                let (own, _) = factor.link.values.at(time_s + factor.link.axis.time_offset_s)?;
+                (side, value) = (1, if factor.is_inverse { -own } else { own });
+                continue;
+            }
+            sides[side] *= factor.motion(time_s)?;
+        }
+        let [before, behind] = sides;
+        Some(Around { before, behind, value })
+    }
+
+    /// How a point that the sensor measures moves in the frame of the lines with the numbers of each axis, 3 × 6 a link; `lines_from_carrier` is the
+    /// pose with the axes at that time, s, and `point` the measured point, m.
+    #[must_use]
+    pub(crate) fn d_point(
+        &self,
+        lines_from_carrier: &Pose,
+        point: &Vector3<f64>,
+        time_s: f64,
+    ) -> Option<Matrix3xX<f64>> {
+        let mut by = Matrix3xX::zeros(AXIS * self.links.len());
+        let [before, behind] = self.factors();
+        let mut prefix = Pose::identity();
+        for factor in before {
+            prefix = self.one_d_point(&mut by, prefix, &factor, point, time_s)?;
+        }
+        // Behind the robot's pose the prefix is what the whole leaves of the links that follow.
+        let after = behind
+            .iter()
+            .try_fold(Pose::identity(), |product, factor| Some(product * factor.motion(time_s)?))?;
+        prefix = lines_from_carrier * after.inverse();
+        for factor in behind {
+            prefix = self.one_d_point(&mut by, prefix, &factor, point, time_s)?;
+        }
+        Some(by)
+    }
+
+    fn one_d_point(
+        &self,
+        by: &mut Matrix3xX<f64>,
+        prefix: Pose,
+        Factor { number, link, is_inverse }: &Factor<'_>,
+        point: &Vector3<f64>,
+        time_s: f64,
+    ) -> Option<Pose> {
+        if !link.moves {
+            return Some(prefix);
+        }
+        let (value, rate) = link.values.at(time_s + link.axis.time_offset_s)?;
+        let motion = link.axis.motion(value);
+        let there = (prefix.inverse() * Point3::from(*point)).coords;
+        let slopes = if *is_inverse {
+            // x = A⁻¹ y: 0 = dA x + A dx.
+            let moved = (motion * Point3::from(there)).coords;
+            let own = link.axis.d_moved(value, rate, &moved);
+            -(motion.rotation.inverse().to_rotation_matrix().into_inner() * own)
+        } else {
+            link.axis.d_moved(value, rate, &there)
+        };
+        let in_lines = prefix.rotation.to_rotation_matrix().into_inner() * slopes;
+        by.columns_mut(AXIS * number, AXIS).copy_from(&in_lines);
+        Some(prefix * if *is_inverse { motion.inverse() } else { motion })
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+    use nalgebra::{SVector, UnitVector3};
+    use trueline_geometry::{AxisKind, se3, so3};
+
+    fn link(carries: Carries, kind: AxisKind, k: f64) -> Link {
+        let direction = UnitVector3::new_normalize(Vector3::new(k.sin(), (2.0 * k).cos(), 0.4));
+        let axis = Axis {
+            scale: 1.01,
+            time_offset_s: 0.02,
+            ..Axis::new(kind, direction, Vector3::new(0.3 * k, -0.4, 0.2))
+        };
+        let times_s: Vec<f64> = (0..60).map(|i| 0.05 * f64::from(i)).collect();
+        let values = times_s.iter().map(|t| (1.3 * t + k).sin()).collect();
+        Link { axis, carries, in_pose: None, moves: true, values: Arc::new(Values { times_s, values }) }
+    }
+
+    fn chain(mounted: Mounted) -> AxisChain {
+        let kinds = [
+            (Carries::Part, AxisKind::Rotary),
+            (Carries::Robot, AxisKind::Linear),
+            (Carries::Sensor, AxisKind::Rotary),
+            (Carries::Part, AxisKind::Rotary),
+            (Carries::Robot, AxisKind::Rotary),
+            (Carries::Sensor, AxisKind::Linear),
+        ];
+        let links = (1..).zip(kinds).map(|(k, (carries, kind))| link(carries, kind, f64::from(k)));
+        AxisChain { links: links.collect(), mounted }
+    }
+
+    fn pose() -> Pose {
+        se3::from_parts(so3::exp(&Vector3::new(0.3, -0.8, 1.1)), Vector3::new(0.9, -0.2, 0.6))
+    }
+
+    const TIME_S: f64 = 1.234;
+
+    /// Central differences over 1e-6 leave 1e-12 of third derivatives and round to 1e-10.
+    #[test]
+    fn points_move_with_every_axis_as_differences_say() {
+        let measured = Vector3::new(0.05, 0.01, 0.2);
+        for chain in [Mounted::Tool, Mounted::Fixed].map(chain) {
+            let place = |chain: &AxisChain| {
+                (chain.lines_from_carrier(&pose(), TIME_S).unwrap() * Point3::from(measured)).coords
+            };
+            let whole = chain.lines_from_carrier(&pose(), TIME_S).unwrap();
+            let by = chain.d_point(&whole, &place(&chain), TIME_S).unwrap();
+            for k in 0..by.ncols() {
+                let moved = |step: f64| {
+                    let mut other = chain.clone();
+                    let mut delta = SVector::<f64, AXIS>::zeros();
+                    delta[k % AXIS] = step;
+                    let axis = &mut other.links[k / AXIS].axis;
+                    *axis = axis.retract(&delta);
+                    place(&other)
+                };
+                let slope = (moved(1e-6) - moved(-1e-6)) / 2e-6;
+                // Cubic pieces have corners in their second derivative.
+                assert!((slope - by.column(k)).norm() < 1e-6, "{k}: {slope} {}", by.column(k));
+            }
+        }
+    }
+
+    #[test]
+    fn what_stands_around_a_link_makes_the_whole_with_it() {
+        for chain in [Mounted::Tool, Mounted::Fixed].map(chain) {
+            let whole = chain.lines_from_carrier(&pose(), TIME_S).unwrap();
+            for (k, link) in chain.links.iter().enumerate() {
+                let around = chain.around(k, &pose(), TIME_S).unwrap();
+                let again = around.before * link.axis.motion(around.value) * around.behind;
+                assert!((again.to_homogeneous() - whole.to_homogeneous()).amax() < 1e-14, "{k}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_the_controller_has_right_changes_nothing() {
+        let mut chain = chain(Mounted::Tool);
+        for link in &mut chain.links {
+            link.in_pose = Some(link.axis);
+        }
+        let again = chain.lines_from_carrier(&pose(), TIME_S).unwrap();
+        assert!((again.to_homogeneous() - pose().to_homogeneous()).amax() < 1e-14);
+    }
+
+    #[test]
+    fn values_and_rates_are_those_of_a_smooth_course() {
+        let values = &link(Carries::Part, AxisKind::Rotary, 0.0).values;
+        for k in 5..50 {
+            let time_s = 0.05 * f64::from(k) + 0.017;
+            let (value, rate) = values.at(time_s).unwrap();
+            // Cubic pieces with slopes of differences: T³/12 of the third derivative, 2.2.
+            assert!((value - (1.3 * time_s).sin()).abs() < 2e-5, "{value}");
+            assert!((rate - 1.3 * (1.3 * time_s).cos()).abs() < 2e-3, "{rate}");
+        }
+        assert!(values.at(-0.01).is_none() && values.at(2.96).is_none());
+    }
+}

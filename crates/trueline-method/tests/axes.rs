@@ -1,0 +1,195 @@
+//! Scans in cells with external axes, cast forward, with nothing known of the axes.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use trueline_dataset::axes::AxisGuess;
+use trueline_dataset::{Carries, Recording};
+use trueline_geometry::{Axis, AxisKind};
+use trueline_method::axes::finding::{AxisFinding, AxisPart};
+use trueline_method::{Calibration, Config, Error, Status, calibrate};
+use trueline_sim::{
+    AxisCourse, Disturbance, Preset, Scenario, SimulatedAxis, random_cell, simulate_with_axes,
+};
+
+fn scenario(seed: u64) -> Scenario {
+    random_cell(&Preset::Good.scenario(), seed, 0.3)
+}
+
+fn swing() -> AxisCourse {
+    AxisCourse::Swings { by: 30f64.to_radians(), hz: 0.11 }
+}
+
+fn stands(angles: &[f64]) -> AxisCourse {
+    AxisCourse::Stands(angles.iter().map(|a| a.to_radians()).collect())
+}
+
+/// A scan with axes that are known to nobody.
+fn scan(scenario: &Scenario, axes: &[SimulatedAxis], seed: u64) -> Recording {
+    let mut recording = simulate_with_axes(scenario, axes, seed).unwrap();
+    recording.axes.iter_mut().for_each(|axis| axis.known = None);
+    recording
+}
+
+/// Errors of an axis: direction (rad), place (m) and time offset (s).
+fn errors(found: &Axis, truth: &Axis) -> [f64; 3] {
+    let off = truth.point_m - found.point_m;
+    let square = off - truth.direction.as_ref() * truth.direction.dot(&off);
+    let place_m = if truth.kind == AxisKind::Rotary { square.norm() } else { 0.0 };
+    [found.direction.angle(&truth.direction), place_m, (found.time_offset_s - truth.time_offset_s).abs()]
+}
+
+/// Beyond four of its ± in any direction an answer is wrong; two directions square to each other make 4 √2.
+const SIGMAS: f64 = 5.7;
+
+fn check_axis(found: &AxisFinding, truth: &Axis, shown: [bool; 3], what: &str) {
+    let errors = errors(&found.axis, truth);
+    for ((part, error), is_shown) in AxisPart::ALL.into_iter().zip(errors).zip(shown) {
+        let sigma = found.sigma(part);
+        assert_eq!(sigma.is_some(), is_shown, "{what} {part:?} {sigma:?}");
+        if let Some(sigma) = sigma {
+            assert!(error < SIGMAS * sigma, "{what} {part:?}: {error:e} of {sigma:e}");
+        }
+    }
+}
+
+fn check_offset(calibration: &Calibration, recording: &Recording, what: &str) {
+    let offset = calibration.time_offset().unwrap();
+    let truth_s = recording.truth.as_ref().unwrap().parameters.time_offset_s;
+    let (error_s, sigma_s) = ((offset.value_s - truth_s).abs(), offset.sigma_s.unwrap());
+    assert!(error_s < 4.5 * sigma_s, "{what}: {error_s:e} of {sigma_s:e}");
+}
+
+fn accepted(recording: &Recording, what: &str) -> Calibration {
+    let calibration = calibrate(recording, None, &Config::default()).unwrap();
+    assert_eq!(calibration.status(), Status::Accepted, "{what}: {:?}", calibration.reasons());
+    check_offset(&calibration, recording, what);
+    calibration
+}
+
+#[test]
+fn every_axis_is_found_from_nothing_as_well_as_is_said() {
+    let (rotary, linear) = (AxisKind::Rotary, AxisKind::Linear);
+    let slide = AxisCourse::Swings { by: 0.2, hz: 0.11 };
+    // What a scan shows of direction, place and time offset. Of one that runs evenly nothing shows the time offset; of a track along one straight seam
+    // nothing shows which way it goes along that.
+    let rows = [
+        (rotary, Carries::Part, swing(), [true; 3]),
+        (rotary, Carries::Part, stands(&[0.0, 60.0, 120.0]), [true; 3]),
+        (rotary, Carries::Part, stands(&[20.0]), [false; 3]),
+        (rotary, Carries::Part, AxisCourse::Runs(0.1), [true, true, false]),
+        (rotary, Carries::Robot, swing(), [true; 3]),
+        (rotary, Carries::Sensor, swing(), [true; 3]),
+        (linear, Carries::Robot, slide.clone(), [false, false, true]),
+        (linear, Carries::Part, slide.clone(), [false, false, true]),
+        (linear, Carries::Sensor, slide, [true, false, true]),
+    ];
+    for (seed, (kind, carries, course, shown)) in (11..).zip(rows) {
+        let what = format!("{kind:?} {carries:?} {course:?}");
+        let scenario = scenario(seed);
+        let axis = SimulatedAxis::somewhere("axis", (kind, carries), course, &scenario, seed);
+        let recording = scan(&scenario, std::slice::from_ref(&axis), seed);
+        let calibration = accepted(&recording, &what);
+        check_axis(&calibration.findings.axes[0], &axis.axis, shown, &what);
+        let hidden = calibration.warnings().iter().filter(|w| w.code() == "axis-not-shown").count();
+        let linear_place = usize::from(kind == AxisKind::Linear);
+        let unshown = shown.iter().filter(|shown| !**shown).count() - linear_place;
+        assert_eq!(
+            hidden,
+            if shown == [false; 3] { 1 } else { unshown },
+            "{what}: {:?}",
+            calibration.warnings()
+        );
+    }
+}
+
+/// What is left of a scan without noise are the pieces of straight path between samples, below a micrometre.
+#[test]
+fn a_scan_without_noise_gives_the_axis_to_a_few_micrometres() {
+    let mut scenario = scenario(5);
+    scenario.disturbance = Disturbance::default();
+    let axis = SimulatedAxis::somewhere("table", (AxisKind::Rotary, Carries::Part), swing(), &scenario, 5);
+    let recording = scan(&scenario, std::slice::from_ref(&axis), 5);
+    let calibration = calibrate(&recording, None, &Config::default()).unwrap();
+    let [direction_rad, place_m, offset_s] = errors(&calibration.findings.axes[0].axis, &axis.axis);
+    assert!(
+        direction_rad < 1e-4 && place_m < 3e-5 && offset_s < 5e-5,
+        "{direction_rad:e} {place_m:e} {offset_s:e}"
+    );
+}
+
+/// A positioner that tilts and turns: one of the two is roughly known.
+#[test]
+fn two_axes_are_found_where_one_is_roughly_known() {
+    let scenario = scenario(8);
+    let (rotary, part) = (AxisKind::Rotary, Carries::Part);
+    let tilt = AxisCourse::Swings { by: 0.3, hz: 0.07 };
+    let axes = [
+        SimulatedAxis::somewhere("tilt", (rotary, part), tilt, &scenario, 81),
+        SimulatedAxis::somewhere("turn", (rotary, part), swing(), &scenario, 82),
+    ];
+    let mut recording = scan(&scenario, &axes, 8);
+    let open = calibrate(&recording, None, &Config::default());
+    assert!(matches!(open, Err(Error::AxesNeedGuess { .. })), "{open:?}");
+    // 4° and 20 mm off.
+    let lean = axes[0].axis.across().column(0) * 0.07;
+    let direction = nalgebra::UnitVector3::new_normalize(axes[0].axis.direction.as_ref() + lean);
+    let point_m = Some(axes[0].axis.point_m.add_scalar(0.012));
+    recording.axes[0].guess = Some(AxisGuess { direction, point_m, sigma: [None; 2] });
+    let calibration = accepted(&recording, "positioner");
+    for (found, axis) in calibration.findings.axes.iter().zip(&axes) {
+        check_axis(found, &axis.axis, [true; 3], &axis.name);
+    }
+}
+
+/// A controller whose poses contain its table already: what is estimated is where the table really is.
+#[test]
+fn an_axis_within_the_poses_is_corrected() {
+    let scenario = scenario(9);
+    let mut axis =
+        SimulatedAxis::somewhere("table", (AxisKind::Rotary, Carries::Part), swing(), &scenario, 9);
+    axis.axis.time_offset_s = 0.0;
+    let mut recording = scan(&scenario, std::slice::from_ref(&axis), 9);
+    // As the controller has it: 1° and 5 mm off. It reports the tool in the table's frame.
+    let lean = axis.axis.across().column(1) * 0.017;
+    let nominal = Axis {
+        direction: nalgebra::UnitVector3::new_normalize(axis.axis.direction.as_ref() + lean),
+        point_m: axis.axis.point_m + axis.axis.across().column(0) * 0.005,
+        ..axis.axis
+    };
+    let values = recording.axes[0].values.clone();
+    for sample in &mut recording.robot {
+        let next = values.partition_point(|value| value.stamp_ns <= sample.stamp_ns);
+        let [before, after] = [values[next - 1], values[next]];
+        let part = (sample.stamp_ns - before.stamp_ns) as f64 / (after.stamp_ns - before.stamp_ns) as f64;
+        let value = before.value + part * (after.value - before.value);
+        sample.base_from_tool = nominal.motion(value).inverse() * sample.base_from_tool;
+    }
+    recording.axes[0].in_pose = true;
+    recording.axes[0].guess =
+        Some(AxisGuess { direction: nominal.direction, point_m: Some(nominal.point_m), sigma: [None; 2] });
+    let calibration = accepted(&recording, "in pose");
+    check_axis(&calibration.findings.axes[0], &axis.axis, [true; 3], "in pose");
+}
+
+#[test]
+fn what_carries_something_else_explains_nothing() {
+    let scenario = scenario(10);
+    let axis = SimulatedAxis::somewhere("table", (AxisKind::Rotary, Carries::Part), swing(), &scenario, 10);
+    let mut recording = scan(&scenario, std::slice::from_ref(&axis), 10);
+    recording.axes[0].carries = Carries::Sensor;
+    match calibrate(&recording, None, &Config::default()) {
+        Err(Error::AxisNotFound { name }) => assert_eq!(name, "table"),
+        Err(other) => panic!("{other}"),
+        Ok(calibration) => assert_ne!(calibration.status(), Status::Accepted),
+    }
+}
+
+/// A recording whose axis moves is placed by nobody who does not know the axis.
+#[test]
+fn an_axis_that_nobody_knows_is_not_ignored() {
+    let scenario = scenario(12);
+    let axis = SimulatedAxis::somewhere("table", (AxisKind::Rotary, Carries::Part), swing(), &scenario, 12);
+    let recording = scan(&scenario, std::slice::from_ref(&axis), 12);
+    let guess = recording.truth.as_ref().unwrap().parameters;
+    let placed = trueline_method::evaluate::seam_points::place(&recording, &guess, &Config::default());
+    assert!(matches!(placed, Err(Error::AxisUnknown { .. })));
+}
