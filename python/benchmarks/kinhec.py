@@ -8,8 +8,11 @@ Each sequence becomes a dataset of pose sightings without a guess. Rows that the
 others are two streams with an unknown time offset. The first table has a row for each track: the medians of the errors of X, as the
 benchmark defines them, over the sequences that trueline answers, beside the best of the benchmark's solvers on the same sequences. It
 also has what these solvers do not report: the accepted share, the normalised squared error (NEES, 1 is honest) and the coverage of the
-95 % intervals. A table of all solvers for each track follows. Sequences with an unknown scale are a track of their own, because
-trueline does not estimate a scale.
+95 % intervals. The second table counts the refusals of each track by their reasons. A table of all solvers for each track follows.
+Sequences with an unknown scale are a track of their own, because trueline does not estimate a scale.
+
+--data takes several folders and evaluates them together; a folder that is not there is made. --solvers keeps the results of the
+benchmark's own solvers in a file: they take most of the time and do not change with trueline.
 """
 
 import argparse
@@ -102,14 +105,15 @@ def track(sequence: Sequence) -> str:
     return str(sequence.manifest["track"]) if sequence.scale == 1.0 else UNKNOWN_SCALE
 
 
-def run(program: str, sequence: Sequence) -> Row:
+def run(program: str, sequence: Sequence, accuracy_mm: float | None) -> Row:
     """One sequence through the program: errors as the benchmark has them, and what the program reports of itself."""
     row: Row = {"sequence_id": sequence.id, "track": track(sequence), "solver": OURS, "ok": False, "accepted": False}
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place) / "sequence"
         folder.mkdir()
         write_dataset(sequence, folder)
-        command = [program, "calibrate", str(folder), "--robot-accuracy-mm", "0", "--json", "-", "--quiet"]
+        command = [program, "calibrate", str(folder), "--json", "-", "--quiet"]
+        command += [] if accuracy_mm is None else ["--robot-accuracy-mm", f"{accuracy_mm:g}"]
         began = time.perf_counter()
         done = subprocess.run(command, capture_output=True, text=True)
         row["runtime_ms"] = 1e3 * (time.perf_counter() - began)
@@ -134,6 +138,18 @@ def theirs(sequence: Sequence) -> list[Row]:
     mode = "oracle" if sequence.synchronous else "estimated"
     found = evaluate_sequence(sequence, list(SOLVERS), sync=mode, rng=np.random.default_rng(0))
     return [row | {"track": track(sequence)} for row in found]
+
+
+def their_rows(sequences: list[Sequence], kept: Path | None) -> pd.DataFrame:
+    """The benchmark's solvers on all sequences. What the file holds is not computed again; each new sequence is added to it at once."""
+    known = pd.read_csv(kept, low_memory=False) if kept and kept.exists() else pd.DataFrame({"sequence_id": []})
+    for sequence in sequences:
+        if (known.sequence_id == sequence.id).any():
+            continue
+        known = pd.concat([known, pd.DataFrame(theirs(sequence))])
+        if kept:
+            known.to_csv(kept, index=False)
+    return known[known.sequence_id.isin([sequence.id for sequence in sequences])]
 
 
 def number(value: float, digits: int) -> str:
@@ -169,8 +185,18 @@ def summary(results: pd.DataFrame) -> str:
     return "\n".join(lines) + "\n"
 
 
+def refusals(results: pd.DataFrame) -> str:
+    """How many sequences of each track are not accepted, and why."""
+    lines = ["| track | sequences | not accepted | reasons |", "|---" * 4 + "|"]
+    for name, ours in results[results.solver == OURS].groupby("track"):
+        refused = ours[~ours.accepted.astype(bool)]
+        reasons = "; ".join(f"{count} × {why}" for why, count in refused.why.value_counts().items())
+        lines += [f"| {name} | {len(ours)} | {len(refused)} | {reasons or '–'} |"]
+    return "\n".join(lines) + "\n"
+
+
 def table(results: pd.DataFrame) -> str:
-    """A section for each track: its solvers by their median translation error, and why trueline did not accept."""
+    """A section for each track: its solvers by their median translation error, beside the same over the sequences that trueline answers."""
     lines = []
     for name, of_track in results.groupby("track"):
         ours = of_track[of_track.solver == OURS]
@@ -185,8 +211,7 @@ def table(results: pd.DataFrame) -> str:
             shown = f"**{solver}**" if solver == OURS else solver
             turn_deg, run_ms = number(median(ok, ROTATION), 4), number(median(group, "runtime_ms"), 1)
             lines += [f"| {shown} | {len(ok)}/{len(group)} | {turn_deg} | {number(shift_mm, 3)} | {both} | {run_ms} |"]
-        refused = ours[~ours.accepted.astype(bool)].why.value_counts()
-        lines += ["", "not accepted: " + ("; ".join(f"{count} × {why}" for why, count in refused.items()) or "none"), ""]
+        lines += [""]
     return "\n".join(lines)
 
 
@@ -203,24 +228,29 @@ def generate(data: Path, tier: str, tracks: list[str] | None, every: int, worker
 def main() -> None:
     words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     words.add_argument("--program", default="trueline", help="the program [default: trueline]")
-    words.add_argument("--data", type=Path, required=True, help="folder of the benchmark's data; made if it is not there")
+    words.add_argument("--data", type=Path, nargs="+", required=True, help="folders of the benchmark's data; made if not there")
     words.add_argument("--tier", default="smoke", choices=["smoke", "small", "medium"], help="what is made [default: smoke]")
     words.add_argument("--tracks", nargs="*", help="these tracks alone")
     words.add_argument("--every", type=int, default=1, metavar="K", help="generate each K-th sequence of a track [default: 1]")
     words.add_argument("--workers", type=int, default=2)
+    words.add_argument("--robot-accuracy-mm", help="passed on; 'default' leaves it to trueline [default: 0]", default="0")
+    words.add_argument("--solvers", type=Path, help="keep the results of the benchmark's solvers in this CSV file")
     words.add_argument("--out", type=Path, help="write every row here as CSV")
     args = words.parse_args()
-    if not args.data.exists():
-        generate(args.data, args.tier, args.tracks, args.every, args.workers)
-    manifest = load_manifest(args.data, args.tracks)
-    sequences = list(iter_sequences(args.data, manifest))
+    accuracy_mm = None if args.robot_accuracy_mm == "default" else float(args.robot_accuracy_mm)
+    by_id: dict[str, Sequence] = {}
+    for folder in args.data:
+        if not folder.exists():
+            generate(folder, args.tier, args.tracks, args.every, args.workers)
+        by_id |= {sequence.id: sequence for sequence in iter_sequences(folder, load_manifest(folder, args.tracks))}
+    sequences = list(by_id.values())
     with ThreadPoolExecutor(args.workers) as pool:
-        ours = list(pool.map(lambda sequence: run(args.program, sequence), sequences))
-    others = [row for sequence in sequences for row in theirs(sequence)]
-    results = pd.DataFrame(ours + others)
+        ours = list(pool.map(lambda sequence: run(args.program, sequence, accuracy_mm), sequences))
+    results = pd.concat([pd.DataFrame(ours), their_rows(sequences, args.solvers)])
     if args.out:
         results.to_csv(args.out, index=False)
     print(summary(results))
+    print(refusals(results))
     print(table(results))
 
 
