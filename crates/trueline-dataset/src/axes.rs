@@ -136,8 +136,8 @@ pub(crate) fn of_folder(
         .collect()
 }
 
-/// Longest time without a value of an axis, ns: it may do anything meanwhile.
-const LONGEST_SILENCE_NS: i64 = 1_000_000_000;
+/// Offsets of clocks that readings may be beyond the values of an axis, ns.
+const LARGEST_OFFSET_NS: i64 = 1_000_000_000;
 
 /// Checks that every axis has values where something was read.
 ///
@@ -151,9 +151,8 @@ pub(crate) fn check_readings(
     for axis in axes {
         let [Some(first), Some(last)] = [axis.values.first(), axis.values.last()] else { continue };
         let name = || axis.name.clone();
-        // Clocks may be apart by seconds; a reading beyond that has no place.
         let is_there = |stamp_ns: i64| {
-            (first.stamp_ns - LONGEST_SILENCE_NS..=last.stamp_ns + LONGEST_SILENCE_NS).contains(&stamp_ns)
+            (first.stamp_ns - LARGEST_OFFSET_NS..=last.stamp_ns + LARGEST_OFFSET_NS).contains(&stamp_ns)
         };
         let mut readings = stamps_ns.clone();
         if let Some(at_ns) = readings.find(|stamp_ns| !is_there(*stamp_ns)) {

@@ -48,7 +48,7 @@ pub fn calibrate(
     config: &Config,
 ) -> Result<Calibration, Error> {
     if !recording.axes.is_empty() {
-        return calibrated(recording, config, &|placed| over_time(placed, guess, config));
+        return calibrated(recording, config, &|placed, config| over_time(placed, guess, config));
     }
     let Some((by_stops, stops)) = stops::of(recording, config)? else {
         return curved::answered(recording, guess, config, over_time(recording, guess, config));

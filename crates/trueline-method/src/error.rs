@@ -2,9 +2,33 @@
 
 use crate::input::feature_noise::NoiseUnused;
 use crate::stripe::no_plates::NoPlates;
+use trueline_dataset::Carries;
 use trueline_dataset::picture_rows::PicturesDisagree;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::trajectory::TrajectoryError;
+
+/// A mistake in what is said of an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AxisMistake {
+    /// It carries something else.
+    Carries(Carries),
+    /// Its values are radians and were read as degrees.
+    ValuesInRadians,
+    /// Its values are degrees and were read as radians.
+    ValuesInDegrees,
+}
+
+impl AxisMistake {
+    fn explains(self) -> &'static str {
+        match self {
+            Self::Carries(Carries::Part) => "; all is explained if it carries = \"part\"",
+            Self::Carries(Carries::Robot) => "; all is explained if it carries = \"robot\"",
+            Self::Carries(Carries::Sensor) => "; all is explained if it carries = \"sensor\"",
+            Self::ValuesInRadians => "; all is explained if its values are radians",
+            Self::ValuesInDegrees => "; all is explained if its values are degrees",
+        }
+    }
+}
 
 /// A recording from which nothing can be estimated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -52,10 +76,12 @@ pub enum Error {
         name: String,
     },
     /// An axis of which no place explains the scan.
-    #[error("no place of axis `{name}` explains the scan")]
+    #[error("no place of axis `{name}` explains the scan{}", instead.map_or("", AxisMistake::explains))]
     AxisNotFound {
         /// Its name.
         name: String,
+        /// What explains it.
+        instead: Option<AxisMistake>,
     },
     /// Points that do not define a laser plane.
     #[error("the points do not define a laser plane: they all lie on one line in the camera frame")]

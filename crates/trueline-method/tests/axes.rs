@@ -5,6 +5,7 @@ use trueline_dataset::axes::AxisGuess;
 use trueline_dataset::{Carries, Recording};
 use trueline_geometry::{Axis, AxisKind};
 use trueline_method::axes::finding::{AxisFinding, AxisPart};
+use trueline_method::error::AxisMistake;
 use trueline_method::{Calibration, Config, Error, Status, calibrate};
 use trueline_sim::{
     AxisCourse, Disturbance, Preset, Scenario, SimulatedAxis, random_cell, simulate_with_axes,
@@ -171,16 +172,25 @@ fn an_axis_within_the_poses_is_corrected() {
 }
 
 #[test]
-fn what_carries_something_else_explains_nothing() {
+fn a_mistake_in_what_is_said_of_an_axis_is_named() {
     let scenario = scenario(10);
     let axis = SimulatedAxis::somewhere("table", (AxisKind::Rotary, Carries::Part), swing(), &scenario, 10);
-    let mut recording = scan(&scenario, std::slice::from_ref(&axis), 10);
-    recording.axes[0].carries = Carries::Sensor;
-    match calibrate(&recording, None, &Config::default()) {
-        Err(Error::AxisNotFound { name }) => assert_eq!(name, "table"),
-        Err(other) => panic!("{other}"),
-        Ok(calibration) => assert_ne!(calibration.status(), Status::Accepted),
-    }
+    let recording = scan(&scenario, std::slice::from_ref(&axis), 10);
+    let mistake = |change: &dyn Fn(&mut Recording)| {
+        let mut changed = recording.clone();
+        change(&mut changed);
+        match calibrate(&changed, None, &Config::default()) {
+            Err(Error::AxisNotFound { instead, .. }) => instead,
+            Err(other) => panic!("{other}"),
+            Ok(other) => panic!("{:?}", other.reasons()),
+        }
+    };
+    let carries_sensor = mistake(&|recording| recording.axes[0].carries = Carries::Sensor);
+    assert_eq!(carries_sensor, Some(AxisMistake::Carries(Carries::Part)));
+    let in_radians = mistake(&|recording| {
+        recording.axes[0].values.iter_mut().for_each(|value| value.value = value.value.to_radians());
+    });
+    assert_eq!(in_radians, Some(AxisMistake::ValuesInRadians));
 }
 
 /// A recording whose axis moves is placed by nobody who does not know the axis.

@@ -48,6 +48,8 @@ pub enum Told<'a> {
     SmallPath(f64),
     /// So many scans are taken together.
     Together(usize),
+    /// So many scans are one with an external axis of this name: their seams are those of one part, by their numbers.
+    OnAnAxis(usize, &'a str),
     /// Both streams of a scan were shifted alike, to come after the scan before.
     Shifted(&'a Path),
 }
@@ -82,6 +84,9 @@ impl fmt::Display for Told<'_> {
                 f,
                 "all positions of the robot lie within {shift_mm:.2} mm: are they in metres, under a name that says mm?"
             ),
+            Self::OnAnAxis(count, axis) => {
+                write!(f, "{count} scans together: line 0 is the same seam in each, for axis `{axis}` moved what it lies on")
+            }
             Self::Together(count) => write!(f, "{count} scans together, each with its own lines"),
             Self::Shifted(path) => {
                 write!(f, "both streams of {} are shifted alike, to come after the scan before", path.display())

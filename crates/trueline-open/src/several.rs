@@ -21,7 +21,8 @@ pub fn open_all(paths: &[PathBuf], how: &How, observer: &dyn OpenObserver) -> Re
     }
     let stamp_meaning = opened.iter().find_map(|scan| scan.stamp_meaning.clone());
     let joined = join::join(opened.into_iter().map(|scan| scan.recording).collect())?;
-    observer.told(&Told::Together(paths.len()));
+    let on_an_axis = joined.recording.axes.iter().map(|axis| axis.name.as_str()).next();
+    observer.told(&on_an_axis.map_or(Told::Together(paths.len()), |axis| Told::OnAnAxis(paths.len(), axis)));
     joined.shifted.iter().for_each(|index| observer.told(&Told::Shifted(&paths[*index])));
     Ok(Opened { recording: joined.recording, pictures: None, stamp_meaning, trigger: None })
 }

@@ -6,6 +6,7 @@ use super::profiles::{self, EvenColumns, ProfileFormat, Timing};
 use super::robot_layout::RobotLayout;
 use super::table_text::{TableText, file_line};
 use super::tables_of_programs::as_text;
+use crate::axes::{self, AxisRecord};
 use crate::dialect;
 use crate::error::{Error, Problem};
 use crate::images::{self, FrameFile};
@@ -17,6 +18,7 @@ use crate::sensor_setup::SensorSetup;
 use crate::sensor_toml::{CameraFile, SensorFile};
 use crate::source_file;
 use crate::{features_csv, folder, profile_file, profiles_csv, robot_csv, sensor_toml, stripes_csv};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Where the files are and what their columns mean.
@@ -125,8 +127,20 @@ impl CsvFolder {
             notes.extend(said);
         }
         let Seen { features, profiles, pictures, .. } = seen;
-        let recording = Recording { stripes, ..Recording::new(sensor, setup, robot, features) };
+        let axes = self.read_axes(&mut notes)?;
+        let recording = Recording { stripes, axes, ..Recording::new(sensor, setup, robot, features) };
         Ok(Imported { recording, camera, profiles, pictures, notes })
+    }
+
+    /// External axes beside the robot's table, by the robot's clock.
+    fn read_axes(&self, notes: &mut Vec<String>) -> Result<Vec<AxisRecord>, Error> {
+        let Some(folder) = self.robot.parent() else { return Ok(Vec::new()) };
+        let axes = axes::of_folder(folder, &mut BTreeMap::new())?;
+        let names: Vec<&str> = axes.iter().map(|axis| axis.name.as_str()).collect();
+        if !names.is_empty() {
+            notes.push(format!("external axes by the robot's clock: {}", names.join(", ")));
+        }
+        Ok(axes)
     }
 
     /// Whether there are pictures in the place of features.

@@ -4,8 +4,8 @@ use crate::axes::finding::are_parallel;
 use crate::axes::scan::AxisScan;
 use crate::axes::start;
 use crate::calibration::Calibration;
-use crate::config::{Config, ResidualKind, Target};
-use crate::error::Error;
+use crate::config::{Config, Measurements, ResidualKind, Target};
+use crate::error::{AxisMistake, Error};
 use crate::input::axis_chain::AxisChain;
 use nalgebra::{UnitVector3, Vector3};
 use trueline_dataset::{AxisRecord, Carries, Recording};
@@ -17,6 +17,8 @@ const ROUNDS: usize = 4;
 const SMALL: f64 = 0.1;
 /// Mean loss at a scale of 1 mm beyond which most readings are explained by nothing.
 const UNEXPLAINED: f64 = 0.75;
+/// The same below which nearly all are explained.
+const EXPLAINED: f64 = 0.2;
 
 /// Calibrates a recording with axes by what calibrates one whose axes are known.
 ///
@@ -25,9 +27,12 @@ const UNEXPLAINED: f64 = 0.75;
 pub(crate) fn calibrated(
     recording: &Recording,
     config: &Config,
-    calibrate: &dyn Fn(&Recording) -> Result<Calibration, Error>,
+    calibrate: &dyn Fn(&Recording, &Config) -> Result<Calibration, Error>,
 ) -> Result<Calibration, Error> {
     check_options(recording, config)?;
+    // Whole stripes are not adjusted together with axes.
+    let seam_points = Config { measurements: Measurements::Seam, ..config.clone() };
+    let calibrate = &|placed: &Recording| calibrate(placed, &seam_points);
     let placed = Recording { axes: started(recording, config)?, ..recording.clone() };
     let best = converged(placed, calibrate)?;
     let Some(other) = mirrored(recording, &best) else { return Ok(best) };
@@ -109,6 +114,8 @@ fn check_options(recording: &Recording, config: &Config) -> Result<(), Error> {
         "where the robot stands at each reading; scan it while the sensor moves"
     } else if config.residual == ResidualKind::PointToLine {
         "by the point-to-line residual; use `--residual sheet`"
+    } else if config.measurements != Measurements::Auto && config.measurements != Measurements::Seam {
+        "by whole stripes; use `--use seam`"
     } else if config.target == Target::Curve {
         "beside a curve; scan a straight seam on it"
     } else {
@@ -141,13 +148,38 @@ fn started(recording: &Recording, config: &Config) -> Result<Vec<AxisRecord>, Er
     let Some(chain) = AxisChain::of(&of_known)? else { return Ok(axes) };
     let scan = AxisScan::of(recording, chain, config)?;
     let found = start::from_nothing(&scan, sought, config.offset_search_s, config.threads);
-    let found = found.filter(|found| found.loss < UNEXPLAINED);
-    let found = found.ok_or_else(|| Error::AxisNotFound { name: axes[sought].name.clone() })?;
+    let name = || axes[sought].name.clone();
+    let Some(found) = found.filter(|found| found.loss < UNEXPLAINED) else {
+        return Err(Error::AxisNotFound { name: name(), instead: mistaken(&scan, sought, config) });
+    };
+    if found.loss > EXPLAINED
+        && let Some(instead) = mistaken(&scan, sought, config)
+    {
+        return Err(Error::AxisNotFound { name: name(), instead: Some(instead) });
+    }
     let places = Places { seam: Some(*found.state.line.anchor()), camera: found.state.tool_from_camera };
     for (axis, link) in axes.iter_mut().zip(&found.state.chain.links) {
         axis.known = Some(places.nearest(&link.axis, axis.carries));
     }
     Ok(axes)
+}
+
+/// What explains the scan if it is what was meant: another thing that the axis carries, or another unit.
+fn mistaken(scan: &AxisScan, sought: usize, config: &Config) -> Option<AxisMistake> {
+    let carries = [Carries::Part, Carries::Robot, Carries::Sensor].map(AxisMistake::Carries);
+    let mistakes = carries.into_iter().chain([AxisMistake::ValuesInRadians, AxisMistake::ValuesInDegrees]);
+    let own = scan.chain.links[sought].carries;
+    mistakes.filter(|mistake| *mistake != AxisMistake::Carries(own)).find(|mistake| {
+        let mut scan = scan.with_chain(scan.chain.clone());
+        let link = &mut scan.chain.links[sought];
+        match mistake {
+            AxisMistake::Carries(other) => link.carries = *other,
+            AxisMistake::ValuesInRadians => link.axis.scale *= 1f64.to_degrees(),
+            AxisMistake::ValuesInDegrees => link.axis.scale *= 1f64.to_radians(),
+        }
+        let found = start::from_nothing(&scan, sought, config.offset_search_s, config.threads);
+        found.is_some_and(|found| found.loss < EXPLAINED)
+    })
 }
 
 /// Where an axis is said to be, or anywhere.

@@ -56,6 +56,18 @@ impl AxisScan {
         })
     }
 
+    /// The same scan with other axes.
+    #[must_use]
+    pub(super) fn with_chain(&self, chain: AxisChain) -> Self {
+        Self {
+            chain,
+            path: self.path.clone(),
+            readings: self.readings.clone(),
+            directions: self.directions.clone(),
+            ..*self
+        }
+    }
+
     /// So many of its readings at most, evenly.
     #[must_use]
     pub(super) fn some(&self, most: usize) -> Vec<Reading> {

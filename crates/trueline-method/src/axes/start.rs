@@ -101,7 +101,8 @@ fn trials(set: &Set<'_>, offset_s: f64, readings: &[Reading]) -> Vec<(f64, State
     let Set { scan, sought, turn, .. } = *set;
     let place = |reading: &Reading| {
         let time_s = reading.stamp_s - offset_s;
-        let around = scan.chain.around(sought, &scan.path.pose_at(time_s)?, time_s)?;
+        let mut around = scan.chain.around(sought, &scan.path.pose_at(time_s)?, time_s)?;
+        around.value *= scan.chain.links[sought].axis.scale;
         Some(Placed { around, point: reading.point })
     };
     let placed: Vec<Placed> = readings.iter().filter_map(place).collect();
@@ -123,7 +124,7 @@ fn trials(set: &Set<'_>, offset_s: f64, readings: &[Reading]) -> Vec<(f64, State
                 continue;
             };
             let mut chain: AxisChain = scan.chain.clone();
-            chain.links[sought].axis = axis;
+            chain.links[sought].axis = Axis { scale: chain.links[sought].axis.scale, ..axis };
             let state = State { time_offset_s: offset_s, tool_from_camera, line, chain };
             trials.push((mean_square_m2, state));
         }

@@ -43,6 +43,8 @@ struct CellFile {
     spheres: Vec<SphereTable>,
     #[serde(default)]
     plates: Vec<PlateTable>,
+    // The same file describes the external axes of a scan.
+    axis: Option<toml::Value>,
 }
 
 #[derive(Deserialize)]
@@ -162,6 +164,10 @@ pub fn parse(file: &Path, text: &str, sensor: Sensor) -> Result<Cell, Error> {
 /// Broken TOML, unknown keys, or values that no cell has; a URDF without six joints and their limits.
 pub fn parse_with_urdf(file: &Path, text: &str, sensor: Sensor, urdf: Option<&str>) -> Result<Cell, Error> {
     let wire = tables(file, text)?;
+    if wire.axis.is_some() {
+        let expected = "no external axis: plans are for cells where table and track stand still";
+        return Err(Error::in_file(file, wrong("axis", expected, "one")));
+    }
     cell_from(wire, sensor, urdf).map_err(|problem| Error::in_file(file, problem))
 }
 
