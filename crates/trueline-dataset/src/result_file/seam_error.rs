@@ -64,7 +64,7 @@ pub struct BudgetEntry {
     /// The robot's lag behind its recorded poses.
     pub pose_lag: f64,
     /// What is known of external axes beforehand; absent without axes.
-    #[serde(skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub axes: f64,
 }
 
