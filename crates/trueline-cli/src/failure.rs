@@ -66,7 +66,7 @@ impl From<trueline_dataset::Error> for Failure {
 
 impl From<trueline_method::Error> for Failure {
     fn from(error: trueline_method::Error) -> Self {
-        Self::new(error.to_string(), trueline_args::hints::for_error(&error))
+        Self::new(error.to_string(), crate::args::hints::for_error(&error))
     }
 }
 

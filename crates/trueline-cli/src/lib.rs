@@ -2,6 +2,7 @@
 //!
 //! Exit code 0: accepted. 1: computed, but not accepted; the reasons are listed. 2: could not run.
 
+mod args;
 mod clocks;
 mod commands;
 mod failure;
@@ -23,12 +24,14 @@ mod progress;
 mod robot_link;
 mod wrong_file;
 
+pub use args::command;
+
+use crate::args::{Arguments, Command, SensorCommand};
 use clap::FromArgMatches;
 use clap::error::ErrorKind;
 use failure::Failure;
 use std::ffi::OsString;
 use std::process::ExitCode;
-use trueline_args::{Arguments, Command, SensorCommand};
 use trueline_report::terminal_text::shown;
 
 /// Runs the program with the words of a command line, the first of which is its own name. Help and what is wrong with the
@@ -36,7 +39,7 @@ use trueline_report::terminal_text::shown;
 pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
     let words: Vec<_> = words.into_iter().collect();
     output::remember_command_line(&words);
-    let command = trueline_args::named_command(&words);
+    let command = crate::args::named_command(&words);
     // What is wrong with them is told of words that no terminal obeys.
     let harmless = words.iter().map(|word| shown(&word.to_string_lossy()).into_owned().into()).collect();
     match parsed(words).map_err(|told| parsed(harmless).err().unwrap_or(told)) {
@@ -47,7 +50,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
         }
         Err(told) => {
             // If nobody reads it, nobody misses it.
-            let told = trueline_args::nearest_first(told);
+            let told = crate::args::nearest_first(told);
             let _ = told.print();
             u8::try_from(told.exit_code()).map_or(ExitCode::FAILURE, ExitCode::from)
         }
@@ -55,7 +58,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
 }
 
 fn parsed(words: Vec<OsString>) -> Result<Arguments, clap::Error> {
-    Arguments::from_arg_matches(&trueline_args::command().try_get_matches_from(words)?)
+    Arguments::from_arg_matches(&crate::args::command().try_get_matches_from(words)?)
 }
 
 fn execute(arguments: &Arguments) -> ExitCode {

@@ -1,12 +1,12 @@
 //! Opens the camera and the estimate that the arguments of `record` and `scan` name, and tells what came of them.
 
+use crate::args::CameraArgs;
 use crate::failure::Failure;
 use crate::planned_scan::read_text;
 use crate::{interrupt, output};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
-use trueline_args::CameraArgs;
 use trueline_camera::CameraError;
 use trueline_cell::{
     CameraRecorder, Cell, CellError, FinishedRecording, LiveEstimate, LiveWelds, RecordingSettings,

@@ -1,7 +1,7 @@
 //! The live pages that `--serve` asks for.
 
+use crate::args::ServeArgs;
 use crate::failure::Failure;
-use trueline_args::ServeArgs;
 
 #[cfg(feature = "serve")]
 pub(crate) use with_server::{CellPage, WatchPage};

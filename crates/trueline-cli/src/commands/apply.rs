@@ -1,10 +1,10 @@
 //! `trueline apply`.
 
+use crate::args::ApplyArgs;
 use crate::failure::Failure;
 use crate::{opening, output};
 use std::path::Path;
 use std::process::ExitCode;
-use trueline_args::ApplyArgs;
 use trueline_dataset::calibration_file;
 use trueline_export::points::{self, PlacedPoint};
 use trueline_export::time_offset;

@@ -1,14 +1,14 @@
 //! `trueline calibrate`.
 
 use super::{calibrate_board, calibrate_poses};
+use crate::args::hints;
+use crate::args::{CalibrateArgs, TargetName};
 use crate::clocks;
 use crate::failure::Failure;
 use crate::{mistake, opening, output, progress};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
-use trueline_args::hints;
-use trueline_args::{CalibrateArgs, TargetName};
 use trueline_dataset::calibration_file;
 use trueline_dataset::result_file::SensorFileEntry;
 use trueline_dataset::sensor_setup::Mounted;

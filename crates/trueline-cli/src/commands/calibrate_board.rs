@@ -1,11 +1,11 @@
 //! `trueline calibrate --target board`: the reference with a board that the moving robot looks at.
 
+use crate::args::{CalibrateArgs, TargetName};
 use crate::failure::Failure;
 use crate::output;
 use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
-use trueline_args::{CalibrateArgs, TargetName};
 use trueline_board::BoardError;
 use trueline_board::moving_scan::{self, BoardOptions};
 use trueline_dataset::{Guess, calibration_file, folder, sensor_toml};

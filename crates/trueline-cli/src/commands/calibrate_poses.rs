@@ -1,11 +1,11 @@
 //! `trueline calibrate` of a dataset of pose sightings.
 
 use super::calibrate_board;
+use crate::args::CalibrateArgs;
 use crate::failure::Failure;
 use crate::{output, progress};
 use std::path::Path;
 use std::process::ExitCode;
-use trueline_args::CalibrateArgs;
 use trueline_board::pose_scan::{self, SightingOptions};
 use trueline_dataset::pose_folder::{self, PoseDataset};
 use trueline_dataset::result_file::Options;

@@ -1,11 +1,11 @@
 //! `trueline camera-sim`.
 
+use crate::args::CameraSimArgs;
 use crate::failure::Failure;
 use crate::{interrupt, output, path_file, planned_scan};
 use std::process::ExitCode;
 use std::thread;
 use std::time::{Duration, Instant};
-use trueline_args::CameraSimArgs;
 use trueline_camera::device::{Device, DeviceHandle};
 use trueline_cell::{CameraLook, SceneError, SimulatedScene};
 use trueline_dataset::{Guess, Sensor, known_toml};

@@ -1,5 +1,6 @@
 //! `trueline cloud`.
 
+use crate::args::CloudArgs;
 use crate::failure::Failure;
 use crate::measured_frames::{self, MeasuredPoint};
 use crate::{opening, output};
@@ -7,7 +8,6 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use trueline_args::CloudArgs;
 use trueline_dataset::stamp::exposed_ns;
 use trueline_dataset::whole_file::Unfinished;
 use trueline_dataset::{Guess, KnownCalibration, calibration_file};

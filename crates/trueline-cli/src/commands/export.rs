@@ -1,9 +1,9 @@
 //! `trueline export`.
 
+use crate::args::ExportArgs;
 use crate::failure::Failure;
 use crate::output;
 use std::process::ExitCode;
-use trueline_args::ExportArgs;
 use trueline_dataset::calibration_file::{self, KnownCalibration};
 use trueline_dataset::sensor_setup::Mounted;
 use trueline_dataset::{folder, sensor_toml};

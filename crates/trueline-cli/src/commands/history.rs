@@ -1,9 +1,9 @@
 //! `trueline history`.
 
+use crate::args::HistoryArgs;
 use crate::failure::Failure;
 use crate::output;
 use std::process::ExitCode;
-use trueline_args::HistoryArgs;
 use trueline_watch::store::{CalibrationRow, HistoryRow};
 use trueline_watch::words::{hidden, numbered};
 use trueline_watch::{State, Store, history_csv, history_page};

@@ -1,17 +1,17 @@
 //! `trueline man`.
 
+use crate::args::ManArgs;
 use crate::failure::Failure;
 use crate::output;
 use clap_mangen::Man;
 use std::path::Path;
 use std::process::ExitCode;
-use trueline_args::ManArgs;
 use trueline_dataset::whole_folder;
 
 /// Runs the command.
 pub(crate) fn run(args: &ManArgs) -> Result<ExitCode, Failure> {
     whole_folder::make_empty(&args.out)?;
-    let mut command = trueline_args::command();
+    let mut command = crate::args::command();
     command.build();
     let count = write(&command, "trueline", &args.out)?;
     output::words(&format!("{}: {count} pages; read one with `man ./{}`", args.out.display(), "trueline.1"));

@@ -1,10 +1,10 @@
 //! `trueline sensor intrinsics`.
 
+use crate::args::IntrinsicsArgs;
 use crate::failure::Failure;
 use crate::output;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use trueline_args::IntrinsicsArgs;
 use trueline_board::pictures::{self, Looked};
 use trueline_board::sensor_file;
 use trueline_dataset::sensor_toml::format_camera;

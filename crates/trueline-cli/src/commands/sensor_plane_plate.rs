@@ -1,9 +1,9 @@
 //! `trueline sensor laser-plane --plate`.
 
+use crate::args::LaserPlaneArgs;
 use crate::failure::Failure;
 use crate::output;
 use std::process::ExitCode;
-use trueline_args::LaserPlaneArgs;
 use trueline_board::{plate_stops, sensor_file, striped};
 use trueline_dataset::calibration_file;
 use trueline_dataset::sensor_toml::{self, format_camera};

@@ -1,11 +1,11 @@
 //! `trueline stream-sim`.
 
+use crate::args::StreamSimArgs;
 use crate::failure::Failure;
 use crate::{interrupt, output, path_file};
 use std::net::SocketAddr;
 use std::process::ExitCode;
 use std::time::Duration;
-use trueline_args::StreamSimArgs;
 use trueline_live::Protocol;
 use trueline_live::pose_feed::PoseFeed;
 use trueline_live::stream_sim::versions;
