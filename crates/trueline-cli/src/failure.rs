@@ -1,5 +1,6 @@
 //! Why a command could not run, and what to do about it.
 
+use crate::args::left_out;
 use crate::wrong_file;
 use clap::error::ContextKind;
 use std::error::Error as _;
@@ -36,6 +37,15 @@ impl Failure {
 }
 
 impl Failure {
+    /// A command that this build leaves out.
+    pub(crate) fn of_left_out(command: &str) -> Option<Self> {
+        let feature = left_out::feature_of(command)?;
+        let message = format!(
+            "`trueline {command}` is not in this program: it was built without the feature `{feature}`"
+        );
+        Some(Self::new(message, left_out::how_to_build()))
+    }
+
     /// The value of an option that is not what it must be; what it must be is told by what reads it.
     pub(crate) fn of_value(told: &clap::Error, command: Option<&str>) -> Self {
         let option = told.get(ContextKind::InvalidArg).map(ToString::to_string).unwrap_or_default();

@@ -6,10 +6,15 @@ mod args;
 mod clocks;
 mod commands;
 mod failure;
+#[cfg(feature = "live")]
 mod interrupt;
+#[cfg(feature = "live")]
 mod live_cell;
+#[cfg(feature = "live")]
 mod live_page;
+#[cfg(feature = "live")]
 mod live_screen;
+#[cfg(feature = "live")]
 mod live_watch;
 mod measured_frames;
 mod mistake;
@@ -21,6 +26,7 @@ mod picture_report;
 mod pictures;
 mod planned_scan;
 mod progress;
+#[cfg(feature = "live")]
 mod robot_link;
 mod wrong_file;
 
@@ -43,7 +49,11 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
     // What is wrong with them is told of words that no terminal obeys.
     let harmless = words.iter().map(|word| shown(&word.to_string_lossy()).into_owned().into()).collect();
     match parsed(words).map_err(|told| parsed(harmless).err().unwrap_or(told)) {
-        Ok(arguments) => execute(&arguments),
+        Ok(Called::Command(arguments)) => execute(&arguments),
+        Ok(Called::LeftOut(failure)) => {
+            output::words(&failure.to_string());
+            ExitCode::from(2)
+        }
         Err(told) if told.kind() == ErrorKind::ValueValidation => {
             output::words(&Failure::of_value(&told, command.as_deref()).to_string());
             ExitCode::from(2)
@@ -57,8 +67,19 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
     }
 }
 
-fn parsed(words: Vec<OsString>) -> Result<Arguments, clap::Error> {
-    Arguments::from_arg_matches(&crate::args::command().try_get_matches_from(words)?)
+/// What a command line calls.
+enum Called {
+    Command(Box<Arguments>),
+    /// A command that this build leaves out.
+    LeftOut(Failure),
+}
+
+fn parsed(words: Vec<OsString>) -> Result<Called, clap::Error> {
+    let matches = args::command().try_get_matches_from(words)?;
+    match matches.subcommand_name().and_then(Failure::of_left_out) {
+        Some(failure) => Ok(Called::LeftOut(failure)),
+        None => Ok(Called::Command(Box::new(Arguments::from_arg_matches(&matches)?))),
+    }
 }
 
 fn execute(arguments: &Arguments) -> ExitCode {
@@ -80,15 +101,22 @@ fn execute(arguments: &Arguments) -> ExitCode {
         Command::Apply(args) => commands::apply::run(args),
         Command::Cloud(args) => commands::cloud::run(args),
         Command::Export(args) => commands::export::run(args),
+        #[cfg(feature = "live")]
         Command::Watch(args) => commands::watch::run(args),
+        #[cfg(feature = "live")]
         Command::History(args) => commands::history::run(args),
         Command::Reproduce(args) => commands::reproduce::run(args),
+        #[cfg(feature = "live")]
         Command::Listen(args) => commands::listen::run(args),
+        #[cfg(feature = "live")]
         Command::Record(args) => commands::record::run(args),
+        #[cfg(feature = "live")]
         Command::Scan(args) => commands::scan::run(args),
         Command::Rapid(args) => commands::rapid::run(args),
         Command::RobotProgram(args) => commands::robot_program::run(args),
+        #[cfg(feature = "live")]
         Command::StreamSim(args) => commands::stream_sim::run(args),
+        #[cfg(feature = "live")]
         Command::RobotSim(args) => commands::robot_sim::run(args),
         #[cfg(feature = "gige")]
         Command::CameraSim(args) => commands::camera_sim::run(args),

@@ -137,7 +137,7 @@ impl From<CellError> for Failure {
     fn from(error: CellError) -> Self {
         let hint = match &error {
             CellError::NoCameraClock { .. } => "--stamp first-packet needs nothing of the camera".to_owned(),
-            CellError::NoGigE { .. } => "build it with the feature `gige`, or use --replay".to_owned(),
+            CellError::NoGigE { .. } => format!("use --replay; {}", crate::args::left_out::how_to_build()),
             other => other.hint(),
         };
         Self::new(error.to_string(), hint)

@@ -8,6 +8,7 @@
 
 mod apply;
 mod calibrate;
+#[cfg(feature = "live")]
 mod camera_address;
 #[cfg(feature = "gige")]
 mod camera_sim;
@@ -20,22 +21,30 @@ mod export;
 mod features;
 mod headings;
 pub(crate) mod hints;
+#[cfg(feature = "live")]
 mod history;
 mod import;
 mod import_csv;
+pub(crate) mod left_out;
+#[cfg(feature = "live")]
 mod link_hint;
+#[cfg(feature = "live")]
 mod listen;
 mod new_folder;
 mod number;
 mod plan;
+#[cfg(feature = "live")]
 mod protocol;
 mod rapid;
 mod requirement;
 mod robot_program;
+#[cfg(feature = "live")]
 mod robot_sim;
+#[cfg(feature = "live")]
 mod scan;
 mod seam_scan_options;
 mod sensor;
+#[cfg(feature = "live")]
 mod serve;
 mod simulate;
 mod simulate_boards;
@@ -48,8 +57,11 @@ mod simulate_sightings;
 mod simulated_profiles;
 mod simulated_scenario;
 mod simulated_sensor;
+#[cfg(feature = "live")]
 mod stream_sim;
+#[cfg(feature = "live")]
 mod watch;
+#[cfg(feature = "live")]
 mod wiring;
 
 pub(crate) use apply::ApplyArgs;
@@ -61,24 +73,33 @@ pub(crate) use diff::DiffArgs;
 pub(crate) use evaluate::{EvaluateArgs, ReproduceArgs};
 pub(crate) use export::ExportArgs;
 pub(crate) use features::FeaturesArgs;
+#[cfg(feature = "live")]
 pub(crate) use history::HistoryArgs;
 pub(crate) use import::{BagArgs, ImportArgs, ImportFormat};
 pub(crate) use import_csv::ImportCsvArgs;
+#[cfg(feature = "live")]
 pub(crate) use link_hint::link_hint;
+#[cfg(feature = "live")]
 pub(crate) use listen::ListenArgs;
 pub(crate) use new_folder::NewFolder;
 pub(crate) use plan::PlanArgs;
+#[cfg(feature = "live")]
 pub(crate) use protocol::LinkArgs;
-pub(crate) use rapid::RapidArgs;
+pub(crate) use rapid::{Mode, RapidArgs};
 pub(crate) use robot_program::RobotProgramArgs;
-pub(crate) use robot_sim::{Mode, RobotSimArgs};
+#[cfg(feature = "live")]
+pub(crate) use robot_sim::RobotSimArgs;
+#[cfg(feature = "live")]
 pub(crate) use scan::{CameraArgs, RecordArgs, ScanArgs};
 pub(crate) use sensor::{IntrinsicsArgs, LaserPlaneArgs, SensorArgs, SensorCommand};
+#[cfg(feature = "live")]
 pub(crate) use serve::ServeArgs;
 pub(crate) use simulate::SimulateArgs;
 pub(crate) use simulate_path::PathArgs;
 pub(crate) use simulate_production::ProductionArgs;
+#[cfg(feature = "live")]
 pub(crate) use stream_sim::StreamSimArgs;
+#[cfg(feature = "live")]
 pub(crate) use watch::WatchArgs;
 
 use clap::error::{ContextKind, ContextValue};
@@ -120,7 +141,7 @@ pub fn command() -> clap::Command {
     fn completed(command: clap::Command) -> clap::Command {
         command.mut_args(|arg| with_letter(with_negative_numbers(arg))).mut_subcommands(completed)
     }
-    headings::with_headings(completed(Arguments::command()), "").max_term_width(100)
+    headings::with_headings(left_out::named(completed(Arguments::command())), "").max_term_width(100)
 }
 
 /// The command that words name, the first of them being the program, with what it is made of: `import csv`.
@@ -176,7 +197,7 @@ pub(crate) enum Command {
     /// Find the seam in a dataset's pictures or profiles and write features.csv
     Features(FeaturesArgs),
     /// Estimate time offset, hand-eye transform and lines from a dataset folder
-    Calibrate(CalibrateArgs),
+    Calibrate(Box<CalibrateArgs>),
     /// Calibrate the sensor itself from pictures of a chessboard: camera intrinsics, laser plane
     Sensor(SensorArgs),
     /// Plan the most informative scan within the limits of robot, sensor and guess
@@ -192,24 +213,31 @@ pub(crate) enum Command {
     /// Write the transform in the form of a robot or a program
     Export(ExportArgs),
     /// Watch a calibration in production: from every weld, whether it is still good, and what moved
+    #[cfg(feature = "live")]
     Watch(WatchArgs),
     /// What `watch` has seen: control charts and a table
+    #[cfg(feature = "live")]
     History(HistoryArgs),
     /// Repeat the paper's experiments in simulation: tables, CSV and a report
     Reproduce(ReproduceArgs),
     /// Listen to a robot and say who talks, how regularly, and what is wrong
+    #[cfg(feature = "live")]
     Listen(ListenArgs),
     /// Record a robot while its own program drives it
+    #[cfg(feature = "live")]
     Record(RecordArgs),
     /// Guide a robot along a planned path and record it; a dry run without --enable-motion
+    #[cfg(feature = "live")]
     Scan(ScanArgs),
     /// Write a RAPID module for a planned path
     Rapid(RapidArgs),
     /// Write a robot's own program for a path, with what it needs to stream its poses meanwhile
     RobotProgram(RobotProgramArgs),
     /// Run a simulated robot controller with EGM
+    #[cfg(feature = "live")]
     RobotSim(RobotSimArgs),
     /// A simulated controller of another make that streams its poses: UR, FANUC, KUKA
+    #[cfg(feature = "live")]
     StreamSim(StreamSimArgs),
     /// A simulated GigE Vision camera that sees what a simulated robot's camera would see
     #[cfg(feature = "gige")]

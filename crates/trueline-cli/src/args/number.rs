@@ -1,4 +1,5 @@
 //! Options whose value is a number within bounds; what is outside of them is named.
+#![cfg_attr(not(feature = "live"), allow(dead_code, reason = "many numbers are those of live devices"))]
 
 use std::time::Duration;
 

@@ -1,8 +1,7 @@
 //! `trueline rapid`.
 
-use crate::args::choice::one_of;
+use crate::args::choice::{Choice, one_of};
 use crate::args::number;
-use crate::args::robot_sim::{MODES, Mode};
 use clap::Args;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -63,6 +62,19 @@ pub(crate) struct RapidArgs {
     #[arg(long, default_value_t = 0.2)]
     pub(crate) timeout_s: f64,
 }
+
+/// Who drives.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Mode {
+    Stream,
+    Guidance,
+}
+
+/// Who drives, of `robot-sim` and `rapid`.
+pub(crate) static MODES: [Choice<Mode>; 2] = [
+    ("stream", "The robot's own program, along the path; answers are not used", Mode::Stream),
+    ("guidance", "The PC's references", Mode::Guidance),
+];
 
 impl RapidArgs {
     /// Names and figures of the module.

@@ -2,6 +2,7 @@
 
 use crate::args::choice::{Choice, named, one_of};
 use crate::args::number;
+use crate::args::rapid::{MODES, Mode};
 use crate::args::wiring::WiringArgs;
 use clap::Args;
 use std::io;
@@ -125,19 +126,6 @@ pub(crate) struct RobotSimArgs {
     #[arg(long)]
     pub(crate) quiet: bool,
 }
-
-/// Who drives.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Mode {
-    Stream,
-    Guidance,
-}
-
-/// Who drives, of `robot-sim` and `rapid`.
-pub(crate) static MODES: [Choice<Mode>; 2] = [
-    ("stream", "The robot's own program, along the path; answers are not used", Mode::Stream),
-    ("guidance", "The PC's references", Mode::Guidance),
-];
 
 static GENERATIONS: [Choice<Generation>; 4] = [
     ("6.07", "", Generation::From6_07),

@@ -79,7 +79,7 @@ fn form(out: &Path) -> Result<CloudForm, Failure> {
     }
     Err(Failure::new(
         format!("`--out {}`: this program was built without that format", out.display()),
-        "write .ply or .pcd; or build trueline with the features clouds and parquet",
+        format!("write .ply or .pcd; {}", crate::args::left_out::how_to_build()),
     ))
 }
 

@@ -83,7 +83,7 @@ fn parquet(history: &[HistoryRow]) -> Result<Vec<u8>, Failure> {
 fn parquet(_: &[HistoryRow]) -> Result<Vec<u8>, Failure> {
     Err(Failure::new(
         "--parquet: this program was built without it",
-        "build it with the feature `parquet`, or use --csv",
+        format!("--csv has the same; {}", crate::args::left_out::how_to_build()),
     ))
 }
 
