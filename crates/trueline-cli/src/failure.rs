@@ -47,12 +47,12 @@ impl Failure {
     }
 
     /// The value of an option that is not what it must be; what it must be is told by what reads it.
-    pub(crate) fn of_value(told: &clap::Error, command: Option<&str>) -> Self {
+    pub(crate) fn of_value(told: &clap::Error, program: &str, command: Option<&str>) -> Self {
         let option = told.get(ContextKind::InvalidArg).map(ToString::to_string).unwrap_or_default();
         let option = option.split(' ').next().unwrap_or_default();
         let why = told.source().map_or_else(|| told.to_string(), ToString::to_string);
         let help = command.map_or_else(String::new, |command| format!(" {command}"));
-        Self::new(format!("`{option}`: {why}"), format!("`trueline{help} --help` explains it"))
+        Self::new(format!("`{option}`: {why}"), format!("`{program}{help} --help` explains it"))
     }
 }
 

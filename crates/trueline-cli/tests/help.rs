@@ -7,6 +7,12 @@ fn commands(of: &clap::Command, name: &str) -> Vec<(String, clap::Command)> {
     std::iter::once((own, of.clone())).chain(below).collect()
 }
 
+/// Those of both programs.
+fn all_commands() -> Vec<(String, clap::Command)> {
+    let of_devices = commands(&trueline_cli::testbench(), "");
+    commands(&trueline_cli::command(), "").into_iter().chain(of_devices).collect()
+}
+
 /// Whether a line is part of a paragraph, and not an example or an option.
 fn is_prose(line: &str) -> bool {
     line.starts_with(|c: char| c.is_alphabetic())
@@ -16,7 +22,7 @@ fn is_prose(line: &str) -> bool {
 #[test]
 fn paragraphs_are_left_to_the_terminal_to_break() {
     let mut broken = Vec::new();
-    for (name, command) in commands(&trueline_cli::command(), "") {
+    for (name, command) in all_commands() {
         let texts = [command.get_after_help(), command.get_after_long_help()];
         for text in texts.into_iter().flatten().map(ToString::to_string) {
             let lines: Vec<&str> = text.lines().collect();
@@ -31,14 +37,15 @@ fn paragraphs_are_left_to_the_terminal_to_break() {
 
 /// What a user types for an option of a command itself, and not for one of every command.
 fn own_options(command: &clap::Command) -> Vec<&clap::Arg> {
-    command.get_arguments().filter(|arg| arg.get_long().is_some() && !arg.is_global_set()).collect()
+    let is_own = |arg: &&clap::Arg| arg.get_long().is_some_and(|name| name != "help") && !arg.is_global_set();
+    command.get_arguments().filter(is_own).collect()
 }
 
 /// A list of 36 options in a row is read by nobody.
 #[test]
 fn a_command_with_many_options_has_what_everybody_needs_first_and_the_rest_under_headings() {
     let mut many = 0;
-    for (name, command) in commands(&trueline_cli::command(), "") {
+    for (name, command) in all_commands() {
         let options = own_options(&command);
         if options.len() <= 10 {
             continue;

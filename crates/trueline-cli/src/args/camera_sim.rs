@@ -1,4 +1,4 @@
-//! `trueline camera-sim`.
+//! `trueline-testbench camera-sim`.
 
 use crate::args::choice::one_of;
 use crate::args::number;
@@ -13,8 +13,8 @@ use trueline_sim::{Joint, Look};
 #[derive(Args)]
 #[command(after_help = "Example, a whole cell on this machine (three terminals):
   trueline plan --example --out plan --duration-s 30
-  trueline camera-sim plan --robot-truth 127.0.0.1:7001 --fps 5 --for-s 120
-  trueline robot-sim --pc 127.0.0.1:6510 --path plan --truth-to 127.0.0.1:7001
+  trueline-testbench camera-sim plan --robot-truth 127.0.0.1:7001 --fps 5 --for-s 120
+  trueline-testbench robot-sim --pc 127.0.0.1:6510 --path plan --truth-to 127.0.0.1:7001
   trueline record --bind 127.0.0.1:6510 --camera 127.0.0.1 --sensor plan/sensor.toml --out cell
 
 A GigE Vision camera at --address, or a profiler that sends range data (Coord3D_C16) where the plan's sensor is one: what it sees is drawn from where `robot-sim` truly is at each exposure, with hand-eye and line \

@@ -164,14 +164,6 @@ const LAYOUTS: &[Layout] = &[
         ],
     },
     Layout {
-        command: "import rosbag2",
-        everyday: &["out", "sensor", "pose-topic", "image-topic", "quiet"],
-        sections: &[
-            ("What is in it", &["base", "tool", "urdf", "allow-jpeg", "no-return-mm", "stamps"]),
-            ("Output", &["force"]),
-        ],
-    },
-    Layout {
         command: "import csv",
         everyday: &["out", "robot", "sensor", "features", "profiles"],
         sections: &[

@@ -60,12 +60,9 @@ File names are looked up in SRC. The recording's rows are
         #[arg(long)]
         sensor: PathBuf,
     },
-    /// A recording of trueline, or any MCAP file with poses or tf, and pictures
-    #[command(after_help = BAG_HELP)]
+    /// A recording of trueline, any MCAP file with poses or tf, and pictures; a rosbag2 folder, .db3 or .db3.zstd
+    #[command(visible_alias = "rosbag2", after_help = BAG_HELP)]
     Mcap(BagArgs),
-    /// A recording of ROS 2: a rosbag2 folder, .db3 or .db3.zstd
-    #[command(after_help = BAG_HELP)]
-    Rosbag2(BagArgs),
 }
 
 const BAG_HELP: &str = "Examples:

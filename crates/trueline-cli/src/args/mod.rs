@@ -60,6 +60,8 @@ mod simulated_sensor;
 #[cfg(feature = "live")]
 mod stream_sim;
 #[cfg(feature = "live")]
+mod testbench;
+#[cfg(feature = "live")]
 mod watch;
 #[cfg(feature = "live")]
 mod wiring;
@@ -100,6 +102,8 @@ pub(crate) use simulate_production::ProductionArgs;
 #[cfg(feature = "live")]
 pub(crate) use stream_sim::StreamSimArgs;
 #[cfg(feature = "live")]
+pub(crate) use testbench::{Device, Testbench, is_called as is_testbench};
+#[cfg(feature = "live")]
 pub(crate) use watch::WatchArgs;
 
 use clap::error::{ContextKind, ContextValue};
@@ -138,16 +142,34 @@ const LETTERS: [(&str, char); 6] =
 /// The command line, in which the value of every option may begin with a minus: what is out of range is then told in the
 /// command's own words.
 pub fn command() -> clap::Command {
+    finished(left_out::named(Arguments::command()))
+}
+
+/// The same for `trueline-testbench`.
+#[cfg(feature = "live")]
+pub fn testbench() -> clap::Command {
+    finished(Testbench::command())
+}
+
+fn finished(command: clap::Command) -> clap::Command {
     fn completed(command: clap::Command) -> clap::Command {
         command.mut_args(|arg| with_letter(with_negative_numbers(arg))).mut_subcommands(completed)
     }
-    headings::with_headings(left_out::named(completed(Arguments::command())), "").max_term_width(100)
+    let mut command = headings::with_headings(completed(command), "").max_term_width(100);
+    command.build();
+    command.mut_subcommands(without_color)
+}
+
+/// Hides `--color` in the help of a command: that of the program has it, and most terminals need it never.
+fn without_color(command: clap::Command) -> clap::Command {
+    let hidden = |arg: clap::Arg| if arg.get_id() == "color" { arg.hide(true) } else { arg };
+    command.mut_args(hidden).mut_subcommands(without_color)
 }
 
 /// The command that words name, the first of them being the program, with what it is made of: `import csv`.
 #[must_use]
-pub(crate) fn named_command(words: &[OsString]) -> Option<String> {
-    let (mut at, mut names) = (command(), Vec::new());
+pub(crate) fn named_command(mut at: clap::Command, words: &[OsString]) -> Option<String> {
+    let mut names = Vec::new();
     for word in words.iter().skip(1) {
         match at.find_subcommand(word).cloned() {
             Some(inner) => {
@@ -233,15 +255,6 @@ pub(crate) enum Command {
     Rapid(RapidArgs),
     /// Write a robot's own program for a path, with what it needs to stream its poses meanwhile
     RobotProgram(RobotProgramArgs),
-    /// Run a simulated robot controller with EGM
-    #[cfg(feature = "live")]
-    RobotSim(RobotSimArgs),
-    /// A simulated controller of another make that streams its poses: UR, FANUC, KUKA
-    #[cfg(feature = "live")]
-    StreamSim(StreamSimArgs),
-    /// A simulated GigE Vision camera that sees what a simulated robot's camera would see
-    #[cfg(feature = "gige")]
-    CameraSim(CameraSimArgs),
     /// Find out why a dataset does not calibrate: undo the usual mistakes one at a time
     Doctor(DoctorArgs),
     /// Print a completion script for a shell

@@ -1,4 +1,4 @@
-//! `trueline robot-sim`.
+//! `trueline-testbench robot-sim`.
 
 use crate::args::choice::{Choice, named, one_of};
 use crate::args::number;
@@ -15,9 +15,9 @@ use trueline_live::egm::Generation;
 
 #[derive(Args)]
 #[command(after_help = "Examples:
-  trueline robot-sim --pc 127.0.0.1:6510 --path plan            # streams while its own program drives the plan's path
-  trueline robot-sim --pc 127.0.0.1:6510 --mode guidance --path plan --gain-per-s 20 --for-s 60
-  trueline robot-sim --pc 127.0.0.1:6510 --loss 0.01 --reorder 0.01 --drift-ppm 30 --event 5:emergency-stop
+  trueline-testbench robot-sim --pc 127.0.0.1:6510 --path plan            # streams while its own program drives the plan's path
+  trueline-testbench robot-sim --pc 127.0.0.1:6510 --mode guidance --path plan --gain-per-s 20 --for-s 60
+  trueline-testbench robot-sim --pc 127.0.0.1:6510 --loss 0.01 --reorder 0.01 --drift-ppm 30 --event 5:emergency-stop
 
 A controller with EGM as its manual and its users describe it: it speaks first, reads one answer a cycle, follows with \
 gain, low pass and dead time, ends by timeout (event 41822) or when it rests at its reference. Not known of real ones, and \

@@ -1,4 +1,4 @@
-//! `trueline stream-sim`.
+//! `trueline-testbench stream-sim`.
 
 use crate::args::choice::one_of;
 use crate::args::number;
@@ -15,12 +15,12 @@ use trueline_live::{LinkError, Protocol};
 
 #[derive(Args)]
 #[command(after_help = "Examples:
-  trueline stream-sim --protocol ur-rtde --listen 127.0.0.1:30004 --path plan
-  trueline stream-sim --protocol fanuc-stream-motion --listen 127.0.0.1:60015 --version-of 4
-  trueline stream-sim --protocol fanuc-hspo --pc 127.0.0.1:15000 --loss 0.01 --burst 5
-  trueline stream-sim --protocol kuka-rsi --pc 127.0.0.1:49152 --period-ms 12
+  trueline-testbench stream-sim --protocol ur-rtde --listen 127.0.0.1:30004 --path plan
+  trueline-testbench stream-sim --protocol fanuc-stream-motion --listen 127.0.0.1:60015 --version-of 4
+  trueline-testbench stream-sim --protocol fanuc-hspo --pc 127.0.0.1:15000 --loss 0.01 --burst 5
+  trueline-testbench stream-sim --protocol kuka-rsi --pc 127.0.0.1:49152 --period-ms 12
 
-Its own program moves it along the path; nothing that it is sent does. EGM is `trueline robot-sim`'s.")]
+Its own program moves it along the path; nothing that it is sent does. EGM is `trueline-testbench robot-sim`'s.")]
 pub(crate) struct StreamSimArgs {
     /// What it speaks (not egm)
     #[arg(long, value_parser = one_of(&PROTOCOLS))]

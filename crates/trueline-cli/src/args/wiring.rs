@@ -8,7 +8,7 @@ use trueline_live::controller::{OutputEvery, WiringSettings};
 /// What is wired to a simulated robot.
 #[derive(Args)]
 pub(crate) struct WiringArgs {
-    /// Tell a `trueline camera-sim --robot-truth` on this machine where the robot truly is
+    /// Tell a `trueline-testbench camera-sim --robot-truth` on this machine where the robot truly is
     #[arg(long, value_name = "IP:PORT")]
     pub(crate) truth_to: Option<SocketAddr>,
     /// Address of this machine to which a camera's output is wired: the first digital input (of ABB the signal that is sent along,

@@ -1,4 +1,4 @@
-//! `trueline camera-sim`.
+//! `trueline-testbench camera-sim`.
 
 use crate::args::CameraSimArgs;
 use crate::failure::Failure;
@@ -23,7 +23,7 @@ pub(crate) fn run(args: &CameraSimArgs) -> Result<ExitCode, Failure> {
                 "--exposure-ms: expected less than the time between pictures or profiles, found {}",
                 args.exposure_ms
             ),
-            "`trueline camera-sim --help` explains it",
+            "`trueline-testbench camera-sim --help` explains it",
         ));
     }
     interrupt::watch()?;

@@ -20,7 +20,7 @@ pub(crate) fn run(args: &ImportArgs) -> Result<ExitCode, Failure> {
         ImportFormat::Tum { src, folder, features, sensor } => {
             (tum_recording(src, features, sensor)?, folder)
         }
-        ImportFormat::Mcap(bag) | ImportFormat::Rosbag2(bag) => return unpack_bag(bag),
+        ImportFormat::Mcap(bag) => return unpack_bag(bag),
     };
     let out = &to.out;
     output::former_folder(out, folder::write_whole(out, &recording, to.force)?);

@@ -13,7 +13,13 @@ pub(crate) fn run(args: &ManArgs) -> Result<ExitCode, Failure> {
     whole_folder::make_empty(&args.out)?;
     let mut command = crate::args::command();
     command.build();
-    let count = write(&command, "trueline", &args.out)?;
+    let mut count = write(&command, "trueline", &args.out)?;
+    #[cfg(feature = "live")]
+    {
+        let mut testbench = crate::args::testbench();
+        testbench.build();
+        count += write(&testbench, "trueline-testbench", &args.out)?;
+    }
     output::words(&format!("{}: {count} pages; read one with `man ./{}`", args.out.display(), "trueline.1"));
     Ok(ExitCode::SUCCESS)
 }
@@ -25,7 +31,8 @@ fn write(command: &clap::Command, name: &str, folder: &Path) -> Result<usize, Fa
     let manual = Man::new(command.clone());
     manual.render(&mut page).map_err(|error| Failure::cannot_write(&file, &error))?;
     output::file(&file, &page)?;
-    let below = command.get_subcommands().filter(|below| below.get_name() != "help");
+    let is_shown = |below: &&clap::Command| below.get_name() != "help" && !below.is_hide_set();
+    let below = command.get_subcommands().filter(is_shown);
     below
         .map(|below| write(below, &format!("{name}-{}", below.get_name()), folder))
         .sum::<Result<usize, _>>()

@@ -1,4 +1,4 @@
-//! `trueline robot-sim`.
+//! `trueline-testbench robot-sim`.
 
 use crate::args::{Mode, RobotSimArgs};
 use crate::failure::Failure;
