@@ -41,7 +41,10 @@ use clap::error::ErrorKind;
 use clap::{ArgMatches, FromArgMatches};
 use failure::Failure;
 use std::ffi::OsString;
+use std::panic;
 use std::process::ExitCode;
+use std::sync::Once;
+use trueline_dataset::guarded;
 use trueline_report::terminal_text::shown;
 
 /// Exit code of a command, or why it could not run.
@@ -91,6 +94,7 @@ fn run_as<T>(
     execute: impl FnOnce(T) -> Outcome,
 ) -> ExitCode {
     output::remember_command_line(&words);
+    keep_guarded_panics_quiet();
     let named = args::named_command(command(), &words);
     // Words that no terminal obeys stand in messages about them.
     let harmless: Vec<OsString> =
@@ -109,6 +113,19 @@ fn run_as<T>(
             u8::try_from(told.exit_code()).map_or(ExitCode::FAILURE, ExitCode::from)
         }
     }
+}
+
+/// A decoder's panic is reported as an error: nothing else is printed of it.
+fn keep_guarded_panics_quiet() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        let usual = panic::take_hook();
+        panic::set_hook(Box::new(move |info| {
+            if !guarded::is_guarded() {
+                usual(info);
+            }
+        }));
+    });
 }
 
 fn exit_code(outcome: Outcome) -> ExitCode {
