@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-const ALLOWED: [(&str, &[&str]); 26] = [
+const ALLOWED: [(&str, &[&str]); 25] = [
     ("trueline-geometry", &[]),
     ("trueline-arm", &["trueline-geometry"]),
     ("trueline-lsq", &[]),
@@ -37,7 +37,6 @@ const ALLOWED: [(&str, &[&str]); 26] = [
             "trueline-sim",
         ],
     ),
-    ("trueline-board", &["trueline-dataset", "trueline-geometry", "trueline-method", "trueline-sensor"]),
     ("trueline-camera", &["trueline-dataset", "trueline-live"]),
     (
         "trueline-cell",
@@ -69,7 +68,17 @@ const ALLOWED: [(&str, &[&str]); 26] = [
     ("trueline-rt", &["trueline-geometry", "trueline-model"]),
     ("trueline-rt-c", &["trueline-geometry", "trueline-model", "trueline-rt"]),
     ("trueline-serve", &["trueline-cell", "trueline-watch"]),
-    ("trueline-sensor", &["trueline-geometry", "trueline-lsq", "trueline-model", "trueline-vision"]),
+    (
+        "trueline-sensor",
+        &[
+            "trueline-dataset",
+            "trueline-geometry",
+            "trueline-lsq",
+            "trueline-method",
+            "trueline-model",
+            "trueline-vision",
+        ],
+    ),
     ("trueline-sim", &["trueline-arm", "trueline-dataset", "trueline-geometry", "trueline-model"]),
     ("trueline-vision", &["trueline-dataset", "trueline-geometry", "trueline-model"]),
     (
@@ -111,7 +120,6 @@ const ALLOWED: [(&str, &[&str]); 26] = [
     (
         "trueline-cli",
         &[
-            "trueline-board",
             "trueline-method",
             "trueline-camera",
             "trueline-cell",

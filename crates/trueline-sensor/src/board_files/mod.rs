@@ -13,7 +13,7 @@
 //!
 //! ```
 //! use std::path::Path;
-//! use trueline_board::sensor_file;
+//! use trueline_sensor::board_files::sensor_file;
 //! use trueline_dataset::{sensor_toml, stripe_points_csv};
 //! use trueline_sensor::laser_plane::fit_points;
 //!

@@ -1,14 +1,14 @@
 //! Pictures of a board with the laser's stripe on it.
 
-use crate::error::BoardError;
-use crate::pictures;
+use crate::Board;
+use crate::board_files::error::BoardError;
+use crate::board_files::pictures;
+use crate::laser_plane::{BoardPicture, KnownCamera, NoStripe, StripeOn, striped_picture};
 use nalgebra::SMatrix;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use trueline_dataset::sensor_setup::SensorCovariance;
 use trueline_dataset::sensor_toml::CameraFile;
-use trueline_sensor::Board;
-use trueline_sensor::laser_plane::{BoardPicture, KnownCamera, NoStripe, StripeOn, striped_picture};
 
 /// What one picture gave.
 pub type Found = Result<BoardPicture, NoStripe>;

@@ -1,12 +1,12 @@
 //! What was found of a sensor, as its file.
 
+use crate::intrinsics::CameraFit;
+use crate::laser_plane::plate::PlateFit;
+use crate::laser_plane::{JointFit, PlaneFit};
 use nalgebra::SMatrix;
 use trueline_dataset::Sensor;
 use trueline_dataset::sensor_setup::{SensorCovariance, SensorSetup, SensorUncertainty};
 use trueline_dataset::sensor_toml::{CameraFile, SensorFile};
-use trueline_sensor::intrinsics::CameraFit;
-use trueline_sensor::laser_plane::plate::PlateFit;
-use trueline_sensor::laser_plane::{JointFit, PlaneFit};
 
 /// A camera, and how well it is known.
 #[must_use]

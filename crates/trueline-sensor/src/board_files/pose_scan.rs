@@ -1,7 +1,10 @@
 //! A dataset of pose sightings: time offset, hand-eye transform and target, with a camera on the robot or beside it.
 
-use crate::error::BoardError;
-use crate::moving_scan::{at_stops_noise, stamped};
+use crate::board_files::error::BoardError;
+use crate::board_files::moving_scan::{at_stops_noise, stamped};
+use crate::board_hand_eye::joint::SIZE;
+use crate::board_hand_eye::poses::{self, PoseOptions};
+use crate::board_hand_eye::{Carried, ErrorModel, PoseFit, ReportedPose, RobotPath};
 use nalgebra::{DMatrix, SMatrix, SVector, Vector6};
 use std::path::Path;
 use trueline_dataset::pose_folder::PoseDataset;
@@ -15,9 +18,6 @@ use trueline_method::input::robot_motion::RobotMotion;
 use trueline_method::input::stops::{self, Stops};
 use trueline_method::input::timestamps::{Dejittered, Sampling};
 use trueline_method::{Config, Hold};
-use trueline_sensor::board_hand_eye::joint::SIZE;
-use trueline_sensor::board_hand_eye::poses::{self, PoseOptions};
-use trueline_sensor::board_hand_eye::{Carried, ErrorModel, PoseFit, ReportedPose, RobotPath};
 
 /// What is known of a scan beforehand.
 #[derive(Clone, Copy, Debug, Default)]

@@ -1,15 +1,15 @@
 //! Pictures of a plain plate with the laser's stripe on it, and where the robot stood.
 
-use crate::error::BoardError;
-use crate::pictures;
+use crate::board_files::error::BoardError;
+use crate::board_files::pictures;
+use crate::laser_plane::plate::PlateStop;
+use crate::laser_plane::striped_picture::{self, NoStripe};
 use rayon::prelude::*;
 use std::path::Path;
 use trueline_dataset::dialect::plain_file;
 use trueline_dataset::picture_poses_csv::{self, PicturePose};
 use trueline_dataset::sensor_setup::Mounted;
 use trueline_dataset::sensor_toml::CameraFile;
-use trueline_sensor::laser_plane::plate::PlateStop;
-use trueline_sensor::laser_plane::striped_picture::{self, NoStripe};
 
 /// A picture's name, and what it gave.
 pub type Stop = (String, Result<PlateStop, NoStripe>);

@@ -1,10 +1,10 @@
 //! Pictures of a board: which files, what they hold, and the board in each.
 
-use crate::error::BoardError;
+use crate::board_files::error::BoardError;
+use crate::{Board, FoundCorner, Gray, View, chessboard};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use trueline_dataset::{folder, gray_picture};
-use trueline_sensor::{Board, FoundCorner, Gray, View, chessboard};
 
 /// A picture that was looked at.
 #[derive(Debug)]

@@ -60,7 +60,7 @@ pub enum BoardError {
         /// The dataset.
         dataset: PathBuf,
         /// Why not.
-        error: trueline_sensor::Error,
+        error: crate::Error,
         /// Why pictures show no board, one reason a line.
         why: String,
     },

@@ -1,8 +1,12 @@
 //! A scan of a robot that carries its camera before a board: time offset, hand-eye transform and the board. At stops there is no time
 //! offset.
 
-use crate::error::BoardError;
-use crate::striped::known;
+use crate::board_files::error::BoardError;
+use crate::board_files::striped::known;
+use crate::board_hand_eye::joint::{BoardFit, SIZE};
+use crate::board_hand_eye::{BoardSighting, ErrorModel, RobotPath, Sightings, moving};
+use crate::laser_plane::KnownCamera;
+use crate::{Board, Gray, View, chessboard};
 use nalgebra::SMatrix;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -20,10 +24,6 @@ use trueline_method::input::robot_motion::RobotMotion;
 use trueline_method::input::stops::{self, Stops};
 use trueline_method::input::timestamps::{Dejittered, Sampling};
 use trueline_method::{Config, Hold};
-use trueline_sensor::board_hand_eye::joint::{BoardFit, SIZE};
-use trueline_sensor::board_hand_eye::{BoardSighting, ErrorModel, RobotPath, Sightings, moving};
-use trueline_sensor::laser_plane::KnownCamera;
-use trueline_sensor::{Board, Gray, View, chessboard};
 
 /// A calibration before a moving board.
 #[derive(Debug)]
