@@ -11,15 +11,10 @@ use trueline_dataset::whole_folder;
 /// Runs the command.
 pub(crate) fn run(args: &ManArgs) -> Result<ExitCode, Failure> {
     whole_folder::make_empty(&args.out)?;
-    let mut command = crate::args::command();
-    command.build();
-    let mut count = write(&command, "trueline", &args.out)?;
+    let command = crate::args::command();
+    let count = write(&command, "trueline", &args.out)?;
     #[cfg(feature = "live")]
-    {
-        let mut testbench = crate::args::testbench();
-        testbench.build();
-        count += write(&testbench, "trueline-testbench", &args.out)?;
-    }
+    let count = count + write(&crate::args::testbench(), "trueline-testbench", &args.out)?;
     output::words(&format!("{}: {count} pages; read one with `man ./{}`", args.out.display(), "trueline.1"));
     Ok(ExitCode::SUCCESS)
 }
