@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-const ALLOWED: [(&str, &[&str]); 25] = [
+const ALLOWED: [(&str, &[&str]); 24] = [
     ("trueline-geometry", &[]),
     ("trueline-arm", &["trueline-geometry"]),
     ("trueline-lsq", &[]),
@@ -53,7 +53,6 @@ const ALLOWED: [(&str, &[&str]); 25] = [
     ),
     ("trueline-live", &["trueline-dataset", "trueline-geometry"]),
     ("trueline-mcap", &["trueline-arm", "trueline-dataset", "trueline-geometry"]),
-    ("trueline-open", &["trueline-dataset", "trueline-mcap", "trueline-method", "trueline-vision"]),
     (
         "trueline-plan",
         &[
@@ -111,15 +110,17 @@ const ALLOWED: [(&str, &[&str]); 25] = [
             "trueline-cell",
             "trueline-dataset",
             "trueline-geometry",
+            "trueline-mcap",
             "trueline-method",
             "trueline-model",
-            "trueline-open",
             "trueline-report",
+            "trueline-vision",
         ],
     ),
     (
         "trueline-cli",
         &[
+            "trueline",
             "trueline-method",
             "trueline-camera",
             "trueline-cell",
@@ -130,7 +131,6 @@ const ALLOWED: [(&str, &[&str]); 25] = [
             "trueline-live",
             "trueline-lsq",
             "trueline-mcap",
-            "trueline-open",
             "trueline-plan",
             "trueline-report",
             "trueline-sensor",

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use trueline::open::Measurements;
 use trueline_dataset::stamp::exposed_ns;
 use trueline_dataset::whole_file::Unfinished;
 use trueline_dataset::{Guess, KnownCalibration, calibration_file};
@@ -17,7 +18,6 @@ use trueline_method::Config;
 use trueline_method::evaluate::cloud::{CloudNoise, CloudPath};
 use trueline_method::evaluate::thickness::{Patches, Thickness};
 use trueline_method::input::skip::Skip;
-use trueline_open::Measurements;
 
 /// Standard deviation of a profiler's reading that nothing states, m.
 const READING_SIGMA_M: f64 = 20e-6;

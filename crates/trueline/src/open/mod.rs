@@ -9,7 +9,7 @@
 //! Nothing is written and nothing is printed: an [`OpenObserver`] is told.
 //!
 //! ```
-//! use trueline_open::{How, open};
+//! use trueline::open::{How, open};
 //! use trueline_sim::{Preset, simulate};
 //!
 //! let place = tempfile::tempdir()?;
@@ -25,7 +25,7 @@ pub mod detector;
 pub mod error;
 mod nearest;
 mod observer;
-mod open;
+mod opened;
 mod outlier_pictures;
 mod place;
 mod profiles;
@@ -36,7 +36,7 @@ pub use cloud::{Measurements, open_measurements};
 pub use error::OpenError;
 pub use nearest::nearest;
 pub use observer::{OpenObserver, Told, told_of_import};
-pub use open::{How, Opened, open};
+pub use opened::{How, Opened, open};
 pub use outlier_pictures::{OutlierPicture, outlier_pictures};
 pub use profiles::seams_of_profiles;
 pub use several::open_all;

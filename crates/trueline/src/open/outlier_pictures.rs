@@ -1,6 +1,6 @@
 //! Pictures of features that do not fit, for the report.
 
-use crate::open::Opened;
+use crate::open::opened::Opened;
 use trueline_dataset::{Error, Measured, gray_png};
 use trueline_method::Calibration;
 use trueline_vision::overlay::Canvas;

@@ -1,7 +1,7 @@
 //! The seam in whole profiles.
 
-use crate::error::OpenError;
-use crate::observer::{OpenObserver, Told};
+use crate::open::error::OpenError;
+use crate::open::observer::{OpenObserver, Told};
 use trueline_dataset::{FoundSeams, Profile};
 use trueline_vision::Joint;
 use trueline_vision::profile::{self, ProfileJoint};

@@ -1,9 +1,9 @@
 //! A scan whose points are to be placed: its seam need not be found.
 
-use crate::error::OpenError;
-use crate::observer::{OpenObserver, Told, told_of_import};
-use crate::open::{How, open, sensor_beside};
-use crate::place::{self, Place};
+use crate::open::error::OpenError;
+use crate::open::observer::{OpenObserver, Told, told_of_import};
+use crate::open::opened::{How, open, sensor_beside};
+use crate::open::place::{self, Place};
 use std::path::Path;
 use trueline_dataset::{Profile, Recording, folder};
 use trueline_mcap::{Choice, import};

@@ -1,8 +1,8 @@
 //! Several scans of one sensor, taken together.
 
-use crate::error::OpenError;
-use crate::observer::{OpenObserver, Told};
-use crate::open::{How, Opened, open};
+use crate::open::error::OpenError;
+use crate::open::observer::{OpenObserver, Told};
+use crate::open::opened::{How, Opened, open};
 use std::path::PathBuf;
 use trueline_dataset::join;
 use trueline_dataset::sensor_setup::Mounted;

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::sync::Mutex;
+use trueline::open::{How, OpenError, OpenObserver, Told, open, open_all};
 use trueline_dataset::{Recording, folder};
-use trueline_open::{How, OpenError, OpenObserver, Told, open, open_all};
 use trueline_sim::{Plates, Preset, scan_plates, simulate};
 
 #[derive(Default)]

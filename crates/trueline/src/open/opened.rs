@@ -1,11 +1,11 @@
 //! One scan, from wherever it is.
 
-use crate::detector;
-use crate::error::OpenError;
-use crate::observer::{OpenObserver, Told, told_of_import};
-use crate::place::{self, Place};
-use crate::profiles::seams_of_profiles;
-use crate::trigger::{self, MeasuredByInput, Trigger};
+use crate::open::detector;
+use crate::open::error::OpenError;
+use crate::open::observer::{OpenObserver, Told, told_of_import};
+use crate::open::place::{self, Place};
+use crate::open::profiles::seams_of_profiles;
+use crate::open::trigger::{self, MeasuredByInput, Trigger};
 use std::collections::BTreeSet;
 use std::fmt;
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! What a path leads to.
 
-use crate::error::OpenError;
+use crate::open::error::OpenError;
 use std::path::{Path, PathBuf};
 
 /// The name of a recording in its folder.

@@ -1,7 +1,7 @@
 //! Why a scan cannot be opened.
 
-use crate::detector::DetectorError;
-use crate::nearest::nearest_place;
+use crate::open::detector::DetectorError;
+use crate::open::nearest::nearest_place;
 use std::path::{Path, PathBuf};
 use trueline_dataset::join::JoinError;
 use trueline_mcap::ImportError;
