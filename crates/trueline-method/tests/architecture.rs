@@ -4,14 +4,13 @@
 use std::fs;
 use std::path::Path;
 
-const ALLOWED: [(&str, &[&str]); 24] = [
+const ALLOWED: [(&str, &[&str]); 23] = [
     ("trueline-geometry", &[]),
     ("trueline-arm", &["trueline-geometry"]),
     ("trueline-lsq", &[]),
     ("trueline-model", &["trueline-geometry"]),
     ("trueline-dataset", &["trueline-geometry", "trueline-model"]),
     ("trueline-method", &["trueline-dataset", "trueline-geometry", "trueline-lsq", "trueline-model"]),
-    ("trueline-export", &["trueline-dataset", "trueline-geometry", "trueline-model"]),
     (
         "trueline-fuzz",
         &[
@@ -97,7 +96,6 @@ const ALLOWED: [(&str, &[&str]); 24] = [
             "trueline-method",
             "trueline-dataset",
             "trueline-experiments",
-            "trueline-export",
             "trueline-geometry",
             "trueline-model",
             "trueline-plan",
@@ -126,7 +124,6 @@ const ALLOWED: [(&str, &[&str]); 24] = [
             "trueline-cell",
             "trueline-dataset",
             "trueline-experiments",
-            "trueline-export",
             "trueline-geometry",
             "trueline-live",
             "trueline-lsq",

@@ -3,7 +3,7 @@
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use std::path::PathBuf;
-use trueline_export::FORMATS;
+use trueline_report::export::FORMATS;
 
 #[derive(Args)]
 #[command(after_help = "Examples:

@@ -12,12 +12,12 @@ use trueline::open::Measurements;
 use trueline_dataset::stamp::exposed_ns;
 use trueline_dataset::whole_file::Unfinished;
 use trueline_dataset::{Guess, KnownCalibration, calibration_file};
-use trueline_export::cloud::{self, CloudColumns, CloudForm, CloudPoint, CloudSink};
-use trueline_export::time_offset;
 use trueline_method::Config;
 use trueline_method::evaluate::cloud::{CloudNoise, CloudPath};
 use trueline_method::evaluate::thickness::{Patches, Thickness};
 use trueline_method::input::skip::Skip;
+use trueline_report::export::cloud::{self, CloudColumns, CloudForm, CloudPoint, CloudSink};
+use trueline_report::export::time_offset;
 
 /// Standard deviation of a profiler's reading that nothing states, m.
 const READING_SIGMA_M: f64 = 20e-6;

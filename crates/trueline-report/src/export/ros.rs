@@ -1,8 +1,8 @@
 //! The transform as ROS and its tools write it: metres, x, y, z, w.
 
-use crate::format::{Format, Group};
-use crate::mounting::Mounting;
-use crate::number::{m, unit, wxyz};
+use crate::export::format::{Format, Group};
+use crate::export::mounting::Mounting;
+use crate::export::number::{m, unit, wxyz};
 use trueline_geometry::euler::XYZ_FIXED;
 
 /// A fixed joint.

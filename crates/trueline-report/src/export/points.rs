@@ -1,6 +1,6 @@
 //! Seam points in base, as files.
 
-use crate::number::{fixed, m};
+use crate::export::number::{fixed, m};
 use std::fmt::Write;
 use trueline_dataset::Feature;
 use trueline_dataset::stamp::{exposed_ns, format_seconds};

@@ -1,8 +1,8 @@
 //! The transform as programs and programming languages read it.
 
-use crate::format::{Format, Group, Unsupported};
-use crate::mounting::Mounting;
-use crate::number::{deg, m, mm, unit, wxyz};
+use crate::export::format::{Format, Group, Unsupported};
+use crate::export::mounting::Mounting;
+use crate::export::number::{deg, m, mm, unit, wxyz};
 use nalgebra::Matrix4;
 use serde_json::json;
 use trueline_dataset::unit::MM_PER_M;

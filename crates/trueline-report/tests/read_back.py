@@ -1,7 +1,7 @@
 """Reads every export back with readers that others wrote, and compares it with scipy's Rotation.
 
 pip install numpy scipy pyyaml opencv-python-headless yourdfpy
-python crates/trueline-export/tests/read_back.py target/debug/trueline
+python crates/trueline-report/tests/read_back.py target/debug/trueline
 """
 
 import csv

@@ -1,6 +1,6 @@
 //! What to do with a time offset: the rule in one line, and the lines of a program that apply it.
 
-use crate::format::{Format, Group, Unsupported};
+use crate::export::format::{Format, Group, Unsupported};
 
 /// The rule, where it is entered, and the programs, as one text.
 pub const FORMAT: Format = Format {

@@ -6,7 +6,7 @@ use parquet::record::RowAccessor;
 use std::fs::File;
 use std::io;
 use std::path::PathBuf;
-use trueline_export::cloud::{CloudColumns, CloudForm, CloudPoint, write};
+use trueline_report::export::cloud::{CloudColumns, CloudForm, CloudPoint, write};
 
 const ALL: CloudColumns = CloudColumns { intensity: true, sigma: true, frame: true };
 

@@ -5,7 +5,7 @@
 //! `p_tool = R p_sensor + t`. [`time_offset`] says what to do with the time offset.
 //!
 //! ```
-//! use trueline_export::{Mounting, named};
+//! use trueline_report::export::{Mounting, named};
 //! let mounting = Mounting::new(nalgebra::Isometry3::translation(0.06197, 0.0, 0.145), Some(0.017663));
 //! let text = named("ur").expect("a known name").text(&mounting).expect("UR writes any pose");
 //! assert!(text.contains("p[0.061970000, 0.000000000, 0.145000000, 0.000000000000, 0.000000000000, 0.000000000000]"));

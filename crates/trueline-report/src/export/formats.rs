@@ -1,7 +1,7 @@
 //! All formats by name.
 
-use crate::format::Format;
-use crate::{files, robots, ros, time_offset};
+use crate::export::format::Format;
+use crate::export::{files, robots, ros, time_offset};
 
 /// The format of a name or an alias.
 #[must_use]

@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use trueline_export::{FORMATS, Mounting, Unsupported, named, time_offset};
 use trueline_geometry::Pose;
 use trueline_model::{BrownConrady, Camera};
+use trueline_report::export::{FORMATS, Mounting, Unsupported, named, time_offset};
 
 const Q: [f64; 4] = [0.729383791, 0.150630140, 0.166590790, 0.646186781];
 

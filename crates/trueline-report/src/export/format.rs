@@ -1,6 +1,6 @@
 //! One way to write a mounting.
 
-use crate::mounting::Mounting;
+use crate::export::mounting::Mounting;
 
 /// Why a mounting cannot be written in a format.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -1,8 +1,8 @@
 //! The transform as the controllers of robots write it.
 
-use crate::format::{Format, Group};
-use crate::mounting::Mounting;
-use crate::number::{deg, m, mm, unit, wxyz};
+use crate::export::format::{Format, Group};
+use crate::export::mounting::Mounting;
+use crate::export::number::{deg, m, mm, unit, wxyz};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::euler::{XYZ_FIXED, XYZ_INTRINSIC, ZYX_INTRINSIC};
 use trueline_geometry::so3;
