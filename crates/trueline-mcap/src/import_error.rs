@@ -2,7 +2,7 @@
 
 use crate::message::content_error::ContentError;
 use std::path::{Path, PathBuf};
-use trueline_arm::urdf::UrdfError;
+use trueline_geometry::arm::urdf::UrdfError;
 
 /// What stands in the way: of a file, a message, or a choice that is the user's.
 #[derive(Debug, thiserror::Error)]

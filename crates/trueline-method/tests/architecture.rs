@@ -4,9 +4,8 @@
 use std::fs;
 use std::path::Path;
 
-const ALLOWED: [(&str, &[&str]); 23] = [
+const ALLOWED: [(&str, &[&str]); 22] = [
     ("trueline-geometry", &[]),
-    ("trueline-arm", &["trueline-geometry"]),
     ("trueline-lsq", &[]),
     ("trueline-model", &["trueline-geometry"]),
     ("trueline-dataset", &["trueline-geometry", "trueline-model"]),
@@ -51,17 +50,10 @@ const ALLOWED: [(&str, &[&str]); 23] = [
         ],
     ),
     ("trueline-live", &["trueline-dataset", "trueline-geometry"]),
-    ("trueline-mcap", &["trueline-arm", "trueline-dataset", "trueline-geometry"]),
+    ("trueline-mcap", &["trueline-dataset", "trueline-geometry"]),
     (
         "trueline-plan",
-        &[
-            "trueline-arm",
-            "trueline-method",
-            "trueline-dataset",
-            "trueline-geometry",
-            "trueline-lsq",
-            "trueline-model",
-        ],
+        &["trueline-method", "trueline-dataset", "trueline-geometry", "trueline-lsq", "trueline-model"],
     ),
     ("trueline-rt", &["trueline-geometry", "trueline-model"]),
     ("trueline-rt-c", &["trueline-geometry", "trueline-model", "trueline-rt"]),
@@ -77,7 +69,7 @@ const ALLOWED: [(&str, &[&str]); 23] = [
             "trueline-vision",
         ],
     ),
-    ("trueline-sim", &["trueline-arm", "trueline-dataset", "trueline-geometry", "trueline-model"]),
+    ("trueline-sim", &["trueline-dataset", "trueline-geometry", "trueline-model"]),
     ("trueline-vision", &["trueline-dataset", "trueline-geometry", "trueline-model"]),
     (
         "trueline-watch",

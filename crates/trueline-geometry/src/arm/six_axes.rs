@@ -1,7 +1,7 @@
 //! An arm of six turning joints, one behind the other.
 
+use crate::{Pose, se3};
 use nalgebra::{Matrix6, UnitQuaternion, UnitVector3, Vector3};
-use trueline_geometry::{Pose, se3};
 
 /// Joints of an arm.
 pub const AXES: usize = 6;

@@ -2,9 +2,9 @@
 //!
 //! The figures are those of the source named with each arm; makers publish no accelerations of joints.
 
-use crate::arm::{AXES, Arm, Joint};
+use crate::arm::six_axes::{AXES, Arm, Joint};
+use crate::{Pose, se3};
 use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
-use trueline_geometry::{Pose, se3};
 
 /// A joint: where it is from the joint before, what it turns about, its range and its speed.
 type Row = ([f64; 3], [f64; 3], [f64; 2], f64);

@@ -1,8 +1,8 @@
 //! Arms from standard Denavit–Hartenberg parameters: each joint is Rz(θ) Tz(d) Tx(a) Rx(α).
 
-use crate::arm::{AXES, Arm, Joint};
+use crate::Pose;
+use crate::arm::six_axes::{AXES, Arm, Joint};
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
-use trueline_geometry::Pose;
 
 /// A row of a table.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,12 +3,12 @@
 //! One method for every arm, whether its wrist is spherical or not: on a path each pose begins with the angles of the one before, two
 //! steps away. Which configurations there are is found from many random angles.
 
-use crate::arm::{AXES, Angles, Arm};
+use crate::arm::six_axes::{AXES, Angles, Arm};
+use crate::{Pose, se3};
 use nalgebra::{Matrix6, Vector6};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
-use trueline_geometry::{Pose, se3};
 
 /// Steps before it is given up.
 const MOST_STEPS: usize = 60;

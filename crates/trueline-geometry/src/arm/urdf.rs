@@ -1,10 +1,10 @@
 //! The joints between two frames of a robot, from its URDF.
 
-use crate::arm::{AXES, Arm, Joint as ArmJoint};
+use crate::Pose;
+use crate::arm::six_axes::{AXES, Arm, Joint as ArmJoint};
 use nalgebra::{Translation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
 use std::f64::consts::PI;
-use trueline_geometry::Pose;
 
 /// Why a URDF is of no use.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

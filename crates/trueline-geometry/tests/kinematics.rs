@@ -6,10 +6,10 @@ use nalgebra::{Matrix4, Rotation3, UnitQuaternion, Vector3, Vector6};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::{FRAC_PI_2, PI};
-use trueline_arm::dh::{self, Row};
-use trueline_arm::urdf::{Chain, UrdfError};
-use trueline_arm::{AXES, Angles, Arm, inverse, named};
 use trueline_geometry::Pose;
+use trueline_geometry::arm::dh::{self, Row};
+use trueline_geometry::arm::urdf::{Chain, UrdfError};
+use trueline_geometry::arm::{AXES, Angles, Arm, inverse, named};
 use trueline_sim::arm::{NOMINAL, forward, inverse as inverse_of_sim};
 
 /// The matrix of a row as textbooks print it.
