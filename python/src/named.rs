@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use trueline::Requirement;
-use trueline_open::nearest;
+use trueline::open::nearest;
 
 /// What a name stands for.
 ///

@@ -10,11 +10,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
+use trueline::open::OpenError;
 use trueline_dataset::sensor_setup::RegionOfInterest;
 use trueline_dataset::{
     Error, FrameStamp, GrayImage, PictureSource, Pixels, SensorFile, correlation_of, sensor_toml,
 };
-use trueline_open::OpenError;
 use trueline_vision::scan::{ExaminedPicture, ScanError, ScanObserver, ScanSeams};
 use trueline_vision::{Detector, Joint, PictureRegion, StripeChoice};
 

@@ -9,8 +9,8 @@ use numpy::ndarray::{ArrayView2, Axis};
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use trueline::open::OpenError;
 use trueline_dataset::{Profile, ProfilePoint};
-use trueline_open::OpenError;
 use trueline_vision::profile::{self, ProfileJoint};
 
 /// Finds the seam in profiles: number, point, (x, z) in m; a point that is not finite did not come back. Without a joint the profiles tell it.

@@ -18,10 +18,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use trueline::Guess;
+use trueline::open::How;
 use trueline_dataset::{SensorFile, folder, join, sensor_toml};
 use trueline_method::diagnose::{clock_alignment, doctor};
 use trueline_method::stripe::corners::with_corners;
-use trueline_open::How;
 use trueline_report::diagnosis;
 use trueline_sim::Preset;
 

@@ -1,5 +1,6 @@
 //! Why a command could not run, and what to do about it.
 
+use crate::args::left_out;
 use crate::wrong_file;
 use clap::error::ContextKind;
 use std::error::Error as _;
@@ -36,13 +37,22 @@ impl Failure {
 }
 
 impl Failure {
+    /// A command that this build leaves out.
+    pub(crate) fn of_left_out(command: &str) -> Option<Self> {
+        let feature = left_out::feature_of(command)?;
+        let message = format!(
+            "`trueline {command}` is not in this program: it was built without the feature `{feature}`"
+        );
+        Some(Self::new(message, left_out::how_to_build()))
+    }
+
     /// The value of an option that is not what it must be; what it must be is told by what reads it.
-    pub(crate) fn of_value(told: &clap::Error, command: Option<&str>) -> Self {
+    pub(crate) fn of_value(told: &clap::Error, program: &str, command: Option<&str>) -> Self {
         let option = told.get(ContextKind::InvalidArg).map(ToString::to_string).unwrap_or_default();
         let option = option.split(' ').next().unwrap_or_default();
         let why = told.source().map_or_else(|| told.to_string(), ToString::to_string);
         let help = command.map_or_else(String::new, |command| format!(" {command}"));
-        Self::new(format!("`{option}`: {why}"), format!("`trueline{help} --help` explains it"))
+        Self::new(format!("`{option}`: {why}"), format!("`{program}{help} --help` explains it"))
     }
 }
 
@@ -66,7 +76,7 @@ impl From<trueline_dataset::Error> for Failure {
 
 impl From<trueline_method::Error> for Failure {
     fn from(error: trueline_method::Error) -> Self {
-        Self::new(error.to_string(), trueline_args::hints::for_error(&error))
+        Self::new(error.to_string(), crate::args::hints::for_error(&error))
     }
 }
 

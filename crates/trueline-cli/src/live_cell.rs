@@ -1,12 +1,12 @@
 //! Opens the camera and the estimate that the arguments of `record` and `scan` name, and tells what came of them.
 
+use crate::args::CameraArgs;
 use crate::failure::Failure;
 use crate::planned_scan::read_text;
 use crate::{interrupt, output};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
-use trueline_args::CameraArgs;
 use trueline_camera::CameraError;
 use trueline_cell::{
     CameraRecorder, Cell, CellError, FinishedRecording, LiveEstimate, LiveWelds, RecordingSettings,
@@ -137,7 +137,7 @@ impl From<CellError> for Failure {
     fn from(error: CellError) -> Self {
         let hint = match &error {
             CellError::NoCameraClock { .. } => "--stamp first-packet needs nothing of the camera".to_owned(),
-            CellError::NoGigE { .. } => "build it with the feature `gige`, or use --replay".to_owned(),
+            CellError::NoGigE { .. } => format!("use --replay; {}", crate::args::left_out::how_to_build()),
             other => other.hint(),
         };
         Self::new(error.to_string(), hint)

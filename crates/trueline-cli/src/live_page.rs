@@ -1,7 +1,7 @@
 //! The live pages that `--serve` asks for.
 
+use crate::args::ServeArgs;
 use crate::failure::Failure;
-use trueline_args::ServeArgs;
 
 #[cfg(feature = "serve")]
 pub(crate) use with_server::{CellPage, WatchPage};
@@ -81,7 +81,7 @@ mod without_server {
         match args.serve {
             Some(_) => Err(Failure::new(
                 "--serve: this program was built without its web server",
-                "build it with the feature `serve`",
+                crate::args::left_out::how_to_build(),
             )),
             None => Ok(()),
         }

@@ -1,12 +1,12 @@
 //! Tells of welds as they are watched; watches those of a recording as they end.
 
+use crate::args::RecordArgs;
 use crate::failure::Failure;
 use crate::live_cell::LiveCell;
 use crate::output;
 use crate::wrong_file;
 use std::path::Path;
 use std::sync::Arc;
-use trueline_args::RecordArgs;
 use trueline_cell::LiveWelds;
 use trueline_dataset::Recording;
 use trueline_watch::{Watcher, WatcherError, WatcherSettings, weld_text};

@@ -1,7 +1,7 @@
 //! What a scan measured, frame by frame: whole profiles, or seam points and the ends of stripes.
 
+use trueline::open::Measurements;
 use trueline_dataset::{Measured, ProfilePoint};
-use trueline_open::Measurements;
 
 /// One reading.
 pub(crate) struct MeasuredPoint {

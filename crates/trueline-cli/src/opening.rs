@@ -7,38 +7,38 @@ use crate::wrong_file;
 use std::env;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
+use trueline::open::error::folder_of;
+use trueline::open::{How, Measurements, OpenError, OpenObserver, Opened, Told};
 use trueline_dataset::feature_cache::FeatureCache;
 use trueline_dataset::{FoundSeams, Profile};
 use trueline_mcap::{ImportError, Imported};
-use trueline_open::error::folder_of;
-use trueline_open::{How, Measurements, OpenError, OpenObserver, Opened, Told};
 use trueline_vision::Joint;
 use trueline_vision::scan::ScanObserver;
 
 /// Reads a scan; where there are pictures and no features, the seam is looked for in the pictures.
 pub(crate) fn open(path: &Path, joint: Option<Joint>, quiet: bool) -> Result<Opened, Failure> {
-    trueline_open::open(path, &how(joint), &Words::new(quiet)).map_err(|error| failure(&error, joint))
+    trueline::open::open(path, &how(joint), &Words::new(quiet)).map_err(|error| failure(&error, joint))
 }
 
 /// Reads what a scan measured: whole profiles, or seam points and stripes.
 pub(crate) fn measurements(path: &Path, quiet: bool) -> Result<Measurements, Failure> {
-    trueline_open::open_measurements(path, &how(None), &Words::new(quiet))
+    trueline::open::open_measurements(path, &how(None), &Words::new(quiet))
         .map_err(|error| failure(&error, None))
 }
 
 /// Reads several scans of one sensor as one.
 pub(crate) fn open_all(paths: &[PathBuf], joint: Option<Joint>, quiet: bool) -> Result<Opened, Failure> {
-    trueline_open::open_all(paths, &how(joint), &Words::new(quiet)).map_err(|error| failure(&error, joint))
+    trueline::open::open_all(paths, &how(joint), &Words::new(quiet)).map_err(|error| failure(&error, joint))
 }
 
 /// The seams of profiles, with what was found in words.
 pub(crate) fn in_profiles(all: &[Profile], joint: Option<Joint>, quiet: bool) -> Result<FoundSeams, Failure> {
-    trueline_open::seams_of_profiles(all, joint, &Words::new(quiet)).map_err(|error| failure(&error, joint))
+    trueline::open::seams_of_profiles(all, joint, &Words::new(quiet)).map_err(|error| failure(&error, joint))
 }
 
 /// Says what became of a recording in MCAP or rosbag2.
 pub(crate) fn tell(imported: &Imported) {
-    trueline_open::told_of_import(imported, &Words::new(false));
+    trueline::open::told_of_import(imported, &Words::new(false));
 }
 
 struct Words {

@@ -71,6 +71,7 @@ pub(crate) fn use_colours(when: clap::ColorChoice) {
 }
 
 /// A line on a terminal that the next one overwrites.
+#[cfg(feature = "live")]
 pub(crate) fn status(text: &str) {
     let mut out = std::io::stderr().lock();
     let _ = write!(out, "\r\x1b[2K{}", shown(text)).and_then(|()| out.flush());

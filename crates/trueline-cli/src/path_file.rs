@@ -4,7 +4,9 @@ use crate::failure::Failure;
 use crate::planned_scan::PATH;
 use std::path::{Path, PathBuf};
 use trueline_dataset::{RobotSample, robot_csv};
+#[cfg(feature = "live")]
 use trueline_geometry::Trajectory;
+#[cfg(feature = "live")]
 use trueline_live::pose_feed::{small_s, through};
 
 /// The poses of a path.
@@ -24,6 +26,7 @@ pub(crate) fn file(path: &Path) -> PathBuf {
 ///
 /// # Errors
 /// As [`read`], and times that do not rise.
+#[cfg(feature = "live")]
 pub(crate) fn trajectory(path: Option<&Path>) -> Result<Trajectory, Failure> {
     let Some(path) = path else { return Ok(small_s()) };
     let poses = read(path)?;

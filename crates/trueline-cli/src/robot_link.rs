@@ -5,7 +5,7 @@ use trueline_live::LinkError;
 
 impl From<LinkError> for Failure {
     fn from(error: LinkError) -> Self {
-        let (message, hint) = trueline_args::link_hint(&error);
+        let (message, hint) = crate::args::link_hint(&error);
         Self::new(message, hint)
     }
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 use trueline_dataset::error::Problem;
 use trueline_dataset::file_kind::{FileKind, Form};
 use trueline_mcap::ImportError;
+#[cfg(feature = "live")]
 use trueline_watch::store::StoreError;
 
 /// Message and hint for a file that is of another kind than it was read as; `None` where it may be the right one.
@@ -14,6 +15,7 @@ pub(crate) fn failure(error: &trueline_dataset::Error) -> Option<(String, String
 }
 
 /// The same for a state of `watch`.
+#[cfg(feature = "live")]
 pub(crate) fn of_state(error: &StoreError) -> Option<(String, String)> {
     let (StoreError::Database { file, .. } | StoreError::NoFile { file }) = error else { return None };
     let kind = FileKind::of(file).filter(|kind| *kind != FileKind::Database)?;

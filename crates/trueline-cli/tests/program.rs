@@ -7,6 +7,7 @@ use common::{code, trueline, words};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 
 fn calibrate_json(folder: &Path, arguments: &[&str]) -> (i32, Value) {
     let mut all = vec!["calibrate"];
@@ -34,6 +35,14 @@ fn demo_writes_its_report() {
     assert!(report.starts_with("<!doctype html>") && !report.contains("{{"), "unfilled placeholder");
     // Self-contained: nothing is loaded from anywhere.
     assert!(!report.contains("src=\"http") && !report.contains("href=\"http"));
+}
+
+#[test]
+fn simulated_devices_are_commands_of_a_second_program_and_of_this_one() {
+    let help = |program: &str| Command::new(program).args(["robot-sim", "--help"]).output().unwrap().stdout;
+    let told = String::from_utf8(help(env!("CARGO_BIN_EXE_trueline-testbench"))).unwrap();
+    assert!(told.contains("Usage: trueline-testbench robot-sim"), "{told}");
+    assert_eq!(help(env!("CARGO_BIN_EXE_trueline")), told.into_bytes());
 }
 
 #[test]

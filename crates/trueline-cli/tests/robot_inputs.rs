@@ -6,6 +6,7 @@
 
 use std::net::SocketAddr;
 use std::path::Path;
+use trueline::open::{How, MeasuredByInput, open};
 use trueline_cell::{ARRIVAL, CellRecording, RecordingSettings};
 use trueline_dataset::{FrameSignals, Recording, RobotSample, SensorFile, sensor_toml};
 use trueline_live::egm::{EgmPose, Header, MessageKind, RapidData, RobotMessage, RobotState};
@@ -19,7 +20,6 @@ use trueline_live::udp_source::DatagramProtocol;
 use trueline_live::{FrameFilter, HostClock, LinkPacket, Received, RobotPacket};
 use trueline_mcap::{Entry, FeaturesEntry, FrameEntry};
 use trueline_method::{Config, calibrate};
-use trueline_open::{How, MeasuredByInput, open};
 use trueline_sim::{Preset, simulate};
 
 const EXPOSURE_S: f64 = 0.010;

@@ -28,11 +28,13 @@ fn the_help_of_every_command_is_that_of_the_book() {
         assert!(!Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs").exists());
         return;
     };
-    let sections: Vec<&str> = book.split("\n## `trueline ").skip(1).collect();
+    let sections: Vec<&str> = book.split("\n## `trueline").skip(1).collect();
     assert!(sections.len() >= 30, "{} commands", sections.len());
     let place = tempfile::tempdir().unwrap();
     for section in sections {
         let (name, rest) = section.split_once('`').unwrap();
+        // `trueline robot-sim` is `trueline-testbench robot-sim`.
+        let name = name.trim_start_matches("-testbench").trim_start();
         let text = rest.split_once("```text\n").unwrap().1.rsplit_once("\n```").unwrap().0;
         let (code, help, _) = told(place.path(), &format!("{name} --help"));
         let help: Vec<&str> = help.lines().map(str::trim_end).collect();

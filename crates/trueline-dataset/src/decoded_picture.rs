@@ -1,6 +1,7 @@
 //! Pictures decoded from whatever form they are kept in: PNG, JPEG, TIFF or BMP, gray or in colour.
 
 use crate::gray_png::Pixels;
+use crate::guarded;
 use crate::picture_size;
 use png::{BitDepth, ColorType, Decoder, Transformations};
 use std::io::Cursor;
@@ -29,6 +30,10 @@ pub struct DecodedPicture {
 /// # Errors
 /// Bytes of another form, that are cut off, or too large a picture, in words.
 pub fn decode(bytes: &[u8]) -> Result<DecodedPicture, String> {
+    guarded::run(|| decode_by_form(bytes)).unwrap_or_else(|| Err("its decoder cannot read it".to_owned()))
+}
+
+fn decode_by_form(bytes: &[u8]) -> Result<DecodedPicture, String> {
     if bytes.starts_with(b"\x89PNG") {
         png(bytes)
     } else if bytes.starts_with(&[0xff, 0xd8]) {

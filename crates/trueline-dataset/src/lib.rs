@@ -35,6 +35,7 @@ mod found_seams;
 mod frame_signals;
 pub mod gray_picture;
 pub mod gray_png;
+pub mod guarded;
 mod hash;
 mod header_unit;
 pub mod images;

@@ -1,6 +1,7 @@
 //! A file that appears whole or not at all: what was there before stays until then.
 
 use crate::error::{Error, Problem};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
@@ -14,12 +15,19 @@ pub fn write(path: &Path, content: &[u8]) -> io::Result<()> {
         return fs::write(path, content);
     }
     let unfinished = unfinished(path);
-    let written = fs::write(&unfinished, content).and_then(|()| fs::rename(&unfinished, path));
+    let written = write_to_disk(&unfinished, content).and_then(|()| fs::rename(&unfinished, path));
     if written.is_err() {
         // Why it cannot be written is told; that the rest of it cannot be removed would say nothing more.
         drop(fs::remove_file(&unfinished));
     }
     written
+}
+
+/// Without `sync_all` a crash of the machine could leave the new name with nothing behind it.
+fn write_to_disk(path: &Path, content: &[u8]) -> io::Result<()> {
+    let mut file = fs::File::create(path)?;
+    file.write_all(content)?;
+    file.sync_all()
 }
 
 /// A file that is being written beside the one that it will be; without [`Unfinished::finish`] nothing is left of it.
@@ -104,7 +112,6 @@ mod tests {
         write(&file, b"second").unwrap();
         assert_eq!(fs::read(&file).unwrap(), b"second");
         // In parts likewise: nothing appears before the end, and nothing is left without one.
-        use std::io::Write;
         let parts = Unfinished::create(&file).unwrap();
         parts.file().write_all(b"third").unwrap();
         drop(parts);

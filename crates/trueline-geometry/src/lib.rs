@@ -21,6 +21,8 @@
 //! assert!(seam.distance(&point_in_base.coords) < 1e-12);
 //! ```
 
+#[cfg(feature = "arm")]
+pub mod arm;
 pub mod axis;
 pub mod circle;
 pub mod curve;

@@ -2,7 +2,7 @@
 
 use crate::message::content_error::ContentError;
 use std::path::{Path, PathBuf};
-use trueline_arm::urdf::UrdfError;
+use trueline_geometry::arm::urdf::UrdfError;
 
 /// What stands in the way: of a file, a message, or a choice that is the user's.
 #[derive(Debug, thiserror::Error)]
@@ -230,7 +230,7 @@ impl ImportError {
             }
             Self::RosBag1 { .. } => "`mcap convert in.bag out.mcap` makes it an MCAP file",
             Self::WithoutRosbag2 { .. } => {
-                "build with the feature `rosbag2`, or `ros2 bag convert` it to MCAP"
+                "build with the feature `rosbag2` (`full` has it), or `ros2 bag convert` it to MCAP"
             }
             Self::Database { .. } => "a .db3 file of rosbag2 has the tables `topics` and `messages`",
             Self::Message { problem, .. } => return problem.hint(),

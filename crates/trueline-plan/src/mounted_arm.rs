@@ -3,8 +3,8 @@
 use crate::seam::Seam;
 use crate::sensor_pose::{SensorPose, Station};
 use nalgebra::Vector3;
-use trueline_arm::{Angles, Arm, inverse};
 use trueline_geometry::Pose;
+use trueline_geometry::arm::{Angles, Arm, inverse};
 
 /// An arm, where it stands and what it carries.
 #[derive(Clone, Debug, PartialEq)]

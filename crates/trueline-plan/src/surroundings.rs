@@ -2,8 +2,8 @@
 
 use crate::mounted_arm::MountedArm;
 use nalgebra::{Point3, UnitVector3, Vector3};
-use trueline_arm::{AXES, Angles};
 use trueline_geometry::Pose;
+use trueline_geometry::arm::{AXES, Angles};
 
 /// What carries a sphere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

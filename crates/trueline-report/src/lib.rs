@@ -31,6 +31,7 @@ pub mod comparison;
 pub mod diagnosis;
 pub mod evaluation_page;
 pub mod evaluation_summary;
+pub mod export;
 pub mod facts;
 pub mod number;
 pub mod page;

@@ -1,5 +1,6 @@
 //! A calibration from pose sightings, in words and as the file of a result.
 
+use crate::export::time_offset;
 use crate::number::{positive_w, with_sigma};
 use crate::summary::AT_STOPS;
 use nalgebra::{SMatrix, Vector3};
@@ -12,7 +13,6 @@ use trueline_dataset::result_file::{
     UnobservableEntry,
 };
 use trueline_dataset::unit::MM_PER_M;
-use trueline_export::time_offset;
 use trueline_geometry::Pose;
 use trueline_sensor::board_hand_eye::PoseFit;
 use trueline_sensor::board_hand_eye::hidden;

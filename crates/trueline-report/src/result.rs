@@ -1,5 +1,6 @@
 //! A calibration as the file of a result: the units of the file, and null for what is not observable.
 
+use crate::export::time_offset;
 use crate::number::positive_w;
 use crate::{axes, checks, facts, seam_error, stripes};
 use trueline_dataset::result_file::{
@@ -8,7 +9,6 @@ use trueline_dataset::result_file::{
     Residuals, ResultFile, RivalEntry, SCHEMA_VERSION, Sigma, TimeOffsetUse, Tool, UnobservableEntry,
 };
 use trueline_dataset::unit::MM_PER_M;
-use trueline_export::time_offset;
 use trueline_geometry::Line;
 use trueline_method::adjustment::answer::Amplitudes;
 use trueline_method::assess::observability::{Group, RANK_THRESHOLD, Unobservable};

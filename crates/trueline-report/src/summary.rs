@@ -1,10 +1,10 @@
 //! The summary in the terminal: what a welder reads.
 
+use crate::export::time_offset;
 use crate::number::{digits_for, with_sigma};
 use crate::{axes, seam_error, stripes};
 use std::fmt::Write;
 use trueline_dataset::unit::MM_PER_M;
-use trueline_export::time_offset;
 use trueline_method::assess::cause_kind::CauseKind;
 use trueline_method::assess::correlated_noise::{Along, Structure};
 use trueline_method::assess::cross_validation::HeldOut;

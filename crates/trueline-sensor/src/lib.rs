@@ -23,6 +23,7 @@
 //! ```
 
 pub mod board;
+pub mod board_files;
 pub mod board_hand_eye;
 pub mod bundle;
 mod bundle_state;

@@ -16,7 +16,7 @@ pub enum Error {
     /// A scan cannot be opened.
     #[cfg(feature = "open")]
     #[error(transparent)]
-    Open(Box<trueline_open::OpenError>),
+    Open(Box<crate::open::OpenError>),
     /// What is to be used is not observable.
     #[error(transparent)]
     Unobservable(#[from] Unobservable),
@@ -45,8 +45,8 @@ impl Error {
 }
 
 #[cfg(feature = "open")]
-impl From<trueline_open::OpenError> for Error {
-    fn from(error: trueline_open::OpenError) -> Self {
+impl From<crate::open::OpenError> for Error {
+    fn from(error: crate::open::OpenError) -> Self {
         Self::Open(Box::new(error))
     }
 }

@@ -2,6 +2,8 @@
 
 mod calibration;
 mod error;
+#[cfg(feature = "open")]
+pub mod open;
 mod recording;
 
 pub use calibration::{Calibration, load};

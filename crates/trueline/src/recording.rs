@@ -2,6 +2,8 @@
 
 use crate::calibration::Calibration;
 use crate::error::Error;
+#[cfg(feature = "open")]
+use crate::open::{How, OpenObserver, Opened, Told};
 use std::ops::Deref;
 use std::path::Path;
 #[cfg(feature = "open")]
@@ -9,8 +11,6 @@ use std::sync::Mutex;
 use trueline_dataset::{Feature, Guess, RobotSample, Sensor, SensorSetup};
 use trueline_method::evaluate::seam_points::{self, SeamPoints};
 use trueline_method::{Config, calibrate};
-#[cfg(feature = "open")]
-use trueline_open::{How, OpenObserver, Opened, Told};
 
 /// A recorded scan: everything of [`trueline_dataset::Recording`], and what can be done with it.
 #[derive(Clone, Debug)]
@@ -40,7 +40,7 @@ impl Recording {
     #[cfg(feature = "open")]
     pub fn open_how(path: impl AsRef<Path>, how: &How) -> Result<Self, Error> {
         let notes = Notes::default();
-        let Opened { recording: data, stamp_meaning, .. } = trueline_open::open(path.as_ref(), how, &notes)?;
+        let Opened { recording: data, stamp_meaning, .. } = crate::open::open(path.as_ref(), how, &notes)?;
         Ok(Self { data, notes: notes.0.into_inner().unwrap_or_default(), stamp_meaning })
     }
 

@@ -5,6 +5,7 @@ import re
 import subprocess
 from pathlib import Path
 
+DEVICES = ("robot-sim", "stream-sim", "camera-sim")
 COMMAND = re.compile(r"^  ([a-z][a-z0-9-]*) +(\S.*)$")
 EXIT_CODES = re.compile(r"Exit code: (.*?)(?:\n\n|\Z)", re.DOTALL)
 
@@ -33,22 +34,25 @@ def all_commands(program: Path) -> list[tuple[str, str, str]]:
     found = []
     for name, words in commands_in(help_of(program, [])):
         text = help_of(program, [name])
-        found.append((name, words, text))
+        found.append((f"trueline {name}", words, text))
         for inner, inner_words in commands_in(text):
-            found.append((f"{name} {inner}", inner_words, help_of(program, [name, inner])))
+            found.append((f"trueline {name} {inner}", inner_words, help_of(program, [name, inner])))
+    for name in DEVICES:  # `trueline robot-sim` is `trueline-testbench robot-sim`
+        text = help_of(program, [name])
+        found.append((f"trueline-testbench {name}", text.split("\n\n", 1)[0], text))
     return found
 
 
 def anchor(name: str) -> str:
     """Anchor of a command in the page of all commands."""
-    return f"trueline-{name.replace(' ', '-')}"
+    return name.replace(" ", "-")
 
 
 def commands(program: Path) -> str:
     """A table of all commands, then the help of each."""
     listed = all_commands(program)
-    rows = [f"| [`trueline {name}`](#{anchor(name)}) | {words} |" for name, words, _ in listed]
-    sections = [f"## `trueline {name}` {{#{anchor(name)}}}\n\n```text\n{text}\n```" for name, _, text in listed]
+    rows = [f"| [`{name}`](#{anchor(name)}) | {words} |" for name, words, _ in listed]
+    sections = [f"## `{name}` {{#{anchor(name)}}}\n\n```text\n{text}\n```" for name, _, text in listed]
     return "\n".join(["| Command | What it does |", "|---|---|", *rows]) + "\n\n" + "\n\n".join(sections) + "\n"
 
 
@@ -57,7 +61,7 @@ def exit_codes(program: Path) -> str:
     rows = []
     for name, _, text in all_commands(program):
         if match := EXIT_CODES.search(text):
-            rows.append(f"| `trueline {name}` | {' '.join(match[1].split())} |")
+            rows.append(f"| `{name}` | {' '.join(match[1].split())} |")
     return "\n".join(["| Command | Exit codes |", "|---|---|", *rows]) + "\n"
 
 

@@ -1,16 +1,16 @@
 //! `trueline apply`.
 
+use crate::args::ApplyArgs;
 use crate::failure::Failure;
 use crate::{opening, output};
 use std::path::Path;
 use std::process::ExitCode;
-use trueline_args::ApplyArgs;
 use trueline_dataset::calibration_file;
-use trueline_export::points::{self, PlacedPoint};
-use trueline_export::time_offset;
 use trueline_mcap::ImagePoints;
 use trueline_method::Config;
 use trueline_method::evaluate::seam_points;
+use trueline_report::export::points::{self, PlacedPoint};
+use trueline_report::export::time_offset;
 
 /// Runs the command.
 pub(crate) fn run(args: &ApplyArgs) -> Result<ExitCode, Failure> {

@@ -1,20 +1,20 @@
 //! `trueline calibrate`.
 
 use super::{calibrate_board, calibrate_poses};
+use crate::args::hints;
+use crate::args::{CalibrateArgs, TargetName};
 use crate::clocks;
 use crate::failure::Failure;
 use crate::{mistake, opening, output, progress};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
-use trueline_args::hints;
-use trueline_args::{CalibrateArgs, TargetName};
+use trueline::open::Opened;
 use trueline_dataset::calibration_file;
 use trueline_dataset::result_file::SensorFileEntry;
 use trueline_dataset::sensor_setup::Mounted;
 use trueline_dataset::{SensorFile, SensorSetup, folder, sensor_toml};
 use trueline_method::{Calibration, Hold, ResidualKind, SensorMode, Status};
-use trueline_open::Opened;
 use trueline_report::calibration_page::{self, FramePicture, Source};
 use trueline_report::{certificate::Certificate, result, summary};
 
@@ -114,7 +114,7 @@ fn write_results(
         title: &format!("Calibration of {}", names(&args.datasets)),
         command: &output::command_line(),
         frames: &match args.report {
-            Some(_) => trueline_open::outlier_pictures(opened, calibration)?
+            Some(_) => trueline::open::outlier_pictures(opened, calibration)?
                 .into_iter()
                 .map(|picture| FramePicture { row: picture.row, png: picture.png })
                 .collect(),

@@ -1,17 +1,17 @@
 //! `trueline calibrate --target board`: the reference with a board that the moving robot looks at.
 
+use crate::args::{CalibrateArgs, TargetName};
 use crate::failure::Failure;
 use crate::output;
 use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
-use trueline_args::{CalibrateArgs, TargetName};
-use trueline_board::BoardError;
-use trueline_board::moving_scan::{self, BoardOptions};
 use trueline_dataset::{Guess, calibration_file, folder, sensor_toml};
 use trueline_method::Hold;
 use trueline_method::input::stops::Stops;
 use trueline_report::board_result::{self, BoardReport};
+use trueline_sensor::board_files::BoardError;
+use trueline_sensor::board_files::moving_scan::{self, BoardOptions};
 use trueline_sensor::verdict::Remark;
 use trueline_sensor::{Board, verdict};
 

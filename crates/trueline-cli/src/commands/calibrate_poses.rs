@@ -1,18 +1,18 @@
 //! `trueline calibrate` of a dataset of pose sightings.
 
 use super::calibrate_board;
+use crate::args::CalibrateArgs;
 use crate::failure::Failure;
 use crate::{output, progress};
 use std::path::Path;
 use std::process::ExitCode;
-use trueline_args::CalibrateArgs;
-use trueline_board::pose_scan::{self, SightingOptions};
 use trueline_dataset::pose_folder::{self, PoseDataset};
 use trueline_dataset::result_file::Options;
 use trueline_dataset::sensor_setup::Mounted;
 use trueline_method::Hold;
 use trueline_method::input::stops::Stops;
 use trueline_report::pose_result::{self, PoseReport};
+use trueline_sensor::board_files::pose_scan::{self, SightingOptions};
 use trueline_sensor::pose_verdict::{self, SightingRemark};
 
 /// The dataset of a command line that calibrates pose sightings, if it does.

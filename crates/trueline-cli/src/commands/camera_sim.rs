@@ -1,11 +1,11 @@
-//! `trueline camera-sim`.
+//! `trueline-testbench camera-sim`.
 
+use crate::args::CameraSimArgs;
 use crate::failure::Failure;
 use crate::{interrupt, output, path_file, planned_scan};
 use std::process::ExitCode;
 use std::thread;
 use std::time::{Duration, Instant};
-use trueline_args::CameraSimArgs;
 use trueline_camera::device::{Device, DeviceHandle};
 use trueline_cell::{CameraLook, SceneError, SimulatedScene};
 use trueline_dataset::{Guess, Sensor, known_toml};
@@ -23,7 +23,7 @@ pub(crate) fn run(args: &CameraSimArgs) -> Result<ExitCode, Failure> {
                 "--exposure-ms: expected less than the time between pictures or profiles, found {}",
                 args.exposure_ms
             ),
-            "`trueline camera-sim --help` explains it",
+            "`trueline-testbench camera-sim --help` explains it",
         ));
     }
     interrupt::watch()?;

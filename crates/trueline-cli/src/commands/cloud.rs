@@ -1,5 +1,6 @@
 //! `trueline cloud`.
 
+use crate::args::CloudArgs;
 use crate::failure::Failure;
 use crate::measured_frames::{self, MeasuredPoint};
 use crate::{opening, output};
@@ -7,17 +8,16 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use trueline_args::CloudArgs;
+use trueline::open::Measurements;
 use trueline_dataset::stamp::exposed_ns;
 use trueline_dataset::whole_file::Unfinished;
 use trueline_dataset::{Guess, KnownCalibration, calibration_file};
-use trueline_export::cloud::{self, CloudColumns, CloudForm, CloudPoint, CloudSink};
-use trueline_export::time_offset;
 use trueline_method::Config;
 use trueline_method::evaluate::cloud::{CloudNoise, CloudPath};
 use trueline_method::evaluate::thickness::{Patches, Thickness};
 use trueline_method::input::skip::Skip;
-use trueline_open::Measurements;
+use trueline_report::export::cloud::{self, CloudColumns, CloudForm, CloudPoint, CloudSink};
+use trueline_report::export::time_offset;
 
 /// Standard deviation of a profiler's reading that nothing states, m.
 const READING_SIGMA_M: f64 = 20e-6;
@@ -79,7 +79,7 @@ fn form(out: &Path) -> Result<CloudForm, Failure> {
     }
     Err(Failure::new(
         format!("`--out {}`: this program was built without that format", out.display()),
-        "write .ply or .pcd; or build trueline with the features clouds and parquet",
+        format!("write .ply or .pcd; {}", crate::args::left_out::how_to_build()),
     ))
 }
 

@@ -1,10 +1,10 @@
 //! `trueline demo`: what README shows first.
 
+use crate::args::DemoArgs;
 use crate::failure::Failure;
 use crate::output;
 use std::path::Path;
 use std::process::ExitCode;
-use trueline_args::DemoArgs;
 use trueline_dataset::folder as dataset_folder;
 use trueline_method::Config;
 use trueline_report::calibration_page::{self, Source};

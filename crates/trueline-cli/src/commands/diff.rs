@@ -1,10 +1,10 @@
 //! `trueline diff`.
 
+use crate::args::DiffArgs;
 use crate::failure::Failure;
 use crate::output;
 use std::path::Path;
 use std::process::ExitCode;
-use trueline_args::DiffArgs;
 use trueline_dataset::Guess;
 use trueline_dataset::calibration_file;
 use trueline_dataset::result_file::ResultFile;

@@ -1,11 +1,11 @@
 //! `trueline doctor`.
 
+use crate::args::DoctorArgs;
 use crate::failure::Failure;
 use crate::{opening, output, progress};
 use std::num::NonZeroUsize;
 use std::process::ExitCode;
 use std::time::Duration;
-use trueline_args::DoctorArgs;
 use trueline_dataset::folder;
 use trueline_method::{Config, diagnose::doctor::diagnose};
 use trueline_report::diagnosis;

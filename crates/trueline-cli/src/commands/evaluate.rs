@@ -1,10 +1,10 @@
 //! `trueline evaluate`.
 
+use crate::args::EvaluateArgs;
 use crate::failure::Failure;
 use crate::{opening, output};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use trueline_args::EvaluateArgs;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_dataset::{KnownCalibration, Reference, calibration_file, reference_file};
 use trueline_method::Config;

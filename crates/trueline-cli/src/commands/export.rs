@@ -1,18 +1,18 @@
 //! `trueline export`.
 
+use crate::args::ExportArgs;
 use crate::failure::Failure;
 use crate::output;
 use std::process::ExitCode;
-use trueline_args::ExportArgs;
 use trueline_dataset::calibration_file::{self, KnownCalibration};
 use trueline_dataset::sensor_setup::Mounted;
 use trueline_dataset::{folder, sensor_toml};
-use trueline_export::{Mounting, named, time_offset};
+use trueline_report::export::{Mounting, named, time_offset};
 
 /// Runs the command.
 pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
     let (Some(result), Some(form)) = (&args.result, &args.form) else {
-        output::summary(None, &trueline_export::list())?;
+        output::summary(None, &trueline_report::export::list())?;
         return Ok(ExitCode::SUCCESS);
     };
     let calibration = calibration_file::read_without_time_offset(result)?;

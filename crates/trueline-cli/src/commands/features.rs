@@ -1,10 +1,10 @@
 //! `trueline features`.
 
+use crate::args::FeaturesArgs;
 use crate::failure::Failure;
 use crate::pictures::{self, OverlayChoice, PictureOptions};
 use crate::{opening, output, picture_report};
 use std::process::ExitCode;
-use trueline_args::FeaturesArgs;
 use trueline_dataset::picture_names::{self, NamedFrames, PictureStamps};
 use trueline_dataset::{Profile, folder, images};
 use trueline_report::picture_page;

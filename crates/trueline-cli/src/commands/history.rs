@@ -1,9 +1,9 @@
 //! `trueline history`.
 
+use crate::args::HistoryArgs;
 use crate::failure::Failure;
 use crate::output;
 use std::process::ExitCode;
-use trueline_args::HistoryArgs;
 use trueline_watch::store::{CalibrationRow, HistoryRow};
 use trueline_watch::words::{hidden, numbered};
 use trueline_watch::{State, Store, history_csv, history_page};
@@ -83,7 +83,7 @@ fn parquet(history: &[HistoryRow]) -> Result<Vec<u8>, Failure> {
 fn parquet(_: &[HistoryRow]) -> Result<Vec<u8>, Failure> {
     Err(Failure::new(
         "--parquet: this program was built without it",
-        "build it with the feature `parquet`, or use --csv",
+        format!("--csv has the same; {}", crate::args::left_out::how_to_build()),
     ))
 }
 

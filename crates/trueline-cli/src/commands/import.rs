@@ -1,10 +1,10 @@
 //! `trueline import`.
 
+use crate::args::{BagArgs, ImportArgs, ImportFormat, NewFolder};
 use crate::failure::Failure;
 use crate::{opening, output};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use trueline_args::{BagArgs, ImportArgs, ImportFormat, NewFolder};
 use trueline_dataset::dialect::plain_csv;
 use trueline_dataset::import::{csv_folder, lvs_st_calib, tum};
 use trueline_dataset::{PictureSource, Recording, SensorFile, features_csv, folder, sensor_toml};
@@ -20,7 +20,7 @@ pub(crate) fn run(args: &ImportArgs) -> Result<ExitCode, Failure> {
         ImportFormat::Tum { src, folder, features, sensor } => {
             (tum_recording(src, features, sensor)?, folder)
         }
-        ImportFormat::Mcap(bag) | ImportFormat::Rosbag2(bag) => return unpack_bag(bag),
+        ImportFormat::Mcap(bag) => return unpack_bag(bag),
     };
     let out = &to.out;
     output::former_folder(out, folder::write_whole(out, &recording, to.force)?);

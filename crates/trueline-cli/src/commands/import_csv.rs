@@ -1,11 +1,11 @@
 //! `trueline import csv`.
 
+use crate::args::{ImportCsvArgs, NewFolder};
 use crate::failure::Failure;
 use crate::{clocks, output};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use trueline_args::{ImportCsvArgs, NewFolder};
 use trueline_dataset::import::clock::Clock;
 use trueline_dataset::import::csv_folder::{CsvFolder, Imported, ProfileSource};
 use trueline_dataset::import::foreign_csv::{Rate, TableForm};

@@ -1,11 +1,11 @@
 //! `trueline listen`.
 
+use crate::args::{LinkArgs, ListenArgs};
 use crate::failure::Failure;
 use crate::{interrupt, output};
 use std::io::IsTerminal;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
-use trueline_args::{LinkArgs, ListenArgs};
 use trueline_live::link_watch::LinkReport;
 use trueline_live::{HostClock, LinkAddress, Rejection, RobotLink, StreamReport, StreamWatch};
 

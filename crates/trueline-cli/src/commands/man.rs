@@ -1,19 +1,20 @@
 //! `trueline man`.
 
+use crate::args::ManArgs;
 use crate::failure::Failure;
 use crate::output;
 use clap_mangen::Man;
 use std::path::Path;
 use std::process::ExitCode;
-use trueline_args::ManArgs;
 use trueline_dataset::whole_folder;
 
 /// Runs the command.
 pub(crate) fn run(args: &ManArgs) -> Result<ExitCode, Failure> {
     whole_folder::make_empty(&args.out)?;
-    let mut command = trueline_args::command();
-    command.build();
+    let command = crate::args::command();
     let count = write(&command, "trueline", &args.out)?;
+    #[cfg(feature = "live")]
+    let count = count + write(&crate::args::testbench(), "trueline-testbench", &args.out)?;
     output::words(&format!("{}: {count} pages; read one with `man ./{}`", args.out.display(), "trueline.1"));
     Ok(ExitCode::SUCCESS)
 }
@@ -25,7 +26,8 @@ fn write(command: &clap::Command, name: &str, folder: &Path) -> Result<usize, Fa
     let manual = Man::new(command.clone());
     manual.render(&mut page).map_err(|error| Failure::cannot_write(&file, &error))?;
     output::file(&file, &page)?;
-    let below = command.get_subcommands().filter(|below| below.get_name() != "help");
+    let is_shown = |below: &&clap::Command| below.get_name() != "help" && !below.is_hide_set();
+    let below = command.get_subcommands().filter(is_shown);
     below
         .map(|below| write(below, &format!("{name}-{}", below.get_name()), folder))
         .sum::<Result<usize, _>>()

@@ -1,11 +1,11 @@
 //! `trueline plan`.
 
+use crate::args::PlanArgs;
 use crate::failure::Failure;
 use crate::planned_scan::{self, CELL, PATH};
 use crate::{output, progress};
 use std::path::Path;
 use std::process::ExitCode;
-use trueline_args::PlanArgs;
 use trueline_dataset::{SensorSetup, calibration_file, robot_csv, whole_folder};
 use trueline_live::robot_program::{ProgramFile, Waypoints};
 use trueline_method::Measurements;

@@ -1,9 +1,9 @@
 //! `trueline rapid`.
 
+use crate::args::{Mode, RapidArgs};
 use crate::failure::Failure;
 use crate::{output, path_file};
 use std::process::ExitCode;
-use trueline_args::{Mode, RapidArgs};
 use trueline_dataset::outputs;
 use trueline_live::pose_feed::at_pace;
 use trueline_live::rapid::{guidance_module, stream_module};

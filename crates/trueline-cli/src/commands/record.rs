@@ -1,5 +1,6 @@
 //! `trueline record`.
 
+use crate::args::RecordArgs;
 use crate::failure::Failure;
 use crate::live_cell::{self, LiveCell};
 use crate::live_page::CellPage;
@@ -8,7 +9,6 @@ use crate::live_watch::LiveWatch;
 use crate::{interrupt, output};
 use std::process::ExitCode;
 use std::sync::Mutex;
-use trueline_args::RecordArgs;
 use trueline_cell::{CellRecording, RobotBrief, Until, record_robot};
 use trueline_live::HostClock;
 

@@ -1,9 +1,9 @@
 //! `trueline reproduce`.
 
+use crate::args::ReproduceArgs;
 use crate::failure::Failure;
 use crate::{output, progress};
 use std::process::ExitCode;
-use trueline_args::ReproduceArgs;
 use trueline_dataset::whole_folder;
 use trueline_experiments::{Settings, reproduce};
 use trueline_report::{reproduction_page, reproduction_tables};

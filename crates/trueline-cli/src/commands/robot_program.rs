@@ -1,9 +1,9 @@
 //! `trueline robot-program`.
 
+use crate::args::RobotProgramArgs;
 use crate::failure::Failure;
 use crate::{output, path_file};
 use std::process::ExitCode;
-use trueline_args::RobotProgramArgs;
 use trueline_dataset::whole_folder;
 use trueline_live::pose_feed::at_pace;
 use trueline_live::robot_program::Waypoints;

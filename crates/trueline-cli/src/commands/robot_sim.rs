@@ -1,11 +1,11 @@
-//! `trueline robot-sim`.
+//! `trueline-testbench robot-sim`.
 
+use crate::args::{Mode, RobotSimArgs};
 use crate::failure::Failure;
 use crate::{interrupt, output, path_file};
 use std::io::IsTerminal;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
-use trueline_args::{Mode, RobotSimArgs};
 use trueline_geometry::Pose;
 use trueline_live::controller::real_time::Cycle;
 use trueline_live::controller::{Controller, GuidanceEnd, Network, RealTime};

@@ -1,5 +1,6 @@
 //! `trueline scan`.
 
+use crate::args::ScanArgs;
 use crate::failure::Failure;
 use crate::live_cell::{self, LiveCell};
 use crate::live_page::CellPage;
@@ -9,7 +10,6 @@ use std::io::BufRead;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use trueline_args::ScanArgs;
 use trueline_cell::{ARRIVAL, CellRecording, EndedScan, RECORDING, guide_scan};
 use trueline_dataset::{Error, Problem, outputs, source_file};
 use trueline_live::guide::Patience;

@@ -1,15 +1,15 @@
 //! `trueline sensor intrinsics`.
 
+use crate::args::IntrinsicsArgs;
 use crate::failure::Failure;
 use crate::output;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use trueline_args::IntrinsicsArgs;
-use trueline_board::pictures::{self, Looked};
-use trueline_board::sensor_file;
 use trueline_dataset::sensor_toml::format_camera;
 use trueline_report::sensor_json::{self, CameraReport};
 use trueline_report::{sensor_page, sensor_text};
+use trueline_sensor::board_files::pictures::{self, Looked};
+use trueline_sensor::board_files::sensor_file;
 use trueline_sensor::intrinsics::{Sensitivity, cross_validation, fit, next_picture};
 use trueline_sensor::{View, verdict};
 

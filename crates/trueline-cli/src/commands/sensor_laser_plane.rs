@@ -1,15 +1,15 @@
 //! `trueline sensor laser-plane`.
 
+use crate::args::LaserPlaneArgs;
 use crate::commands::{sensor_plane_pictures, sensor_plane_plate};
 use crate::failure::Failure;
 use crate::output;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use trueline_args::LaserPlaneArgs;
-use trueline_board::sensor_file;
 use trueline_dataset::dialect::plain_file;
 use trueline_dataset::{gray_picture, sensor_toml, stripe_points_csv};
 use trueline_report::{sensor_json, sensor_text};
+use trueline_sensor::board_files::sensor_file;
 use trueline_sensor::laser_plane::{PlaneFit, fit_points, jackknife};
 use trueline_sensor::verdict;
 

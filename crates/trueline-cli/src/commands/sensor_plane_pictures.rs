@@ -1,12 +1,12 @@
 //! `trueline sensor laser-plane` from pictures.
 
+use crate::args::LaserPlaneArgs;
 use crate::failure::Failure;
 use crate::output;
 use std::process::ExitCode;
-use trueline_args::LaserPlaneArgs;
-use trueline_board::{pictures, sensor_file, striped};
 use trueline_dataset::sensor_toml::{self, CameraFile, format_camera};
 use trueline_report::{sensor_json, sensor_text};
+use trueline_sensor::board_files::{pictures, sensor_file, striped};
 use trueline_sensor::laser_plane::{BoardPicture, JointFit, PicturesFit, fit_pictures};
 use trueline_sensor::verdict;
 

@@ -1,13 +1,13 @@
 //! `trueline sensor laser-plane --plate`.
 
+use crate::args::LaserPlaneArgs;
 use crate::failure::Failure;
 use crate::output;
 use std::process::ExitCode;
-use trueline_args::LaserPlaneArgs;
-use trueline_board::{plate_stops, sensor_file, striped};
 use trueline_dataset::calibration_file;
 use trueline_dataset::sensor_toml::{self, format_camera};
 use trueline_report::{sensor_json, sensor_text};
+use trueline_sensor::board_files::{plate_stops, sensor_file, striped};
 use trueline_sensor::laser_plane::plate::{PlateStop, fit_plate};
 use trueline_sensor::verdict;
 

@@ -4,11 +4,11 @@ use super::{
     simulate_boards, simulate_curve, simulate_images, simulate_plates, simulate_production, simulate_shop,
     simulate_sightings,
 };
+use crate::args::SimulateArgs;
 use crate::failure::Failure;
 use crate::output;
 use crate::planned_scan::{self, PlannedScan};
 use std::process::ExitCode;
-use trueline_args::SimulateArgs;
 use trueline_dataset::{Recording, folder};
 use trueline_sim::{Scenario, simulate_along, simulate_with_axes, simulate_with_faults};
 

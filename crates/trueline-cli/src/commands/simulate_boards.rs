@@ -1,9 +1,9 @@
 //! `trueline simulate --boards`.
 
+use crate::args::SimulateArgs;
 use crate::failure::Failure;
 use crate::{output, progress};
 use std::process::ExitCode;
-use trueline_args::SimulateArgs;
 use trueline_dataset::WholeFolder;
 use trueline_sensor::Board;
 use trueline_sim::boards::BoardFolder;

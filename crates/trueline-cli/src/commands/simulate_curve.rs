@@ -1,10 +1,10 @@
 //! `trueline simulate --seam`.
 
+use crate::args::SimulateArgs;
 use crate::failure::Failure;
 use crate::output;
 use std::fs;
 use std::process::ExitCode;
-use trueline_args::SimulateArgs;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_dataset::{WholeFolder, folder};
 use trueline_sim::curves::{CurveScan, scan_curve};

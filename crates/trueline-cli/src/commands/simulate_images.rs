@@ -1,9 +1,9 @@
 //! `trueline simulate --images`.
 
+use crate::args::SimulateArgs;
 use crate::failure::Failure;
 use crate::{output, progress};
 use std::process::ExitCode;
-use trueline_args::SimulateArgs;
 use trueline_dataset::{WholeFolder, folder};
 use trueline_sim::faults::Event;
 use trueline_sim::images::{WrittenPictures, write_pictures};

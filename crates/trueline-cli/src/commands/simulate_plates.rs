@@ -1,10 +1,10 @@
 //! `trueline simulate --plates`.
 
+use crate::args::SimulateArgs;
 use crate::failure::Failure;
 use crate::output;
 use crate::planned_scan::PlannedScan;
 use std::process::ExitCode;
-use trueline_args::SimulateArgs;
 use trueline_dataset::{Recording, WholeFolder, folder};
 use trueline_experiments::planned;
 use trueline_geometry::Pose;

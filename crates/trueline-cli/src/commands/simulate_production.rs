@@ -1,9 +1,9 @@
 //! `trueline simulate --production`.
 
+use crate::args::{ProductionArgs, SimulateArgs};
 use crate::failure::Failure;
 use crate::output;
 use std::process::ExitCode;
-use trueline_args::{ProductionArgs, SimulateArgs};
 use trueline_dataset::folder;
 use trueline_sim::Plates;
 use trueline_sim::production::{Production, piece};

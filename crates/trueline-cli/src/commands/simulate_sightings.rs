@@ -1,9 +1,9 @@
 //! `trueline simulate --sightings`.
 
+use crate::args::SimulateArgs;
 use crate::failure::Failure;
 use crate::output;
 use std::process::ExitCode;
-use trueline_args::SimulateArgs;
 use trueline_dataset::WholeFolder;
 use trueline_sim::SightingScan;
 

@@ -1,11 +1,11 @@
-//! `trueline stream-sim`.
+//! `trueline-testbench stream-sim`.
 
+use crate::args::StreamSimArgs;
 use crate::failure::Failure;
 use crate::{interrupt, output, path_file};
 use std::net::SocketAddr;
 use std::process::ExitCode;
 use std::time::Duration;
-use trueline_args::StreamSimArgs;
 use trueline_live::Protocol;
 use trueline_live::pose_feed::PoseFeed;
 use trueline_live::stream_sim::versions;
@@ -29,10 +29,10 @@ pub(crate) fn run(args: &StreamSimArgs) -> Result<ExitCode, Failure> {
 }
 
 fn check(args: &StreamSimArgs) -> Result<(), Failure> {
-    let explained = "`trueline stream-sim --help` explains it";
+    let explained = "`trueline-testbench stream-sim --help` explains it";
     if args.protocol == Protocol::Egm {
         let message = "--protocol egm: a robot that speaks EGM is another command";
-        return Err(Failure::new(message, "trueline robot-sim"));
+        return Err(Failure::new(message, "trueline-testbench robot-sim"));
     }
     let known = |version: &u32| versions(args.protocol).is_some_and(|versions| versions.contains(version));
     if args.version_of.is_some_and(|version| !known(&version)) {

@@ -1,5 +1,6 @@
 //! `trueline watch`.
 
+use crate::args::WatchArgs;
 use crate::failure::Failure;
 use crate::live_page::WatchPage;
 use crate::live_watch::{tell_who_was_not_told, told, warn_of_calibration};
@@ -7,7 +8,6 @@ use crate::{interrupt, opening, output};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
-use trueline_args::WatchArgs;
 use trueline_dataset::json_lines;
 use trueline_watch::{Repair, Store, Watcher, WatcherSettings, WeldFolder};
 

@@ -8,7 +8,7 @@ use crate::message::spatial::frame_name;
 use crate::read::survey::{LinkSurvey, Survey, TopicSurvey, is_static_topic};
 use crate::wire::frame_names::{BASE, TOOL};
 use std::collections::BTreeSet;
-use trueline_arm::urdf;
+use trueline_geometry::arm::urdf;
 
 /// Where the robot's poses are.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use crate::import_error::ImportError;
 use crate::read::damage::{Damage, DamagedFile};
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 use trueline_dataset::source_file;
@@ -114,7 +114,7 @@ const MOST_EXPANSION: u64 = 1000;
 fn decompressed(file: &Path) -> Result<(Part, Option<Damage>), ImportError> {
     let error = |error: io::Error| ImportError::io(file, &error);
     let mut whole = tempfile::NamedTempFile::new().map_err(error)?;
-    let mut decoder = File::open(file).and_then(zstd::Decoder::new).map_err(error)?;
+    let mut decoder = fs::File::open(file).and_then(zstd::Decoder::new).map_err(error)?;
     let mut block = vec![0; 1 << 20];
     let mut damage = None;
     let most_bytes = fs::metadata(file).map_err(error)?.len().saturating_mul(MOST_EXPANSION);

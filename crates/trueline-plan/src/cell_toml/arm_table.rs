@@ -6,12 +6,12 @@ use crate::seam::Seam;
 use crate::surroundings::{Carrier, Plate, Sphere};
 use nalgebra::{UnitVector3, Vector3};
 use serde::Deserialize;
-use trueline_arm::dh::{self, Row};
-use trueline_arm::urdf::Chain;
-use trueline_arm::{AXES, Arm, named};
 use trueline_dataset::Problem;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::Pose;
+use trueline_geometry::arm::dh::{self, Row};
+use trueline_geometry::arm::urdf::Chain;
+use trueline_geometry::arm::{AXES, Arm, named};
 use trueline_method::stripe::start::LEAST_ANGLE_SINE;
 
 #[derive(Deserialize)]

@@ -1,11 +1,11 @@
 //! What a reader sees first: the answers, and what they cannot be relied on for.
 
+use crate::export::{FORMATS, Format, Mounting, time_offset};
 use crate::number::{digits_for, with_sigma};
 use crate::page::{Block, Card, Form, Table, TableRow};
 use crate::seam_error::{self, mm};
 use crate::summary::AT_STOPS;
 use trueline_dataset::unit::MM_PER_M;
-use trueline_export::{FORMATS, Format, Mounting, time_offset};
 use trueline_geometry::euler::ZYX_INTRINSIC;
 use trueline_method::assess::observability::Group;
 use trueline_method::assess::seam_error::SeamError;

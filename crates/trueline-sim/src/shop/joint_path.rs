@@ -1,8 +1,8 @@
 //! The joints over time: a path of the tool, solved for the arm that the controller has.
 
-use trueline_arm::arm::{AXES, Angles, Arm};
-use trueline_arm::inverse::angles_for;
 use trueline_geometry::Pose;
+use trueline_geometry::arm::inverse::angles_for;
+use trueline_geometry::arm::six_axes::{AXES, Angles, Arm};
 
 /// Time between two solutions, s; the joints are cubic between them.
 const STEP_S: f64 = 0.008;

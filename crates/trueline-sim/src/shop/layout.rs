@@ -8,9 +8,9 @@ use crate::noise::Noise;
 use crate::scenario::SensorModel;
 use nalgebra::{Rotation3, UnitQuaternion, UnitVector3, Vector2, Vector3};
 use std::f64::consts::{PI, TAU};
-use trueline_arm::arm::Angles;
-use trueline_arm::inverse::{angles_for, configurations};
-use trueline_arm::named::{self, NamedArm};
+use trueline_geometry::arm::inverse::{angles_for, configurations};
+use trueline_geometry::arm::named::{self, NamedArm};
+use trueline_geometry::arm::six_axes::Angles;
 use trueline_geometry::{Line, Plane, Pose, se3};
 use trueline_model::{BrownConrady, Camera};
 

@@ -4,7 +4,7 @@ use super::super::drawn_errors::DrawnErrors;
 use super::super::error_table::ShopError;
 use crate::noise::Noise;
 use nalgebra::Vector3;
-use trueline_arm::arm::{AXES, Arm};
+use trueline_geometry::arm::six_axes::{AXES, Arm};
 use trueline_geometry::{se3, so3};
 
 /// Turn of a link for each metre that it is off, rad/m: 0.005° beside 0.075 mm.

@@ -2,7 +2,7 @@
 
 use super::super::drawn_errors::DrawnErrors;
 use super::super::error_table::ShopError;
-use trueline_arm::arm::AXES;
+use trueline_geometry::arm::six_axes::AXES;
 
 /// Standard deviation of the joints' time constants, as a part.
 const BETWEEN_JOINTS: f64 = 0.08;

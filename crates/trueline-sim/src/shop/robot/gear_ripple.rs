@@ -3,7 +3,7 @@
 use super::super::drawn_errors::DrawnErrors;
 use super::super::error_table::ShopError;
 use std::f64::consts::TAU;
-use trueline_arm::arm::AXES;
+use trueline_geometry::arm::six_axes::AXES;
 
 /// Ratios of such gears.
 const RATIOS: [f64; 2] = [80.0, 160.0];

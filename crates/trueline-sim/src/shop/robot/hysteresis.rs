@@ -2,7 +2,7 @@
 
 use super::super::drawn_errors::DrawnErrors;
 use super::super::error_table::ShopError;
-use trueline_arm::arm::AXES;
+use trueline_geometry::arm::six_axes::AXES;
 
 /// The speed at which a joint has changed sides, rad/s.
 const FULL_AT_RAD_S: f64 = 0.01;

@@ -1,6 +1,6 @@
 //! A log of means over the past.
 
-use trueline_arm::arm::AXES;
+use trueline_geometry::arm::six_axes::AXES;
 
 /// Nodes, from −1 to 1, and weights of the five-point Gauss–Legendre rule \[Abramowitz1964, table 25.4\], weights halved.
 const LEGENDRE: [(f64, f64); 5] = [

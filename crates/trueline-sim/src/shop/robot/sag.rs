@@ -3,7 +3,7 @@
 use super::super::drawn_errors::DrawnErrors;
 use super::super::error_table::ShopError;
 use nalgebra::Vector3;
-use trueline_arm::arm::{AXES, Arm};
+use trueline_geometry::arm::six_axes::{AXES, Arm};
 
 /// Acceleration of free fall, m/s².
 const GRAVITY: f64 = 9.81;

@@ -7,9 +7,9 @@ use super::command_lag::CommandLag;
 use super::gear_ripple::GearRipple;
 use super::{arm_geometry, hysteresis, moving_mean, polled_log, quantised_poses, sag, warm_up};
 use nalgebra::Vector3;
-use trueline_arm::arm::{AXES, Arm};
-use trueline_arm::inverse::angles_for;
 use trueline_geometry::Pose;
+use trueline_geometry::arm::inverse::angles_for;
+use trueline_geometry::arm::six_axes::{AXES, Arm};
 
 /// Time step of differences, s.
 const DIFFERENCE_S: f64 = 0.01;

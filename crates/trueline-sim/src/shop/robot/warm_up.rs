@@ -2,7 +2,7 @@
 
 use super::super::drawn_errors::DrawnErrors;
 use super::super::error_table::ShopError;
-use trueline_arm::arm::Arm;
+use trueline_geometry::arm::six_axes::Arm;
 
 /// The arm as it is at a time since the start of the scan, s: each link longer by the same.
 pub(crate) fn grown(mut arm: Arm, errors: &DrawnErrors, time_s: f64) -> Arm {

@@ -1,0 +1,54 @@
+//! `trueline export`.
+
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+use std::path::PathBuf;
+use trueline_report::export::FORMATS;
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  trueline export --list
+  trueline export result.json --as kuka
+  trueline export result.json --as urdf --parent tool0 --child laser > laser.urdf
+  trueline export result.json --as kalibr --sensor scan/sensor.toml
+
+The text goes to stdout, its convention in words to stderr. All forms say the \
+same: the pose of the sensor in the frame whose pose the robot reported while \
+it was recorded (the flange, or the tool that was active).
+
+Exit code: 0 written, 1 written although the result was not accepted, 2 could \
+not be written.")]
+pub(crate) struct ExportArgs {
+    /// The JSON of `trueline calibrate --json`, or a TOML like initial.toml
+    #[arg(required_unless_present = "list")]
+    pub(crate) result: Option<PathBuf>,
+    /// Form of the transform: see --list
+    #[arg(long = "as", value_name = "NAME", required_unless_present = "list", hide_possible_values = true,
+          value_parser = PossibleValuesParser::new(names()))]
+    pub(crate) form: Option<String>,
+    /// List all forms
+    #[arg(long)]
+    pub(crate) list: bool,
+    /// Name of the frame that the sensor is mounted on [default: flange, or base for a sensor beside the robot]
+    #[arg(long)]
+    pub(crate) parent: Option<String>,
+    /// Name of the sensor's frame
+    #[arg(long, default_value = "laser")]
+    pub(crate) child: String,
+    /// Number of the tool on controllers that number them
+    #[arg(long, default_value_t = 1)]
+    pub(crate) tool_number: u32,
+    /// sensor.toml, for forms that describe the camera
+    #[arg(long)]
+    pub(crate) sensor: Option<PathBuf>,
+    /// Print no words
+    #[arg(long)]
+    pub(crate) quiet: bool,
+}
+
+fn names() -> Vec<&'static str> {
+    FORMATS
+        .iter()
+        .flat_map(|format| std::iter::once(format.name).chain(format.aliases.iter().copied()))
+        .collect()
+}

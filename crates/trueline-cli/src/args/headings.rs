@@ -1,0 +1,317 @@
+//! Under which heading an option stands in the help of a command with many: what everybody needs comes first and alone in `-h`.
+
+/// The options of one heading, by the names that a user types.
+type Section = (&'static str, &'static [&'static str]);
+
+/// The help of a command with many options.
+struct Layout {
+    /// Its name with what it is made of: `import csv`.
+    command: &'static str,
+    /// What everybody needs, in this order.
+    everyday: &'static [&'static str],
+    /// All others.
+    sections: &'static [Section],
+}
+
+/// An option that no section names.
+const OTHERS: &str = "More options";
+/// Options of every command stand behind its own.
+const LAST: usize = 900;
+
+/// Where a picture comes from, in `record` and `scan`.
+const CAMERA: Section =
+    ("Camera", &["camera", "replay", "exposure-us", "fps", "trigger", "pixel-format", "laser", "stamp"]);
+/// What is computed and shown during a recording.
+const LIVE: Section = ("Live estimate and page", &["joint", "want", "serve", "serve-name"]);
+/// Signals between simulated devices.
+const WIRING: Section =
+    ("Signals", &["input-from", "input-delay-ms", "output-to", "output-every-mm", "output-every-ms"]);
+
+/// Every command with more than ten options.
+const LAYOUTS: &[Layout] = &[
+    Layout {
+        command: "calibrate",
+        everyday: &["json", "report", "initial", "require", "quiet"],
+        sections: &[
+            ("Target", &["target", "board", "at-stops", "joint", "use", "seam-cad", "cad-tolerance-mm"]),
+            (
+                "What is known",
+                &[
+                    "fix",
+                    "fixed-sigma",
+                    "drawn-line",
+                    "drawn-line-sigma-mm",
+                    "offset-within",
+                    "looks",
+                    "accept-partial",
+                ],
+            ),
+            ("Sensor", &["sensor", "write-sensor", "certificate", "operator"]),
+            (
+                "Noise and accuracy",
+                &[
+                    "feature-sigma-px",
+                    "feature-sigma-mm",
+                    "robot-sigma-mm",
+                    "stamp-sigma-ms",
+                    "robot-accuracy-mm",
+                    "feature-bias-px",
+                    "feature-bias-mm",
+                ],
+            ),
+            ("Clocks", &["stamps", "align-clocks"]),
+            ("Estimator", &["residual", "loss", "threads"]),
+            ("Predicted seam error", &["speed-mm-s", "stand-off-mm"]),
+        ],
+    },
+    Layout {
+        command: "record",
+        everyday: &["out", "protocol", "bind", "robot", "sensor"],
+        sections: &[
+            ("Robot", &["robot-port", "inputs", "answer-rsi", "tool"]),
+            CAMERA,
+            LIVE,
+            ("Watch welds", &["watch", "calibration", "tell", "weld-pause-s", "tolerance"]),
+            ("Run", &["for-s", "quiet"]),
+        ],
+    },
+    Layout {
+        command: "scan",
+        everyday: &["out", "bind", "robot", "limits", "enable-motion"],
+        sections: &[
+            ("Limits", &["write-limits", "reach-mm", "pace"]),
+            ("Robot", &["tool", "hold-s", "timeout-s", "armed-s"]),
+            CAMERA,
+            LIVE,
+            ("Run", &["sensor", "quiet"]),
+        ],
+    },
+    Layout {
+        command: "simulate",
+        everyday: &["out", "preset", "plan", "seed", "time-offset-ms"],
+        sections: &[
+            ("Cell", &["exact-guess", "random-cell", "duration-s", "robot-period-ms"]),
+            (
+                "Noise and faults",
+                &[
+                    "noise-free",
+                    "feature-noise-px",
+                    "feature-noise-mm",
+                    "robot-noise-mm",
+                    "stamp-jitter-ms",
+                    "clock-drift-ppm",
+                    "outliers",
+                    "drops",
+                    "fault",
+                ],
+            ),
+            (
+                "Plates and whole stripes",
+                &[
+                    "plates",
+                    "bow-mm",
+                    "twist-mm",
+                    "roughness-mm",
+                    "plates-deg",
+                    "step-mm",
+                    "one-plate",
+                    "gap-mm",
+                    "mismatch-mm",
+                    "column-noise-px",
+                ],
+            ),
+            (
+                "Profiles",
+                &[
+                    "parquet",
+                    "column-mm",
+                    "drop-outs",
+                    "edge-drop-outs",
+                    "mixed",
+                    "reflections",
+                    "gap-filled",
+                    "rounded-mm",
+                ],
+            ),
+            ("Curved seams", &["seam", "seam-passes", "seam-tilt-deg", "seam-weave-hz"]),
+            (
+                "Sightings of a target's pose",
+                &["sightings", "sighting-count", "stops", "wall", "state-noise"],
+            ),
+            ("Welds of a production", &["production", "layout", "change"]),
+            (
+                "Pictures",
+                &[
+                    "images",
+                    "joint",
+                    "look",
+                    "exposure-ms",
+                    "opening-deg",
+                    "roll-deg",
+                    "corner-gap-mm",
+                    "bits",
+                ],
+            ),
+            ("Output", &["force", "quiet"]),
+        ],
+    },
+    Layout {
+        command: "import mcap",
+        everyday: &["out", "sensor", "pose-topic", "image-topic", "quiet"],
+        sections: &[
+            ("What is in it", &["base", "tool", "urdf", "allow-jpeg", "no-return-mm", "stamps"]),
+            ("Output", &["force"]),
+        ],
+    },
+    Layout {
+        command: "import csv",
+        everyday: &["out", "robot", "sensor", "features", "profiles"],
+        sections: &[
+            (
+                "Robot log",
+                &[
+                    "robot-file",
+                    "robot-map",
+                    "euler",
+                    "robot-rate-hz",
+                    "robot-skip-lines",
+                    "columns",
+                    "list-robots",
+                ],
+            ),
+            (
+                "Profiles",
+                &[
+                    "profile-format",
+                    "profile-rate-hz",
+                    "profile-start-s",
+                    "profile-times",
+                    "x-start-mm",
+                    "x-step-mm",
+                ],
+            ),
+            ("Tables and clocks", &["features-map", "delimiter", "align-clocks"]),
+            ("Output", &["force", "quiet"]),
+        ],
+    },
+    Layout {
+        command: "features",
+        everyday: &["joint", "region", "overlay", "json", "report"],
+        sections: &[
+            ("Pictures", &["stripe", "fps", "stamps-from-name", "overlay-every"]),
+            ("Run", &["threads", "force", "quiet"]),
+        ],
+    },
+    Layout {
+        command: "plan",
+        everyday: &["out", "calibration", "duration-s", "want", "example"],
+        sections: &[
+            ("Path", &["longest-s", "shape", "use", "criterion", "program"]),
+            ("Run", &["tries", "seed", "threads", "quiet"]),
+        ],
+    },
+    Layout {
+        command: "evaluate",
+        everyday: &["calibration", "reference", "tolerance", "json", "report"],
+        sections: &[("Comparison", &["coverage-percent", "static", "fit"]), ("Run", &["csv", "quiet"])],
+    },
+    Layout {
+        command: "watch",
+        everyday: &["state", "calibration", "folder", "json", "tolerance"],
+        sections: &[
+            ("Alarms", &["tell", "repaired"]),
+            ("Live page", &["serve", "serve-name", "also"]),
+            ("Run", &["once", "keep-days", "quiet"]),
+        ],
+    },
+    Layout {
+        command: "rapid",
+        everyday: &["out", "pc", "tool", "work-object", "pace"],
+        sections: &[
+            (
+                "Guidance",
+                &["mode", "device", "timeout-s", "approach-mm-s", "speed-deviation-deg-s", "signal"],
+            ),
+            ("Module", &["module", "mechanical-unit", "task"]),
+        ],
+    },
+    Layout {
+        command: "robot-sim",
+        everyday: &["pc", "path", "mode", "for-s", "quiet"],
+        sections: &[
+            (
+                "Robot",
+                &["from", "wait-for-pc", "rest-s", "robotware", "period-ms", "noise-mm", "feedback-age-ms"],
+            ),
+            (
+                "Guided motion",
+                &[
+                    "gain-per-s",
+                    "low-pass-hz",
+                    "dead-time-ms",
+                    "timeout-s",
+                    "near-mm",
+                    "near-deg",
+                    "near-for-s",
+                    "stop",
+                ],
+            ),
+            ("Clock", &["drift-ppm", "epoch-s", "clock-step"]),
+            ("Network", &["delay-ms", "tail-ms", "held-up", "loss", "duplicate", "reorder", "burst"]),
+            WIRING,
+            ("Run", &["event", "truth-to", "seed"]),
+        ],
+    },
+    Layout {
+        command: "stream-sim",
+        everyday: &["protocol", "pc", "listen", "path", "for-s"],
+        sections: &[
+            ("Robot", &["rest-s", "version-of", "period-ms", "await-answers"]),
+            ("Clock and network", &["drift-ppm", "loss", "burst"]),
+            WIRING,
+            ("Run", &["truth-to", "seed", "quiet"]),
+        ],
+    },
+    Layout {
+        command: "camera-sim",
+        everyday: &["robot-truth", "address", "fps", "for-s", "quiet"],
+        sections: &[
+            ("Trigger", &["trigger-to", "encoder-mm", "trigger-from"]),
+            (
+                "Pictures",
+                &["chunks", "colours", "exposure-ms", "look", "joint", "profiles-per-frame", "exact-guess"],
+            ),
+            ("Clock and network", &["readout-ms", "latency-ms", "drift-ppm", "epoch-s", "mbit-s"]),
+            ("Packets", &["packet-bytes", "loss", "frame-drop", "unplug-at-s"]),
+            ("Run", &["truth", "seed"]),
+        ],
+    },
+];
+
+/// Every command below, with its options under their headings.
+pub(crate) fn with_headings(command: clap::Command, name: &str) -> clap::Command {
+    let last = |arg: clap::Arg| if arg.is_global_set() { arg.display_order(LAST) } else { arg };
+    let command = command.mut_args(last).mut_subcommands(|sub| {
+        let own = format!("{name} {}", sub.get_name());
+        with_headings(sub, own.trim_start())
+    });
+    match LAYOUTS.iter().find(|layout| layout.command == name) {
+        Some(layout) => command.mut_args(|arg| placed(arg, layout)),
+        None => command,
+    }
+}
+
+fn placed(arg: clap::Arg, layout: &Layout) -> clap::Arg {
+    let Some(name) = arg.get_long().map(str::to_owned) else { return arg };
+    if let Some(rank) = layout.everyday.iter().position(|everyday| *everyday == name) {
+        return arg.help_heading(None::<&str>).display_order(rank);
+    }
+    let section = layout.sections.iter().find(|(_, names)| names.contains(&name.as_str()));
+    // A group of options may have brought its own heading.
+    let arg = match section {
+        Some((heading, _)) => arg.help_heading(*heading),
+        None if arg.get_help_heading().is_none() => arg.help_heading(OTHERS),
+        None => arg,
+    };
+    arg.hide_short_help(true)
+}

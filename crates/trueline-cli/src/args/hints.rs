@@ -1,0 +1,80 @@
+//! Which options of the program help with what a calibration says.
+
+use trueline_method::input::feature_noise::NoiseUnused;
+use trueline_method::{Calibration, Error, Reason, Warning};
+
+/// What the user can try next, once each.
+pub(crate) fn of(calibration: &Calibration) -> Vec<&'static str> {
+    let reasons = calibration.reasons().iter().filter_map(for_reason);
+    let mut hints: Vec<&'static str> = Vec::new();
+    for hint in reasons.chain(calibration.warnings().iter().filter_map(for_warning)) {
+        if !hints.contains(&hint) {
+            hints.push(hint);
+        }
+    }
+    hints
+}
+
+/// Where the book says what to do about the reasons, by their codes.
+pub(crate) fn pages(calibration: &Calibration) -> Option<String> {
+    let mut codes: Vec<&str> = calibration.reasons().iter().map(Reason::code).collect();
+    codes.dedup();
+    let named = codes.join(", ");
+    (!codes.is_empty()).then(|| {
+        format!("the documentation (docs/book, “It was not accepted”) has a page on each reason: {named}")
+    })
+}
+
+fn for_reason(reason: &Reason) -> Option<&'static str> {
+    match reason {
+        Reason::ResidualsTooLarge { .. } => Some(
+            "`trueline doctor` tries the usual mistakes; --feature-sigma-px or --feature-sigma-mm states the sensor's noise",
+        ),
+        Reason::SensorOff { beyond_stated: true, .. } => Some(
+            "--sensor free estimates it without what [uncertainty] in sensor.toml states; correct that, or calibrate the sensor again",
+        ),
+        Reason::SensorOff { .. } => Some("--sensor prior corrects it, --write-sensor FILE writes it"),
+        Reason::DrawnLineOff { .. } => Some(
+            "without --drawn-line the result's `lines` say where the scan sees the edge; --drawn-line-sigma-mm states how well the \
+             drawing is known",
+        ),
+        Reason::AmbiguousTimeOffset { .. } => {
+            Some("state what is known with --offset-within SECONDS or --looks AXIS")
+        }
+        Reason::AtStops { .. } => Some("`trueline calibrate DATASET --at-stops`"),
+        Reason::Unobservable(_) => Some("`trueline plan` finds a scan that shows everything"),
+        _ => None,
+    }
+}
+
+fn for_warning(warning: &Warning) -> Option<&'static str> {
+    match warning {
+        Warning::UnusualNoise { .. } => {
+            Some("--feature-sigma-px or --feature-sigma-mm states the noise of the sensor")
+        }
+        Warning::SensorOff { .. } | Warning::LensOff { .. } => {
+            Some("--write-sensor FILE writes the corrected sensor")
+        }
+        Warning::MirrorBySensor => Some(
+            "`trueline plan` finds a scan that tells them apart; --sensor fixed takes the sensor for exact",
+        ),
+        _ => None,
+    }
+}
+
+/// The same for a recording without any result; else the library's own hint.
+pub(crate) fn for_error(error: &Error) -> &'static str {
+    match error {
+        Error::PointsNotInSheet { .. } => {
+            "are all points measured by the same laser plane, in the camera frame? --residual point-to-line needs none"
+        }
+        Error::NoOverlap { .. } => {
+            "were they stamped by two clocks? --align-clocks finds how far these are apart; `trueline doctor` knows wrong units of \
+             time"
+        }
+        Error::FeatureNoiseUnused { why: NoiseUnused::FeaturesArePixels } => "use --feature-sigma-px",
+        Error::FeatureNoiseUnused { why: NoiseUnused::FeaturesAreLengths } => "use --feature-sigma-mm",
+        Error::NothingToHold { .. } | Error::NoGuessToHold => "give it in initial.toml or with --initial",
+        other => other.hint(),
+    }
+}

@@ -1,0 +1,82 @@
+//! `trueline simulate --shop`.
+
+use crate::args::choice::{Choice, one_of};
+use crate::args::seam_scan_options::SEAM_SCAN_OPTIONS;
+use clap::Args;
+use trueline_sim::shop::{ErrorRow, Level, Shop, ShopError, TABLE};
+
+#[derive(Args)]
+#[group(id = "of_shops")]
+#[command(
+    next_help_heading = "A whole cell of a shop in which everything errs at once (instead of a preset)"
+)]
+pub(crate) struct ShopArgs {
+    /// Write a cell of such a shop, and its check pass in OUT/check: readings without noise, and in truth.json where they belong. The
+    /// seed draws arm, sensor, seam, motion and errors
+    #[arg(long, value_name = "LEVEL", value_parser = one_of(&LEVELS), conflicts_with_all = not_of_shops())]
+    pub(crate) shop: Option<Level>,
+    /// Keep only these errors, in the size that the shop gives them; `none` keeps none (--help lists them)
+    #[arg(long, value_name = "ERROR[,ERROR]", value_parser = only, requires = "shop")]
+    pub(crate) only: Option<OnlyErrors>,
+}
+
+/// The errors that are kept.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct OnlyErrors(pub Vec<ShopError>);
+
+/// Options that say nothing of a shop: it draws its own scans.
+fn not_of_shops() -> Vec<&'static str> {
+    [&SEAM_SCAN_OPTIONS[..], &["time_offset_ms", "plates", "production", "boards", "images"]].concat()
+}
+
+static LEVELS: [Choice<Level>; 3] = [
+    ("calm", "Errors of 0.6 times the size; those that not every cell has are half as frequent", Level::Calm),
+    ("ordinary", "Errors as the list at the end of --help has them", Level::Ordinary),
+    ("rough", "Both 1.7 times as large", Level::Rough),
+];
+
+impl ShopArgs {
+    /// The cell of a seed; `None` where no shop is asked for.
+    pub(crate) fn shop(&self, seed: u64) -> Option<Shop> {
+        let only = self.only.as_ref().map(|only| only.0.clone());
+        Some(Shop { level: self.shop?, seed, only })
+    }
+}
+
+fn only(text: &str) -> Result<OnlyErrors, String> {
+    if text == "none" {
+        return Ok(OnlyErrors(Vec::new()));
+    }
+    let named = |name: &str| {
+        ShopError::named(name.trim()).ok_or_else(|| {
+            let names: Vec<&str> = TABLE.iter().map(|row| row.name).collect();
+            format!("`{name}` is no error of a shop; expected none, or some of {}", names.join(", "))
+        })
+    };
+    text.split(',').map(named).collect::<Result<_, _>>().map(OnlyErrors)
+}
+
+/// The list of errors for the long help.
+pub(crate) fn errors_help() -> String {
+    let row = |row: &ErrorRow| {
+        let (share, size) = (100.0 * row.share, format!("{} {}", row.median, row.unit.0));
+        let cells =
+            if row.share < 1.0 { format!("{share:.0} % of the cells") } else { "every cell".to_owned() };
+        format!("  {}: {}, {cells}: {}\n", row.name, size.trim(), row.what)
+    };
+    let rows: String = TABLE.iter().map(row).collect();
+    format!("Errors of an ordinary shop, with the median of their size:\n{rows}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_read_by_name_and_unknown_ones_refused() {
+        let read = only("rounded-edge,bow");
+        assert_eq!(read, Ok(OnlyErrors(vec![ShopError::RoundedEdge, ShopError::Bow])));
+        assert_eq!(only("none"), Ok(OnlyErrors(Vec::new())));
+        assert!(only("rounded").is_err_and(|why| why.contains("rounded-edge")));
+    }
+}
