@@ -3,6 +3,7 @@
 import dataclasses
 import html
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,10 @@ NOTE = (
     "Simulated sequences of ProfileBench. Medians are of accepted answers: read them beside the accepted column. "
     "“true” is the smaller of the two seam errors."
 )
+
+
+REAL_NOTE = "Real data: truth unknown, judged on stops that were held out."
+REAL_HEADER = ["recording", "method", "answers", "accepted", "held-out RMS mm", "fit RMS mm"]
 
 
 def cells(row: Line) -> list[str]:
@@ -73,6 +78,27 @@ def tables(scores: Scores) -> list[tuple[str, list[Line]]]:
     return [(title, [row for row in rows if row.asked]) for title, rows in out]
 
 
+BRIEF = (
+    "method", "accepted", "solved", "good refused", "wrong", "over", "strict mm", "same arm mm", "Δt ms", "NEES/7",
+    "95 %", "true/said",
+)  # fmt: skip
+"""Columns of the table of all tracks together where it stands alone."""
+
+
+def parts(scores: Scores) -> dict[str, str]:
+    """The tables alone, as Markdown: all tracks together, solved scans of each track, and the real track."""
+    names = [name for name, _ in COLUMNS]
+    chosen = [names.index(name) for name in BRIEF]
+    (_, overall), *each = tables(scores)
+    out = {"overall": _markdown_rows(list(BRIEF), [[cells(row)[k] for k in chosen] for row in overall])}
+    by_track = {title: {row.method: f"{row.solved}/{row.good}" for row in rows} for title, rows in each}
+    solved = [[row.method, *(by_track[title].get(row.method, "–") for title in by_track)] for row in overall]
+    out["tracks"] = _markdown_rows(["method", *by_track], solved)
+    if scores.real:
+        out["real"] = _markdown_rows(REAL_HEADER, real_summary(scores))
+    return {name: "\n".join(rows) for name, rows in out.items()}
+
+
 def markdown(scores: Scores) -> str:
     """The board as Markdown."""
     parts = ["# ProfileBench board", "", NOTE, ""]
@@ -83,9 +109,27 @@ def markdown(scores: Scores) -> str:
         parts += [f"## {title}", "", *_markdown_rows([name for name, _ in COLUMNS], [cells(row) for row in rows]), ""]
     if scores.real:
         header, body = real_rows(scores)
-        parts += ["## real", "", "Real data: truth unknown, judged on stops that were held out.", ""]
-        parts += [*_markdown_rows(header, body), ""]
+        parts += ["## real", "", REAL_NOTE, "", *_markdown_rows(REAL_HEADER, real_summary(scores)), ""]
+        parts += ["### Each sequence", "", *_markdown_rows(header, body), ""]
     return "\n".join(parts)
+
+
+def real_summary(scores: Scores) -> list[list[str]]:
+    """A row for each recording and method: its folds together, answers accepted or not."""
+    groups: dict[tuple[str, str], list[dict[str, Any]]] = {}
+    for row in scores.real:
+        groups.setdefault((row["sequence"].rsplit("-", 1)[0], row["method"]), []).append(row)
+    out = []
+    for (recording, method), rows in groups.items():
+        known = [row for row in rows if row["held_out_mm"] is not None]
+        accepted = sum(row["status"] == "accepted" for row in rows)
+        held, fit = (_pooled([row[key] for row in known]) for key in ("held_out_mm", "fit_mm"))
+        out.append([recording, method, f"{len(known)}/{len(rows)}", f"{accepted}/{len(rows)}", _one(held), _one(fit)])
+    return out
+
+
+def _pooled(values: list[float]) -> float | None:
+    return math.sqrt(sum(v * v for v in values) / len(values)) if values else None
 
 
 def real_rows(scores: Scores) -> tuple[list[str], list[list[str]]]:
@@ -118,8 +162,9 @@ def page(scores: Scores) -> str:
         parts.append(f"<h2>{html.escape(title)}</h2>" + _html_table(head, [cells(row) for row in rows]))
     if scores.real:
         header, body = real_rows(scores)
-        head = "".join(f"<th>{html.escape(name)}</th>" for name in header)
-        parts.append("<h2>real</h2><p>Truth unknown: judged on held-out stops.</p>" + _html_table(head, body))
+        parts.append(f"<h2>real</h2><p>{REAL_NOTE}</p>")
+        for names, lines in ((REAL_HEADER, real_summary(scores)), (header, body)):
+            parts.append(_html_table("".join(f"<th>{html.escape(name)}</th>" for name in names), lines))
     parts.append("<h2>Columns</h2><ul>")
     parts += [f"<li><b>{html.escape(name)}</b>: {html.escape(text)}" for name, text in COLUMNS[1:]]
     return "\n".join([*parts, "</ul></html>", ""])

@@ -1,10 +1,11 @@
-"""The command line: generate, run, score, board, real, reveal, published."""
+"""An open benchmark for the calibration of laser profilers on robots, in space and time."""
 
 import argparse
 import sys
+import time
 from pathlib import Path
 
-from . import board, commitment, generate, published, real, runner, score, tracks
+from . import __version__, board, commitment, generate, published, real, runner, score, submission, tracks
 from .baselines import METHODS
 from .files import FileError
 from .submission import SubmissionError
@@ -23,6 +24,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="profilebench", description=__doc__)
+    parser.add_argument("--version", action="version", version=f"profilebench {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     p = commands.add_parser("generate", help="write the sequences of the tracks")
@@ -49,6 +51,10 @@ def _parser() -> argparse.ArgumentParser:
         p.add_argument("--key-file", type=Path, help="key that opens sealed truths")
         p.set_defaults(run=_score, show=name == "score")
 
+    p = commands.add_parser("check", help="check answers against the schema, without a benchmark")
+    p.add_argument("answers", type=Path, nargs="+", metavar="ANSWER.json")
+    p.set_defaults(run=_check)
+
     p = commands.add_parser("reveal", help="open the sealed truths with the key and check the commitments")
     p.add_argument("bench", type=Path)
     p.add_argument("--key-file", type=Path, help="default: the public practice key")
@@ -56,14 +62,27 @@ def _parser() -> argparse.ArgumentParser:
 
     p = commands.add_parser("real", help="make the real track of recordings that you fetched")
     p.add_argument("--out", type=Path, required=True, help="folder of the benchmark")
-    p.add_argument("--robcalibrator", type=Path, help="folder data/ScanData of RobCalibrator (MIT)")
-    p.add_argument("--etna", type=Path, help="folder etna_calib/data of ETNA (BSD)")
+    _recordings(p)
     p.set_defaults(run=_real)
 
     p = commands.add_parser("published", help="repeat published experiments beside their published figures")
-    p.add_argument("--cells", type=int, default=40, help="simulated experiments each")
-    p.set_defaults(run=lambda o: print(published.table(o.cells)))
+    p.add_argument("--cells", type=int, default=12, help="simulated planes; a third as many of each other experiment")
+    p.add_argument("--robcalibrator", type=Path, help="folder data/ScanData of RobCalibrator (MIT), for the spheres")
+    p.set_defaults(run=lambda o: print(published.table(o.cells, o.robcalibrator)))
+
+    p = commands.add_parser("reproduce", help="everything at once: generate, run all methods, score, published")
+    p.add_argument("--out", type=Path, required=True, help="folder of all that is made; the tables are in its tables/")
+    p.add_argument("--tier", choices=tracks.TIERS, default="small")
+    p.add_argument("--jobs", type=int, default=1)
+    p.add_argument("--cells", type=int, default=12, help="as of `published`")
+    _recordings(p)
+    p.set_defaults(run=_reproduce)
     return parser
+
+
+def _recordings(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--robcalibrator", type=Path, help="folder data/ScanData of RobCalibrator (MIT)")
+    parser.add_argument("--etna", type=Path, help="folder etna_calib/data of ETNA (BSD); needs OpenCV")
 
 
 def _key(path: Path | None) -> bytes | None:
@@ -92,6 +111,33 @@ def _run(options: argparse.Namespace) -> None:
         print(f"== {method}")
         for text in runner.run(options.bench, options.out, method, options.command, options.jobs, options.track):
             print(text, flush=True)
+
+
+def _check(options: argparse.Namespace) -> None:
+    for path in options.answers:
+        answer = submission.read(path)
+        print(f"{path}: {answer.status}, follows the schema")
+
+
+def _reproduce(options: argparse.Namespace) -> None:
+    began = time.perf_counter()
+    bench, answers, tables = (options.out / name for name in ("bench", "answers", "tables"))
+    list(generate.generate(bench, options.tier, commitment.PRACTICE_KEY, None))
+    if options.robcalibrator or options.etna:
+        real.load(bench, options.robcalibrator, options.etna)
+    for method in METHODS:
+        print(f"== {method}", file=sys.stderr)
+        for text in runner.run(bench, answers, method, None, options.jobs):
+            print(text, file=sys.stderr, flush=True)
+    scores = score.score(bench, answers, None)
+    board.write(scores, options.out / "board")
+    written = board.parts(scores) | {"published": published.table(options.cells, options.robcalibrator)}
+    tables.mkdir(parents=True, exist_ok=True)
+    for name, text in written.items():
+        (tables / f"{name}.md").write_text(text + "\n")
+        print(f"## {name}\n\n{text}\n")
+    minutes = (time.perf_counter() - began) / 60
+    print(f"wrote {tables} and {options.out / 'board'} in {minutes:.1f} min", file=sys.stderr)
 
 
 def _score(options: argparse.Namespace) -> None:

@@ -60,6 +60,18 @@ class Sequence:
         return self.sensor.place(self.readings)
 
 
+@dataclass(frozen=True)
+class Boards:
+    """A chessboard at stops: poses of the robot, and camera_from_board of the pictures with a board in them."""
+
+    rotations: Floats
+    positions_mm: Floats
+    seen_rotations: Floats
+    seen_positions_mm: Floats
+    corners_mm: Floats
+    """The board's four outer corners in its own frame."""
+
+
 def read_table(path: Path) -> dict[str, Floats]:
     """Columns of a csv file of numbers by name."""
     if not path.is_file():
@@ -167,6 +179,25 @@ def read_guess(path: Path) -> Guess | None:
         matrix(np.array(transform["rotation_wxyz"], float)),
         np.array(transform["translation_mm"], float),
     )
+
+
+def read_boards(folder: Path) -> Boards | None:
+    """The chessboards of a sequence of pictures, or None where there is no boards.csv."""
+    if not (folder / "boards.csv").is_file():
+        return None
+    about = read_toml(folder / "sequence.toml")
+    poses, boards = _named(folder / "poses.csv"), _named(folder / "boards.csv")
+    names = [name for name in poses if name in boards]
+    width, height = (about["columns"] - 1) * about["square_mm"], (about["rows"] - 1) * about["square_mm"]
+    corners = np.array([[0, 0, 0], [width, 0, 0], [0, height, 0], [width, height, 0]], float)
+    stops, seen = np.array([poses[name] for name in names]), np.array([boards[name] for name in names])
+    return Boards(matrix(stops[:, 3:]), stops[:, :3], matrix(seen[:, 3:]), seen[:, :3], corners)
+
+
+def _named(path: Path) -> dict[str, Floats]:
+    """Rows of `picture,` and `POSE_COLUMNS` by the name of the picture."""
+    rows = [line.split(",") for line in path.read_text().split()[1:]]
+    return {row[0]: np.array(row[1:], float) for row in rows}
 
 
 def read_sequence(folder: Path) -> Sequence:

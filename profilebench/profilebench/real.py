@@ -17,13 +17,16 @@ from typing import Any
 
 import numpy as np
 
-from . import submission
+from . import chessboard, submission
+from .baselines import board
 from .baselines.sphere import calibrate, fitted_circle
-from .files import POSE_COLUMNS, FileError, Sequence, pose_rows, read_sequence, write_table, write_toml
+from .files import (
+    POSE_COLUMNS, FileError, Sequence, pose_rows, read_boards, read_sequence, sensor_tables, write_table, write_toml,
+)  # fmt: skip
 from .rotations import Floats, apply, exp, matrix, nearest_rotation
 
 FOLDS = 3
-"""Each sphere sequence calibrates on the stops of all folds but one and is judged on that one."""
+"""Each sequence calibrates on the stops of all folds but one and is judged on that one."""
 SPHERES = {"p": 40.0, "ball": 12.7}
 """Radii of the two spheres in mm."""
 BOARD = {"columns": 7, "rows": 6, "square_mm": 10.0}
@@ -44,12 +47,17 @@ def load(out: Path, robcalibrator: Path | None, etna: Path | None) -> list[str]:
     return names
 
 
-def _robcalibrator(out: Path, source: Path) -> list[str]:
+def _recording(source: Path) -> tuple[Floats, Floats, list[Floats]]:
+    """Rotations and positions of RobCalibrator's stops, and the profile of each."""
     poses = source / "RobPoses.rob"
     if not poses.is_file():
         raise FileError(f"{poses}: there is no such file; give the folder ScanData of RobCalibrator")
     rotations, positions = fanuc_poses(np.array(json.loads(poses.read_text())["RobPoses"], float))
-    profiles = [read_scan_line(source / f"p{k + 1}.yml") for k in range(len(rotations))]
+    return rotations, positions, [read_scan_line(source / f"p{k + 1}.yml") for k in range(len(rotations))]
+
+
+def _robcalibrator(out: Path, source: Path) -> list[str]:
+    rotations, positions, profiles = _recording(source)
     names = []
     for fold in range(FOLDS):
         name = f"robcalibrator-{fold}"
@@ -97,21 +105,26 @@ def sphere_guess(sequence: Sequence) -> tuple[Floats, Floats]:
     """
     circles, used = _circles(sequence)
     assert sequence.stops is not None and sequence.radius_mm is not None
-    rotations, positions = sequence.stops[0][used], sequence.stops[1][used]
-    height = np.sqrt(np.maximum(sequence.radius_mm**2 - circles[:, 2] ** 2, 0.0))
+    return _sphere_guess(sequence.stops[0][used], sequence.stops[1][used], circles, sequence.radius_mm)
+
+
+def _sphere_guess(
+    rotations: Floats, positions: Floats, circles: Floats, radius_mm: float
+) -> tuple[Floats, Floats]:
+    height = np.sqrt(np.maximum(radius_mm**2 - circles[:, 2] ** 2, 0.0))
     ranked = []
-    for pattern in range(2 ** min(len(used), MAX_ENUMERATED)):
-        signs = np.array([1.0 if pattern >> k & 1 else -1.0 for k in range(len(used))])
+    for pattern in range(2 ** min(len(circles), MAX_ENUMERATED)):
+        signs = np.array([1.0 if pattern >> k & 1 else -1.0 for k in range(len(circles))])
         X, t, rest = _linear_sphere(rotations, positions, np.stack([circles[:, 0], signs * height, circles[:, 1]], 1))
         if np.linalg.det(X) > 0:
             ranked.append((rest, pattern, nearest_rotation(X), t))
     best: tuple[float, Floats, Floats] | None = None
     for _, _, rotation, translation in sorted(ranked, key=lambda r: r[:2])[:REFINED]:
-        rotation, translation, fit = calibrate(rotations, positions, circles, sequence.radius_mm, rotation, translation)
+        rotation, translation, fit = calibrate(rotations, positions, circles, radius_mm, rotation, translation)
         if best is None or fit.rms < best[0]:
             best = fit.rms, rotation, translation
     if best is None:
-        raise FileError(f"{sequence.folder}: no hand-eye transform explains the profiles")
+        raise FileError("no hand-eye transform explains the profiles of the sphere")
     return best[1], best[2]
 
 
@@ -156,23 +169,71 @@ def _etna(out: Path, source: Path) -> list[str]:
         pictures = sorted(session.glob("frame*.png"))
         if not pictures:
             continue
-        name = f"etna-{session.name}"
-        folder = out / name
-        (folder / "images").mkdir(parents=True, exist_ok=True)
-        lines = ["picture," + POSE_COLUMNS]
-        for picture in pictures:
-            position, xyzw = ast.literal_eval(
-                (session / picture.name.replace("frame", "pose")).with_suffix(".txt").read_text()
-            )
-            q = np.array([xyzw[3], *xyzw[:3]])
-            row = pose_rows(matrix(q)[None], 1e3 * np.array([position]))[0]
-            lines.append(picture.name + "," + ",".join(f"{v:.9f}" for v in row))
-            shutil.copyfile(picture, folder / "images" / picture.name)
-        (folder / "poses.csv").write_text("\n".join(lines) + "\n")
-        about = {"format": 1, "name": name, "track": "real", "target": "board", "at_stops": True, **BOARD}
-        write_toml(folder / "sequence.toml", about)
-        names.append(name)
+        camera, boards = chessboard.sightings(pictures, BOARD)
+        # The stated camera is that of the whole session: methods differ in the hand-eye transform alone.
+        stated = sensor_tables(camera, None)
+        del stated["laser_plane"]
+        for fold in range(FOLDS):
+            name = f"etna-{session.name}-{fold}"
+            held = [k % FOLDS == fold for k in range(len(pictures))]
+            for folder, part in ((out / name, False), (out / name / "held_out", True)):
+                _write_pictures(folder, name, [p for p, h in zip(pictures, held, strict=True) if h is part], boards)
+            write_toml(out / name / "sensor.toml", stated)
+            names.append(name)
+    if not names:
+        raise FileError(f"{source}: no folder calib…; give the folder etna_calib/data of ETNA")
     return names
+
+
+def _write_pictures(folder: Path, name: str, pictures: list[Path], boards: dict[str, tuple[Floats, Floats]]) -> None:
+    """Pictures with the robot's poses, and with the poses of the board that were found in them."""
+    shutil.rmtree(folder / "images", ignore_errors=True)
+    (folder / "images").mkdir(parents=True)
+    poses, seen = {}, {}
+    for picture in pictures:
+        poses[picture.name] = _etna_pose(picture.with_name(picture.name.replace("frame", "pose")).with_suffix(".txt"))
+        if picture.name in boards:
+            seen[picture.name] = boards[picture.name]
+        shutil.copyfile(picture, folder / "images" / picture.name)
+    for file, rows in (("poses.csv", poses), ("boards.csv", seen)):
+        lines = [f"picture,{POSE_COLUMNS}"]
+        for key, (rotation, position) in rows.items():
+            lines.append(key + "," + ",".join(f"{v:.9f}" for v in pose_rows(rotation[None], position[None])[0]))
+        (folder / file).write_text("\n".join(lines) + "\n")
+    about = {"format": 1, "name": name, "track": "real", "target": "board", "at_stops": True, **BOARD}
+    write_toml(folder / "sequence.toml", about)
+
+
+def _etna_pose(path: Path) -> tuple[Floats, Floats]:
+    """Rotation and position (mm) of ((x, y, z), (qx, qy, qz, qw)) in m."""
+    try:
+        position, xyzw = ast.literal_eval(path.read_text())
+        return matrix(np.array([xyzw[3], *xyzw[:3]], float)), 1e3 * np.array(position, float)
+    except (OSError, ValueError, SyntaxError, TypeError, IndexError) as error:
+        raise FileError(f"{path}: no pose ((x, y, z), (qx, qy, qz, qw)): {error}") from None
+
+
+def leave_one_out(source: Path) -> tuple[float, float]:
+    """RobCalibrator's 15 stops by the method `sphere`: RMS (mm) of all residuals, and of each stop held out."""
+    rotations, positions, profiles = _recording(source)
+    circles = np.array([fitted_circle(profile) for profile in profiles], float)
+
+    def centres(chosen: Floats, hand: tuple[Floats, Floats]) -> Floats:
+        return _both(rotations[chosen], positions[chosen], circles[chosen], SPHERES["p"], hand)
+
+    def fitted(chosen: Floats) -> tuple[Floats, tuple[Floats, Floats]]:
+        start = _sphere_guess(rotations[chosen], positions[chosen], circles[chosen], SPHERES["p"])
+        hand = calibrate(rotations[chosen], positions[chosen], circles[chosen], SPHERES["p"], *start)[:2]
+        return _common(centres(chosen, hand)), hand
+
+    everything = np.ones(len(rotations), bool)
+    centre, hand = fitted(everything)
+    held = []
+    for k in range(len(rotations)):
+        others = np.arange(len(rotations)) != k
+        without, found = fitted(others)
+        held.append(_nearer(centres(~others, found), without) - without)
+    return _rms(_nearer(centres(everything, hand), centre) - centre), _rms(np.concatenate(held))
 
 
 def judge_real(folder: Path, submissions: Path, methods: list[str]) -> list[dict[str, Any]]:
@@ -187,10 +248,10 @@ def judge_real(folder: Path, submissions: Path, methods: list[str]) -> list[dict
             continue
         held, fit, note = None, None, "; ".join(answer.reasons)
         if answer.rotation is not None and answer.translation_mm is not None:
-            if (folder / "held_out").is_dir():
-                fit, held = _sphere_errors(folder, answer.rotation, answer.translation_mm)
-            else:
-                note = "hand-eye [" + ", ".join(f"{v:.2f}" for v in answer.translation_mm) + "] mm " + note
+            hand = answer.rotation, answer.translation_mm
+            errors = _board_errors if (folder / "boards.csv").is_file() else _sphere_errors
+            fit, held = errors(folder, *hand)
+            note = "hand-eye [" + ", ".join(f"{v:.1f}" for v in answer.translation_mm) + "] mm " + note
         out.append({
             "sequence": folder.name, "method": method, "status": answer.status, "held_out_mm": held, "fit_mm": fit,
             "note": note,
@@ -204,11 +265,29 @@ def _sphere_errors(folder: Path, rotation: Floats, translation_mm: Floats) -> tu
     for part in (folder, folder / "held_out"):
         sequence = read_sequence(part)
         placed.append(_both_sides(sequence, rotation, translation_mm))
-    first = placed[0]
-    centre = np.median(first.mean(0), 0)
+    centre = _common(placed[0])
+    return _rms(_nearer(placed[0], centre) - centre), _rms(_nearer(placed[1], centre) - centre)
+
+
+def _common(both: Floats) -> Floats:
+    """The place that the nearer ones of both sides have in common."""
+    centre = np.median(both.mean(0), 0)
     for _ in range(10):
-        centre = _nearer(first, centre).mean(0)
-    return _rms(_nearer(first, centre) - centre), _rms(_nearer(placed[1], centre) - centre)
+        centre = _nearer(both, centre).mean(0)
+    return np.asarray(centre, float)
+
+
+def _board_errors(folder: Path, rotation: Floats, translation_mm: Floats) -> tuple[float, float]:
+    """3-D RMS of the board's corners about where the fitted stops put them: of these, and of the held-out ones."""
+    placed = []
+    for part in (folder, folder / "held_out"):
+        boards = read_boards(part)
+        assert boards is not None
+        seen = boards.seen_rotations, boards.seen_positions_mm
+        hand = rotation, translation_mm
+        placed.append(board.place((boards.rotations, boards.positions_mm), seen, hand, boards.corners_mm))
+    where = placed[0].mean(0)
+    return _rms((placed[0] - where).reshape(-1, 3)), _rms((placed[1] - where).reshape(-1, 3))
 
 
 def _circles(sequence: Sequence) -> tuple[Floats, list[int]]:
@@ -226,10 +305,16 @@ def _both_sides(sequence: Sequence, rotation: Floats, translation_mm: Floats) ->
     """The sphere's centre in base for both sides of the sheet, (2, n, 3)."""
     circles, used = _circles(sequence)
     assert sequence.stops is not None and sequence.radius_mm is not None
-    height = np.sqrt(np.maximum(sequence.radius_mm**2 - circles[:, 2] ** 2, 0.0))
+    stops = sequence.stops[0][used], sequence.stops[1][used]
+    return _both(*stops, circles, sequence.radius_mm, (rotation, translation_mm))
+
+
+def _both(
+    rotations: Floats, positions: Floats, circles: Floats, radius_mm: float, hand: tuple[Floats, Floats]
+) -> Floats:
+    height = np.sqrt(np.maximum(radius_mm**2 - circles[:, 2] ** 2, 0.0))
     sides = [np.stack([circles[:, 0], s * height, circles[:, 1]], 1) for s in (-1.0, 1.0)]
-    rotations, positions = sequence.stops[0][used], sequence.stops[1][used]
-    return np.stack([apply(rotations, c @ rotation.T + translation_mm) + positions for c in sides])
+    return np.stack([apply(rotations, c @ hand[0].T + hand[1]) + positions for c in sides])
 
 
 def _nearer(both: Floats, centre: Floats) -> Floats:

@@ -3,19 +3,19 @@
 import shlex
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 from . import submission
-from .baselines import METHODS, program
+from .baselines import METHODS, PICTURE_METHODS
 from .files import FileError, read_sequence, read_toml
 from .score import sequences
 from .submission import Answer
 
 COMMAND_LIMIT_S = 600.0
 READABLE = ("line", "arc", "plane", "sphere")
-"""Targets whose readings are tables. The others hold pictures, which only programs read."""
+"""Targets whose readings are tables. The others hold pictures."""
 
 
 def run(
@@ -51,10 +51,16 @@ def _one(task: tuple[Path, Path, str, str | None]) -> str:
 
 def _solved(folder: Path, method: str) -> Answer:
     if read_toml(folder / "sequence.toml")["target"] not in READABLE:
-        return program.board(folder) if METHODS[method] is program.default else Answer("unsupported", ("pictures",))
+        if method not in PICTURE_METHODS:
+            return Answer("unsupported", ("pictures",))
+        return _tried(lambda: PICTURE_METHODS[method](folder))
     sequence = read_sequence(folder)
+    return _tried(lambda: METHODS[method](sequence))
+
+
+def _tried(solve: Callable[[], Answer]) -> Answer:
     try:
-        return METHODS[method](sequence)
+        return solve()
     except Exception as error:
         return Answer("failed", (f"{type(error).__name__}: {error}",))
 

@@ -2,7 +2,7 @@
 
 Offset: the rate of the seam point in the sheet is linear in the robot's twist at the same instant, with factors that
 are about affine in where the point is, so the offset is where the squared multiple correlation of the two is largest.
-This is the correlation of signal pairs of K. Mair, M. Fleps, M. Suppa, D. Burschka, "Spatio-temporal initialization for
+This is the correlation of signal pairs of E. Mair, M. Fleps, M. Suppa, D. Burschka, "Spatio-temporal initialization for
 IMU to camera registration", ROBIO 2011, and of F. Furrer et al., "Evaluation of Combined Time-Offset Estimation and
 Hand-Eye Calibration on Robotic Datasets", FSR 2017, with multiple correlation in the place of a single signal.
 

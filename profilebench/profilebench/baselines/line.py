@@ -1,8 +1,9 @@
 """Point-to-line methods after Yang, Jiang, Shen and Zhang.
 
 P. Yang, M. Jiang, X. Shen, H. Zhang, "Spatiotemporal Calibration for Laser Vision Sensor in Hand-eye System Based on
-Straight-line Constraint", IEEE Robotics and Automation Letters, 2025: time offset, hand-eye transform and line from
-the distance of placed seam points to one line, Huber norm, Levenberg–Marquardt from a guess and an offset of zero.
+Straight-line Constraint", arXiv 2509.12928, accepted by IEEE Robotics and Automation Letters in October 2025: time
+offset, hand-eye transform and line from the distance of placed seam points to one line, Huber norm,
+Levenberg–Marquardt from a guess and an offset of zero.
 
 `joint` minimises over everything at once. `alternating` takes the blocks in turn: line, hand-eye, time offset. Both
 differentiate the measurement model by differences. No code of the paper's authors was used.

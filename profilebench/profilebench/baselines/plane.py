@@ -1,9 +1,9 @@
 """Hand-eye transform of a profiler from profiles of one unknown plane.
 
-F. B. Carlson, R. Johansson, A. Robertsson, "Six DOF eye-to-hand calibration from 2D measurements using planar
-constraints", IROS 2015: alternate between the plane of the placed points and a linear hand-eye transform.
+F. Bagge Carlson, R. Johansson, A. Robertsson, "Six DOF eye-to-hand calibration from 2D measurements using planar
+constraints", IROS 2015, 3628–3632: alternate between the plane of the placed points and a linear hand-eye transform.
 S. Sharifzadeh, I. Biro, P. Kinnell, "Robust hand-eye calibration of 2D laser sensors using a single-plane calibration
-artefact", Robotics and Computer-Integrated Manufacturing 61, 2020: one plane is enough if the poses vary.
+artefact", Robotics and Computer-Integrated Manufacturing 61, 101823, 2020: one plane is enough if the poses vary.
 The last step is least squares over hand-eye transform and plane together.
 """
 

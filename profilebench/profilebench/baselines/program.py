@@ -83,8 +83,18 @@ def run(sequence: Sequence, *options: str) -> Answer:
         return _answer(json.loads(out.read_text()))
 
 
-def board(folder: Path) -> Answer:
-    """Pictures of a chessboard at stops: the camera first, then the hand-eye transform. `folder` is left as it is."""
+def no_pictures(sequence: Sequence) -> Answer:
+    """What `board_own_camera` does with readings."""
+    return Answer("unsupported", ("needs pictures of a chessboard",))
+
+
+def board_own_camera(folder: Path) -> Answer:
+    """As `board`, with the camera calibrated from the same pictures first."""
+    return board(folder, own_camera=True)
+
+
+def board(folder: Path, own_camera: bool = False) -> Answer:
+    """Pictures of a chessboard at stops. `folder` is left as it is."""
     program = executable()
     if program is None:
         return Answer("unsupported", (f"trueline is not on PATH, and {VARIABLE} names no program",))
@@ -92,8 +102,10 @@ def board(folder: Path) -> Answer:
     words = f"chessboard:{about['columns']}x{about['rows']}:{about['square_mm']:g}"
     with tempfile.TemporaryDirectory() as scratch:
         copy = Path(scratch) / "scan"
-        shutil.copytree(folder, copy)
+        shutil.copytree(folder, copy, ignore=shutil.ignore_patterns("held_out", "boards.csv"))
         sensor, out = copy / "sensor.toml", Path(scratch) / "result.json"
+        if own_camera:
+            sensor.unlink(missing_ok=True)
         steps = (
             [program, "sensor", "intrinsics", str(copy / "images"), "--board", words, "--out", str(sensor), "--quiet"],
             [
@@ -110,10 +122,10 @@ def board(folder: Path) -> Answer:
                 "-q",
             ],
         )
-        for command in steps:
+        for command in steps if own_camera else steps[1:]:
             done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT_S, check=False)
         if not out.is_file():
-            return Answer("failed", (" ".join(done.stderr.split())[:300],))
+            return Answer("failed", (" ".join(done.stderr.split()).replace(str(copy), folder.name)[:300],))
         return _answer(json.loads(out.read_text()))
 
 

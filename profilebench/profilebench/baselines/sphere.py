@@ -1,10 +1,11 @@
 """Hand-eye transform of a profiler from profiles of a sphere of known radius.
 
-J. Li et al., "Calibration of a multiple axes 3-D laser scanning system consisting of robot, portable laser scanner and
-turntable", Optik 122, 2011, and S. Yin et al., "A general calibration method for line-structured light vision sensors
-with a standard sphere" fit a circle to each profile. The circle's centre and radius give the sphere's centre in the
-sensor's frame up to the side of the sheet. The centre, which is the same point in base, gives linear equations for the
-hand-eye transform. The side of each profile is the one nearer to the current answer. Last comes least squares.
+Sphere methods of the literature fit a circle to each profile. Two are cited from memory and are not verified: J. Li et
+al., "Calibration of a multiple axes 3-D laser scanning system consisting of robot, portable laser scanner and
+turntable", Optik 122, 2011, and a paper of S. Yin et al. of 2013. The circle's centre and radius give the sphere's
+centre in the sensor's frame up to the side of the sheet. The centre, which is the same point in base, gives linear
+equations for the hand-eye transform. The side of each profile is the one nearer to the current answer. Last comes
+least squares.
 """
 
 import numpy as np
