@@ -66,7 +66,7 @@ def _parser() -> argparse.ArgumentParser:
     p.set_defaults(run=_real)
 
     p = commands.add_parser("published", help="repeat published experiments beside their published figures")
-    p.add_argument("--cells", type=int, default=12, help="simulated planes; a third as many of each other experiment")
+    p.add_argument("--cells", type=int, default=30, help="simulated planes; a third as many of each other experiment")
     p.add_argument("--robcalibrator", type=Path, help="folder data/ScanData of RobCalibrator (MIT), for the spheres")
     p.set_defaults(run=lambda o: print(published.table(o.cells, o.robcalibrator)))
 
@@ -74,7 +74,7 @@ def _parser() -> argparse.ArgumentParser:
     p.add_argument("--out", type=Path, required=True, help="folder of all that is made; the tables are in its tables/")
     p.add_argument("--tier", choices=tracks.TIERS, default="small")
     p.add_argument("--jobs", type=int, default=1)
-    p.add_argument("--cells", type=int, default=12, help="as of `published`")
+    p.add_argument("--cells", type=int, default=30, help="as of `published`")
     _recordings(p)
     p.set_defaults(run=_reproduce)
     return parser
