@@ -2,7 +2,9 @@
 
 use crate::dialect::plain_csv;
 use crate::error::{Error, Problem};
-pub use crate::folder_writing::{replace_features, replace_stripes, write, write_profiles, write_whole};
+pub use crate::folder_writing::{
+    replace_features, replace_stripes, write, write_profiles, write_sensors, write_whole,
+};
 use crate::found_seams::FoundSeams;
 pub use crate::hash::{sha256, sha256_of};
 use crate::profile::Profile;
@@ -10,6 +12,7 @@ use crate::profile_file::ProfileFile;
 use crate::recording::{Feature, PlateStripe, Recording, RobotSample, Sensor};
 use crate::sensor_setup::{RegionOfInterest, SensorSetup};
 use crate::sensor_toml::SensorFile;
+use crate::several_sensors::robot_folder;
 use crate::source_file;
 use crate::stop_poses::{self, StopPoses};
 use crate::stripes_csv;
@@ -59,10 +62,11 @@ pub fn read_with_features(folder: &Path, found: FoundSeams) -> Result<Recording,
 fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent, Error> {
     let mut notes = Vec::new();
     let mut inputs = BTreeMap::new();
-    let mut load = |name: &str| load(&folder.join(name), name, &mut inputs);
-    let sensor_text = required(folder, "sensor.toml", &mut load)?;
     let stops = StopPoses::of(folder)?;
-    let robot_text = if stops.is_some() { None } else { Some(required(folder, "robot.csv", &mut load)?) };
+    let robot_file = robot_folder(folder).join(ROBOT);
+    let sensor_text = required(&folder.join("sensor.toml"), "sensor.toml", &mut inputs)?;
+    let robot_text = if stops.is_some() { None } else { Some(required(&robot_file, ROBOT, &mut inputs)?) };
+    let mut load = |name: &str| load(&folder.join(name), name, &mut inputs);
     let features_text = if found.is_none() { load("features.csv")? } else { None };
     let look_at_profiles = found.is_none() && features_text.is_none() && !folder.join("stripes.csv").exists();
     let profile_file = if look_at_profiles { ProfileFile::of(folder)? } else { None };
@@ -76,7 +80,7 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
         sensor_toml::parse_file(&sensor_path, &utf8(&sensor_path, sensor_text)?)?;
     refuse_what_is_not_applied(&sensor_path, &setup)?;
     let robot = match (robot_text, &stops) {
-        (Some(robot_text), _) => robot_over_time(&path("robot.csv"), robot_text, &mut notes)?,
+        (Some(robot_text), _) => robot_over_time(&robot_file, robot_text, &mut notes)?,
         (None, stops) => stops.as_ref().map(StopPoses::robot).unwrap_or_default(),
     };
     let mut profiles = Vec::new();
@@ -108,7 +112,7 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
         }
         notes.extend(unused_beside_stops(folder));
     }
-    let axes = axes::of_folder(folder, &mut inputs)?;
+    let axes = axes::of_folder(robot_folder(folder), &mut inputs)?;
     axes::check_readings(folder, &axes, features.iter().map(|feature| feature.stamp_ns))?;
     let recording = Recording {
         stripes,
@@ -246,7 +250,7 @@ pub fn read_robot(folder: &Path) -> Result<RobotPoses, Error> {
         let (samples, sha256) = (stops.robot(), stops.sha256);
         return Ok(RobotPoses { samples, at_stops: true, file_name: stop_poses::FILE, sha256 });
     }
-    let file = folder.join("robot.csv");
+    let file = robot_folder(folder).join(ROBOT);
     let mut inputs = BTreeMap::new();
     let bytes =
         load(&file, "robot.csv", &mut inputs)?.ok_or_else(|| Error::in_file(&file, Problem::Missing))?;
@@ -288,10 +292,12 @@ fn check_is_profiler(file: &Path, sensor: &Sensor) -> Result<(), Error> {
     Err(Error::in_file(file, Problem::Value { key: "kind", expected, found: sensor.kind().to_owned() }))
 }
 
-type Loader<'a> = dyn FnMut(&str) -> Result<Option<Vec<u8>>, Error> + 'a;
+/// The robot's poses over time.
+const ROBOT: &str = "robot.csv";
 
-fn required(folder: &Path, name: &str, load: &mut Loader<'_>) -> Result<Vec<u8>, Error> {
-    load(name)?.ok_or_else(|| Error::in_file(&folder.join(name), Problem::Missing))
+/// Reads a file that must be there.
+fn required(file: &Path, name: &str, inputs: &mut BTreeMap<String, String>) -> Result<Vec<u8>, Error> {
+    load(file, name, inputs)?.ok_or_else(|| Error::in_file(file, Problem::Missing))
 }
 
 /// Reads a file as it is and notes its hash; `None` if it does not exist.

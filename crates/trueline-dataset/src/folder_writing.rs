@@ -10,6 +10,7 @@ use crate::profile_file::{self, ProfileForm};
 use crate::recording::{Feature, PlateStripe, Recording};
 use crate::robot_csv;
 use crate::sensor_toml::{self, SensorFile};
+use crate::several_sensors;
 use crate::stop_poses::StopPoses;
 use crate::stripes_csv;
 use crate::whole_file;
@@ -131,6 +132,26 @@ pub fn write(folder: &Path, recording: &Recording) -> Result<(), Error> {
 pub fn write_whole(folder: &Path, recording: &Recording, replace: bool) -> Result<Option<PathBuf>, Error> {
     let whole = WholeFolder::begin(folder, replace)?;
     write(whole.path(), recording)?;
+    whole.finish()
+}
+
+/// Writes a dataset of several sensors on one robot, by name, which appears as a whole; their poses are those of the first.
+///
+/// # Errors
+/// As [`write_whole`].
+pub fn write_sensors(
+    folder: &Path,
+    sensors: &[(String, Recording)],
+    replace: bool,
+) -> Result<Option<PathBuf>, Error> {
+    let whole = WholeFolder::begin(folder, replace)?;
+    for (k, (name, recording)) in sensors.iter().enumerate() {
+        let own = whole.path().join(several_sensors::FOLDER).join(name);
+        write(&own, recording)?;
+        let (robot, common) = (own.join("robot.csv"), whole.path().join("robot.csv"));
+        let placed = if k == 0 { fs::rename(&robot, &common) } else { fs::remove_file(&robot) };
+        placed.map_err(|e| Error::in_file(&robot, Problem::Io(e)))?;
+    }
     whole.finish()
 }
 

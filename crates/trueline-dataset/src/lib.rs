@@ -76,6 +76,7 @@ pub mod sensor_setup;
 pub mod sensor_toml;
 mod separator;
 mod setup_toml;
+pub mod several_sensors;
 mod shared_samples;
 pub mod sightings_csv;
 pub mod source_file;

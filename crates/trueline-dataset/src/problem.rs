@@ -105,6 +105,15 @@ pub enum Problem {
         /// What would be understood.
         known: String,
     },
+    /// A sensor beside the folder of several sensors.
+    #[error("is there, and a folder `sensors` as well: one sensor, or several in `sensors/NAME`")]
+    SensorBesideSensors,
+    /// A folder of several sensors with fewer than two.
+    #[error("has {found} folder(s) of a sensor; several sensors are two at least, each in `sensors/NAME`")]
+    TooFewSensors {
+        /// How many there are.
+        found: usize,
+    },
     /// Values of axes that nobody describes.
     #[error("has no `[[axis]]`, and axes.csv is there: say name, kind and what each axis carries")]
     AxesNotDescribed,

@@ -44,6 +44,7 @@ pub mod models;
 pub mod order_statistics;
 mod parallel;
 pub mod problem;
+pub mod several_sensors;
 pub mod solve;
 pub mod stripe;
 pub mod verdict;

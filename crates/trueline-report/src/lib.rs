@@ -60,6 +60,7 @@ pub mod sensor_json;
 pub mod sensor_page;
 #[cfg(feature = "sensor")]
 pub mod sensor_text;
+pub mod several_sensors;
 mod stripes;
 pub mod summary;
 pub mod terminal_text;

@@ -39,6 +39,8 @@ pub fn of(c: &Calibration) -> ResultFile {
         base_from_target: None,
         curves: curve(c).into_iter().collect(),
         axes: c.findings.axes.iter().map(axes::entry).collect(),
+        sensors: Vec::new(),
+        between: Vec::new(),
         planes: stripes::planes(c),
         stripes: stripes::entry(c),
         sigma: sigma(|component| c.sigma(component)),

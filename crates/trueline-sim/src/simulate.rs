@@ -8,7 +8,7 @@ use crate::scenario::{Scenario, SensorModel};
 use crate::shutter::{Exposed, Receiver, Shutter};
 use nalgebra::Vector3;
 use trueline_dataset::{Feature, Guess, Measured, Recording, RobotSample, Sensor, SensorSetup, Truth};
-use trueline_geometry::{Line, Pose};
+use trueline_geometry::{Line, Pose, se3, so3};
 
 /// Simulates a scan. The same scenario and seed give the same recording, bit for bit.
 ///
@@ -25,6 +25,29 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> Option<Recording> {
 pub fn simulate_along(scenario: &Scenario, base_from_tool: &dyn Fn(f64) -> Pose, seed: u64) -> Recording {
     // Only a robot that cannot reach its path fails, and without faults there is none.
     record(scenario, base_from_tool, &[], seed).unwrap_or_else(|| unreachable!("a path without faults"))
+}
+
+/// Simulates a scan by several sensors on one tool. The first is that of the scenario, and the robot moves for it; each other is up to 40 mm and 15° beside
+/// the one before, with a time offset of its own. All report the same poses.
+///
+/// Returns `None` for a scenario without a line.
+#[must_use]
+pub fn simulate_sensors(scenario: &Scenario, count: u32, seed: u64) -> Option<Vec<Recording>> {
+    let motion = Motion::new(scenario)?;
+    let mut noise = Noise::new(seed, 41);
+    let mut own = scenario.clone();
+    let first = simulate(scenario, seed)?;
+    let mut recordings = vec![first];
+    for k in 1..count {
+        let mut any = |most: f64| Vector3::from_fn(|_, _| noise.uniform(-most, most));
+        let beside = se3::from_parts(so3::exp(&any(0.15)), any(0.02));
+        own.cell.tool_from_camera *= beside;
+        own.timing.time_offset_s = scenario.timing.time_offset_s + noise.uniform(-0.05, 0.05);
+        let next =
+            simulate_along(&own, &|time_s| motion.base_from_tool(time_s), seed.wrapping_add(u64::from(k)));
+        recordings.push(Recording { robot: recordings[0].robot.clone(), ..next });
+    }
+    Some(recordings)
 }
 
 /// Simulates a scan with faults; the same scenario, faults and seed give the same recording, bit for bit.

@@ -93,6 +93,9 @@ pub(crate) struct SimulateArgs {
     /// Part of the frames that is lost, 0 to 1
     #[arg(long, value_parser = number::share)]
     pub(crate) drops: Option<f64>,
+    /// So many sensors on one tool see the seam: sensors/a, sensors/b, … beside one robot.csv
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(2..=8), conflicts_with_all = ["plan", "images", "plates", "production", "boards", "shop", "seam", "sightings", "faults", "axes"])]
+    pub(crate) sensors: Option<u32>,
     /// Something that is wrong, with its size: plane-offset=0.25 (may be given several times; --help lists all)
     #[arg(long = "fault", value_name = "NAME[=SIZE[,SIZE]]")]
     pub(crate) faults: Vec<Fault>,

@@ -1,6 +1,6 @@
 //! `trueline calibrate`.
 
-use super::{calibrate_board, calibrate_poses};
+use super::{calibrate_board, calibrate_poses, calibrate_sensors};
 use crate::args::hints;
 use crate::args::{CalibrateArgs, TargetName};
 use crate::clocks;
@@ -38,6 +38,9 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     check_sensor(args)?;
     check_seam(args)?;
     check_fixed(args)?;
+    if let Some(sensors) = calibrate_sensors::sensors(args)? {
+        return calibrate_sensors::run(args, &sensors);
+    }
     let config = args.config();
     let began = Instant::now();
     let mut opened = opening::open_all(&args.datasets, args.joint, args.quiet)?;

@@ -4,6 +4,7 @@ pub(crate) mod apply;
 pub(crate) mod calibrate;
 pub(crate) mod calibrate_board;
 pub(crate) mod calibrate_poses;
+pub(crate) mod calibrate_sensors;
 #[cfg(feature = "gige")]
 pub(crate) mod camera_sim;
 pub(crate) mod cloud;

@@ -10,7 +10,7 @@ use crate::output;
 use crate::planned_scan::{self, PlannedScan};
 use std::process::ExitCode;
 use trueline_dataset::{Recording, folder};
-use trueline_sim::{Scenario, simulate_along, simulate_with_axes, simulate_with_faults};
+use trueline_sim::{Scenario, simulate_along, simulate_sensors, simulate_with_axes, simulate_with_faults};
 
 /// Runs the command.
 pub(crate) fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
@@ -46,6 +46,9 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
     if args.plates.plates {
         return simulate_plates::run(args, &scenario);
     }
+    if let Some(count) = args.sensors {
+        return several(args, &scenario, count);
+    }
     if !args.axes.axes.is_empty() {
         let axes = args.axes.somewhere(&scenario, args.seed);
         let recording = simulate_with_axes(&scenario, &axes, args.seed);
@@ -62,6 +65,19 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
         )
     })?;
     write(args, &recording)
+}
+
+/// Several sensors on one tool.
+fn several(args: &SimulateArgs, scenario: &Scenario, count: u32) -> Result<ExitCode, Failure> {
+    let recordings = simulate_sensors(scenario, count, args.seed)
+        .filter(|all| all.iter().all(|one| !one.features.is_empty()))
+        .ok_or_else(|| Failure::new("a sensor never sees the line", "use another --seed"))?;
+    let named: Vec<(String, Recording)> = ('a'..).map(String::from).zip(recordings).collect();
+    output::former_folder(&args.out, folder::write_sensors(&args.out, &named, args.force)?);
+    if !args.quiet {
+        output::words(&format!("{}: {count} sensors, each in sensors/NAME", args.out.display()));
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
 fn check_options(args: &SimulateArgs, scenario: &Scenario) -> Result<(), Failure> {

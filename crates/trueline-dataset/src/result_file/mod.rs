@@ -15,6 +15,7 @@ mod options;
 mod rival;
 mod seam_error;
 mod sensor;
+mod sensors;
 mod stamps;
 mod stripes;
 mod time_offset_use;
@@ -36,6 +37,7 @@ pub use options::{DrawnLineOptions, Options, RequireOptions};
 pub use rival::RivalEntry;
 pub use seam_error::{BudgetEntry, FieldEntry, SeamErrorEntry};
 pub use sensor::{RigidPartEntry, SensorEntry, SensorFileEntry};
+pub use sensors::{BetweenEntry, BetweenSigma, SensorAmongEntry, SensorAmongSigma};
 pub use stamps::{FeatureStream, RobotStream, Stamps, StepEntry, Stream};
 pub use stripes::{AngleEntry, AnswerEntry, HeightStepEntry, PlaneEntry, StripesEntry};
 pub use time_offset_use::TimeOffsetUse;
@@ -85,6 +87,12 @@ pub struct ResultFile {
     /// The curves in base, where no straight line explains the scan; `lines` is empty then.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub curves: Vec<CurveEntry>,
+    /// Where several sensors were calibrated together, each of them; the rest of the result is that of the first by itself.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sensors: Vec<SensorAmongEntry>,
+    /// Each other sensor in the frame of the first; likewise.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub between: Vec<BetweenEntry>,
     /// The external axes, where the cell has some.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub axes: Vec<AxisEntry>,

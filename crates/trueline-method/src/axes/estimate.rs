@@ -12,7 +12,7 @@ use trueline_dataset::{AxisRecord, Carries, Recording};
 use trueline_geometry::{Axis, AxisKind, Pose};
 
 /// Calibrations at most.
-const ROUNDS: usize = 4;
+const ROUNDS: usize = 8;
 /// A step of less than this part of the standard deviations is none.
 const SMALL: f64 = 0.1;
 /// Mean loss at a scale of 1 mm beyond which most readings are explained by nothing.

@@ -1,0 +1,54 @@
+//! Datasets of several sensors on one robot: `robot.csv`, and a folder `sensors/NAME` for each sensor with all that it measured.
+
+use crate::error::{Error, Problem};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The folder with a folder for each sensor.
+pub const FOLDER: &str = "sensors";
+
+/// A sensor of a dataset.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SensorFolder {
+    /// Its name.
+    pub name: String,
+    /// What it measured: a dataset whose robot is that of the whole.
+    pub path: PathBuf,
+}
+
+/// The sensors of a dataset, by name; `None` for one of a single sensor.
+///
+/// # Errors
+/// A dataset that has a sensor of its own as well, or a single one in `sensors`; what the operating system says.
+pub fn of(dataset: &Path) -> Result<Option<Vec<SensorFolder>>, Error> {
+    let folder = dataset.join(FOLDER);
+    if !folder.is_dir() {
+        return Ok(None);
+    }
+    let io = |error| Error::in_file(&folder, Problem::Io(error));
+    let mut sensors = Vec::new();
+    for entry in fs::read_dir(&folder).map_err(io)? {
+        let path = entry.map_err(io)?.path();
+        if path.is_dir() {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            sensors.push(SensorFolder { name, path });
+        }
+    }
+    sensors.sort_by(|a, b| a.name.cmp(&b.name));
+    let own = dataset.join("sensor.toml");
+    if own.exists() {
+        return Err(Error::in_file(&own, Problem::SensorBesideSensors));
+    }
+    if sensors.len() < 2 {
+        return Err(Error::in_file(&folder, Problem::TooFewSensors { found: sensors.len() }));
+    }
+    Ok(Some(sensors))
+}
+
+/// Where the robot of a dataset is: that of one among several sensors is beside them.
+#[must_use]
+pub(crate) fn robot_folder(dataset: &Path) -> &Path {
+    let beside = dataset.parent().filter(|parent| parent.file_name().is_some_and(|name| name == FOLDER));
+    let whole = beside.and_then(Path::parent).filter(|_| !dataset.join("robot.csv").exists());
+    whole.unwrap_or(dataset)
+}

@@ -1,0 +1,217 @@
+//! Several sensors on one robot, tied by the seams that they saw.
+//!
+//! Each sensor's scan is calibrated by itself. Lines of one number are one seam, so that the answers have it in common. With answers x of covariance C,
+//! and how far the lines are apart d = D x, the joint answer is
+//!
+//! ```text
+//! x ← x − C Dᵀ (D C Dᵀ)⁻¹ d,     C ← C − C Dᵀ (D C Dᵀ)⁻¹ D C,
+//! ```
+//!
+//! which is that of one adjustment of all readings, to the first order. Errors of the robot that both sensors share make the lines agree better than
+//! C says; then the ± are too large, not too small.
+
+use crate::calibration::Calibration;
+use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION, line_index};
+use nalgebra::{DMatrix, DVector, Matrix4, Vector3, Vector4};
+use trueline_geometry::{Line, Pose, se3, so3};
+
+/// A sensor's answer beside the others.
+#[derive(Clone, Debug)]
+pub struct TiedSensor {
+    /// Its name.
+    pub name: String,
+    /// Time offset (s) of its readings.
+    pub time_offset_s: f64,
+    /// Its hand-eye transform.
+    pub tool_from_camera: Pose,
+    /// Standard deviations of time offset (s), rotation (rad) and translation (m).
+    pub sigma: [f64; LINES],
+}
+
+/// Where one sensor is as another sees it.
+#[derive(Clone, Debug)]
+pub struct Between {
+    /// Name of the one whose frame it is.
+    pub from: String,
+    /// Name of the other.
+    pub to: String,
+    /// `from_from_to`.
+    pub transform: Pose,
+    /// Standard deviations of its rotation (rad, axes of `from`) and translation (m).
+    pub sigma: [f64; 6],
+}
+
+/// All sensors together.
+#[derive(Clone, Debug)]
+pub struct Tied {
+    /// Each sensor, in the order given.
+    pub sensors: Vec<TiedSensor>,
+    /// Each other sensor in the frame of the first.
+    pub between: Vec<Between>,
+    /// How far the lines of the sensors are apart for what their ± say, root mean square over the numbers that compare, standard deviations.
+    pub apart_sigmas: f64,
+}
+
+impl Tied {
+    /// Whether the sensors contradict each other about a seam.
+    #[must_use]
+    pub fn disagrees(&self) -> bool {
+        self.apart_sigmas > MOST_SIGMAS
+    }
+}
+
+/// Four numbers that are further apart than this, root mean square, are of two seams: of chance once in 10⁹.
+const MOST_SIGMAS: f64 = 3.5;
+/// Lines are compared in two planes square to the seam, so far to either side of its middle, m.
+const REACH_M: f64 = 0.05;
+/// Steps of the differences, rad and m.
+const STEP: f64 = 1e-6;
+/// What is subtracted of lines is rounded to this, m.
+const ROUNDING_M: f64 = 1e-9;
+
+/// Ties sensors of one robot by their seams; names and calibrations in one order. `None` where something of one of them is not shown.
+#[must_use]
+pub fn tied(sensors: &[(String, Calibration)]) -> Option<Tied> {
+    let lines = sensors.iter().map(|(_, one)| one.best_fit().lines.len()).min()?;
+    let size = line_index(lines);
+    let is_whole = |one: &Calibration| lines > 0 && (0..size).all(|component| one.is_known(component));
+    if !sensors.iter().all(|(_, one)| is_whole(one)) {
+        return None;
+    }
+    let count = sensors.len();
+    let mut covariance = DMatrix::zeros(size * count, size * count);
+    for (k, (_, one)) in sensors.iter().enumerate() {
+        let own = one.findings.unknowns.of_file.covariance.view((0, 0), (size, size)).into_owned();
+        covariance.view_mut((size * k, size * k), (size, size)).copy_from(&own);
+    }
+    let (apart, by) = comparison(sensors, lines, size);
+    let gain = &covariance * by.transpose();
+    let mut of_apart = &by * &gain;
+    for k in 0..of_apart.nrows() {
+        of_apart[(k, k)] += ROUNDING_M.powi(2);
+    }
+    let factor = of_apart.cholesky()?;
+    let step = -(&gain * factor.solve(&apart));
+    let tied = &covariance - &gain * factor.solve(&gain.transpose());
+    let apart_sigmas = (apart.dot(&factor.solve(&apart)) / apart.len() as f64).sqrt();
+    let sensors: Vec<TiedSensor> = sensors
+        .iter()
+        .enumerate()
+        .map(|(k, (name, one))| {
+            let three = |first: usize| step.fixed_rows::<3>(size * k + first).into_owned();
+            let time_offset_s = one.best_fit().time_offset_s + step[size * k + TIME_OFFSET];
+            let (pose, turn, shift) = (one.file_tool_from_camera(), three(ROTATION), three(TRANSLATION));
+            TiedSensor {
+                name: name.clone(),
+                time_offset_s: one.in_recorded_stamps_s(time_offset_s),
+                tool_from_camera: se3::retract_decoupled(pose, &turn, &shift),
+                sigma: std::array::from_fn(|j| tied[(size * k + j, size * k + j)].sqrt()),
+            }
+        })
+        .collect();
+    let between = (1..count).map(|k| between(&sensors, k, &tied, size)).collect();
+    Some(Tied { sensors, between, apart_sigmas })
+}
+
+/// How far the lines of each sensor are from those of the first, and how that moves with everything.
+fn comparison(sensors: &[(String, Calibration)], lines: usize, size: usize) -> (DVector<f64>, DMatrix<f64>) {
+    let rows = 4 * lines * (sensors.len() - 1);
+    let (mut apart, mut by) = (DVector::zeros(rows), DMatrix::zeros(rows, size * sensors.len()));
+    for line in 0..lines {
+        let first = &sensors[0].1.best_fit().lines[line];
+        let (place, slopes) = crossings(first, first);
+        for k in 1..sensors.len() {
+            let other = &sensors[k].1.best_fit().lines[line];
+            let (there, other_slopes) = crossings(first, other);
+            let row = 4 * (lines * (k - 1) + line);
+            apart.rows_mut(row, 4).copy_from(&(there - place));
+            by.view_mut((row, line_index(line)), (4, 4)).copy_from(&-slopes);
+            by.view_mut((row, size * k + line_index(line)), (4, 4)).copy_from(&other_slopes);
+        }
+    }
+    (apart, by)
+}
+
+/// Where a line crosses two planes square to a seam, in its two directions across it, m, and how that moves with the line.
+fn crossings(seam: &Line, line: &Line) -> (Vector4<f64>, Matrix4<f64>) {
+    let axes = seam.axes();
+    let place = |line: &Line| {
+        let at = |along_m: f64| {
+            let in_seam = axes.tr_mul(&(line.anchor() - seam.anchor()));
+            let direction = axes.tr_mul(&line.direction());
+            let crossing: Vector3<f64> = in_seam + direction * ((along_m - in_seam.x) / direction.x);
+            [crossing.y, crossing.z]
+        };
+        let [near, far] = [at(-REACH_M), at(REACH_M)];
+        Vector4::new(near[0], near[1], far[0], far[1])
+    };
+    let slope = |k: usize| {
+        let step = Vector4::from_fn(|j, _| if j == k { STEP } else { 0.0 });
+        (place(&line.retract(&step)) - place(&line.retract(&-step))) / (2.0 * STEP)
+    };
+    (place(line), Matrix4::from_columns(&[slope(0), slope(1), slope(2), slope(3)]))
+}
+
+/// Where a sensor is in the frame of the first. With T₁ and T₂ perturbed on their left by (δ, τ), rotation and translation apart, `T₁⁻¹ T₂` turns by
+/// R₁ᵀ (δ₂ − δ₁) and moves by R₁ᵀ (τ₂ − τ₁ + (t₂ − t₁) × δ₁).
+fn between(sensors: &[TiedSensor], k: usize, covariance: &DMatrix<f64>, size: usize) -> Between {
+    let (one, other) = (&sensors[0], &sensors[k]);
+    let into_one = one.tool_from_camera.rotation.inverse().to_rotation_matrix().into_inner();
+    let lever = other.tool_from_camera.translation.vector - one.tool_from_camera.translation.vector;
+    let mut by = DMatrix::zeros(6, covariance.ncols());
+    let second = size * k;
+    by.view_mut((0, ROTATION), (3, 3)).copy_from(&-into_one);
+    by.view_mut((0, second + ROTATION), (3, 3)).copy_from(&into_one);
+    by.view_mut((3, TRANSLATION), (3, 3)).copy_from(&-into_one);
+    by.view_mut((3, second + TRANSLATION), (3, 3)).copy_from(&into_one);
+    by.view_mut((3, ROTATION), (3, 3)).copy_from(&(into_one * so3::hat(&lever)));
+    let own = &by * covariance * by.transpose();
+    Between {
+        from: one.name.clone(),
+        to: other.name.clone(),
+        transform: one.tool_from_camera.inverse() * other.tool_from_camera,
+        sigma: std::array::from_fn(|j| own[(j, j)].sqrt()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The transform between two sensors moves with both as differences say.
+    #[test]
+    fn between_moves_as_differences_say() {
+        let pose = |k: f64| {
+            se3::from_parts(
+                so3::exp(&Vector3::new(k.sin(), 0.4 * k, -0.3)),
+                Vector3::new(0.1 * k, -0.05, 0.2),
+            )
+        };
+        let sensor = |tool_from_camera: Pose| TiedSensor {
+            name: String::new(),
+            time_offset_s: 0.0,
+            tool_from_camera,
+            sigma: [0.0; LINES],
+        };
+        for k in (0..2 * LINES).filter(|k| k % LINES >= ROTATION) {
+            let (number, component) = (k / LINES, k % LINES);
+            // Of unit variance in one number alone the ± are the slopes.
+            let mut covariance = DMatrix::zeros(2 * LINES, 2 * LINES);
+            covariance[(k, k)] = 1.0;
+            let sensors = [sensor(pose(1.0)), sensor(pose(2.0))];
+            let found = between(&sensors, 1, &covariance, LINES).sigma;
+            let moved = |step: f64| {
+                let mut poses = [pose(1.0), pose(2.0)];
+                let three =
+                    |first: usize| Vector3::from_fn(|j, _| if first + j == component { step } else { 0.0 });
+                poses[number] = se3::retract_decoupled(&poses[number], &three(ROTATION), &three(TRANSLATION));
+                poses[0].inverse() * poses[1]
+            };
+            let (turn, shift) = se3::difference_decoupled(&moved(1e-6), &moved(-1e-6));
+            for j in 0..3 {
+                assert!((found[j] - turn[j].abs() / 2e-6).abs() < 1e-6, "{k} {j}");
+                assert!((found[3 + j] - shift[j].abs() / 2e-6).abs() < 1e-6, "{k} {j}");
+            }
+        }
+    }
+}
