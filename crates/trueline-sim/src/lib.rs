@@ -51,6 +51,6 @@ pub use scenario::{
 };
 pub use shutter::{Exposed, Shutter};
 pub use sightings::{PoseMotion, Sighted, SightingNoise, SightingScan};
-pub use simulate::{simulate, simulate_along, simulate_sensors, simulate_with_faults};
+pub use simulate::{on_the_wall, simulate, simulate_along, simulate_sensors, simulate_with_faults};
 pub use weave::Weave;
 pub use weld::{KnownScan, Weld, WeldScan, scan_weld};

@@ -7,6 +7,7 @@ use crate::noise::Noise;
 use crate::scenario::{Scenario, SensorModel};
 use crate::shutter::{Exposed, Receiver, Shutter};
 use nalgebra::Vector3;
+use trueline_dataset::sensor_setup::Mounted;
 use trueline_dataset::{Feature, Guess, Measured, Recording, RobotSample, Sensor, SensorSetup, Truth};
 use trueline_geometry::{Line, Pose, se3, so3};
 
@@ -25,6 +26,16 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> Option<Recording> {
 pub fn simulate_along(scenario: &Scenario, base_from_tool: &dyn Fn(f64) -> Pose, seed: u64) -> Recording {
     // Only a robot that cannot reach its path fails, and without faults there is none.
     record(scenario, base_from_tool, &[], seed).unwrap_or_else(|| unreachable!("a path without faults"))
+}
+
+/// The same scan with the sensor on a wall: the robot carries the part past it, and what was the sensor's pose in the tool is that in base.
+#[must_use]
+pub fn on_the_wall(mut recording: Recording) -> Recording {
+    for sample in &mut recording.robot {
+        sample.base_from_tool = sample.base_from_tool.inverse();
+    }
+    recording.setup.mounted = Mounted::Fixed;
+    recording
 }
 
 /// Simulates a scan by several sensors on one tool. The first is that of the scenario, and the robot moves for it; each other is up to 40 mm and 15° beside

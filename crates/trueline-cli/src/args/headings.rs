@@ -90,7 +90,10 @@ const LAYOUTS: &[Layout] = &[
         command: "simulate",
         everyday: &["out", "preset", "plan", "seed", "time-offset-ms"],
         sections: &[
-            ("Cell", &["exact-guess", "random-cell", "duration-s", "robot-period-ms"]),
+            (
+                "Cell",
+                &["exact-guess", "random-cell", "axis", "sensors", "wall", "duration-s", "robot-period-ms"],
+            ),
             (
                 "Noise and faults",
                 &[
@@ -134,10 +137,7 @@ const LAYOUTS: &[Layout] = &[
                 ],
             ),
             ("Curved seams", &["seam", "seam-passes", "seam-tilt-deg", "seam-weave-hz"]),
-            (
-                "Sightings of a target's pose",
-                &["sightings", "sighting-count", "stops", "wall", "state-noise"],
-            ),
+            ("Sightings of a target's pose", &["sightings", "sighting-count", "stops", "state-noise"]),
             ("Welds of a production", &["production", "layout", "change"]),
             (
                 "Pictures",

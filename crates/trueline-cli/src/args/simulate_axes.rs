@@ -11,7 +11,6 @@ const NOT_OF_AXES: [&str; 9] =
 
 #[derive(Args)]
 #[group(id = "of_axes")]
-#[command(next_help_heading = "External axes")]
 pub(crate) struct AxesArgs {
     /// Add an external axis somewhere beside the seam, and axes.csv and cell.toml; may be repeated, in the order of the chain
     #[arg(

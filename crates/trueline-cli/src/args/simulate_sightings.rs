@@ -26,8 +26,8 @@ pub(crate) struct SightingsArgs {
     /// The robot stands at each sighting: poses.csv in the place of robot.csv, and no time offset
     #[arg(long, requires = "sightings", conflicts_with = "time_offset_ms")]
     pub(crate) stops: bool,
-    /// The camera stands beside the robot, which carries the marker
-    #[arg(long, requires = "sightings")]
+    /// The sensor stands beside the robot, which carries what is seen: a marker, or the part with its seam
+    #[arg(long, conflicts_with_all = ["plan", "images", "plates", "production", "boards", "shop", "seam", "axes", "sensors"])]
     pub(crate) wall: bool,
     /// State the noise of each sighting: sigma_mm and sigma_deg, the same for all axes
     #[arg(long, requires = "sightings")]

@@ -10,7 +10,9 @@ use crate::output;
 use crate::planned_scan::{self, PlannedScan};
 use std::process::ExitCode;
 use trueline_dataset::{Recording, folder};
-use trueline_sim::{Scenario, simulate_along, simulate_sensors, simulate_with_axes, simulate_with_faults};
+use trueline_sim::{
+    Scenario, on_the_wall, simulate_along, simulate_sensors, simulate_with_axes, simulate_with_faults,
+};
 
 /// Runs the command.
 pub(crate) fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
@@ -64,7 +66,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
              must reach the path",
         )
     })?;
-    write(args, &recording)
+    write(args, &if args.sightings.wall { on_the_wall(recording) } else { recording })
 }
 
 /// Several sensors on one tool.
