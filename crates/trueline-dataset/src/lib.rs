@@ -18,10 +18,12 @@
 //! # Ok::<(), trueline_dataset::Error>(())
 //! ```
 
+pub mod cad_file;
 pub mod calibration_file;
 mod camera_yaml;
 pub mod decoded_picture;
 pub mod dialect;
+mod dxf;
 pub mod error;
 pub mod feature_cache;
 pub mod features_csv;

@@ -1,5 +1,6 @@
 //! Why there is no calibration at all.
 
+use crate::curve::cad_problem::CadProblem;
 use crate::input::feature_noise::NoiseUnused;
 use crate::stripe::no_plates::NoPlates;
 use trueline_dataset::picture_rows::PicturesDisagree;
@@ -197,6 +198,9 @@ pub enum Error {
         /// Why there is none.
         why: &'static str,
     },
+    /// A drawing of the seam is of no use.
+    #[error(transparent)]
+    Cad(#[from] CadProblem),
     /// No start led to a finite cost.
     #[error("no start leads to a finite cost: the line runs along the laser sheet, or no feature is usable")]
     NoStart,
@@ -253,6 +257,7 @@ impl Error {
             Self::NoCurve { .. } => {
                 "leave --target curve out for a straight seam; for a curve scan the whole of it two or three times, tilting by ±10° or more"
             }
+            Self::Cad(problem) => problem.hint(),
             Self::NothingToHold { .. } | Self::NoGuessToHold => "give an initial guess",
             Self::BeyondReference { .. } => {
                 "are the reference's units and frame right? it is in the robot's base"
