@@ -28,7 +28,7 @@ mod cloud;
 mod diff;
 mod drawn_line;
 mod evaluate;
-mod export;
+pub mod export;
 mod features;
 mod headings;
 pub mod hints;

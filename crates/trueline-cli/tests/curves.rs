@@ -213,6 +213,70 @@ fn drawings_in_dxf_are_read_and_those_of_no_use_refused_with_their_cause() {
     }
 }
 
+#[test]
+fn the_curve_is_exported_and_measured_from() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    cast(folder, &["saddle", "--seed", "3"], "saddle");
+    let result = calibrated(folder, &["saddle"], 0);
+    let points = result["curves"][0]["points_mm"].as_array().unwrap().len();
+    let exported = |form: &str| {
+        let output = trueline(folder, &["export", "result.json", "--as", form, "--quiet"]);
+        assert_eq!(code(&output), 0, "{form}: {}", words(&output));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let csv = exported("curve-csv");
+    assert_eq!(csv.lines().next(), Some("x_mm,y_mm,z_mm,sigma_mm"));
+    assert_eq!(csv.lines().count(), points + 1);
+    fs::write(folder.join("curve.csv"), &csv).unwrap();
+    let ply = exported("curve-ply");
+    assert!(ply.contains(&format!("element vertex {points}\n")) && ply.contains("element edge"));
+    fs::write(folder.join("curve.dxf"), exported("curve-dxf")).unwrap();
+
+    // From the curve itself, and from the same as a file.
+    let distances = |options: &[&str]| -> Value {
+        let all =
+            [&["evaluate", "saddle", "--calibration", "result.json", "--json", "e.json", "--quiet"], options];
+        let output = trueline(folder, &all.concat());
+        assert_eq!(code(&output), 0, "{options:?}: {}", words(&output));
+        serde_json::from_slice(&fs::read(folder.join("e.json")).unwrap()).unwrap()
+    };
+    let own = distances(&[]);
+    assert_eq!(own["reference"]["seams"][0]["form"], "curve", "{own:#}");
+    let by_file = distances(&["--reference", "curve.csv"]);
+    let median = |of: &Value| {
+        of["figures"]["calibrated"]["median_mm"].as_f64().unwrap_or_else(|| unreachable!("{of:#}"))
+    };
+    // Written to a nanometre.
+    assert!((median(&own) - median(&by_file)).abs() < 1e-5, "{own:#} {by_file:#}");
+    // Noise of 0.04 mm in two directions has a median of 0.047 mm.
+    assert!((0.03..0.08).contains(&median(&own)), "{own:#}");
+    assert_eq!(distances(&["--fit", "plane"])["reference"]["seams"][0]["form"], "plane");
+
+    // The exported curve is a drawing: the part is where it was measured.
+    let again = calibrated(folder, &["saddle", "--seam-cad", "curve.dxf"], 0);
+    assert!(again["curves"][0]["cad"]["rms_mm"].as_f64().unwrap() < 0.05);
+
+    // Points by apply are on the curve.
+    let output =
+        trueline(folder, &["apply", "saddle", "--calibration", "result.json", "--out", "points.csv"]);
+    assert_eq!(code(&output), 0, "{}", words(&output));
+    let applied = fs::read_to_string(folder.join("points.csv")).unwrap();
+    assert!(applied.lines().count() > 600, "{applied}");
+
+    cast(folder, &["straight"], "straight");
+    calibrated(folder, &["straight"], 0);
+    for (options, said) in
+        [(&["--as", "curve-csv"][..], "straight"), (&["--as", "curve-dxf", "--child", "laser2"], "--child")]
+    {
+        let output = trueline(folder, &[&["export", "result.json"][..], options].concat());
+        assert_eq!(code(&output), 2, "{options:?}: {}", words(&output));
+        assert!(words(&output).contains(said), "{}", words(&output));
+    }
+    let list = trueline(folder, &["export", "--list"]);
+    assert!(String::from_utf8_lossy(&list.stdout).contains("curve-ply"));
+}
+
 /// What cannot be a curve is refused with its cause: too few frames, seams that cross, a curve shorter than its knots.
 #[test]
 fn scans_that_show_no_curve_are_refused_with_their_cause() {
