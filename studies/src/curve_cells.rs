@@ -1,16 +1,20 @@
 //! Scans over curved seams, calibrated from nothing: how many are accepted and right, and are the ± honest?
 //!
-//! `cargo run --release -p trueline-studies -- curve_cells [CELLS A KIND] [KIND] [FIRST SEED] [--cells]` prints a row for each kind of
-//! curve, and why scans were refused. With `--cells` a line for each cell as well.
+//! `cargo run --release -p trueline-studies -- curve_cells [CELLS A KIND] [KIND] [FIRST SEED] [--cells] [--curve] [--cad=MM]` prints a row
+//! for each kind of curve, and why scans were refused. With `--cells` a line for each cell as well; with `--curve` a curve is asked for whatever
+//! a line explains; with `--cad` it is estimated with a drawing of the seam, somewhere in space, from which the seam is so far off at each knot.
 
 use crate::arguments::number;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{SMatrix, SVector, UnitQuaternion, Vector3};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
 use std::collections::BTreeMap;
 use std::time::Instant;
-use trueline_dataset::Guess;
-use trueline_geometry::se3;
+use trueline_dataset::{Guess, Measured, Recording, Truth};
+use trueline_geometry::{Polyline, se3, so3};
 use trueline_method::order_statistics::median;
-use trueline_method::{Calibration, Config, Status, calibrate};
+use trueline_method::{Calibration, Config, SeamCad, Status, Target, calibrate};
 use trueline_sim::curves::{CurveKind, CurveScan, scan_curve};
 
 /// Cells of each kind, unless stated.
@@ -45,6 +49,81 @@ struct Answer {
     z: SVector<f64, UNKNOWNS>,
     /// eᵀ C⁻¹ e over the number of unknowns; NaN where not all are shown.
     normalised: f64,
+    /// Its standard deviation of the time offset, s.
+    said_s: f64,
+    /// Error over the sheet ±30 mm, RMS, m, and what it is said to be.
+    seam_m: f64,
+    said_seam_m: f64,
+}
+
+/// What is asked of each scan.
+#[derive(Clone, Copy)]
+struct Asked {
+    /// How far the seam is off its drawing, m; `None` without one.
+    tolerance_m: Option<f64>,
+    /// Whether a curve is asked for.
+    is_forced: bool,
+}
+
+/// A drawing of a curve in a frame of its own, off by a tolerance every 5 mm.
+fn drawn(kind: CurveKind, tolerance_m: f64, seed: u64) -> Option<SeamCad> {
+    const KNOT_M: f64 = 5e-3;
+    /// Chords of an eighth of a millimetre are no error beside a noise of 0.04 mm.
+    const POINTS: u32 = 3000;
+    let points: Vec<Vector3<f64>> =
+        (0..=POINTS).map(|k| kind.point(f64::from(k) / f64::from(POINTS))).collect();
+    let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0xCAD);
+    let mut three = |size: f64| Vector3::from_fn(|_, _| size * random.sample::<f64, _>(StandardNormal));
+    let pose = se3::from_parts(UnitQuaternion::from_scaled_axis(three(1.0)), three(0.5));
+    let length_m: f64 = points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
+    let off: Vec<Vector3<f64>> = (0..=(length_m / KNOT_M) as usize + 1).map(|_| three(tolerance_m)).collect();
+    let is_ring = (points[0] - points[points.len() - 1]).norm() < 1e-6;
+    let mut along_m = 0.0;
+    let mut own = Vec::with_capacity(points.len());
+    for (k, point) in points.iter().enumerate() {
+        along_m += if k > 0 { (point - points[k - 1]).norm() } else { 0.0 };
+        let (knot, part) = ((along_m / KNOT_M) as usize, (along_m / KNOT_M).fract());
+        own.push(pose * nalgebra::Point3::from(point + off[knot] * (1.0 - part) + off[knot + 1] * part));
+    }
+    let mut own: Vec<Vector3<f64>> = own.into_iter().map(|point| point.coords).collect();
+    if is_ring {
+        let last = own.len() - 1;
+        own[last] = own[0];
+    }
+    let curve = Polyline::new(own)?;
+    Some(SeamCad { file: "drawn".to_owned(), curve, tolerance_m: tolerance_m.max(1e-6) })
+}
+
+/// Error of a point of the sheet, RMS over ±30 mm about the middle of the scan, in the tool; true and said, m.
+fn seam(
+    error: &SVector<f64, UNKNOWNS>,
+    covariance: &SMatrix<f64, UNKNOWNS, UNKNOWNS>,
+    truth: &Guess,
+    recording: &Recording,
+) -> (f64, f64) {
+    const HALF_M: f64 = 30e-3;
+    let places = recording.features.iter().filter_map(|feature| match feature.measured {
+        Measured::Profile(place) => Some(place),
+        _ => None,
+    });
+    let count = recording.features.len().max(1) as f64;
+    let middle = places.fold([0.0; 2], |sum, [x, z]| [sum[0] + x / count, sum[1] + z / count]);
+    let (mut own, mut said) = (0.0, 0.0);
+    for [x, z] in [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]] {
+        let point = Vector3::new(middle[0] + x * HALF_M, 0.0, middle[1] + z * HALF_M);
+        let in_tool = truth.tool_from_camera.rotation * point;
+        let mut by_pose = SMatrix::<f64, 3, UNKNOWNS>::zeros();
+        by_pose.fixed_columns_mut::<3>(1).copy_from(&-so3::hat(&in_tool));
+        by_pose.fixed_columns_mut::<3>(4).fill_with_identity();
+        own += (by_pose * error).norm_squared() / 4.0;
+        said += (by_pose * covariance * by_pose.transpose()).trace() / 4.0;
+    }
+    (own.sqrt(), said.sqrt())
+}
+
+fn rms(values: impl Iterator<Item = f64>) -> f64 {
+    let (count, sum) = values.fold((0, 0.0), |(count, sum), value| (count + 1, sum + value * value));
+    (sum / f64::from(count.max(1))).sqrt()
 }
 
 pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
@@ -55,15 +134,23 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     let count: u64 = number(&numbers, 0, CELLS)?;
     let first: u64 = number(&numbers, 1, 1)?;
     let prints_cells = options.iter().any(|option| option == "--cells");
+    let cad = options.iter().find_map(|option| option.strip_prefix("--cad="));
+    let asked = Asked {
+        tolerance_m: cad
+            .map(|mm| mm.parse::<f64>().map(|mm| mm * 1e-3))
+            .transpose()
+            .map_err(|error| format!("--cad: {error}"))?,
+        is_forced: options.iter().any(|option| option == "--curve"),
+    };
     let is_wanted = |kind: &CurveKind| kinds.is_empty() || kinds.iter().any(|name| name == kind.name());
     println!("Right: time offset within 4 of its ± and 1 ms; wrong: accepted, and beyond 6 of its ±.\n");
     println!(
-        "| curve | accepted | as a curve | as a line | right | offset wrong | any of the seven wrong | NEES/7 | t_d in 95 % | median s | refused for |"
+        "| curve | accepted | as a curve | as a line | right | offset wrong | any of the seven wrong | NEES/7 | t_d in 95 % | t_d true (said) ms | seam true (said) mm | median s | refused for |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     for kind in CurveKind::ALL.into_iter().filter(is_wanted) {
         let outcome = |seed: u64| {
-            let outcome = Outcome::of(kind, seed);
+            let outcome = Outcome::of(kind, seed, asked);
             if prints_cells {
                 println!("{}-{seed:03} {}", kind.name(), outcome.in_words());
             }
@@ -75,10 +162,15 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
 }
 
 impl Outcome {
-    fn of(kind: CurveKind, seed: u64) -> Self {
+    fn of(kind: CurveKind, seed: u64, asked: Asked) -> Self {
         let (recording, _) = scan_curve(&CurveScan::good(kind), seed);
         // The simulated robot has noise, and no error that lasts.
-        let config = Config { robot_accuracy_m: Some(0.0), ..Config::default() };
+        let config = Config {
+            robot_accuracy_m: Some(0.0),
+            target: if asked.is_forced { Target::Curve } else { Target::Seam },
+            seam_cad: asked.tolerance_m.and_then(|tolerance_m| drawn(kind, tolerance_m, seed)),
+            ..Config::default()
+        };
         let began = Instant::now();
         let found = calibrate(&recording, None, &config);
         let seconds = began.elapsed().as_secs_f64();
@@ -88,7 +180,7 @@ impl Outcome {
                 seconds,
                 accepted: found.status() == Status::Accepted,
                 reasons: found.reasons().iter().map(|reason| reason.code().to_owned()).collect(),
-                answer: recording.truth.map(|truth| Answer::of(&found, &truth.parameters)),
+                answer: recording.truth.as_ref().map(|truth| Answer::of(&found, truth, &recording)),
             },
         }
     }
@@ -115,14 +207,19 @@ impl Outcome {
 }
 
 impl Answer {
-    fn of(found: &Calibration, truth: &Guess) -> Self {
+    fn of(found: &Calibration, truth: &Truth, recording: &Recording) -> Self {
+        let truth = &truth.parameters;
         let (turn, shift) = se3::difference_decoupled(found.file_tool_from_camera(), &truth.tool_from_camera);
         let offset_s = found.best_fit().time_offset_s - truth.time_offset_s;
         let error = SVector::from([offset_s, turn.x, turn.y, turn.z, shift.x, shift.y, shift.z]);
         let covariance =
             SMatrix::<f64, UNKNOWNS, UNKNOWNS>::from_fn(|i, j| found.covariance(i, j).unwrap_or(f64::NAN));
         let normalised = covariance.cholesky().map_or(f64::NAN, |factor| error.dot(&factor.solve(&error)));
+        let (seam_m, said_seam_m) = seam(&error, &covariance, truth, recording);
         Self {
+            seam_m,
+            said_seam_m,
+            said_s: covariance[(0, 0)].sqrt(),
             is_curve: found.findings.curve.is_some(),
             offset_s,
             z: SVector::from_fn(|k, _| error[k] / covariance[(k, k)].sqrt()),
@@ -148,7 +245,7 @@ fn print_row(kind: CurveKind, outcomes: &[Outcome]) {
     }
     let refused: Vec<String> = refused.iter().map(|(code, count)| format!("{code} {count}")).collect();
     println!(
-        "| {} | {} of {} | {curves} | {} | {} | {} | {} | {:.2} (1 ± {deviation:.2}) | {:.0} % | {:.2} | {} |",
+        "| {} | {} of {} | {curves} | {} | {} | {} | {} | {:.2} (1 ± {deviation:.2}) | {:.0} % | {:.3} ({:.3}) | {:.3} ({:.3}) | {:.2} | {} |",
         kind.name(),
         taken.len(),
         outcomes.len(),
@@ -158,6 +255,10 @@ fn print_row(kind: CurveKind, outcomes: &[Outcome]) {
         count(&|answer| answer.z.iter().any(|z| z.abs() > WRONG_Z)),
         nees.iter().sum::<f64>() / nees.len() as f64,
         100.0 * count(&|answer| answer.z[0].abs() <= HALF_95) as f64 / taken.len() as f64,
+        rms(taken.iter().map(|answer| answer.offset_s)) * 1e3,
+        rms(taken.iter().map(|answer| answer.said_s)) * 1e3,
+        rms(taken.iter().map(|answer| answer.seam_m)) * 1e3,
+        rms(taken.iter().map(|answer| answer.said_seam_m)) * 1e3,
         median(outcomes.iter().map(|outcome| outcome.seconds)).unwrap_or(f64::NAN),
         refused.join(", ")
     );

@@ -127,3 +127,168 @@ fn what_a_curve_has_no_use_for_is_refused() {
     let output = trueline(folder, &["calibrate", "arc", "--target", "curve", "--residual", "point-to-line"]);
     assert_eq!(code(&output), 2, "{}", words(&output));
 }
+
+#[test]
+fn a_drawing_makes_a_pipe_surer_and_says_where_the_part_is() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    cast(folder, &["saddle", "--seed", "3"], "saddle");
+    let ideal = ["saddle", "--robot-accuracy-mm", "0"];
+    let free = calibrated(folder, &ideal, 0);
+    let cad = ["--seam-cad", "saddle/truth_curve.csv", "--cad-tolerance-mm", "0.02"];
+    let known = calibrated(folder, &[&ideal[..], &cad].concat(), 0);
+    let [sure_mm, unsure_mm] = [&known, &free].map(|result| result["seam_error"]["rms_mm"].as_f64().unwrap());
+    // The design has 0.028 mm for 0.045 with an exact drawing.
+    assert!(sure_mm < 0.75 * unsure_mm, "{sure_mm} {unsure_mm}");
+    // Four numbers beyond four standard deviations: one run in 4,000.
+    assert!(off_in_sigmas(&known, &truth(&folder.join("saddle"))) < 4.0, "{known:#}");
+    let found = &known["curves"][0]["cad"];
+    assert_eq!((&found["file"], &found["used"]), (&"saddle/truth_curve.csv".into(), &true.into()));
+    assert!(found["rms_mm"].as_f64().unwrap() < 0.06, "{found}");
+    // The drawing is in base: up to the half-turn of a saddle the part is where it was drawn.
+    assert!(found["symmetric_about"]["angle_deg"].as_f64().unwrap() > 179.0, "{found}");
+    assert_eq!(known["inputs"]["saddle/truth_curve.csv"].as_str().map(str::len), Some(64));
+    assert_eq!(known["options"]["seam_cad"], "saddle/truth_curve.csv");
+    assert!(free["curves"][0]["cad"].is_null());
+    let output = trueline(folder, &[&["calibrate"][..], &ideal, &cad].concat());
+    assert!(String::from_utf8_lossy(&output.stdout).contains("CAD"), "{}", words(&output));
+}
+
+/// A drawing in DXF with the points of a curve, times a factor.
+fn dxf(csv: &str, factor: f64, unit: u8) -> String {
+    let points = csv.lines().skip(1).map(|line| {
+        let mm: Vec<f64> = line.split(',').map(|field| field.parse::<f64>().unwrap() * factor).collect();
+        format!("0\nVERTEX\n10\n{}\n20\n{}\n30\n{}\n70\n32\n", mm[0], mm[1], mm[2])
+    });
+    format!(
+        "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n{unit}\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n0\nPOLYLINE\n66\n1\n70\n8\n{}0\nSEQEND\n0\nENDSEC\n0\nEOF\n",
+        points.collect::<String>()
+    )
+}
+
+#[test]
+fn drawings_in_dxf_are_read_and_those_of_no_use_refused_with_their_cause() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    cast(folder, &["wavy", "--seed", "5"], "wavy");
+    let csv = fs::read_to_string(folder.join("wavy/truth_curve.csv")).unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.join(name), text).unwrap();
+    write("mm.dxf", &dxf(&csv, 1.0, 4));
+    write("inch.dxf", &dxf(&csv, 1.0 / 25.4, 1));
+    let [by_mm, by_inch] =
+        ["mm.dxf", "inch.dxf"].map(|file| calibrated(folder, &["wavy", "--seam-cad", file], 0));
+    let offset_s = |result: &Value| result["time_offset_s"].as_f64().unwrap();
+    // An inch has no finite number of binary digits.
+    assert!((offset_s(&by_mm) - offset_s(&by_inch)).abs() < 1e-7, "{by_mm} {by_inch}");
+    let cad = &by_mm["curves"][0]["cad"];
+    assert_eq!((&cad["tolerance_mm"], &cad["used"]), (&0.2.into(), &false.into()));
+
+    write("wrong_unit.dxf", &dxf(&csv, 1.0 / 25.4, 4));
+    write("metres.csv", &csv.replace("_mm", "_m"));
+    write("straight.csv", "x_mm,y_mm,z_mm\n0,0,0\n100,0,0.01\n200,0,0\n");
+    write("other.csv", "x_mm,y_mm,z_mm\n0,0,0\n100,20,0\n200,60,0\n300,160,20\n400,0,0\n");
+    write(
+        "two.dxf",
+        &dxf(&csv, 1.0, 4)
+            .replace("0\nENDSEC\n0\nEOF", "0\nLINE\n10\n0\n20\n0\n11\n1\n21\n1\n0\nENDSEC\n0\nEOF"),
+    );
+    write("part.step", "ISO-10303-21;");
+    write("broken.csv", "x_mm,y_mm,z_mm\n1,2,3\n1,two,3\n");
+    for (options, said) in [
+        (&["wavy", "--seam-cad", "wrong_unit.dxf"][..], "inches"),
+        (&["wavy", "--seam-cad", "metres.csv"], "metres"),
+        (&["wavy", "--seam-cad", "straight.csv"], "straight"),
+        (&["wavy", "--seam-cad", "other.csv"], "mm off"),
+        (&["wavy", "--seam-cad", "two.dxf"], "several curves"),
+        (&["wavy", "--seam-cad", "part.step"], "DXF"),
+        (&["wavy", "--seam-cad", "broken.csv"], "line 3, column `y_mm`"),
+        (&["wavy", "--seam-cad", "nowhere.csv"], "nowhere.csv"),
+        (&["wavy", "--seam-cad", "mm.dxf", "--target", "line"], "--target line"),
+        (&["wavy", "--seam-cad", "mm.dxf", "--fix", "time-offset"], "held"),
+        (&["wavy", "--cad-tolerance-mm", "0.1"], "--seam-cad"),
+    ] {
+        let output = trueline(folder, &[&["calibrate"][..], options].concat());
+        assert_eq!(code(&output), 2, "{options:?}: {}", words(&output));
+        assert!(words(&output).contains(said), "{options:?}: {}", words(&output));
+    }
+}
+
+#[test]
+fn the_curve_is_exported_and_measured_from() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    cast(folder, &["saddle", "--seed", "3"], "saddle");
+    let result = calibrated(folder, &["saddle"], 0);
+    let points = result["curves"][0]["points_mm"].as_array().unwrap().len();
+    let exported = |form: &str| {
+        let output = trueline(folder, &["export", "result.json", "--as", form, "--quiet"]);
+        assert_eq!(code(&output), 0, "{form}: {}", words(&output));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let csv = exported("curve-csv");
+    assert_eq!(csv.lines().next(), Some("x_mm,y_mm,z_mm,sigma_mm"));
+    assert_eq!(csv.lines().count(), points + 1);
+    fs::write(folder.join("curve.csv"), &csv).unwrap();
+    let ply = exported("curve-ply");
+    assert!(ply.contains(&format!("element vertex {points}\n")) && ply.contains("element edge"));
+    fs::write(folder.join("curve.dxf"), exported("curve-dxf")).unwrap();
+
+    // From the curve itself, and from the same as a file.
+    let distances = |options: &[&str]| -> Value {
+        let all =
+            [&["evaluate", "saddle", "--calibration", "result.json", "--json", "e.json", "--quiet"], options];
+        let output = trueline(folder, &all.concat());
+        assert_eq!(code(&output), 0, "{options:?}: {}", words(&output));
+        serde_json::from_slice(&fs::read(folder.join("e.json")).unwrap()).unwrap()
+    };
+    let own = distances(&[]);
+    assert_eq!(own["reference"]["seams"][0]["form"], "curve", "{own:#}");
+    let by_file = distances(&["--reference", "curve.csv"]);
+    let median = |of: &Value| {
+        of["figures"]["calibrated"]["median_mm"].as_f64().unwrap_or_else(|| unreachable!("{of:#}"))
+    };
+    // Written to a nanometre.
+    assert!((median(&own) - median(&by_file)).abs() < 1e-5, "{own:#} {by_file:#}");
+    // Noise of 0.04 mm in two directions has a median of 0.047 mm.
+    assert!((0.03..0.08).contains(&median(&own)), "{own:#}");
+    assert_eq!(distances(&["--fit", "plane"])["reference"]["seams"][0]["form"], "plane");
+
+    // The exported curve is a drawing: the part is where it was measured.
+    let again = calibrated(folder, &["saddle", "--seam-cad", "curve.dxf"], 0);
+    assert!(again["curves"][0]["cad"]["rms_mm"].as_f64().unwrap() < 0.05);
+
+    // Points by apply are on the curve.
+    let output =
+        trueline(folder, &["apply", "saddle", "--calibration", "result.json", "--out", "points.csv"]);
+    assert_eq!(code(&output), 0, "{}", words(&output));
+    let applied = fs::read_to_string(folder.join("points.csv")).unwrap();
+    assert!(applied.lines().count() > 600, "{applied}");
+
+    cast(folder, &["straight"], "straight");
+    calibrated(folder, &["straight"], 0);
+    for (options, said) in
+        [(&["--as", "curve-csv"][..], "straight"), (&["--as", "curve-dxf", "--child", "laser2"], "--child")]
+    {
+        let output = trueline(folder, &[&["export", "result.json"][..], options].concat());
+        assert_eq!(code(&output), 2, "{options:?}: {}", words(&output));
+        assert!(words(&output).contains(said), "{}", words(&output));
+    }
+    let list = trueline(folder, &["export", "--list"]);
+    assert!(String::from_utf8_lossy(&list.stdout).contains("curve-ply"));
+}
+
+/// What cannot be a curve is refused with its cause: too few frames, seams that cross, a curve shorter than its knots.
+#[test]
+fn scans_that_show_no_curve_are_refused_with_their_cause() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    cast(folder, &["arc", "--seed", "2"], "arc");
+    let features = fs::read_to_string(folder.join("arc/features.csv")).unwrap();
+    // A frame a second: 20 of them.
+    let header = features.lines().next().unwrap();
+    let few: Vec<&str> = std::iter::once(header).chain(features.lines().skip(1).step_by(33)).collect();
+    fs::write(folder.join("arc/features.csv"), few.join("\n") + "\n").unwrap();
+    let output = trueline(folder, &["calibrate", "arc", "--target", "curve"]);
+    assert_eq!(code(&output), 2, "{}", words(&output));
+    assert!(words(&output).contains("five seam points for each"), "{}", words(&output));
+}

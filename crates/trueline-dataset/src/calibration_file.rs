@@ -4,7 +4,7 @@ use crate::error::{Error, Problem};
 use crate::known_toml::{self, mounted_at_m};
 use crate::recording::{Guess, Recording, Truth};
 use crate::result_file::{
-    self, Covariance, ResultFile, RigidPartEntry, SensorEntry, SensorFileEntry, Status,
+    self, Covariance, CurveEntry, ResultFile, RigidPartEntry, SensorEntry, SensorFileEntry, Status,
 };
 use crate::robot_csv::unit_quaternion;
 use crate::sensor_setup::{Mounted, SheetShape};
@@ -12,13 +12,15 @@ use crate::sensor_toml;
 use crate::unit::MM_PER_M;
 use nalgebra::{SMatrix, UnitVector3, Vector3};
 use std::path::Path;
-use trueline_geometry::{Axis, Line, Pose, se3};
+use trueline_geometry::{Axis, Line, Polyline, Pose, se3};
 
 /// What a calibration file says.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KnownCalibration {
     /// Time offset, hand-eye transform and lines.
     pub known: Truth,
+    /// The curve in base, m, where the seam is none of a straight one and the file tells where it is.
+    pub curve: Option<Polyline>,
     /// Largest standard deviations of hand-eye rotation (rad) and translation (m), where the file tells them.
     pub hand_eye_sigma: Option<[f64; 2]>,
     /// Covariance of time offset (s), hand-eye rotation (rad) and translation (m), in this order, where the file tells it.
@@ -88,6 +90,7 @@ fn parse(file: &Path, text: &str) -> Result<KnownCalibration, Error> {
     }
     Ok(KnownCalibration {
         known: known_toml::parse_truth(file, text)?,
+        curve: None,
         hand_eye_sigma: None,
         links_covariance: None,
         line_sigma: None,
@@ -145,6 +148,7 @@ fn known(file: &Path, result: &ResultFile) -> Result<KnownCalibration, Error> {
         .and_then(|rotation| Some([rotation, largest(sigma.translation_mm)? / MM_PER_M]));
     Ok(KnownCalibration {
         known: Truth { parameters, lines: lines.collect() },
+        curve: result.curves.first().and_then(curve),
         hand_eye_sigma,
         links_covariance: links_covariance(&result.covariance),
         line_sigma: line_sigma(&result.covariance),
@@ -160,6 +164,11 @@ fn known(file: &Path, result: &ResultFile) -> Result<KnownCalibration, Error> {
         at_stops,
         axes: result.axes.iter().filter_map(|axis| Some((axis.name.clone(), axis.known()?))).collect(),
     })
+}
+
+/// The curve of a result, m; `None` where the result does not say where it is.
+fn curve(entry: &CurveEntry) -> Option<Polyline> {
+    Polyline::new(entry.points_mm.iter().map(|point| Vector3::from(*point) / MM_PER_M).collect())
 }
 
 /// The sensor's file among the inputs of a result and of a recording.

@@ -21,10 +21,12 @@
 pub mod axes;
 mod axes_csv;
 mod axes_toml;
+pub mod cad_file;
 pub mod calibration_file;
 mod camera_yaml;
 pub mod decoded_picture;
 pub mod dialect;
+mod dxf;
 pub mod error;
 pub mod feature_cache;
 pub mod features_csv;

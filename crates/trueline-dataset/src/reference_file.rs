@@ -4,7 +4,7 @@ use crate::dialect::plain_csv;
 use crate::error::{Error, Problem};
 use crate::sensor_toml::parse_toml;
 use crate::source_file;
-use crate::table::{ColumnSpec, Table, required};
+use crate::table::{ColumnSpec, Table, optional, required};
 use crate::toml_place::in_toml;
 use crate::unit::{MM_PER_M, Quantity};
 use nalgebra::{UnitVector3, Vector3};
@@ -51,8 +51,13 @@ struct CircleTable {
     radius_mm: f64,
 }
 
-const COLUMNS: [ColumnSpec<'static>; 3] =
-    [required("x", Quantity::Length), required("y", Quantity::Length), required("z", Quantity::Length)];
+/// `sigma` is that of `export --as curve-csv`: a reference is taken as it is.
+const COLUMNS: [ColumnSpec<'static>; 4] = [
+    required("x", Quantity::Length),
+    required("y", Quantity::Length),
+    required("z", Quantity::Length),
+    optional("sigma", Quantity::Length),
+];
 
 /// Reads a reference: points along the seam if the file's name ends in `.csv` (`x_mm,y_mm,z_mm`), else TOML with
 /// `[[lines]]` (`point_mm`, `direction`) or `[circle]` (`centre_mm`, `axis`, `radius_mm`), all in base.
@@ -63,12 +68,13 @@ pub fn read(file: &Path) -> Result<Reference, Error> {
     let bytes =
         source_file::bytes_if_there(file)?.ok_or_else(|| Error::in_file(file, Problem::MissingReference))?;
     if file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv")) {
-        return parse_points(file, &plain_csv(file, bytes, None)?.0);
+        return parse_points(file, &plain_csv(file, bytes, None)?.0).map(Reference::Curve);
     }
     parse_toml_reference(file, &crate::folder::utf8(file, bytes)?)
 }
 
-fn parse_points(file: &Path, bytes: &[u8]) -> Result<Reference, Error> {
+/// Points along a curve, m.
+pub(crate) fn parse_points(file: &Path, bytes: &[u8]) -> Result<Polyline, Error> {
     let mut table = Table::open(file, bytes, &COLUMNS)?;
     let mut points = Vec::new();
     while table.next_row()? {
@@ -81,7 +87,7 @@ fn parse_points(file: &Path, bytes: &[u8]) -> Result<Reference, Error> {
         }
         points.push(point);
     }
-    Polyline::new(points).map(Reference::Curve).ok_or_else(|| Error::in_file(file, Problem::NoRows))
+    Polyline::new(points).ok_or_else(|| Error::in_file(file, Problem::NoRows))
 }
 
 fn parse_toml_reference(file: &Path, text: &str) -> Result<Reference, Error> {

@@ -7,7 +7,7 @@ use trueline_dataset::import::robot_layout::RobotLayout;
 use trueline_dataset::import::tables_of_programs;
 use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::{
-    Error, Sensor, dialect, features_csv, gray_picture, known_toml, profiles_csv, profiles_parquet,
+    Error, Sensor, cad_file, dialect, features_csv, gray_picture, known_toml, profiles_csv, profiles_parquet,
     robot_csv, sensor_toml, stripes_csv,
 };
 use trueline_live::motion::{CheckedPath, limits_file};
@@ -53,6 +53,15 @@ pub(crate) fn foreign_table(bytes: &[u8]) {
     let table = said(foreign_csv::read(Path::new(FILE), bytes.to_vec(), &TableForm::default(), &renaming));
     if let Some(table) = table {
         said(robot_csv::read(Path::new(FILE), table.csv.as_slice()));
+    }
+}
+
+pub(crate) fn dxf(bytes: &[u8]) {
+    if let Some(curve) = said(cad_file::parse_dxf(Path::new(FILE), bytes)) {
+        assert!(
+            curve.points().iter().all(|point| point.iter().all(|x| x.is_finite())),
+            "a point that is none"
+        );
     }
 }
 

@@ -20,7 +20,7 @@ use std::path::Path;
 pub type Target = fn(&[u8]);
 
 /// All parsers by name.
-pub const TARGETS: [(&str, Target); 29] = [
+pub const TARGETS: [(&str, Target); 30] = [
     ("robot_csv", files::robot_csv),
     ("features_csv", files::features_csv),
     ("profiles_csv", files::profiles_csv),
@@ -29,6 +29,7 @@ pub const TARGETS: [(&str, Target); 29] = [
     ("table_of_program", files::table_of_program),
     ("profiles_parquet", files::profiles_parquet),
     ("foreign_profiles", files::foreign_profiles),
+    ("dxf", files::dxf),
     ("plan", files::plan),
     ("sensor_toml", files::sensor_toml),
     ("guess_toml", files::guess_toml),

@@ -11,7 +11,8 @@ use crate::axes::estimate::calibrated;
 use crate::calibration::Calibration;
 use crate::conclude::conclude;
 use crate::concluded::Concluded;
-use crate::config::{ASSUMED_EDGE_RADIUS_M, ASSUMED_ROBOT_ACCURACY_M, Config, Hold, SensorMode};
+use crate::config::{ASSUMED_EDGE_RADIUS_M, ASSUMED_ROBOT_ACCURACY_M, Config, Hold, SensorMode, Target};
+use crate::curve::cad::checked;
 use crate::curved;
 use crate::error::Error;
 use crate::hypotheses::clock_drift::{DriftFree, remove_drift};
@@ -47,12 +48,18 @@ pub fn calibrate(
     guess: Option<&Guess>,
     config: &Config,
 ) -> Result<Calibration, Error> {
+    if let Some(cad) = &config.seam_cad {
+        checked(cad)?;
+    }
     if !recording.axes.is_empty() {
         return calibrated(recording, config, &|placed, config| over_time(placed, guess, config));
     }
     let Some((by_stops, stops)) = stops::of(recording, config)? else {
         return curved::answered(recording, guess, config, over_time(recording, guess, config));
     };
+    if config.seam_cad.is_some() || config.target == Target::Curve {
+        return Err(Error::NoCurve { why: curved::AT_STOPS });
+    }
     let guess = guess.map(stops::guess);
     Ok(over_time(&by_stops, guess.as_ref(), &stops::options(config))?.at_stops(stops))
 }

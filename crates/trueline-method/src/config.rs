@@ -2,7 +2,7 @@
 
 use crate::hypotheses::choice::KnownOfCell;
 use nalgebra::{UnitVector3, Vector3};
-use trueline_geometry::Line;
+use trueline_geometry::{Line, Polyline};
 use trueline_lsq::Loss;
 
 /// Which residual is minimised.
@@ -203,6 +203,17 @@ impl Target {
     }
 }
 
+/// A drawing of the seam, in the part's own frame: where the part is remains unknown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SeamCad {
+    /// The file that it was read from.
+    pub file: String,
+    /// The curve, m.
+    pub curve: Polyline,
+    /// How far the seam may be off it, one standard deviation to any side of each knot, and of the size of the part, m.
+    pub tolerance_m: f64,
+}
+
 /// Where a seam point is used: what the calibration means at the torch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Use {
@@ -239,6 +250,8 @@ pub struct Config {
     pub held_sigma: HeldSigma,
     /// Lines that are held where a drawing has them.
     pub drawn_lines: Vec<DrawnLine>,
+    /// A drawing of a curved seam.
+    pub seam_cad: Option<SeamCad>,
     /// Expected standard deviation of a feature, px, where the recording does not say; `None` is [`USUAL_FEATURE_SIGMA_PX`].
     pub feature_sigma_px: Option<f64>,
     /// The same for sensors that report lengths, m; `None` is [`USUAL_FEATURE_SIGMA_M`].
@@ -301,6 +314,7 @@ impl Default for Config {
             hold: Vec::new(),
             held_sigma: HeldSigma::default(),
             drawn_lines: Vec::new(),
+            seam_cad: None,
             feature_sigma_px: None,
             feature_sigma_m: None,
             robot_sigma_m: None,

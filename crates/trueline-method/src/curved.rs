@@ -9,9 +9,10 @@ use crate::config::{ASSUMED_ROBOT_ACCURACY_M, Config, Measurements, ResidualKind
 use crate::curve::answer::{Answered, Asked};
 use crate::curve::fit::{CONVERGED, TUKEY_SIGMAS};
 use crate::curve::readings::Readings;
+use crate::curve::registration::bends_m;
 use crate::curve::sight::{in_base, moving};
-use crate::curve::solve::Search;
-use crate::curve::spline::square_to;
+use crate::curve::solve::{READINGS_PER_KNOT, Search};
+use crate::curve::spline::{LEAST_CONTROL, square_to};
 use crate::curved_checks::{ambiguity, observability};
 use crate::error::Error;
 use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Unknowns};
@@ -23,7 +24,7 @@ use crate::input::timestamps::{Dejittered, Sampling};
 use crate::models::tried::{Because, Block, ModelTried, Role, SeamModel};
 use crate::problem::parameters::{LINES, Parameters, TIME_OFFSET};
 use crate::verdict::{self, Reason};
-use nalgebra::{DMatrix, Matrix3, UnitVector3, Vector2, Vector3};
+use nalgebra::{DMatrix, UnitVector3, Vector2};
 use std::collections::BTreeMap;
 use trueline_dataset::{Guess, Recording};
 use trueline_geometry::Line;
@@ -35,6 +36,8 @@ const BOWED_M: f64 = 5e-3;
 const SMALLER: f64 = 0.8;
 /// … or where it explains so much more of the scan: of a corner a line explains one side as well as a curve does.
 const MORE_OF_IT: f64 = 0.15;
+/// Why stops are no scan over a curve.
+pub(crate) const AT_STOPS: &str = "the robot stands at each reading";
 /// A curve that became so many times longer or shorter during the fit is none.
 const ANOTHER_SIZE: f64 = 2.0;
 
@@ -52,7 +55,7 @@ pub(crate) fn answered(
     if config.target == Target::Line {
         return Ok(line);
     }
-    let is_forced = config.target == Target::Curve;
+    let is_forced = config.target == Target::Curve || config.seam_cad.is_some();
     let unsupported = unsupported(config, &line);
     if let (Some(why), true) = (unsupported, is_forced) {
         return Err(Error::NoCurve { why });
@@ -61,9 +64,16 @@ pub(crate) fn answered(
         return Ok(line);
     }
     let Some(scan) = Scan::of(recording, config) else { return Ok(line) };
-    let Some(answer) = scan.answer(guess, config) else {
+    if let Some(why) = too_little(&scan.readings) {
+        return if is_forced { Err(Error::NoCurve { why }) } else { Ok(line) };
+    }
+    let Some(answer) = scan.asked(guess, config).answer() else {
         const WHY: &str = "no curve explains most of the seam points to within half a millimetre";
         return if is_forced { Err(Error::NoCurve { why: WHY }) } else { Ok(line) };
+    };
+    let answer = match &config.seam_cad {
+        Some(cad) => scan.asked(guess, config).by_cad(answer, cad)?,
+        None => answer,
     };
     let is_taken = is_forced || is_better(&line, &answer);
     if !is_taken {
@@ -77,7 +87,7 @@ fn unsupported(config: &Config, line: &Calibration) -> Option<&'static str> {
     if config.residual == ResidualKind::PointToLine {
         Some("the point-to-line residual knows straight lines only")
     } else if config.at_stops || line.findings.stops.is_some() {
-        Some("the robot stands at each reading")
+        Some(AT_STOPS)
     } else if !config.hold.is_empty() || !config.drawn_lines.is_empty() {
         Some("something is held that a curve does not know")
     } else if line.findings.stripes.as_ref().is_some_and(|stripes| stripes.used != Measurements::Seam) {
@@ -87,6 +97,12 @@ fn unsupported(config: &Config, line: &Calibration) -> Option<&'static str> {
     } else {
         None
     }
+}
+
+/// Why readings are no curve at all.
+fn too_little(readings: &Readings) -> Option<&'static str> {
+    let few = readings.list.len() < READINGS_PER_KNOT * LEAST_CONTROL;
+    few.then_some("there are not even five seam points for each of the eight knots that a curve has at least")
 }
 
 /// Whether the answer of the line is refused by its structure: it does not fit, or not one attitude alone.
@@ -129,16 +145,6 @@ fn is_better(line: &Calibration, answer: &Answered) -> bool {
     let is_of_size = length_m.max(before_m) < ANOTHER_SIZE * length_m.min(before_m);
     let explains_more = line.findings.outliers().share() > answer.share_off() + MORE_OF_IT;
     is_of_size && (explains_more || answer.finished.factor < SMALLER * alone(line))
-}
-
-/// How far points are from the line that is nearest to them, the farthest of them, m.
-fn bends_m(points: &[Vector3<f64>]) -> f64 {
-    let middle = points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
-    let scatter: Matrix3<f64> = points.iter().map(|p| (p - middle) * (p - middle).transpose()).sum();
-    let eigen = scatter.symmetric_eigen();
-    let along = eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned();
-    let off = |p: &Vector3<f64>| (p - middle - along * along.dot(&(p - middle))).norm();
-    points.iter().map(off).fold(0.0, f64::max)
 }
 
 /// How much larger than expected the residuals of the line are beside noise alone.
@@ -206,10 +212,10 @@ impl Scan {
         Some(Self { observations, readings, stamps_s2: stamps_s.powi(2), robot })
     }
 
-    fn answer(&self, guess: Option<&Guess>, config: &Config) -> Option<Answered> {
+    fn asked<'a>(&'a self, guess: Option<&'a Guess>, config: &'a Config) -> Asked<'a> {
         let (within_s, threads) = (config.offset_search_s, config.threads);
         let search = Search { readings: &self.readings, within_s, guess, threads };
-        Asked { search, robot: self.robot, known: &config.known }.answer()
+        Asked { search, robot: self.robot, known: &config.known }
     }
 
     /// The calibration, with what the line's says of the streams.

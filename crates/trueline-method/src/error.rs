@@ -1,5 +1,6 @@
 //! Why there is no calibration at all.
 
+use crate::curve::cad_problem::CadProblem;
 use crate::input::feature_noise::NoiseUnused;
 use crate::stripe::no_plates::NoPlates;
 use trueline_dataset::Carries;
@@ -247,6 +248,9 @@ pub enum Error {
         /// Why there is none.
         why: &'static str,
     },
+    /// A drawing of the seam is of no use.
+    #[error(transparent)]
+    Cad(#[from] CadProblem),
     /// No start led to a finite cost.
     #[error("no start leads to a finite cost: the line runs along the laser sheet, or no feature is usable")]
     NoStart,
@@ -313,6 +317,7 @@ impl Error {
             Self::AxisNotFound { .. } => {
                 "is `carries` right (part, robot, sensor), are degrees and mm right, and do the axis's stamps have the robot's clock?"
             }
+            Self::Cad(problem) => problem.hint(),
             Self::NothingToHold { .. } | Self::NoGuessToHold => "give an initial guess",
             Self::BeyondReference { .. } => {
                 "are the reference's units and frame right? it is in the robot's base"

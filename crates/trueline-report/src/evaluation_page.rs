@@ -9,6 +9,7 @@ use nalgebra::Vector3;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::evaluate::evaluation::{Deviation, Evaluation, Figures, ToleranceCheck};
 use trueline_method::evaluate::other_cell::OtherCell;
+use trueline_method::evaluate::reference_curve::ReferenceCurve;
 
 /// What is said of an evaluation beside its figures.
 #[derive(Clone, Copy, Debug, Default)]
@@ -30,7 +31,11 @@ pub fn html(e: &Evaluation, judged: Judged<'_>, title: &str, command: &str) -> S
             text: format!(
                 "{:.3} mm typically from {} {reference}: {:.3} mm root mean square, {:.3} mm at most.",
                 figures.median_m * MM_PER_M,
-                if e.known { "the known" } else { "the best-fitting" },
+                match e.references.first() {
+                    _ if e.known => "the known",
+                    Some(ReferenceCurve::Curve(_)) => "the calibration's",
+                    _ => "the best-fitting",
+                },
                 figures.rmse_m * MM_PER_M,
                 figures.max_m * MM_PER_M
             ),

@@ -24,8 +24,12 @@ fn rows(e: &Evaluation) -> [(&'static str, &'static str, Figures); 2] {
 pub fn text(e: &Evaluation) -> String {
     let mut out = String::new();
     // Writing to a String cannot fail.
-    let source = if e.known { "the reference" } else { "the best fit to the calibrated points" };
     for (k, reference) in e.references.iter().enumerate() {
+        let source = match (e.known, reference) {
+            (true, _) => "the reference",
+            (false, ReferenceCurve::Curve(_)) => "the seam of the calibration",
+            (false, _) => "the best fit to the calibrated points",
+        };
         let which = if e.references.len() > 1 { format!("seam {k}: ") } else { String::new() };
         let _ = writeln!(out, "{which}distance from {source}, a {}", described(reference));
     }

@@ -4,9 +4,10 @@ use crate::export::time_offset;
 use crate::number::positive_w;
 use crate::{axes, checks, facts, seam_error, stripes};
 use trueline_dataset::result_file::{
-    self, Covariance, CurveEntry, DrawnLineOptions, ErrorsFoundEntry, IterationEntry, IterationLine,
-    LineEntry, LinePosition, ModelEntry, Observability, Options, OutlierEntry, PoseEntry, RequireOptions,
-    Residuals, ResultFile, RivalEntry, SCHEMA_VERSION, Sigma, TimeOffsetUse, Tool, UnobservableEntry,
+    self, CadEntry, CadPose, Covariance, CurveEntry, DrawnLineOptions, ErrorsFoundEntry, IterationEntry,
+    IterationLine, LineEntry, LinePosition, ModelEntry, Observability, Options, OutlierEntry, PoseEntry,
+    RequireOptions, Residuals, ResultFile, RivalEntry, SCHEMA_VERSION, Sigma, SymmetryEntry, TimeOffsetUse,
+    Tool, UnobservableEntry,
 };
 use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::Line;
@@ -126,6 +127,21 @@ fn curve(c: &Calibration) -> Option<CurveEntry> {
         edf: found.effective_unknowns,
         points_mm: points.filter(|_| is_placed).collect(),
         sigma_mm: sigma.filter(|_| is_placed).collect(),
+        cad: found.cad.as_ref().zip(c.findings.config.seam_cad.as_ref()).map(|(found, cad)| CadEntry {
+            file: cad.file.clone(),
+            tolerance_mm: cad.tolerance_m * MM_PER_M,
+            base_from_part: is_placed.then(|| CadPose {
+                translation_mm: (found.base_from_part.translation.vector * MM_PER_M).into(),
+                rotation_wxyz: positive_w(&found.base_from_part.rotation),
+            }),
+            used: found.used,
+            rms_mm: found.rms_m * MM_PER_M,
+            symmetric_about: found.symmetry.filter(|_| is_placed).map(|symmetry| SymmetryEntry {
+                axis: symmetry.axis.into(),
+                point_mm: (symmetry.point_m * MM_PER_M).into(),
+                angle_deg: symmetry.angle_rad.map(f64::to_degrees),
+            }),
+        }),
     })
 }
 
@@ -306,6 +322,8 @@ pub fn options(config: &Config) -> Options {
             seam_mm: None,
         },
         drawn_lines: config.drawn_lines.iter().map(drawn_line).collect(),
+        seam_cad: config.seam_cad.as_ref().map(|cad| cad.file.clone()),
+        cad_tolerance_mm: config.seam_cad.as_ref().map(|cad| cad.tolerance_m * MM_PER_M),
         feature_sigma_px: config.usual_feature_sigma_px(),
         feature_sigma_mm: config.usual_feature_sigma_m() * MM_PER_M,
         robot_sigma_mm: config.robot_sigma_m.map(|m| m * MM_PER_M),

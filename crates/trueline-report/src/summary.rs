@@ -130,6 +130,7 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
     }
     rows.extend(curve(c).map(|text| ("curve".to_owned(), text)));
     rows.extend(axes::rows(c));
+    rows.extend(cad(c).map(|text| ("CAD".to_owned(), text)));
     rows.extend(seam_error::straightness(c));
     rows.extend(stripes::rows(c));
     rows.push(("residual".to_owned(), residual(c)));
@@ -229,6 +230,29 @@ fn curve(c: &Calibration) -> Option<String> {
         found.length_m * MM_PER_M,
         found.knots,
         found.spacing_m * MM_PER_M
+    ))
+}
+
+/// How far the seam is off its drawing, and about what axis the drawing says nothing of the part's place.
+fn cad(c: &Calibration) -> Option<String> {
+    let found = c.findings.curve.as_ref()?.cad.as_ref()?;
+    let cad = c.findings.config.seam_cad.as_ref()?;
+    let adds = if found.used { "" } else { ", which the scan alone is surer than" };
+    let off = format!(
+        "seam {:.3} mm off {} (root mean square; tolerance {} mm{adds})",
+        found.rms_m * MM_PER_M,
+        cad.file,
+        cad.tolerance_m * MM_PER_M
+    );
+    let Some(symmetry) = &found.symmetry else { return Some(off) };
+    let (axis, point) = (symmetry.axis, symmetry.point_m * MM_PER_M);
+    let turn = symmetry.angle_rad.map_or_else(
+        || "any turn".to_owned(),
+        |angle_rad| format!("a turn of {:.0}°", angle_rad.to_degrees()),
+    );
+    Some(format!(
+        "{off}; {turn} about ({:.3}, {:.3}, {:.3}) through ({:.1}, {:.1}, {:.1}) mm fits as well",
+        axis.x, axis.y, axis.z, point.x, point.y, point.z
     ))
 }
 

@@ -22,6 +22,8 @@ use trueline_sensor::Board;
 const FEATURE_BIAS_PX: f64 = 0.2;
 /// Speed at which the seam error is predicted, mm/s, where none is stated.
 const SPEED_MM_S: f64 = 50.0;
+/// How far a seam is off its drawing, mm, where nothing is stated: what a weld does to a part.
+const CAD_TOLERANCE_MM: f64 = 0.2;
 
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -33,6 +35,7 @@ const SPEED_MM_S: f64 = 50.0;
   trueline calibrate scan --initial guess.toml --fix time-offset
   trueline calibrate stops --at-stops
   trueline calibrate scan --drawn-line 1150,80,120:1450,80,120 --drawn-line-sigma-mm 0.05
+  trueline calibrate pipe --seam-cad pipe.dxf --cad-tolerance-mm 0.1
   trueline calibrate scan --residual point-to-line --report paper.html
   trueline calibrate scan --write-sensor corrected.toml --certificate sensor.html
   trueline calibrate scan --use both --json -
@@ -94,6 +97,12 @@ pub(crate) struct CalibrateArgs {
     /// How well each of these points is known, one sigma to any side, mm
     #[arg(long, value_name = "MM", value_parser = above_zero, requires = "drawn_line")]
     pub(crate) drawn_line_sigma_mm: Option<f64>,
+    /// Drawing of a curved seam, CSV (x_mm,y_mm,z_mm) or DXF, in the part's own frame: where the part is remains unknown
+    #[arg(long, value_name = "FILE")]
+    pub(crate) seam_cad: Option<PathBuf>,
+    /// How far the seam may be off that drawing, one sigma to any side of each 5 mm, mm
+    #[arg(long, value_name = "MM", default_value_t = CAD_TOLERANCE_MM, value_parser = above_zero, requires = "seam_cad")]
+    pub(crate) cad_tolerance_mm: f64,
     /// Expected noise of a feature in a picture where features.csv does not say, px
     #[arg(long, value_parser = above_zero)]
     pub(crate) feature_sigma_px: Option<f64>,
@@ -233,6 +242,7 @@ impl CalibrateArgs {
             ("--loss", self.loss.is_some()),
             ("--fixed-sigma", self.fixed_sigma.is_some()),
             ("--drawn-line", !self.drawn_line.is_empty()),
+            ("--seam-cad", self.seam_cad.is_some()),
             ("--feature-sigma-px", self.feature_sigma_px.is_some()),
             ("--feature-sigma-mm", self.feature_sigma_mm.is_some()),
             ("--robot-sigma-mm", self.robot_sigma_mm.is_some()),
@@ -264,12 +274,13 @@ impl CalibrateArgs {
 }
 
 /// Options that say nothing of a board.
-const OF_SEAMS: [&str; 27] = [
+const OF_SEAMS: [&str; 28] = [
     "measurements",
     "residual",
     "loss",
     "fixed_sigma",
     "drawn_line",
+    "seam_cad",
     "feature_sigma_px",
     "feature_sigma_mm",
     "robot_sigma_mm",

@@ -18,7 +18,7 @@ use trueline_method::evaluate::reference_curve::Form;
 
 A reference is a CSV of points along the seam (x_mm,y_mm,z_mm in base), or a TOML with [[lines]] (point_mm, direction) or \
 [circle] (centre_mm, axis, radius_mm). --static is a scan of the same seam in which the robot stands still for a second at one \
-point after the other: there no time offset matters, so it is a truth that every cell can record. Without either, the line, circle or plane that fits best takes its place.
+point after the other: there no time offset matters, so it is a truth that every cell can record. Without either, the line, circle or plane that fits best takes its place; of a calibration over a curved seam its curve does.
 
 A calibration of another cell, or of a sensor that has moved since, is told: \
 the scan is calibrated by itself and compared.

@@ -4,6 +4,12 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use std::path::PathBuf;
 use trueline_report::export::FORMATS;
+use trueline_report::export::curves::CURVES;
+
+/// Name of the sensor's frame where none is stated.
+pub(crate) const DEFAULT_CHILD: &str = "laser";
+/// Number of the tool where none is stated.
+pub(crate) const DEFAULT_TOOL: u32 = 1;
 
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -11,10 +17,12 @@ use trueline_report::export::FORMATS;
   trueline export result.json --as kuka
   trueline export result.json --as urdf --parent tool0 --child laser > laser.urdf
   trueline export result.json --as kalibr --sensor scan/sensor.toml
+  trueline export result.json --as curve-csv > seam.csv
 
 The text goes to stdout, its convention in words to stderr. All forms say the \
 same: the pose of the sensor in the frame whose pose the robot reported while \
-it was recorded (the flange, or the tool that was active).
+it was recorded (the flange, or the tool that was active). The forms curve-… \
+write the curve of a curved seam in the robot's base instead.
 
 Exit code: 0 written, 1 written although the result was not accepted, 2 could \
 not be written.")]
@@ -22,7 +30,7 @@ pub(crate) struct ExportArgs {
     /// The JSON of `trueline calibrate --json`, or a TOML like initial.toml
     #[arg(required_unless_present = "list")]
     pub(crate) result: Option<PathBuf>,
-    /// Form of the transform: see --list
+    /// Form of the transform, or of the curve: see --list
     #[arg(long = "as", value_name = "NAME", required_unless_present = "list", hide_possible_values = true,
           value_parser = PossibleValuesParser::new(names()))]
     pub(crate) form: Option<String>,
@@ -33,10 +41,10 @@ pub(crate) struct ExportArgs {
     #[arg(long)]
     pub(crate) parent: Option<String>,
     /// Name of the sensor's frame
-    #[arg(long, default_value = "laser")]
+    #[arg(long, default_value = DEFAULT_CHILD)]
     pub(crate) child: String,
     /// Number of the tool on controllers that number them
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = DEFAULT_TOOL)]
     pub(crate) tool_number: u32,
     /// sensor.toml, for forms that describe the camera
     #[arg(long)]
@@ -50,5 +58,6 @@ fn names() -> Vec<&'static str> {
     FORMATS
         .iter()
         .flat_map(|format| std::iter::once(format.name).chain(format.aliases.iter().copied()))
+        .chain(CURVES.iter().map(|form| form.name))
         .collect()
 }

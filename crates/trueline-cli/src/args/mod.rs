@@ -17,7 +17,7 @@ mod cloud;
 mod diff;
 mod drawn_line;
 mod evaluate;
-mod export;
+pub(crate) mod export;
 mod features;
 mod headings;
 pub(crate) mod hints;

@@ -13,14 +13,16 @@ use trueline::open::Opened;
 use trueline_dataset::calibration_file;
 use trueline_dataset::result_file::SensorFileEntry;
 use trueline_dataset::sensor_setup::Mounted;
-use trueline_dataset::{SensorFile, SensorSetup, folder, sensor_toml};
-use trueline_method::{Calibration, Hold, ResidualKind, SensorMode, Status};
+use trueline_dataset::unit::MM_PER_M;
+use trueline_dataset::{Recording, SensorFile, SensorSetup, cad_file, folder, sensor_toml, source_file};
+use trueline_method::{Calibration, Config, Hold, ResidualKind, SeamCad, SensorMode, Status};
 use trueline_report::calibration_page::{self, FramePicture, Source};
 use trueline_report::{certificate::Certificate, result, summary};
 
 /// Runs the command.
 pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
-    let inputs: Vec<&Path> = args.datasets.iter().chain(&args.initial).map(PathBuf::as_path).collect();
+    let inputs: Vec<&Path> =
+        args.datasets.iter().chain(&args.initial).chain(&args.seam_cad).map(PathBuf::as_path).collect();
     let files = [&args.json, &args.report, &args.write_sensor, &args.certificate].map(|f| f.as_deref());
     output::expect_files(&inputs, &files)?;
     if let Some(board) = &args.board {
@@ -41,7 +43,8 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     if let Some(sensors) = calibrate_sensors::sensors(args)? {
         return calibrate_sensors::run(args, &sensors);
     }
-    let config = args.config();
+    let cad = seam_cad(args)?;
+    let config = Config { seam_cad: cad, ..args.config() };
     let began = Instant::now();
     let mut opened = opening::open_all(&args.datasets, args.joint, args.quiet)?;
     output::detail(&format!(
@@ -60,11 +63,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
             ));
         }
     }
-    if let Some(file) = &args.initial {
-        let text = sensor_toml::read_text(file)?;
-        opened.recording.inputs.insert(file.display().to_string(), folder::sha256(text.as_bytes()));
-        opened.recording.initial = Some(calibration_file::parse_guess(file, &text)?);
-    }
+    take_named(args, &mut opened.recording)?;
     let recording = &opened.recording;
     let initial = recording.initial;
     let began = Instant::now();
@@ -82,6 +81,19 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     let mistake = mistake::found(&opened.recording, &calibration, &config, args.quiet);
     write_results(args, &opened, &calibration, mistake.as_deref())?;
     Ok(exit_code(&calibration))
+}
+
+/// Takes the guess of a file that is named, and the names of all files beside the datasets.
+fn take_named(args: &CalibrateArgs, recording: &mut Recording) -> Result<(), Failure> {
+    if let Some(file) = &args.initial {
+        let text = sensor_toml::read_text(file)?;
+        recording.inputs.insert(file.display().to_string(), folder::sha256(text.as_bytes()));
+        recording.initial = Some(calibration_file::parse_guess(file, &text)?);
+    }
+    if let Some(file) = &args.seam_cad {
+        recording.inputs.insert(file.display().to_string(), folder::sha256(&source_file::bytes(file)?));
+    }
+    Ok(())
 }
 
 fn names(datasets: &[PathBuf]) -> String {
@@ -212,6 +224,19 @@ fn check_seam(args: &CalibrateArgs) -> Result<(), Failure> {
             "use it with --residual sheet",
         ))
     })
+}
+
+/// The drawing of the seam.
+fn seam_cad(args: &CalibrateArgs) -> Result<Option<SeamCad>, Failure> {
+    let Some(file) = &args.seam_cad else { return Ok(None) };
+    if args.target == TargetName::Line {
+        return Err(Failure::new(
+            "`--seam-cad` is of a curve, and `--target line` asks for a straight seam",
+            "leave one of the two out; `--drawn-line` holds a straight seam where a drawing has it",
+        ));
+    }
+    let (curve, tolerance_m) = (cad_file::read(file)?, args.cad_tolerance_mm / MM_PER_M);
+    Ok(Some(SeamCad { file: file.display().to_string(), curve, tolerance_m }))
 }
 
 /// What is said of something that is not held would be ignored.

@@ -10,7 +10,7 @@ use trueline_dataset::{KnownCalibration, Reference, calibration_file, reference_
 use trueline_method::Config;
 use trueline_method::evaluate::evaluation::evaluate;
 use trueline_method::evaluate::other_cell::other_cell;
-use trueline_method::evaluate::reference_curve::ReferenceCurve;
+use trueline_method::evaluate::reference_curve::{Form, ReferenceCurve};
 use trueline_method::evaluate::standstill::{self, Stop};
 use trueline_report::evaluation_page::Judged;
 use trueline_report::{evaluation_page, evaluation_summary};
@@ -34,12 +34,10 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
         );
     }
     let stops = args.static_scan.as_deref().map(|scan| stops(scan, &calibration, args.quiet)).transpose()?;
-    let references = match (&args.reference, &stops) {
-        (Some(file), _) => Some(curves(reference_file::read(file)?)),
-        (None, Some(stops)) => Some(through(stops)?),
-        (None, None) => None,
-    };
-    let evaluation = evaluate(&recording, &known, references, args.fit)?;
+    let references = references(args, &calibration, stops.as_deref())?;
+    let is_own = references.is_some() && args.reference.is_none() && stops.is_none();
+    let mut evaluation = evaluate(&recording, &known, references, args.fit)?;
+    evaluation.known &= !is_own;
     let check = tolerance_m.map(|tolerance_m| evaluation.check(tolerance_m, args.coverage_percent / 100.0));
     let other = other_cell(&recording, &known, evaluation.fitted_median_m(), &Config::default());
     if let Some(file) = &args.json {
@@ -78,6 +76,23 @@ fn stops(scan: &Path, by: &KnownCalibration, quiet: bool) -> Result<Vec<Stop>, F
     let recording = by.corrected(opening::open(scan, None, quiet)?.recording);
     standstill::stops(&recording, &by.with_correction())
         .map_err(|e| Failure::new(format!("{}: {e}", scan.display()), e.hint()))
+}
+
+/// What the seams should look like; `None` where that is fitted.
+fn references(
+    args: &EvaluateArgs,
+    calibration: &KnownCalibration,
+    stops: Option<&[Stop]>,
+) -> Result<Option<Vec<ReferenceCurve>>, Failure> {
+    Ok(match (&args.reference, stops) {
+        (Some(file), _) => Some(curves(reference_file::read(file)?)),
+        (None, Some(stops)) => Some(through(stops)?),
+        // No form that is fitted is that of a curve: the calibration's own is.
+        (None, None) if args.fit == Form::Auto => {
+            calibration.curve.clone().map(|curve| vec![ReferenceCurve::Curve(curve)])
+        }
+        (None, None) => None,
+    })
 }
 
 fn through(stops: &[Stop]) -> Result<Vec<ReferenceCurve>, Failure> {

@@ -1,12 +1,16 @@
 //! `trueline export`.
 
 use crate::args::ExportArgs;
+use crate::args::export::{DEFAULT_CHILD, DEFAULT_TOOL};
 use crate::failure::Failure;
 use crate::output;
+use std::path::Path;
 use std::process::ExitCode;
 use trueline_dataset::calibration_file::{self, KnownCalibration};
+use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::sensor_setup::Mounted;
 use trueline_dataset::{folder, sensor_toml};
+use trueline_report::export::curves::{CurveForm, CurvePoints, curve_named};
 use trueline_report::export::{Mounting, named, time_offset};
 
 /// Runs the command.
@@ -15,6 +19,9 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
         output::summary(None, &trueline_report::export::list())?;
         return Ok(ExitCode::SUCCESS);
     };
+    if let Some(form) = curve_named(form) {
+        return curve(args, result, form);
+    }
     let calibration = calibration_file::read_without_time_offset(result)?;
     let known = &calibration.known.parameters;
     let beside_robot = calibration.mounted == Some(Mounted::Fixed);
@@ -66,6 +73,43 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
         explain(&calibration);
     }
     Ok(ExitCode::from(u8::from(!output::is_trusted(result, &calibration))))
+}
+
+/// Writes the curve of a result.
+fn curve(args: &ExportArgs, file: &Path, form: &CurveForm) -> Result<ExitCode, Failure> {
+    let ignored = [
+        ("--parent", args.parent.is_some()),
+        ("--sensor", args.sensor.is_some()),
+        ("--child", args.child != DEFAULT_CHILD),
+        ("--tool-number", args.tool_number != DEFAULT_TOOL),
+    ];
+    if let Some((option, _)) = ignored.into_iter().find(|(_, given)| *given) {
+        return Err(Failure::new(
+            format!("`{option}` is of a transform, and `--as {}` writes a curve", form.name),
+            "leave it out",
+        ));
+    }
+    let calibration = calibration_file::read_without_time_offset(file);
+    let result = ResultFile::read(file)?;
+    let found = match result.curves.first() {
+        Some(found) if !found.points_mm.is_empty() => found,
+        other => {
+            let (why, hint) = if other.is_some() {
+                ("the scan does not show where its curve is", "its reasons say what the scan does not show")
+            } else {
+                (
+                    "the result has no curve: its seam is straight",
+                    "its lines are in it: `jq .lines result.json`",
+                )
+            };
+            return Err(Failure::new(format!("{}: {why}", file.display()), hint));
+        }
+    };
+    output::data(&form.text(CurvePoints { points_mm: &found.points_mm, sigma_mm: &found.sigma_mm }))?;
+    if !args.quiet {
+        output::words(&format!("{}: {}", form.title, form.convention));
+    }
+    Ok(ExitCode::from(u8::from(!output::is_trusted(file, &calibration?))))
 }
 
 /// The time offset, where there is one and the result was accepted.

@@ -25,4 +25,52 @@ pub struct CurveEntry {
     pub points_mm: Vec<[f64; 3]>,
     /// Standard deviation of each point square to the curve.
     pub sigma_mm: Vec<f64>,
+    /// The drawing that it was estimated with; absent where there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cad: Option<CadEntry>,
+}
+
+/// A drawing where the scan found it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct CadEntry {
+    /// The file.
+    pub file: String,
+    /// How far the seam might be off it, one standard deviation.
+    pub tolerance_mm: f64,
+    /// Whether the answer is that with the drawing. It is not where the scan alone is as sure: then the drawing is only placed.
+    pub used: bool,
+    /// Where the part is: coordinates of the drawing to base; absent where the scan does not show where it is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub base_from_part: Option<CadPose>,
+    /// Root mean square distance of the seam from the drawing.
+    pub rms_mm: f64,
+    /// A turn after which the drawing lies on itself: the part's place about it is chosen, not measured. Absent where there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub symmetric_about: Option<SymmetryEntry>,
+}
+
+/// A pose of a part.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct CadPose {
+    /// Its translation.
+    pub translation_mm: [f64; 3],
+    /// Its rotation.
+    pub rotation_wxyz: [f64; 4],
+}
+
+/// An axis of symmetry in base.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct SymmetryEntry {
+    /// Unit vector along it.
+    pub axis: [f64; 3],
+    /// A point of it.
+    pub point_mm: [f64; 3],
+    /// The turn; null where it is any.
+    pub angle_deg: Option<f64>,
 }

@@ -29,7 +29,7 @@ pub use checks::{
     AtTorch, Checks, ClockStep, CrossValidation, Disruption, Ellipsoid, LeftOut, Moved, OutlierEntry,
     Residuals, RunnerUp,
 };
-pub use curve::CurveEntry;
+pub use curve::{CadEntry, CadPose, CurveEntry, SymmetryEntry};
 pub use errors::ErrorsFoundEntry;
 pub use fact::Fact;
 pub use models::ModelEntry;

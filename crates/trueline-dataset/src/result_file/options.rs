@@ -22,6 +22,12 @@ pub struct Options {
     pub fixed_sigma: RequireOptions,
     /// Lines that were held where a drawing has them.
     pub drawn_lines: Vec<DrawnLineOptions>,
+    /// The drawing of a curved seam; absent where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seam_cad: Option<String>,
+    /// How far the seam might be off it, one standard deviation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cad_tolerance_mm: Option<f64>,
     /// Expected noise of a feature where the recording does not say.
     pub feature_sigma_px: f64,
     /// The same of sensors that report lengths.

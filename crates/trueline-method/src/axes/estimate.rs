@@ -116,7 +116,7 @@ fn check_options(recording: &Recording, config: &Config) -> Result<(), Error> {
         "by the point-to-line residual; use `--residual sheet`"
     } else if config.measurements != Measurements::Auto && config.measurements != Measurements::Seam {
         "by whole stripes; use `--use seam`"
-    } else if config.target == Target::Curve {
+    } else if config.target == Target::Curve || config.seam_cad.is_some() {
         "beside a curve; scan a straight seam on it"
     } else {
         return Ok(());

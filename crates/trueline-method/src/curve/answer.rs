@@ -2,19 +2,22 @@
 
 use crate::assess::robot_field::RobotSigmas;
 use crate::curve::arrow::SHARED;
-use crate::curve::equations::Known;
+use crate::curve::equations::{Known, State};
 use crate::curve::joint::Rough;
 use crate::curve::passes::Course;
+use crate::curve::registration::Symmetry;
 use crate::curve::rivals::{Rival, compared, find};
 use crate::curve::robot;
 #[cfg(test)]
 use crate::curve::sight::step_between;
 use crate::curve::solve::{Finished, Search, finish};
+use crate::curve::spline::Basis;
 use crate::curve::starts::{Candidate, offsets_s, sifted_by};
 use crate::hypotheses::choice::KnownOfCell;
 use crate::problem::parameters::Parameters;
 use nalgebra::{DMatrix, SMatrix, Vector3};
 use trueline_dataset::Guess;
+use trueline_geometry::Pose;
 
 /// The curve may become this many times as long in the joint fit: it may not shrink, and before the fit it cuts corners.
 const LENGTH_WITHIN: [f64; 2] = [0.8, 1.5];
@@ -56,6 +59,21 @@ pub struct CurveEstimate {
     pub collapsed_from_m: Option<f64>,
     /// Restricted log likelihood of the curve, and of one without any third difference.
     pub log_evidence: [f64; 2],
+    /// The drawing of the part that it was estimated with.
+    pub cad: Option<CadEstimate>,
+}
+
+/// A drawing where the scan found it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CadEstimate {
+    /// Whether the answer is that with the drawing: it is surer than the one without.
+    pub used: bool,
+    /// Where the part is.
+    pub base_from_part: Pose,
+    /// Root mean square distance of the curve from the drawing, m.
+    pub rms_m: f64,
+    /// A turn after which the drawing lies on itself: the place about it is chosen, not measured.
+    pub symmetry: Option<Symmetry>,
 }
 
 /// What is asked.
@@ -87,6 +105,8 @@ pub(crate) struct Answered {
     pub held: DMatrix<f64>,
     /// Other answers, the most dangerous first.
     pub rivals: Vec<Rival>,
+    /// How the scan went along the curve.
+    pub course: Course,
 }
 
 impl Answered {
@@ -187,7 +207,8 @@ impl Asked<'_> {
         }
     }
 
-    fn concluded(
+    /// The answer of a fit.
+    pub(crate) fn concluded(
         &self,
         finished: Finished,
         rivals: Vec<Rival>,
@@ -207,6 +228,10 @@ impl Asked<'_> {
         let shared = columns.nrows() - SHARED;
         let robot = columns.rows(shared, SHARED).into_owned();
         let (noise, held) = match held_at {
+            // A drawing says how much the curve bends.
+            None if finished.fitted.state.placed.is_some() => {
+                (finished.seen.covariance, DMatrix::zeros(SHARED, 0))
+            }
             None => (rough_curve(&finished), DMatrix::zeros(SHARED, 0)),
             Some(_) => time_alone(&finished),
         };
@@ -214,7 +239,8 @@ impl Asked<'_> {
             let known = noise[(0, 0)].sqrt().hypot(held.row(0).norm());
             components[0] = known < TIME_SEEN_S && !is_near_weave && !is_collapsed;
         }
-        Answered { curve, components, is_held: held_at.is_some(), noise, robot, held, rivals, finished }
+        let is_held = held_at.is_some();
+        Answered { curve, components, is_held, noise, robot, held, rivals, finished, course: *course }
     }
 }
 
@@ -227,7 +253,7 @@ fn better(rivals: &[Rival]) -> Option<&Rival> {
 }
 
 /// That the hand-eye transform is as a guess has it.
-fn held_at(guess: &Guess) -> Known {
+pub(crate) fn held_at(guess: &Guess) -> Known {
     let mut information = SMatrix::<f64, SHARED, SHARED>::zeros();
     for k in 1..SHARED {
         let known_to = if k < 4 { KNOWN_TO.0 } else { KNOWN_TO.1 };
@@ -285,7 +311,8 @@ fn estimate(
     course: &Course,
     is_near_weave: bool,
 ) -> CurveEstimate {
-    let spline = &finished.fitted.state.spline;
+    let state = &finished.fitted.state;
+    let spline = &state.spline;
     let length_m = spline.length_m();
     let count = ((length_m / POINTS.0).ceil() as usize).clamp(2, POINTS.1);
     let inverse = finished.root.inverse() * finished.variance;
@@ -293,15 +320,8 @@ fn estimate(
     for k in 0..=count {
         let basis = spline.basis(spline.span_m() * k as f64 / count as f64);
         points_m.push(spline.at(&basis).0);
-        let mut weights = vec![[(0, 0.0); 4]; 2];
-        for m in 0..4 {
-            let control = spline.index(basis.first + m);
-            for (side, weights) in weights.iter_mut().enumerate() {
-                weights[m] = (2 * control + side, basis.value[m]);
-            }
-        }
         let mut variance = 0.0;
-        for weights in &weights {
+        for weights in &across(state, &basis) {
             for (i, a) in weights {
                 for (j, b) in weights {
                     variance += a * b * (inverse[(*i, *j)] + columns.row(*i).dot(&columns.row(*j)));
@@ -326,7 +346,27 @@ fn estimate(
         is_near_weave,
         collapsed_from_m: (!is_kept).then_some(finished.first_length_m),
         log_evidence: finished.evidence,
+        cad: None,
     }
+}
+
+/// How a point of the curve moves with every unknown, in its two normals: index and size.
+fn across(state: &State, basis: &Basis) -> [Vec<(usize, f64)>; 2] {
+    let spline = &state.spline;
+    let control = |m: usize| spline.index(basis.first + m);
+    let normals = state.normals()[control(1)];
+    [0, 1].map(|side| {
+        let of_form = (0..4).map(|m| (2 * control(m) + side, basis.value[m]));
+        let mut weights: Vec<(usize, f64)> = of_form.collect();
+        if let Some(placed) = &state.placed {
+            let (normal, first) = (normals[side], 2 * spline.control.len());
+            let lever = spline.at(basis).0 - placed.middle();
+            let turn = lever.cross(&normal);
+            let of_place = normal.iter().chain(turn.iter()).copied().chain([normal.dot(&lever)]);
+            weights.extend(of_place.enumerate().map(|(k, size)| (first + k, size)));
+        }
+        weights
+    })
 }
 
 /// How far two states are apart, in units of a covariance of the second: for tests.

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! ⎡ band   Bᵀ ⎤   band: half-width 7, the control points of an open spline
-//! ⎣ B      A  ⎦   border: of a closed one the last three control points; then the seven of clock and hand-eye
+//! ⎣ B      A  ⎦   border: of a closed one the last three control points; the place of a known curve; the seven of clock and hand-eye
 //! ```
 
 use nalgebra::{DMatrix, DVector, SMatrix};
@@ -39,16 +39,16 @@ pub(crate) struct ArrowRoot {
 }
 
 impl Arrow {
-    /// Zero equations of a spline with so many unknowns.
+    /// Zero equations of a spline with so many unknowns of its form and of its place.
     #[must_use]
-    pub(crate) fn new(of_curve: usize, closed: bool) -> Self {
+    pub(crate) fn new(of_curve: usize, closed: bool, of_place: usize) -> Self {
         let banded = if closed { of_curve - WRAPPED } else { of_curve };
-        let border = of_curve - banded + SHARED;
+        let border = of_curve - banded + of_place + SHARED;
         Self {
             band: vec![0.0; banded * (HALF_WIDTH + 1)],
             border: DMatrix::zeros(border, banded),
             corner: DMatrix::zeros(border, border),
-            gradient: DVector::zeros(of_curve + SHARED),
+            gradient: DVector::zeros(of_curve + of_place + SHARED),
             banded,
         }
     }
@@ -229,7 +229,7 @@ impl ArrowRoot {
         x
     }
 
-    /// log |H|, of the curve alone.
+    /// log |H|, of the curve alone, with its place.
     #[must_use]
     pub(crate) fn log_det_curve(&self) -> f64 {
         let width = HALF_WIDTH + 1;
@@ -277,7 +277,7 @@ mod tests {
     /// Equations of rows as a spline makes them, beside the same as a full matrix.
     fn both(closed: bool) -> (Arrow, DMatrix<f64>) {
         let (points, of_curve) = (11, 22);
-        let mut arrow = Arrow::new(of_curve, closed);
+        let mut arrow = Arrow::new(of_curve, closed, 0);
         let mut full = DMatrix::zeros(of_curve + SHARED, of_curve + SHARED);
         let mut seed = 1_u64;
         let mut next = || {

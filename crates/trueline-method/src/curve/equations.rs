@@ -1,11 +1,13 @@
 //! The normal equations of a curve and the unknowns that all readings share, linear in the number of readings.
 
 use crate::curve::arrow::{Arrow, SHARED};
+use crate::curve::placed::{PLACE, Placed};
 use crate::curve::readings::Readings;
 use crate::curve::sight::{Sight, sight};
 use crate::curve::spline::{Spline, THIRD};
 use nalgebra::{Matrix2, SMatrix, Vector2, Vector3};
 use trueline_dataset::Guess;
+use trueline_geometry::so3;
 
 /// A state: clock, hand-eye transform, curve, and where on it each reading was.
 #[derive(Clone, Debug)]
@@ -16,6 +18,74 @@ pub(crate) struct State {
     pub spline: Spline,
     /// u of each reading, m.
     pub u_m: Vec<f64>,
+    /// The known curve that this one is nearly, and its place; `None` where its form is unknown.
+    pub placed: Option<Placed>,
+}
+
+impl State {
+    /// Two unit normals of each control point, in which it is free.
+    #[must_use]
+    pub(crate) fn normals(&self) -> Vec<[Vector3<f64>; 2]> {
+        self.placed.as_ref().map_or_else(|| self.spline.normals(), Placed::normals)
+    }
+
+    /// Number of unknowns of the place.
+    #[must_use]
+    pub(crate) fn of_place(&self) -> usize {
+        if self.placed.is_some() { PLACE } else { 0 }
+    }
+
+    /// Zero equations of all unknowns.
+    #[must_use]
+    pub(crate) fn arrow(&self) -> Arrow {
+        Arrow::new(2 * self.spline.control.len(), self.spline.closed, self.of_place())
+    }
+
+    /// What the prior expects to be small, m: third differences, or how far a known curve is off.
+    #[must_use]
+    pub(crate) fn bends(&self) -> Vec<Vector2<f64>> {
+        let of_placed = |placed: &Placed| {
+            let mut off = placed.off_m.clone();
+            off.push(Vector2::new(placed.radius_m * placed.larger, 0.0));
+            off
+        };
+        self.placed.as_ref().map_or_else(|| bends(&self.spline), of_placed)
+    }
+}
+
+/// Columns of a reading at most: eight of its control points, the place, and what all share.
+pub(crate) const COLUMNS: usize = 8 + PLACE + SHARED;
+
+/// How a whitened sight follows from every unknown: index and column of each, as many as are returned.
+pub(crate) fn columns(
+    state: &State,
+    normals: &[[Vector3<f64>; 2]],
+    (seen, whitener): (&Sight, &Matrix2<f64>),
+    columns: &mut [(usize, Vector2<f64>); COLUMNS],
+) -> usize {
+    let by_point = whitener * seen.by_point;
+    for m in 0..4 {
+        let k = state.spline.index(seen.basis.first + m);
+        for side in 0..2 {
+            columns[2 * m + side] = (2 * k + side, by_point * normals[k][side] * seen.basis.value[m]);
+        }
+    }
+    let (mut next, mut index) = (8, 2 * state.spline.control.len());
+    if let Some(placed) = &state.placed {
+        let lever = state.spline.at(&seen.basis).0 - placed.middle();
+        let by_turn = by_point * -so3::hat(&lever);
+        for axis in 0..3 {
+            columns[next + axis] = (index + axis, by_point.column(axis).into_owned());
+            columns[next + 3 + axis] = (index + 3 + axis, by_turn.column(axis).into_owned());
+        }
+        columns[next + PLACE - 1] = (index + PLACE - 1, by_point * lever);
+        (next, index) = (next + PLACE, index + PLACE);
+    }
+    let by_shared = whitener * seen.by_shared;
+    for k in 0..SHARED {
+        columns[next + k] = (index + k, by_shared.column(k).into_owned());
+    }
+    next + SHARED
 }
 
 /// Directions of the shared unknowns that are known beforehand, or held.
@@ -68,29 +138,23 @@ pub(crate) fn whiteners(readings: &Readings, sights: &[Option<Sight>]) -> Vec<Ma
 /// Adds the rows of all sights that carry weight.
 pub(crate) fn add_sights(
     equations: &mut Arrow,
-    spline: &Spline,
+    state: &State,
     sights: &[Option<Sight>],
     whiteners: &[Matrix2<f64>],
     weights: &[f64],
 ) {
-    let (normals, shared) = (spline.normals(), equations.shared());
-    let mut entries = [(0, 0.0); 8 + SHARED];
+    let normals = state.normals();
+    let mut found = [(0, Vector2::zeros()); COLUMNS];
+    let mut entries = [(0, 0.0); COLUMNS];
     for ((sight, whitener), weight) in sights.iter().zip(whiteners).zip(weights) {
         let Some(seen) = sight.as_ref().filter(|_| *weight > 0.0) else { continue };
-        let (by_shared, by_point) = (whitener * seen.by_shared, whitener * seen.by_point);
+        let count = columns(state, &normals, (seen, whitener), &mut found);
         let residual = whitener * seen.residual;
         for row in 0..2 {
-            for m in 0..4 {
-                let k = spline.index(seen.basis.first + m);
-                for side in 0..2 {
-                    let along = (by_point.row(row) * normals[k][side])[0];
-                    entries[2 * m + side] = (2 * k + side, along * seen.basis.value[m]);
-                }
+            for (entry, (index, column)) in entries.iter_mut().zip(&found[..count]) {
+                *entry = (*index, column[row]);
             }
-            for k in 0..SHARED {
-                entries[8 + k] = (shared + k, by_shared[(row, k)]);
-            }
-            equations.add_row(&entries, residual[row], *weight);
+            equations.add_row(&entries[..count], residual[row], *weight);
         }
     }
 }
@@ -116,8 +180,19 @@ fn middle_normals(spline: &Spline, normals: &[[Vector3<f64>; 2]], m: usize) -> [
     normals[spline.index(m + 1)]
 }
 
-/// Adds the prior of a curve whose third differences are of 1 m: multiplied by 1/s3² it is that of s3.
-pub(crate) fn add_prior(equations: &mut Arrow, spline: &Spline) {
+/// Adds the prior of a curve whose third differences are of 1 m: multiplied by 1/s3² it is that of s3. Of a known curve it is that of one
+/// that is 1 m off.
+pub(crate) fn add_prior(equations: &mut Arrow, state: &State) {
+    let spline = &state.spline;
+    if let Some(placed) = &state.placed {
+        for (k, off) in placed.off_m.iter().enumerate() {
+            equations.add_row(&[(2 * k, 1.0)], -off.x, 1.0);
+            equations.add_row(&[(2 * k + 1, 1.0)], -off.y, 1.0);
+        }
+        let size = 2 * placed.off_m.len() + PLACE - 1;
+        equations.add_row(&[(size, placed.radius_m)], -placed.radius_m * placed.larger, 1.0);
+        return;
+    }
     let normals = spline.normals();
     let mut entries = [(0, 0.0); 8];
     for (m, bend) in bends(spline).iter().enumerate() {
@@ -149,10 +224,15 @@ pub(crate) fn add_known(equations: &mut Arrow, at: &Guess, known: &Known) {
 #[must_use]
 pub(crate) fn stepped(state: &State, step: &nalgebra::DVector<f64>) -> State {
     let shared = step.len() - SHARED;
+    let own: SMatrix<f64, SHARED, 1> = step.fixed_rows::<SHARED>(shared).into();
+    let at = crate::curve::sight::moved(&state.at, &own);
+    if let Some(placed) = &state.placed {
+        let placed = placed.moved(&step.as_slice()[..shared]);
+        return State { at, spline: placed.spline(), u_m: state.u_m.clone(), placed: Some(placed) };
+    }
     let mut spline = state.spline.clone();
     for (k, [one, other]) in state.spline.normals().iter().enumerate() {
         spline.control[k] += one * step[2 * k] + other * step[2 * k + 1];
     }
-    let own: SMatrix<f64, SHARED, 1> = step.fixed_rows::<SHARED>(shared).into();
-    State { at: crate::curve::sight::moved(&state.at, &own), spline, u_m: state.u_m.clone() }
+    State { at, spline, u_m: state.u_m.clone(), placed: None }
 }

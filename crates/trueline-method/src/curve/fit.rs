@@ -1,9 +1,8 @@
 //! The joint fit of curve, clock and hand-eye transform: Levenberg–Marquardt with re-weighting.
 
 use crate::curve::arrow::{Arrow, SHARED};
-use crate::curve::equations::{
-    Known, State, add_known, add_prior, add_sights, bends, sights, stepped, whiteners,
-};
+use crate::curve::equations::{Known, State, add_known, add_prior, add_sights, sights, stepped, whiteners};
+use crate::curve::placed;
 use crate::curve::readings::Readings;
 use crate::curve::sight::{Sight, step_between};
 use crate::order_statistics::median;
@@ -93,8 +92,11 @@ impl Fitted {
     /// The equations of the readings alone.
     #[must_use]
     pub(crate) fn equations(&self) -> Arrow {
-        let mut equations = Arrow::new(2 * self.state.spline.control.len(), self.state.spline.closed);
-        add_sights(&mut equations, &self.state.spline, &self.sights, &self.whiteners, &self.weights);
+        let mut equations = self.state.arrow();
+        add_sights(&mut equations, &self.state, &self.sights, &self.whiteners, &self.weights);
+        if self.state.placed.is_some() {
+            placed::add_loose_place(&mut equations, self.state.spline.control.len());
+        }
         equations
     }
 
@@ -161,7 +163,7 @@ impl Terms<'_> {
             weights.push(if seen.is_some() { weight } else { 0.0 });
             cost += own;
         }
-        let bent: f64 = bends(&state.spline).iter().map(|bend| bend.norm_squared()).sum();
+        let bent: f64 = state.bends().iter().map(|bend| bend.norm_squared()).sum();
         let off = step_between(&state.at, &self.known.centre);
         cost += self.stiffness() * bent + off.dot(&(self.known.information * off));
         Fitted { state, sights, whiteners, weights, cost }
@@ -170,10 +172,13 @@ impl Terms<'_> {
     /// The equations of all terms.
     #[must_use]
     pub(crate) fn equations(&self, fitted: &Fitted) -> Arrow {
-        let mut prior = Arrow::new(2 * fitted.state.spline.control.len(), fitted.state.spline.closed);
-        add_prior(&mut prior, &fitted.state.spline);
+        let mut prior = fitted.state.arrow();
+        add_prior(&mut prior, &fitted.state);
         let mut equations = fitted.equations().plus(&prior, self.stiffness());
         add_known(&mut equations, &fitted.state.at, self.known);
+        if fitted.state.placed.is_some() {
+            placed::damp_place(&mut equations, fitted.state.spline.control.len());
+        }
         equations
     }
 

@@ -28,7 +28,7 @@ pub(crate) const GOOD: (f64, f64) = (0.62, 0.5e-3);
 /// Readings of the search at most.
 const MOST_READINGS: usize = 700;
 /// An open curve goes on beyond its readings by this part of a knot.
-const BEYOND: f64 = 0.25;
+pub(crate) const BEYOND: f64 = 0.25;
 /// Directions of which the first curve says less than this part of what counts as seen are held meanwhile.
 const HELD_MEANWHILE: f64 = 0.6;
 
@@ -93,7 +93,7 @@ pub(crate) fn first_curve(readings: &Readings, at: &Guess) -> Option<State> {
     let (spline, known_u_m) = curve_through(&points, spacing_m, MOST_CONTROL, most_m)?;
     let mut next = known_u_m.into_iter();
     let u_m = placed.iter().map(|point| point.and_then(|_| next.next()).unwrap_or(0.0)).collect();
-    Some(State { at: *at, spline, u_m })
+    Some(State { at: *at, spline, u_m, placed: None })
 }
 
 /// The joint fit from an answer of the windows, with the hand-eye transform as it is known, if somebody says so; `None` where there is no curve, or it is hopeless.
@@ -197,7 +197,7 @@ pub(crate) fn reknotted(state: &State, spacing_m: f64, counts: Option<&[f64]>) -
     let samples: Vec<_> = (0..=count).map(sample).collect();
     let spline = Spline::through(&samples, to_m - from_m, spacing_m, old.closed, MOST_CONTROL)?;
     let u_m = state.u_m.iter().map(|u_m| arc_at(*u_m) - from_m).collect();
-    Some(State { at: state.at, spline, u_m })
+    Some(State { at: state.at, spline, u_m, placed: None })
 }
 
 /// A point beyond an end of an open curve, straight on, m.

@@ -10,6 +10,8 @@
 
 pub mod answer;
 pub(crate) mod arrow;
+pub(crate) mod cad;
+pub mod cad_problem;
 pub(crate) mod equations;
 pub(crate) mod fit;
 pub(crate) mod graph;
@@ -17,7 +19,9 @@ pub(crate) mod joint;
 pub(crate) mod motion;
 pub(crate) mod order;
 pub(crate) mod passes;
+pub(crate) mod placed;
 pub(crate) mod readings;
+pub mod registration;
 pub(crate) mod rivals;
 pub(crate) mod robot;
 pub(crate) mod seen;

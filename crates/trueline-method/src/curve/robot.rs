@@ -5,10 +5,11 @@
 
 use crate::assess::robot_field::{RobotField, RobotSigmas};
 use crate::curve::arrow::{ArrowRoot, SHARED};
+use crate::curve::equations::{self, COLUMNS};
 use crate::curve::fit::Fitted;
 use crate::curve::readings::Readings;
 use crate::curve::sight::moving;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector2};
 use trueline_geometry::{Pose, se3, so3};
 
 /// Readings on which the robot's errors are looked at; of more, every so many stand for the rest, for these errors change slowly.
@@ -22,39 +23,34 @@ pub(crate) fn columns(
     root: &ArrowRoot,
     sigmas: RobotSigmas,
 ) -> DMatrix<f64> {
-    let shared = 2 * fitted.state.spline.control.len();
+    let state = &fitted.state;
+    let size = 2 * state.spline.control.len() + state.of_place() + SHARED;
     let every = readings.list.len().div_ceil(SAMPLE).max(1);
     let poses = poses(readings, fitted, every);
     let path: Vec<Pose> = poses.iter().map(|(_, pose)| *pose).collect();
     let Some(field) = RobotField::new(sigmas, &path) else {
-        return DMatrix::zeros(shared + SHARED, 0);
+        return DMatrix::zeros(size, 0);
     };
-    let mut sums = DMatrix::zeros(shared + SHARED, 6 * field.modes());
-    let normals = fitted.state.spline.normals();
+    let mut sums = DMatrix::zeros(size, 6 * field.modes());
+    let normals = state.normals();
+    let mut found = [(0, Vector2::zeros()); COLUMNS];
     for (k, pose) in &poses {
         let Some(seen) = &fitted.sights[*k] else { continue };
         let weight = fitted.weights[*k] * every as f64;
         let whitener = &fitted.whiteners[*k];
-        let by_point = whitener * seen.by_point;
+        let by_point = whitener * seen.by_point * weight;
         let [shift, turn] = [
             by_point * field.sigmas.position_m,
             by_point * -so3::hat(&seen.lever) * field.sigmas.attitude_rad,
         ];
-        let by_shared = whitener * seen.by_shared * weight;
+        let count = equations::columns(state, &normals, (seen, whitener), &mut found);
         for (mode, part) in field.at(pose).iter().enumerate() {
             for axis in 0..6 {
                 let moved =
                     if axis < 3 { shift.column(axis) } else { turn.column(axis - 3) }.into_owned() * *part;
                 let mut column = sums.column_mut(6 * mode + axis);
-                for m in 0..4 {
-                    let control = fitted.state.spline.index(seen.basis.first + m);
-                    for side in 0..2 {
-                        let row = by_point * normals[control][side] * (seen.basis.value[m] * weight);
-                        column[2 * control + side] += row.dot(&moved);
-                    }
-                }
-                for row in 0..SHARED {
-                    column[shared + row] += by_shared.column(row).dot(&moved);
+                for (index, own) in &found[..count] {
+                    column[*index] += own.dot(&moved);
                 }
             }
         }

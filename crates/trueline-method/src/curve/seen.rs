@@ -19,6 +19,9 @@ const WIDE: [f64; 3] = [1.0, 1.0, 0.3];
 /// The prior of the curve is weakened by this.
 const WEAKER: f64 = 1e-6;
 
+/// Where a direction is not shown at all, rounding leaves no root; this part of each diagonal entry is far less than what counts as seen.
+const LEAST_ROOT: f64 = 1e-10;
+
 /// The size of a component of the tangent, by groups.
 fn of_group<const N: usize>(sizes: [f64; 3]) -> SVector<f64, N> {
     SVector::from_fn(|k, _| sizes[usize::from(k > 0) + usize::from(k > 3)])
@@ -44,6 +47,13 @@ impl Seen {
     #[must_use]
     pub(crate) fn of(fitted: &Fitted, parts: &Parts, s3_m: f64, variance: f64) -> Option<Self> {
         Self::from_information(weaker(&without_prior(parts, s3_m)?, &rigid(fitted)?)? / variance)
+    }
+
+    /// Beside a curve of a known form, which may be so far off, m: what is known of it is no prior of the estimate's own making.
+    #[must_use]
+    pub(crate) fn of_known_form(parts: &Parts, tolerance_m: f64, variance: f64) -> Option<Self> {
+        let root = parts.of_data(tolerance_m).damped(LEAST_ROOT).root()?;
+        Self::from_information(root.shared_information() / variance)
     }
 
     fn from_information(information: Shared) -> Option<Self> {
@@ -88,9 +98,7 @@ impl Seen {
 
 /// F₀: beside a curve with hardly any prior.
 fn without_prior(parts: &Parts, s3_m: f64) -> Option<Shared> {
-    /// Where a direction is not shown at all, rounding leaves no root; this part of each diagonal entry is far less than what counts as seen.
-    const LEAST: f64 = 1e-10;
-    Some(parts.of_data(s3_m / WEAKER.sqrt()).damped(LEAST).root()?.shared_information())
+    Some(parts.of_data(s3_m / WEAKER.sqrt()).damped(LEAST_ROOT).root()?.shared_information())
 }
 
 /// F₁: beside the place of the curve as a rigid body.

@@ -5,7 +5,7 @@
 //! −½\[ν log(J/ν) + log|H| + log|S| − q log λ\], J = rss + λ |bends|², λ = 1/s3² in units of the noise.
 
 use crate::curve::arrow::{Arrow, ArrowRoot, SHARED};
-use crate::curve::equations::{Known, add_known, add_prior, bends};
+use crate::curve::equations::{Known, add_known, add_prior};
 use crate::curve::fit::Fitted;
 use crate::curve::sight::step_between;
 
@@ -43,10 +43,9 @@ impl Parts {
     /// At a fit.
     #[must_use]
     pub(crate) fn of(fitted: &Fitted, known: &Known) -> Self {
-        let spline = &fitted.state.spline;
-        let curve = 2 * spline.control.len();
-        let [mut prior, mut of_known] = [(); 2].map(|()| Arrow::new(curve, spline.closed));
-        add_prior(&mut prior, spline);
+        let state = &fitted.state;
+        let [mut prior, mut of_known] = [(); 2].map(|()| state.arrow());
+        add_prior(&mut prior, state);
         add_known(&mut of_known, &fitted.state.at, known);
         let off = step_between(&fitted.state.at, &known.centre);
         Self {
@@ -54,11 +53,11 @@ impl Parts {
             prior,
             known: of_known,
             squares: fitted.squares(),
-            bent_m2: bends(spline).iter().map(|bend| bend.norm_squared()).sum(),
+            bent_m2: state.bends().iter().map(|bend| bend.norm_squared()).sum(),
             off: off.dot(&(known.information * off)),
             readings: 2.0 * fitted.weights.iter().sum::<f64>(),
-            curve,
-            penalties: 2 * spline.third_differences(),
+            curve: 2 * state.spline.control.len() + state.of_place(),
+            penalties: 2 * state.bends().len(),
         }
     }
 

@@ -16,7 +16,7 @@ use trueline_dataset::Guess;
 /// Knots of the answer, m …
 const KNOTS_M: f64 = 5e-3;
 /// … with at least so many readings each.
-const READINGS_PER_KNOT: usize = 5;
+pub(crate) const READINGS_PER_KNOT: usize = 5;
 /// A reading that is further off than this in the search does not say where the curve ends, m.
 const ENDS_WITHIN_M: f64 = 2e-3;
 /// Rounds of noise level and weights, and steps of each.
@@ -119,7 +119,7 @@ pub(crate) struct Finished {
 }
 
 /// The same state with all readings.
-fn of_all(readings: &Readings, state: &State) -> State {
+pub(crate) fn of_all(readings: &Readings, state: &State) -> State {
     let place =
         |reading| in_base(readings, reading, &state.at).map_or(0.0, |point| nearest(&state.spline, &point));
     State { u_m: readings.list.iter().map(place).collect(), ..state.clone() }
@@ -177,7 +177,7 @@ pub(crate) fn finish(
     stiffened(readings, fitted?, factor, &known, from.first.spline.length_m())
 }
 
-fn first_factor(readings: &Readings, state: &State) -> f64 {
+pub(crate) fn first_factor(readings: &Readings, state: &State) -> f64 {
     let sights = sights(readings, state);
     let fitted =
         Fitted { state: state.clone(), whiteners: Vec::new(), weights: Vec::new(), cost: 0.0, sights };

@@ -22,6 +22,9 @@ use trueline_geometry::{Trajectory, smooth};
 use trueline_model::LaserSheet;
 use trueline_sim::curves::{CurveKind, CurveScan, scan_curve};
 
+mod cad;
+mod traps;
+
 /// A scan as the estimate takes it, with its truth; without noise the path is as it was cast.
 fn readings(recording: &Recording, is_exact: bool) -> (Readings, Guess) {
     let origin = recording.robot[0].stamp_ns;
@@ -111,8 +114,8 @@ fn the_prior_pulls_as_differences_say() {
     let (recording, _) = scan_curve(&CurveScan::good(CurveKind::Wavy).exact(), 3);
     let (readings, truth) = readings(&recording, true);
     let state = at_truth(&readings, &truth);
-    let mut prior = crate::curve::arrow::Arrow::new(2 * state.spline.control.len(), false);
-    add_prior(&mut prior, &state.spline);
+    let mut prior = state.arrow();
+    add_prior(&mut prior, &state);
     let half = |step: &DVector<f64>| -> f64 {
         bends(&stepped(&state, step).spline).iter().map(|bend| 0.5 * bend.norm_squared()).sum()
     };
@@ -207,9 +210,9 @@ fn the_equations_of_a_scan_are_those_of_its_sights() {
     let (readings, truth) = readings(&recording, true);
     let state = at_truth(&readings, &truth);
     let own = sights(&readings, &state);
-    let mut equations = crate::curve::arrow::Arrow::new(2 * state.spline.control.len(), state.spline.closed);
+    let mut equations = state.arrow();
     let whiteners = crate::curve::equations::whiteners(&readings, &own);
-    add_sights(&mut equations, &state.spline, &own, &whiteners, &vec![1.0; own.len()]);
+    add_sights(&mut equations, &state, &own, &whiteners, &vec![1.0; own.len()]);
     let sum: f64 = own
         .iter()
         .zip(&whiteners)

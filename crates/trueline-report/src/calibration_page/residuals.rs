@@ -106,6 +106,22 @@ fn along_curve_mm(curve: &CurveEstimate, point: &Vector3<f64>) -> f64 {
     nearest.unwrap_or(0) as f64 / steps as f64 * curve.length_m * MM_PER_M
 }
 
+/// Words of a line, and of a curve that is unrolled.
+const ALONG: [[&str; 4]; 2] = [
+    [
+        "Distance from the line along it",
+        "A bend or a step here is the edge's own: it is not straight.",
+        "Offset of each seam point from the line in mm over its place along the line in mm",
+        "along the line (mm)",
+    ],
+    [
+        "Distance from the curve along its length",
+        "The curve is unrolled. Passes that disagree at a place show what neither curve nor calibration explains.",
+        "Offset of each seam point from the curve in mm over its place along the unrolled curve in mm",
+        "along the curve (mm)",
+    ],
+];
+
 fn along_line(shown: &Shown<'_>, columns: &mut Columns) -> Chart {
     let lines = &shown.calibration.best_fit().lines;
     let curve = shown.calibration.findings.curve.as_ref();
@@ -116,15 +132,15 @@ fn along_line(shown: &Shown<'_>, columns: &mut Columns) -> Chart {
         let line = &lines[f.line as usize];
         line.direction().dot(&(f.point_in_base - line.anchor())) * MM_PER_M
     };
+    let [title, explanation, alternative, axis] = ALONG[usize::from(curve.is_some())];
     Chart {
         id: "residual-along",
-        title: "Distance from the line along it",
-        explanation: "A bend or a step here is the edge's own: it is not straight.".to_owned(),
-        alternative: "Offset of each seam point from the line in mm over its place along the line in mm"
-            .to_owned(),
+        title,
+        explanation: explanation.to_owned(),
+        alternative: alternative.to_owned(),
         wide: false,
         drawn: Drawn::Plot {
-            x: Axis::of("along the line (mm)"),
+            x: Axis::of(axis),
             y: offset_axis(shown),
             series: two_sides(shown, columns, along),
             marks: Vec::new(),

@@ -12,6 +12,7 @@
 //! ```
 
 pub mod cloud;
+pub mod curves;
 pub mod files;
 mod format;
 mod formats;

@@ -1,0 +1,118 @@
+//! Why a drawing of a seam is of no use to a scan.
+
+/// Why.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum CadProblem {
+    /// A straight line.
+    #[error("the CAD curve is straight to {:.3} mm: a straight seam gains nothing from it", bends_m * 1e3)]
+    Straight {
+        /// How far it bends, m.
+        bends_m: f64,
+    },
+    /// Coordinates in another unit.
+    #[error(
+        "the CAD curve fits the scan to {:.2} mm if it is taken {factor} times as large: {}",
+        rms_m * 1e3, unit.words()
+    )]
+    OtherUnit {
+        /// By which it is to be multiplied.
+        factor: f64,
+        /// The unit.
+        unit: CadUnit,
+        /// How far off it is then, m.
+        rms_m: f64,
+    },
+    /// A shorter curve than that of the scan.
+    #[error("the CAD curve is {:.1} mm long, and the scan went over {:.1} mm", length_m * 1e3, scanned_m * 1e3)]
+    TooShort {
+        /// Its length, m.
+        length_m: f64,
+        /// The length of the scan's, m.
+        scanned_m: f64,
+    },
+    /// Another curve than that of the scan.
+    #[error(
+        "the CAD curve does not fit the scan: at its best place it is {:.2} mm off (root mean square; {:.2} mm at most, with a tolerance of {} mm)",
+        rms_m * 1e3, worst_m * 1e3, tolerance_m * 1e3
+    )]
+    Off {
+        /// Root mean square distance, m.
+        rms_m: f64,
+        /// The farthest, m.
+        worst_m: f64,
+        /// The tolerance, m.
+        tolerance_m: f64,
+    },
+    /// A curve that fits the scan's, and the readings do not.
+    #[error(
+        "the CAD curve does not fit the seam points: they are {times:.1} times as far from it as from a curve of unknown form, which it misses by {:.2} mm (tolerance {} mm)",
+        rms_m * 1e3, tolerance_m * 1e3
+    )]
+    NotTheReadings {
+        /// How much larger the residuals are.
+        times: f64,
+        /// Root mean square distance of the two curves, m.
+        rms_m: f64,
+        /// The tolerance, m.
+        tolerance_m: f64,
+    },
+}
+
+/// The unit that a drawing seems to be in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CadUnit {
+    /// Metres, taken for millimetres.
+    Metres,
+    /// Inches, taken for millimetres.
+    Inches,
+    /// Centimetres, taken for millimetres.
+    Centimetres,
+    /// Millimetres, taken for metres.
+    NotMetres,
+    /// Millimetres, taken for inches.
+    NotInches,
+    /// Millimetres, taken for centimetres.
+    NotCentimetres,
+}
+
+impl CadUnit {
+    /// All of them, each with the factor that a drawing is to be multiplied by.
+    pub const ALL: [(Self, f64); 6] = [
+        (Self::Metres, 1000.0),
+        (Self::Inches, 25.4),
+        (Self::Centimetres, 10.0),
+        (Self::NotMetres, 0.001),
+        (Self::NotInches, 1.0 / 25.4),
+        (Self::NotCentimetres, 0.1),
+    ];
+
+    fn words(self) -> &'static str {
+        match self {
+            Self::Metres => "its numbers are metres, taken for millimetres",
+            Self::Inches => "its numbers are inches, taken for millimetres",
+            Self::Centimetres => "its numbers are centimetres, taken for millimetres",
+            Self::NotMetres => "its numbers are millimetres, and the file says metres",
+            Self::NotInches => "its numbers are millimetres, and the file says inches",
+            Self::NotCentimetres => "its numbers are millimetres, and the file says centimetres",
+        }
+    }
+}
+
+impl CadProblem {
+    /// What can be done about it.
+    #[must_use]
+    pub fn hint(&self) -> &'static str {
+        match self {
+            Self::Straight { .. } => {
+                "leave --seam-cad out; --drawn-line holds a straight seam where a drawing has it"
+            }
+            Self::OtherUnit { .. } => {
+                "name the unit in a CSV's header (x_mm, x_in, x_m), or export the DXF in millimetres with its unit ($INSUNITS)"
+            }
+            Self::TooShort { .. } => "export the whole seam; is its unit right?",
+            Self::Off { .. } | Self::NotTheReadings { .. } => {
+                "is it the drawing of this seam? If the part differs from it by that much, state it: --cad-tolerance-mm; or leave --seam-cad out"
+            }
+        }
+    }
+}
