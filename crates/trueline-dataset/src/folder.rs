@@ -16,7 +16,7 @@ use crate::several_sensors::robot_folder;
 use crate::source_file;
 use crate::stop_poses::{self, StopPoses};
 use crate::stripes_csv;
-use crate::{axes, features_csv, known_toml, robot_csv, sensor_toml};
+use crate::{axes_folder, features_csv, known_toml, robot_csv, sensor_toml};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -112,8 +112,8 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
         }
         notes.extend(unused_beside_stops(folder));
     }
-    let axes = axes::of_folder(robot_folder(folder), &mut inputs)?;
-    axes::check_readings(folder, &axes, features.iter().map(|feature| feature.stamp_ns))?;
+    let axes = axes_folder::of_folder(robot_folder(folder), &mut inputs)?;
+    axes_folder::check_readings(folder, &axes, features.iter().map(|feature| feature.stamp_ns))?;
     let recording = Recording {
         stripes,
         initial,

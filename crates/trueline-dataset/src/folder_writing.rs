@@ -1,7 +1,8 @@
 //! Dataset folders are written: whole ones, and single tables in the place of others.
 
-use crate::axes;
 use crate::axes_csv;
+use crate::axes_folder;
+use crate::axes_toml;
 use crate::error::{Error, Problem};
 use crate::features_csv;
 use crate::known_toml;
@@ -83,8 +84,8 @@ const WRITTEN: [&str; 8] = [
     "stripes.csv",
     "initial.toml",
     "truth.toml",
-    axes::VALUES_FILE,
-    axes::CELL_FILE,
+    axes_folder::VALUES_FILE,
+    axes_folder::CELL_FILE,
 ];
 
 /// Writes a dataset folder; it may exist, but none of the files may. A recording without features, whose
@@ -109,8 +110,8 @@ pub fn write(folder: &Path, recording: &Recording) -> Result<(), Error> {
         write_with(&folder.join("stripes.csv"), |out| stripes_csv::write(out, &recording.stripes))?;
     }
     if !recording.axes.is_empty() {
-        write_with(&folder.join(axes::VALUES_FILE), |out| axes_csv::write(out, &recording.axes))?;
-        write_text(&folder.join(axes::CELL_FILE), &axes::cell_text(&recording.axes))?;
+        write_with(&folder.join(axes_folder::VALUES_FILE), |out| axes_csv::write(out, &recording.axes))?;
+        write_text(&folder.join(axes_folder::CELL_FILE), &axes_toml::text(&recording.axes))?;
     }
     if let Some(guess) = &recording.initial {
         write_text(&folder.join("initial.toml"), &known_toml::format(guess, &[]))?;

@@ -20,6 +20,7 @@
 
 pub mod axes;
 mod axes_csv;
+mod axes_folder;
 mod axes_toml;
 pub mod cad_file;
 pub mod calibration_file;

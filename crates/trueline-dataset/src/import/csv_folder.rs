@@ -6,7 +6,8 @@ use super::profiles::{self, EvenColumns, ProfileFormat, Timing};
 use super::robot_layout::RobotLayout;
 use super::table_text::{TableText, file_line};
 use super::tables_of_programs::as_text;
-use crate::axes::{self, AxisRecord};
+use crate::axes::AxisRecord;
+use crate::axes_folder;
 use crate::dialect;
 use crate::error::{Error, Problem};
 use crate::images::{self, FrameFile};
@@ -135,7 +136,7 @@ impl CsvFolder {
     /// External axes beside the robot's table, by the robot's clock.
     fn read_axes(&self, notes: &mut Vec<String>) -> Result<Vec<AxisRecord>, Error> {
         let Some(folder) = self.robot.parent() else { return Ok(Vec::new()) };
-        let axes = axes::of_folder(folder, &mut BTreeMap::new())?;
+        let axes = axes_folder::of_folder(folder, &mut BTreeMap::new())?;
         let names: Vec<&str> = axes.iter().map(|axis| axis.name.as_str()).collect();
         if !names.is_empty() {
             notes.push(format!("external axes by the robot's clock: {}", names.join(", ")));

@@ -12,3 +12,4 @@ pub mod finding;
 mod refine;
 mod scan;
 mod start;
+mod state;

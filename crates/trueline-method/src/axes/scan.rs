@@ -1,6 +1,6 @@
 //! A scan as the search for its axes sees it: readings, and the robot's path without the axes.
 
-use crate::axes::refine::State;
+use crate::axes::state::State;
 use crate::config::Config;
 use crate::error::Error;
 use crate::input::axis_chain::AxisChain;

@@ -10,8 +10,9 @@
 //!
 //! linear in the translation t, in c or in d, and in the place of the seam.
 
-use crate::axes::refine::{Refined, State, follow};
+use crate::axes::refine::{Refined, follow};
 use crate::axes::scan::{AxisScan, Reading};
+use crate::axes::state::State;
 use crate::input::axis_chain::{Around, AxisChain};
 use crate::parallel;
 use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, UnitVector3, Vector3};

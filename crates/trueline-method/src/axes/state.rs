@@ -1,0 +1,68 @@
+//! One value of all unknowns of a scan with axes.
+
+use crate::input::axis_chain::AxisChain;
+use nalgebra::{DVector, SVector, Vector3, Vector4};
+use trueline_geometry::axis::{AXIS, AXIS_POINT, AXIS_SCALE, AXIS_TIME_OFFSET};
+use trueline_geometry::{AxisKind, Line, Pose, se3};
+
+/// Numbers of time offset, hand-eye transform and line.
+pub(super) const OWN: usize = 11;
+/// Stamps of an axis are no later than this as a rule, s: of one that runs evenly nothing else says how late they are.
+const USUAL_OFFSET_S: f64 = 0.1;
+
+/// One value of all unknowns.
+#[derive(Clone, Debug)]
+pub(super) struct State {
+    /// Time offset of the readings, s.
+    pub time_offset_s: f64,
+    /// Hand-eye transform.
+    pub tool_from_camera: Pose,
+    /// The seam.
+    pub line: Line,
+    /// The axes.
+    pub chain: AxisChain,
+}
+
+impl State {
+    /// Numbers of the axes that are estimated: all but scales, and points of linear ones.
+    pub(super) fn of_axes(&self) -> Vec<(usize, usize)> {
+        let is_free = |kind: AxisKind, number: usize| match number {
+            AXIS_SCALE => false,
+            AXIS_POINT..AXIS_SCALE => kind == AxisKind::Rotary,
+            _ => true,
+        };
+        let numbers = |(k, link): (usize, &crate::input::axis_chain::Link)| -> Vec<(usize, usize)> {
+            let kind = link.axis.kind;
+            (0..AXIS).filter(|number| is_free(kind, *number)).map(|number| (k, number)).collect()
+        };
+        self.chain.links.iter().enumerate().flat_map(numbers).collect()
+    }
+
+    /// A time offset of each axis by what is usual, and its weight there; of the other numbers nothing is known.
+    pub(super) fn known(&self, (link, number): (usize, usize)) -> [f64; 2] {
+        let weight = USUAL_OFFSET_S.powi(-2);
+        if number == AXIS_TIME_OFFSET {
+            [weight * self.chain.links[link].axis.time_offset_s, weight]
+        } else {
+            [0.0; 2]
+        }
+    }
+
+    pub(super) fn moved(&self, free: &[(usize, usize)], step: &DVector<f64>) -> Self {
+        let three = |k: usize| Vector3::new(step[k], step[k + 1], step[k + 2]);
+        let mut chain = self.chain.clone();
+        for (k, link) in chain.links.iter_mut().enumerate() {
+            let mut own = SVector::<f64, AXIS>::zeros();
+            for (place, (_, number)) in free.iter().enumerate().filter(|(_, (link, _))| *link == k) {
+                own[*number] = step[OWN + place];
+            }
+            link.axis = link.axis.retract(&own);
+        }
+        Self {
+            time_offset_s: self.time_offset_s + step[0],
+            tool_from_camera: se3::retract_decoupled(&self.tool_from_camera, &three(1), &three(4)),
+            line: self.line.retract(&Vector4::new(step[7], step[8], step[9], step[10])),
+            chain,
+        }
+    }
+}
