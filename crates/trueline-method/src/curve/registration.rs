@@ -30,7 +30,7 @@ const AS_GOOD: f64 = 9.0;
 /// Errors of a curve are independent over about this length, m.
 const INDEPENDENT_M: f64 = 10e-3;
 /// The part slides by more than this along a direction that the drawing leaves open, m.
-const SLIDES_M: f64 = 3e-3;
+const SLIDES_M: f64 = 1e-3;
 
 /// A drawing that lies on itself after a turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
