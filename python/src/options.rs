@@ -5,10 +5,12 @@ use crate::named::{choice, not_negative, positive, sigmas};
 use nalgebra::Vector3;
 use pyo3::prelude::*;
 use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
 use trueline::{Config, Hold, ResidualKind, Stamps};
+use trueline_dataset::cad_file;
 use trueline_lsq::Loss;
 use trueline_method::hypotheses::choice::{KnownOfCell, ToolAxis};
-use trueline_method::{DrawnLine, HeldSigma, Measurements, Requirement, SensorMode};
+use trueline_method::{DrawnLine, HeldSigma, Measurements, Requirement, SeamCad, SensorMode, Target};
 
 /// Keywords of `calibrate`; what is `None` keeps its default.
 #[derive(FromPyObject)]
@@ -42,6 +44,9 @@ pub(crate) struct Options {
     fixed_sigma: [Option<f64>; 3],
     drawn_line: Vec<[[f64; 3]; 2]>,
     drawn_line_sigma_mm: Option<f64>,
+    target: Option<String>,
+    seam_cad: Option<PathBuf>,
+    cad_tolerance_mm: Option<f64>,
 }
 
 impl Options {
@@ -81,6 +86,7 @@ impl Options {
                 translation_m: held.translation_m,
             },
             drawn_lines: drawn_lines(&self.drawn_line, self.drawn_line_sigma_mm)?,
+            seam_cad: seam_cad(self.seam_cad.as_deref(), self.cad_tolerance_mm)?,
             threads: self.threads.map_or(1, NonZeroUsize::get),
             ..Config::default()
         };
@@ -89,6 +95,9 @@ impl Options {
         }
         if let Some(name) = self.residual {
             config.residual = choice("residual", &name, &RESIDUALS)?;
+        }
+        if let Some(name) = self.target {
+            config.target = choice("target", &name, &TARGETS)?;
         }
         if let Some(name) = self.stamps {
             config.stamps = choice("stamps", &name, &STAMPS)?;
@@ -142,6 +151,24 @@ fn drawn_lines(lines: &[[[f64; 3]; 2]], sigma_mm: Option<f64>) -> Result<Vec<Dra
     lines.iter().enumerate().map(line).collect()
 }
 
+/// The drawing of a curved seam, known to a tolerance in mm.
+fn seam_cad(file: Option<&Path>, tolerance_mm: Option<f64>) -> Result<Option<SeamCad>, Failure> {
+    /// As the program's.
+    const TOLERANCE_MM: f64 = 0.2;
+    let tolerance_mm = positive("cad_tolerance_mm", tolerance_mm)?;
+    match (file, tolerance_mm) {
+        (None, None) => Ok(None),
+        (None, Some(_)) => {
+            Err(Failure::new("cad_tolerance_mm: no drawing is given", "add seam_cad=\"seam.dxf\""))
+        }
+        (Some(file), tolerance_mm) => {
+            let curve = cad_file::read(file)?;
+            let tolerance_m = tolerance_mm.unwrap_or(TOLERANCE_MM) * 1e-3;
+            Ok(Some(SeamCad { file: file.display().to_string(), curve, tolerance_m }))
+        }
+    }
+}
+
 /// The paper's residual takes the sensor for exact.
 fn check_sensor(config: &Config) -> Result<(), Failure> {
     if config.residual == ResidualKind::PointToLine && config.sensor == SensorMode::Free {
@@ -192,6 +219,8 @@ const RESIDUALS: [(&str, ResidualKind); 2] =
 const HOLDS: [(&str, Hold); 2] = [("time-offset", Hold::TimeOffset), ("hand-eye", Hold::HandEye)];
 const SENSORS: [(&str, SensorMode); 3] =
     [("fixed", SensorMode::Fixed), ("prior", SensorMode::Prior), ("free", SensorMode::Free)];
+const TARGETS: [(&str, Target); 3] =
+    [("seam", Target::Seam), ("line", Target::Line), ("curve", Target::Curve)];
 const STAMPS: [(&str, Stamps); 3] =
     [("auto", Stamps::Auto), ("raw", Stamps::Raw), ("regular", Stamps::Regular)];
 const LOSSES: [(&str, Loss); 5] = [

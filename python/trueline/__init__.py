@@ -12,7 +12,7 @@ True
 from ._trueline import TruelineError, __version__
 from .calibrate import calibrate, calibrate_board
 from .doctor import doctor
-from .estimates import Covariance, Fact, Line, Plane, Residuals, Sigma
+from .estimates import Cad, Covariance, Curve, Fact, Line, Plane, Residuals, Sigma
 from .features import Features, features
 from .frames import features_columns, from_frames, robot_columns
 from .live import LiveRecording, LiveState, Recorded, RecordOptions, record
@@ -25,9 +25,11 @@ from .sensor import Camera, CameraLaser, Points, Profiler, Sensor, SensorText
 from .stripes import Stripes
 
 __all__ = [
+    "Cad",
     "Camera",
     "CameraLaser",
     "Covariance",
+    "Curve",
     "Fact",
     "Features",
     "Guess",

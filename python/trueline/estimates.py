@@ -53,6 +53,40 @@ class Line(Brief):
 
 
 @dataclass(frozen=True, repr=False)
+class Curve(Brief):
+    """A curve in base, m: the seam, where no straight line explains the scan.
+
+    ``points_m`` are points along it in the order of the scan, ``(n, 3)``, ``sigma_m`` one standard deviation of each square to the curve;
+    both are empty where the scan does not show where the curve is. The last point of a closed curve is its first again.
+    """
+
+    label: str
+    closed: bool
+    length_m: float
+    points_m: NDArray[np.float64]
+    sigma_m: NDArray[np.float64]
+    cad: Cad | None
+
+
+@dataclass(frozen=True, repr=False)
+class Cad(Brief):
+    """A drawing where the scan found it: ``used`` is false where the scan alone is surer than its tolerance, ``base_from_part`` is 4×4 in metres, NaN where the scan does not show it.
+
+    ``rms_m`` is how far the seam is off the drawing. About ``symmetry_axis`` through ``symmetry_point_m`` the drawing fits after a turn as
+    well; ``symmetry_rad`` is that turn, NaN where it is any. The axis is ``None`` where there is no symmetry.
+    """
+
+    file: str
+    tolerance_m: float
+    used: bool
+    base_from_part: NDArray[np.float64]
+    rms_m: float
+    symmetry_axis: NDArray[np.float64] | None
+    symmetry_point_m: NDArray[np.float64] | None
+    symmetry_rad: float
+
+
+@dataclass(frozen=True, repr=False)
 class Plane(Brief):
     """A plate in base: normal · point is the offset. NaN in what is not observable.
 

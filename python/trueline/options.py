@@ -17,7 +17,8 @@ class Options(TypedDict, total=False):
     """Options of a calibration; those of ``trueline calibrate`` by their names with underscores.
 
     ``sensor_mode`` is ``--sensor``; ``require_…`` are the parts of ``--require``, ``fixed_sigma_…`` those of
-    ``--fixed-sigma``. ``drawn_line`` lists two points for each seam, each three numbers in mm.
+    ``--fixed-sigma``. ``drawn_line`` lists two points for each seam, each three numbers in mm. ``target`` is a seam here: a board and
+    pose sightings have functions of their own.
     """
 
     use: Literal["auto", "seam", "stripe", "both"]
@@ -29,6 +30,9 @@ class Options(TypedDict, total=False):
     fixed_sigma_mm: float
     drawn_line: Sequence[Segment]
     drawn_line_sigma_mm: float
+    target: Literal["seam", "line", "curve"]
+    seam_cad: str | os.PathLike[str]
+    cad_tolerance_mm: float
     stamps: Literal["auto", "raw", "regular"]
     sensor_mode: Literal["fixed", "prior", "free"]
     robot_accuracy_mm: float

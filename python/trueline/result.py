@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _trueline
-from .estimates import Covariance, Fact, Line, Plane, Residuals, Sigma
+from .estimates import Covariance, Curve, Fact, Line, Plane, Residuals, Sigma
 from .names import text_of
 from .page import Page, framed
-from .result_json import facts_of, number_of, numbers_of, sigma_of
+from .result_json import curve_of, facts_of, number_of, numbers_of, sigma_of
 from .rotations import matrices_of
 from .sensor import SensorText
 
@@ -111,6 +111,11 @@ class Result:
             Line(line["label"], numbers_of(line["point_mm"], 3) * 1e-3, numbers_of(line["direction"], 3))
             for line in self.document.get("lines", [])
         ]
+
+    @cached_property
+    def curves(self) -> list[Curve]:
+        """The curves in base, where no straight line explains the scan; else empty."""
+        return [curve_of(curve) for curve in self.document.get("curves", [])]
 
     @cached_property
     def planes(self) -> list[Plane]:
