@@ -76,6 +76,15 @@ fn a_swinging_table_is_calibrated_and_used() {
     let judged: Value = serde_json::from_slice(&fs::read(folder.join("e.json")).unwrap()).unwrap();
     assert!(judged.to_string().contains("rmse"), "{judged}");
 
+    // Nor is the table forgotten: without its files the scan is refused.
+    fs::create_dir(folder.join("bare")).unwrap();
+    for file in ["robot.csv", "features.csv", "sensor.toml"] {
+        fs::copy(folder.join("table").join(file), folder.join("bare").join(file)).unwrap();
+    }
+    let bare = trueline(folder, &["apply", "bare", "--calibration", "result.json", "--out", "b.csv"]);
+    assert_eq!(code(&bare), 2, "{}", words(&bare));
+    assert!(words(&bare).contains("axis `table`"), "{}", words(&bare));
+
     // A calibration that knows no table cannot place this scan.
     let guess = trueline(folder, &["apply", "table", "--calibration", "table/truth.toml", "--out", "x.csv"]);
     assert_eq!(code(&guess), 2, "{}", words(&guess));
@@ -127,6 +136,21 @@ fn what_hides_an_axis_is_said_with_its_cure() {
     assert!(said.contains(cure), "{said}");
     let result = result(folder);
     assert!(result["axes"][0]["time_offset_s"].is_null());
+    // Where it is used, the hidden offset is the one that the line was found with.
+    let applied = trueline(folder, &["apply", "even", "--calibration", "result.json", "--out", "even.csv"]);
+    assert_eq!(code(&applied), 0, "{}", words(&applied));
+    let (point, direction) =
+        (numbers(&result["lines"][0]["point_mm"]), numbers(&result["lines"][0]["direction"]));
+    let text = fs::read_to_string(folder.join("even.csv")).unwrap();
+    let off_mm = text.lines().skip(1).map(|row| {
+        let place: Vec<f64> = row.split(',').skip(3).map(|field| field.parse().unwrap()).collect();
+        let from: Vec<f64> = place.iter().zip(&point).map(|(p, q)| p - q).collect();
+        let along: f64 = from.iter().zip(&direction).map(|(f, d)| f * d).sum();
+        (from.iter().map(|f| f * f).sum::<f64>() - along * along).max(0.0).sqrt()
+    });
+    let largest_mm = off_mm.fold(0.0, f64::max);
+    // Noise of 0.04 mm, and a bow.
+    assert!(largest_mm < 0.5, "{largest_mm}");
     assert_eq!(result["warnings"][0]["code"], "axis-not-shown");
     assert_eq!(result["warnings"][0]["part"], "time_offset");
 }

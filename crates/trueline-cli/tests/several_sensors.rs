@@ -51,6 +51,10 @@ fn sensors_are_calibrated_together_and_tied_by_their_seam() {
         let late_s = sensor["time_offset_s"].as_f64().unwrap() - truth["time_offset_s"].as_float().unwrap();
         assert!(late_s.abs() < 4.5 * sensor["sigma"]["time_offset_s"].as_f64().unwrap(), "{name}: {late_s}");
     }
+    // The result of all is nobody's in particular.
+    let applied =
+        trueline(folder, &["apply", "three/sensors/b", "--calibration", "r.json", "--out", "x.csv"]);
+    assert_eq!(code(&applied), 2, "{}", words(&applied));
     // By itself each knows less of its translation along the seam's cross directions, or as much.
     let alone = trueline(
         folder,
@@ -89,6 +93,7 @@ fn sensors_that_saw_two_seams_under_one_number_are_refused() {
     fs::write(folder.join("three/sensors/b/robot.csv"), moved).unwrap();
     let result = calibrated(folder, &["--robot-accuracy-mm", "0", "--feature-bias-px", "0"], 1);
     assert_eq!(result["status"], "not_accepted");
+    assert_eq!(result["reasons"][0]["code"], "sensors-disagree");
     assert!(result.get("sensors").is_none());
 }
 

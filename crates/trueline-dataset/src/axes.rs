@@ -52,6 +52,8 @@ pub struct AxisRecord {
     pub values: Vec<AxisValue>,
     /// Where it is, once that is known: what a calibration found, or the truth of a simulation.
     pub known: Option<Axis>,
+    /// Whether nothing shows its time offset, so that it is taken for the one of `known`.
+    pub holds_time_offset: bool,
 }
 
 impl AxisRecord {
@@ -66,6 +68,37 @@ impl AxisRecord {
 const STILL_RAD: f64 = 2e-3;
 /// … and m.
 const STILL_M: f64 = 1e-3;
+
+/// Values that are not further apart are of one stand: rad …
+const ONE_STAND_RAD: f64 = 2e-3;
+/// … and m.
+const ONE_STAND_M: f64 = 1e-3;
+
+impl AxisRecord {
+    /// At how many places it stood while something was read at these stamps, ns; `None` if it moved meanwhile.
+    #[must_use]
+    pub fn stands(&self, stamps_ns: impl Iterator<Item = i64>) -> Option<usize> {
+        let at = |stamp_ns: i64| {
+            let next =
+                self.values.partition_point(|value| value.stamp_ns <= stamp_ns).min(self.values.len() - 1);
+            self.values.get(next).map(|value| value.value)
+        };
+        let mut read: Vec<f64> = stamps_ns.filter_map(at).collect();
+        read.sort_by(f64::total_cmp);
+        let wide = if self.kind == AxisKind::Rotary { ONE_STAND_RAD } else { ONE_STAND_M };
+        let (mut stands, mut first) = (0, f64::NEG_INFINITY);
+        let mut last = f64::NEG_INFINITY;
+        for value in read {
+            if value - last > 10.0 * wide {
+                (stands, first) = (stands + 1, value);
+            } else if value - first > wide {
+                return None;
+            }
+            last = value;
+        }
+        Some(stands)
+    }
+}
 
 /// How far each axis moves between the first and the last stamp of what was read, rad or m; of a recording without readings, in all.
 #[must_use]

@@ -121,6 +121,7 @@ fn axis(table: &AxisTable) -> Result<AxisRecord, Problem> {
         guess,
         values: Vec::new(),
         known: None,
+        holds_time_offset: false,
     })
 }
 

@@ -122,6 +122,10 @@ pub fn known_of(file: &Path, result: &ResultFile) -> Result<KnownCalibration, Er
 fn known(file: &Path, result: &ResultFile) -> Result<KnownCalibration, Error> {
     let at = |problem| Error::in_file(file, problem);
     let unseen = |key| at(Problem::NotCalibrated { key });
+    if !result.sensors.is_empty() {
+        let names: Vec<&str> = result.sensors.iter().map(|sensor| sensor.name.as_str()).collect();
+        return Err(at(Problem::SeveralSensors { names: names.join(", ") }));
+    }
     let [x, y, z] = result.tool_from_camera.translation_mm;
     let (Some(x), Some(y), Some(z)) = (x, y, z) else {
         return Err(unseen("tool_from_camera.translation_mm"));
@@ -205,6 +209,18 @@ impl KnownCalibration {
                 Err(Error::in_file(file, Problem::OtherMounting { calibrated, recorded }))
             }
             _ => Ok(()),
+        }
+    }
+
+    /// Checks that a recording has the axes that this calibration places seam points with.
+    ///
+    /// # Errors
+    /// An axis of the calibration that the recording lacks.
+    pub fn check_axes(&self, file: &Path, recording: &Recording) -> Result<(), Error> {
+        let is_there = |name: &String| recording.axes.iter().any(|axis| axis.name == *name);
+        match self.axes.iter().find(|(name, _)| !is_there(name)) {
+            Some((name, _)) => Err(Error::in_file(file, Problem::AxisNotRecorded { name: name.clone() })),
+            None => Ok(()),
         }
     }
 

@@ -105,6 +105,22 @@ pub enum Problem {
         /// What would be understood.
         known: String,
     },
+    /// An axis that was calibrated and is not in a scan.
+    #[error(
+        "places points with axis `{name}`, and the scan has none: put its axes.csv and cell.toml beside robot.csv"
+    )]
+    AxisNotRecorded {
+        /// Its name.
+        name: String,
+    },
+    /// A result of several sensors where one is needed.
+    #[error(
+        "is of several sensors ({names}); calibrate the one that is meant alone: `trueline calibrate DATASET/sensors/NAME`"
+    )]
+    SeveralSensors {
+        /// Their names.
+        names: String,
+    },
     /// A sensor beside the folder of several sensors.
     #[error("is there, and a folder `sensors` as well: one sensor, or several in `sensors/NAME`")]
     SensorBesideSensors,

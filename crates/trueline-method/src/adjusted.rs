@@ -87,7 +87,7 @@ pub(crate) fn adjusted(
 fn with_axes(from: &Concluded<'_>, answer: &Answer) -> Option<Observations> {
     let found = finding::of_all(from.recording, &answer.at.lines, Some(answer.axes.as_ref()?));
     let mut recording = from.recording.clone();
-    for (record, found) in recording.axes.iter_mut().zip(found) {
+    for (record, found) in recording.axes.iter_mut().zip(found).filter(|(_, found)| found.moves) {
         record.known = Some(found.axis);
     }
     let times_s = from.sampling.robot_times_s(from.dejittered);

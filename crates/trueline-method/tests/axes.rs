@@ -117,6 +117,25 @@ fn a_scan_without_noise_gives_the_axis_to_a_few_micrometres() {
     );
 }
 
+/// Without the readings while it turns, two stands leave two axes, either of which takes the one seam into the other.
+#[test]
+fn two_stands_show_neither_direction_nor_place() {
+    let scenario = scenario(13);
+    let (rotary, part) = (AxisKind::Rotary, Carries::Part);
+    let axis = SimulatedAxis::somewhere("table", (rotary, part), stands(&[0.0, 60.0]), &scenario, 13);
+    let mut recording = scan(&scenario, std::slice::from_ref(&axis), 13);
+    let record = recording.axes[0].clone();
+    let stands_at = |stamp_ns: i64| {
+        let near = record.values.iter().filter(|value| (value.stamp_ns - stamp_ns).abs() < 600_000_000);
+        let all: Vec<f64> = near.map(|value| value.value).collect();
+        all.iter().all(|value| *value == all[0])
+    };
+    recording.features.retain(|feature| stands_at(feature.stamp_ns));
+    let calibration = accepted(&recording, "two stands");
+    let found = &calibration.findings.axes[0];
+    assert_eq!([AxisPart::Direction, AxisPart::Place].map(|part| found.sigma(part)), [None; 2]);
+}
+
 /// A positioner that tilts and turns: one of the two is roughly known.
 #[test]
 fn two_axes_are_found_where_one_is_roughly_known() {

@@ -124,6 +124,7 @@ impl SimulatedAxis {
             guess: None,
             values: (0..count).map(value).collect(),
             known: Some(self.axis),
+            holds_time_offset: false,
         }
     }
 }

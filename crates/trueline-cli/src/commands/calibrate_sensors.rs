@@ -3,7 +3,9 @@
 use crate::args::CalibrateArgs;
 use crate::failure::Failure;
 use crate::{opening, output, progress};
+use std::collections::BTreeMap;
 use std::process::ExitCode;
+use trueline_dataset::result_file::{Fact, ResultFile, Status as FileStatus};
 use trueline_dataset::several_sensors::{self, SensorFolder};
 use trueline_method::several_sensors::{Tied, tied};
 use trueline_method::{Calibration, Status};
@@ -51,34 +53,53 @@ pub(crate) fn run(args: &CalibrateArgs, sensors: &[SensorFolder]) -> Result<Exit
         each.push((name.clone(), calibration));
     }
     let is_accepted = |(_, one): &(String, Calibration)| one.status() == Status::Accepted;
-    let together = if each.iter().all(is_accepted) { tied(&each) } else { None };
-    let agrees = together.as_ref().is_some_and(|tied| !tied.disagrees());
-    if let Some(tied) = together.as_ref().filter(|_| !agrees) {
-        output::words(&format!(
-            "not accepted: the sensors contradict each other about a seam, by {:.1} of their ±: does a line of one number mean the same seam for each?",
-            tied.apart_sigmas
-        ));
+    let refused = each.iter().find(|one| !is_accepted(one));
+    let together = if refused.is_none() { tied(&each) } else { None };
+    let apart = refused.is_none().then(|| why_not(together.as_ref())).flatten();
+    if let Some(apart) = &apart {
+        output::words(&format!("not accepted: {}", apart.text));
     }
-    write(args, &each, together.as_ref().filter(|_| agrees))?;
-    Ok(if agrees { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    let is_together = refused.is_none() && apart.is_none();
+    // The whole result is that of the first, unless another is refused.
+    let (_, first) = refused.unwrap_or(&each[0]);
+    let mut whole = result::of(first);
+    if let Some(apart) = apart {
+        (whole.status, whole.reasons) = (Some(FileStatus::NotAccepted), vec![apart]);
+    } else if let Some(tied) = &together {
+        (whole.sensors, whole.between) = words::entries(tied);
+    }
+    write(args, &each, &whole, together.as_ref().filter(|_| is_together))?;
+    Ok(if is_together { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+/// Why sensors that are accepted each by itself are not together.
+fn why_not(together: Option<&Tied>) -> Option<Fact> {
+    let (code, text, values) = match together {
+        None => (
+            "sensors-not-tied",
+            "not every seam is shown by each sensor, so that nothing ties them".to_owned(),
+            BTreeMap::new(),
+        ),
+        Some(tied) if tied.disagrees() => {
+            let sigmas = tied.apart_sigmas;
+            let text = format!(
+                "the sensors contradict each other about a seam, by {sigmas:.1} of their ±: does a line of one number mean the same seam for each?"
+            );
+            ("sensors-disagree", text, BTreeMap::from([("sigmas".to_owned(), sigmas.into())]))
+        }
+        Some(_) => return None,
+    };
+    Some(Fact { code: code.to_owned(), text, values })
 }
 
 fn write(
     args: &CalibrateArgs,
     each: &[(String, Calibration)],
+    whole: &ResultFile,
     together: Option<&Tied>,
 ) -> Result<(), Failure> {
-    // The whole result is that of the first, unless another is refused.
-    let refused = each.iter().find(|(_, one)| one.status() != Status::Accepted);
-    let (_, first) = refused.unwrap_or(&each[0]);
     if let Some(file) = &args.json {
-        let mut whole = result::of(first);
-        if let Some(tied) = together {
-            (whole.sensors, whole.between) = words::entries(tied);
-        } else if refused.is_none() {
-            whole.status = Some(trueline_dataset::result_file::Status::NotAccepted);
-        }
-        output::result(file, &whole)?;
+        output::result(file, whole)?;
     }
     if args.quiet {
         return Ok(());

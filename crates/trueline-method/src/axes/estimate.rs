@@ -1,6 +1,6 @@
 //! A scan with axes: a start from nothing, then the calibration about it until the axes stay where they are.
 
-use crate::axes::finding::are_parallel;
+use crate::axes::finding::{AxisFinding, AxisPart, are_parallel};
 use crate::axes::scan::AxisScan;
 use crate::axes::start;
 use crate::calibration::Calibration;
@@ -19,6 +19,8 @@ const SMALL: f64 = 0.1;
 const UNEXPLAINED: f64 = 0.75;
 /// The same below which nearly all are explained.
 const EXPLAINED: f64 = 0.2;
+/// What leaves more than this may be explained by a mistake: a third of outliers leave less.
+const DOUBTFUL: f64 = 0.4;
 
 /// Calibrates a recording with axes by what calibrates one whose axes are known.
 ///
@@ -54,25 +56,46 @@ fn converged(
         let at = &best.findings.unknowns.parameters;
         let places =
             Places { seam: at.lines.first().map(|line| *line.anchor()), camera: at.tool_from_camera };
-        for (record, found) in placed.axes.iter_mut().zip(axes) {
+        for (record, found) in placed.axes.iter_mut().zip(axes).filter(|(_, found)| found.moves) {
             record.known = Some(places.nearest(&found.axis, record.carries));
         }
         best = calibrate(&placed)?;
     }
-    Ok(best)
+    // What nothing shows is taken for zero, here as wherever the result is used: lines are where they are with it.
+    let hidden = |found: &AxisFinding| found.moves && found.sigma(AxisPart::TimeOffset).is_none();
+    if !best.findings.axes.iter().any(hidden) {
+        return Ok(best);
+    }
+    for (record, found) in placed.axes.iter_mut().zip(&best.findings.axes).filter(|(_, found)| hidden(found))
+    {
+        record.known = Some(Axis { time_offset_s: 0.0, ..found.axis });
+        record.holds_time_offset = true;
+    }
+    calibrate(&placed)
 }
 
 /// A linear axis that goes the other way along the first seam moves no point of it otherwise. Where a scan has seams in other directions, these decide, and
 /// the start, which looks at one of them, does not.
 fn mirrored(recording: &Recording, best: &Calibration) -> Option<Recording> {
     let lines = &best.findings.unknowns.parameters.lines;
-    let along = lines.first()?.direction();
+    // The search looked at the line that was read most often.
+    let mut counts = vec![0_usize; lines.len()];
+    for feature in &recording.features {
+        if let Some(count) = counts.get_mut(feature.line as usize) {
+            *count += 1;
+        }
+    }
+    let searched = counts.iter().enumerate().max_by_key(|(_, count)| **count).map(|(line, _)| line)?;
+    let along = lines[searched].direction();
     if are_parallel(lines) || best.reasons().is_empty() {
         return None;
     }
     let mut other = recording.clone();
     let mut is_other = false;
     for (record, found) in other.axes.iter_mut().zip(&best.findings.axes) {
+        if !found.moves {
+            continue;
+        }
         let mut axis = found.axis;
         if axis.kind == AxisKind::Linear && record.carries != Carries::Sensor {
             let d = axis.direction.as_ref();
@@ -127,10 +150,11 @@ fn check_options(recording: &Recording, config: &Config) -> Result<(), Error> {
 /// The axes where a search from nothing finds them.
 fn started(recording: &Recording, config: &Config) -> Result<Vec<AxisRecord>, Error> {
     let mut axes = recording.axes.clone();
-    for axis in &mut axes {
-        axis.known = axis.known.or_else(|| Some(stated(axis)));
-    }
     let moves = recording.axes_that_move();
+    // What stands all the while is shown by nothing, and left out.
+    for (axis, moves) in axes.iter_mut().zip(&moves) {
+        axis.known = axis.known.or_else(|| Some(stated(axis))).filter(|_| *moves);
+    }
     let is_placed = |axis: &AxisRecord| {
         axis.guess.is_some_and(|guess| guess.point_m.is_some() || axis.kind == AxisKind::Linear)
     };
@@ -152,13 +176,15 @@ fn started(recording: &Recording, config: &Config) -> Result<Vec<AxisRecord>, Er
     let Some(found) = found.filter(|found| found.loss < UNEXPLAINED) else {
         return Err(Error::AxisNotFound { name: name(), instead: mistaken(&scan, sought, config) });
     };
-    if found.loss > EXPLAINED
+    if found.loss > DOUBTFUL
         && let Some(instead) = mistaken(&scan, sought, config)
     {
         return Err(Error::AxisNotFound { name: name(), instead: Some(instead) });
     }
     let places = Places { seam: Some(*found.state.line.anchor()), camera: found.state.tool_from_camera };
-    for (axis, link) in axes.iter_mut().zip(&found.state.chain.links) {
+    for ((axis, link), _) in
+        axes.iter_mut().zip(&found.state.chain.links).zip(&moves).filter(|(_, moves)| **moves)
+    {
         axis.known = Some(places.nearest(&link.axis, axis.carries));
     }
     Ok(axes)

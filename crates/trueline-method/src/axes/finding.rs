@@ -1,7 +1,7 @@
 //! What a scan says of an external axis.
 
 use crate::adjustment::axis_step::AxisStep;
-use nalgebra::{Matrix2, SMatrix, SVector};
+use nalgebra::{Matrix2, SMatrix, SVector, Vector3};
 use trueline_dataset::{AxisRecord, Carries, Recording};
 use trueline_geometry::axis::{AXIS, AXIS_POINT, AXIS_SCALE, AXIS_TIME_OFFSET};
 use trueline_geometry::{Axis, AxisKind, Line};
@@ -24,10 +24,11 @@ fn sigmas_of(record: &AxisRecord, moves: bool) -> [f64; AXIS] {
     if !moves {
         return [HELD; AXIS];
     }
+    let offset_s = if record.holds_time_offset { HELD } else { ANYWHERE[2] };
     let stated = record.guess.map_or([None; 2], |guess| guess.sigma);
     let direction = stated[0].unwrap_or(ANYWHERE[0]);
     let point = stated[1].unwrap_or(ANYWHERE[1]);
-    [direction, direction, point, point, HELD, ANYWHERE[2]]
+    [direction, direction, point, point, HELD, offset_s]
 }
 
 /// A part of what an axis is.
@@ -71,6 +72,9 @@ pub struct AxisFinding {
     covariance: Option<SMatrix<f64, AXIS, AXIS>>,
     before: [f64; AXIS],
     seams_are_parallel: bool,
+    /// Whether it stood at two places only: two axes turn the one seam into the other.
+    has_twin: bool,
+    holds_time_offset: bool,
     /// How far the last adjustment moved it, standard deviations.
     pub(crate) step_sigmas: f64,
 }
@@ -89,6 +93,8 @@ impl AxisFinding {
         let covariance = self.covariance.as_ref().filter(|_| self.moves)?;
         let (first, size) = match part {
             AxisPart::Direction if self.is_open_along_seams() => return None,
+            AxisPart::Direction | AxisPart::Place if self.has_twin => return None,
+            AxisPart::TimeOffset if self.holds_time_offset => return None,
             AxisPart::Direction => (0, 2),
             AxisPart::Place if self.axis.kind == AxisKind::Linear => return None,
             AxisPart::Place => (AXIS_POINT, 2),
@@ -139,7 +145,8 @@ pub(crate) fn are_parallel(lines: &[Line]) -> bool {
 pub(crate) fn of_all(recording: &Recording, lines: &[Line], found: Option<&AxisStep>) -> Vec<AxisFinding> {
     let (records, moves) = (&recording.axes, recording.axes_that_move());
     let finding = |(k, record): (usize, &AxisRecord)| {
-        let known = record.known?;
+        let known =
+            record.known.unwrap_or_else(|| Axis::new(record.kind, Vector3::z_axis(), Vector3::zeros()));
         let before = sigmas_of(record, moves[k]);
         let covariance = found.map(|found| {
             let first = AXIS * k;
@@ -149,7 +156,7 @@ pub(crate) fn of_all(recording: &Recording, lines: &[Line], found: Option<&AxisS
             SVector::<f64, AXIS>::from_fn(|i, _| found.step[AXIS * k + i])
         });
         let sigmas = |i: usize| covariance.map_or(f64::INFINITY, |covariance| covariance[(i, i)].sqrt());
-        Some(AxisFinding {
+        AxisFinding {
             name: record.name.clone(),
             carries: record.carries,
             axis: known.retract(&step),
@@ -157,8 +164,13 @@ pub(crate) fn of_all(recording: &Recording, lines: &[Line], found: Option<&AxisS
             covariance,
             before,
             seams_are_parallel: are_parallel(lines),
+            has_twin: record.kind == AxisKind::Rotary
+                && record
+                    .stands(recording.features.iter().map(|feature| feature.stamp_ns))
+                    .is_some_and(|stands| stands < 3),
+            holds_time_offset: record.holds_time_offset,
             step_sigmas: (0..AXIS).map(|i| step[i].abs() / sigmas(i)).fold(0.0, f64::max),
-        })
+        }
     };
-    records.iter().enumerate().filter_map(finding).collect()
+    records.iter().enumerate().map(finding).collect()
 }

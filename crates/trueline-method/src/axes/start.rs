@@ -30,6 +30,8 @@ const READINGS: [usize; 4] = [40, 60, 120, 500];
 const SETS: [[f64; 3]; 4] = [[0.0; 3], [0.4, 0.3, -0.5], [-0.5, 0.45, 0.2], [0.3, -0.5, 0.45]];
 /// Mean loss of what explains nearly all readings.
 const CLEAR: f64 = 0.05;
+/// What two sets find alike, to this part of the loss, is as good as it gets.
+const AGAIN: f64 = 0.01;
 /// Starts that each stage follows.
 const FOLLOWED: [usize; 3] = [240, 40, 8];
 /// Scales of the loss of each stage, m.
@@ -48,11 +50,14 @@ pub(super) fn from_nothing(scan: &AxisScan, sought: usize, within_s: f64, thread
     for turn in SETS {
         let set = Set { scan, sought, turn: so3::exp(&Vector3::from(turn)), threads };
         let found = set.best(&offsets);
-        let is_better = |found: &&Refined| best.as_ref().is_none_or(|best| found.loss < best.loss);
+        let before = best.as_ref().map_or(f64::INFINITY, |best| best.loss);
+        let is_better = |found: &&Refined| found.loss < before;
         if let Some(found) = found.as_ref().filter(is_better) {
             best = Some(found.clone());
         }
-        if best.as_ref().is_some_and(|best| best.loss < CLEAR) {
+        let again = found.as_ref().map_or(f64::INFINITY, |found| found.loss);
+        let is_again = (again - before).abs() < AGAIN * before.min(again);
+        if is_again || best.as_ref().is_some_and(|best| best.loss < CLEAR) {
             break;
         }
     }

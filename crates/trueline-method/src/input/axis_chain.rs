@@ -87,7 +87,7 @@ pub(crate) struct Link {
     pub carries: Carries,
     /// As the controller has it, where its poses contain it.
     pub in_pose: Option<Axis>,
-    /// Whether it moves while something is read. One that does not is where everything is when it is at zero.
+    /// Whether it moves while something is read, or its place is known. Of one that does neither, everything is where it would be with it at zero.
     moves: bool,
     /// Its values.
     pub values: Arc<Values>,
@@ -157,7 +157,7 @@ impl AxisChain {
             let axis = record.known.or((!moves).then_some(anywhere));
             Ok(Link {
                 axis: axis.ok_or_else(|| Error::AxisUnknown { name: record.name.clone() })?,
-                moves,
+                moves: moves || record.known.is_some(),
                 carries: record.carries,
                 in_pose: stated.filter(|_| record.in_pose),
                 values: Arc::new(Values::of(record, origin_ns)),
