@@ -122,7 +122,7 @@ mod tests {
         near(&read(&drawing(lines)).unwrap(), &[[0.0, 0.0, 1.0], [10.0, 0.0, 1.0], [20.0, 5.0, 1.0]]);
         let apart = "0 LINE 10 0 20 0 11 10 21 0  0 LINE 10 20 20 5 11 11 21 0";
         let error = read(&drawing(apart)).unwrap_err();
-        assert!(error.to_string().contains("line 25") && error.to_string().contains("1.000"), "{error}");
+        assert!(error.to_string().contains("line 26") && error.to_string().contains("1.000"), "{error}");
     }
 
     #[test]
@@ -169,7 +169,7 @@ mod tests {
     fn what_is_no_curve_is_refused_where_it_stands() {
         for (entities, words) in [
             ("0 TEXT 1 hello", "TEXT"),
-            ("0 LINE 10 0 20 zero 11 1 21 0", "line 19"),
+            ("0 LINE 10 0 20 zero 11 1 21 0", "line 20"),
             ("0 LINE 10 0 20 0 11 nan 21 0", "a number"),
             ("0 SPLINE 70 0 71 3 40 0 40 1 10 0 20 0", "knots"),
             ("0 POLYLINE 70 64 0 SEQEND", "mesh"),
