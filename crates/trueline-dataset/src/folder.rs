@@ -98,13 +98,8 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
             tables.read(&sensor, stops.as_ref(), &mut notes)?
         }
     };
-    let initial_path = path("initial.toml");
-    let initial = initial_text
-        .map(|text| known_toml::parse_guess(&initial_path, &utf8(&initial_path, text)?))
-        .transpose()?;
-    let truth_path = path("truth.toml");
-    let truth =
-        truth_text.map(|text| known_toml::parse_truth(&truth_path, &utf8(&truth_path, text)?)).transpose()?;
+    let initial = parsed(&path("initial.toml"), initial_text, known_toml::parse_guess)?;
+    let truth = parsed(&path("truth.toml"), truth_text, known_toml::parse_truth)?;
     if let Some(stops) = &stops {
         inputs.insert(stop_poses::FILE.to_owned(), stops.sha256.clone());
         if !is_found {
@@ -294,6 +289,15 @@ fn check_is_profiler(file: &Path, sensor: &Sensor) -> Result<(), Error> {
 
 /// The robot's poses over time.
 const ROBOT: &str = "robot.csv";
+
+/// What a TOML file says, where it is there.
+fn parsed<T>(
+    file: &Path,
+    bytes: Option<Vec<u8>>,
+    parse: fn(&Path, &str) -> Result<T, Error>,
+) -> Result<Option<T>, Error> {
+    bytes.map(|bytes| parse(file, &utf8(file, bytes)?)).transpose()
+}
 
 /// Reads a file that must be there.
 fn required(file: &Path, name: &str, inputs: &mut BTreeMap<String, String>) -> Result<Vec<u8>, Error> {

@@ -1,6 +1,7 @@
 //! The answer of the seam points, adjusted together with every error that is not noise.
 
 use crate::adjustment::answer::{Answer, Settings, adjust};
+use crate::assess::residuals::{self, FeatureResidual};
 use crate::assess::seam_error::{self, SeamError, SharedError};
 use crate::assess::systematic::SystematicLevels;
 use crate::axes::finding::{self, sigmas_before};
@@ -12,9 +13,11 @@ use crate::hypotheses::search::BetterMinimum;
 use crate::input::noise_levels::Whitener;
 use crate::input::observations::{Observation, Observations};
 use crate::input::robot_motion::RobotMotion;
+use crate::input::skip::Skip;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{Parameters, TIME_OFFSET};
 use crate::solve::fit::Fit;
+use std::collections::BTreeMap;
 use trueline_dataset::Recording;
 use trueline_geometry::trajectory::TrajectoryError;
 use trueline_geometry::{Trajectory, lag};
@@ -94,6 +97,17 @@ fn with_axes(from: &Concluded<'_>, answer: &Answer) -> Option<Observations> {
     let robot = RobotMotion::of(&recording, times_s, from.settings.config).ok()?;
     let observations = &from.assessed.drift_free.observations;
     Some(Observations { robot, list: observations.list.clone(), ..observations.without_list() })
+}
+
+/// Residuals of an answer, with the external axes where they were found.
+pub(crate) fn residuals_of(
+    problem: &LineProblem<'_>,
+    with_axes: Option<&Observations>,
+    at: &Parameters,
+) -> (Vec<FeatureResidual>, BTreeMap<Skip, usize>) {
+    let observations = with_axes.unwrap_or(problem.observations);
+    let placed = LineProblem { observations, ..problem.of_some(problem.list, &problem.whiteners) };
+    residuals::evaluate(&placed, at)
 }
 
 /// The equations of an adjustment have no solution.

@@ -1,6 +1,6 @@
 //! What a fit says: its findings and the verdict.
 
-use crate::adjusted::{Adjusted, Unsolved, adjusted};
+use crate::adjusted::{Adjusted, Unsolved, adjusted, residuals_of};
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::convergence;
 use crate::assess::corrected_sensor::CorrectedSensor;
@@ -59,9 +59,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         &from.held_sigmas(),
     );
     let mut unknowns = unknowns(from, &uncertainty, &systematic);
-    let covariance = &unknowns.covariance;
-    unknowns.sensor =
-        unknowns.sensor.map(|shape| shape.beside(from.cause.as_ref(), &unknowns.parameters, covariance));
+    unknowns.sensor = beside_cause(from, &unknowns);
     let (features, skipped) = residuals::evaluate(&problem, fit.parameters());
     if features.is_empty() {
         unknowns = unknowns.of_no_feature();
@@ -279,11 +277,7 @@ fn take_adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>, findings: &mut
     let torch = || seam_point_error::predict(observations, list, &answer.at, &covariance, &config.used_at);
     findings.checks.seam_point_error = observability.shows_all().then(torch).flatten();
     findings.checks.seam_error = seam_error.filter(|_| observability.shows_all());
-    let problem = LineProblem {
-        observations: with_axes.as_ref().unwrap_or(problem.observations),
-        ..problem.of_some(problem.list, &problem.whiteners)
-    };
-    let (features, skipped) = residuals::evaluate(&problem, &answer.at);
+    let (features, skipped) = residuals_of(problem, with_axes.as_ref(), &answer.at);
     findings.fit.residuals = residuals::summarise(&features, skipped);
     findings.checks.outlier_segments = outlier_segments::find(
         observations,
@@ -300,12 +294,16 @@ fn take_adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>, findings: &mut
     findings.fit.amplitudes = Some(answer.amplitudes);
     findings.unknowns =
         with_sensor(from, Answered { parameters: answer.at, covariance, noise_covariance, observability });
-    let Unknowns { parameters, covariance, .. } = &findings.unknowns;
-    let beside = |shape: SensorShape| shape.beside(from.cause.as_ref(), parameters, covariance);
-    findings.unknowns.sensor = findings.unknowns.sensor.map(beside);
+    findings.unknowns.sensor = beside_cause(from, &findings.unknowns);
     if !findings.unknowns.sensor.is_some_and(|shape| shape.is_off()) {
         findings.checks.instead_of_sensor.clear();
     }
+}
+
+/// What is said of the sensor, beside the cause that explains its residuals.
+fn beside_cause(from: &Concluded<'_>, unknowns: &Unknowns) -> Option<SensorShape> {
+    let Unknowns { parameters, covariance, .. } = unknowns;
+    unknowns.sensor.map(|shape| shape.beside(from.cause.as_ref(), parameters, covariance))
 }
 
 /// An answer without what it says of the sensor.

@@ -277,18 +277,10 @@ impl Error {
             Self::TooFewImages { .. } => {
                 "does the stamp advance from picture to picture, or from profile to profile?"
             }
-            Self::RobotTooSlow { .. } => {
-                "is time_s in seconds? Stamps in ms or µs look like that; otherwise record the robot's poses ten times a second or more. If the robot stands at each reading, use --at-stops"
-            }
-            Self::NoPoseAtStop { .. } => {
-                "record the robot while it stands, or write one pose a stop into poses.csv: stop,x_mm,y_mm,z_mm,qw,qx,qy,qz"
-            }
-            Self::MovesAtStop { .. } => {
-                "wait until the robot stands before a reading, or leave this reading out; without --at-stops a moving robot is calibrated"
-            }
-            Self::RobotStandsStill { .. } => {
-                "record the scan while it moves; if it did, is the stream frozen, or of another robot?"
-            }
+            Self::RobotTooSlow { .. }
+            | Self::NoPoseAtStop { .. }
+            | Self::MovesAtStop { .. }
+            | Self::RobotStandsStill { .. } => self.hint_of_poses(),
             Self::NoStripes => {
                 "stripes.csv has them: `trueline features DATASET` writes it from pictures or profiles"
             }
@@ -307,16 +299,10 @@ impl Error {
             Self::NoCurve { .. } => {
                 "leave --target curve out for a straight seam; for a curve scan the whole of it two or three times, tilting by ±10° or more"
             }
-            Self::AxesNotThere { .. } => {
-                "leave `[[axis]]` out of cell.toml if the axis stands still all the while"
-            }
-            Self::AxesNeedGuess { .. } => {
-                "give all but one a rough `direction` and `point_mm` in cell.toml, or scan while one of them moves at a time"
-            }
-            Self::AxisUnknown { .. } => "use a calibration of a scan in which this axis moved",
-            Self::AxisNotFound { .. } => {
-                "is `carries` right (part, robot, sensor), are degrees and mm right, and do the axis's stamps have the robot's clock?"
-            }
+            Self::AxesNotThere { .. }
+            | Self::AxesNeedGuess { .. }
+            | Self::AxisUnknown { .. }
+            | Self::AxisNotFound { .. } => self.hint_of_axes(),
             Self::Cad(problem) => problem.hint(),
             Self::NothingToHold { .. } | Self::NoGuessToHold => "give an initial guess",
             Self::BeyondReference { .. } => {
@@ -329,6 +315,40 @@ impl Error {
             Self::NoStart => {
                 "does the laser stripe cross the line, are the frames of the poses right, and does robot.csv cover the features' time?"
             }
+        }
+    }
+
+    fn hint_of_poses(&self) -> &'static str {
+        match self {
+            Self::RobotTooSlow { .. } => {
+                "is time_s in seconds? Stamps in ms or µs look like that; otherwise record the robot's poses ten times a second or more. If the robot stands at each reading, use --at-stops"
+            }
+            Self::NoPoseAtStop { .. } => {
+                "record the robot while it stands, or write one pose a stop into poses.csv: stop,x_mm,y_mm,z_mm,qw,qx,qy,qz"
+            }
+            Self::MovesAtStop { .. } => {
+                "wait until the robot stands before a reading, or leave this reading out; without --at-stops a moving robot is calibrated"
+            }
+            Self::RobotStandsStill { .. } => {
+                "record the scan while it moves; if it did, is the stream frozen, or of another robot?"
+            }
+            _ => "",
+        }
+    }
+
+    fn hint_of_axes(&self) -> &'static str {
+        match self {
+            Self::AxesNotThere { .. } => {
+                "leave `[[axis]]` out of cell.toml if the axis stands still all the while"
+            }
+            Self::AxesNeedGuess { .. } => {
+                "give all but one a rough `direction` and `point_mm` in cell.toml, or scan while one of them moves at a time"
+            }
+            Self::AxisUnknown { .. } => "use a calibration of a scan in which this axis moved",
+            Self::AxisNotFound { .. } => {
+                "is `carries` right (part, robot, sensor), are degrees and mm right, and do the axis's stamps have the robot's clock?"
+            }
+            _ => "",
         }
     }
 }

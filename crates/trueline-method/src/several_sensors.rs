@@ -120,8 +120,8 @@ fn comparison(sensors: &[(String, Calibration)], lines: usize, size: usize) -> (
     for line in 0..lines {
         let first = &sensors[0].1.best_fit().lines[line];
         let (place, slopes) = crossings(first, first);
-        for k in 1..sensors.len() {
-            let other = &sensors[k].1.best_fit().lines[line];
+        for (k, (_, sensor)) in sensors.iter().enumerate().skip(1) {
+            let other = &sensor.best_fit().lines[line];
             let (there, other_slopes) = crossings(first, other);
             let row = 4 * (lines * (k - 1) + line);
             apart.rows_mut(row, 4).copy_from(&(there - place));

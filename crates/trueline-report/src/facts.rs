@@ -11,6 +11,7 @@ use trueline_method::assess::lens::LensCorrection;
 use trueline_method::assess::observability::{Group, Unobservable};
 use trueline_method::assess::robot_field::RobotSigmas;
 use trueline_method::assess::sensor_shape::SensorShape;
+use trueline_method::axes::finding::AxisPart;
 use trueline_method::input::skip::Skip;
 use trueline_method::stripe::outcome::{Apart, Because};
 use trueline_method::verdict::{Quantity, Reason, Warning};
@@ -124,6 +125,21 @@ fn of_adjustment(warning: &Warning) -> Value {
     }
 }
 
+fn axis_not_shown(name: &str, part: AxisPart, cure: &str) -> Value {
+    json!({ "axis": name, "part": part.code(), "cure": cure })
+}
+
+fn cross_validation_shift(warning: &Warning) -> Value {
+    let Warning::CrossValidationShift { span_s, quantity, axis, moved_si, sigmas } = warning else {
+        return json!({});
+    };
+    let mut values = measured(*quantity, &[("moved", *moved_si)]);
+    values["span_s"] = json!(span_s);
+    values["axis"] = json!(axis.map(|axis| axis.name()));
+    values["sigmas"] = json!(sigmas);
+    values
+}
+
 fn warning_values(warning: &Warning) -> Value {
     match warning {
         Warning::FeaturesSkipped { skipped } => json!({ "skipped": by_code(skipped) }),
@@ -144,9 +160,7 @@ fn warning_values(warning: &Warning) -> Value {
         | Warning::SensorOfItsOwnScan
         | Warning::MirrorBySensor
         | Warning::CurveFromOnePass => json!({}),
-        Warning::AxisNotShown { name, part, cure } => {
-            json!({ "axis": name, "part": part.code(), "cure": cure })
-        }
+        Warning::AxisNotShown { name, part, cure } => axis_not_shown(name, *part, cure),
         Warning::SensorOff { shape, instead } => sensor_off(shape, instead),
         Warning::LensOff { lens } => lens_off(lens),
         Warning::LikelyCause { kind, size_si, sigma_si, .. } => likely_cause(*kind, *size_si, *sigma_si),
@@ -179,13 +193,7 @@ fn warning_values(warning: &Warning) -> Value {
         Warning::CrossValidationMisfit { rms_m, fitted_rms_m } => {
             json!({ "rms_mm": rms_m * MM_PER_M, "fitted_rms_mm": fitted_rms_m * MM_PER_M })
         }
-        Warning::CrossValidationShift { span_s, quantity, axis, moved_si, sigmas } => {
-            let mut values = measured(*quantity, &[("moved", *moved_si)]);
-            values["span_s"] = json!(span_s);
-            values["axis"] = json!(axis.map(|axis| axis.name()));
-            values["sigmas"] = json!(sigmas);
-            values
-        }
+        Warning::CrossValidationShift { .. } => cross_validation_shift(warning),
         Warning::NoPointAtStandOff { stand_off_m } => json!({ "stand_off_mm": stand_off_m * MM_PER_M }),
     }
 }

@@ -4,6 +4,9 @@ use crate::error::{Error, Problem};
 use crate::table::LARGEST;
 use std::path::Path;
 
+/// The lines of a file with their numbers from 0.
+type Lines<'a> = std::iter::Enumerate<std::slice::Split<'a, u8, fn(&u8) -> bool>>;
+
 /// How a file of another form begins.
 const BINARY: &[u8] = b"AutoCAD Binary DXF";
 
@@ -21,7 +24,7 @@ pub(super) struct Pair<'a> {
 /// The pairs of a file, one after the other.
 pub(super) struct Pairs<'a> {
     file: &'a Path,
-    lines: std::iter::Enumerate<std::slice::Split<'a, u8, fn(&u8) -> bool>>,
+    lines: Lines<'a>,
 }
 
 impl<'a> Pairs<'a> {
