@@ -47,7 +47,7 @@ def test_drawings_of_no_use_are_refused(saddle: Path, tmp_path: Path) -> None:
     with pytest.raises(trueline.TruelineError, match="no drawing is given"):
         trueline.calibrate(saddle, cad_tolerance_mm=0.1)
     with pytest.raises(TypeError, match="seam_cad"):
-        trueline.calibrate(saddle, seam_cad=3)  # type: ignore[arg-type]
+        trueline.calibrate(saddle, seam_cad=3)  # type: ignore[call-overload]
     with pytest.raises(trueline.TruelineError, match="target"):
-        trueline.calibrate(saddle, target="board")  # type: ignore[arg-type]
+        trueline.calibrate(saddle, target="board")  # type: ignore[call-overload]
     assert "curve-csv" in trueline.export_forms()
