@@ -53,6 +53,7 @@ impl Adjustment<'_> {
         let sides = [1.0, -1.0].map(|sign| {
             let side = self.side(&mut table, &frames, &worst, sign);
             self.at.clone_from(&at);
+            self.set_residuals(&mut table, &frames);
             side
         });
         let [Some(up), Some(down)] = sides else { return None };

@@ -31,3 +31,5 @@ mod weights;
 mod column_tests;
 #[cfg(test)]
 mod equations_tests;
+#[cfg(test)]
+mod second_order_tests;
