@@ -20,3 +20,29 @@ fn a_curve_that_shrank_shows_nothing() {
     assert_eq!(shrunk.curve.collapsed_from_m, Some(2.0 * length_m));
     assert!(shrunk.components.iter().all(|seen| !*seen));
 }
+
+/// The prior of a curve is no information about the hand-eye transform: with it a woven pass at hardly any tilt seems to show everything, and is wrong.
+#[test]
+fn the_prior_of_a_curve_gives_no_rank() {
+    let woven = CurveScan {
+        tilt_rad: 1.0_f64.to_radians(),
+        weave_hz: 2.0,
+        passes: 1.0,
+        ..CurveScan::good(CurveKind::Free)
+    };
+    let (recording, _) = scan_curve(&woven, 21);
+    let (readings, truth) = readings(&recording, false);
+    let state = at_truth(&readings, &truth);
+    let known = Known::of_any_sensor(&truth);
+    // Ten thousand times as stiff as it may be: a prior that says much.
+    let s3_m = loosest_m(state.spline.spacing_m) * 1e-4;
+    let weighing = Weighing::Noise { factor: 2.0 };
+    let fitted = Terms { readings: &readings, weighing, s3_m, known: &known, steps: 4 }.fit(state).unwrap();
+    let parts = Parts::of(&fitted, &known);
+    let off = |covariance| squared_sigmas(&truth, &fitted.state.at, covariance).unwrap();
+    // The posterior is that of a curve of a known form. Seven squared sigmas exceed 30 in one of ten thousand scans.
+    let posterior = Seen::of_known_form(&parts, s3_m, 1.0).unwrap();
+    assert!(posterior.rank == 7 && off(&posterior.covariance) > 30.0);
+    let seen = Seen::of(&fitted, &parts, s3_m, 1.0).unwrap();
+    assert!(seen.rank < 5 && off(&seen.covariance) < 30.0, "{}", seen.rank);
+}
