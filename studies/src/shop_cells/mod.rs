@@ -1,16 +1,16 @@
 //! Whole cells of a shop in which everything errs at once: is a good scan accepted, and is the answer as good as it says?
 //!
-//! `cargo run --release -p trueline-studies -- shop_cells [CELLS A LEVEL] [LEVEL] [FIRST SEED] [--cells] [--stated]` prints two tables:
-//! what is accepted and how true it is, and what is refused for which reasons. With `--cells` a line a cell as well. With `--stated` the
-//! radius of the edge and the class of the robot are stated as they are.
+//! `cargo run --release -p trueline-studies -- shop_cells [CELLS A LEVEL] [LEVEL] [FIRST SEED] [--cells] [--stated] [--strict]` prints two
+//! tables: what is accepted and how true it is, and what is refused for which reasons. With `--cells` a line a cell as well. With `--stated`
+//! the radius of the edge and the class of the robot are stated as they are. With `--strict` the seam error is that of another robot.
 
 #[path = "../../../crates/trueline-method/tests/shop_judge/mod.rs"]
 mod judge;
 mod table;
 
 use judge::Judged;
-use trueline_method::{Config, Status, calibrate};
-use trueline_sim::shop::{Level, Shop, ShopTruth};
+use trueline_method::{Config, Use, calibrate};
+use trueline_sim::shop::{Level, Shop, ShopCell, ShopTruth};
 
 /// Cells a level where nobody says.
 const CELLS: u64 = 60;
@@ -22,15 +22,23 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     let count = numbers.first().copied().unwrap_or(CELLS);
     let first = numbers.get(1).copied().unwrap_or(1);
     let has = |option: &str| words.iter().any(|word| word == option);
-    let (prints_cells, is_stated) = (has("--cells"), has("--stated"));
+    let (prints_cells, is_stated, is_strict) = (has("--cells"), has("--stated"), has("--strict"));
     let is_wanted = |level: &Level| {
         words.iter().all(|word| word.starts_with('-')) || words.iter().any(|word| word == level.name())
     };
     let mut columns = Vec::new();
     for level in Level::ALL.into_iter().filter(is_wanted) {
-        let judged: Vec<Judged> =
-            (first..first + count).filter_map(|seed| cell(level, seed, prints_cells, is_stated)).collect();
-        columns.push((level, judged));
+        let judged = |seed| {
+            let cell = Shop::new(level, seed).cast()?;
+            let config = if is_stated { stated(&cell.truth) } else { Config::default() };
+            let used_at = Use { by_another_robot: is_strict, ..config.used_at };
+            let judged = judged(&cell, &Config { used_at, ..config });
+            if prints_cells {
+                println!("{}-{seed:03} {}", level.name(), judged.in_words());
+            }
+            Some(judged)
+        };
+        columns.push((level, (first..first + count).filter_map(judged).collect()));
     }
     table::print(&columns);
     Ok(())
@@ -51,18 +59,10 @@ fn stated(truth: &ShopTruth) -> Config {
     }
 }
 
-/// One cell, calibrated and judged; `None` if no arm can follow its path.
-fn cell(level: Level, seed: u64, prints: bool, is_stated: bool) -> Option<Judged> {
-    let cell = Shop::new(level, seed).cast()?;
-    let config = if is_stated { stated(&cell.truth) } else { Config::default() };
-    let outcome = calibrate(&cell.recording, cell.recording.initial.as_ref(), &config);
-    let judged = match &outcome {
-        Ok(calibration) => judge::judged(&cell, calibration),
-        Err(error) => Judged::refused(&cell, vec![format!("error: {error}")]),
-    };
-    if prints {
-        println!("{}-{seed:03} {}", level.name(), judged.in_words());
+/// One cell, calibrated and judged.
+fn judged(cell: &ShopCell, config: &Config) -> Judged {
+    match &calibrate(&cell.recording, cell.recording.initial.as_ref(), config) {
+        Ok(calibration) => judge::judged(cell, calibration),
+        Err(error) => Judged::refused(cell, vec![format!("error: {error}")]),
     }
-    debug_assert_eq!(judged.accepted, outcome.is_ok_and(|c| c.status() == Status::Accepted));
-    Some(judged)
 }
