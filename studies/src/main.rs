@@ -90,7 +90,7 @@ const STUDIES: [Study; 17] = [
     },
     Study {
         name: "shop_cells",
-        arguments: "[CELLS A LEVEL] [LEVEL] [FIRST SEED] [--cells] [--stated] [--strict]",
+        arguments: "[CELLS A LEVEL] [LEVEL] [FIRST SEED] [--cells] [--stated] [--strict] [--plates]",
         about: "Whole cells in which everything errs at once: accepted, and true to the stated error?",
         run: shop_cells::run,
     },

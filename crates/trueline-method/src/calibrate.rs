@@ -163,8 +163,7 @@ fn with_stated_lens(
     })
 }
 
-/// The fit with what is looked for by itself: a bias of the features, a robot that is worse than stated. Where every error is adjusted with the rest nothing is; but
-/// stripes are freed of the bias that the seam points show.
+/// The fit with what is looked for by itself: a bias of the features, a robot that is worse than stated. Where every error is adjusted with the rest nothing is.
 fn alone(
     assessed: Assessed,
     recording: &Recording,
@@ -172,7 +171,7 @@ fn alone(
     levels: &SystematicLevels,
 ) -> Result<(Unbiased, Option<RobotSigmas>), Error> {
     let fit = &assessed.drift_free.fit;
-    if recording.stripes.is_empty() && adjusted::applies(recording, settings.config, fit, levels) {
+    if adjusted::applies(recording, settings.config, fit, levels) {
         return Ok((Unbiased::beside_all(assessed, recording, settings), None));
     }
     let unbiased = without_bias(assessed, recording, settings, levels)?;

@@ -34,7 +34,7 @@ use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::solve::covariance::{self, Uncertainty};
 use crate::solve::solver::Solver;
-use crate::stripe::estimate::{self, SeamEstimate};
+use crate::stripe::estimate::{self, Lasting, SeamEstimate};
 use crate::stripe::outcome::{Answer, StripeOutcome};
 use crate::stripe::systematic::SharedErrors;
 use crate::verdict;
@@ -104,7 +104,12 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         config: config.clone(),
         models_tried: vec![ModelTried::asked(from.settings, &from.levels, &from.assessed.drift_free)],
     };
-    let errors = SeamErrors { sums: &sums, systematic: &systematic, noise: &uncertainty.covariance };
+    let errors = SeamErrors {
+        sums: &sums,
+        systematic: &systematic,
+        noise: &uncertainty.covariance,
+        lasting: Lasting::NOT,
+    };
     judged(from, findings, (&problem, &errors))
 }
 
@@ -158,17 +163,36 @@ struct SeamErrors<'a> {
     sums: &'a SystematicSums,
     systematic: &'a Systematic,
     noise: &'a DMatrix<f64>,
+    lasting: Lasting,
 }
 
-/// With what the stripes say, and the verdict.
+/// How many times as large one covariance of clock and hand-eye is as another, on the average over their components; 1 at least.
+fn times(one: &DMatrix<f64>, other: &DMatrix<f64>) -> f64 {
+    let of_component = (0..LINES).filter(|k| one[(*k, *k)] > 0.0 && other[(*k, *k)] > 0.0);
+    let logs: Vec<f64> = of_component.map(|k| (one[(k, k)] / other[(k, k)]).ln()).collect();
+    (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp().max(1.0)
+}
+
+/// With every error adjusted, with what the stripes say, and the verdict.
 fn judged(
     from: &Concluded<'_>,
     mut findings: Findings,
     (problem, errors): (&LineProblem<'_>, &SeamErrors<'_>),
 ) -> Result<Calibration, Error> {
-    add_stripes(from, &mut findings, errors)?;
-    if findings.stripes.as_ref().is_none_or(|stripes| stripes.used == Measurements::Seam) {
-        take_adjusted(from, problem, &mut findings);
+    take_adjusted(from, problem, &mut findings);
+    if let Some(amplitudes) = &findings.fit.amplitudes {
+        // The errors of both answers are the same in part, and are told apart by none of its columns: their difference is taken for less sure than it is.
+        let noise = findings.unknowns.covariance.clone();
+        let systematic = errors.systematic.of_nothing();
+        // What lasts in the seam points lasts in the stripes of the same frames.
+        let lasting = Lasting {
+            variance: times(&findings.unknowns.noise_covariance, errors.noise),
+            is_most: amplitudes.noise_lasts(),
+        };
+        let of_adjusted = SeamErrors { noise: &noise, systematic: &systematic, lasting, ..*errors };
+        add_stripes(from, &mut findings, &of_adjusted)?;
+    } else {
+        add_stripes(from, &mut findings, errors)?;
     }
     // What fits no better when released tells nothing of what was held.
     if let Some(released) =
@@ -199,6 +223,7 @@ fn add_stripes(from: &Concluded<'_>, findings: &mut Findings, errors: &SeamError
             seam_error: findings.checks.seam_error,
         },
         noise: errors.noise,
+        lasting: errors.lasting,
         systematic: errors.systematic,
         shared: SharedErrors {
             levels: from.levels,

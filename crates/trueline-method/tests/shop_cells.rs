@@ -10,7 +10,8 @@
 mod judge;
 
 use trueline_dataset::Recording;
-use trueline_method::{Config, calibrate};
+use trueline_method::stripe::outcome::Because;
+use trueline_method::{Config, Measurements, calibrate};
 use trueline_sim::shop::{Level, Shop, ShopCell};
 
 /// Noise that a scan's bound is stated for: that of its features, in the sheet, m. A camera's pixel is less.
@@ -25,7 +26,7 @@ fn interpolation_m(recording: &Recording) -> f64 {
 
 #[test]
 fn cells_without_errors_are_calibrated_to_the_truth() {
-    let cast = |seed: u64| Shop { level: Level::Ordinary, seed, only: Some(Vec::new()) }.cast();
+    let cast = |seed: u64| Shop { only: Some(Vec::new()), ..Shop::new(Level::Ordinary, seed) }.cast();
     let good = |cell: &ShopCell| cell.truth.is_good_scan() && cell.truth.sensor != "camera";
     let cells: Vec<ShopCell> = (1..200).filter_map(cast).filter(good).take(4).collect();
     assert_eq!(cells.len(), 4);
@@ -48,7 +49,7 @@ fn cells_without_errors_are_calibrated_to_the_truth() {
 /// seam once, so that to shift along it together is what another form would be as well.
 #[test]
 fn a_seam_of_unknown_form_shows_no_more_than_a_straight_one() {
-    let cell = Shop { level: Level::Calm, seed: 1228, only: None }.cast().unwrap();
+    let cell = Shop::new(Level::Calm, 1228).cast().unwrap();
     let largest_m = |waviness_m: f64| {
         let config = Config { waviness_m: Some(waviness_m), ..Config::default() };
         let found = calibrate(&cell.recording, cell.recording.initial.as_ref(), &config).unwrap();
@@ -59,4 +60,32 @@ fn a_seam_of_unknown_form_shows_no_more_than_a_straight_one() {
     let [straight_m, wavy_m] = [0.0, 0.06e-3].map(largest_m);
     // Of a form that stayed in space while all slide the ± was a third; the amplitude of the noise that lasts may be another.
     assert!(wavy_m > 0.9 * straight_m, "{wavy_m} {straight_m}");
+}
+
+/// Whole stripes beside the seam points are no reason to refuse what the seam points alone would answer: the errors of the shop are in both.
+#[test]
+fn whole_stripes_in_a_shop_are_answered_as_truly_as_said() {
+    // A camera and two profilers of an ordinary shop, good scans that are accepted by their seam points.
+    for seed in [7002, 7004, 7011] {
+        let cell = Shop { plates: true, ..Shop::new(Level::Ordinary, seed) }.cast().unwrap();
+        let found = calibrate(&cell.recording, cell.recording.initial.as_ref(), &Config::default()).unwrap();
+        let judged = judge::judged(&cell, &found);
+        assert!(found.findings.stripes.is_some() && judged.accepted, "{}", judged.in_words());
+        let (off, said) = (judged.true_mm().unwrap(), judged.said_mm.unwrap());
+        assert!(off < 3.0 * said, "{}", judged.in_words());
+    }
+}
+
+/// Where noise lasts from frame to frame the stripes' ± would be too small: unasked, the seam points are the answer.
+#[test]
+fn stripes_whose_noise_lasts_are_not_the_answer_unasked() {
+    let cell = Shop { plates: true, ..Shop::new(Level::Ordinary, 7012) }.cast().unwrap();
+    let outcome = |measurements| {
+        let config = Config { measurements, ..Config::default() };
+        let found = calibrate(&cell.recording, None, &config).unwrap();
+        let stripes = found.findings.stripes.unwrap();
+        (stripes.used, stripes.because)
+    };
+    assert_eq!(outcome(Measurements::Auto), (Measurements::Seam, Because::NoiseLasts));
+    assert_eq!(outcome(Measurements::Stripe), (Measurements::Stripe, Because::Asked));
 }

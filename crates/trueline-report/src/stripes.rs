@@ -175,6 +175,9 @@ fn used(stripes: &StripeOutcome) -> String {
         Because::Asked => "as asked",
         Because::Agreement => "they agree with the seam points",
         Because::KnowsLess => "the seam points know more",
+        Because::NoiseLasts => {
+            "the noise lasts from frame to frame, which only the seam points are adjusted for"
+        }
         Because::ShowsLess => "they do not show all of the hand-eye transform",
         Because::Disagreement => "they do not agree with the seam points",
         Because::TooFewFrames => "too few for an answer of their own",

@@ -1,14 +1,14 @@
 //! Cells of a shop: the same for the same seed, as frequent and as large errors as the table has them, and what each one changes.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use trueline_dataset::{Measured, Recording};
+use trueline_dataset::{Measured, PlateStripe, Recording};
 use trueline_geometry::Pose;
 use trueline_sim::shop::{DrawnErrors, Level, Shop, ShopCell, ShopError, TABLE};
 
 const SEED: u64 = 3;
 
 fn cell(seed: u64, only: &[ShopError]) -> ShopCell {
-    Shop { level: Level::Ordinary, seed, only: Some(only.to_vec()) }.cast().unwrap()
+    Shop { only: Some(only.to_vec()), ..Shop::new(Level::Ordinary, seed) }.cast().unwrap()
 }
 
 /// A cell of a kind of sensor, and its seed.
@@ -214,4 +214,36 @@ fn the_torch_misses_by_the_arms_own_errors() {
     let miss_m = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
     // Two poses that err each by about the accuracy, nearly alike: between a tenth of it and three times it.
     assert!(miss_m > 0.1 * accuracy_m && miss_m < 3.0 * accuracy_m, "{miss_m} {accuracy_m}");
+}
+
+/// Without errors both stripes of an image cross where the seam is seen, and a bowed plate's as far beside it as the plate is bowed.
+#[test]
+fn stripes_cross_where_the_seam_is() {
+    for kind in ["profiler", "camera"] {
+        let (seed, plain) = with_sensor(kind);
+        let shop = Shop { only: Some(Vec::new()), plates: true, ..Shop::new(Level::Ordinary, seed) };
+        let cell = shop.cast().unwrap();
+        assert!(plain.recording.stripes.is_empty());
+        let mut seen = 0;
+        for feature in cell.recording.features.iter().step_by(13) {
+            let mut both = cell.recording.stripes.iter().filter(|stripe| stripe.stamp_ns == feature.stamp_ns);
+            let (Some(one), Some(other)) = (both.next(), both.next()) else { continue };
+            let ends = |stripe: &PlateStripe| {
+                stripe.points.map(|point| {
+                    let two = numbers(&point);
+                    nalgebra::Vector2::new(two[0], two[1])
+                })
+            };
+            let ([a, b], [c, d]) = (ends(one), ends(other));
+            let (first, second) = (b - a, d - c);
+            let along = (c - a).perp(&second) / first.perp(&second);
+            let at = numbers(&feature.measured);
+            let off = (a + first * along - nalgebra::Vector2::new(at[0], at[1])).norm();
+            // A camera's lens bends a stripe of 12 mm by some hundredths of a pixel; own bows of the plates are 0.1 mm, over 40 µm a pixel.
+            let most = if kind == "camera" { 6.0 } else { 0.5e-3 };
+            assert!(off < most, "{kind}: {off}");
+            seen += 1;
+        }
+        assert!(seen > 20, "{kind}: {seen}");
+    }
 }

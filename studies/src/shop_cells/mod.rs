@@ -1,15 +1,16 @@
 //! Whole cells of a shop in which everything errs at once: is a good scan accepted, and is the answer as good as it says?
 //!
-//! `cargo run --release -p trueline-studies -- shop_cells [CELLS A LEVEL] [LEVEL] [FIRST SEED] [--cells] [--stated] [--strict]` prints two
+//! `cargo run --release -p trueline-studies -- shop_cells [CELLS A LEVEL] [LEVEL] [FIRST SEED] [--cells] [--stated] [--strict] [--plates]` prints two
 //! tables: what is accepted and how true it is, and what is refused for which reasons. With `--cells` a line a cell as well. With `--stated`
 //! the radius of the edge and the class of the robot are stated as they are. With `--strict` the seam error is that of another robot.
+//! With `--plates` cameras and profilers measure whole stripes.
 
 #[path = "../../../crates/trueline-method/tests/shop_judge/mod.rs"]
 mod judge;
 mod table;
 
 use judge::Judged;
-use trueline_method::{Config, Use, calibrate};
+use trueline_method::{Config, Measurements, Use, calibrate};
 use trueline_sim::shop::{Level, Shop, ShopCell, ShopTruth};
 
 /// Cells a level where nobody says.
@@ -29,10 +30,17 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     let mut columns = Vec::new();
     for level in Level::ALL.into_iter().filter(is_wanted) {
         let judged = |seed| {
-            let cell = Shop::new(level, seed).cast()?;
+            let cell = Shop { plates: has("--plates"), ..Shop::new(level, seed) }.cast()?;
             let config = if is_stated { stated(&cell.truth) } else { Config::default() };
             let used_at = Use { by_another_robot: is_strict, ..config.used_at };
-            let judged = judged(&cell, &Config { used_at, ..config });
+            let measurements = if has("--seam") {
+                Measurements::Seam
+            } else if has("--stripes") {
+                Measurements::Stripe
+            } else {
+                config.measurements
+            };
+            let judged = judged(&cell, &Config { used_at, measurements, ..config });
             if prints_cells {
                 println!("{}-{seed:03} {}", level.name(), judged.in_words());
             }

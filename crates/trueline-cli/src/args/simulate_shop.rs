@@ -12,7 +12,7 @@ use trueline_sim::shop::{ErrorRow, Level, Shop, ShopError, TABLE};
 )]
 pub(crate) struct ShopArgs {
     /// Write a cell of such a shop, and its check pass in OUT/check: readings without noise, and in truth.json where they belong. The
-    /// seed draws arm, sensor, seam, motion and errors
+    /// seed draws arm, sensor, seam, motion and errors. With --plates a camera or a profiler measures whole stripes as well
     #[arg(long, value_name = "LEVEL", value_parser = one_of(&LEVELS), conflicts_with_all = not_of_shops())]
     pub(crate) shop: Option<Level>,
     /// Keep only these errors, in the size that the shop gives them; `none` keeps none (--help lists them)
@@ -26,8 +26,23 @@ pub(crate) struct OnlyErrors(pub Vec<ShopError>);
 
 /// Options that say nothing of a shop: it draws its own scans.
 fn not_of_shops() -> Vec<&'static str> {
-    [&SEAM_SCAN_OPTIONS[..], &["time_offset_ms", "plates", "production", "boards", "images"]].concat()
+    [&SEAM_SCAN_OPTIONS[..], &["time_offset_ms", "production", "boards", "images"], &DRAWN_PLATES].concat()
 }
+
+/// What is said of plates elsewhere: a shop draws its own.
+const DRAWN_PLATES: [&str; 11] = [
+    "bow_mm",
+    "twist_mm",
+    "roughness_mm",
+    "plates_deg",
+    "step_mm",
+    "one_plate",
+    "gap_mm",
+    "mismatch_mm",
+    "column_noise_px",
+    "parquet",
+    "ProfileLookArgs",
+];
 
 static LEVELS: [Choice<Level>; 3] = [
     ("calm", "Errors of 0.6 times the size; those that not every cell has are half as frequent", Level::Calm),
@@ -37,9 +52,9 @@ static LEVELS: [Choice<Level>; 3] = [
 
 impl ShopArgs {
     /// The cell of a seed; `None` where no shop is asked for.
-    pub(crate) fn shop(&self, seed: u64) -> Option<Shop> {
+    pub(crate) fn shop(&self, seed: u64, plates: bool) -> Option<Shop> {
         let only = self.only.as_ref().map(|only| only.0.clone());
-        Some(Shop { level: self.shop?, seed, only })
+        Some(Shop { only, plates, ..Shop::new(self.shop?, seed) })
     }
 }
 

@@ -19,7 +19,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
     if let Some(board) = &args.boards.boards {
         return simulate_boards::run(args, board);
     }
-    if let Some(shop) = args.shop.shop(args.seed) {
+    if let Some(shop) = args.shop.shop(args.seed, args.plates.plates) {
         return simulate_shop::run(args, &shop);
     }
     if let Some(scan) = args.sighting_scan() {

@@ -105,6 +105,12 @@ impl Amplitudes {
             || (self.robot_is_worst && self.robot_m > WORST_SHIFT_M)
     }
 
+    /// Whether what lasts of the noise is as much as what is white, in one of both directions.
+    #[must_use]
+    pub fn noise_lasts(&self) -> bool {
+        self.lasting.iter().any(|noise| noise.lasting() >= 1.0)
+    }
+
     /// How many times as large as expected the noise is, white and lasting together, in the direction where that is most.
     #[must_use]
     pub fn noise_times(&self) -> f64 {

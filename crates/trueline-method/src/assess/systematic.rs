@@ -71,6 +71,19 @@ impl Systematic {
         own(&self.robot) + own(&self.sensor) + own(&self.feature_bias) + own(&self.held)
     }
 
+    /// The same errors of an estimate that none of them moves.
+    #[must_use]
+    pub(crate) fn of_nothing(&self) -> Self {
+        let still = |columns: &DMatrix<f64>| columns * 0.0;
+        Self {
+            robot: still(&self.robot),
+            sensor: still(&self.sensor),
+            sensor_shape: self.sensor_shape.clone(),
+            feature_bias: still(&self.feature_bias),
+            held: still(&self.held),
+        }
+    }
+
     /// What moves this estimate and not another of the same errors, over the first `size` components of both.
     #[must_use]
     pub fn minus(&self, other: &Self, size: usize) -> Self {

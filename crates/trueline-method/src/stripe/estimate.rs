@@ -51,6 +51,8 @@ pub struct SeamEstimate<'a> {
     pub answer: Answer,
     /// Its covariance by noise alone.
     pub noise: &'a DMatrix<f64>,
+    /// What of its noise lasts.
+    pub lasting: Lasting,
     /// What it owes to errors that are no noise.
     pub systematic: &'a Systematic,
     /// Those errors.
@@ -63,6 +65,20 @@ pub struct SeamEstimate<'a> {
     pub robot_taken: Option<RobotSigmas>,
     /// What the stamps leave unsaid of the time offset, added to a covariance.
     pub widened: &'a dyn Fn(DMatrix<f64>) -> DMatrix<f64>,
+}
+
+/// Noise of seam points that lasts from one to the next; so does that of the stripes of the same frames, which are estimated as if it were white.
+#[derive(Clone, Copy, Debug)]
+pub struct Lasting {
+    /// How many times the variance of white noise it makes.
+    pub variance: f64,
+    /// Whether most of the noise lasts.
+    pub is_most: bool,
+}
+
+impl Lasting {
+    /// All of it is white.
+    pub const NOT: Self = Self { variance: 1.0, is_most: false };
 }
 
 /// Uses the stripes of a recording as its user wishes; `None` if there are none, or only seam points are wanted.
@@ -115,6 +131,7 @@ pub fn estimate(seam: &SeamEstimate<'_>) -> Result<Option<StripeOutcome>, Error>
     let because = match (is_asked, enough) {
         (true, _) => Because::Asked,
         (false, false) => Because::TooFewFrames,
+        (false, true) if seam.lasting.is_most => Because::NoiseLasts,
         (false, true) => decided(&estimate),
     };
     let used =
@@ -177,7 +194,8 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     let attitudes = AttitudeNoise { sigma_rad: shared.robot_sigma_rad, factor: fit.noise_factor };
     let seen = flat_rank::shown(&fit.problem, fit.state(), attitudes, &fixed);
     let seen = seen.ok_or(NoPlates::NoPlane)?;
-    let noise = uncertainty::assess(&fit, (&information, &pose_noise), &shared);
+    let noise =
+        uncertainty::assess(&fit, (&information, &pose_noise), &shared).covariance * seam.lasting.variance;
     let errors = systematic::systematic(&fit, &information, &seam.shared).with_held(
         &fit.solution.equations.hessian,
         information.covariance_root(),
@@ -185,13 +203,12 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     );
     let explained = Explained { taken, levels: seam.shared.levels };
     let InSeam { answer: stripe, noise: noise_of_seam, errors: errors_of_seam } =
-        answer(seam, &fit, (&information, &seen), (&noise.covariance, &errors), &explained)
-            .ok_or(NoPlates::Parallel)?;
+        answer(seam, &fit, (&information, &seen), (&noise, &errors), &explained).ok_or(NoPlates::Parallel)?;
     // What a scan does not show has no end to be found; it is refused for that.
     if stripe.seam_error.is_some() && !(fit.is_settled && fit.solution.termination.is_converged()) {
         return Err(NoPlates::NotConverged);
     }
-    let all = noise.covariance + explained.left_of(&errors).covariance();
+    let all = noise + explained.left_of(&errors).covariance();
     let Planes { plates: planes, angles, steps } =
         planes::planes(observations, frames, fit.state(), (&all, &both_null(&seen, &information)));
     let sigmas_apart = unexplained(seam, (frames, &fit), &stripe, (&noise_of_seam, &errors_of_seam));

@@ -27,6 +27,8 @@ pub enum Because {
     Agreement,
     /// Both agree, but the stripes' seam error is more than 1.25 times that of the seam points.
     KnowsLess,
+    /// Most of the noise lasts from one frame to the next: the seam points are adjusted with that, and the stripes are not.
+    NoiseLasts,
     /// The hand-eye transform is not fully observable from the stripes.
     ShowsLess,
     /// They do not agree.
@@ -47,6 +49,7 @@ impl Because {
             Self::Asked => "asked",
             Self::Agreement => "agreement",
             Self::KnowsLess => "knows-less",
+            Self::NoiseLasts => "noise-lasts",
             Self::ShowsLess => "shows-less",
             Self::Disagreement => "disagreement",
             Self::TooFewFrames => "too-few-frames",

@@ -9,6 +9,7 @@ use super::error_table::ShopError;
 use super::joint_path::JointPath;
 use super::layout::Layout;
 use super::level::Level;
+use super::plates::{Image, PlateView, ShopPlates};
 use super::robot::ShopRobot;
 use super::seam::{RoundedEdge, SeamForm};
 use super::sensor::{AutomaticExposure, ShopSensor, TrueSeam, warmed};
@@ -18,13 +19,15 @@ use super::truth::{CheckPoint, ShopTruth};
 use crate::noise::Noise;
 use crate::scenario::SensorModel;
 use nalgebra::{Quaternion, UnitQuaternion, UnitVector3};
-use trueline_dataset::{Feature, Guess, Measured, Recording, RobotSample, Truth};
+use trueline_dataset::{Feature, Guess, Measured, PlateStripe, Recording, RobotSample, Truth};
 use trueline_geometry::{Line, Pose};
 
 /// Layouts that are tried until an arm can follow its path.
 const ATTEMPTS: u64 = 100;
 /// Stream of random numbers of clocks and rates.
 const TIMING_STREAM: u64 = 3930;
+/// Stream of random numbers of stripes.
+const STRIPES_STREAM: u64 = 3978;
 /// Time offsets, s.
 const OFFSETS_S: [f64; 2] = [-0.050, 0.150];
 /// Rates of images, Hz, and times between poses, s.
@@ -46,6 +49,8 @@ pub struct Shop {
     pub seed: u64,
     /// The only errors that are left; `None` leaves all.
     pub only: Option<Vec<ShopError>>,
+    /// Whether the sensor measures whole stripes on two plates; then its seam point is where they cross, and no edge is seen. One that gives points has none.
+    pub plates: bool,
 }
 
 /// A cell.
@@ -73,7 +78,7 @@ impl Shop {
     /// A cell with all the errors of its shop.
     #[must_use]
     pub fn new(level: Level, seed: u64) -> Self {
-        Self { level, seed, only: None }
+        Self { level, seed, only: None, plates: false }
     }
 
     /// The errors of the cell.
@@ -110,6 +115,7 @@ struct Casting<'a> {
 #[derive(Default)]
 struct Images {
     features: Vec<Feature>,
+    stripes: Vec<PlateStripe>,
     /// When the seam was in view, s.
     seen_s: Vec<f64>,
     outliers: usize,
@@ -171,6 +177,7 @@ impl<'a> Casting<'a> {
         let recording = Recording {
             initial,
             truth: Some(known),
+            stripes: images.stripes,
             ..Recording::new(stated, setup, robot, images.features)
         };
         Some(ShopCell { recording, check, truth })
@@ -210,6 +217,8 @@ impl<'a> Casting<'a> {
             middle_s.iter().map(|time_s| time_s + times.offset_s + clock.ahead_s(*time_s)).collect();
         let stamps = arrivals.stamps_ns(&sent_s, Stream::Images);
         let mut images = Images { count, ..Images::default() };
+        let plates = self.plates();
+        let mut noise = Noise::new(self.shop.seed, STRIPES_STREAM);
         for (k, time_s) in middle_s.iter().enumerate() {
             let work_rad = self.layout.course.at(*time_s).tilt_rad[0];
             let later_s = exposure.as_ref().map_or(0.0, |exposure| exposure.later_s(work_rad));
@@ -221,11 +230,15 @@ impl<'a> Casting<'a> {
             let (Some(Detected { measured, is_outlier }), Some(stamp_ns)) = (found, stamps[k]) else {
                 continue;
             };
+            let frame = times.counts_images.then_some(k as u64);
             images.outliers += usize::from(is_outlier);
+            let image = Image { exposed_s: time_s + later_s, stamp_ns, frame };
+            let stripes = plates.as_ref().map(|plates| self.stripes(plates, image, &mut noise));
+            images.stripes.extend(stripes.into_iter().flatten().flatten());
             images.features.push(Feature {
                 stamp_ns,
                 line: 0,
-                frame: times.counts_images.then_some(k as u64),
+                frame,
                 device_ns: None,
                 measured,
                 sigma: None,
@@ -235,12 +248,39 @@ impl<'a> Casting<'a> {
         images
     }
 
+    /// The plates, where whole stripes are measured.
+    fn plates(&self) -> Option<ShopPlates> {
+        let Layout { line, course, sensor, .. } = &self.layout;
+        let is_length = !matches!(sensor, SensorModel::CameraLaser { .. });
+        let sigma = detector::sigma(&self.errors, is_length);
+        let has_stripes = self.shop.plates && !matches!(sensor, SensorModel::Points { .. });
+        has_stripes
+            .then(|| ShopPlates::new(line, &self.layout.height(), course.length_m, sigma, self.shop.seed))
+    }
+
+    fn stripes(&self, plates: &ShopPlates, image: Image, noise: &mut Noise) -> [Option<PlateStripe>; 2] {
+        let view = PlateView {
+            sensor: &self.sensor,
+            line: &self.layout.line,
+            displacement: &|along_m| self.form.displacement_beside(along_m),
+            base_from_camera: &|time_s| self.base_from_camera(time_s),
+        };
+        plates.stripes(&view, image, noise)
+    }
+
     /// The seam, or a line aside of it, in an image whose middle row is exposed at a time, s.
     fn seen(&self, aside_m: f64, exposed_s: f64) -> Option<Measured> {
         let line = self.line_aside(aside_m);
-        let displacement = |along_m: f64| self.form.displacement(along_m);
-        let seam =
-            TrueSeam { line: &line, displacement: &displacement, rounded: RoundedEdge::of(&self.errors) };
+        // Where two fitted stripes cross there is no edge, and no tack.
+        let displacement = |along_m: f64| {
+            if self.shop.plates {
+                self.form.displacement_beside(along_m)
+            } else {
+                self.form.displacement(along_m)
+            }
+        };
+        let rounded = RoundedEdge::of(&self.errors).filter(|_| !self.shop.plates);
+        let seam = TrueSeam { line: &line, displacement: &displacement, rounded };
         Some(self.sensor.see(&seam, &|time_s| self.base_from_camera(time_s), exposed_s)?.measured)
     }
 

@@ -23,6 +23,7 @@ mod joint_path;
 mod layout;
 pub mod level;
 mod mounting;
+mod plates;
 mod robot;
 mod seam;
 mod sensor;

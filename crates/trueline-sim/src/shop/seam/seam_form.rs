@@ -37,10 +37,15 @@ impl SeamForm {
 
     /// Displacement in base at a place along the seam, counted from the middle of the scan, m.
     pub(crate) fn displacement(&self, along_m: f64) -> Vector3<f64> {
+        let tacks = self.tacks.as_ref().map_or([0.0; 2], |tacks| tacks.at(along_m));
+        self.displacement_beside(along_m) + self.axes[0] * tacks[0] + self.axes[1] * tacks[1]
+    }
+
+    /// The same of the plates beside the seam, on which no tack is.
+    pub(crate) fn displacement_beside(&self, along_m: f64) -> Vector3<f64> {
         let parts = [
             self.bow.as_ref().map(|bow| bow.at(along_m)),
             self.heat.as_ref().map(|heat| heat.at(along_m)),
-            self.tacks.as_ref().map(|tacks| tacks.at(along_m)),
             self.waves.as_ref().map(|waves| waves.at(along_m)),
         ];
         let sum = |axis: usize| parts.iter().flatten().map(|part| part[axis]).sum::<f64>();
