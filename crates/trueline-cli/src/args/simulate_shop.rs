@@ -41,7 +41,7 @@ const DRAWN_PLATES: [&str; 11] = [
     "mismatch_mm",
     "column_noise_px",
     "parquet",
-    "ProfileLookArgs",
+    "of_profiles",
 ];
 
 static LEVELS: [Choice<Level>; 3] = [

@@ -1,9 +1,9 @@
 //! How far a calibration is from the truth, by the cell's check pass.
 //! Shared by the test and the study `shop_cells`.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Matrix3x6, Matrix6, Point3, Vector3, Vector6};
 use trueline_dataset::{Guess, Recording};
-use trueline_geometry::se3;
+use trueline_geometry::so3;
 use trueline_method::evaluate::seam_points;
 use trueline_method::problem::parameters::ROTATION;
 use trueline_method::{Calibration, Config, Status};
@@ -26,7 +26,8 @@ pub(crate) struct Judged {
     pub(crate) miss_mm: Option<f64>,
     /// How many of its standard deviations the time offset is outside of the true interval.
     pub(crate) offset_z: Option<f64>,
-    /// Errors of hand-eye rotation and translation over their standard deviations, against the true transform.
+    /// Errors of hand-eye rotation and translation over their standard deviations, against the transform that places the readings of the sensor as it was
+    /// found best: what is wrong with its file is no error of the transform.
     pub(crate) hand_eye_z: Option<[f64; 6]>,
 }
 
@@ -100,13 +101,28 @@ pub(crate) fn judged(cell: &ShopCell, calibration: &Calibration) -> Judged {
     let [low, high] = cell.truth.time_offset_interval_s;
     let outside_s = (low - offset.value_s).max(offset.value_s - high).max(0.0);
     judged.offset_z = offset.sigma_s.map(|sigma_s| outside_s / sigma_s);
-    judged.hand_eye_z = hand_eye_z(cell, calibration);
+    judged.hand_eye_z = hand_eye_z(cell, calibration, &points);
     judged
 }
 
-fn hand_eye_z(cell: &ShopCell, calibration: &Calibration) -> Option<[f64; 6]> {
-    let found = calibration.best_fit().tool_from_camera;
-    let (turn, shift) = se3::difference_decoupled(&found, &cell.truth.tool_from_camera);
+/// `points` are where check points are placed in the tool, m.
+fn hand_eye_z(
+    cell: &ShopCell,
+    calibration: &Calibration,
+    points: &[(usize, Vector3<f64>)],
+) -> Option<[f64; 6]> {
+    // The motion that brings them where they are: p + ω × p + τ, to the first order.
+    let (mut normal, mut right) = (Matrix6::zeros(), Vector6::zeros());
+    for (k, at) in points {
+        let mut by = Matrix3x6::zeros();
+        by.fixed_columns_mut::<3>(0).copy_from(&-so3::hat(at));
+        by.fixed_columns_mut::<3>(3).fill_with_identity();
+        normal += by.tr_mul(&by);
+        right += by.tr_mul(&(cell.truth.points[*k].in_tool - at));
+    }
+    let motion = normal.cholesky()?.solve(&right);
+    let (turn, moved) = (motion.fixed_rows::<3>(0).into_owned(), motion.fixed_rows::<3>(3).into_owned());
+    let shift = turn.cross(&calibration.best_fit().tool_from_camera.translation.vector) + moved;
     let error = [turn.x, turn.y, turn.z, shift.x, shift.y, shift.z];
     let mut z = [0.0; 6];
     for (k, z) in z.iter_mut().enumerate() {
