@@ -31,6 +31,7 @@ import figures  # noqa: E402
 import gallery  # noqa: E402
 import reference  # noqa: E402
 
+INCLUDE = re.compile(r"^\s*(--8<--|\{\{#include)", re.MULTILINE)
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 SAME_PX = 1.5
 # What the program makes stands in the pages themselves, so that they can be read in a checkout.
@@ -50,6 +51,8 @@ def compare_parts(generated: dict[str, str], pages: list[Path], update: bool) ->
     faults, found = [], set()
     for page in pages:
         text = page.read_text()
+        if INCLUDE.search(text):
+            faults.append(f"{page.relative_to(ROOT)} shows a raw include in a checkout")
         for part in PART.finditer(text):
             name = part[1]
             found.add(name)
