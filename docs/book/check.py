@@ -3,8 +3,8 @@
 
     python check.py --program ../../target/release/trueline [--python INTERPRETER] [--site DIR] [--update]
 
-Checked are: a page or a section for every code of a reason or a warning; the generated parts of the reference and the
-figures; every command of every page with its exit code and output; citations; the links, also those to the source. Needs Python
+Checked are: a page or a section for every code of a reason or a warning; the parts of pages that the program makes, which stand between
+two comments; the figures; every command of every page with its exit code and output; citations; the links, also those to the source. Needs Python
 3.11 and what requirements.txt lists. --python names an interpreter with the module trueline, for the blocks of Python;
 without it they are not run, which is said. --update writes what differs into the book instead of failing.
 """
@@ -31,8 +31,11 @@ import figures  # noqa: E402
 import gallery  # noqa: E402
 import reference  # noqa: E402
 
+INCLUDE = re.compile(r"^\s*(--8<--|\{\{#include)", re.MULTILINE)
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 SAME_PX = 1.5
+# What the program makes stands in the pages themselves, so that they can be read in a checkout.
+PART = re.compile(r"<!-- made by check.py: (\S+) -->(.*?)<!-- end of \1 -->", re.DOTALL)
 
 
 def same_drawing(first: str, second: str) -> bool:
@@ -41,6 +44,29 @@ def same_drawing(first: str, second: str) -> bool:
         return False
     pairs = zip(NUMBER.findall(first), NUMBER.findall(second))
     return all(abs(float(a) - float(b)) <= SAME_PX for a, b in pairs)
+
+
+def compare_parts(generated: dict[str, str], pages: list[Path], update: bool) -> list[str]:
+    """Compares the parts of pages between two comments with what the program gives now, or writes them; returns what differs."""
+    faults, found = [], set()
+    for page in pages:
+        text = page.read_text()
+        if INCLUDE.search(text):
+            faults.append(f"{page.relative_to(ROOT)} shows a raw include in a checkout")
+        for part in PART.finditer(text):
+            name = part[1]
+            found.add(name)
+            now = generated.get(name)
+            if now is None:
+                faults.append(f"{page.relative_to(ROOT)}: nothing makes the part {name}")
+            elif part[2].strip() == now.strip():
+                continue
+            elif update:
+                text = text.replace(part[2], f"\n\n{now.strip()}\n\n", 1)
+                page.write_text(text)
+            else:
+                faults.append(f"{page.relative_to(ROOT)}: the part {name} is not what the program gives: run check.py --update")
+    return faults + [f"no page has the part {name}" for name in sorted(set(generated) - found)]
 
 
 def compare(generated: dict[str, str], folder: Path, same, update: bool) -> list[str]:
@@ -94,7 +120,7 @@ def check(options: argparse.Namespace, scratch: Path) -> list[str]:
         generated = reference.generate(program, ROOT, PAGES, scratch)
         gallery.generate(program, extra, scratch)
     faults = codes.check(ROOT, PAGES) + citations.check(ROOT / "docs/references.md", pages)
-    faults += compare(generated, BOOK / "generated", str.__eq__, options.update)
+    faults += compare_parts(generated, pages, options.update)
     faults += compare(drawings.result(), PAGES / "figures", same_drawing, options.update)
     faults += blocks.check(pages, scratch / "blocks", environment, options.update)
     return faults + build((options.site or scratch / "site").resolve(), environment, extra)

@@ -1,6 +1,6 @@
 //! Sensors drawn from their stated uncertainty, and an arm that is not where it says: is what is said of them true?
 //!
-//! `cargo run --release -p trueline-studies -- real_cells [CELLS] [nees|seam|arm|passes|streams]` prints the figures in BENCHMARKS.md.
+//! `cargo run --release -p trueline-studies -- real_cells [CELLS] [nees|seam|arm|passes|streams]` prints the figures in the book's page `theory/validation.md`.
 
 use crate::arguments::{number, word};
 use nalgebra::{DMatrix, DVector, Point3, UnitQuaternion, Vector2, Vector3};

@@ -1,6 +1,6 @@
 //! What each violation of the model does to a calibration: is the answer right within its ±, warned of, or refused?
 //!
-//! `cargo run --release -p trueline-studies -- violations [SCANS PER ROW] [WORDS OF A ROW]` prints the table in BENCHMARKS.md,
+//! `cargo run --release -p trueline-studies -- violations [SCANS PER ROW] [WORDS OF A ROW]` prints the table in the book's page `theory/validation.md`,
 //! or the rows that contain the words.
 
 use crate::arguments::{number, word};

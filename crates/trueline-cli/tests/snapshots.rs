@@ -22,7 +22,7 @@ fn told(folder: &Path, line: &str) -> (i32, String, String) {
 /// The book has the help of every command, made by its check; here without the book's tools.
 #[test]
 fn the_help_of_every_command_is_that_of_the_book() {
-    let book = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/book/generated/commands.md");
+    let book = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/book/src/reference/commands.md");
     let Ok(book) = fs::read_to_string(book) else {
         // A published crate comes without the book.
         assert!(!Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs").exists());
@@ -47,7 +47,7 @@ fn the_help_of_every_command_is_that_of_the_book() {
 
 #[test]
 fn every_command_is_in_the_book() {
-    let book = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/book/generated/commands.md");
+    let book = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/book/src/reference/commands.md");
     let Ok(book) = fs::read_to_string(book) else {
         // A published crate comes without the book.
         assert!(!Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs").exists());

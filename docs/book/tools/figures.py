@@ -1,8 +1,10 @@
 """All figures of the book, each from what the program gives now."""
 
 import charts
+import growing
 import reference
 import scenes
+import theory
 from scan import Scene, simulated
 
 
@@ -22,5 +24,9 @@ def generate(program, scratch) -> dict[str, str]:
         "before-after.svg": charts.before_after(program, folder),
         "convergence.svg": charts.convergence(program, folder),
         "budget.svg": charts.budget(program, folder),
+        "growing.svg": growing.film(program, folder, good),
+        "blocks.svg": theory.blocks(program, folder),
+        "honest.svg": theory.honest(program, folder),
+        "stripe.svg": theory.stripe(program, folder),
         "presets.svg": charts.presets(program, folder, [name for name, _ in reference.preset_names(program)]),
     }

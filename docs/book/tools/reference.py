@@ -159,15 +159,15 @@ def reproduced(tables: Path) -> str:
 
 
 def generate(program: Path, root: Path, pages: Path, scratch: Path) -> dict[str, str]:
-    """All generated parts by the name of their file."""
+    """All generated parts by their name in the comments of a page."""
     repeat = [program, "reproduce", "--quiet", "--repeats", "2", "--out", scratch / "reproduced"]
     subprocess.run(repeat, check=True)
     return {
-        "commands.md": commands(program),
-        "exit-codes.md": exit_codes(program),
-        "presets.md": presets(program, scratch),
-        "result.md": result(root / "docs/result.schema.json"),
-        "not-accepted.md": not_accepted(pages),
-        "reproduced.md": reproduced(scratch / "reproduced/tables.md"),
-        "export-forms.md": export_forms(program),
+        "commands": commands(program),
+        "exit-codes": exit_codes(program),
+        "presets": presets(program, scratch),
+        "result": result(root / "docs/result.schema.json"),
+        "not-accepted": not_accepted(pages),
+        "reproduced": reproduced(scratch / "reproduced/tables.md"),
+        "export-forms": export_forms(program),
     }

@@ -24,11 +24,12 @@ pub(crate) fn link_hint(error: &LinkError) -> (String, &'static str) {
         LinkError::AnyPort { .. } => {
             (error.to_string(), "name the port that its UDPUC device has, for example 6510")
         }
-        LinkError::InputsNotNeeded => {
-            (format!("--inputs: {error}"), "leave it out; docs/live.md says what to set on the controller")
-        }
+        LinkError::InputsNotNeeded => (
+            format!("--inputs: {error}"),
+            "leave it out; the book's page Live says what to set on the controller",
+        ),
         LinkError::Inputs(_) => {
-            (format!("--inputs {error}"), "docs/live.md says which inputs can be heard of")
+            (format!("--inputs {error}"), "the book's page Live says which inputs can be heard of")
         }
         LinkError::AnswerNotNeeded => {
             (format!("--answer-rsi: {error}"), "leave it out; it is for kuka-rsi without ONLYSEND")

@@ -73,7 +73,9 @@ fn endpoint(bind: SocketAddr, args: &ScanArgs) -> Result<Endpoint, Failure> {
         LinkAddress { protocol: Protocol::Egm, bind: Some(bind), robot: args.robot, robot_port: None };
     match address.open(HostClock::start())? {
         RobotLink::Egm(endpoint) => Ok(*endpoint),
-        RobotLink::Other(_) => Err(Failure::new("only robots that speak EGM are guided", "see docs/live.md")),
+        RobotLink::Other(_) => {
+            Err(Failure::new("only robots that speak EGM are guided", "see the book's page Live"))
+        }
     }
 }
 

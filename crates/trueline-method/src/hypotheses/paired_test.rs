@@ -21,7 +21,7 @@ use crate::solve::fit::Fit;
 use crate::solve::solver::REJECTING;
 
 /// Beyond this z the sign of the difference is no chance: 5 σ. Scans of 20 s and more decide at z above 100; a few scans of
-/// 5 s come near it (BENCHMARKS.md, "weaves").
+/// 5 s come near it (study `weaves`).
 pub(crate) const DECISIVE_Z: f64 = 5.0;
 
 /// The same for two solutions of one time offset, as mirrored attitudes are. They have the noise of each frame in common: if
