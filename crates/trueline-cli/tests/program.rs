@@ -287,12 +287,24 @@ fn a_cell_of_a_shop_comes_with_its_check_pass() {
     assert!(!dir.path().join("cell.replaced-1").exists());
 }
 
+/// Seed 2 is a camera or a profiler: it has stripes with --plates alone.
+#[test]
+fn a_shop_with_plates_writes_stripes() {
+    let dir = tempfile::tempdir().unwrap();
+    for (out, plates) in [("without", &[][..]), ("with", &["--plates"])] {
+        let command = ["simulate", "--shop", "calm", "--seed", "2", "--quiet", "--out", out];
+        let output = trueline(dir.path(), &[&command[..], plates].concat());
+        assert_eq!(code(&output), 0, "{}", words(&output));
+        assert_eq!(dir.path().join(out).join("stripes.csv").exists(), out == "with");
+    }
+}
+
 #[test]
 fn a_shop_refuses_options_that_it_would_not_use() {
     let dir = tempfile::tempdir().unwrap();
     let others: [&[&str]; 7] = [
         &["--preset", "good"],
-        &["--plates"],
+        &["--plates", "--bow-mm", "0.2"],
         &["--outliers", "0.2"],
         &["--time-offset-ms", "5"],
         &["--fault", "focal"],
