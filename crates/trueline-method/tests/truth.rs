@@ -158,6 +158,24 @@ fn forty_percent_outliers_and_ten_percent_drops() {
     assert!((0.34..0.46).contains(&share), "{share}");
 }
 
+/// Of so many outliers most differences of neighbours are of one: the noise beside all other errors is not taken from these alone, and the reason is the true one.
+#[test]
+fn forty_percent_outliers_are_not_taken_for_noise() {
+    let mut scenario = Preset::Good.scenario();
+    scenario.disturbance.outlier_fraction = 0.4;
+    let recording = simulate(&scenario, 1).unwrap();
+    let config = Config { edge_radius_m: Some(0.3e-3), ..Config::default() };
+    let calibration = calibrate(&recording, None, &config).unwrap();
+    assert!(calibration.findings.fit.amplitudes.is_some());
+    let codes: Vec<&str> = calibration.reasons().iter().map(|reason| reason.code()).collect();
+    assert_eq!(codes, ["too-many-outliers"]);
+    // The sensor is where it is all the same.
+    let sigmas = calibration.findings.checks.seam_error.unwrap().rms_m;
+    let truth = recording.truth.as_ref().unwrap().parameters.tool_from_camera;
+    let off = calibration.best_fit().tool_from_camera.translation.vector - truth.translation.vector;
+    assert!(off.norm() < 4.0 * sigmas, "{off} {sigmas}");
+}
+
 /// The start from the mirrored attitude falls back into the solution, but slowly for the gross errors: it is no second one.
 #[test]
 fn the_papers_scan_with_forty_percent_outliers() {
