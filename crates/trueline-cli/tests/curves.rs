@@ -292,3 +292,16 @@ fn scans_that_show_no_curve_are_refused_with_their_cause() {
     assert_eq!(code(&output), 2, "{}", words(&output));
     assert!(words(&output).contains("five seam points for each"), "{}", words(&output));
 }
+
+/// A curved weld is no straight seam that changed: `watch` says so instead of an alarm.
+#[test]
+fn a_curved_weld_is_refused_by_watch() {
+    let dir = tempfile::tempdir().unwrap();
+    cast(dir.path(), &["arc"], "weld");
+    calibrated(dir.path(), &["weld"], 0);
+    let output =
+        trueline(dir.path(), &["watch", "weld", "--state", "cell.sqlite", "--calibration", "result.json"]);
+    let words = words(&output);
+    assert!(code(&output) == 2 && words.contains("curved") && words.contains("straight seam"), "{words}");
+    assert!(!words.contains("ALARM"), "{words}");
+}

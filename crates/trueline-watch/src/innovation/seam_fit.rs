@@ -46,6 +46,10 @@ fn fitted(of: &PlacedFeatures, number: u32, shape_origin_m: [f64; 2]) -> Result<
     let points: Vec<Vector3<f64>> =
         own.iter().map(|f| f.placement.point_in_base(&f.point_in_camera)).collect();
     let mut seam = first(&points).ok_or(WeldError::NoLine { line: number })?;
+    let off_m = third_off_m(&points, &seam.line);
+    if off_m > CURVED_M {
+        return Err(WeldError::Curved { line: number, off_m });
+    }
     let mut factor = f64::INFINITY;
     for _ in 0..ROUNDS {
         let all: Vec<Linearized> =
@@ -58,6 +62,17 @@ fn fitted(of: &PlacedFeatures, number: u32, shape_origin_m: [f64; 2]) -> Result<
         seam.line = seam.line.retract(&Vector4::new(step[0], step[1], step[2], step[3]));
     }
     Ok(SeamFit { seam, noise_factor: factor })
+}
+
+/// A seam is curved where a third of its points are farther than this from a straight line, m: no change of a calibration that a cell works with moves them so far
+/// apart from each other, and a seam that is called straight bows by a fifth of it.
+const CURVED_M: f64 = 5e-3;
+
+/// A third of the points are farther from a line than this, m.
+fn third_off_m(points: &[Vector3<f64>], line: &Line) -> f64 {
+    let mut off_m: Vec<f64> = points.iter().map(|point| line.distance(point)).collect();
+    off_m.sort_by(f64::total_cmp);
+    off_m.get(2 * off_m.len() / 3).copied().unwrap_or(0.0)
 }
 
 /// Rounds of the fit: each gains the ratio of the step to the distance from the sensor, a factor of a hundred; the first

@@ -16,6 +16,17 @@ pub enum WeldError {
         /// How many are needed.
         needed: usize,
     },
+    /// The seam is no straight one.
+    #[error(
+        "seam {line} is curved: a third of its points are more than {:.0} mm off a straight line, and only straight seams can be watched",
+        off_m * 1e3
+    )]
+    Curved {
+        /// Which seam.
+        line: u32,
+        /// A third of its points are farther than this from a straight line, m.
+        off_m: f64,
+    },
     /// The features of a seam lie on no line that crosses the laser plane.
     #[error("the features of seam {line} lie on no straight line across the laser plane")]
     NoLine {
@@ -31,6 +42,9 @@ impl WeldError {
         match self {
             Self::Recording(error) => error.hint(),
             Self::TooFewFeatures { .. } => "record the robot and the sensor over the whole weld",
+            Self::Curved { .. } => {
+                "watch a straight seam of the part, or a check scan over a straight edge: `trueline plan CELL --calibration RESULT --duration-s 5`"
+            }
             Self::NoLine { .. } => {
                 "is it the calibration of this sensor? `trueline evaluate WELD --calibration RESULT` shows the points"
             }
