@@ -1,15 +1,14 @@
 //! What a fit says: its findings and the verdict.
 
 use crate::adjusted::{Adjusted, Unsolved, adjusted, residuals_of};
+use crate::answered::{Answered, beside_cause, with_sensor};
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::convergence;
-use crate::assess::corrected_sensor::CorrectedSensor;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::{self, Subject};
-use crate::assess::file_frame::{FileFrame, HandEyeOfFile, StatedSensor};
 use crate::assess::instead_of_sensor::{self, InsteadOfSensor};
 use crate::assess::misfit_patterns::Patterns;
-use crate::assess::observability::{Group, Observability, RANK_THRESHOLD};
+use crate::assess::observability::{Group, RANK_THRESHOLD};
 use crate::assess::profile_likelihood::{self, Widening};
 use crate::assess::residuals::{self, FeatureResidual};
 use crate::assess::seam_error::{self, SeamError, SeamErrorSources};
@@ -31,10 +30,11 @@ use crate::input::stops::Stops;
 use crate::models::held::compare;
 use crate::models::tried::{ModelTried, of_adjustment};
 use crate::problem::line_problem::LineProblem;
-use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
+use crate::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::solve::covariance::{self, Uncertainty};
 use crate::solve::solver::Solver;
-use crate::stripe::estimate::{self, Lasting, SeamEstimate};
+use crate::stripe::estimate::{self, SeamEstimate};
+use crate::stripe::lasting::Lasting;
 use crate::stripe::outcome::{Answer, StripeOutcome};
 use crate::stripe::systematic::SharedErrors;
 use crate::verdict;
@@ -166,13 +166,6 @@ struct SeamErrors<'a> {
     lasting: Lasting,
 }
 
-/// How many times as large one covariance of clock and hand-eye is as another, on the average over their components; 1 at least.
-fn times(one: &DMatrix<f64>, other: &DMatrix<f64>) -> f64 {
-    let of_component = (0..LINES).filter(|k| one[(*k, *k)] > 0.0 && other[(*k, *k)] > 0.0);
-    let logs: Vec<f64> = of_component.map(|k| (one[(k, k)] / other[(k, k)]).ln()).collect();
-    (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp().max(1.0)
-}
-
 /// With every error adjusted, with what the stripes say, and the verdict.
 fn judged(
     from: &Concluded<'_>,
@@ -185,10 +178,7 @@ fn judged(
         let noise = findings.unknowns.covariance.clone();
         let systematic = errors.systematic.of_nothing();
         // What lasts in the seam points lasts in the stripes of the same frames.
-        let lasting = Lasting {
-            variance: times(&findings.unknowns.noise_covariance, errors.noise),
-            is_most: amplitudes.noise_lasts(),
-        };
+        let lasting = Lasting::of(amplitudes, &findings.unknowns.noise_covariance, errors.noise);
         let of_adjusted = SeamErrors { noise: &noise, systematic: &systematic, lasting, ..*errors };
         add_stripes(from, &mut findings, &of_adjusted)?;
     } else {
@@ -322,46 +312,6 @@ fn take_adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>, findings: &mut
     findings.unknowns.sensor = beside_cause(from, &findings.unknowns);
     if !findings.unknowns.sensor.is_some_and(|shape| shape.is_off()) {
         findings.checks.instead_of_sensor.clear();
-    }
-}
-
-/// What is said of the sensor, beside the cause that explains its residuals.
-fn beside_cause(from: &Concluded<'_>, unknowns: &Unknowns) -> Option<SensorShape> {
-    let Unknowns { parameters, covariance, .. } = unknowns;
-    unknowns.sensor.map(|shape| shape.beside(from.cause.as_ref(), parameters, covariance))
-}
-
-/// An answer without what it says of the sensor.
-struct Answered {
-    parameters: Parameters,
-    covariance: DMatrix<f64>,
-    noise_covariance: DMatrix<f64>,
-    observability: Observability,
-}
-
-/// With what it says of the sensor; the transform is that of the stated file.
-fn with_sensor(from: &Concluded<'_>, answered: Answered) -> Unknowns {
-    let Answered { parameters, covariance, noise_covariance, observability } = answered;
-    let observations = &from.assessed.drift_free.observations;
-    let shows_hand_eye = observability.shows_hand_eye();
-    // A transform that is held is what the user stated of his file.
-    let is_held = from.settings.fixed.iter().any(|k| (ROTATION..LINES).contains(k));
-    let stated = StatedSensor::of(observations, &parameters).filter(|_| shows_hand_eye && !is_held);
-    let frame = stated.as_ref().map_or_else(FileFrame::of_estimate, |stated| stated.frame);
-    Unknowns {
-        estimated: (0..parameters.dimension()).map(|k| !from.settings.fixed.contains(&k)).collect(),
-        sensor: SensorShape::of(from.recording, &parameters, &covariance, from.knowledge),
-        corrected: CorrectedSensor::of(from.recording, observations, &parameters, &covariance)
-            .filter(|_| shows_hand_eye),
-        stated,
-        written: None,
-        of_file: HandEyeOfFile::of(frame, &parameters, &covariance, &noise_covariance),
-        parameters,
-        covariance,
-        noise_covariance,
-        observability,
-        held_at_guess: false,
-        has_time_offset: !from.settings.config.at_stops,
     }
 }
 

@@ -23,6 +23,7 @@
 
 mod adjusted;
 pub mod adjustment;
+mod answered;
 pub mod assess;
 pub mod axes;
 pub mod calibrate;

@@ -1,6 +1,6 @@
 //! The plates' estimate beside that of the seam points, and which is the answer.
 
-use crate::assess::observability::{self, Group, Observability, RANK_THRESHOLD, Unobservable};
+use crate::assess::observability::RANK_THRESHOLD;
 use crate::assess::robot_field::RobotSigmas;
 use crate::assess::seam_error::{self, SeamErrorSources};
 use crate::assess::systematic::{Systematic, SystematicLevels};
@@ -10,7 +10,7 @@ use crate::hypotheses::feature_bias::TakenBias;
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::Observations;
 use crate::input::skip::Skip;
-use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION, line_index};
+use crate::problem::parameters::{LINES, Parameters, TIME_OFFSET};
 use crate::solve::fit::Fit;
 use crate::solve::settings::FitSettings;
 use crate::stripe::agreement::{AGREEMENT_SIGMAS, sigmas_apart};
@@ -18,19 +18,19 @@ use crate::stripe::fit::{StripeFit, StripeSolver};
 use crate::stripe::flat_rank::AttitudeNoise;
 use crate::stripe::frames::{StripeFrames, frames};
 use crate::stripe::freed::without_bias;
+use crate::stripe::lasting::Lasting;
 use crate::stripe::no_plates::NoPlates;
 use crate::stripe::outcome::{Answer, Apart, Because, LEAST_SHARE, StripeEstimate, StripeOutcome};
 use crate::stripe::outlier_counts::OutlierCounts;
 use crate::stripe::planes::Planes;
 use crate::stripe::seam_of_straight_lines::moved_without_forms;
 use crate::stripe::systematic::SharedErrors;
-use crate::stripe::unknowns::StripeUnknowns;
 use crate::stripe::whitening::SharedNoise;
 use crate::stripe::{
-    as_seam, flat_rank, motion_information, planes, robot_accuracy, start, systematic, uncertainty,
+    as_seam, flat_rank, motion_information, planes, robot_accuracy, shown, start, systematic, uncertainty,
 };
 use nalgebra::{DMatrix, DVector, SVector, Vector3};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use trueline_dataset::Recording;
 use trueline_geometry::Trajectory;
 use trueline_lsq::Information;
@@ -65,20 +65,6 @@ pub struct SeamEstimate<'a> {
     pub robot_taken: Option<RobotSigmas>,
     /// What the stamps leave unsaid of the time offset, added to a covariance.
     pub widened: &'a dyn Fn(DMatrix<f64>) -> DMatrix<f64>,
-}
-
-/// Noise of seam points that lasts from one to the next; so does that of the stripes of the same frames, which are estimated as if it were white.
-#[derive(Clone, Copy, Debug)]
-pub struct Lasting {
-    /// How many times the variance of white noise it makes.
-    pub variance: f64,
-    /// Whether most of the noise lasts.
-    pub is_most: bool,
-}
-
-impl Lasting {
-    /// All of it is white.
-    pub const NOT: Self = Self { variance: 1.0, is_most: false };
 }
 
 /// Uses the stripes of a recording as its user wishes; `None` if there are none, or only seam points are wanted.
@@ -210,7 +196,7 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     }
     let all = noise + explained.left_of(&errors).covariance();
     let Planes { plates: planes, angles, steps } =
-        planes::planes(observations, frames, fit.state(), (&all, &both_null(&seen, &information)));
+        planes::planes(observations, frames, fit.state(), (&all, &shown::both_null(&seen, &information)));
     let sigmas_apart = unexplained(seam, (frames, &fit), &stripe, (&noise_of_seam, &errors_of_seam));
     Ok(StripeEstimate {
         planes,
@@ -295,7 +281,8 @@ fn answer(
     let errors_of_answer = explained.left_of(&errors_of_seam);
     let noise_of_seam = &slope * noise * slope.transpose();
     let noise_covariance = (seam.widened)(noise_of_seam.clone());
-    let observability = observability(seam, fit, (information, seen), &parameters);
+    let observability =
+        shown::observability(&seam.answer.observability, fit, (information, seen), &parameters);
     let all_seen = observability.observable_components[..LINES].iter().all(|seen| *seen);
     let model = &slope * information.covariance() * slope.transpose();
     let sources = |hessian: &DMatrix<f64>| {
@@ -374,78 +361,4 @@ fn apart(
         seam.noise[place] + noise[place] + by_errors[place] + by_forms + rounding
     });
     sigmas_apart(&chosen, &covariance)
-}
-
-/// What the stripes show. No target of unknown place shows a translation that attitudes do not, nor a time offset that only
-/// noise shows: there the seam points' finding, which is tested against noise, holds for the plates as well. The rank is that of what is seen of flat
-/// plates; nothing counts as known of which the covariance lacks a direction.
-fn observability(
-    seam: &SeamEstimate<'_>,
-    fit: &StripeFit<'_>,
-    (information, shown): (&Information, &Information),
-    at: &Parameters,
-) -> Observability {
-    let null = &both_null(shown, information);
-    let before = &seam.answer.observability;
-    let group_of_seam = |group: Group| before.unobservable.iter().find(|u| u.group == group).cloned();
-    let shows_time_offset =
-        !observability::is_null(null, TIME_OFFSET) && group_of_seam(Group::TimeOffset).is_none();
-    let without_lines = Parameters { lines: Vec::new(), curvatures: Vec::new(), ..at.clone() };
-    let mut unobservable = observability::named(null, &without_lines, shows_time_offset);
-    if !unobservable.iter().any(|u| u.group == Group::Translation) {
-        unobservable.extend(group_of_seam(Group::Translation));
-    }
-    let mut seen = vec![true; at.dimension()];
-    seen[TIME_OFFSET] = shows_time_offset;
-    let translation = unobservable.iter().any(|u| u.group == Group::Translation);
-    for (k, seen) in seen.iter_mut().enumerate().take(LINES).skip(ROTATION) {
-        let as_before = k < TRANSLATION || !translation || before.observable_components[k];
-        *seen = as_before && !observability::is_null(null, k);
-    }
-    for joint in 0..at.lines.len() {
-        let (one, other) = fit.state().joints[joint].at_seam();
-        let surfaces = one.into_iter().flatten().chain([other]);
-        let mut rows = surfaces.flat_map(|number| fit.problem.unknowns.plane(joint, number));
-        if rows.any(|row| observability::is_null(null, row)) {
-            seen[line_index(joint)..line_index(joint + 1)].fill(false);
-            unobservable.push(Unobservable { group: Group::Line(joint), directions: Vec::new() });
-        }
-    }
-    let known_before = fit.problem.unknowns.known_before().len();
-    let only_noise = !shows_time_offset && !observability::is_null(shown.null_space(), TIME_OFFSET);
-    let information = shown;
-    let largest = information.singular_values().max().max(f64::MIN_POSITIVE);
-    Observability {
-        rank: information.rank().saturating_sub(usize::from(only_noise) + known_before),
-        size: information.size().saturating_sub(known_before),
-        condition: information.condition(),
-        singular_values: information.singular_values().iter().map(|value| value / largest).collect(),
-        composition: information
-            .composition()
-            .iter()
-            .map(|parts| in_seam(parts, fit.problem.unknowns))
-            .collect(),
-        unobservable,
-        observable_components: seen,
-    }
-}
-
-/// The null directions of two information matrices side by side.
-fn both_null(one: &Information, other: &Information) -> DMatrix<f64> {
-    let (one, other) = (one.null_space(), other.null_space());
-    let mut both = one.clone().resize_horizontally(one.ncols() + other.ncols(), 0.0);
-    both.columns_mut(one.ncols(), other.ncols()).copy_from(other);
-    both
-}
-
-/// Components of the plates' tangent as those of the seam's: a plane counts as the line that it bounds.
-fn in_seam(parts: &[usize], unknowns: StripeUnknowns) -> Vec<usize> {
-    let place = |part: &usize| match *part {
-        clock_or_hand_eye @ 0..LINES => clock_or_hand_eye,
-        plane => line_index(((plane - LINES) / unknowns.planes_of_joint()).min(unknowns.joints - 1)),
-    };
-    let mut named: Vec<usize> = parts.iter().map(place).collect();
-    let mut seen = BTreeSet::new();
-    named.retain(|part| seen.insert(*part));
-    named
 }
