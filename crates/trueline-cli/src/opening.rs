@@ -36,6 +36,21 @@ pub(crate) fn in_profiles(all: &[Profile], joint: Option<Joint>, quiet: bool) ->
     trueline::open::seams_of_profiles(all, joint, &Words::new(quiet)).map_err(|error| failure(&error, joint))
 }
 
+/// The same; `None`, with why in words, where no profile shows one.
+pub(crate) fn in_profiles_if_any(
+    all: &[Profile],
+    joint: Option<Joint>,
+    quiet: bool,
+) -> Result<Option<FoundSeams>, Failure> {
+    match trueline::open::seams_of_profiles(all, joint, &Words::new(quiet)) {
+        Err(error @ OpenError::NoSeamInProfiles { .. }) => {
+            output::words(&error.to_string());
+            Ok(None)
+        }
+        found => found.map(Some).map_err(|error| failure(&error, joint)),
+    }
+}
+
 /// Says what became of a recording in MCAP or rosbag2.
 pub(crate) fn tell(imported: &Imported) {
     trueline::open::told_of_import(imported, &Words::new(false));

@@ -127,8 +127,8 @@ fn read_sigma(table: &Table<'_>, sensor: &Sensor) -> Result<Option<[f64; 2]>, Er
                 "sigma_u and sigma_v"
             };
             Err(table.error(Problem::MissingColumn {
-                name: suffix.to_owned(),
-                found: "only one of the two".to_owned(),
+                name: format!("{suffix}, both or none,"),
+                found: "one of them".to_owned(),
             }))
         }
     }

@@ -75,8 +75,8 @@ fn read_sigma(table: &Table<'_>) -> Result<Option<[f64; 2]>, Error> {
         (Some(turn), Some(shift)) => Ok(Some([turn, shift])),
         (None, None) => Ok(None),
         _ => Err(table.error(Problem::MissingColumn {
-            name: "sigma_mm and sigma_deg".to_owned(),
-            found: "only one of the two".to_owned(),
+            name: "sigma_mm and sigma_deg, both or none,".to_owned(),
+            found: "one of them".to_owned(),
         })),
     }
 }

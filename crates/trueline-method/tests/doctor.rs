@@ -62,7 +62,7 @@ fn orders_and_inversions_of_the_robots_poses() {
     );
     assert_named(
         |r| r.robot.iter_mut().for_each(|s| s.base_from_tool = s.base_from_tool.inverse()),
-        "tool_from_base; invert",
+        "tool_from_base: invert",
     );
     assert_named(
         |r| {

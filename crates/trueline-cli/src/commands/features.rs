@@ -136,7 +136,9 @@ fn of_profiles(args: &FeaturesArgs, profiles: &[Profile]) -> Result<ExitCode, Fa
             "leave it out: of the options only --joint is for profiles",
         ));
     }
-    let found = opening::in_profiles(profiles, args.joint, args.quiet)?;
+    let Some(found) = opening::in_profiles_if_any(profiles, args.joint, args.quiet)? else {
+        return Ok(ExitCode::from(1));
+    };
     let kept = folder::replace_features(&args.dataset, &found.features)?;
     let kept = kept.into_iter().chain(folder::replace_stripes(&args.dataset, &found.stripes)?);
     if !args.quiet {

@@ -140,8 +140,7 @@ fn unexplained(result: &Result<Calibration, Error>, not_tried: usize) -> String 
     match result {
         Err(error) => format!("{error}; {}", error.hint()),
         Ok(_) if not_tried > 0 => format!(
-            "none of the mistakes that were tried explains it, and there was no time for {not_tried} others, most of them rare orders of \
-             Euler angles: `--longest-s 120` tries them"
+            "none of the mistakes that were tried explains it; there was no time for {not_tried} others: `--longest-s 120` tries them"
         ),
         Ok(_) => "none of the usual mistakes explains it: check that laser plane and camera belong together, that the \
              line is straight and did not move, and that robot.csv and features.csv are of the same scan"

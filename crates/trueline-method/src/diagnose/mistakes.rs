@@ -50,7 +50,8 @@ pub(crate) const MISTAKES: &[Mistake] = &[
     },
     Mistake {
         name: "inverted poses",
-        says: "the poses are tool_from_base; invert them to base_from_tool",
+        says: "the poses are tool_from_base: invert them to base_from_tool; or the sensor stands where sensor.toml does not say, beside the \
+               robot (mounted = \"fixed\") or on its tool: the data cannot tell, so look which it is",
         mend: |r| Some(with_poses(r, |p| p.base_from_tool.inverse())),
     },
     Mistake {

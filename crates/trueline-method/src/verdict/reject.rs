@@ -44,6 +44,10 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
         // All else that the fit says would be said of that error.
         return reasons;
     }
+    if let Some(reason) = outdone_by_far(f) {
+        // All else that the fit says would be said of a wrong answer.
+        return std::iter::once(reason).chain(of_streams(f)).collect();
+    }
     if let Some(amplitudes) = &f.fit.amplitudes {
         return of_adjusted(f, amplitudes);
     }
@@ -205,6 +209,16 @@ fn contradicted(f: &Findings) -> Vec<Reason> {
 }
 
 /// A rival of the answer that is better, or that the scan does not tell from it.
+/// Residuals that are so many times as large as those of another answer are those of a wrong start.
+const BY_FAR: f64 = 3.0;
+
+/// Another answer that fits the scan far better than the one that a guess led to.
+fn outdone_by_far(f: &Findings) -> Option<Reason> {
+    let better = f.checks.better.filter(|better| BY_FAR * better.noise_factor < f.fit.noise_factor)?;
+    let better_time_offset_s = better.time_offset_s + f.streams.images_ahead_s;
+    Some(Reason::WorseMinimum { better_time_offset_s })
+}
+
 fn other_minima(f: &Findings) -> Vec<Reason> {
     let ambiguity = &f.checks.ambiguity;
     // As the stamps were recorded, as everywhere else on the page.
