@@ -128,6 +128,14 @@ pub enum Error {
         /// How many it takes.
         needed: usize,
     },
+    /// Too few stops.
+    #[error("there are readings at {stops} stop(s), and at least {needed} are needed")]
+    TooFewStops {
+        /// Stops with a reading.
+        stops: usize,
+        /// How many it takes.
+        needed: usize,
+    },
     /// Robot poses that are too far apart to tell what the robot did between them.
     #[error("the robot's poses are {period_s:.3} s apart, at most {most_s} s can be used")]
     RobotTooSlow {
@@ -274,6 +282,7 @@ impl Error {
                 "correct its [laser_plane], or leave it out: it is then fitted to the points"
             }
             Self::NoOverlap { .. } => "both streams must be stamped by the same clock, up to the time offset",
+            Self::TooFewStops { .. } => "add stops, with the sensor tilted and turned differently at each",
             Self::TooFewImages { .. } => {
                 "does the stamp advance from picture to picture, or from profile to profile?"
             }

@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{UnitVector3, Vector3};
-use trueline_dataset::{Guess, Recording};
+use trueline_dataset::{Guess, Measured, Recording};
 use trueline_geometry::{Line, se3, so3};
-use trueline_method::{Calibration, Config, ResidualKind, Status, calibrate};
+use trueline_method::{Calibration, Config, Reason, ResidualKind, Status, calibrate};
 use trueline_sim::{Between, Disturbance, Preset, Scenario, random_cell, simulate};
 
 /// Presets in which everything can be seen.
@@ -126,8 +126,7 @@ fn offsets_of_either_sign_and_other_robot_rates() {
     }
 }
 
-#[test]
-fn four_lines() {
+fn scenario_of_four_lines() -> Scenario {
     let mut scenario = Preset::Quick.scenario();
     let first = scenario.cell.lines[0];
     scenario.cell.lines = (0..4)
@@ -138,7 +137,12 @@ fn four_lines() {
             Line::new(first.anchor() + Vector3::new(0.0, side, 0.0), &direction)
         })
         .collect();
-    let recording = simulate(&scenario, 4).unwrap();
+    scenario
+}
+
+#[test]
+fn four_lines() {
+    let recording = simulate(&scenario_of_four_lines(), 4).unwrap();
     let calibration = calibrate(&recording, None, &Config::default()).unwrap();
     assert_eq!(calibration.best_fit().lines.len(), 4);
     assert_within(&calibration, &recording, 4.0, "four lines");
@@ -174,6 +178,28 @@ fn forty_percent_outliers_are_not_taken_for_noise() {
     let truth = recording.truth.as_ref().unwrap().parameters.tool_from_camera;
     let off = calibration.best_fit().tool_from_camera.translation.vector - truth.translation.vector;
     assert!(off.norm() < 4.0 * sigmas, "{off} {sigmas}");
+}
+
+/// A line that is seen as outliers alone is wherever these allow, whatever the others say of the sensor.
+#[test]
+fn a_line_of_outliers_is_refused_by_its_number() {
+    let mut scenario = scenario_of_four_lines();
+    let mut recording = simulate(&scenario, 3).unwrap();
+    scenario.disturbance.outlier_fraction = 0.999;
+    let outliers = simulate(&scenario, 3).unwrap();
+    let wild: Vec<Measured> = outliers
+        .features
+        .iter()
+        .filter(|feature| feature.line == 2)
+        .map(|feature| feature.measured)
+        .collect();
+    let own = recording.features.iter_mut().filter(|feature| feature.line == 2);
+    own.zip(wild).for_each(|(feature, measured)| feature.measured = measured);
+    for config in [Config::noise_only(), Config { edge_radius_m: Some(0.3e-3), ..Config::default() }] {
+        let calibration = calibrate(&recording, None, &config).unwrap();
+        let first = calibration.reasons().first();
+        assert!(matches!(first, Some(Reason::LineOfOutliers { line: 2, .. })), "{first:?}");
+    }
 }
 
 /// The start from the mirrored attitude falls back into the solution, but slowly for the gross errors: it is no second one.

@@ -81,6 +81,9 @@ fn reason_values(reason: &Reason) -> Value {
         Reason::TooManyOutliers { outliers } => {
             json!({ "share": outliers.share(), "outliers": outliers.count, "of": outliers.of })
         }
+        Reason::LineOfOutliers { line, outliers } => json!({
+            "line": line, "share": outliers.share(), "outliers": outliers.count, "of": outliers.of,
+        }),
         Reason::OtherTimeOffset { span_s, step_s } => json!({ "span_s": span_s, "step_s": step_s }),
         Reason::RobotStreamFroze { span_s } => json!({ "span_s": span_s }),
         Reason::ClockStep { at_s, step_s, sigma_s, pictures } => {

@@ -255,6 +255,7 @@ impl CalibrateArgs {
             ("--waviness-mm", self.waviness_mm.is_some()),
             ("--stamps", self.stamps != Stamps::Auto),
             ("--require", self.require.is_some()),
+            ("--strict", self.strict),
             ("--looks", self.looks.is_some()),
             ("--accept-partial", self.accept_partial),
             ("--speed-mm-s", self.speed_mm_s != SPEED_MM_S),

@@ -156,7 +156,7 @@ pub(crate) fn glance(solver: &Solver<'_>) -> Result<Fit, Error> {
 
 fn from_nothing(solver: &Solver<'_>) -> Result<Found, Error> {
     // Stops are few: all that is tried takes a moment, and of few readings many wrong attitudes leave little.
-    let breadth = if solver.settings.config.at_stops { Breadth::WIDE } else { Breadth::USUAL };
+    let breadth = if solver.settings.config.at_stops { Breadth::STOPS } else { Breadth::USUAL };
     let mut best = search(solver, breadth)?;
     let mut rivals = best.rivals(solver);
     if let Some(better) = rivals.iter().position(|rival| rival.is_named() && rival.test.reversed()) {

@@ -161,7 +161,12 @@ fn observe_on(
     config: &Config,
 ) -> Result<Observations, Error> {
     if sampling.images.recorded_s.len() < MIN_IMAGES {
-        return Err(Error::TooFewImages { images: sampling.images.recorded_s.len(), needed: MIN_IMAGES });
+        let count = sampling.images.recorded_s.len();
+        return Err(if config.at_stops {
+            Error::TooFewStops { stops: count, needed: MIN_IMAGES }
+        } else {
+            Error::TooFewImages { images: count, needed: MIN_IMAGES }
+        });
     }
     let robot = RobotMotion::of(recording, sampling.robot_times_s(dejittered), config)?;
     let image_times_s = sampling.image_times_s(dejittered);

@@ -29,10 +29,10 @@ const DIRECTIONS: usize = 48;
 const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
 
 /// Trials of one line with which the others are placed.
-const PLACED: usize = 4_000;
+const PLACED: usize = 31_104;
 
 /// Starts that are followed: the residuals of a grid of 20° rank them roughly.
-const FOLLOWED: usize = 600;
+const FOLLOWED: usize = 3_000;
 
 /// Ridge of the linear problem for each reading: a translation that no reading shows stays small.
 const RIDGE: f64 = 1e-9;

@@ -35,6 +35,8 @@ impl Breadth {
     pub(crate) const GLANCE: Self = Self { offset_step_s: 0.4, survivors: 8, finalists: 2 };
     /// Where that has found nothing good: in a scan of a few seconds a wrong attitude fits for a while.
     pub const WIDE: Self = Self { offset_step_s: 0.2, survivors: 100, finalists: 12 };
+    /// Where the robot stands: of a dozen readings hundreds of wrong attitudes leave little, and following each takes a millisecond.
+    pub(crate) const STOPS: Self = Self { offset_step_s: 0.2, survivors: 1_000, finalists: 100 };
 }
 
 /// Observations of a line that decide between the finalists.

@@ -2,9 +2,9 @@
 
 use super::quantity::{MS_PER_S, Quantity, Significant};
 use super::reason_words::{
-    at_stops, clock_step, coarse_robot_stamps, curve_collapsed, drawn_line_off, other_time_offset,
-    requirement_missed, residuals_too_large, robot_stream_froze, seam_error_too_large, stripes_contradict,
-    too_few_used, too_many_outliers, worse_minimum, wrong_time_offset,
+    at_stops, clock_step, coarse_robot_stamps, curve_collapsed, drawn_line_off, line_of_outliers,
+    other_time_offset, requirement_missed, residuals_too_large, robot_stream_froze, seam_error_too_large,
+    stripes_contradict, too_few_used, too_many_outliers, worse_minimum, wrong_time_offset,
 };
 use super::sensor_words::contradicted_sensor;
 use crate::assess::drawn_line_shift::DrawnLineShift;
@@ -84,6 +84,8 @@ pub enum Reason {
         noise_factor: f64,
         /// Whether time offset or hand-eye were held, which may be wrong instead of the data.
         is_held: bool,
+        /// How many stops there are, where so few may be why.
+        few_stops: Option<usize>,
     },
     /// Too few of the features could be used.
     TooFewUsed {
@@ -127,6 +129,13 @@ pub enum Reason {
     /// Most features are outliers.
     TooManyOutliers {
         /// How many, of how many.
+        outliers: Outliers,
+    },
+    /// Most features of one of several lines are outliers: the line is wherever these allow.
+    LineOfOutliers {
+        /// Which line.
+        line: u32,
+        /// How many of its features, of how many.
         outliers: Outliers,
     },
     /// In a stretch of the scan another time offset holds.
@@ -202,7 +211,7 @@ impl Reason {
             Self::DrawnLineOff { .. } => "drawn-line-off",
             Self::CoarseRobotStamps { .. } => "coarse-robot-stamps",
             Self::StripesContradict { .. } => "stripes-contradict",
-            Self::TooManyOutliers { .. } => "too-many-outliers",
+            Self::TooManyOutliers { .. } | Self::LineOfOutliers { .. } => "too-many-outliers",
             Self::OtherTimeOffset { .. } => "other-time-offset",
             Self::RobotStreamFroze { .. } => "robot-stream-froze",
             Self::ClockStep { .. } => "clock-step",
@@ -242,7 +251,9 @@ impl fmt::Display for Reason {
                     .to_owned()
             }
             Self::NotConverged { termination } => format!("the solver did not converge ({termination})"),
-            Self::ResidualsTooLarge { noise_factor, is_held } => residuals_too_large(noise_factor, is_held),
+            Self::ResidualsTooLarge { noise_factor, is_held, few_stops } => {
+                residuals_too_large(noise_factor, is_held, few_stops)
+            }
             Self::SensorOff { ref shape, ref instead, beyond_stated } => {
                 contradicted_sensor(shape, instead, beyond_stated)
             }
@@ -253,6 +264,7 @@ impl fmt::Display for Reason {
             Self::CoarseRobotStamps { repeated, rows } => coarse_robot_stamps(repeated, rows),
             Self::StripesContradict { sigmas, ref apart } => stripes_contradict(sigmas, apart),
             Self::TooManyOutliers { outliers } => too_many_outliers(outliers),
+            Self::LineOfOutliers { line, outliers } => line_of_outliers(line, outliers),
             Self::OtherTimeOffset { span_s, step_s } => other_time_offset(span_s, step_s),
             Self::RobotStreamFroze { span_s } => robot_stream_froze(span_s),
             Self::ClockStep { at_s, step_s, sigma_s, pictures } => {

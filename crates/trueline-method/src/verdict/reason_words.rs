@@ -48,8 +48,14 @@ pub(super) fn wrong_time_offset(offsets_s: [f64; 2], explain: [f64; 2]) -> Strin
     )
 }
 
-pub(super) fn residuals_too_large(noise_factor: f64, is_held: bool) -> String {
+pub(super) fn residuals_too_large(noise_factor: f64, is_held: bool, few_stops: Option<usize>) -> String {
     let held = if is_held { " or in what --fix holds" } else { "" };
+    if let Some(stops) = few_stops {
+        return format!(
+            "The residuals are {noise_factor:.1} times larger than the stated noise. Of only {stops} stops the answer may not have been found: \
+             give a guess with --initial, or add stops. A mistake in the data does this too: run `trueline doctor`"
+        );
+    }
     format!(
         "This looks like a mistake in the data{held}: run `trueline doctor`. The residuals are {noise_factor:.1} times larger than \
          the stated noise. Wrong units, orders or frames, a wrong laser plane, another line, stamps of another time or outliers in \
@@ -79,6 +85,12 @@ pub(super) fn too_few_used([used, features]: [usize; 2], mostly: Skip, count: us
         _ => "",
     };
     format!("only {used} of {features} features could be used; {count}: {mostly}{question}")
+}
+
+pub(super) fn line_of_outliers(line: u32, Outliers { count, of }: Outliers) -> String {
+    format!(
+        "{count} of {of} features of line {line} are outliers, so its place is that of a minority: leave the line out, or find its features again"
+    )
 }
 
 pub(super) fn too_many_outliers(outliers: Outliers) -> String {
