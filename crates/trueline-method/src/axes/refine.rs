@@ -64,7 +64,7 @@ impl Problem<'_> {
     }
 
     fn refined(&self, start: State, steps: usize) -> Option<Refined> {
-        let free = start.of_axes();
+        let free = start.of_axes(self.scan.at_stops);
         let mut at = start;
         let mut off = self.off(&at);
         let mut loss = self.loss(&off);
@@ -143,6 +143,12 @@ impl Problem<'_> {
             }
         }
         hessian.fill_upper_triangle_with_lower_triangle();
+        if self.scan.at_stops {
+            // There is no time offset.
+            hessian.row_mut(0).fill(0.0);
+            hessian.column_mut(0).fill(0.0);
+            (hessian[(0, 0)], gradient[0]) = (1.0, 0.0);
+        }
         (hessian, gradient)
     }
 }

@@ -7,6 +7,7 @@ use crate::input::axis_chain::AxisChain;
 use crate::input::observations::{observe_by, origin_ns};
 use crate::input::timestamps::Sampling;
 use nalgebra::{Vector2, Vector3};
+use std::collections::BTreeMap;
 use trueline_dataset::Recording;
 use trueline_geometry::{Pose, Trajectory};
 
@@ -29,8 +30,18 @@ pub(super) struct AxisScan {
     pub readings: Vec<Reading>,
     /// The direction of each axis, where it is stated.
     pub directions: Vec<Option<Vector3<f64>>>,
+    /// Whether the robot stands at each reading: nothing is late then.
+    pub at_stops: bool,
     /// Normal of the laser plane in the camera frame.
     pub normal: Vector3<f64>,
+}
+
+/// The line that was read most often: the search looks at its readings.
+#[must_use]
+pub(super) fn most_read(recording: &Recording) -> Option<u32> {
+    let mut counts = BTreeMap::new();
+    recording.features.iter().for_each(|feature| *counts.entry(feature.line).or_insert(0_usize) += 1);
+    counts.into_iter().max_by_key(|(_, count)| *count).map(|(line, _)| line)
 }
 
 impl AxisScan {
@@ -42,14 +53,13 @@ impl AxisScan {
         let plain = Recording { axes: Vec::new(), ..recording.clone() };
         let sampling = Sampling::of(&plain, origin_ns(&plain));
         let observations = observe_by(sampling.of_arrival(config), &plain, &sampling, config)?;
-        let mut of_lines = vec![0_usize; observations.line_count];
-        observations.list.iter().for_each(|o| of_lines[o.line as usize] += 1);
-        let most = of_lines.iter().enumerate().max_by_key(|(_, count)| **count).map_or(0, |(line, _)| line);
+        let most = most_read(recording).unwrap_or(0);
         let stated = recording.axes.iter().map(|axis| Some(axis.guess?.direction.into_inner()));
-        let own = observations.list.iter().filter(|o| o.line as usize == most);
+        let own = observations.list.iter().filter(|o| o.line == most);
         Ok(Self {
             readings: own.map(|o| Reading { stamp_s: o.stamp_s, point: o.point_in_camera }).collect(),
             directions: stated.collect(),
+            at_stops: recording.at_stops,
             normal: observations.sheet.plane().normal().into_inner(),
             path: observations.robot.trajectory,
             chain,

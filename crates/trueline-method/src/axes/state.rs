@@ -24,10 +24,11 @@ pub(super) struct State {
 }
 
 impl State {
-    /// Numbers of the axes that are estimated: all but scales, and points of linear ones.
-    pub(super) fn of_axes(&self) -> Vec<(usize, usize)> {
+    /// Numbers of the axes that are estimated: all but scales, points of linear ones, and time offsets where the robot stands at each reading.
+    pub(super) fn of_axes(&self, at_stops: bool) -> Vec<(usize, usize)> {
         let is_free = |kind: AxisKind, number: usize| match number {
             AXIS_SCALE => false,
+            AXIS_TIME_OFFSET => !at_stops,
             AXIS_POINT..AXIS_SCALE => kind == AxisKind::Rotary,
             _ => true,
         };

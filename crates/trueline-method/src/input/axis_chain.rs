@@ -18,6 +18,9 @@ use trueline_dataset::{AxisRecord, Carries, Recording};
 use trueline_geometry::axis::AXIS;
 use trueline_geometry::{Axis, Pose};
 
+/// Times that differ by less are one, s: stamps count nanoseconds.
+const ROUNDING_S: f64 = 1e-9;
+
 /// Values of an axis over time since the start of the recording.
 #[derive(Clone, Debug)]
 pub(crate) struct Values {
@@ -51,10 +54,10 @@ impl Values {
     pub(crate) fn at(&self, time_s: f64) -> Option<(f64, f64)> {
         let next = self.times_s.partition_point(|t| *t <= time_s);
         let last = self.times_s.len() - 1;
-        if next == 0 || (next > last && time_s > self.times_s[last]) {
+        if time_s < self.times_s[0] - ROUNDING_S || time_s > self.times_s[last] + ROUNDING_S {
             return None;
         }
-        let k = (next - 1).min(last - 1);
+        let k = next.saturating_sub(1).min(last - 1);
         let span_s = self.times_s[k + 1] - self.times_s[k];
         let u = (time_s - self.times_s[k]) / span_s;
         let (from, to) = (self.values[k], self.values[k + 1]);
