@@ -249,7 +249,8 @@ fn an_axis_comes_in_with_the_log_of_the_robot() {
     assert!(cell.contains("\"table\"") && cell.contains("\"rotary\"") && cell.contains("\"part\""), "{cell}");
     let [times, angles] = ["time_s", "table_deg"].map(|name| column(&folder.join("table"), "axes.csv", name));
     let scan = folder.join("scan");
-    for (at, angle) in column(&scan, "axes.csv", "time_s").iter().zip(column(&scan, "axes.csv", "table_deg")) {
+    for (at, angle) in column(&scan, "axes.csv", "time_s").iter().zip(column(&scan, "axes.csv", "table_deg"))
+    {
         // Written with six decimals.
         assert!((angle - between(&times, &angles, *at)).abs() < 1e-6);
     }
@@ -262,7 +263,11 @@ fn an_axis_comes_in_with_the_log_of_the_robot() {
     for (axis, expected) in [("table=eax_a", "names no unit"), ("table_deg=E1", "there is no column `E1`")] {
         let output = import(axis, "none");
         assert_eq!(code(&output), 2, "{}", words(&output));
-        assert!(words(&output).contains(expected) && words(&output).contains("--axis table"), "{}", words(&output));
+        assert!(
+            words(&output).contains(expected) && words(&output).contains("--axis table"),
+            "{}",
+            words(&output)
+        );
     }
     fs::write(folder.join("log/cell.toml"), cell.replace("\"part\"", "\"sensor\"")).unwrap();
     let output = import("table=eax_a", "described");
@@ -288,8 +293,10 @@ fn external_axes_of_a_log_of_rsi_are_its_columns() {
     fs::write(folder.join("log/robot.csv"), (0..5).map(cycle).collect::<String>()).unwrap();
     fs::write(folder.join("log/features.csv"), "time_s,x_mm,z_mm\n1.008,0.4,120\n").unwrap();
     fs::write(folder.join("log/sensor.toml"), "kind = \"profiler\"\n").unwrap();
-    let output =
-        trueline(folder, &["import", "csv", "log", "--robot", "kuka", "--axis", "table_deg=E1", "--out", "scan"]);
+    let output = trueline(
+        folder,
+        &["import", "csv", "log", "--robot", "kuka", "--axis", "table_deg=E1", "--out", "scan"],
+    );
     assert_eq!(code(&output), 0, "{}", words(&output));
     assert!(words(&output).contains("not used: E2"), "{}", words(&output));
     let found = column(&folder.join("scan"), "axes.csv", "table_deg");
@@ -365,7 +372,10 @@ fn files_of_axes_that_would_be_ignored_are_refused() {
     let refused = |expected: &str| {
         let output = trueline(folder, &["calibrate", "good"]);
         let said = words(&output);
-        assert!(code(&output) == 2 && said.contains(expected) && said.contains("hint:"), "{expected}: {said}");
+        assert!(
+            code(&output) == 2 && said.contains(expected) && said.contains("hint:"),
+            "{expected}: {said}"
+        );
     };
     let good = |name: &str| folder.join("good").join(name);
     fs::copy(good("axes.csv"), good("axis-table.csv")).unwrap();
@@ -383,7 +393,10 @@ fn files_of_axes_that_would_be_ignored_are_refused() {
     fs::write(folder.join("pair/sensors/a/cell.toml"), cell).unwrap();
     let output = trueline(folder, &["calibrate", "pair"]);
     let said = words(&output);
-    assert!(code(&output) == 2 && said.contains("a/cell.toml") && said.contains("beside robot.csv"), "{said}");
+    assert!(
+        code(&output) == 2 && said.contains("a/cell.toml") && said.contains("beside robot.csv"),
+        "{said}"
+    );
     fs::remove_file(folder.join("pair/sensors/a/cell.toml")).unwrap();
 
     // What takes one sensor says which there are.
@@ -412,7 +425,8 @@ fn a_robot_that_keeps_its_attitude_hides_the_axis_by_name() {
     for k in 0..4000_u32 {
         let t = f64::from(k) * 0.005;
         let angle = 20.0 * (0.6 * t).sin();
-        let sway = [30.0 * (2.1 * t).sin() + 12.0 * (3.7 * t).sin(), 15.0 * t - 150.0, 25.0 * (1.3 * t).cos()];
+        let sway =
+            [30.0 * (2.1 * t).sin() + 12.0 * (3.7 * t).sin(), 15.0 * t - 150.0, 25.0 * (1.3 * t).cos()];
         // Tool x, y, z are base x, −y, −z.
         robot += &format!("{t},{},{},{},0,1,0,0\n", 800.0 + sway[0], 300.0 + sway[1], 250.0 + sway[2]);
         axes += &format!("{t},{angle}\n");

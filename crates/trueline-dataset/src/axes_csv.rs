@@ -1,8 +1,8 @@
 //! `axes.csv`: values of external axes over time, `time_s,NAME_deg,NAME_mm`, or at stops, `stop,NAME_deg,NAME_mm`.
 
 use crate::axes::{AxisRecord, AxisValue};
-use crate::dialect::plain_csv;
 use crate::axis_problem::AxisProblem;
+use crate::dialect::plain_csv;
 use crate::error::{Error, Problem};
 use crate::stamp;
 use crate::stop_poses::{RowKey, StopPoses};
@@ -85,8 +85,10 @@ fn check_step(
         AxisKind::Rotary => format!("{:.0}°", step.to_degrees()),
         AxisKind::Linear => format!("{:.0} mm", step * MM_PER_M),
     };
-    Err(table
-        .error_in(column, AxisProblem::Jumps { step, in_s: stamp::seconds(next.stamp_ns - last.stamp_ns) }.into()))
+    Err(table.error_in(
+        column,
+        AxisProblem::Jumps { step, in_s: stamp::seconds(next.stamp_ns - last.stamp_ns) }.into(),
+    ))
 }
 
 /// Values further apart than this are not of one motion, ns.

@@ -9,7 +9,7 @@ use crate::stop_poses::StopPoses;
 use crate::{axes_csv, axes_toml, stamp};
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// What the axes of a cell are, in a dataset folder.
 pub(crate) const CELL_FILE: &str = "cell.toml";
@@ -30,31 +30,33 @@ pub(crate) fn of_folder(
     let mut load = |name: &str| loaded(folder, name, inputs);
     let values = load(VALUES_FILE)?;
     if values.is_some()
-        && let Some(second) = files_of_one(folder)?.into_iter().next()
+        && let Some(second) = files_of_one(folder)?.first()
     {
-        return Err(Error::in_file(&second, AxisProblem::InTwoFiles.into()));
+        return Err(Error::in_file(&folder.join(second), AxisProblem::InTwoFiles.into()));
     }
     if described.is_empty() {
-        let alone = values.map(|_| values_file).or(files_of_one(folder)?.into_iter().next());
-        return match alone {
-            Some(_) => Err(Error::in_file(&folder.join(CELL_FILE), AxisProblem::NotDescribed.into())),
-            None => Ok(Vec::new()),
+        return if values.is_some() || !files_of_one(folder)?.is_empty() {
+            Err(Error::in_file(&folder.join(CELL_FILE), AxisProblem::NotDescribed.into()))
+        } else {
+            Ok(Vec::new())
         };
     }
     if let Some(bytes) = values {
         return axes_csv::read(&values_file, &bytes, described, stops);
     }
-    let own_file = |axis: &AxisRecord| folder.join(format!("{OF_ONE}{}.csv", axis.name));
-    let is_of_none = |file: &PathBuf| described.iter().all(|axis| own_file(axis) != *file);
-    if let Some(stranger) = files_of_one(folder)?.into_iter().find(is_of_none) {
-        return Err(Error::in_file(&stranger, AxisProblem::OfFileNotDescribed.into()));
+    let is_of_none = |name: &&String| described.iter().all(|axis| file_of_one(axis) != **name);
+    if let Some(stranger) = files_of_one(folder)?.iter().find(is_of_none) {
+        return Err(Error::in_file(&folder.join(stranger), AxisProblem::OfFileNotDescribed.into()));
     }
     described
         .into_iter()
         .map(|axis| {
-            let name = format!("{OF_ONE}{}.csv", axis.name);
+            let name = file_of_one(&axis);
             let Some(bytes) = load(&name)? else {
-                return Err(Error::in_file(&values_file, AxisProblem::WithoutValues { name: axis.name }.into()));
+                return Err(Error::in_file(
+                    &values_file,
+                    AxisProblem::WithoutValues { name: axis.name }.into(),
+                ));
             };
             let mut read = axes_csv::read(&folder.join(&name), &bytes, vec![axis], stops)?;
             Ok(read.remove(0))
@@ -90,15 +92,20 @@ fn loaded(
 /// How the name of a file of one axis begins.
 const OF_ONE: &str = "axis-";
 
-/// The files of single axes in a folder, by name.
-fn files_of_one(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+fn file_of_one(axis: &AxisRecord) -> String {
+    format!("{OF_ONE}{}.csv", axis.name)
+}
+
+/// Names of the files of single axes in a folder, in their order.
+fn files_of_one(folder: &Path) -> Result<Vec<String>, Error> {
     let io = |error| Error::in_file(folder, Problem::Io(error));
+    // Of a path with a name alone the folder is the current one.
+    let listed = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let mut files = Vec::new();
-    for entry in fs::read_dir(folder).map_err(io)? {
-        let path = entry.map_err(io)?.path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    for entry in fs::read_dir(listed).map_err(io)? {
+        let name = entry.map_err(io)?.file_name().to_string_lossy().into_owned();
         if name.starts_with(OF_ONE) && name.ends_with(".csv") {
-            files.push(path);
+            files.push(name);
         }
     }
     files.sort();
@@ -110,10 +117,10 @@ fn files_of_one(folder: &Path) -> Result<Vec<PathBuf>, Error> {
 /// # Errors
 /// The first such file.
 pub(crate) fn refuse_beside_robot(folder: &Path) -> Result<(), Error> {
-    let fixed = [CELL_FILE, VALUES_FILE].map(|name| folder.join(name)).into_iter();
-    let mut files = fixed.filter(|file| file.exists()).chain(files_of_one(folder)?);
+    let fixed = [CELL_FILE, VALUES_FILE].into_iter().filter(|name| folder.join(name).exists());
+    let mut files = fixed.map(str::to_owned).chain(files_of_one(folder)?);
     match files.next() {
-        Some(file) => Err(Error::in_file(&file, AxisProblem::BesideSensor.into())),
+        Some(file) => Err(Error::in_file(&folder.join(file), AxisProblem::BesideSensor.into())),
         None => Ok(()),
     }
 }

@@ -95,9 +95,8 @@ fn axis(table: &AxisTable) -> Result<AxisRecord, Problem> {
     };
     let kind = AxisKind::named(&table.kind)
         .ok_or_else(|| unknown("axis.kind", "\"rotary\" or \"linear\"", &table.kind))?;
-    let carries = Carries::named(&table.carries).ok_or_else(|| {
-        unknown("axis.carries", "\"part\", \"robot\" or \"sensor\"", &table.carries)
-    })?;
+    let carries = Carries::named(&table.carries)
+        .ok_or_else(|| unknown("axis.carries", "\"part\", \"robot\" or \"sensor\"", &table.carries))?;
     let guess = guess(table)?;
     let is_rotary = kind == AxisKind::Rotary;
     if table.in_pose && guess.is_none_or(|guess| guess.point_m.is_none() && is_rotary) {

@@ -54,13 +54,19 @@ impl AxisProblem {
             Self::NotDescribed => {
                 "cell.toml: [[axis]] name = \"table\", kind = \"rotary\" or \"linear\", carries = \"part\", \"robot\" or \"sensor\""
             }
-            Self::InTwoFiles => "leave one of the two out: all axes in axes.csv, or each in its axis-NAME.csv",
+            Self::InTwoFiles => {
+                "leave one of the two out: all axes in axes.csv, or each in its axis-NAME.csv"
+            }
             Self::OfFileNotDescribed => "the file is called axis-NAME.csv, by the name in cell.toml",
             Self::WithoutValues { .. } => {
                 "write its values: axes.csv with time_s,NAME_deg (or NAME_mm), or a file axis-NAME.csv for each axis"
             }
-            Self::BesideSensor => "put cell.toml and axes.csv beside robot.csv: the axes are those of all sensors",
-            Self::Jumps { .. } => "angles go on beyond 180°: write 190, not -170; the unit stands in the column's name",
+            Self::BesideSensor => {
+                "put cell.toml and axes.csv beside robot.csv: the axes are those of all sensors"
+            }
+            Self::Jumps { .. } => {
+                "angles go on beyond 180°: write 190, not -170; the unit stands in the column's name"
+            }
             Self::WithoutValue { .. } => {
                 "the axis has to be logged over the whole scan, and by the robot's clock; leave readings out where it was not"
             }

@@ -270,7 +270,9 @@ impl ImportError {
                 "name one of them: --axis NAME_deg=JOINT. KUKA's RSI sends E1 to E6 with DEF_EIPos in its SEND section; ABB's EGM calls them eax_a to eax_f"
             }
             Self::AxisUnit { name, joint, units: [turn, shift] } => {
-                return format!("does it turn or shift? --axis {name}{turn}={joint}, or --axis {name}{shift}={joint}");
+                return format!(
+                    "does it turn or shift? --axis {name}{turn}={joint}, or --axis {name}{shift}={joint}"
+                );
             }
             Self::Axis(_) => "correct --axis",
             Self::FramesNeeded { proposal: Some([base, tool]), .. } => {

@@ -28,7 +28,8 @@ pub(super) fn axis_step(
     let (first, count) = (columns.start, columns.len());
     // What it owes to noise and to priors, and what to errors that are considered: a lag is looked for, and none of them.
     let own = covariance.view((first, first), (count, count));
-    let errors = adjustment.columns.considered.iter().take_while(|one| !matches!(one, Considered::SquaredLag(_)));
+    let errors =
+        adjustment.columns.considered.iter().take_while(|one| !matches!(one, Considered::SquaredLag(_)));
     let errors = errors.map(Considered::columns).sum();
     let by_considered = covariance.rows(first, count) * adjusted.equations.considered.columns(0, errors);
     let unit = DMatrix::from_diagonal(&sigmas);

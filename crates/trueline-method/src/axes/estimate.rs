@@ -1,7 +1,7 @@
 //! A scan with axes: a start from nothing, then the calibration about it until the axes stay where they are.
 
 use crate::axes::finding::{AxisFinding, AxisPart, are_parallel};
-use crate::axes::scan::{AxisScan, most_read};
+use crate::axes::scan::{AxisScan, most_read, runs_evenly};
 use crate::axes::start;
 use crate::calibration::Calibration;
 use crate::config::{Config, Measurements, ResidualKind, Target};
@@ -62,14 +62,16 @@ fn converged(
         best = calibrate(&placed)?;
     }
     // What nothing shows is taken for zero, here as wherever the result is used: lines are where they are with it.
-    let hidden = |found: &AxisFinding| {
-        found.moves && found.has(AxisPart::TimeOffset) && found.sigma(AxisPart::TimeOffset).is_none()
+    let hidden = |(record, found): (&AxisRecord, &AxisFinding)| {
+        let is_asked = found.moves && found.has(AxisPart::TimeOffset) && !record.holds_time_offset;
+        is_asked && found.sigma(AxisPart::TimeOffset).is_none()
     };
-    if !best.findings.axes.iter().any(hidden) {
+    let hidden: Vec<bool> = placed.axes.iter().zip(&best.findings.axes).map(hidden).collect();
+    if !hidden.contains(&true) {
         return Ok(best);
     }
-    for (record, found) in placed.axes.iter_mut().zip(&best.findings.axes).filter(|(_, found)| hidden(found))
-    {
+    let all = placed.axes.iter_mut().zip(&best.findings.axes).zip(hidden);
+    for ((record, found), _) in all.filter(|(_, is_hidden)| *is_hidden) {
         record.known = Some(Axis { time_offset_s: 0.0, ..found.axis });
         record.holds_time_offset = true;
     }
@@ -150,7 +152,7 @@ fn started(recording: &Recording, config: &Config) -> Result<Vec<AxisRecord>, Er
     let moves = recording.axes_that_move();
     // What stands all the while is shown by nothing, and left out.
     for (axis, moves) in axes.iter_mut().zip(&moves) {
-        axis.holds_time_offset |= recording.at_stops;
+        axis.holds_time_offset |= recording.at_stops || runs_evenly(axis, recording);
         axis.known = axis.known.or_else(|| Some(stated(axis))).filter(|_| *moves);
     }
     let is_placed = |axis: &AxisRecord| {

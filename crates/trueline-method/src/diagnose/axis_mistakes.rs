@@ -59,7 +59,8 @@ pub(super) fn all(recording: &Recording) -> Vec<(String, String, AxisMend)> {
             add(format!("carries the {word}"), says, AxisMend::Carries(k, carries));
         }
         if axis.guess.is_some() {
-            let says = format!("axis {name} turns the other way than its direction in cell.toml says: reverse it");
+            let says =
+                format!("axis {name} turns the other way than its direction in cell.toml says: reverse it");
             add("wrong sign".to_owned(), says, AxisMend::Scaled(k, -1.0));
         }
         let turn = 1f64.to_degrees();

@@ -94,6 +94,8 @@ pub(crate) struct Link {
     moves: bool,
     /// Its values.
     pub values: Arc<Values>,
+    /// Whether nothing shows its time offset, so that it is not estimated.
+    pub holds_time_offset: bool,
 }
 
 impl Link {
@@ -164,6 +166,7 @@ impl AxisChain {
                 carries: record.carries,
                 in_pose: stated.filter(|_| record.in_pose),
                 values: Arc::new(Values::of(record, origin_ns)),
+                holds_time_offset: record.holds_time_offset,
             })
         };
         let links: Result<Vec<Link>, Error> =
@@ -313,7 +316,8 @@ mod tests {
         };
         let times_s: Vec<f64> = (0..60).map(|i| 0.05 * f64::from(i)).collect();
         let values = times_s.iter().map(|t| (1.3 * t + k).sin()).collect();
-        Link { axis, carries, in_pose: None, moves: true, values: Arc::new(Values { times_s, values }) }
+        let values = Arc::new(Values { times_s, values });
+        Link { axis, carries, in_pose: None, moves: true, values, holds_time_offset: false }
     }
 
     fn chain(mounted: Mounted) -> AxisChain {

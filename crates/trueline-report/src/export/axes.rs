@@ -114,7 +114,9 @@ fn urdf(axis: &PlacedAxis) -> Option<String> {
     let [dx, dy, dz] = [0, 1, 2].map(|k| unit(axis.direction[k]));
     let (kind, limit) = match axis.kind {
         AxisKind::Rotary => ("continuous", ""),
-        AxisKind::Linear => ("prismatic", "\n  <limit lower=\"-1\" upper=\"1\" effort=\"0\" velocity=\"0\"/>"),
+        AxisKind::Linear => {
+            ("prismatic", "\n  <limit lower=\"-1\" upper=\"1\" effort=\"0\" velocity=\"0\"/>")
+        }
     };
     Some(format!(
         "<joint name=\"{}\" type=\"{kind}\">\n  <parent link=\"{parent}\"/>\n  <child link=\"{child}\"/>\n  \
@@ -178,7 +180,11 @@ mod tests {
     #[test]
     fn a_table_is_written_in_each_form() {
         let [urdf, kuka, abb] = AXES.map(|form| form.text(&table()).unwrap());
-        assert!(urdf.contains("type=\"continuous\"") && urdf.contains("xyz=\"0.800000000 -0.300000000 0.150000000\""), "{urdf}");
+        assert!(
+            urdf.contains("type=\"continuous\"")
+                && urdf.contains("xyz=\"0.800000000 -0.300000000 0.150000000\""),
+            "{urdf}"
+        );
         // A turn by 36.87° about x takes z to (0, −0.6, 0.8).
         assert!(kuka.contains("X 800.000000,Y -300.000000") && kuka.contains("C 36.869897646"), "{kuka}");
         assert!(abb.contains("-base_frame_pos_x 0.800000000") && abb.contains("u0 0.948683298051"), "{abb}");

@@ -25,7 +25,13 @@ pub fn list() -> String {
         |form: &CurveForm| format!("{:<14} {}\n               {}", form.name, form.title, form.convention);
     let axis =
         |form: &AxisForm| format!("{:<14} {}\n               {}", form.name, form.title, form.convention);
-    FORMATS.iter().map(row).chain(CURVES.iter().map(curve)).chain(AXES.iter().map(axis)).collect::<Vec<_>>().join("\n")
+    FORMATS
+        .iter()
+        .map(row)
+        .chain(CURVES.iter().map(curve))
+        .chain(AXES.iter().map(axis))
+        .collect::<Vec<_>>()
+        .join("\n")
 }
 
 /// All of them.
