@@ -64,6 +64,21 @@ pub(crate) fn of_folder(
         .collect()
 }
 
+/// The axes of a dataset by its folder and by that of its robot, which are one unless it is one of several sensors.
+///
+/// # Errors
+/// As [`of_folder`], and files of axes in the folder of one of several sensors.
+pub(crate) fn of_dataset(
+    [own, of_robot]: [&Path; 2],
+    stops: Option<&StopPoses>,
+    inputs: &mut BTreeMap<String, String>,
+) -> Result<Vec<AxisRecord>, Error> {
+    if own != of_robot {
+        refuse_beside_robot(own)?;
+    }
+    of_folder(of_robot, stops, inputs)
+}
+
 /// The axes that `cell.toml` of a folder describes, without values; none where it is not there.
 ///
 /// # Errors
@@ -116,7 +131,7 @@ fn files_of_one(folder: &Path) -> Result<Vec<String>, Error> {
 ///
 /// # Errors
 /// The first such file.
-pub(crate) fn refuse_beside_robot(folder: &Path) -> Result<(), Error> {
+fn refuse_beside_robot(folder: &Path) -> Result<(), Error> {
     let fixed = [CELL_FILE, VALUES_FILE].into_iter().filter(|name| folder.join(name).exists());
     let mut files = fixed.map(str::to_owned).chain(files_of_one(folder)?);
     match files.next() {

@@ -107,10 +107,7 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
         }
         notes.extend(unused_beside_stops(folder));
     }
-    if robot_folder(folder) != folder {
-        axes_folder::refuse_beside_robot(folder)?;
-    }
-    let axes = axes_folder::of_folder(robot_folder(folder), stops.as_ref(), &mut inputs)?;
+    let axes = axes_folder::of_dataset([folder, robot_folder(folder)], stops.as_ref(), &mut inputs)?;
     axes_folder::check_readings(folder, &axes, features.iter().map(|feature| feature.stamp_ns))?;
     let recording = Recording {
         stripes,

@@ -266,15 +266,7 @@ impl ImportError {
             Self::Urdf { .. } => "xacro is expanded first: xacro robot.xacro > robot.urdf",
             Self::ToolNeeded { .. } => "name the one whose pose is wanted with --tool",
             Self::JointMissing { .. } => "all joints between --base and --tool must come in one message",
-            Self::NoAxis { .. } => {
-                "name one of them: --axis NAME_deg=JOINT. KUKA's RSI sends E1 to E6 with DEF_EIPos in its SEND section; ABB's EGM calls them eax_a to eax_f"
-            }
-            Self::AxisUnit { name, joint, units: [turn, shift] } => {
-                return format!(
-                    "does it turn or shift? --axis {name}{turn}={joint}, or --axis {name}{shift}={joint}"
-                );
-            }
-            Self::Axis(_) => "correct --axis",
+            Self::NoAxis { .. } | Self::AxisUnit { .. } | Self::Axis(_) => return self.hint_of_axes(),
             Self::FramesNeeded { proposal: Some([base, tool]), .. } => {
                 return format!(
                     "perhaps --base {base} --tool {tool}? the tool is the frame whose pose the robot reports"
@@ -310,6 +302,20 @@ impl ImportError {
             Self::Dataset(error) => return error.hint(),
         };
         text.to_owned()
+    }
+
+    fn hint_of_axes(&self) -> String {
+        match self {
+            Self::AxisUnit { name, joint, units: [turn, shift] } => {
+                format!("does it turn or shift? --axis {name}{turn}={joint}, or --axis {name}{shift}={joint}")
+            }
+            Self::NoAxis { .. } => {
+                "name one of them: --axis NAME_deg=JOINT. KUKA's RSI sends E1 to E6 with DEF_EIPos in its SEND section; ABB's EGM calls \
+                 them eax_a to eax_f"
+                    .to_owned()
+            }
+            _ => "correct --axis".to_owned(),
+        }
     }
 }
 

@@ -1,8 +1,8 @@
 //! Scans in cells with external axes, cast forward, with nothing known of the axes.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use trueline_dataset::axes::AxisGuess;
-use trueline_dataset::{Carries, Recording};
+use trueline_dataset::axes::{AxisGuess, AxisValue};
+use trueline_dataset::{Carries, Feature, Recording, RobotSample};
 use trueline_geometry::{Axis, AxisKind};
 use trueline_method::axes::finding::{AxisFinding, AxisPart};
 use trueline_method::diagnose::doctor::diagnose;
@@ -250,19 +250,54 @@ fn the_doctor_names_what_is_said_wrongly_of_an_axis() {
     let (rotary, part) = (AxisKind::Rotary, Carries::Part);
     let axis = SimulatedAxis::somewhere("table", (rotary, part), swing(), &scenario, 15);
     let recording = scan(&scenario, std::slice::from_ref(&axis), 15);
-    let found = |change: &dyn Fn(&mut Recording)| {
-        let mut changed = recording.clone();
-        change(&mut changed);
-        diagnose(&changed, &Config::default(), None, |_| {}).explained_by
-    };
-    let carries = found(&|recording| recording.axes[0].carries = Carries::Sensor);
-    assert_eq!(carries, ["axis table: carries the part"]);
     // A direction is stated, and the values count the other way.
     let guess =
         AxisGuess { direction: axis.axis.direction, point_m: Some(axis.axis.point_m), sigma: [None; 2] };
-    let sign = found(&|recording| {
-        recording.axes[0].guess = Some(guess);
-        recording.axes[0].values.iter_mut().for_each(|value| value.value *= -1.0);
-    });
-    assert_eq!(sign, ["axis table: wrong sign"]);
+    let mut changed = recording;
+    changed.axes[0].guess = Some(guess);
+    changed.axes[0].values.iter_mut().for_each(|value| value.value *= -1.0);
+    let mut explained = diagnose(&changed, &Config::default(), None, |_| {}).explained_by;
+    explained.sort();
+    // A table that turns the other way and a column under the robot are one motion.
+    assert_eq!(explained, ["axis table: carries the robot", "axis table: wrong sign"]);
+}
+
+/// The same readings as of a robot that stands at each of them.
+fn at_stops(moving: &Recording, axis: &SimulatedAxis) -> Recording {
+    let late_ns = |seconds: f64| (seconds * 1e9) as i64;
+    let offset_ns = late_ns(moving.truth.as_ref().unwrap().parameters.time_offset_s);
+    let mut stops = Recording { at_stops: true, initial: None, truth: None, ..moving.clone() };
+    (stops.robot, stops.features) = (Vec::new(), Vec::new());
+    stops.axes[0].values.clear();
+    let readings = moving.features.iter().step_by(10);
+    for (feature, stamp_ns) in readings.zip((1_000_000_000..).step_by(1_000_000_000)) {
+        let exposed_ns = feature.stamp_ns - offset_ns;
+        let next = moving.robot.partition_point(|sample| sample.stamp_ns <= exposed_ns);
+        let [before, after] = [&moving.robot[next - 1], &moving.robot[next]];
+        let part = (exposed_ns - before.stamp_ns) as f64 / (after.stamp_ns - before.stamp_ns) as f64;
+        let base_from_tool = before.base_from_tool.lerp_slerp(&after.base_from_tool, part);
+        stops.robot.push(RobotSample { stamp_ns, device_ns: None, base_from_tool });
+        stops.features.push(Feature { stamp_ns, device_ns: None, ..*feature });
+        let values = &moving.axes[0].values;
+        let stamped_ns = exposed_ns + late_ns(axis.axis.time_offset_s);
+        let next = values.partition_point(|value| value.stamp_ns <= stamped_ns);
+        let [before, after] = [values[next - 1], values[next]];
+        let part = (stamped_ns - before.stamp_ns) as f64 / (after.stamp_ns - before.stamp_ns) as f64;
+        let value = before.value + part * (after.value - before.value);
+        stops.axes[0].values.push(AxisValue { stamp_ns, value });
+    }
+    stops
+}
+
+#[test]
+fn an_axis_at_stops_is_found_without_a_time_offset() {
+    let scenario = scenario(16);
+    let axis = SimulatedAxis::somewhere("table", (AxisKind::Rotary, Carries::Part), swing(), &scenario, 16);
+    let stops = at_stops(&scan(&scenario, std::slice::from_ref(&axis), 16), &axis);
+    let calibration = calibrate(&stops, None, &Config::default()).unwrap();
+    assert_eq!(calibration.status(), Status::Accepted, "{:?}", calibration.reasons());
+    let found = &calibration.findings.axes[0];
+    check_axis(found, &axis.axis, [true, true, false], "stops");
+    assert!(found.sigma(AxisPart::Place).unwrap() < 2e-3, "{:?}", found.sigma(AxisPart::Place));
+    assert!(!calibration.warnings().iter().any(|warning| warning.code() == "axis-not-shown"));
 }

@@ -134,6 +134,14 @@ impl AxisColumn {
     }
 }
 
+/// The columns of the axes of a log.
+pub(super) struct AxisTable {
+    /// The axes, without values.
+    pub axes: Vec<AxisRecord>,
+    /// The text of their table, under the names of `axes.csv`.
+    pub csv: Vec<u8>,
+}
+
 /// The axes of a log by what is asked for.
 pub(super) struct AskedAxes<'a> {
     /// What is asked for.
@@ -156,8 +164,8 @@ impl AskedAxes<'_> {
         stops: Option<&StopPoses>,
         notes: &mut Vec<String>,
     ) -> Result<Vec<AxisRecord>, Error> {
-        let Some((records, text)) = self.text(file, table, notes)? else { return Ok(Vec::new()) };
-        axes_csv::read(file, &text, records, stops)
+        let Some(AxisTable { axes, csv }) = self.text(file, table, notes)? else { return Ok(Vec::new()) };
+        axes_csv::read(file, &csv, axes, stops)
     }
 
     /// The axes without values and the table of their values, which is taken out of the log's; `None` where none are asked for.
@@ -169,7 +177,7 @@ impl AskedAxes<'_> {
         file: &Path,
         table: &mut ForeignTable,
         notes: &mut Vec<String>,
-    ) -> Result<Option<(Vec<AxisRecord>, Vec<u8>)>, Error> {
+    ) -> Result<Option<AxisTable>, Error> {
         if self.columns.is_empty() {
             return Ok(None);
         }
@@ -195,9 +203,9 @@ impl AskedAxes<'_> {
         // The order of the chain is that of the file that describes it.
         let place = |record: &AxisRecord| self.described.iter().position(|axis| axis.name == record.name);
         records.sort_by_key(place);
-        let (poses, axes) = split(&table.csv, &names);
+        let (poses, csv) = split(&table.csv, &names);
         table.csv = poses;
-        Ok(Some((records, axes)))
+        Ok(Some(AxisTable { axes: records, csv }))
     }
 
     /// The unit of a column: ours, theirs, or the maker's.

@@ -73,7 +73,7 @@ impl CsvFolder {
             ));
         }
         let sensor = super::csv_folder::sensor_text(sensor, camera.as_ref());
-        let axes = axes.map(|(records, text)| (without_lines(&text, &unread), axes_toml::text(&records)));
+        let axes = axes.map(|table| (without_lines(&table.csv, &unread), axes_toml::text(&table.axes)));
         Ok(Some(StopTables {
             sensor,
             poses: without_lines(&poses.csv, &unread),

@@ -43,42 +43,56 @@ impl AxisMend {
 /// Millimetres that were read as metres, and the other way round.
 const OF_LENGTHS: [(f64, &str, &str); 2] = [(1e3, "metres", "_m"), (1e-3, "millimetres", "_mm")];
 
-/// Name, meaning and cure of each mistake that the axes of a recording may have, the likeliest first.
+/// A mistake that may have been made.
+pub(super) struct Candidate {
+    /// Its name.
+    pub name: String,
+    /// What it means, and its cure.
+    pub says: String,
+    /// How it is undone.
+    pub mend: AxisMend,
+    /// Whether it is one motion with the one before it: a table under the part, and a column under the robot that turns the other way.
+    pub is_twin: bool,
+}
+
+/// Each mistake that the axes of a recording may have, the likeliest first.
 #[must_use]
-pub(super) fn all(recording: &Recording) -> Vec<(String, String, AxisMend)> {
+pub(super) fn all(recording: &Recording) -> Vec<Candidate> {
     let moves = recording.axes_that_move();
     let mut list = Vec::new();
     for (k, axis) in recording.axes.iter().enumerate().filter(|(k, _)| moves[*k]) {
         let name = &axis.name;
-        let mut add = |what: String, says: String, mend: AxisMend| {
-            list.push((format!("axis {name}: {what}"), says, mend));
+        let mut add = |what: String, says: String, mend: AxisMend, is_twin: bool| {
+            list.push(Candidate { name: format!("axis {name}: {what}"), says, mend, is_twin });
         };
+        let is_stated = axis.guess.is_some();
+        if is_stated {
+            let says =
+                format!("axis {name} turns the other way than its direction in cell.toml says: reverse it");
+            add("wrong sign".to_owned(), says, AxisMend::Scaled(k, -1.0), false);
+        }
         for carries in Carries::ALL.into_iter().filter(|carries| *carries != axis.carries) {
             let word = carries.name();
             let says = format!("axis {name} carries the {word}: carries = \"{word}\" in cell.toml");
-            add(format!("carries the {word}"), says, AxisMend::Carries(k, carries));
-        }
-        if axis.guess.is_some() {
-            let says =
-                format!("axis {name} turns the other way than its direction in cell.toml says: reverse it");
-            add("wrong sign".to_owned(), says, AxisMend::Scaled(k, -1.0));
+            let is_twin = is_stated && ![carries, axis.carries].contains(&Carries::Sensor);
+            add(format!("carries the {word}"), says, AxisMend::Carries(k, carries), is_twin);
         }
         let turn = 1f64.to_degrees();
         let of_angles = [(turn, "radians", "_rad"), (turn.recip(), "degrees", "_deg")];
         let units = if axis.kind == AxisKind::Rotary { of_angles } else { OF_LENGTHS };
         for (factor, unit, suffix) in units {
             let says = format!("the values of axis {name} are {unit}: call the column {name}{suffix}");
-            add(format!("values in {unit}"), says, AxisMend::Scaled(k, factor));
+            add(format!("values in {unit}"), says, AxisMend::Scaled(k, factor), false);
         }
         let others = recording.axes.iter().enumerate().skip(k + 1);
         for (other, axis_there) in others.filter(|(_, there)| there.kind == axis.kind) {
             let says = format!("the columns of axes {name} and {} are swapped", axis_there.name);
-            add(format!("swapped with {}", axis_there.name), says, AxisMend::Swapped(k, other));
+            add(format!("swapped with {}", axis_there.name), says, AxisMend::Swapped(k, other), false);
         }
         let says = format!(
             "the robot's poses contain axis {name} already: leave it out of cell.toml, or say in_pose = true with its direction and point"
         );
-        add("within the poses".to_owned(), says, AxisMend::WithinPoses(k));
+        add("within the poses".to_owned(), says, AxisMend::WithinPoses(k), false);
     }
     list
 }

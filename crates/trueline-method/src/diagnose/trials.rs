@@ -128,7 +128,10 @@ impl<W: FnMut(Step<'_>)> Trials<'_, W> {
     fn try_axes(&mut self) {
         let candidates = axis_mistakes::all(self.few);
         self.steps.expect(candidates.len() * CALIBRATION_COSTS);
-        for (name, says, mend) in candidates {
+        for axis_mistakes::Candidate { name, says, mend, is_twin } in candidates {
+            if !is_twin && self.is_explained() {
+                return;
+            }
             if self.budget.is_spent() {
                 self.not_tried.push(name);
                 continue;
@@ -137,9 +140,6 @@ impl<W: FnMut(Step<'_>)> Trials<'_, W> {
             let Some(mended) = mend.of(self.few) else { continue };
             let outcome = Outcome::of(&calibrate(&mended, None, self.config));
             self.done.push(Trial { name, says, mend: Mend::Axis(mend), outcome, is_screened: false });
-            if self.is_explained() {
-                return;
-            }
         }
     }
 
