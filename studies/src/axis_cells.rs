@@ -1,6 +1,6 @@
 //! Scans in cells with an external axis, calibrated from nothing: how many are accepted and right, and are the ± honest?
 //!
-//! `cargo run --release -p trueline-studies -- axis_cells [CELLS A COURSE] [FIRST SEED] [--cells]` prints a row for each course of an axis: NEES
+//! `cargo run --release -p trueline-studies -- axis_cells [CELLS A COURSE] [FIRST SEED] [--cells] [--only=WORDS]` prints a row for each course of an axis whose name has these words: NEES
 //! of time offset and hand-eye transform (7 numbers) and of the shown numbers of the axis, medians of what is said of the axis, and the largest
 //! error over its ±.
 
@@ -63,7 +63,8 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
         "| axis | accepted | NEES/7 | NEES of the axis | largest z | direction ° | place mm | offset ms | median s |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
-    for row in rows() {
+    let only = options.iter().find_map(|option| option.strip_prefix("--only=")).unwrap_or_default();
+    for row in rows().into_iter().filter(|row| row.0.contains(only)) {
         let outcomes: Vec<Outcome> = (first..first + count).map(|seed| outcome(&row, seed)).collect();
         if prints_cells {
             (first..).zip(&outcomes).for_each(|(seed, outcome)| println!("{seed} {}", outcome.words));

@@ -15,6 +15,34 @@ pub enum Carries {
     Sensor,
 }
 
+impl Carries {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Part, Self::Robot, Self::Sensor];
+
+    /// Its name in files and options.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Part => "part",
+            Self::Robot => "robot",
+            Self::Sensor => "sensor",
+        }
+    }
+
+    /// What a name stands for.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|carries| carries.name() == name)
+    }
+}
+
+/// Whether an axis may be called so: its name is a part of the name of a column.
+#[must_use]
+pub fn is_axis_name(name: &str) -> bool {
+    let is_plain = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
+    !name.is_empty() && !["time", "stop", "picture"].contains(&name) && name.chars().all(is_plain)
+}
+
 /// What is known of an axis beforehand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisGuess {
@@ -57,6 +85,21 @@ pub struct AxisRecord {
 }
 
 impl AxisRecord {
+    /// An axis of which nothing was recorded yet, and whose place nobody knows.
+    #[must_use]
+    pub fn new(name: &str, kind: AxisKind, carries: Carries) -> Self {
+        Self {
+            name: name.to_owned(),
+            kind,
+            carries,
+            in_pose: false,
+            guess: None,
+            values: Vec::new(),
+            known: None,
+            holds_time_offset: false,
+        }
+    }
+
     /// Whether it moves if its values are so far apart, rad or m.
     #[must_use]
     pub fn moves_by(&self, range: f64) -> bool {

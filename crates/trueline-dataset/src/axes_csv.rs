@@ -1,9 +1,11 @@
-//! `axes.csv`: values of external axes over time, `time_s,NAME_deg,NAME_mm`.
+//! `axes.csv`: values of external axes over time, `time_s,NAME_deg,NAME_mm`, or at stops, `stop,NAME_deg,NAME_mm`.
 
 use crate::axes::{AxisRecord, AxisValue};
+use crate::axis_problem::AxisProblem;
 use crate::dialect::plain_csv;
 use crate::error::{Error, Problem};
 use crate::stamp;
+use crate::stop_poses::{RowKey, StopPoses};
 use crate::table::{ColumnSpec, Header, Table, required};
 use crate::unit::{MM_PER_M, Quantity};
 use std::io::Write;
@@ -16,21 +18,30 @@ const LARGEST_TURN_RAD: f64 = std::f64::consts::PI;
 /// … or moves less than this, m.
 const LARGEST_SHIFT_M: f64 = 0.5;
 
-/// Reads the values of some axes.
+/// Reads the values of some axes; where the robot stood at stops, those of each stop.
 ///
 /// # Errors
-/// Anything that is not a clean table of these axes with rising stamps, and an axis that jumps.
-pub(crate) fn read(file: &Path, bytes: &[u8], mut axes: Vec<AxisRecord>) -> Result<Vec<AxisRecord>, Error> {
+/// Anything that is not a clean table of these axes with rising stamps, an axis that jumps, a stop without a value or with two.
+pub(crate) fn read(
+    file: &Path,
+    bytes: &[u8],
+    mut axes: Vec<AxisRecord>,
+    stops: Option<&StopPoses>,
+) -> Result<Vec<AxisRecord>, Error> {
     let (csv, _) = plain_csv(file, bytes.to_vec(), None)?;
     let names: Vec<String> = axes.iter().map(|axis| axis.name.clone()).collect();
-    let mut specs: Vec<ColumnSpec<'_>> = vec![required("time", Quantity::Time)];
+    let header = Header::read(file, &csv)?;
+    let key = RowKey::of(&header, stops)?;
+    let mut specs: Vec<ColumnSpec<'_>> = vec![key.spec()];
     specs.extend(names.iter().zip(&axes).map(|(name, axis)| required(name, quantity(axis.kind))));
-    let mut table = Header::read(file, &csv)?.find(&specs)?;
+    let mut table = header.find(&specs)?;
+    let mut last_ns = None;
     while table.next_row()? {
-        let stamp_ns = table.stamp_ns(TIME)?;
+        let stamp_ns = key.stamp_ns(&table, TIME, last_ns)?;
+        last_ns = Some(stamp_ns);
         for (k, axis) in axes.iter_mut().enumerate() {
             let value = table.required_number(TIME + 1 + k)?;
-            if let Some(last) = axis.values.last() {
+            if let Some(last) = axis.values.last().filter(|_| key.rises()) {
                 check_step(&table, (TIME + 1 + k, axis.kind), last, AxisValue { stamp_ns, value })?;
             }
             axis.values.push(AxisValue { stamp_ns, value });
@@ -38,6 +49,12 @@ pub(crate) fn read(file: &Path, bytes: &[u8], mut axes: Vec<AxisRecord>) -> Resu
     }
     if axes.iter().any(|axis| axis.values.len() < 2) {
         return Err(Error::in_file(file, Problem::NoRows));
+    }
+    if let Some(stops) = stops {
+        for axis in &mut axes {
+            axis.values.sort_by_key(|value| value.stamp_ns);
+            stops.check_each_has_one(file, axis.values.iter().map(|value| value.stamp_ns))?;
+        }
     }
     Ok(axes)
 }
@@ -55,10 +72,6 @@ fn check_step(
     last: &AxisValue,
     next: AxisValue,
 ) -> Result<(), Error> {
-    if next.stamp_ns < last.stamp_ns {
-        let (previous_s, this_s) = (stamp::seconds(last.stamp_ns), stamp::seconds(next.stamp_ns));
-        return Err(table.error_in(TIME, Problem::TimeRunsBackwards { previous_s, this_s }));
-    }
     let step = (next.value - last.value).abs();
     let jumps = match kind {
         AxisKind::Rotary => step >= LARGEST_TURN_RAD,
@@ -72,8 +85,10 @@ fn check_step(
         AxisKind::Rotary => format!("{:.0}°", step.to_degrees()),
         AxisKind::Linear => format!("{:.0} mm", step * MM_PER_M),
     };
-    Err(table
-        .error_in(column, Problem::AxisJumps { step, in_s: stamp::seconds(next.stamp_ns - last.stamp_ns) }))
+    Err(table.error_in(
+        column,
+        AxisProblem::Jumps { step, in_s: stamp::seconds(next.stamp_ns - last.stamp_ns) }.into(),
+    ))
 }
 
 /// Values further apart than this are not of one motion, ns.

@@ -1,6 +1,6 @@
 //! `[[axis]]` of `cell.toml`: which external axes a cell has, and what each of them carries.
 
-use crate::axes::{AxisGuess, AxisRecord, Carries, in_mm};
+use crate::axes::{AxisGuess, AxisRecord, Carries, in_mm, is_axis_name};
 use crate::error::{Error, Problem};
 use crate::sensor_toml::parse_toml;
 use crate::toml_place::in_toml;
@@ -21,8 +21,8 @@ struct CellFile {
 #[serde(deny_unknown_fields)]
 struct AxisTable {
     name: String,
-    kind: Kind,
-    carries: What,
+    kind: String,
+    carries: String,
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     in_pose: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -40,21 +40,6 @@ struct UncertaintyTable {
     direction_deg: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     point_mm: Option<f64>,
-}
-
-#[derive(Clone, Copy, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum Kind {
-    Rotary,
-    Linear,
-}
-
-#[derive(Clone, Copy, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum What {
-    Part,
-    Robot,
-    Sensor,
 }
 
 /// Keys of a cell beside its axes.
@@ -99,34 +84,26 @@ pub(crate) fn parse(file: &Path, text: &str) -> Result<Vec<AxisRecord>, Error> {
 }
 
 fn axis(table: &AxisTable) -> Result<AxisRecord, Problem> {
-    let is_plain = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
-    if table.name.is_empty() || table.name == "time" || !table.name.chars().all(is_plain) {
+    if !is_axis_name(&table.name) {
         let expected = "letters, digits, - and _";
         return Err(Problem::Value { key: "axis.name", expected, found: table.name.clone() });
     }
+    let unknown = |key: &'static str, expected: &'static str, found: &str| Problem::Value {
+        key,
+        expected,
+        found: format!("\"{found}\""),
+    };
+    let kind = AxisKind::named(&table.kind)
+        .ok_or_else(|| unknown("axis.kind", "\"rotary\" or \"linear\"", &table.kind))?;
+    let carries = Carries::named(&table.carries)
+        .ok_or_else(|| unknown("axis.carries", "\"part\", \"robot\" or \"sensor\"", &table.carries))?;
     let guess = guess(table)?;
-    if table.in_pose && guess.is_none_or(|guess| guess.point_m.is_none() && is_rotary(table)) {
+    let is_rotary = kind == AxisKind::Rotary;
+    if table.in_pose && guess.is_none_or(|guess| guess.point_m.is_none() && is_rotary) {
         let expected = "direction and point_mm as the controller has them, for its poses contain this axis";
         return Err(Problem::Value { key: "axis.in_pose", expected, found: "none".to_owned() });
     }
-    Ok(AxisRecord {
-        name: table.name.clone(),
-        kind: if is_rotary(table) { AxisKind::Rotary } else { AxisKind::Linear },
-        carries: match table.carries {
-            What::Part => Carries::Part,
-            What::Robot => Carries::Robot,
-            What::Sensor => Carries::Sensor,
-        },
-        in_pose: table.in_pose,
-        guess,
-        values: Vec::new(),
-        known: None,
-        holds_time_offset: false,
-    })
-}
-
-fn is_rotary(table: &AxisTable) -> bool {
-    matches!(table.kind, Kind::Rotary)
+    Ok(AxisRecord { in_pose: table.in_pose, guess, ..AxisRecord::new(&table.name, kind, carries) })
 }
 
 fn guess(table: &AxisTable) -> Result<Option<AxisGuess>, Problem> {
@@ -171,12 +148,8 @@ fn guess(table: &AxisTable) -> Result<Option<AxisGuess>, Problem> {
 pub(crate) fn text(axes: &[AxisRecord]) -> String {
     let table = |axis: &AxisRecord| AxisTable {
         name: axis.name.clone(),
-        kind: if axis.kind == AxisKind::Rotary { Kind::Rotary } else { Kind::Linear },
-        carries: match axis.carries {
-            Carries::Part => What::Part,
-            Carries::Robot => What::Robot,
-            Carries::Sensor => What::Sensor,
-        },
+        kind: axis.kind.name().to_owned(),
+        carries: axis.carries.name().to_owned(),
         in_pose: axis.in_pose,
         direction: axis.guess.map(|guess| guess.direction.into_inner().into()),
         point_mm: axis.guess.and_then(|guess| guess.point_m).map(|point_m| in_mm(&point_m)),

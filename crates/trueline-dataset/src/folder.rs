@@ -12,7 +12,7 @@ use crate::profile_file::ProfileFile;
 use crate::recording::{Feature, PlateStripe, Recording, RobotSample, Sensor};
 use crate::sensor_setup::{RegionOfInterest, SensorSetup};
 use crate::sensor_toml::SensorFile;
-use crate::several_sensors::robot_folder;
+use crate::several_sensors::{self, robot_folder};
 use crate::source_file;
 use crate::stop_poses::{self, StopPoses};
 use crate::stripes_csv;
@@ -64,7 +64,7 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
     let mut inputs = BTreeMap::new();
     let stops = StopPoses::of(folder)?;
     let robot_file = robot_folder(folder).join(ROBOT);
-    let sensor_text = required(&folder.join("sensor.toml"), "sensor.toml", &mut inputs)?;
+    let sensor_text = sensor_text(folder, &mut inputs)?;
     let robot_text = if stops.is_some() { None } else { Some(required(&robot_file, ROBOT, &mut inputs)?) };
     let mut load = |name: &str| load(&folder.join(name), name, &mut inputs);
     let features_text = if found.is_none() { load("features.csv")? } else { None };
@@ -107,7 +107,7 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
         }
         notes.extend(unused_beside_stops(folder));
     }
-    let axes = axes_folder::of_folder(robot_folder(folder), &mut inputs)?;
+    let axes = axes_folder::of_dataset([folder, robot_folder(folder)], stops.as_ref(), &mut inputs)?;
     axes_folder::check_readings(folder, &axes, features.iter().map(|feature| feature.stamp_ns))?;
     let recording = Recording {
         stripes,
@@ -216,11 +216,20 @@ pub fn read_sensor(folder: &Path) -> Result<Sensor, Error> {
 /// A file that is missing or cannot be used.
 pub fn read_sensor_file(folder: &Path) -> Result<SensorFile, Error> {
     let file = folder.join("sensor.toml");
-    let text = load(&file, "sensor.toml", &mut BTreeMap::new())?
-        .ok_or_else(|| Error::in_file(&file, Problem::Missing))?;
+    let text = sensor_text(folder, &mut BTreeMap::new())?;
     let sensor = sensor_toml::parse_file(&file, &utf8(&file, text)?)?;
     refuse_what_is_not_applied(&file, &sensor.setup)?;
     Ok(sensor)
+}
+
+/// The bytes of a dataset's `sensor.toml`.
+fn sensor_text(folder: &Path, inputs: &mut BTreeMap<String, String>) -> Result<Vec<u8>, Error> {
+    let file = folder.join("sensor.toml");
+    match load(&file, "sensor.toml", inputs)? {
+        Some(bytes) => Ok(bytes),
+        None => Err(several_sensors::in_place_of_one(folder)?
+            .unwrap_or_else(|| Error::in_file(&file, Problem::Missing))),
+    }
 }
 
 /// The robot's poses of a dataset folder.

@@ -22,6 +22,7 @@ pub mod axes;
 mod axes_csv;
 mod axes_folder;
 mod axes_toml;
+mod axis_problem;
 pub mod cad_file;
 pub mod calibration_file;
 mod camera_yaml;
@@ -96,6 +97,7 @@ pub mod whole_folder;
 pub mod written_form;
 
 pub use axes::{AxisRecord, Carries};
+pub use axis_problem::AxisProblem;
 pub use calibration_file::KnownCalibration;
 pub use dialect::Dialect;
 pub use error::{Error, Problem};

@@ -21,6 +21,31 @@ pub enum LogProblem {
         /// The header as found.
         found: String,
     },
+    /// An axis whose values could be angles or lengths.
+    #[error("axis `{name}`: column `{theirs}` names no unit")]
+    AxisWithoutUnit {
+        /// Its name.
+        name: String,
+        /// Its column.
+        theirs: String,
+    },
+    /// An axis that is said to be something else.
+    #[error("axis `{name}` has {what} in cell.toml, and --axis says something else")]
+    AxisContradicts {
+        /// Its name.
+        name: String,
+        /// What is said there.
+        what: String,
+    },
+    /// An axis that is described, and no column is named for it.
+    #[error("cell.toml has axis `{name}`, and no --axis names its column")]
+    AxisNotNamed {
+        /// Its name.
+        name: String,
+    },
+    /// Axes in columns of the log and in a file of their own.
+    #[error("is there, and --axis names columns of the log as well")]
+    AxesTwice,
     /// Rows without a line of names before them.
     #[error("no line names the columns: the file begins with a row of {columns}")]
     NoNames {
@@ -96,6 +121,18 @@ impl LogProblem {
             Self::MappedColumnMissing { ours, theirs, reversed: true, .. } => {
                 format!("the order is ours=theirs: --robot-map '{theirs}={ours}' (or --features-map)")
             }
+            Self::MappedColumnMissing { ours, meant, .. } if ours.starts_with("axis ") => {
+                let name = ours.trim_start_matches("axis ");
+                format!("write --axis {name}_deg={} (or {name}_mm)", meant.as_deref().unwrap_or("COLUMN"))
+            }
+            Self::AxisWithoutUnit { name, theirs } => {
+                format!("does it turn or shift? --axis {name}_deg={theirs}, or --axis {name}_mm={theirs}")
+            }
+            Self::AxisContradicts { .. } => "correct one of the two".to_owned(),
+            Self::AxisNotNamed { name } => {
+                format!("name it: --axis {name}_deg=COLUMN (or {name}_mm); or leave all --axis out and write axes.csv")
+            }
+            Self::AxesTwice => "leave the file out, or --axis".to_owned(),
             Self::MappedColumnMissing { ours, meant, .. } => {
                 let theirs = meant.as_deref().unwrap_or("THEIRS");
                 format!("write ours=theirs: --robot-map '{ours}={theirs}' (or --features-map)")

@@ -1,5 +1,6 @@
 //! What can be wrong with a file.
 
+use crate::axis_problem::AxisProblem;
 use crate::log_problem::LogProblem;
 use std::path::PathBuf;
 
@@ -121,6 +122,14 @@ pub enum Problem {
         /// Their names.
         names: String,
     },
+    /// A dataset of several sensors where one is needed.
+    #[error("is a dataset of {} sensors ({}), and one is needed here", names.len(), names.join(", "))]
+    DatasetOfSensors {
+        /// Their names.
+        names: Vec<String>,
+        /// The folder of the first.
+        first: String,
+    },
     /// A sensor beside the folder of several sensors.
     #[error("is there, and a folder `sensors` as well: one sensor, or several in `sensors/NAME`")]
     SensorBesideSensors,
@@ -130,31 +139,9 @@ pub enum Problem {
         /// How many there are.
         found: usize,
     },
-    /// Values of axes that nobody describes.
-    #[error("has no `[[axis]]`, and axes.csv is there: say name, kind and what each axis carries")]
-    AxesNotDescribed,
-    /// An axis that goes too far from one value to the next.
-    #[error(
-        "the axis jumps by {step} within {in_s} s: values in the wrong unit, or a turn that begins anew?"
-    )]
-    AxisJumps {
-        /// How far, with its unit.
-        step: String,
-        /// In which time.
-        in_s: f64,
-    },
-    /// A reading while nothing is known of an axis.
-    #[error("axis `{name}` has values from {from_s} s to {to_s} s, and something was read at {at_s} s")]
-    AxisWithoutValue {
-        /// Its name.
-        name: String,
-        /// When something was read.
-        at_s: f64,
-        /// Its first value.
-        from_s: f64,
-        /// Its last.
-        to_s: f64,
-    },
+    /// Of the files of external axes.
+    #[error(transparent)]
+    Axis(#[from] AxisProblem),
     /// The same quantity twice.
     #[error("duplicate column")]
     DuplicateColumn,

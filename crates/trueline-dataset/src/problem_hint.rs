@@ -11,6 +11,9 @@ impl Problem {
                 format!("is it `{meant}`? {}", self.usual_hint())
             }
             Self::Log(problem) => problem.hint(),
+            Self::DatasetOfSensors { first, .. } => {
+                format!("name the sensor that is meant: {first}; `trueline calibrate` takes all of them")
+            }
             _ => self.usual_hint().to_owned(),
         }
     }
@@ -59,6 +62,7 @@ impl Problem {
             Self::Value { key: "stop" | "picture", .. } => {
                 "poses.csv has one row for each stop, and each reading names its stop in a column `stop` (or `picture`)"
             }
+            Self::Axis(problem) => problem.hint(),
             Self::PointRepeated => "leave one of the two out",
             Self::ForeignRow { .. } => "is this the right file for this format?",
             Self::RowsDiffer { .. } => "every feature belongs to one image, row by row",

@@ -45,6 +45,17 @@ pub fn of(dataset: &Path) -> Result<Option<Vec<SensorFolder>>, Error> {
     Ok(Some(sensors))
 }
 
+/// What to say of a dataset without a sensor of its own that has several; `None` where it has none.
+///
+/// # Errors
+/// As [`of`].
+pub(crate) fn in_place_of_one(dataset: &Path) -> Result<Option<Error>, Error> {
+    let Some(sensors) = of(dataset)? else { return Ok(None) };
+    let first = sensors.first().map(|sensor| sensor.path.display().to_string()).unwrap_or_default();
+    let names = sensors.into_iter().map(|sensor| sensor.name).collect();
+    Ok(Some(Error::in_file(dataset, Problem::DatasetOfSensors { names, first })))
+}
+
 /// Where the robot of a dataset is: that of one among several sensors is beside them.
 #[must_use]
 pub(crate) fn robot_folder(dataset: &Path) -> &Path {

@@ -108,6 +108,32 @@ impl StopPoses {
         }
     }
 
+    /// Refuses a table that has not one row for each stop, by the stamps of its rows (rising, ns).
+    ///
+    /// # Errors
+    /// The first stop without a row, or with two.
+    pub(crate) fn check_each_has_one(
+        &self,
+        file: &Path,
+        stamps_ns: impl Iterator<Item = i64>,
+    ) -> Result<(), Error> {
+        let mut count = vec![0_usize; self.poses.len()];
+        for stamp_ns in stamps_ns {
+            let number = usize::try_from(stamp_ns / APART_NS - 1).ok();
+            if let Some(count) = number.and_then(|number| count.get_mut(number)) {
+                *count += 1;
+            }
+        }
+        match self.poses.iter().zip(count).find(|(_, count)| *count != 1) {
+            Some((pose, count)) => {
+                let found = format!("{count} rows of stop {}", pose.picture);
+                let expected = "one row for each stop of poses.csv";
+                Err(Error::in_file(file, Problem::Value { key: self.column, expected, found }))
+            }
+            None => Ok(()),
+        }
+    }
+
     fn error(&self, pose: &PicturePose, expected: &'static str) -> Error {
         let problem = Problem::Value { key: self.column, expected, found: pose.picture.clone() };
         Error::at_line(&self.file, pose.line, problem).in_column(self.column)

@@ -7,7 +7,7 @@ use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 /// What commands write into a folder, pictures aside; a folder with anything else in it is never replaced.
-const OURS: [&str; 22] = [
+const OURS: [&str; 24] = [
     "sensor.toml",
     "robot.csv",
     "poses.csv",
@@ -30,6 +30,8 @@ const OURS: [&str; 22] = [
     "result.json",
     "check",
     "truth.json",
+    "axes.csv",
+    "cell.toml",
 ];
 
 /// Those of them that are folders.

@@ -19,6 +19,26 @@ pub enum AxisKind {
     Linear,
 }
 
+impl AxisKind {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Rotary, Self::Linear];
+
+    /// Its name in files and options.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rotary => "rotary",
+            Self::Linear => "linear",
+        }
+    }
+
+    /// The kind of a name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+}
+
 /// Where an axis is and how its values are meant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {

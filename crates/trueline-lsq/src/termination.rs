@@ -55,7 +55,7 @@ impl Termination {
 impl fmt::Display for Termination {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NoSolution => f.write_str("the equations have no solution"),
+            Self::NoSolution => f.write_str("the scan does not determine every unknown"),
             Self::StepConverged { step, threshold } => {
                 write!(f, "converged: last step {step:.1e} sigma, below {threshold:.0e}")
             }

@@ -99,6 +99,27 @@ pub enum ImportError {
         /// The joint.
         joint: String,
     },
+    /// A joint of an axis that is nowhere.
+    #[error("no message has the joint `{joint}` of an axis; there are: {}", list(seen))]
+    NoAxis {
+        /// The joint.
+        joint: String,
+        /// All joints that are there.
+        seen: Vec<String>,
+    },
+    /// An axis whose joint is in another unit.
+    #[error("axis `{name}`: joint `{joint}` is in {} or {}", units[0].trim_start_matches('_'), units[1].trim_start_matches('_'))]
+    AxisUnit {
+        /// Its name.
+        name: String,
+        /// Its joint.
+        joint: String,
+        /// Units that joints of this recording have.
+        units: [&'static str; 2],
+    },
+    /// An axis that contradicts itself.
+    #[error("{0}")]
+    Axis(String),
     /// More than one topic could be meant.
     #[error("several topics have {wanted}: {}", list(candidates))]
     SeveralTopics {
@@ -245,6 +266,7 @@ impl ImportError {
             Self::Urdf { .. } => "xacro is expanded first: xacro robot.xacro > robot.urdf",
             Self::ToolNeeded { .. } => "name the one whose pose is wanted with --tool",
             Self::JointMissing { .. } => "all joints between --base and --tool must come in one message",
+            Self::NoAxis { .. } | Self::AxisUnit { .. } | Self::Axis(_) => return self.hint_of_axes(),
             Self::FramesNeeded { proposal: Some([base, tool]), .. } => {
                 return format!(
                     "perhaps --base {base} --tool {tool}? the tool is the frame whose pose the robot reports"
@@ -280,6 +302,20 @@ impl ImportError {
             Self::Dataset(error) => return error.hint(),
         };
         text.to_owned()
+    }
+
+    fn hint_of_axes(&self) -> String {
+        match self {
+            Self::AxisUnit { name, joint, units: [turn, shift] } => {
+                format!("does it turn or shift? --axis {name}{turn}={joint}, or --axis {name}{shift}={joint}")
+            }
+            Self::NoAxis { .. } => {
+                "name one of them: --axis NAME_deg=JOINT. KUKA's RSI sends E1 to E6 with DEF_EIPos in its SEND section; ABB's EGM calls \
+                 them eax_a to eax_f"
+                    .to_owned()
+            }
+            _ => "correct --axis".to_owned(),
+        }
     }
 }
 

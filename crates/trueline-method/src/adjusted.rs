@@ -44,7 +44,9 @@ pub(crate) fn applies(recording: &Recording, config: &Config, fit: &Fit, levels:
     let is_ideal =
         waviness_m(recording, config) == 0.0 && levels.edge_radius_m == 0.0 && recording.axes.is_empty();
     let is_paper = config.residual != ResidualKind::Sheet || fit.parameters().curvatures.is_empty();
-    !(is_ideal || is_paper || fit.prior.is_some() || config.at_stops)
+    // A robot at stops has an error of its own at each, which is noise; where axes are is found here alone.
+    let is_at_stops = config.at_stops && recording.axes.is_empty();
+    !(is_ideal || is_paper || fit.prior.is_some() || is_at_stops)
 }
 
 /// How wavy the seam is, as far as somebody says, m.

@@ -52,7 +52,7 @@ pub fn calibrate(
         checked(cad)?;
     }
     if !recording.axes.is_empty() {
-        return calibrated(recording, config, &|placed, config| over_time(placed, guess, config));
+        return with_axes(recording, guess, config);
     }
     let Some((by_stops, stops)) = stops::of(recording, config)? else {
         return curved::answered(recording, guess, config, over_time(recording, guess, config));
@@ -62,6 +62,19 @@ pub fn calibrate(
     }
     let guess = guess.map(stops::guess);
     Ok(over_time(&by_stops, guess.as_ref(), &stops::options(config))?.at_stops(stops))
+}
+
+/// The same in a cell with external axes. Where the robot stands at each reading nobody recognises it: the axes may move.
+fn with_axes(recording: &Recording, guess: Option<&Guess>, config: &Config) -> Result<Calibration, Error> {
+    let is_stated = recording.at_stops || config.at_stops;
+    let stops = if is_stated { stops::of(recording, config)? } else { None };
+    let Some((by_stops, stops)) = stops else {
+        return calibrated(recording, config, &|placed, config| over_time(placed, guess, config));
+    };
+    let guess = guess.map(stops::guess);
+    let options = stops::options(config);
+    let found = calibrated(&by_stops, &options, &|placed, config| over_time(placed, guess.as_ref(), config));
+    Ok(found?.at_stops(stops))
 }
 
 /// The same over the time of the recording's stamps.

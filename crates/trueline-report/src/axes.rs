@@ -1,10 +1,8 @@
 //! External axes, for the result's file and for people.
 
 use crate::number::with_sigma;
-use trueline_dataset::Carries;
 use trueline_dataset::result_file::{AxisEntry, AxisSigma};
 use trueline_dataset::unit::MM_PER_M;
-use trueline_geometry::AxisKind;
 use trueline_method::Calibration;
 use trueline_method::axes::finding::{AxisFinding, AxisPart};
 
@@ -15,13 +13,8 @@ pub(crate) fn entry(found: &AxisFinding) -> AxisEntry {
     let shown = |part| sigma(part).is_some();
     AxisEntry {
         name: found.name.clone(),
-        kind: if found.axis.kind == AxisKind::Rotary { "rotary" } else { "linear" }.to_owned(),
-        carries: match found.carries {
-            Carries::Part => "part",
-            Carries::Robot => "robot",
-            Carries::Sensor => "sensor",
-        }
-        .to_owned(),
+        kind: found.axis.kind.name().to_owned(),
+        carries: found.carries.name().to_owned(),
         direction: shown(AxisPart::Direction).then(|| found.axis.direction.into_inner().into()),
         point_mm: shown(AxisPart::Place).then(|| (found.axis.point_m * MM_PER_M).into()),
         scale: found.axis.scale,

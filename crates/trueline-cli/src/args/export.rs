@@ -4,6 +4,7 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use std::path::PathBuf;
 use trueline_report::export::FORMATS;
+use trueline_report::export::axes::AXES;
 use trueline_report::export::curves::CURVES;
 
 /// Name of the sensor's frame where none is stated.
@@ -18,11 +19,13 @@ pub(crate) const DEFAULT_TOOL: u32 = 1;
   trueline export result.json --as urdf --parent tool0 --child laser > laser.urdf
   trueline export result.json --as kalibr --sensor scan/sensor.toml
   trueline export result.json --as curve-csv > seam.csv
+  trueline export result.json --as axis-urdf > table.urdf
 
 The text goes to stdout, its convention in words to stderr. All forms say the \
 same: the pose of the sensor in the frame whose pose the robot reported while \
 it was recorded (the flange, or the tool that was active). The forms curve-… \
-write the curve of a curved seam in the robot's base instead.
+write the curve of a curved seam in the robot's base instead, and the forms \
+axis-… each external axis.
 
 Exit code: 0 written, 1 written although the result was not accepted, 2 could \
 not be written.")]
@@ -59,5 +62,6 @@ fn names() -> Vec<&'static str> {
         .iter()
         .flat_map(|format| std::iter::once(format.name).chain(format.aliases.iter().copied()))
         .chain(CURVES.iter().map(|form| form.name))
+        .chain(AXES.iter().map(|form| form.name))
         .collect()
 }

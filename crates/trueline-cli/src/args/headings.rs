@@ -159,7 +159,7 @@ const LAYOUTS: &[Layout] = &[
         command: "import mcap",
         everyday: &["out", "sensor", "pose-topic", "image-topic", "quiet"],
         sections: &[
-            ("What is in it", &["base", "tool", "urdf", "allow-jpeg", "no-return-mm", "stamps"]),
+            ("What is in it", &["base", "tool", "urdf", "axis", "allow-jpeg", "no-return-mm", "stamps"]),
             ("Output", &["force"]),
         ],
     },
@@ -172,6 +172,7 @@ const LAYOUTS: &[Layout] = &[
                 &[
                     "robot-file",
                     "robot-map",
+                    "axis",
                     "euler",
                     "robot-rate-hz",
                     "robot-skip-lines",

@@ -5,6 +5,7 @@ use crate::args::import_csv::ImportCsvArgs;
 use crate::args::new_folder::NewFolder;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
+use trueline_dataset::import::axis_columns::AxisColumn;
 use trueline_mcap::StampClock;
 
 #[derive(Args)]
@@ -103,6 +104,16 @@ pub(crate) struct BagArgs {
     /// The robot's URDF, where the recording has joint angles and no poses
     #[arg(long, value_name = "FILE")]
     pub(crate) urdf: Option<PathBuf>,
+    /// An external axis by the name of its joint: table_rad=JOINT of JointState, table_deg=E1 of a recorded KUKA, table_deg=eax_a of an ABB; may be repeated
+    #[arg(
+        long = "axis",
+        value_name = "NAME=JOINT",
+        long_help = "An external axis by the name of its joint: table_rad=JOINT or track_m=JOINT of JointState, table_deg=E1 of a recorded \
+                     KUKA (E1 to E6, with EIPos), table_deg=eax_a of an ABB (EGM), table_deg=EXT1 of a FANUC (Stream Motion, versions 1 and \
+                     2); may be repeated, in the order of the chain. What it carries follows a comma: part, robot or sensor. Written to \
+                     axes.csv and cell.toml"
+    )]
+    pub(crate) axes: Vec<AxisColumn>,
     /// Take JPEG pictures as well, although losses move edges by fractions of a pixel
     #[arg(long)]
     pub(crate) allow_jpeg: bool,

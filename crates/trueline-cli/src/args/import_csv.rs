@@ -8,6 +8,7 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use std::path::PathBuf;
 use trueline_dataset::dialect::Separator;
+use trueline_dataset::import::axis_columns::AxisColumn;
 use trueline_dataset::import::foreign_csv::ColumnMapping;
 use trueline_dataset::import::profiles::ProfileFormat;
 use trueline_dataset::import::robot_layout::RobotLayout;
@@ -21,6 +22,7 @@ use trueline_geometry::EulerSequence;
   trueline import csv logs --robot ur --sensor sensor.toml --out scan
   trueline import csv logs --robot-map time_ms=stamp,x_mm=pos_x --out scan
   trueline import csv logs --robot kuka --columns t,X,Y,Z,A,B,C --out scan
+  trueline import csv logs --robot kuka --axis table_deg=E1 --out scan
   trueline import csv logs --euler zyz-intrinsic --robot-map e1_deg=O,e2_deg=A,e3_deg=T --out scan
 
 Separators (comma, semicolon, tab, blanks), decimal commas, UTF-16 and a byte \
@@ -129,6 +131,15 @@ pub(crate) struct ImportCsvArgs {
     /// Columns of the feature file, ours=theirs
     #[arg(long, value_delimiter = ',', value_parser = mapping)]
     pub(crate) features_map: Vec<ColumnMapping>,
+    /// An external axis in a column of the robot file: table_deg=E1, track_mm=E2,robot; may be repeated, in the order of the chain
+    #[arg(
+        long = "axis",
+        value_name = "NAME=COLUMN",
+        long_help = "An external axis in a column of the robot file: table_deg=E1, track_mm=E2,robot; may be repeated, in the order of the chain. \
+                     The unit stands in our name or in theirs. What it carries follows a comma: part, robot or sensor; a cell.toml beside \
+                     the robot file may say it instead. Written to axes.csv and cell.toml"
+    )]
+    pub(crate) axes: Vec<AxisColumn>,
     /// Robot and sensor were stamped by clocks that have nothing in common: find how far they are apart
     #[arg(long)]
     pub(crate) align_clocks: bool,

@@ -2,6 +2,7 @@
 
 use clap::Args;
 use trueline_dataset::Carries;
+use trueline_dataset::axes::is_axis_name;
 use trueline_geometry::AxisKind;
 use trueline_sim::{AxisCourse, Scenario, SimulatedAxis};
 
@@ -52,18 +53,11 @@ fn axis(text: &str) -> Result<AxisArg, String> {
     let [kind, carries, course] = rest.splitn(3, ',').collect::<Vec<_>>()[..] else {
         return Err(FORM.to_owned());
     };
-    let kind = match kind {
-        "rotary" => AxisKind::Rotary,
-        "linear" => AxisKind::Linear,
-        _ => return Err(format!("`{kind}` is no kind of axis: rotary or linear")),
-    };
-    let carries = match carries {
-        "part" => Carries::Part,
-        "robot" => Carries::Robot,
-        "sensor" => Carries::Sensor,
-        _ => return Err(format!("`{carries}` is carried by no axis: part, robot or sensor")),
-    };
-    if name.is_empty() || name == "time" || !name.chars().all(|c| c.is_alphanumeric() || "-_".contains(c)) {
+    let kind =
+        AxisKind::named(kind).ok_or_else(|| format!("`{kind}` is no kind of axis: rotary or linear"))?;
+    let carries = Carries::named(carries)
+        .ok_or_else(|| format!("`{carries}` is carried by no axis: part, robot or sensor"))?;
+    if !is_axis_name(name) {
         return Err(format!("`{name}` is no name of an axis: letters, digits, - and _"));
     }
     Ok(AxisArg { name: name.to_owned(), kind, carries, course: course_of(course, kind)? })

@@ -6,6 +6,7 @@ use crate::{opening, output};
 use std::path::Path;
 use std::process::ExitCode;
 use trueline_dataset::calibration_file;
+use trueline_dataset::sensor_setup::Mounted;
 use trueline_mcap::ImagePoints;
 use trueline_method::Config;
 use trueline_method::evaluate::seam_points;
@@ -40,7 +41,11 @@ pub(crate) fn run(args: &ApplyArgs) -> Result<ExitCode, Failure> {
             true => "pose of their stop".to_owned(),
             false => time_offset::rule(known.time_offset_s),
         };
-        output::words(&format!("{} seam points in base, at the {when}", placed.len()));
+        let frame = match calibration.mounted {
+            Some(Mounted::Fixed) => "on the tool, which carries the part",
+            _ => "in base",
+        };
+        output::words(&format!("{} seam points {frame}, at the {when}", placed.len()));
         for (reason, count) in &seam.skipped {
             output::words(&format!("not placed: {count} ({reason})"));
         }

@@ -7,9 +7,10 @@ use crate::output;
 use std::path::Path;
 use std::process::ExitCode;
 use trueline_dataset::calibration_file::{self, KnownCalibration};
-use trueline_dataset::result_file::ResultFile;
+use trueline_dataset::result_file::{AxisEntry, ResultFile};
 use trueline_dataset::sensor_setup::Mounted;
 use trueline_dataset::{folder, sensor_toml};
+use trueline_report::export::axes::{AxisForm, NoAxis, axis_named};
 use trueline_report::export::curves::{CurveForm, CurvePoints, curve_named};
 use trueline_report::export::{Mounting, named, time_offset};
 
@@ -21,6 +22,9 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
     };
     if let Some(form) = curve_named(form) {
         return curve(args, result, form);
+    }
+    if let Some(form) = axis_named(form) {
+        return axes(args, result, form);
     }
     let calibration = calibration_file::read_without_time_offset(result)?;
     let known = &calibration.known.parameters;
@@ -75,20 +79,47 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::from(u8::from(!output::is_trusted(result, &calibration))))
 }
 
-/// Writes the curve of a result.
-fn curve(args: &ExportArgs, file: &Path, form: &CurveForm) -> Result<ExitCode, Failure> {
+/// Refuses options that say something of a transform.
+fn refuse_options(args: &ExportArgs, what: &str) -> Result<(), Failure> {
     let ignored = [
         ("--parent", args.parent.is_some()),
         ("--sensor", args.sensor.is_some()),
         ("--child", args.child != DEFAULT_CHILD),
         ("--tool-number", args.tool_number != DEFAULT_TOOL),
     ];
-    if let Some((option, _)) = ignored.into_iter().find(|(_, given)| *given) {
-        return Err(Failure::new(
-            format!("`{option}` is of a transform, and `--as {}` writes a curve", form.name),
-            "leave it out",
-        ));
+    let Some((option, _)) = ignored.into_iter().find(|(_, given)| *given) else { return Ok(()) };
+    Err(Failure::new(format!("`{option}` is of a transform, and {what}"), "leave it out"))
+}
+
+/// Writes the external axes of a result.
+fn axes(args: &ExportArgs, file: &Path, form: &AxisForm) -> Result<ExitCode, Failure> {
+    refuse_options(args, &format!("`--as {}` writes axes", form.name))?;
+    let calibration = calibration_file::read_without_time_offset(file)?;
+    let result = ResultFile::read(file)?;
+    if result.axes.is_empty() {
+        let why = format!("{}: the result has no external axes", file.display());
+        return Err(Failure::new(why, "cell.toml and axes.csv beside robot.csv say which there are"));
     }
+    let text = |axis: &AxisEntry| {
+        form.text(axis).map_err(|why| {
+            let hint = match why {
+                NoAxis::NotShown => "its warnings say which motion shows it",
+                NoAxis::NotOfThisForm => "`--as axis-urdf` writes any axis",
+            };
+            Failure::new(format!("axis {}: {why}", axis.name), hint)
+        })
+    };
+    let texts = result.axes.iter().map(text).collect::<Result<Vec<_>, _>>()?;
+    output::data(&texts.join("\n"))?;
+    if !args.quiet {
+        output::words(&format!("{}: {}", form.title, form.convention));
+    }
+    Ok(ExitCode::from(u8::from(!output::is_trusted(file, &calibration))))
+}
+
+/// Writes the curve of a result.
+fn curve(args: &ExportArgs, file: &Path, form: &CurveForm) -> Result<ExitCode, Failure> {
+    refuse_options(args, &format!("`--as {}` writes a curve", form.name))?;
     let calibration = calibration_file::read_without_time_offset(file);
     let result = ResultFile::read(file)?;
     let found = match result.curves.first() {

@@ -54,6 +54,7 @@ fn unpack_bag(args: &BagArgs) -> Result<ExitCode, Failure> {
         clock: args.stamps,
         no_return_m: args.no_return_mm.map(|mm| mm * 1e-3),
         allow_jpeg: args.allow_jpeg,
+        axes: args.axes.clone(),
     };
     let folder = DatasetFolder::begin(&args.folder.out, args.folder.force)?;
     let imported = import(&args.src, &choice)?;

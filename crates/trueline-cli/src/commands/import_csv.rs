@@ -172,6 +172,7 @@ fn csv_folder(src: &Path, args: &ImportCsvArgs) -> Result<CsvFolder, Failure> {
             columns: args.features_columns.clone(),
             ..TableForm::default()
         },
+        axes: args.axes.clone(),
         images: picture_names::has_pictures(src).then(|| src.join("images")),
         picture_stamps: match (args.fps, args.stamps_from_name) {
             (Some(fps), _) => Some(PictureStamps::Rate { fps, first_ns: 0 }),

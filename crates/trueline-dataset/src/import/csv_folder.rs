@@ -1,5 +1,6 @@
 //! A folder of CSV files that another program wrote: robot poses, features, the sensor.
 
+use super::axis_columns::{AskedAxes, AxisColumn};
 use super::clock::{Clock, to_common};
 use super::foreign_csv::{self, ColumnMapping, ForeignTable, Renaming, TableForm};
 use super::profiles::{self, EvenColumns, ProfileFormat, Timing};
@@ -11,6 +12,7 @@ use crate::axes_folder;
 use crate::dialect;
 use crate::error::{Error, Problem};
 use crate::images::{self, FrameFile};
+use crate::log_problem::LogProblem;
 use crate::no_return;
 use crate::picture_names::{self, NameStamps, NamedFrames, PictureStamps};
 use crate::profile::Profile;
@@ -47,6 +49,8 @@ pub struct CsvFolder {
     pub images: Option<PathBuf>,
     /// What says when the pictures were taken, where they have no index; a rate begins at the robot's first pose.
     pub picture_stamps: Option<PictureStamps>,
+    /// External axes in columns of the robot's log.
+    pub axes: Vec<AxisColumn>,
 }
 
 /// A file of profiles.
@@ -98,7 +102,7 @@ impl CsvFolder {
     pub fn read(&self) -> Result<Imported, Error> {
         let mut notes = Vec::new();
         let (SensorFile { sensor, setup }, camera) = self.read_sensor_or_camera(&mut notes)?;
-        let (robot, robot_clock) = self.read_robot(&mut notes)?;
+        let (robot, robot_clock, axes) = self.read_robot(&mut notes)?;
         let mut seen = match &self.profiles {
             Some(source) => {
                 let (mut profiles, clock) = self.read_profiles(source, &mut notes)?;
@@ -128,20 +132,47 @@ impl CsvFolder {
             notes.extend(said);
         }
         let Seen { features, profiles, pictures, .. } = seen;
-        let axes = self.read_axes(&mut notes)?;
         let recording = Recording { stripes, axes, ..Recording::new(sensor, setup, robot, features) };
         Ok(Imported { recording, camera, profiles, pictures, notes })
     }
 
-    /// External axes beside the robot's table, by the robot's clock.
-    fn read_axes(&self, notes: &mut Vec<String>) -> Result<Vec<AxisRecord>, Error> {
+    /// External axes in files beside the robot's table, by the robot's clock.
+    fn axes_beside(&self, notes: &mut Vec<String>) -> Result<Vec<AxisRecord>, Error> {
         let Some(folder) = self.robot.parent() else { return Ok(Vec::new()) };
-        let axes = axes_folder::of_folder(folder, &mut BTreeMap::new())?;
+        let axes = axes_folder::of_folder(folder, None, &mut BTreeMap::new())?;
         let names: Vec<&str> = axes.iter().map(|axis| axis.name.as_str()).collect();
         if !names.is_empty() {
             notes.push(format!("external axes by the robot's clock: {}", names.join(", ")));
         }
         Ok(axes)
+    }
+
+    /// What is said beside the robot's table of the axes that are its columns.
+    ///
+    /// # Errors
+    /// A description that cannot be used, or values of axes beside the table as well.
+    pub(super) fn described_axes(&self) -> Result<Vec<AxisRecord>, Error> {
+        let folder = self.robot.parent().filter(|_| !self.axes.is_empty());
+        let Some(folder) = folder else { return Ok(Vec::new()) };
+        let values = folder.join(axes_folder::VALUES_FILE);
+        if values.exists() {
+            return Err(Error::in_file(&values, LogProblem::AxesTwice.into()));
+        }
+        axes_folder::described(folder, &mut BTreeMap::new())
+    }
+
+    /// The axes that are columns of the robot's table.
+    pub(super) fn asked_axes<'a>(&'a self, described: &'a [AxisRecord]) -> AskedAxes<'a> {
+        // A log in metres has its angles in radians.
+        let units = |layout: &RobotLayout| {
+            if layout.is_in_metres() { ["_rad", "_m"] } else { ["_deg", "_mm"] }
+        };
+        AskedAxes { columns: &self.axes, described, usual_units: self.layout.as_ref().map(units) }
+    }
+
+    /// The names of the robot's columns, those of the axes first.
+    pub(super) fn robot_names(&self) -> Vec<ColumnMapping> {
+        self.axes.iter().map(AxisColumn::mapping).chain(self.robot_map.iter().cloned()).collect()
     }
 
     /// Whether there are pictures in the place of features.
@@ -224,13 +255,19 @@ impl CsvFolder {
         Ok((stamped, clock))
     }
 
-    fn read_robot(&self, notes: &mut Vec<String>) -> Result<(Vec<RobotSample>, Clock), Error> {
-        let renaming =
-            Renaming { map: &self.robot_map, layout: self.layout.as_ref(), is_ours: &robot_csv::is_column };
-        let table = self.table(&self.robot, &self.robot_form, &renaming, notes)?;
+    fn read_robot(
+        &self,
+        notes: &mut Vec<String>,
+    ) -> Result<(Vec<RobotSample>, Clock, Vec<AxisRecord>), Error> {
+        let (described, map) = (self.described_axes()?, self.robot_names());
+        let renaming = Renaming { map: &map, layout: self.layout.as_ref(), is_ours: &robot_csv::is_column };
+        let mut table = self.table(&self.robot, &self.robot_form, &renaming, notes)?;
+        let axes = self.asked_axes(&described).taken_out(&self.robot, &mut table, None, notes);
+        let axes = axes.map_err(|error| in_their_words(error, &table))?;
         let robot = robot_csv::read(&self.robot, table.csv.as_slice())
             .map_err(|error| in_their_words(error, &table))?;
-        Ok((robot, table.clock))
+        let axes = if self.axes.is_empty() { self.axes_beside(notes)? } else { axes };
+        Ok((robot, table.clock, axes))
     }
 
     /// `stripes.csv` beside the features, where it is; of whole profiles the stripes are found in them.

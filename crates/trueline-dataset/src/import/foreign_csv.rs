@@ -21,6 +21,9 @@ pub struct ColumnMapping {
     pub theirs: String,
 }
 
+/// How our name of a column of an external axis begins while its unit is not known.
+pub(super) const OF_AXIS: &str = "axis ";
+
 /// How the names of a foreign table become ours. What is not renamed keeps its name; what then is none of ours is left out.
 pub struct Renaming<'a> {
     /// What the user named.
@@ -334,7 +337,8 @@ fn is_our_time(name: &str) -> bool {
 impl Renaming<'_> {
     /// Whether the table is a robot's log, whose maker the user did not name.
     fn is_robot(&self) -> bool {
-        self.layout.is_none() && (self.is_ours)("qw") && self.map.is_empty()
+        let is_of_axis = |item: &ColumnMapping| item.ours.starts_with(OF_AXIS);
+        self.layout.is_none() && (self.is_ours)("qw") && self.map.iter().all(is_of_axis)
     }
 
     /// Our name of each column, or none.
@@ -379,6 +383,9 @@ impl Renaming<'_> {
         if let Some(item) = self.map.iter().find(|item| item.means(theirs, header)) {
             // A user may name what a column is to a robot, `e1_deg` say: the layout knows what that is to us.
             let name = item.ours.clone();
+            if name.starts_with(OF_AXIS) {
+                return Ok(Some(name));
+            }
             return Ok(Some(if (self.is_ours)(&name) { name } else { by_layout(&name)?.unwrap_or(name) }));
         }
         if let Some(name) = by_layout(theirs)? {
@@ -390,7 +397,7 @@ impl Renaming<'_> {
 
 impl ColumnMapping {
     /// Whether a column is meant: by its whole name, or, where none is called so, by its name without unit, `Zeit` of `Zeit [s]`.
-    fn means(&self, theirs: &str, header: &[String]) -> bool {
+    pub(super) fn means(&self, theirs: &str, header: &[String]) -> bool {
         if theirs == self.theirs {
             return true;
         }

@@ -1,5 +1,6 @@
 //! Foreign recordings, one format a file.
 
+pub mod axis_columns;
 pub mod clock;
 pub mod csv_folder;
 pub mod foreign_csv;

@@ -6,6 +6,10 @@ use std::borrow::Cow;
 
 /// The names of the numbers of an ABB robtarget, as far as they are a pose.
 const ABB: [&str; 7] = ["x", "y", "z", "q1", "q2", "q3", "q4"];
+/// Those of the numbers behind its configuration: external axes, of which 9E9 is one that is not there.
+const ABB_EXTERNAL: [&str; 6] = ["eax_a", "eax_b", "eax_c", "eax_d", "eax_e", "eax_f"];
+/// Where they begin.
+const ABB_EXTERNAL_AT: usize = 11;
 
 /// A table of which each cell in brackets is as many cells; as it is where there are none, or where rows differ.
 pub(super) fn expanded(csv: Vec<u8>, lines_before: usize, has_names: bool) -> Vec<u8> {
@@ -91,9 +95,17 @@ fn group(cell: &str) -> Option<Vec<(String, String)>> {
         .collect();
     numbers.iter().all(|item| item.parse::<f64>().is_ok()).then_some(())?;
     if inner.starts_with('[') && numbers.len() >= ABB.len() {
-        return Some(ABB.iter().map(|&name| name.to_owned()).zip(numbers).collect());
+        let external = numbers.get(ABB_EXTERNAL_AT..).unwrap_or_default().to_vec();
+        let external = ABB_EXTERNAL.into_iter().zip(external).filter(|(_, number)| !is_absent(number));
+        let pose = ABB.into_iter().zip(numbers);
+        return Some(pose.chain(external).map(|(name, number)| (name.to_owned(), number)).collect());
     }
     (numbers.len() > 1).then(|| numbers.into_iter().enumerate().map(|(k, n)| (k.to_string(), n)).collect())
+}
+
+/// Whether the number of an external axis says that there is none.
+fn is_absent(number: &str) -> bool {
+    number.parse::<f64>().is_ok_and(|number| number >= 9e9)
 }
 
 #[cfg(test)]
@@ -111,6 +123,8 @@ mod tests {
         assert_eq!(text("t,$POS_ACT\n1,\"{E6POS: X 1.5, Y -2, A 10, S 2}\"\n"), "t,X,Y,A,S\n1,1.5,-2,10,2\n");
         let abb = "t,target\n1,\"[[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]\"\n";
         assert_eq!(text(abb), "t,x,y,z,q1,q2,q3,q4\n1,1,2,3,1,0,0,0\n");
+        let with_axis = abb.replacen("9E9", "30.5", 1);
+        assert_eq!(text(&with_axis), "t,x,y,z,q1,q2,q3,q4,eax_a\n1,1,2,3,1,0,0,0,30.5\n");
         // Empty lines keep the count.
         assert_eq!(text("t,p\n\n1,[1 2]\n"), "t,p_0,p_1\n\n1,1,2\n");
     }

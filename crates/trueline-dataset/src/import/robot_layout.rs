@@ -81,6 +81,12 @@ impl RobotLayout {
         }
     }
 
+    /// Whether its lengths are metres where the header names no unit.
+    #[must_use]
+    pub(crate) fn is_in_metres(&self) -> bool {
+        self.columns.iter().any(|column| column.ours == "x" && column.unit == Some("_m"))
+    }
+
     /// Our name, with unit, for a column of the foreign header; `None` if it is none of the layout's.
     ///
     /// # Errors

@@ -1,6 +1,7 @@
 //! A log of KUKA's RSI: one `<Rob>` a cycle, as the controller sends it, as CSV.
 //!
-//! `RIst` is the actual pose of the active tool in the active base (mm, degrees), `IPOC` the controller's clock in ms.
+//! `RIst` is the actual pose of the active tool in the active base (mm, degrees), `IPOC` the controller's clock in ms, `EIPos` the actual
+//! positions of the external axes (degrees or mm).
 
 use super::table_text::TableText;
 use crate::error::Error;
@@ -11,11 +12,14 @@ use std::path::Path;
 
 /// The columns of the table, beside the time.
 const POSE: [&str; 6] = ["X", "Y", "Z", "A", "B", "C"];
+/// The columns of external axes, where the log has them.
+const EXTERNAL: [&str; 6] = ["E1", "E2", "E3", "E4", "E5", "E6"];
 
 /// One cycle, as far as it was read.
 #[derive(Default)]
 struct Cycle {
     pose: [Option<String>; 6],
+    external: [Option<String>; 6],
     ipoc: Option<String>,
     /// Of its pose, or where it begins.
     line: u64,
@@ -56,6 +60,11 @@ pub(super) fn as_csv(file: &Path, bytes: &[u8], notes: &mut Vec<String>) -> Resu
     let time = if step > 1 { "time_ms" } else { "IPOC" };
     // By the names of the controller's own variables it is a log of KUKA, whether its maker is named or not.
     let names = POSE.map(|name| format!("POS_ACT_MES.{name}"));
+    // Axes that the robot does not have are in no cycle.
+    let is_there = |k: &usize| cycles.iter().any(|cycle| cycle.external[*k].is_some());
+    let external: Vec<usize> = (0..EXTERNAL.len()).filter(is_there).collect();
+    let beside = external.iter().map(|k| EXTERNAL[*k].to_owned());
+    let names: Vec<String> = names.into_iter().chain(beside).collect();
     let mut csv = format!("{time},{}\n", names.join(","));
     let mut row_lines = Vec::with_capacity(cycles.len());
     for cycle in cycles {
@@ -71,6 +80,10 @@ pub(super) fn as_csv(file: &Path, bytes: &[u8], notes: &mut Vec<String>) -> Resu
         for value in &cycle.pose {
             csv.push(',');
             csv.push_str(&value.as_deref().ok_or_else(|| missing("X … C of RIst"))?.replace(',', "."));
+        }
+        for k in &external {
+            csv.push(',');
+            csv.push_str(&cycle.external[*k].as_deref().unwrap_or_default().replace(',', "."));
         }
         csv.push('\n');
     }
@@ -107,7 +120,12 @@ fn read(file: &Path, text: &str) -> Result<Log, Error> {
         match event.map_err(|error| broken(error.to_string()))? {
             Event::Start(tag) | Event::Empty(tag) if tag.local_name().as_ref() == "RIst" => {
                 if let Some(cycle) = &mut current {
-                    *cycle = Cycle { pose: pose(&tag), line, ipoc: cycle.ipoc.take() };
+                    (cycle.pose, cycle.line) = (attributes(&tag, POSE), line);
+                }
+            }
+            Event::Start(tag) | Event::Empty(tag) if tag.local_name().as_ref() == "EIPos" => {
+                if let Some(cycle) = &mut current {
+                    cycle.external = attributes(&tag, EXTERNAL);
                 }
             }
             Event::Start(tag) if tag.local_name().as_ref() == "Rob" => {
@@ -128,9 +146,9 @@ fn read(file: &Path, text: &str) -> Result<Log, Error> {
     }
 }
 
-/// The attributes X to C.
-fn pose(tag: &BytesStart<'_>) -> [Option<String>; 6] {
-    POSE.map(|name| {
+/// The attributes of these names.
+fn attributes(tag: &BytesStart<'_>, names: [&str; 6]) -> [Option<String>; 6] {
+    names.map(|name| {
         let attribute = tag.attributes().flatten().find(|a| a.key.as_ref() == name)?;
         Some(attribute.value.trim().to_owned())
     })

@@ -6,7 +6,7 @@ use crate::error::{Error, Problem};
 use crate::picture_poses_csv::COLUMNS_OF_NAMES;
 use crate::recording::Sensor;
 use crate::stop_poses::{self, StopPoses};
-use crate::{features_csv, robot_csv, source_file};
+use crate::{axes_folder, axes_toml, features_csv, robot_csv, source_file};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -24,6 +24,8 @@ pub struct StopTables {
     pub features: Option<(Vec<u8>, usize)>,
     /// The pictures, where they lie now.
     pub pictures: Vec<PathBuf>,
+    /// The texts of `axes.csv` and `cell.toml`, where external axes were asked for.
+    pub axes: Option<(Vec<u8>, String)>,
     /// What was recognised, assumed or left out: to be said.
     pub notes: Vec<String>,
 }
@@ -39,13 +41,15 @@ impl CsvFolder {
         }
         let mut notes = Vec::new();
         let is_ours = |name: &str| robot_csv::is_column(name) || COLUMNS_OF_NAMES.contains(&name);
-        let renaming = Renaming { map: &self.robot_map, layout: self.layout.as_ref(), is_ours: &is_ours };
-        let poses = self.table(&self.robot, &self.robot_form, &renaming, &mut notes)?;
+        let (described, map) = (self.described_axes()?, self.robot_names());
+        let renaming = Renaming { map: &map, layout: self.layout.as_ref(), is_ours: &is_ours };
+        let mut poses = self.table(&self.robot, &self.robot_form, &renaming, &mut notes)?;
         let names = first_line(&poses.csv);
         let has = |name: &str| names.split(',').any(|column| column == name);
         if !COLUMNS_OF_NAMES.into_iter().any(has) || names.split(',').any(|name| name.starts_with("time_")) {
             return Ok(None);
         }
+        let axes = self.asked_axes(&described).text(&self.robot, &mut poses, &mut notes)?;
         let stops = StopPoses::of_table(&self.robot, &poses.csv).map_err(|e| in_their_words(e, &poses))?;
         if self.profiles.is_some() {
             let hint = "give the seam points as --features with a column `stop`; or write a dataset by hand: poses.csv, and profiles.csv with stop,x_mm,z_mm";
@@ -69,12 +73,14 @@ impl CsvFolder {
             ));
         }
         let sensor = super::csv_folder::sensor_text(sensor, camera.as_ref());
+        let axes = axes.map(|table| (without_lines(&table.csv, &unread), axes_toml::text(&table.axes)));
         Ok(Some(StopTables {
             sensor,
             poses: without_lines(&poses.csv, &unread),
             stops: stops.robot().len() - unread.len(),
             features,
             pictures,
+            axes,
             notes,
         }))
     }
@@ -104,7 +110,10 @@ impl StopTables {
     pub fn write(&self, folder: &Path) -> Result<(), Error> {
         let features = self.features.iter().map(|(text, _)| ("features.csv", text.as_slice()));
         let tables = [("sensor.toml", self.sensor.as_bytes()), (stop_poses::FILE, &self.poses)];
-        for (name, text) in tables.into_iter().chain(features) {
+        let axes = self.axes.iter().flat_map(|(values, cell)| {
+            [(axes_folder::VALUES_FILE, values.as_slice()), (axes_folder::CELL_FILE, cell.as_bytes())]
+        });
+        for (name, text) in tables.into_iter().chain(features).chain(axes) {
             let file = folder.join(name);
             fs::write(&file, text).map_err(|error| Error::in_file(&file, Problem::Io(error)))?;
         }

@@ -1,6 +1,7 @@
 //! What the user says of a recording.
 
 use trueline_dataset::SensorFile;
+use trueline_dataset::import::axis_columns::AxisColumn;
 
 /// What the user says; nothing needs to be said where there is one possibility.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -21,6 +22,8 @@ pub struct Choice {
     pub clock: StampClock,
     /// The range of profiles that stands for no return, m.
     pub no_return_m: Option<f64>,
+    /// External axes by the names of their joints.
+    pub axes: Vec<AxisColumn>,
     /// Whether pictures that are compressed with losses are taken.
     pub allow_jpeg: bool,
 }

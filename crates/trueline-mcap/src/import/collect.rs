@@ -1,5 +1,6 @@
 //! The second look at a recording: what was chosen is taken out.
 
+use crate::import::axes::AxisJoints;
 use crate::import::choice::{Choice, StampClock};
 use crate::import::chosen::{Chosen, OWN_POSES, RobotSource};
 use crate::import::stored_picture::{MessageType, StoredPicture};
@@ -41,12 +42,14 @@ pub(super) struct Collector<'a> {
     pub features: Vec<Feature>,
     /// Changes of the robot's digital inputs.
     pub inputs: Vec<InputsEntry>,
+    /// External axes.
+    pub axes: AxisJoints<'a>,
     /// IEEE 1588 time of the robot's datagrams by their steady stamp, ns both; looked for only if they are to stamp.
     pub ptp_ns: HashMap<i64, i64>,
 }
 
 impl<'a> Collector<'a> {
-    pub(super) fn new(chosen: &'a Chosen, is_own: bool, choice: &Choice) -> Self {
+    pub(super) fn new(chosen: &'a Chosen, is_own: bool, choice: &'a Choice) -> Self {
         let (steps, base) = match &chosen.robot {
             RobotSource::Chain(chain) => (chain.steps.len(), None),
             RobotSource::Poses { base, .. } => (0, base.clone()),
@@ -69,6 +72,7 @@ impl<'a> Collector<'a> {
             frames: Vec::new(),
             features: Vec::new(),
             inputs: Vec::new(),
+            axes: AxisJoints::new(&choice.axes),
             ptp_ns: HashMap::new(),
         }
     }
@@ -96,12 +100,16 @@ impl<'a> Collector<'a> {
             Kind::Picture => self.chosen.pictures.as_deref() == Some(message.topic),
             Kind::Profile => self.chosen.profiles.as_deref() == Some(message.topic),
             Kind::Features | Kind::Frame | Kind::Inputs => true,
-            Kind::RobotClocks => self.clock == StampClock::Ptp,
-            Kind::JointStates => {
-                matches!(&self.chosen.robot, RobotSource::Joints { topic, .. } if topic == message.topic)
-            }
+            Kind::RobotClocks => self.clock == StampClock::Ptp || self.axes.are_asked(),
+            Kind::RobotPacket => self.axes.are_asked(),
+            Kind::JointStates => self.has_robot(message.topic) || self.axes.are_asked(),
             Kind::Other => false,
         }
+    }
+
+    /// Whether the robot's joints are in a topic.
+    fn has_robot(&self, topic: &str) -> bool {
+        matches!(&self.chosen.robot, RobotSource::Joints { topic: own, .. } if own == topic)
     }
 
     fn add_message(&mut self, message: &BagMessage<'_>) -> Result<(), ImportError> {
@@ -140,10 +148,18 @@ impl<'a> Collector<'a> {
             Content::Frame(frame) => self.frames.push(frame),
             Content::Inputs(inputs) => self.inputs.push(inputs),
             Content::Features(features) => self.features.extend(features),
-            Content::RobotClocks(steady_ns, ptp_ns) => {
+            Content::ExternalAxes(steady_ns, ptp_ns, axes) => {
                 self.ptp_ns.extend(ptp_ns.map(|ptp_ns| (steady_ns, ptp_ns)));
+                let axes = axes.iter().map(|(name, value)| (name.as_str(), *value));
+                self.axes.add(message.topic, steady_ns, axes);
             }
-            Content::JointStates(states) => self.add_joints(message.topic, &states)?,
+            Content::JointStates(states) => {
+                let joints = states.names.iter().map(String::as_str).zip(states.positions.iter().copied());
+                self.axes.add(message.topic, states.stamp_ns, joints);
+                if self.has_robot(message.topic) {
+                    self.add_joints(message.topic, &states)?;
+                }
+            }
             Content::Other => {}
         }
         Ok(())

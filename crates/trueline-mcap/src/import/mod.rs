@@ -1,5 +1,6 @@
 //! Items → a recording that can be calibrated, and its pictures.
 
+mod axes;
 pub(crate) mod choice;
 mod chosen;
 mod collect;

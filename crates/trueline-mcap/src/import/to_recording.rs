@@ -4,6 +4,7 @@
 //! they are those in the messages' headers, which the drivers set; when a message was recorded says when a program got round to
 //! it, and is not used.
 
+use crate::import::axes::AxisJoints;
 use crate::import::choice::{Choice, StampClock};
 use crate::import::chosen::{Chain, Chosen, RobotSource};
 use crate::import::collect::Collector;
@@ -71,6 +72,7 @@ pub fn import(path: &Path, choice: &Choice) -> Result<Imported, ImportError> {
     if choice.clock == StampClock::Ptp {
         common_clock::refuse_profiles(collected.profiles.len())?;
         common_clock::stamp(&mut robot, &mut frames, &mut features, &collected.ptp_ns)?;
+        collected.axes.stamp(&collected.ptp_ns)?;
         notes.push("stamps are IEEE 1588 times of controller and camera".to_owned());
     }
     notes.extend(collected.origins.iter().filter_map(|(origin, count)| origin_note(*origin, *count)));
@@ -79,7 +81,10 @@ pub fn import(path: &Path, choice: &Choice) -> Result<Imported, ImportError> {
         notes.push("the recording has neither pictures nor profiles nor seam points".to_owned());
     }
     let SensorFile { sensor, setup } = sensor;
-    let recording = Recording { inputs: hashes(&bag)?, ..Recording::new(sensor, setup, robot, features) };
+    let axes = std::mem::replace(&mut collected.axes, AxisJoints::new(&[]));
+    let axes = axes.records(survey.is_own, &mut notes)?;
+    let recording =
+        Recording { inputs: hashes(&bag)?, axes, ..Recording::new(sensor, setup, robot, features) };
     let stamp_meaning = survey.about.get("stamp_meaning").filter(|words| !words.is_empty()).cloned();
     let types = std::mem::take(&mut collected.picture_types);
     let inputs = std::mem::take(&mut collected.inputs);

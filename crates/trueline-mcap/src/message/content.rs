@@ -23,8 +23,10 @@ pub enum Kind {
     Frame,
     /// Changes of a robot's digital inputs.
     Inputs,
-    /// Clocks of a datagram of a robot.
+    /// Clocks of a datagram of a robot, and its external axes.
     RobotClocks,
+    /// External axes in a packet of a robot that does not speak EGM.
+    RobotPacket,
     /// Something else.
     Other,
 }
@@ -48,8 +50,9 @@ pub enum Content {
     Frame(FrameStamps),
     /// A change of a robot's digital inputs.
     Inputs(InputsEntry),
-    /// When a datagram of the robot came by the steady clock, ns, and its IEEE 1588 time, ns, if it has one.
-    RobotClocks(i64, Option<i64>),
+    /// When a packet of the robot came by the steady clock, ns, its IEEE 1588 time, ns, if it has one, and names and values of external axes in it, deg
+    /// or mm.
+    ExternalAxes(i64, Option<i64>, Vec<(String, f64)>),
     /// Something else.
     Other,
 }

@@ -3,6 +3,7 @@
 pub(crate) mod content;
 pub(crate) mod content_error;
 pub(crate) mod decode;
+pub(crate) mod external;
 mod foxglove;
 mod gray_picture;
 mod ros;

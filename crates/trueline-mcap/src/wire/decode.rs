@@ -2,6 +2,7 @@
 
 use crate::message::content::{Content, FrameStamps, Kind};
 use crate::message::content_error::ContentError;
+use crate::message::external;
 use crate::message::stamp;
 use crate::wire::proto;
 use crate::write::entry::InputsEntry;
@@ -15,6 +16,7 @@ pub(crate) fn kind(schema: &str) -> Kind {
         "trueline.Frame" => Kind::Frame,
         "trueline.Features" => Kind::Features,
         "trueline.RobotDatagram" => Kind::RobotClocks,
+        "trueline.RobotPacket" => Kind::RobotPacket,
         "trueline.Inputs" => Kind::Inputs,
         _ => Kind::Other,
     }
@@ -53,7 +55,11 @@ pub(crate) fn decode(schema: &str, bytes: &[u8]) -> Result<Content, ContentError
         Kind::RobotClocks => {
             let wire = proto::RobotDatagram::decode(bytes).map_err(broken)?;
             let ptp_ns = wire.ptp_ns.map(stamp::in_range).transpose()?;
-            Ok(Content::RobotClocks(wire.steady_ns, ptp_ns))
+            Ok(Content::ExternalAxes(wire.steady_ns, ptp_ns, external::of_egm(&wire.robot)))
+        }
+        Kind::RobotPacket => {
+            let wire = proto::RobotPacket::decode(bytes).map_err(broken)?;
+            Ok(Content::ExternalAxes(wire.steady_ns, None, external::of_packet(&wire.packet)))
         }
         Kind::Inputs => {
             let wire = proto::Inputs::decode(bytes).map_err(broken)?;

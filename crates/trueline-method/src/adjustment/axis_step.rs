@@ -2,6 +2,7 @@
 
 use crate::adjustment::adjust::{Adjusted, Adjustment};
 use crate::adjustment::blocks::{Block, Kind};
+use crate::adjustment::columns::Considered;
 use nalgebra::{DMatrix, DVector};
 
 /// What a scan says of its external axes, beside what they were taken to be; six numbers each, in the order of the chain.
@@ -25,9 +26,12 @@ pub(super) fn axis_step(
     };
     let (columns, sigmas) = adjustment.columns.blocks.iter().find_map(of_axes)?;
     let (first, count) = (columns.start, columns.len());
-    // What it owes to noise and to priors, and what to errors that are considered.
+    // What it owes to noise and to priors, and what to errors that are considered: a lag is looked for, and none of them.
     let own = covariance.view((first, first), (count, count));
-    let by_considered = covariance.rows(first, count) * &adjusted.equations.considered;
+    let errors =
+        adjustment.columns.considered.iter().take_while(|one| !matches!(one, Considered::SquaredLag(_)));
+    let errors = errors.map(Considered::columns).sum();
+    let by_considered = covariance.rows(first, count) * adjusted.equations.considered.columns(0, errors);
     let unit = DMatrix::from_diagonal(&sigmas);
     Some(AxisStep {
         step: adjustment.coefficients.rows(first, count).component_mul(&sigmas),

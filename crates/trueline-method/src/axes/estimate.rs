@@ -1,7 +1,7 @@
 //! A scan with axes: a start from nothing, then the calibration about it until the axes stay where they are.
 
 use crate::axes::finding::{AxisFinding, AxisPart, are_parallel};
-use crate::axes::scan::AxisScan;
+use crate::axes::scan::{AxisScan, most_read, runs_evenly};
 use crate::axes::start;
 use crate::calibration::Calibration;
 use crate::config::{Config, Measurements, ResidualKind, Target};
@@ -31,7 +31,7 @@ pub(crate) fn calibrated(
     config: &Config,
     calibrate: &dyn Fn(&Recording, &Config) -> Result<Calibration, Error>,
 ) -> Result<Calibration, Error> {
-    check_options(recording, config)?;
+    check_options(config)?;
     // Whole stripes are not adjusted together with axes.
     let seam_points = Config { measurements: Measurements::Seam, ..config.clone() };
     let calibrate = &|placed: &Recording| calibrate(placed, &seam_points);
@@ -62,12 +62,16 @@ fn converged(
         best = calibrate(&placed)?;
     }
     // What nothing shows is taken for zero, here as wherever the result is used: lines are where they are with it.
-    let hidden = |found: &AxisFinding| found.moves && found.sigma(AxisPart::TimeOffset).is_none();
-    if !best.findings.axes.iter().any(hidden) {
+    let hidden = |(record, found): (&AxisRecord, &AxisFinding)| {
+        let is_asked = found.moves && found.has(AxisPart::TimeOffset) && !record.holds_time_offset;
+        is_asked && found.sigma(AxisPart::TimeOffset).is_none()
+    };
+    let hidden: Vec<bool> = placed.axes.iter().zip(&best.findings.axes).map(hidden).collect();
+    if !hidden.contains(&true) {
         return Ok(best);
     }
-    for (record, found) in placed.axes.iter_mut().zip(&best.findings.axes).filter(|(_, found)| hidden(found))
-    {
+    let all = placed.axes.iter_mut().zip(&best.findings.axes).zip(hidden);
+    for ((record, found), _) in all.filter(|(_, is_hidden)| *is_hidden) {
         record.known = Some(Axis { time_offset_s: 0.0, ..found.axis });
         record.holds_time_offset = true;
     }
@@ -78,15 +82,7 @@ fn converged(
 /// the start, which looks at one of them, does not.
 fn mirrored(recording: &Recording, best: &Calibration) -> Option<Recording> {
     let lines = &best.findings.unknowns.parameters.lines;
-    // The search looked at the line that was read most often.
-    let mut counts = vec![0_usize; lines.len()];
-    for feature in &recording.features {
-        if let Some(count) = counts.get_mut(feature.line as usize) {
-            *count += 1;
-        }
-    }
-    let searched = counts.iter().enumerate().max_by_key(|(_, count)| **count).map(|(line, _)| line)?;
-    let along = lines[searched].direction();
+    let along = lines.get(most_read(recording)? as usize)?.direction();
     if are_parallel(lines) || best.reasons().is_empty() {
         return None;
     }
@@ -98,13 +94,18 @@ fn mirrored(recording: &Recording, best: &Calibration) -> Option<Recording> {
         }
         let mut axis = found.axis;
         if axis.kind == AxisKind::Linear && record.carries != Carries::Sensor {
-            let d = axis.direction.as_ref();
-            axis.direction = UnitVector3::new_normalize(d - along * (2.0 * along.dot(d)));
+            axis.direction = other_way(&axis.direction, &along);
             is_other = true;
         }
         record.known = Some(axis);
     }
     is_other.then_some(other)
+}
+
+/// The direction of a linear axis that moves no point of a seam otherwise, for it goes the other way along it.
+fn other_way(direction: &UnitVector3<f64>, along: &Vector3<f64>) -> UnitVector3<f64> {
+    let d = direction.as_ref();
+    UnitVector3::new_normalize(d - along * (2.0 * along.dot(d)))
 }
 
 /// Where an axis is known best.
@@ -132,10 +133,8 @@ impl Places {
     }
 }
 
-fn check_options(recording: &Recording, config: &Config) -> Result<(), Error> {
-    let why = if config.at_stops || recording.at_stops {
-        "where the robot stands at each reading; scan it while the sensor moves"
-    } else if config.residual == ResidualKind::PointToLine {
+fn check_options(config: &Config) -> Result<(), Error> {
+    let why = if config.residual == ResidualKind::PointToLine {
         "by the point-to-line residual; use `--residual sheet`"
     } else if config.measurements != Measurements::Auto && config.measurements != Measurements::Seam {
         "by whole stripes; use `--use seam`"
@@ -153,6 +152,7 @@ fn started(recording: &Recording, config: &Config) -> Result<Vec<AxisRecord>, Er
     let moves = recording.axes_that_move();
     // What stands all the while is shown by nothing, and left out.
     for (axis, moves) in axes.iter_mut().zip(&moves) {
+        axis.holds_time_offset |= recording.at_stops || runs_evenly(axis, recording);
         axis.known = axis.known.or_else(|| Some(stated(axis))).filter(|_| *moves);
     }
     let is_placed = |axis: &AxisRecord| {
@@ -213,4 +213,20 @@ fn stated(axis: &AxisRecord) -> Axis {
     let direction = axis.guess.map_or(UnitVector3::new_unchecked(Vector3::z()), |guess| guess.direction);
     let point_m = axis.guess.and_then(|guess| guess.point_m).unwrap_or_else(Vector3::zeros);
     Axis::new(axis.kind, direction, point_m)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Across the seam it goes as before, and along it the other way: whoever turns a sign here leaves a track on its wrong side.
+    #[test]
+    fn the_other_way_along_a_seam_is_the_same_across_it() {
+        let along = Vector3::new(0.6, 0.0, 0.8);
+        let direction = UnitVector3::new_normalize(Vector3::new(0.3, -0.7, 0.5));
+        let other = other_way(&direction, &along);
+        assert!((other.dot(&along) + direction.dot(&along)).abs() < 1e-15);
+        assert!((other.cross(&along) - direction.cross(&along)).norm() < 1e-15);
+        assert!((other_way(&other, &along).into_inner() - direction.into_inner()).norm() < 1e-15);
+    }
 }

@@ -75,6 +75,8 @@ pub struct AxisFinding {
     /// Whether it stood at two places only: two axes turn the one seam into the other.
     has_twin: bool,
     holds_time_offset: bool,
+    /// Whether the robot stood at each reading, so that nothing is late.
+    at_stops: bool,
     /// How far the last adjustment moved it, standard deviations.
     pub(crate) step_sigmas: f64,
 }
@@ -85,6 +87,12 @@ impl AxisFinding {
     #[must_use]
     pub fn is_open_along_seams(&self) -> bool {
         self.seams_are_parallel && self.axis.kind == AxisKind::Linear && self.carries != Carries::Sensor
+    }
+
+    /// Whether it stood at two places at most while something was read: two axes turn the one seam into the other.
+    #[must_use]
+    pub fn has_twin(&self) -> bool {
+        self.has_twin
     }
 
     /// The largest standard deviation of a part in any direction, rad, m or s; `None` where the scan does not show it, or an axis does not have it.
@@ -119,7 +127,11 @@ impl AxisFinding {
     /// Whether an axis has such a part.
     #[must_use]
     pub fn has(&self, part: AxisPart) -> bool {
-        !(part == AxisPart::Place && self.axis.kind == AxisKind::Linear)
+        match part {
+            AxisPart::Direction => true,
+            AxisPart::Place => self.axis.kind == AxisKind::Rotary,
+            AxisPart::TimeOffset => !self.at_stops,
+        }
     }
 
     /// The scale is exact, or has this standard deviation.
@@ -169,6 +181,7 @@ pub(crate) fn of_all(recording: &Recording, lines: &[Line], found: Option<&AxisS
                     .stands(recording.features.iter().map(|feature| feature.stamp_ns))
                     .is_some_and(|stands| stands < 3),
             holds_time_offset: record.holds_time_offset,
+            at_stops: recording.at_stops,
             step_sigmas: (0..AXIS).map(|i| step[i].abs() / sigmas(i)).fold(0.0, f64::max),
         }
     };

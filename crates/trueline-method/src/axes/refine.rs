@@ -63,6 +63,11 @@ impl Problem<'_> {
         off.iter().map(of).sum::<f64>() / off.len().max(1) as f64
     }
 
+    /// The loss with what is unusual of a state: what no reading shows goes back to where it is as a rule.
+    fn cost(&self, at: &State, loss: f64) -> f64 {
+        loss + at.unusual() / self.readings.len().max(1) as f64
+    }
+
     fn refined(&self, start: State, steps: usize) -> Option<Refined> {
         let free = start.of_axes();
         let mut at = start;
@@ -85,8 +90,9 @@ impl Problem<'_> {
                 let next = at.moved(&free, &-factor.solve(&gradient));
                 let next_off = self.off(&next);
                 let next_loss = self.loss(&next_off);
-                if next_loss < loss {
-                    is_better = loss - next_loss > 1e-6 * loss;
+                let (cost, next_cost) = (self.cost(&at, loss), self.cost(&next, next_loss));
+                if next_cost < cost {
+                    is_better = cost - next_cost > 1e-6 * cost;
                     (at, off, loss) = (next, next_off, next_loss);
                     damping = (0.2 * damping).max(1e-9);
                     break;
@@ -143,6 +149,12 @@ impl Problem<'_> {
             }
         }
         hessian.fill_upper_triangle_with_lower_triangle();
+        if self.scan.at_stops {
+            // There is no time offset.
+            hessian.row_mut(0).fill(0.0);
+            hessian.column_mut(0).fill(0.0);
+            (hessian[(0, 0)], gradient[0]) = (1.0, 0.0);
+        }
         (hessian, gradient)
     }
 }

@@ -7,8 +7,9 @@ use crate::input::axis_chain::AxisChain;
 use crate::input::observations::{observe_by, origin_ns};
 use crate::input::timestamps::Sampling;
 use nalgebra::{Vector2, Vector3};
-use trueline_dataset::Recording;
-use trueline_geometry::{Pose, Trajectory};
+use std::collections::BTreeMap;
+use trueline_dataset::{AxisRecord, Recording};
+use trueline_geometry::{AxisKind, Pose, Trajectory};
 
 /// A reading of a seam.
 #[derive(Clone, Copy, Debug)]
@@ -29,8 +30,40 @@ pub(super) struct AxisScan {
     pub readings: Vec<Reading>,
     /// The direction of each axis, where it is stated.
     pub directions: Vec<Option<Vector3<f64>>>,
+    /// Whether the robot stands at each reading: nothing is late then.
+    pub at_stops: bool,
     /// Normal of the laser plane in the camera frame.
     pub normal: Vector3<f64>,
+}
+
+/// The line that was read most often: the search looks at its readings.
+#[must_use]
+pub(super) fn most_read(recording: &Recording) -> Option<u32> {
+    let mut counts = BTreeMap::new();
+    recording.features.iter().for_each(|feature| *counts.entry(feature.line).or_insert(0_usize) += 1);
+    counts.into_iter().max_by_key(|(_, count)| *count).map(|(line, _)| line)
+}
+
+/// An axis whose values are off a straight course by less than this runs evenly: rad …
+const EVEN_RAD: f64 = 2e-3;
+/// … and m.
+const EVEN_M: f64 = 1e-3;
+
+/// Whether an axis runs evenly all the while something is read: a shift of its clock turns or shifts all that it carries alike, so that nothing shows it.
+#[must_use]
+pub(super) fn runs_evenly(record: &AxisRecord, recording: &Recording) -> bool {
+    let stamps = || recording.features.iter().map(|feature| feature.stamp_ns);
+    let (Some(first), Some(last)) = (stamps().min(), stamps().max()) else { return false };
+    let read = record.values.iter().filter(|value| (first..=last).contains(&value.stamp_ns));
+    let course: Vec<[f64; 2]> =
+        read.map(|value| [(value.stamp_ns - first) as f64 * 1e-9, value.value]).collect();
+    let count = course.len().max(1) as f64;
+    let mean = [0, 1].map(|k| course.iter().map(|at| at[k]).sum::<f64>() / count);
+    let product = |k: usize| course.iter().map(|at| (at[0] - mean[0]) * (at[k] - mean[k])).sum::<f64>();
+    let rate = product(1) / product(0).max(f64::MIN_POSITIVE);
+    let off = |at: &[f64; 2]| (at[1] - mean[1] - rate * (at[0] - mean[0])).abs();
+    let even = if record.kind == AxisKind::Rotary { EVEN_RAD } else { EVEN_M };
+    course.len() > 2 && course.iter().map(off).fold(0.0, f64::max) < even
 }
 
 impl AxisScan {
@@ -42,14 +75,13 @@ impl AxisScan {
         let plain = Recording { axes: Vec::new(), ..recording.clone() };
         let sampling = Sampling::of(&plain, origin_ns(&plain));
         let observations = observe_by(sampling.of_arrival(config), &plain, &sampling, config)?;
-        let mut of_lines = vec![0_usize; observations.line_count];
-        observations.list.iter().for_each(|o| of_lines[o.line as usize] += 1);
-        let most = of_lines.iter().enumerate().max_by_key(|(_, count)| **count).map_or(0, |(line, _)| line);
+        let most = most_read(recording).unwrap_or(0);
         let stated = recording.axes.iter().map(|axis| Some(axis.guess?.direction.into_inner()));
-        let own = observations.list.iter().filter(|o| o.line as usize == most);
+        let own = observations.list.iter().filter(|o| o.line == most);
         Ok(Self {
             readings: own.map(|o| Reading { stamp_s: o.stamp_s, point: o.point_in_camera }).collect(),
             directions: stated.collect(),
+            at_stops: recording.at_stops,
             normal: observations.sheet.plane().normal().into_inner(),
             path: observations.robot.trajectory,
             chain,

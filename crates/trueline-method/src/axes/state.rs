@@ -1,6 +1,6 @@
 //! One value of all unknowns of a scan with axes.
 
-use crate::input::axis_chain::AxisChain;
+use crate::input::axis_chain::{AxisChain, Link};
 use nalgebra::{DVector, SVector, Vector3, Vector4};
 use trueline_geometry::axis::{AXIS, AXIS_POINT, AXIS_SCALE, AXIS_TIME_OFFSET};
 use trueline_geometry::{AxisKind, Line, Pose, se3};
@@ -24,18 +24,24 @@ pub(super) struct State {
 }
 
 impl State {
-    /// Numbers of the axes that are estimated: all but scales, and points of linear ones.
+    /// Numbers of the axes that are estimated: all but scales, points of linear ones, and time offsets that nothing shows.
     pub(super) fn of_axes(&self) -> Vec<(usize, usize)> {
-        let is_free = |kind: AxisKind, number: usize| match number {
+        let is_free = |link: &Link, number: usize| match number {
             AXIS_SCALE => false,
-            AXIS_POINT..AXIS_SCALE => kind == AxisKind::Rotary,
+            AXIS_TIME_OFFSET => !link.holds_time_offset,
+            AXIS_POINT..AXIS_SCALE => link.axis.kind == AxisKind::Rotary,
             _ => true,
         };
-        let numbers = |(k, link): (usize, &crate::input::axis_chain::Link)| -> Vec<(usize, usize)> {
-            let kind = link.axis.kind;
-            (0..AXIS).filter(|number| is_free(kind, *number)).map(|number| (k, number)).collect()
+        let numbers = |(k, link): (usize, &Link)| -> Vec<(usize, usize)> {
+            (0..AXIS).filter(|number| is_free(link, *number)).map(|number| (k, number)).collect()
         };
         self.chain.links.iter().enumerate().flat_map(numbers).collect()
+    }
+
+    /// Twice the cost of the time offsets of the axes by what is usual.
+    pub(super) fn unusual(&self) -> f64 {
+        let square = |link: &Link| (link.axis.time_offset_s / USUAL_OFFSET_S).powi(2);
+        self.chain.links.iter().filter(|link| !link.holds_time_offset).map(square).sum()
     }
 
     /// A time offset of each axis by what is usual, and its weight there; of the other numbers nothing is known.

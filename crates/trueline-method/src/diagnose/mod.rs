@@ -1,5 +1,6 @@
 //! Why a scan does not fit.
 
+pub mod axis_mistakes;
 pub mod clock_alignment;
 pub mod doctor;
 pub mod estimated_mistakes;

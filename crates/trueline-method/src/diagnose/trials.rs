@@ -2,6 +2,7 @@
 
 use crate::calibrate::calibrate;
 use crate::config::Config;
+use crate::diagnose::axis_mistakes::{self, AxisMend};
 use crate::diagnose::estimated_mistakes::{Estimated, axis_scale, crop};
 use crate::diagnose::euler_mistakes::{self, EulerMistake};
 use crate::diagnose::mistakes::MISTAKES;
@@ -23,6 +24,8 @@ pub enum Mend {
     Euler(EulerMistake),
     /// By what was estimated of it.
     Estimated(Estimated),
+    /// By saying something else of an external axis.
+    Axis(AxisMend),
 }
 
 impl Mend {
@@ -33,6 +36,7 @@ impl Mend {
             Self::Listed(mend) => mend(recording),
             Self::Euler(mistake) => Some(mistake.mend(recording)),
             Self::Estimated(found) => found.mend(recording),
+            Self::Axis(mend) => mend.of(recording),
         }
     }
 }
@@ -97,6 +101,11 @@ type Candidate = (String, String, Mend);
 impl<W: FnMut(Step<'_>)> Trials<'_, W> {
     /// Tries all, until something explains the scan.
     pub(super) fn run(&mut self) {
+        if self.recording.axes_that_move().contains(&true) {
+            // Nothing else is tried: what is quickly fitted has its axes where they are known to be.
+            self.try_axes();
+            return;
+        }
         let listed = MISTAKES.iter().chain(POSE_MISTAKES).chain(SENSOR_MISTAKES);
         let listed = listed.map(|m| (m.name.to_owned(), m.says.to_owned(), Mend::Listed(m.mend)));
         self.attempt(listed.collect());
@@ -113,6 +122,25 @@ impl<W: FnMut(Step<'_>)> Trials<'_, W> {
         self.try_sequences(euler);
         self.estimate("cropped images", CROP_COSTS, || crop(few, config, budget));
         self.try_sequences(rare);
+    }
+
+    /// Calibrates without each mistake of an axis, until one explains the scan.
+    fn try_axes(&mut self) {
+        let candidates = axis_mistakes::all(self.few);
+        self.steps.expect(candidates.len() * CALIBRATION_COSTS);
+        for axis_mistakes::Candidate { name, says, mend, is_twin } in candidates {
+            if !is_twin && self.is_explained() {
+                return;
+            }
+            if self.budget.is_spent() {
+                self.not_tried.push(name);
+                continue;
+            }
+            self.steps.begin(&name, CALIBRATION_COSTS);
+            let Some(mended) = mend.of(self.few) else { continue };
+            let outcome = Outcome::of(&calibrate(&mended, None, self.config));
+            self.done.push(Trial { name, says, mend: Mend::Axis(mend), outcome, is_screened: false });
+        }
     }
 
     fn try_sequences(&mut self, euler: Vec<EulerMistake>) {

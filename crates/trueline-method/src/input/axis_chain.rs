@@ -18,6 +18,9 @@ use trueline_dataset::{AxisRecord, Carries, Recording};
 use trueline_geometry::axis::AXIS;
 use trueline_geometry::{Axis, Pose};
 
+/// Times that differ by less are one, s: stamps count nanoseconds.
+const ROUNDING_S: f64 = 1e-9;
+
 /// Values of an axis over time since the start of the recording.
 #[derive(Clone, Debug)]
 pub(crate) struct Values {
@@ -51,10 +54,10 @@ impl Values {
     pub(crate) fn at(&self, time_s: f64) -> Option<(f64, f64)> {
         let next = self.times_s.partition_point(|t| *t <= time_s);
         let last = self.times_s.len() - 1;
-        if next == 0 || (next > last && time_s > self.times_s[last]) {
+        if time_s < self.times_s[0] - ROUNDING_S || time_s > self.times_s[last] + ROUNDING_S {
             return None;
         }
-        let k = (next - 1).min(last - 1);
+        let k = next.saturating_sub(1).min(last - 1);
         let span_s = self.times_s[k + 1] - self.times_s[k];
         let u = (time_s - self.times_s[k]) / span_s;
         let (from, to) = (self.values[k], self.values[k + 1]);
@@ -91,6 +94,8 @@ pub(crate) struct Link {
     moves: bool,
     /// Its values.
     pub values: Arc<Values>,
+    /// Whether nothing shows its time offset, so that it is not estimated.
+    pub holds_time_offset: bool,
 }
 
 impl Link {
@@ -161,6 +166,7 @@ impl AxisChain {
                 carries: record.carries,
                 in_pose: stated.filter(|_| record.in_pose),
                 values: Arc::new(Values::of(record, origin_ns)),
+                holds_time_offset: record.holds_time_offset,
             })
         };
         let links: Result<Vec<Link>, Error> =
@@ -310,7 +316,8 @@ mod tests {
         };
         let times_s: Vec<f64> = (0..60).map(|i| 0.05 * f64::from(i)).collect();
         let values = times_s.iter().map(|t| (1.3 * t + k).sin()).collect();
-        Link { axis, carries, in_pose: None, moves: true, values: Arc::new(Values { times_s, values }) }
+        let values = Arc::new(Values { times_s, values });
+        Link { axis, carries, in_pose: None, moves: true, values, holds_time_offset: false }
     }
 
     fn chain(mounted: Mounted) -> AxisChain {

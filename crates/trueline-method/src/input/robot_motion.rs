@@ -120,7 +120,17 @@ impl RobotMotion {
 
     /// A robot that stands at each of its samples: without speed, and without noise from one sample to the next.
     fn at_stops(recording: &Recording, times_s: &[f64]) -> Result<Self, Error> {
-        let poses: Vec<Pose> = recording.robot.iter().map(|s| recording.lines_from_carrier(s)).collect();
+        let axes = AxisChain::of(recording)?.map(Arc::new);
+        let pose = |(sample, time_s): (&RobotSample, &f64)| {
+            let without_axes = recording.lines_from_carrier(sample);
+            match &axes {
+                None => Ok(without_axes),
+                Some(axes) => axes.lines_from_carrier(&without_axes, *time_s).ok_or(Error::AxesNotThere {
+                    why: "at a stop where an axis has no value; log it over the whole scan",
+                }),
+            }
+        };
+        let poses: Vec<Pose> = recording.robot.iter().zip(times_s).map(pose).collect::<Result<_, _>>()?;
         check_motion(&poses)?;
         Ok(Self {
             period_s: median_period_s(times_s).map_err(Error::Trajectory)?,
@@ -132,7 +142,7 @@ impl RobotMotion {
             half_window_s: 0.0,
             repeated: 0,
             late_sigma_s: 0.0,
-            axes: None,
+            axes,
         })
     }
 

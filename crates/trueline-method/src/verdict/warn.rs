@@ -61,6 +61,7 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
         warnings.extend(of_adjusted(f, amplitudes));
         return warnings;
     }
+    warnings.extend(f.axes.iter().flat_map(|axis| axis_not_shown(f, axis)));
     warnings.extend(drawn_line_not_needed(f));
     warnings.extend(causes(f));
     let widened_by = f.fit.widened_by.filter(|_| !turn_is_undetermined(f));
@@ -101,13 +102,23 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
 }
 
 /// What the scan does not show of an axis. One that stands all the while has no direction, no place and no time offset that matter.
-fn axis_not_shown(axis: &AxisFinding) -> Vec<Warning> {
+fn axis_not_shown(f: &Findings, axis: &AxisFinding) -> Vec<Warning> {
+    let keeps_attitude = !f.unknowns.observability.shows_hand_eye();
     let cure = |part: AxisPart| match (axis.axis.kind, part) {
         _ if !axis.moves => "move it while scanning",
-        (AxisKind::Linear, AxisPart::Direction) => "scan seams in two directions",
+        _ if keeps_attitude => {
+            "tilt the sensor by ±10° about two axes while it moves: a robot that keeps its attitude hides the hand-eye translation, \
+             and with it the place of an axis"
+        }
+        (AxisKind::Linear, AxisPart::Direction) => {
+            "scan seams in two directions: along a straight seam nobody sees a shift"
+        }
         (AxisKind::Rotary, AxisPart::TimeOffset) => "let it swing, or turn the other way in a second scan",
         (AxisKind::Linear, _) => "let it run back and forth",
-        (AxisKind::Rotary, _) => "let it stand at three angles, or swing, while the sensor tilts",
+        (AxisKind::Rotary, _) if axis.has_twin() => {
+            "let it stand at three angles, or swing, while the sensor tilts: from two angles two axes follow, which may be centimetres apart"
+        }
+        (AxisKind::Rotary, _) => "let it stand at three angles, or swing by ±30°, while the sensor tilts",
     };
     let hidden = AxisPart::ALL.into_iter().filter(|part| axis.has(*part) && axis.sigma(*part).is_none());
     let warning = |part| Warning::AxisNotShown { name: axis.name.clone(), part, cure: cure(part) };
@@ -141,7 +152,7 @@ fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Warning> {
         sigma_si: 2.0 * amplitudes.lag_s * LAG_SIGMA_S,
         per_px_m: None,
     }));
-    warnings.extend(f.axes.iter().flat_map(axis_not_shown));
+    warnings.extend(f.axes.iter().flat_map(|axis| axis_not_shown(f, axis)));
     warnings.extend(drawn_line_not_needed(f));
     let off = f.unknowns.sensor.filter(|shape| shape.is_off() && all_seen(f));
     let instead = &f.checks.instead_of_sensor;

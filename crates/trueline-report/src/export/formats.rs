@@ -1,5 +1,6 @@
 //! All formats by name.
 
+use crate::export::axes::{AXES, AxisForm};
 use crate::export::curves::{CURVES, CurveForm};
 use crate::export::format::Format;
 use crate::export::{files, robots, ros, time_offset};
@@ -10,7 +11,7 @@ pub fn named(name: &str) -> Option<&'static Format> {
     FORMATS.iter().find(|format| format.name == name || format.aliases.contains(&name))
 }
 
-/// Name, title and convention of every format, those of curves last, in lines for a person.
+/// Name, title and convention of every format, those of curves and axes last, in lines for a person.
 #[must_use]
 pub fn list() -> String {
     let row = |format: &Format| {
@@ -22,7 +23,15 @@ pub fn list() -> String {
     };
     let curve =
         |form: &CurveForm| format!("{:<14} {}\n               {}", form.name, form.title, form.convention);
-    FORMATS.iter().map(row).chain(CURVES.iter().map(curve)).collect::<Vec<_>>().join("\n")
+    let axis =
+        |form: &AxisForm| format!("{:<14} {}\n               {}", form.name, form.title, form.convention);
+    FORMATS
+        .iter()
+        .map(row)
+        .chain(CURVES.iter().map(curve))
+        .chain(AXES.iter().map(axis))
+        .collect::<Vec<_>>()
+        .join("\n")
 }
 
 /// All of them.

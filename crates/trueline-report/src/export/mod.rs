@@ -11,6 +11,7 @@
 //! assert!(text.contains("p[0.061970000, 0.000000000, 0.145000000, 0.000000000000, 0.000000000000, 0.000000000000]"));
 //! ```
 
+pub mod axes;
 pub mod cloud;
 pub mod curves;
 pub mod files;
