@@ -1,6 +1,7 @@
 //! Where words and data go.
 
 use crate::failure::Failure;
+use crate::logging;
 use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -15,8 +16,14 @@ use trueline_report::terminal_text::{json_shown, shown};
 use trueline_report::verdict_colours::coloured;
 use trueline_report::wrapped::wrapped_to;
 
-/// Words for a person: stderr. Lines are broken for a terminal alone: what is piped is searched line by line.
+/// Words for a person: stderr, and the log.
 pub(crate) fn words(text: &str) {
+    logging::told(text.trim_end());
+    on_stderr(text);
+}
+
+/// Words on stderr alone. Lines are broken for a terminal alone: what is piped is searched line by line.
+pub(crate) fn on_stderr(text: &str) {
     let text = shown(text.trim_end());
     let text = columns().map_or_else(|| text.to_string(), |columns| wrapped_to(&text, columns));
     // If stderr is gone there is nobody left to tell.
@@ -28,26 +35,6 @@ fn columns() -> Option<usize> {
     let said = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
     said.or_else(|| terminal_size_of(std::io::stderr()).map(|(Width(columns), _)| columns.into()))
 }
-
-/// Words for a person who wants to know more, with -v.
-pub(crate) fn detail(text: &str) {
-    if is_verbose() {
-        words(text);
-    }
-}
-
-/// From now on details are said, or not.
-pub(crate) fn say_more(verbose: bool) {
-    // A process runs one command.
-    let _ = VERBOSE.set(verbose);
-}
-
-/// Whether details are wanted.
-pub(crate) fn is_verbose() -> bool {
-    VERBOSE.get().copied().unwrap_or(false)
-}
-
-static VERBOSE: OnceLock<bool> = OnceLock::new();
 
 /// Data for the next program: stdout.
 pub(crate) fn data(text: &str) -> Result<(), Failure> {
@@ -104,7 +91,7 @@ pub(crate) fn summary(json: Option<&Path>, text: &str) -> Result<(), Failure> {
 pub(crate) fn file(path: &Path, content: &(impl AsRef<[u8]> + ?Sized)) -> Result<(), Failure> {
     let content = content.as_ref();
     whole_file::write(path, content).map_err(|error| Failure::cannot_write(path, &error))?;
-    detail(&format!("written: {}, {} bytes", path.display(), content.len()));
+    tracing::info!(file = %path.display(), bytes = content.len(), "written");
     Ok(())
 }
 
