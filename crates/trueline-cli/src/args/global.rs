@@ -8,7 +8,7 @@ pub(crate) const HEADING: &str = "Global options";
 
 /// The words below the help of every command that tell of them.
 pub(super) fn where_explained(program: &str) -> String {
-    format!("Global options, as --verbose and --log-file: `{program} --help`")
+    format!("Global options, as --quiet, --verbose and --log-file: `{program} --help`")
 }
 
 #[derive(Args)]
@@ -16,6 +16,9 @@ pub(crate) struct GlobalArgs {
     /// When to use colours
     #[arg(long, global = true, value_enum, value_name = "WHEN", default_value_t = clap::ColorChoice::Auto, help_heading = HEADING)]
     pub(crate) color: clap::ColorChoice,
+    /// Print nothing but errors, and data that were asked for
+    #[arg(long, short, global = true, help_heading = HEADING)]
+    pub(crate) quiet: bool,
     /// Say more: what is read and written and how long it took; with doctor, everything that was tried
     #[arg(long, short, global = true, help_heading = HEADING)]
     pub(crate) verbose: bool,
@@ -25,7 +28,11 @@ pub(crate) struct GlobalArgs {
     pub(crate) log_file: Option<PathBuf>,
 }
 
+/// Their ids, and that of `--help`.
+pub(super) const IDS: [&str; 5] = ["color", "quiet", "verbose", "log_file", "help"];
+
 /// Names of global options that take a value.
+#[cfg(feature = "live")]
 const WITH_VALUE: [&str; 2] = ["--color", "--log-file"];
 
 /// The first word of a command line, behind the program's name, that is neither a global option nor its value.

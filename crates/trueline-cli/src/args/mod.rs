@@ -163,7 +163,7 @@ fn finished(command: clap::Command) -> clap::Command {
 
 /// Hides the options of every command in the help of one: that of the program explains them.
 fn without_global(command: clap::Command, program: &str) -> clap::Command {
-    let is_global = |arg: &clap::Arg| arg.is_global_set() || arg.get_id() == "help";
+    let is_global = |arg: &clap::Arg| global::IDS.contains(&arg.get_id().as_str());
     let hidden = |arg: clap::Arg| if is_global(&arg) { arg.hide(true) } else { arg };
     let note = global::where_explained(program);
     let end = command.get_after_help().map(|text| format!("{text}\n\n{note}")).unwrap_or(note);
