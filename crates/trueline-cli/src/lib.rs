@@ -30,8 +30,11 @@ mod planned_scan;
 mod progress;
 #[cfg(feature = "live")]
 mod robot_link;
+#[cfg(feature = "serve")]
+pub mod serve;
 #[cfg(feature = "live")]
 mod service;
+mod stderr;
 mod wrong_file;
 
 pub use args::command;

@@ -4,7 +4,7 @@
 use crate::args::GlobalArgs;
 use crate::failure::Failure;
 use crate::log_layer::{Entry, LogLayer, Sink};
-use crate::output;
+use crate::stderr;
 use std::env;
 use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
@@ -65,7 +65,7 @@ pub(crate) fn start(args: &GlobalArgs) -> Result<(), Failure> {
     }
     // Libraries that know nothing of spans write to `log`, which this takes over too. Where the program is part of another one, that has its own.
     if tracing_subscriber::registry().with(file).with(stderr).try_init().is_err() {
-        output::words("warning: nothing is logged: this process has a log of its own");
+        stderr::words("warning: nothing is logged: this process has a log of its own");
     }
     tracing::debug!(version = env!("CARGO_PKG_VERSION"), pid = std::process::id(), "started");
     Ok(())
@@ -77,7 +77,7 @@ fn chosen() -> Option<Targets> {
     match text.parse() {
         Ok(targets) => Some(targets),
         Err(_) => {
-            output::words(&format!(
+            stderr::words(&format!(
                 "warning: {VARIABLE} is ignored, for it is neither a level (debug) nor a list as trueline_watch=debug,warn"
             ));
             None
@@ -91,7 +91,7 @@ struct Stderr;
 impl Sink for Stderr {
     fn take(&self, entry: &Entry<'_>) {
         if entry.target != TOLD {
-            output::on_stderr(&text(entry));
+            stderr::words(&text(entry));
         }
     }
 }
@@ -153,7 +153,7 @@ impl Sink for LogFile {
         if let Ok(Err(error)) = written
             && self.failed.set(()).is_ok()
         {
-            output::on_stderr(&format!("warning: the log cannot be written any more: {error}"));
+            stderr::words(&format!("warning: the log cannot be written any more: {error}"));
         }
     }
 }
@@ -190,7 +190,14 @@ mod tests {
 
     fn entry<'a>(fields: &'a [(&'static str, serde_json::Value)], duration_s: Option<f64>) -> Entry<'a> {
         let message = if duration_s.is_some() { "" } else { "written" };
-        Entry { level: Level::INFO, target: "trueline", span: "calibrate/search", message, duration_s, fields }
+        Entry {
+            level: Level::INFO,
+            target: "trueline",
+            span: "calibrate/search",
+            message,
+            duration_s,
+            fields,
+        }
     }
 
     #[test]

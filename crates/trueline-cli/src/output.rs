@@ -1,39 +1,24 @@
 //! Where words and data go.
 
 use crate::failure::Failure;
-use crate::logging;
+use crate::{logging, stderr};
 use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
-use terminal_size::{Width, terminal_size_of};
 use trueline_dataset::Recording;
 use trueline_dataset::calibration_file::KnownCalibration;
 use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::{outputs, whole_file};
 use trueline_method::input::stops::stand_at_readings;
-use trueline_report::terminal_text::{json_shown, shown};
+use trueline_report::terminal_text::{self, json_shown};
 use trueline_report::verdict_colours::coloured;
 use trueline_report::wrapped::wrapped_to;
 
 /// Words for a person: stderr, and the log.
 pub(crate) fn words(text: &str) {
     logging::told(text.trim_end());
-    on_stderr(text);
-}
-
-/// Words on stderr alone. Lines are broken for a terminal alone: what is piped is searched line by line.
-pub(crate) fn on_stderr(text: &str) {
-    let text = shown(text.trim_end());
-    let text = columns().map_or_else(|| text.to_string(), |columns| wrapped_to(&text, columns));
-    // If stderr is gone there is nobody left to tell.
-    let _ = writeln!(std::io::stderr().lock(), "{}", text.trim_end());
-}
-
-/// Columns of the terminal that words appear on, or what COLUMNS says.
-fn columns() -> Option<usize> {
-    let said = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
-    said.or_else(|| terminal_size_of(std::io::stderr()).map(|(Width(columns), _)| columns.into()))
+    stderr::words(text);
 }
 
 /// Data for the next program: stdout.
@@ -61,7 +46,7 @@ pub(crate) fn use_colours(when: clap::ColorChoice) {
 #[cfg(feature = "live")]
 pub(crate) fn status(text: &str) {
     let mut out = std::io::stderr().lock();
-    let _ = write!(out, "\r\x1b[2K{}", shown(text)).and_then(|()| out.flush());
+    let _ = write!(out, "\r\x1b[2K{}", terminal_text::shown(text)).and_then(|()| out.flush());
 }
 
 /// JSON into the file that a user named; - is stdout.
@@ -79,7 +64,7 @@ pub(crate) fn result(path: &Path, result: &ResultFile) -> Result<(), Failure> {
 
 /// A summary for a person: on stdout, unless JSON goes there.
 pub(crate) fn summary(json: Option<&Path>, text: &str) -> Result<(), Failure> {
-    let text = wrapped_to(text, columns().unwrap_or(usize::MAX));
+    let text = wrapped_to(text, stderr::columns().unwrap_or(usize::MAX));
     if json == Some(Path::new("-")) {
         words(&text);
         return Ok(());

@@ -44,8 +44,7 @@ fn a_log_holds_every_stage_with_its_duration_and_what_was_told_and_stdout_is_as_
         ended.unwrap_or_else(|| panic!("no end of {span} in {log:#?}"))["duration_s"].as_f64().unwrap()
     };
     let whole = duration("calibrate");
-    let stages =
-        ["input", "search", "time_stamps", "clock_drift", "identifiability", "bias", "conclude"];
+    let stages = ["input", "search", "time_stamps", "clock_drift", "identifiability", "bias", "conclude"];
     let stages: f64 = stages.map(|stage| duration(&format!("calibrate/{stage}"))).iter().sum();
     // The last stages follow each other inside the whole. Some run again inside others: those are longer paths.
     assert!(stages > 0.0 && stages <= whole, "{stages} of {whole} s");
@@ -54,9 +53,15 @@ fn a_log_holds_every_stage_with_its_duration_and_what_was_told_and_stdout_is_as_
     assert!(read["fields"]["robot_poses"].as_u64().unwrap() > 100, "{read}");
     let written = log.iter().find(|line| line["message"] == "written").unwrap();
     let bytes = fs::metadata(folder.join("result.json")).unwrap().len();
-    assert_eq!((&written["fields"]["file"], &written["fields"]["bytes"]), (&"result.json".into(), &bytes.into()));
+    assert_eq!(
+        (&written["fields"]["file"], &written["fields"]["bytes"]),
+        (&"result.json".into(), &bytes.into())
+    );
     for line in &log {
-        assert!(line["time"].is_string() && line["level"].is_string() && line["target"].is_string(), "{line}");
+        assert!(
+            line["time"].is_string() && line["level"].is_string() && line["target"].is_string(),
+            "{line}"
+        );
     }
     // What cannot be done is in the log as well; a second run adds to it.
     let failed = trueline(folder, &["calibrate", "missing", "--log-file", "run.jsonl"]);
@@ -96,7 +101,10 @@ fn verbose_shows_what_is_read_and_written_and_how_long_it_took() {
     let said = words(&verbose);
     let first_words: Vec<&str> = said.lines().map(|line| line.split([':', ',']).next().unwrap()).collect();
     assert_eq!(first_words, ["read", "calibrate", "written"], "{said}");
-    assert!(said.contains(" s, path scan, robot_poses ") && said.contains("file result.json, bytes "), "{said}");
+    assert!(
+        said.contains(" s, path scan, robot_poses ") && said.contains("file result.json, bytes "),
+        "{said}"
+    );
 }
 
 #[test]
@@ -125,9 +133,14 @@ fn global_options_stand_in_the_help_of_the_program_alone() {
     let help = |words: &[&str]| String::from_utf8(trueline(place.path(), words).stdout).unwrap();
     let whole = help(&["--help"]);
     let (_, global) = whole.split_once("Global options:").unwrap();
-    assert!(["--color", "--verbose", "--log-file", "--help"].iter().all(|name| global.contains(name)), "{whole}");
+    assert!(
+        ["--color", "--verbose", "--log-file", "--help"].iter().all(|name| global.contains(name)),
+        "{whole}"
+    );
     let of_command = help(&["diff", "--help"]);
-    assert!(of_command.trim_end().ends_with("Global options, as --verbose and --log-file: `trueline --help`"));
+    assert!(
+        of_command.trim_end().ends_with("Global options, as --verbose and --log-file: `trueline --help`")
+    );
     assert!(!of_command.contains("  -v, --verbose"), "{of_command}");
 }
 

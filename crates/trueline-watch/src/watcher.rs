@@ -125,7 +125,13 @@ impl Watcher {
         let line = watch(&self.store, &self.calibration, name, &recording)
             .map_err(|error| WatcherError::Weld { name: name.to_owned(), error })?;
         self.is_alarm = line.is_alarm();
-        tracing::info!(weld = name, number = line.number, used = line.used, is_alarm = self.is_alarm, "weld watched");
+        tracing::info!(
+            weld = name,
+            number = line.number,
+            used = line.used,
+            is_alarm = self.is_alarm,
+            "weld watched"
+        );
         if let Some(keep) = self.keep {
             let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
             self.store.forget_before(now.saturating_sub(keep).as_secs().cast_signed())?;

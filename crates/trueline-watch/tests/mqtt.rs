@@ -123,8 +123,7 @@ fn a_broker_that_asks_who_it_is_is_given_user_and_password() {
     std::fs::write(&file, "s3cret\n").unwrap();
     let broker = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = broker.local_addr().unwrap();
-    let cell =
-        Cell::telling(&format!("mqtt://cell-7@{address}/cells/7?password-file={}", file.display()));
+    let cell = Cell::telling(&format!("mqtt://cell-7@{address}/cells/7?password-file={}", file.display()));
     let (mut stream, _) = broker.accept().unwrap();
     assert_eq!(connected(&mut stream, NOT_AUTHORISED)[1..], ["cell-7", "s3cret"]);
     drop(stream);

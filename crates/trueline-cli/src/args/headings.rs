@@ -123,10 +123,7 @@ const LAYOUTS: &[Layout] = &[
                     "column-noise-px",
                 ],
             ),
-            (
-                "Profiles",
-                &["parquet", "profile-look"],
-            ),
+            ("Profiles", &["parquet", "profile-look"]),
             ("Curved seams", &["seam", "seam-passes", "seam-tilt-deg", "seam-weave-hz"]),
             ("Sightings of a target's pose", &["sightings", "sighting-count", "stops", "state-noise"]),
             ("Welds of a production", &["production", "layout", "change"]),

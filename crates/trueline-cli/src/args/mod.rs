@@ -157,7 +157,8 @@ fn finished(command: clap::Command) -> clap::Command {
     let mut command = headings::with_headings(completed(command), "").max_term_width(100);
     command.build();
     let program = command.get_name().to_owned();
-    let of_all = |arg: clap::Arg| if arg.get_id() == "help" { arg.help_heading(global::HEADING) } else { arg };
+    let of_all =
+        |arg: clap::Arg| if arg.get_id() == "help" { arg.help_heading(global::HEADING) } else { arg };
     command.mut_args(of_all).mut_subcommands(|sub| without_global(sub, &program))
 }
 
@@ -166,7 +167,12 @@ fn without_global(command: clap::Command, program: &str) -> clap::Command {
     let is_global = |arg: &clap::Arg| global::IDS.contains(&arg.get_id().as_str());
     let hidden = |arg: clap::Arg| if is_global(&arg) { arg.hide(true) } else { arg };
     let note = global::where_explained(program);
-    let end = command.get_after_help().map(|text| format!("{text}\n\n{note}")).unwrap_or(note);
+    let with_note = |text: &clap::builder::StyledStr| format!("{text}\n\n{note}");
+    let end = command.get_after_help().map_or_else(|| note.clone(), with_note);
+    let command = match command.get_after_long_help().map(with_note) {
+        Some(end) => command.after_long_help(end),
+        None => command,
+    };
     command.after_help(end).mut_args(hidden).mut_subcommands(|sub| without_global(sub, program))
 }
 

@@ -56,9 +56,12 @@ pub(crate) struct RobotAddress {
 }
 
 fn robot_address(text: &str) -> Result<RobotAddress, String> {
-    let with_port = || text.parse::<SocketAddr>().map(|at| RobotAddress { ip: at.ip(), port: Some(at.port()) });
+    let with_port =
+        || text.parse::<SocketAddr>().map(|at| RobotAddress { ip: at.ip(), port: Some(at.port()) });
     let alone = text.parse().map(|ip| RobotAddress { ip, port: None });
-    alone.or_else(|_: std::net::AddrParseError| with_port()).map_err(|_| "write 192.168.0.10 or 192.168.0.10:30004".to_owned())
+    alone
+        .or_else(|_: std::net::AddrParseError| with_port())
+        .map_err(|_| "write 192.168.0.10 or 192.168.0.10:30004".to_owned())
 }
 
 #[derive(Args)]

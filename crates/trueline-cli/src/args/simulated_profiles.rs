@@ -56,7 +56,8 @@ pub(crate) struct AloneArgs {
 
 fn part(text: &str) -> Result<Part, String> {
     let names = || PARTS.map(|(name, _)| name).join(", ");
-    let (name, value) = text.split_once('=').ok_or_else(|| format!("write NAME=VALUE; names are {}", names()))?;
+    let (name, value) =
+        text.split_once('=').ok_or_else(|| format!("write NAME=VALUE; names are {}", names()))?;
     let at = PARTS.iter().position(|(known, _)| *known == name);
     let at = at.ok_or_else(|| format!("there is no {name}; names are {}", names()))?;
     PARTS[at].1(value).map(|value| (at, value)).map_err(|why| format!("{name}: {why}"))

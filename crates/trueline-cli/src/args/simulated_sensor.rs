@@ -50,7 +50,11 @@ impl SimulateArgs {
             (parquet, is_profiler, "--parquet", no_profiles, by_preset),
             (look.is_some(), is_profiler, look.unwrap_or_default(), no_profiles, by_preset),
             outliers(!images, "pictures are written, and no features", by_look),
-            outliers(!(plates && is_profiler), "profiles are written, and no features", "say --profile-look reflections=PART"),
+            outliers(
+                !(plates && is_profiler),
+                "profiles are written, and no features",
+                "say --profile-look reflections=PART",
+            ),
         ]
     }
 

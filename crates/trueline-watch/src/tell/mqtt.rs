@@ -81,9 +81,7 @@ impl Receiver for Topic {
         let (client, mut connection) = built.map_err(|error| error.to_string())?;
         // Whoever subscribes later learns the last state as well.
         let publish = PublishOptions::at_least_once().retained();
-        client
-            .publish(self.to.topic.clone(), body.to_owned(), publish)
-            .map_err(|error| error.to_string())?;
+        client.publish(self.to.topic.clone(), body.to_owned(), publish).map_err(|error| error.to_string())?;
         let end = Instant::now() + self.patience;
         loop {
             let left = end.saturating_duration_since(Instant::now());

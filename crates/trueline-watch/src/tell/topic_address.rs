@@ -56,7 +56,8 @@ impl TopicAddress {
         if topic.contains(['+', '#', '\0']) {
             return Err(ReceiverError::Malformed("a topic to publish to has no +, # or null".to_owned()));
         }
-        let (user, server) = server.rsplit_once('@').map_or((None, server), |(user, rest)| (Some(user), rest));
+        let (user, server) =
+            server.rsplit_once('@').map_or((None, server), |(user, rest)| (Some(user), rest));
         let (host, port) = match server.rsplit_once(':') {
             Some((host, port)) => {
                 (host, port.parse().map_err(|_| ReceiverError::Malformed(format!("{port:?} is no port")))?)
@@ -85,7 +86,9 @@ impl TopicAddress {
 fn login(user: Option<&str>, password: Option<String>) -> Result<Option<Login>, ReceiverError> {
     match (user, password) {
         (None, None) => Ok(None),
-        (None, Some(_)) => Err(ReceiverError::Missing("user, whom the password is of: mqtts://USER@HOST/TOPIC")),
+        (None, Some(_)) => {
+            Err(ReceiverError::Missing("user, whom the password is of: mqtts://USER@HOST/TOPIC"))
+        }
         (Some(""), _) => Err(ReceiverError::Missing("user before the @")),
         (Some(user), _) if user.contains(':') => Err(ReceiverError::PasswordInAddress),
         (Some(user), password) => {
@@ -126,7 +129,9 @@ fn from_file(file: &Path) -> Result<String, ReceiverError> {
     let unusable = |why: String| ReceiverError::File { file: file.to_owned(), why };
     let bytes = fs::metadata(file).map_err(|error| unusable(error.to_string()))?.len();
     if bytes > LONGEST_PASSWORD {
-        return Err(unusable(format!("is no password: it has {bytes} bytes, and the limit is {LONGEST_PASSWORD}")));
+        return Err(unusable(format!(
+            "is no password: it has {bytes} bytes, and the limit is {LONGEST_PASSWORD}"
+        )));
     }
     let text = fs::read_to_string(file).map_err(|error| unusable(error.to_string()))?;
     let line = text.trim_end_matches(['\r', '\n']);
@@ -180,8 +185,12 @@ mod tests {
             assert!(!why(wrong).contains("secret"));
         }
         assert!(why("mqtts://cell@broker/a?password-file=/none/pw").contains("/none/pw"));
-        assert!(why(&format!("mqtts://c@broker/a?password-file={}", empty.display())).contains("has 0 lines"));
-        assert!(why(&format!("mqtts://c@broker/a?password-file={}", lines.display())).contains("has 2 lines"));
+        assert!(
+            why(&format!("mqtts://c@broker/a?password-file={}", empty.display())).contains("has 0 lines")
+        );
+        assert!(
+            why(&format!("mqtts://c@broker/a?password-file={}", lines.display())).contains("has 2 lines")
+        );
         assert!(why("mqtts://cell@broker/a?password-env=TRUELINE_NO_SUCH").contains("TRUELINE_NO_SUCH"));
         assert!(why("mqtts://broker/a?password-env=PATH").contains("user"));
         assert!(why("mqtts://c@broker/a?password-env=PATH&password-env=PATH").contains("two"));
