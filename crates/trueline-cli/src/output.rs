@@ -11,7 +11,7 @@ use trueline_dataset::calibration_file::KnownCalibration;
 use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::{outputs, whole_file};
 use trueline_method::input::stops::stand_at_readings;
-use trueline_report::terminal_text::{self, json_shown};
+use trueline_report::terminal_text::json_shown;
 use trueline_report::verdict_colours::coloured;
 use trueline_report::wrapped::wrapped_to;
 
@@ -46,7 +46,8 @@ pub(crate) fn use_colours(when: clap::ColorChoice) {
 #[cfg(feature = "live")]
 pub(crate) fn status(text: &str) {
     let mut out = std::io::stderr().lock();
-    let _ = write!(out, "\r\x1b[2K{}", terminal_text::shown(text)).and_then(|()| out.flush());
+    let _ =
+        write!(out, "\r\x1b[2K{}", trueline_report::terminal_text::shown(text)).and_then(|()| out.flush());
 }
 
 /// JSON into the file that a user named; - is stdout.
