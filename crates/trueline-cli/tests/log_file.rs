@@ -139,7 +139,9 @@ fn global_options_stand_in_the_help_of_the_program_alone() {
     );
     let of_command = help(&["diff", "--help"]);
     assert!(
-        of_command.trim_end().ends_with("Global options, as --verbose and --log-file: `trueline --help`")
+        of_command
+            .trim_end()
+            .ends_with("Global options, as --quiet, --verbose and --log-file: `trueline --help`")
     );
     assert!(!of_command.contains("  -v, --verbose"), "{of_command}");
 }
