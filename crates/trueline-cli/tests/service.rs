@@ -65,8 +65,13 @@ fn a_watch_and_a_record_are_ready_stay_alive_and_stop() {
 }
 
 fn units() -> Vec<(PathBuf, String)> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../packaging/systemd");
-    let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    if !root.join("packaging").exists() {
+        // A published crate comes without them.
+        assert!(!root.join("docs").exists());
+        return Vec::new();
+    }
+    let files = fs::read_dir(root.join("packaging/systemd")).unwrap().map(|entry| entry.unwrap().path());
     files.map(|file| (file.clone(), fs::read_to_string(file).unwrap())).collect()
 }
 
@@ -85,5 +90,5 @@ fn the_commands_of_the_unit_files_are_commands() {
         commands.push(parsed.subcommand_name().unwrap().to_owned());
     }
     commands.sort();
-    assert_eq!(commands, ["record", "watch"]);
+    assert!(commands.is_empty() || commands == ["record", "watch"], "{commands:?}");
 }
