@@ -49,6 +49,7 @@ impl Reconnecting {
         }
         (self.camera, self.tried) = (None, Instant::now());
         self.interruptions += 1;
+        tracing::warn!(serial = self.serial, interruptions = self.interruptions, "camera unplugged");
         Ok(None)
     }
 
@@ -71,6 +72,7 @@ impl Reconnecting {
         same("TriggerMode", was.trigger.as_deref(), is.trigger.as_deref())?;
         self.ahead = None;
         self.camera = Some(camera);
+        tracing::info!(serial = self.serial, "camera found again");
         Ok(())
     }
 }

@@ -16,6 +16,8 @@ mod live_page;
 mod live_screen;
 #[cfg(feature = "live")]
 mod live_watch;
+mod log_layer;
+mod logging;
 mod measured_frames;
 mod mistake;
 mod opening;
@@ -28,6 +30,11 @@ mod planned_scan;
 mod progress;
 #[cfg(feature = "live")]
 mod robot_link;
+#[cfg(feature = "serve")]
+pub mod serve;
+#[cfg(feature = "live")]
+mod service;
+mod stderr;
 mod wrong_file;
 
 pub use args::command;
@@ -141,8 +148,8 @@ fn exit_code(outcome: Outcome) -> ExitCode {
 }
 
 fn execute(arguments: &Arguments) -> Outcome {
-    output::use_colours(arguments.color);
-    output::say_more(arguments.verbose);
+    output::use_colours(arguments.global.color);
+    logging::start(&arguments.global)?;
     match &arguments.command {
         Command::Demo(args) => commands::demo::run(args),
         Command::Simulate(args) => commands::simulate::run(args),
@@ -180,8 +187,8 @@ fn execute(arguments: &Arguments) -> Outcome {
 
 #[cfg(feature = "live")]
 fn execute_device(testbench: &Testbench) -> Outcome {
-    output::use_colours(testbench.color);
-    output::say_more(testbench.verbose);
+    output::use_colours(testbench.global.color);
+    logging::start(&testbench.global)?;
     match &testbench.device {
         Device::Robot(args) => commands::robot_sim::run(args),
         Device::Stream(args) => commands::stream_sim::run(args),

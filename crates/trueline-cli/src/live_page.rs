@@ -10,10 +10,10 @@ pub(crate) use with_server::{CellPage, WatchPage};
 mod with_server {
     use super::{Failure, ServeArgs};
     use crate::output;
+    use crate::serve::{CellSite, Limits, LiveServer, ServeError, Site, WatchSite};
     use std::path::PathBuf;
     use std::sync::Arc;
     use trueline_cell::{Cell, CellState, RobotBrief};
-    use trueline_serve::{CellSite, Limits, LiveServer, ServeError, Site, WatchSite};
 
     impl From<ServeError> for Failure {
         fn from(error: ServeError) -> Self {

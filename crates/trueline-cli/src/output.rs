@@ -1,53 +1,25 @@
 //! Where words and data go.
 
 use crate::failure::Failure;
+use crate::{logging, stderr};
 use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
-use terminal_size::{Width, terminal_size_of};
 use trueline_dataset::Recording;
 use trueline_dataset::calibration_file::KnownCalibration;
 use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::{outputs, whole_file};
 use trueline_method::input::stops::stand_at_readings;
-use trueline_report::terminal_text::{json_shown, shown};
+use trueline_report::terminal_text::json_shown;
 use trueline_report::verdict_colours::coloured;
 use trueline_report::wrapped::wrapped_to;
 
-/// Words for a person: stderr. Lines are broken for a terminal alone: what is piped is searched line by line.
+/// Words for a person: stderr, and the log.
 pub(crate) fn words(text: &str) {
-    let text = shown(text.trim_end());
-    let text = columns().map_or_else(|| text.to_string(), |columns| wrapped_to(&text, columns));
-    // If stderr is gone there is nobody left to tell.
-    let _ = writeln!(std::io::stderr().lock(), "{}", text.trim_end());
+    logging::told(text.trim_end());
+    stderr::words(text);
 }
-
-/// Columns of the terminal that words appear on, or what COLUMNS says.
-fn columns() -> Option<usize> {
-    let said = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
-    said.or_else(|| terminal_size_of(std::io::stderr()).map(|(Width(columns), _)| columns.into()))
-}
-
-/// Words for a person who wants to know more, with -v.
-pub(crate) fn detail(text: &str) {
-    if is_verbose() {
-        words(text);
-    }
-}
-
-/// From now on details are said, or not.
-pub(crate) fn say_more(verbose: bool) {
-    // A process runs one command.
-    let _ = VERBOSE.set(verbose);
-}
-
-/// Whether details are wanted.
-pub(crate) fn is_verbose() -> bool {
-    VERBOSE.get().copied().unwrap_or(false)
-}
-
-static VERBOSE: OnceLock<bool> = OnceLock::new();
 
 /// Data for the next program: stdout.
 pub(crate) fn data(text: &str) -> Result<(), Failure> {
@@ -74,7 +46,8 @@ pub(crate) fn use_colours(when: clap::ColorChoice) {
 #[cfg(feature = "live")]
 pub(crate) fn status(text: &str) {
     let mut out = std::io::stderr().lock();
-    let _ = write!(out, "\r\x1b[2K{}", shown(text)).and_then(|()| out.flush());
+    let _ =
+        write!(out, "\r\x1b[2K{}", trueline_report::terminal_text::shown(text)).and_then(|()| out.flush());
 }
 
 /// JSON into the file that a user named; - is stdout.
@@ -92,7 +65,7 @@ pub(crate) fn result(path: &Path, result: &ResultFile) -> Result<(), Failure> {
 
 /// A summary for a person: on stdout, unless JSON goes there.
 pub(crate) fn summary(json: Option<&Path>, text: &str) -> Result<(), Failure> {
-    let text = wrapped_to(text, columns().unwrap_or(usize::MAX));
+    let text = wrapped_to(text, stderr::columns().unwrap_or(usize::MAX));
     if json == Some(Path::new("-")) {
         words(&text);
         return Ok(());
@@ -104,7 +77,7 @@ pub(crate) fn summary(json: Option<&Path>, text: &str) -> Result<(), Failure> {
 pub(crate) fn file(path: &Path, content: &(impl AsRef<[u8]> + ?Sized)) -> Result<(), Failure> {
     let content = content.as_ref();
     whole_file::write(path, content).map_err(|error| Failure::cannot_write(path, &error))?;
-    detail(&format!("written: {}, {} bytes", path.display(), content.len()));
+    tracing::info!(file = %path.display(), bytes = content.len(), "written");
     Ok(())
 }
 

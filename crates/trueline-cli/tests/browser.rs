@@ -1,9 +1,9 @@
 //! Every report in a real browser: nothing is loaded, nothing complains, every chart shows all its points.
 //!
-//! Needs Chromium: see the tests of `trueline-serve`, which look at their pages in the same way.
+//! Needs Chromium: see `common/chromium.rs`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
-#[path = "../../trueline-serve/tests/common/chromium.rs"]
+#[path = "common/chromium.rs"]
 mod chromium;
 
 use chromium::attribute;

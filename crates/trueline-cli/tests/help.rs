@@ -37,7 +37,7 @@ fn paragraphs_are_left_to_the_terminal_to_break() {
 
 /// What a user types for an option of a command itself, and not for one of every command.
 fn own_options(command: &clap::Command) -> Vec<&clap::Arg> {
-    let is_own = |arg: &&clap::Arg| arg.get_long().is_some_and(|name| name != "help") && !arg.is_global_set();
+    let is_own = |arg: &&clap::Arg| arg.get_long().is_some() && !arg.is_hide_set();
     command.get_arguments().filter(is_own).collect()
 }
 
@@ -64,4 +64,24 @@ fn a_command_with_many_options_has_what_everybody_needs_first_and_the_rest_under
         }
     }
     assert!(many >= 10, "{many} commands have many options");
+}
+
+/// Lines of `--help` that begin with an option, over all commands of `trueline`: as many as a reader can take.
+const MOST_OPTIONS: usize = 330;
+
+#[test]
+fn there_are_no_more_options_than_a_reader_can_take() {
+    let begins = |line: &&str| line.starts_with("  -") || line.starts_with("      --");
+    let of_command = |(_, mut command): (String, clap::Command)| {
+        // Examples and lists below the options are not options.
+        let end = command.get_after_long_help().or(command.get_after_help());
+        let end = end.map(ToString::to_string).unwrap_or_default();
+        let (text, end) = (command.render_long_help().to_string(), end);
+        let [all, below] = [text.as_str(), end.as_str()].map(|text| text.lines().filter(begins).count());
+        all - below
+    };
+    let commands = commands(&trueline_cli::command(), "").into_iter();
+    // `trueline help` has the same commands once more.
+    let options: usize = commands.filter(|(name, _)| !name.contains(" help")).map(of_command).sum();
+    assert!(options <= MOST_OPTIONS, "{options} options");
 }

@@ -180,6 +180,7 @@ impl LinkAddress {
                     UdpSource::call(address, StreamMotion::new(signal), clock).map(RobotLink::other)
                 }
             };
+        tracing::info!(protocol = ?self.protocol, %address, "robot link opened");
         link.map_err(|error| LinkError::Io { address, error })
     }
 }

@@ -67,6 +67,7 @@ pub(crate) fn adjusted(
     if !applies(from.recording, config, fit, &from.levels) {
         return Ok(None);
     }
+    let _stage = tracing::debug_span!("adjustment").entered();
     let held_sigmas = from.held_sigmas();
     let axis_sigmas = sigmas_before(from.recording);
     let stepped = from.assessed.drift_free.stepped;

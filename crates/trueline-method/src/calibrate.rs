@@ -33,6 +33,7 @@ use crate::solve::drawn_lines;
 use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
 use crate::stripe::corners::with_corners;
+use tracing::field;
 use trueline_dataset::{Guess, Recording};
 use trueline_geometry::Trajectory;
 
@@ -44,6 +45,24 @@ use trueline_geometry::Trajectory;
 /// # Errors
 /// [`Error`] if there is no estimate at all. A doubtful one is a [`Calibration`] that is not accepted.
 pub fn calibrate(
+    recording: &Recording,
+    guess: Option<&Guess>,
+    config: &Config,
+) -> Result<Calibration, Error> {
+    let span = tracing::info_span!("calibrate", steps = field::Empty, status = field::Empty);
+    let calibration = span.in_scope(|| estimate(recording, guess, config));
+    if let Ok(calibration) = &calibration {
+        span.record("steps", calibration.findings.fit.iterations.len());
+        span.record("status", field::debug(calibration.status()));
+    }
+    calibration
+}
+
+/// The same as a part of something else: as one trial of many, or again and again while a scan goes on.
+///
+/// # Errors
+/// As [`calibrate`].
+pub(crate) fn estimate(
     recording: &Recording,
     guess: Option<&Guess>,
     config: &Config,
@@ -183,6 +202,7 @@ fn alone(
     settings: &FitSettings<'_>,
     levels: &SystematicLevels,
 ) -> Result<(Unbiased, Option<RobotSigmas>), Error> {
+    let _stage = tracing::debug_span!("bias").entered();
     let fit = &assessed.drift_free.fit;
     if adjusted::applies(recording, settings.config, fit, levels) {
         return Ok((Unbiased::beside_all(assessed, recording, settings), None));

@@ -47,6 +47,7 @@ use trueline_lsq::Termination;
 /// # Errors
 /// Stripes that are asked for and cannot be used.
 pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
+    let _stage = tracing::debug_span!("conclude").entered();
     let (config, fit, observations) =
         (from.settings.config, &from.assessed.drift_free.fit, &from.assessed.drift_free.observations);
     let problem = fit.problem(observations, config);
@@ -133,6 +134,7 @@ fn instead_of_sensor(
 
 /// The covariance by noise, and how it was widened where a quadratic does not hold.
 fn by_noise(from: &Concluded<'_>, problem: &LineProblem<'_>) -> (Uncertainty, Option<Widening>) {
+    let _stage = tracing::debug_span!("covariance").entered();
     let (fit, observations) = (&from.assessed.drift_free.fit, &from.assessed.drift_free.observations);
     let mut uncertainty =
         covariance::assess(problem, fit.parameters(), &fit.noise, &from.assessed.information);

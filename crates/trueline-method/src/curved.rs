@@ -67,6 +67,7 @@ pub(crate) fn answered(
     if let Some(why) = too_little(&scan.readings) {
         return if is_forced { Err(Error::NoCurve { why }) } else { Ok(line) };
     }
+    let _stage = tracing::debug_span!("curve").entered();
     let Some(answer) = scan.asked(guess, config).answer() else {
         const WHY: &str = "no curve explains most of the seam points to within half a millimetre";
         return if is_forced { Err(Error::NoCurve { why: WHY }) } else { Ok(line) };

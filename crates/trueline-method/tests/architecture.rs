@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-const ALLOWED: [(&str, &[&str]); 22] = [
+const ALLOWED: [(&str, &[&str]); 21] = [
     ("trueline-geometry", &[]),
     ("trueline-lsq", &[]),
     ("trueline-model", &["trueline-geometry"]),
@@ -57,7 +57,6 @@ const ALLOWED: [(&str, &[&str]); 22] = [
     ),
     ("trueline-rt", &["trueline-geometry", "trueline-model"]),
     ("trueline-rt-c", &["trueline-geometry", "trueline-model", "trueline-rt"]),
-    ("trueline-serve", &["trueline-cell", "trueline-watch"]),
     (
         "trueline-sensor",
         &[
@@ -123,7 +122,6 @@ const ALLOWED: [(&str, &[&str]); 22] = [
             "trueline-plan",
             "trueline-report",
             "trueline-sensor",
-            "trueline-serve",
             "trueline-sim",
             "trueline-vision",
             "trueline-watch",

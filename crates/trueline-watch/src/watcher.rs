@@ -63,7 +63,7 @@ impl WatcherError {
         match self {
             Self::Calibration(error) => error.hint(),
             Self::Store(error) | Self::Courier(CourierError::Store(error)) => error.hint().to_owned(),
-            Self::Receiver(_) => "http://HOST/PATH, https://HOST/PATH, or mqtt://HOST:PORT/TOPIC".to_owned(),
+            Self::Receiver(error) => error.hint().to_owned(),
             Self::Courier(CourierError::Thread(_)) => "are there too many processes?".to_owned(),
             Self::Repair(error) => error.hint().to_owned(),
             Self::Weld { error, .. } => error.hint().to_owned(),
@@ -125,6 +125,13 @@ impl Watcher {
         let line = watch(&self.store, &self.calibration, name, &recording)
             .map_err(|error| WatcherError::Weld { name: name.to_owned(), error })?;
         self.is_alarm = line.is_alarm();
+        tracing::info!(
+            weld = name,
+            number = line.number,
+            used = line.used,
+            is_alarm = self.is_alarm,
+            "weld watched"
+        );
         if let Some(keep) = self.keep {
             let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
             self.store.forget_before(now.saturating_sub(keep).as_secs().cast_signed())?;

@@ -176,46 +176,8 @@ fn two_programs_tell_every_message_once() {
 
 #[test]
 fn what_is_no_address_is_refused() {
-    for wrong in ["cell-pc", "ftp://a/b", "http://", "mqtt://host", "mqtt://host:x/topic", "mqtt://host/a/#"]
+    for wrong in ["cell-pc", "ftp://a/b", "http://", "mqtt://host", "mqtts://host:x/topic", "mqtt://host/a/#"]
     {
         assert!(at(wrong, QUICK.patience).is_err(), "{wrong}");
     }
-}
-
-/// A broker that knows two packets: CONNECT and PUBLISH with QoS 1.
-#[cfg(feature = "mqtt")]
-#[test]
-fn a_topic_is_told_when_the_broker_has_acknowledged() {
-    let folder = tempfile::tempdir().unwrap();
-    let store = Store::open(&state(&folder)).unwrap();
-    let broker = TcpListener::bind("127.0.0.1:0").unwrap();
-    let to = format!("mqtt://{}/cells/7", broker.local_addr().unwrap());
-    let courier = courier(&state(&folder), &to);
-    store.add_message(r#"{"n":1}"#).unwrap();
-    let packet = |stream: &mut TcpStream| {
-        let mut head = [0; 2];
-        stream.read_exact(&mut head).unwrap();
-        assert!(head[1] < 128, "a short packet has one byte of length");
-        let mut body = vec![0; usize::from(head[1])];
-        stream.read_exact(&mut body).unwrap();
-        (head[0], body)
-    };
-    for acknowledges in [false, true] {
-        let (mut stream, _) = broker.accept().unwrap();
-        assert_eq!(packet(&mut stream).0, 0x10, "CONNECT");
-        stream.write_all(&[0x20, 2, 0, 0]).unwrap();
-        let (kind, body) = packet(&mut stream);
-        // PUBLISH, QoS 1, retained; the topic with its length, the packet's number, the message.
-        assert_eq!(kind & 0xf7, 0x33, "PUBLISH");
-        assert_eq!(&body[..9], b"\x00\x07cells/7");
-        assert_eq!(serde_json::from_slice::<Value>(&body[11..]).unwrap()["n"], 1);
-        if acknowledges {
-            stream.write_all(&[0x40, 2, body[9], body[10]]).unwrap();
-            // A broker goes on; it is the client that leaves.
-            let _left = stream.read_to_end(&mut Vec::new());
-        }
-        drop(stream);
-    }
-    until("it is told", || waiting(&store).0 == 0);
-    drop(courier);
 }

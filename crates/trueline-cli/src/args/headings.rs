@@ -31,7 +31,7 @@ const WIRING: Section =
 const LAYOUTS: &[Layout] = &[
     Layout {
         command: "calibrate",
-        everyday: &["json", "report", "initial", "require", "quiet"],
+        everyday: &["json", "report", "initial", "require"],
         sections: &[
             ("Target", &["target", "board", "at-stops", "joint", "use", "seam-cad", "cad-tolerance-mm"]),
             (
@@ -68,11 +68,11 @@ const LAYOUTS: &[Layout] = &[
         command: "record",
         everyday: &["out", "protocol", "bind", "robot", "sensor"],
         sections: &[
-            ("Robot", &["robot-port", "inputs", "answer-rsi", "tool"]),
+            ("Robot", &["inputs", "answer-rsi", "tool"]),
             CAMERA,
             LIVE,
             ("Watch welds", &["watch", "calibration", "tell", "weld-pause-s", "tolerance"]),
-            ("Run", &["for-s", "quiet"]),
+            ("Run", &["for-s"]),
         ],
     },
     Layout {
@@ -83,7 +83,7 @@ const LAYOUTS: &[Layout] = &[
             ("Robot", &["tool", "hold-s", "timeout-s", "armed-s"]),
             CAMERA,
             LIVE,
-            ("Run", &["sensor", "quiet"]),
+            ("Run", &["sensor"]),
         ],
     },
     Layout {
@@ -123,19 +123,7 @@ const LAYOUTS: &[Layout] = &[
                     "column-noise-px",
                 ],
             ),
-            (
-                "Profiles",
-                &[
-                    "parquet",
-                    "column-mm",
-                    "drop-outs",
-                    "edge-drop-outs",
-                    "mixed",
-                    "reflections",
-                    "gap-filled",
-                    "rounded-mm",
-                ],
-            ),
+            ("Profiles", &["parquet", "profile-look"]),
             ("Curved seams", &["seam", "seam-passes", "seam-tilt-deg", "seam-weave-hz"]),
             ("Sightings of a target's pose", &["sightings", "sighting-count", "stops", "state-noise"]),
             ("Welds of a production", &["production", "layout", "change"]),
@@ -152,12 +140,12 @@ const LAYOUTS: &[Layout] = &[
                     "bits",
                 ],
             ),
-            ("Output", &["force", "quiet"]),
+            ("Output", &["force"]),
         ],
     },
     Layout {
         command: "import mcap",
-        everyday: &["out", "sensor", "pose-topic", "image-topic", "quiet"],
+        everyday: &["out", "sensor", "pose-topic", "image-topic"],
         sections: &[
             ("What is in it", &["base", "tool", "urdf", "axis", "allow-jpeg", "no-return-mm", "stamps"]),
             ("Output", &["force"]),
@@ -192,7 +180,7 @@ const LAYOUTS: &[Layout] = &[
                 ],
             ),
             ("Tables and clocks", &["features-map", "delimiter", "align-clocks"]),
-            ("Output", &["force", "quiet"]),
+            ("Output", &["force"]),
         ],
     },
     Layout {
@@ -200,7 +188,7 @@ const LAYOUTS: &[Layout] = &[
         everyday: &["joint", "region", "overlay", "json", "report"],
         sections: &[
             ("Pictures", &["stripe", "fps", "stamps-from-name", "overlay-every"]),
-            ("Run", &["threads", "force", "quiet"]),
+            ("Run", &["threads", "force"]),
         ],
     },
     Layout {
@@ -208,13 +196,13 @@ const LAYOUTS: &[Layout] = &[
         everyday: &["out", "calibration", "duration-s", "want", "example"],
         sections: &[
             ("Path", &["longest-s", "shape", "use", "criterion", "program"]),
-            ("Run", &["tries", "seed", "threads", "quiet"]),
+            ("Run", &["tries", "seed", "threads"]),
         ],
     },
     Layout {
         command: "evaluate",
         everyday: &["calibration", "reference", "tolerance", "json", "report"],
-        sections: &[("Comparison", &["coverage-percent", "static", "fit"]), ("Run", &["csv", "quiet"])],
+        sections: &[("Comparison", &["coverage-percent", "static", "fit"]), ("Run", &["csv"])],
     },
     Layout {
         command: "watch",
@@ -222,7 +210,7 @@ const LAYOUTS: &[Layout] = &[
         sections: &[
             ("Alarms", &["tell", "repaired"]),
             ("Live page", &["serve", "serve-name", "also"]),
-            ("Run", &["once", "keep-days", "quiet"]),
+            ("Run", &["once", "keep-days"]),
         ],
     },
     Layout {
@@ -238,7 +226,7 @@ const LAYOUTS: &[Layout] = &[
     },
     Layout {
         command: "robot-sim",
-        everyday: &["pc", "path", "mode", "for-s", "quiet"],
+        everyday: &["pc", "path", "mode", "for-s"],
         sections: &[
             (
                 "Robot",
@@ -270,12 +258,12 @@ const LAYOUTS: &[Layout] = &[
             ("Robot", &["rest-s", "version-of", "period-ms", "await-answers"]),
             ("Clock and network", &["drift-ppm", "loss", "burst"]),
             WIRING,
-            ("Run", &["truth-to", "seed", "quiet"]),
+            ("Run", &["truth-to", "seed"]),
         ],
     },
     Layout {
         command: "camera-sim",
-        everyday: &["robot-truth", "address", "fps", "for-s", "quiet"],
+        everyday: &["robot-truth", "address", "fps", "for-s"],
         sections: &[
             ("Trigger", &["trigger-to", "encoder-mm", "trigger-from"]),
             (

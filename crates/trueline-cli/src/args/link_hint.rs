@@ -7,9 +7,10 @@ use trueline_live::LinkError;
 #[must_use]
 pub(crate) fn link_hint(error: &LinkError) -> (String, &'static str) {
     match error {
-        LinkError::RobotPortNotNeeded => {
-            ("--robot-port: this robot speaks first, from a port of its own".to_owned(), "leave it out")
-        }
+        LinkError::RobotPortNotNeeded => (
+            "--robot has a port, and this robot speaks first, from a port of its own".to_owned(),
+            "name its IP alone",
+        ),
         LinkError::BindMissing => (
             "--bind IP:PORT is missing: this robot speaks first".to_owned(),
             "the address of this PC that its controller is set to send to, for example --bind 192.168.125.10:6510",

@@ -19,6 +19,7 @@ mod drawn_line;
 mod evaluate;
 pub(crate) mod export;
 mod features;
+mod global;
 mod headings;
 pub(crate) mod hints;
 #[cfg(feature = "live")]
@@ -76,6 +77,7 @@ pub(crate) use diff::DiffArgs;
 pub(crate) use evaluate::{EvaluateArgs, ReproduceArgs};
 pub(crate) use export::ExportArgs;
 pub(crate) use features::FeaturesArgs;
+pub(crate) use global::GlobalArgs;
 #[cfg(feature = "live")]
 pub(crate) use history::HistoryArgs;
 pub(crate) use import::{BagArgs, ImportArgs, ImportFormat};
@@ -126,12 +128,8 @@ use std::path::PathBuf;
 Exit code: 0 accepted, 1 computed but not accepted (reasons listed), 2 could not run."
 )]
 pub(crate) struct Arguments {
-    /// When to use colours
-    #[arg(long, global = true, value_enum, value_name = "WHEN", default_value_t = clap::ColorChoice::Auto)]
-    pub(crate) color: clap::ColorChoice,
-    /// Say more: what is read and written and how long it took; with doctor, everything that was tried
-    #[arg(long, short, global = true)]
-    pub(crate) verbose: bool,
+    #[command(flatten)]
+    pub(crate) global: GlobalArgs,
     #[command(subcommand)]
     pub(crate) command: Command,
 }
@@ -158,13 +156,24 @@ fn finished(command: clap::Command) -> clap::Command {
     }
     let mut command = headings::with_headings(completed(command), "").max_term_width(100);
     command.build();
-    command.mut_subcommands(without_color)
+    let program = command.get_name().to_owned();
+    let of_all =
+        |arg: clap::Arg| if arg.get_id() == "help" { arg.help_heading(global::HEADING) } else { arg };
+    command.mut_args(of_all).mut_subcommands(|sub| without_global(sub, &program))
 }
 
-/// Hides `--color` in the help of a command: that of the program has it, and most terminals need it never.
-fn without_color(command: clap::Command) -> clap::Command {
-    let hidden = |arg: clap::Arg| if arg.get_id() == "color" { arg.hide(true) } else { arg };
-    command.mut_args(hidden).mut_subcommands(without_color)
+/// Hides the options of every command in the help of one: that of the program explains them.
+fn without_global(command: clap::Command, program: &str) -> clap::Command {
+    let is_global = |arg: &clap::Arg| global::IDS.contains(&arg.get_id().as_str());
+    let hidden = |arg: clap::Arg| if is_global(&arg) { arg.hide(true) } else { arg };
+    let note = global::where_explained(program);
+    let with_note = |text: &clap::builder::StyledStr| format!("{text}\n\n{note}");
+    let end = command.get_after_help().map_or_else(|| note.clone(), with_note);
+    let command = match command.get_after_long_help().map(with_note) {
+        Some(end) => command.after_long_help(end),
+        None => command,
+    };
+    command.after_help(end).mut_args(hidden).mut_subcommands(|sub| without_global(sub, program))
 }
 
 /// The command that words name, the first of them being the program, with what it is made of: `import csv`.

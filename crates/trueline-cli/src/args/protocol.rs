@@ -48,6 +48,22 @@ pub(crate) struct Ros2Args {
     pub(crate) network: IpAddr,
 }
 
+/// A robot, and the port that the PC calls.
+#[derive(Clone, Copy)]
+pub(crate) struct RobotAddress {
+    ip: IpAddr,
+    port: Option<u16>,
+}
+
+fn robot_address(text: &str) -> Result<RobotAddress, String> {
+    let with_port =
+        || text.parse::<SocketAddr>().map(|at| RobotAddress { ip: at.ip(), port: Some(at.port()) });
+    let alone = text.parse().map(|ip| RobotAddress { ip, port: None });
+    alone
+        .or_else(|_: std::net::AddrParseError| with_port())
+        .map_err(|_| "write 192.168.0.10 or 192.168.0.10:30004".to_owned())
+}
+
 #[derive(Args)]
 pub(crate) struct LinkArgs {
     /// What the robot speaks
@@ -56,11 +72,11 @@ pub(crate) struct LinkArgs {
     /// Address of this PC and port to listen at, for example 192.168.125.10:6510, for a robot that speaks first
     #[arg(long, value_name = "IP:PORT")]
     pub(crate) bind: Option<SocketAddr>,
-    /// The robot's address [default: the first sender of a valid frame]
-    #[arg(long, value_name = "IP")]
-    pub(crate) robot: Option<IpAddr>,
-    /// Port of a robot that the PC calls [default: that of its protocol]
-    #[arg(long, value_name = "PORT")]
+    /// The robot's address [default: the first sender of a valid frame]; where the PC calls, with a port other than that of the protocol
+    #[arg(long, value_name = "IP[:PORT]", value_parser = robot_address)]
+    pub(crate) robot: Option<RobotAddress>,
+    /// The port by itself, for scripts
+    #[arg(long, value_name = "PORT", hide = true)]
     pub(crate) robot_port: Option<u16>,
     /// Digital input to hear of: DI101 or RI1 of fanuc-stream-motion 3 and 4, the TAG that holds it of kuka-rsi [default there: DiL]
     #[arg(long, value_name = "NAME")]
@@ -77,8 +93,9 @@ pub(crate) struct LinkArgs {
 impl LinkArgs {
     /// Where PC and robot are.
     pub(crate) fn address(&self) -> LinkAddress {
-        let Self { protocol, bind, robot, robot_port, .. } = *self;
-        LinkAddress { protocol, bind, robot, robot_port }
+        let Self { protocol, bind, robot, .. } = *self;
+        let robot_port = robot.and_then(|robot| robot.port).or(self.robot_port);
+        LinkAddress { protocol, bind, robot: robot.map(|robot| robot.ip), robot_port }
     }
 
     fn options(&self) -> Result<LinkOptions, LinkError> {

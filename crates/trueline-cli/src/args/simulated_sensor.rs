@@ -50,7 +50,11 @@ impl SimulateArgs {
             (parquet, is_profiler, "--parquet", no_profiles, by_preset),
             (look.is_some(), is_profiler, look.unwrap_or_default(), no_profiles, by_preset),
             outliers(!images, "pictures are written, and no features", by_look),
-            outliers(!(plates && is_profiler), "profiles are written, and no features", "say --reflections"),
+            outliers(
+                !(plates && is_profiler),
+                "profiles are written, and no features",
+                "say --profile-look reflections=PART",
+            ),
         ]
     }
 
@@ -82,9 +86,9 @@ impl SimulateArgs {
         let of_fillet =
             |is_given, name| (is_given, is_fillet, name, "only a fillet has it", "say --joint fillet");
         [
-            of_edge(look.edge_drop_outs.is_some(), "--edge-drop-outs"),
-            of_edge(look.rounded_mm.is_some(), "--rounded-mm"),
-            (look.gap_filled.is_some(), is_gap, "--gap-filled", "there is no gap between the plates", by_gap),
+            of_edge(look.says("edge-drop-outs"), "--edge-drop-outs"),
+            of_edge(look.says("rounded-mm"), "--rounded-mm"),
+            (look.says("gap-filled"), is_gap, "--gap-filled", "there is no gap between the plates", by_gap),
             of_fillet(self.opening_deg.is_some(), "--opening-deg"),
             of_fillet(self.roll_deg.is_some(), "--roll-deg"),
             of_fillet(self.corner_gap_mm.is_some(), "--corner-gap-mm"),

@@ -2,6 +2,7 @@
 
 #[cfg(feature = "gige")]
 use crate::args::CameraSimArgs;
+use crate::args::global::{self, GlobalArgs};
 use crate::args::{RobotSimArgs, StreamSimArgs};
 use clap::{Parser, Subcommand};
 use std::ffi::OsString;
@@ -23,12 +24,8 @@ use std::ffi::OsString;
 Exit code: 0 ran, 1 a guidance ended by an event, 2 could not run."
 )]
 pub(crate) struct Testbench {
-    /// When to use colours
-    #[arg(long, global = true, value_enum, value_name = "WHEN", default_value_t = clap::ColorChoice::Auto)]
-    pub(crate) color: clap::ColorChoice,
-    /// Verbose: list files read and written, with timings
-    #[arg(long, short, global = true)]
-    pub(crate) verbose: bool,
+    #[command(flatten)]
+    pub(crate) global: GlobalArgs,
     #[command(subcommand)]
     pub(crate) device: Device,
 }
@@ -49,8 +46,7 @@ pub(crate) enum Device {
 
 /// Whether a command line of `trueline` calls a simulated device.
 pub(crate) fn is_called(words: &[OsString]) -> bool {
-    let first = words.iter().skip(1).find(|word| !word.to_string_lossy().starts_with('-'));
-    first.is_some_and(|name| Device::has_subcommand(&name.to_string_lossy()))
+    global::first_word(words).is_some_and(|name| Device::has_subcommand(&name))
 }
 
 #[cfg(test)]
@@ -63,10 +59,12 @@ mod tests {
         assert!(
             called(&["trueline", "robot-sim", "--pc", "127.0.0.1:1"])
                 && called(&["trueline", "-v", "stream-sim"])
+                && called(&["trueline", "--log-file", "a.log", "--color=never", "stream-sim"])
         );
         assert!(
             !called(&["trueline", "calibrate", "robot-sim"])
                 && !called(&["robot-sim"])
+                && !called(&["trueline", "--log-file", "robot-sim", "doctor"])
                 && !called(&["trueline"])
         );
     }

@@ -59,7 +59,8 @@ pub(crate) struct WatchArgs {
     /// With --folder: stop when all welds that are there have been watched
     #[arg(long, requires = "folder")]
     pub(crate) once: bool,
-    /// Tell alarms to a web address (POST) or a topic of an MQTT broker: https://HOST/PATH, mqtt://HOST:PORT/TOPIC; may be repeated
+    /// Tell alarms to a web address (POST) or a topic of an MQTT broker: https://HOST/PATH, mqtt[s]://[USER@]HOST[:PORT]/TOPIC; behind the
+    /// topic ?password-file=FILE or ?password-env=NAME, and for TLS &ca=FILE, the certificates to trust; may be repeated
     #[arg(long, value_name = "URL", requires = "calibration")]
     pub(crate) tell: Vec<String>,
     /// How far a change may move seam points without being an alarm: 0.3mm; it is told as changed-within-tolerance, exit 0

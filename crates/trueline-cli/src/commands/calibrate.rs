@@ -8,7 +8,6 @@ use crate::failure::Failure;
 use crate::{mistake, opening, output, progress};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::Instant;
 use trueline::open::Opened;
 use trueline_dataset::calibration_file;
 use trueline_dataset::result_file::SensorFileEntry;
@@ -45,14 +44,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     }
     let cad = seam_cad(args)?;
     let config = Config { seam_cad: cad, ..args.config() };
-    let began = Instant::now();
     let mut opened = opening::open_all(&args.datasets, args.joint, args.quiet)?;
-    output::detail(&format!(
-        "read: {} robot poses, {} features, in {:.2} s",
-        opened.recording.robot.len(),
-        opened.recording.features.len(),
-        began.elapsed().as_secs_f64()
-    ));
     match (args.align_clocks, args.datasets.len()) {
         (false, _) => {}
         (true, 1) => clocks::align_recording(&mut opened.recording, &config, args.quiet)?,
@@ -66,14 +58,8 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     take_named(args, &mut opened.recording)?;
     let recording = &opened.recording;
     let initial = recording.initial;
-    let began = Instant::now();
     let calibrate = || trueline_method::calibrate(recording, initial.as_ref(), &config);
     let calibration = progress::during("calibrating", args.quiet, calibrate)?;
-    output::detail(&format!(
-        "calibrated: {} steps, in {:.2} s",
-        calibration.findings.fit.iterations.len(),
-        began.elapsed().as_secs_f64()
-    ));
     let calibration = match &args.write_sensor {
         Some(file) => with_written_sensor(file, &opened, calibration)?,
         None => calibration,

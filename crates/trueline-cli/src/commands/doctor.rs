@@ -2,7 +2,7 @@
 
 use crate::args::DoctorArgs;
 use crate::failure::Failure;
-use crate::{opening, output, progress};
+use crate::{logging, opening, output, progress};
 use std::num::NonZeroUsize;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -29,7 +29,7 @@ pub(crate) fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
         output::json(file, &format!("{:#}", diagnosis::json(&found)))?;
     }
     if !args.quiet {
-        output::summary(args.json.as_deref(), &diagnosis::text(&found, output::is_verbose()))?;
+        output::summary(args.json.as_deref(), &diagnosis::text(&found, logging::is_verbose()))?;
     }
     let is_well = found.findings.is_empty();
     if let (Some(out), true) = (&args.fix, is_well) {

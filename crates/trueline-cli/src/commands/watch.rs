@@ -4,6 +4,7 @@ use crate::args::WatchArgs;
 use crate::failure::Failure;
 use crate::live_page::WatchPage;
 use crate::live_watch::{tell_who_was_not_told, told, warn_of_calibration};
+use crate::service::Service;
 use crate::{interrupt, opening, output};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -87,7 +88,9 @@ fn states(args: &WatchArgs) -> Vec<PathBuf> {
 
 fn until_interrupted() -> Result<(), Failure> {
     interrupt::watch()?;
+    let mut service = Service::ready("serves a page");
     while interrupt::times() == 0 {
+        service.alive();
         std::thread::sleep(LOOK_EVERY);
     }
     Ok(())
@@ -138,7 +141,9 @@ impl Welds<'_> {
     fn fills(&mut self, folder: &Path) -> Result<(), Failure> {
         let mut welds = WeldFolder::of(folder);
         interrupt::watch()?;
+        let mut service = Service::ready(&format!("watches welds in {}", folder.display()));
         loop {
+            service.alive();
             let found = welds.look().map_err(|error| unreadable(folder, &error))?;
             for weld in found.finished {
                 // Of many welds one that cannot be read must not end the watch.
@@ -149,6 +154,7 @@ impl Welds<'_> {
                     }
                     self.failed += 1;
                 }
+                service.alive();
             }
             let is_done = self.args.once && found.unfinished == 0;
             if is_done && welds.is_empty() {

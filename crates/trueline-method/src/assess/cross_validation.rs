@@ -67,6 +67,7 @@ pub struct Subject<'a> {
 /// Leaves each part out in turn; `None` if the scan is too short for parts.
 #[must_use]
 pub fn check(subject: &Subject<'_>, config: &Config) -> Option<HeldOut> {
+    let _stage = tracing::debug_span!("cross_validation").entered();
     let list = subject.fit.placed.of(subject.observations);
     let at = subject.fit.parameters();
     let edges = pass_edges(subject.observations, list, at);

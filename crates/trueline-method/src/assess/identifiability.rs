@@ -50,6 +50,7 @@ pub(crate) fn assess_identifiability(
     mirrored: Mirrored,
     halves: Option<&[Trajectory; 2]>,
 ) -> Result<Identifiability, Error> {
+    let _stage = tracing::debug_span!("identifiability").entered();
     let fit = drift_free.fit.clone();
     let all = spectrum(&fit, settings)?;
     let signal = halves.map(|halves| {

@@ -5,7 +5,7 @@
 //! coordinates leaves little, whatever hand-eye and line are. The shifts that leave least are then calibrated, and the one that
 //! fits is the answer; where two fit, there is none.
 
-use crate::calibrate::calibrate;
+use crate::calibrate::estimate;
 use crate::calibration::Calibration;
 use crate::config::Config;
 use crate::diagnose::quick_fit::quick_fit;
@@ -179,7 +179,7 @@ struct Candidate {
 impl Candidate {
     fn of(peak: &Peak, between_ns: i64, recording: &Recording, config: &Config) -> Option<Self> {
         let images_ahead_ns = between_ns + nanoseconds(peak.shift_s);
-        let calibration = calibrate(&aligned(recording, images_ahead_ns), None, config).ok()?;
+        let calibration = estimate(&aligned(recording, images_ahead_ns), None, config).ok()?;
         let residual = residual(&calibration)?;
         let offset_s = calibration.best_fit().time_offset_s;
         let whole_s = images_ahead_ns as f64 * 1e-9 + offset_s;

@@ -1,7 +1,7 @@
 //! What is wrong with a recording that does not calibrate: what a calibration says of the data, what no robot does, and then the
 //! usual mistakes, each undone in turn: the one without which the scan fits is named.
 
-use crate::calibrate::calibrate;
+use crate::calibrate::estimate;
 use crate::config::{Config, Target};
 use crate::diagnose::outcome::Outcome;
 use crate::diagnose::plausibility::{implausible, wrong_guess, wrong_rate};
@@ -12,6 +12,7 @@ use crate::diagnose::trials::{CALIBRATION_COSTS, FEW, Trial, Trials, explanation
 use crate::input::stops;
 use crate::{Calibration, Error, Status};
 use std::time::Duration;
+use tracing::field;
 use trueline_dataset::Recording;
 
 /// Everything the doctor found.
@@ -50,13 +51,15 @@ pub fn diagnose(
     longest: Option<Duration>,
     watch: impl FnMut(Step<'_>),
 ) -> Diagnosis {
+    let span = tracing::info_span!("doctor", trials = field::Empty);
+    let _stage = span.enter();
     let budget = Budget::of(longest);
     let thin = thinned(recording, FEATURES);
     let mut steps = Steps::new(watch);
     steps.expect(CALIBRATION_COSTS);
     steps.begin("as recorded", CALIBRATION_COSTS);
     let by_noise = by_noise(config);
-    let result = calibrate(&thin, None, &by_noise);
+    let result = estimate(&thin, None, &by_noise);
     let as_recorded = Outcome::of(&result);
     let certain = implausible(recording);
     // A few stops that fit are too few to tell one mistake from another.
@@ -78,12 +81,13 @@ pub fn diagnose(
         trials.run();
     }
     let Trials { done, not_tried, .. } = trials;
+    span.record("trials", done.len());
     let (explained_by, mut findings): (Vec<_>, Vec<_>) =
         explanations(&as_recorded, &done).into_iter().unzip();
     findings.extend(certain);
     // As `trueline calibrate` does it, of as many features as are looked at.
     let is_asked = as_recorded.fits() || explained_by.is_empty();
-    let whole = is_asked.then(|| calibrate(&thin, None, config)).and_then(Result::ok);
+    let whole = is_asked.then(|| estimate(&thin, None, config)).and_then(Result::ok);
     if let Some(curve) = whole.as_ref().filter(|whole| is_curve(whole)) {
         findings.extend(told::of_data(curve));
         let as_recorded = Outcome::of(&Ok(curve.clone()));

@@ -1,6 +1,6 @@
 //! Undoes mistakes one at a time, the likeliest first, until one explains the scan or the time is spent.
 
-use crate::calibrate::calibrate;
+use crate::calibrate::estimate;
 use crate::config::Config;
 use crate::diagnose::axis_mistakes::{self, AxisMend};
 use crate::diagnose::estimated_mistakes::{Estimated, axis_scale, crop};
@@ -228,13 +228,14 @@ impl<W: FnMut(Step<'_>)> Trials<'_, W> {
 
     fn calibrated(&mut self, trial: Trial) -> Option<Trial> {
         self.steps.begin(&trial.name, CALIBRATION_COSTS);
+        let _stage = tracing::debug_span!("trial", undone = trial.name).entered();
         let mut trial = trial;
-        let mut result = calibrate(&trial.mend.of(self.recording)?, None, self.config);
+        let mut result = estimate(&trial.mend.of(self.recording)?, None, self.config);
         if let (Mend::Estimated(found), Ok(calibration)) = (trial.mend, &result)
             && let Some(refined) = found.refined(calibration)
         {
             (trial.mend, trial.says) = (Mend::Estimated(refined), refined.says());
-            result = calibrate(&trial.mend.of(self.recording)?, None, self.config);
+            result = estimate(&trial.mend.of(self.recording)?, None, self.config);
         }
         Some(Trial { outcome: Outcome::of(&result), is_screened: false, ..trial })
     }

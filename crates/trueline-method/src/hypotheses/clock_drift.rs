@@ -58,6 +58,7 @@ pub(crate) fn remove_drift(
     settings: &FitSettings<'_>,
     rate_sigma_ppm: f64,
 ) -> Result<DriftFree, Error> {
+    let _stage = tracing::debug_span!("clock_drift").entered();
     let solver = Solver { observations: &observations, settings: *settings };
     let clock = clock_check(&solver, &fit);
     let drift = clock.as_ref().and_then(ClockCheck::drift);

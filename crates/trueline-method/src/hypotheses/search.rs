@@ -76,6 +76,7 @@ const SEARCHED_FROM_GUESS: [usize; 1] = [3_000];
 /// # Errors
 /// [`Error::NoStart`] if there is none.
 pub fn find(solver: &Solver<'_>, guess: Option<&Guess>) -> Result<Found, Error> {
+    let _stage = tracing::debug_span!("search", from_guess = guess.is_some()).entered();
     let all = solver.observations;
     let sizes = if guess.is_some() { &SEARCHED_FROM_GUESS[..] } else { &SEARCHED[..] };
     for &searched in sizes {

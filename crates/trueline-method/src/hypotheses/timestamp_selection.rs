@@ -35,6 +35,7 @@ pub(crate) fn with_best_stamps(
     settings: &FitSettings<'_>,
     first: Stamped,
 ) -> Result<Stamped, Error> {
+    let _stage = tracing::debug_span!("time_stamps").entered();
     let mut best = first;
     for dejittered in sampling.candidates(settings.config) {
         if is_no_better_in_stretches(recording, sampling, settings, &best, dejittered)? {

@@ -2,7 +2,7 @@
 
 use super::innovation::Change;
 use super::past::{Estimate, Past};
-use crate::calibrate::calibrate;
+use crate::calibrate::estimate;
 use crate::calibration::Calibration;
 use crate::config::Config;
 use crate::error::Error;
@@ -138,7 +138,7 @@ impl Incremental {
     /// Takes what came into the estimate.
     ///
     /// # Errors
-    /// As [`calibrate`], and where new samples cannot be placed; they are tried again the next time.
+    /// As [`calibrate`](crate::calibrate()), and where new samples cannot be placed; they are tried again the next time.
     pub fn update(&mut self) -> Result<(), Error> {
         let Some(settled_ns) = self.settled_ns() else { return Ok(()) };
         let ready = self.kept.features.partition_point(|feature| feature.stamp_ns <= settled_ns);
@@ -177,8 +177,9 @@ impl Incremental {
     }
 
     fn calibrate(&mut self, ready: usize) -> Result<(), Error> {
+        let _stage = tracing::debug_span!("live_estimate", features = ready).entered();
         let later = self.kept.features.split_off(ready);
-        let outcome = calibrate(&self.kept, None, &self.config).and_then(|calibration| {
+        let outcome = estimate(&self.kept, None, &self.config).and_then(|calibration| {
             let past = Past::of(&calibration, &self.kept, &self.config)?;
             Ok((calibration, past))
         });

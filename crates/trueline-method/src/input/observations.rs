@@ -133,6 +133,7 @@ pub(crate) fn observe_by(
     sampling: &Sampling,
     config: &Config,
 ) -> Result<Observations, Error> {
+    let _stage = tracing::debug_span!("input", features = recording.features.len()).entered();
     let sheet = sheet_of(recording, config)?;
     observe_on(sheet, dejittered, recording, sampling, config)
 }

@@ -72,6 +72,7 @@ pub struct SeamEstimate<'a> {
 /// # Errors
 /// Stripes that are asked for and cannot be used.
 pub fn estimate(seam: &SeamEstimate<'_>) -> Result<Option<StripeOutcome>, Error> {
+    let _stage = tracing::debug_span!("stripes", stripes = seam.recording.stripes.len()).entered();
     let asked = seam.settings.config.measurements;
     let wanted = match asked {
         Measurements::Seam => return Ok(None),

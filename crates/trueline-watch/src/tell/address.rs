@@ -3,11 +3,12 @@
 use super::receiver::{Receiver, ReceiverError};
 use std::time::Duration;
 
-/// The receiver at an address: `http://…` and `https://…` are told by POST, `mqtt://HOST:PORT/TOPIC` by publishing; one try
-/// takes no longer than `patience`.
+/// The receiver at an address: `http://…` and `https://…` are told by POST, `mqtt://[USER@]HOST[:PORT]/TOPIC` and
+/// `mqtts://…` by publishing; one try takes no longer than `patience`. Keys of a topic stand behind a `?`: `password-file=FILE` or
+/// `password-env=NAME`, and `ca=FILE`, the certificates to trust.
 ///
 /// # Errors
-/// An address of no known kind, or half of one.
+/// An address of no known kind, or half of one; a password or a certificate that cannot be read.
 #[cfg_attr(
     not(any(feature = "webhook", feature = "mqtt")),
     expect(unused_variables, reason = "nobody can be told")
@@ -17,7 +18,7 @@ pub fn at(address: &str, patience: Duration) -> Result<Box<dyn Receiver>, Receiv
         #[cfg(feature = "webhook")]
         Some("http" | "https") => Ok(Box::new(super::webhook::Webhook::at(address, patience)?)),
         #[cfg(feature = "mqtt")]
-        Some("mqtt") => Ok(Box::new(super::mqtt::Topic::at(address, patience)?)),
+        Some("mqtt" | "mqtts") => Ok(Box::new(super::mqtt::Topic::at(address, patience)?)),
         _ => Err(ReceiverError::Kind),
     }
 }

@@ -61,8 +61,15 @@ fn carry(store: &Store, id: i64, receiver: &dyn Receiver, ear: &Ear<()>, pace: P
         // A state that cannot be read now may be later; whoever watches meets the same error and says so.
         while let Ok(Some(message)) = store.take_message(id, now_s(), now_s() + pace.taken_for_s()) {
             let settled = match receiver.tell(&with_id(&message)) {
-                Ok(()) => store.told(id, message.id),
-                Err(why) => store.not_told(id, now_s() + pace.wait_s(message.tries), &why),
+                Ok(()) => {
+                    tracing::debug!(receiver = receiver.name(), id = message.id, "told");
+                    store.told(id, message.id)
+                }
+                Err(why) => {
+                    let wait_s = pace.wait_s(message.tries);
+                    tracing::warn!(receiver = receiver.name(), id = message.id, why, wait_s, "not told");
+                    store.not_told(id, now_s() + wait_s, &why)
+                }
             };
             if settled.is_err() || Instant::now() > until {
                 break;

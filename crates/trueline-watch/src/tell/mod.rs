@@ -6,6 +6,8 @@ pub mod courier;
 mod mqtt;
 pub mod pace;
 pub mod receiver;
+#[cfg(feature = "mqtt")]
+mod topic_address;
 #[cfg(feature = "webhook")]
 mod webhook;
 

@@ -1,5 +1,7 @@
 //! Who is told: a web address or a topic of an MQTT broker.
 
+use std::path::PathBuf;
+
 /// A receiver of messages.
 pub trait Receiver: Send {
     /// Its address, whole: what makes it this receiver and no other.
@@ -27,13 +29,48 @@ pub enum ReceiverError {
     /// Not an address at all.
     #[error("it is no address: {0}")]
     Malformed(String),
+    /// Every program of this PC can read the command line of every other.
+    #[error("a password does not stand in an address")]
+    PasswordInAddress,
+    /// A key that no address has.
+    #[error("an address has no key `{0}`")]
+    UnknownKey(String),
+    /// A password or certificate that cannot be read.
+    #[error("{}: {why}", file.display())]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        why: String,
+    },
+    /// A password that is not there.
+    #[error("the environment has no variable {0}, or it is empty")]
+    Variable(String),
+}
+
+impl ReceiverError {
+    /// What to do about it.
+    #[must_use]
+    pub fn hint(&self) -> &'static str {
+        match self {
+            Self::Kind | Self::Missing(_) | Self::Malformed(_) => {
+                "http://HOST/PATH, https://HOST/PATH, mqtt://[USER@]HOST[:PORT]/TOPIC or mqtts://…"
+            }
+            Self::PasswordInAddress => {
+                "name a file or a variable: mqtts://USER@HOST/TOPIC?password-file=FILE or ?password-env=NAME"
+            }
+            Self::UnknownKey(_) => "keys are password-file=FILE, password-env=NAME and ca=FILE",
+            Self::File { .. } => "check the path; a password is one line, certificates are in PEM form",
+            Self::Variable(_) => "set it, or name a file: ?password-file=FILE",
+        }
+    }
 }
 
 fn known() -> &'static str {
     match (cfg!(feature = "webhook"), cfg!(feature = "mqtt")) {
-        (true, true) => "http://, https:// or mqtt://",
+        (true, true) => "http://, https://, mqtt:// or mqtts://",
         (true, false) => "http:// or https:// (this program was built without MQTT)",
-        (false, true) => "mqtt:// (this program was built without webhooks)",
+        (false, true) => "mqtt:// or mqtts:// (this program was built without webhooks)",
         (false, false) => "nothing: this program was built without webhooks and MQTT",
     }
 }

@@ -9,6 +9,7 @@ use crate::open::trigger::{self, MeasuredByInput, Trigger};
 use std::collections::BTreeSet;
 use std::fmt;
 use std::path::Path;
+use tracing::field;
 use trueline_dataset::feature_cache::FeatureCache;
 use trueline_dataset::folder::FolderContent;
 use trueline_dataset::{
@@ -67,6 +68,19 @@ impl fmt::Debug for Opened {
 /// # Errors
 /// Whatever cannot be read, and pictures or profiles without a seam.
 pub fn open(path: &Path, how: &How, observer: &dyn OpenObserver) -> Result<Opened, OpenError> {
+    let span = tracing::info_span!(
+        "read",
+        path = %path.display(),
+        robot_poses = field::Empty,
+        features = field::Empty
+    );
+    let opened = span.in_scope(|| read(path, how, observer))?;
+    span.record("robot_poses", opened.recording.robot.len());
+    span.record("features", opened.recording.features.len());
+    Ok(opened)
+}
+
+fn read(path: &Path, how: &How, observer: &dyn OpenObserver) -> Result<Opened, OpenError> {
     let mut opened = match place::of(path)? {
         Place::Recording(file) => open_recording(&file, how, observer),
         Place::Folder => open_folder(path, how, observer),
@@ -184,6 +198,7 @@ fn seams_of_pictures(
     how: &How,
     observer: &dyn OpenObserver,
 ) -> Result<FoundSeams, OpenError> {
+    let _stage = tracing::debug_span!("find_seams", pictures = pictures.count()).entered();
     let detector = detector::of(sensor, None, StripeChoice::default())
         .map_err(|error| OpenError::Detector { file: sensor_file.to_owned(), error })?;
     let scan: ScanSeams = find_seams(pictures, &detector, how.joint, observer.of_pictures())?;

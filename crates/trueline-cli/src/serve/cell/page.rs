@@ -3,8 +3,8 @@
 use super::growth::Point;
 use super::picture;
 use super::shown::{PICTURE_PATH, Shown};
-use crate::html::{block, card, escape, facts, list};
-use crate::trend::{Series, Trend};
+use crate::serve::html::{block, card, escape, facts, list};
+use crate::serve::trend::{Series, Trend};
 use trueline_cell::{CellState, Estimated, Progress, RobotBrief, SmallPicture};
 
 /// The blocks of a recording.

@@ -2,8 +2,8 @@
 
 use super::view::CellView;
 use super::{metrics, page};
-use crate::html::{self, SCRIPT, SCRIPT_PATH, STYLE, STYLE_PATH};
-use crate::http::{Media, Reply, Site};
+use crate::serve::html::{self, SCRIPT, SCRIPT_PATH, STYLE, STYLE_PATH};
+use crate::serve::http::{Media, Reply, Site};
 use std::path::PathBuf;
 use std::time::{SystemTime, UNIX_EPOCH};
 

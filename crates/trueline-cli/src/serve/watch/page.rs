@@ -2,8 +2,8 @@
 
 use super::evidence;
 use super::view::{CellView, change_of};
-use crate::html::{block, card, escape, facts, list};
-use crate::trend::{Series, Trend};
+use crate::serve::html::{block, card, escape, facts, list};
+use crate::serve::trend::{Series, Trend};
 use serde_json::Value;
 use std::cmp::Ordering;
 use trueline_watch::detect::history::ALARM_P_LOG10;

@@ -1,11 +1,12 @@
 //! What the pages and the metrics say.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
+#[path = "common/live_sites.rs"]
 mod common;
 
 use common::{Growing, offer_picture, state_with_an_alarm, state_within_tolerance};
-use trueline_serve::http::Media;
-use trueline_serve::{Site, WatchSite};
+use trueline_cli::serve::http::Media;
+use trueline_cli::serve::{Site, WatchSite};
 
 fn text(site: &dyn Site, path: &str) -> String {
     String::from_utf8(site.reply(path).unwrap().body).unwrap()

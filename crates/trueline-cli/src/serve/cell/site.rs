@@ -2,8 +2,8 @@
 
 use super::shown::{PICTURE_PATH, Shown};
 use super::{page, picture};
-use crate::html::{self, SCRIPT, SCRIPT_PATH, STYLE, STYLE_PATH};
-use crate::http::{Media, Reply, Site};
+use crate::serve::html::{self, SCRIPT, SCRIPT_PATH, STYLE, STYLE_PATH};
+use crate::serve::http::{Media, Reply, Site};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 use trueline_cell::{CellState, LivePicture, Progress, RobotBrief};

@@ -1,6 +1,6 @@
 //! A small chart as SVG, drawn here: no library runs in the browser, and the numbers are in the page's own text.
 
-use crate::html::escape;
+use crate::serve::html::escape;
 use std::fmt::Write;
 
 /// Colours by their class in the style sheet.

@@ -5,6 +5,7 @@
 
 #[path = "common/chromium.rs"]
 mod chromium;
+#[path = "common/live_sites.rs"]
 mod common;
 
 use chromium::attribute;
@@ -13,8 +14,8 @@ use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
-use trueline_serve::http::Reply;
-use trueline_serve::{Limits, LiveServer, Site, WatchSite};
+use trueline_cli::serve::http::Reply;
+use trueline_cli::serve::{Limits, LiveServer, Site, WatchSite};
 
 /// The page as it is after some seconds, when its script has looked three times, and what the browser said meanwhile.
 fn opened(browser: &Path, folder: &Path, server: &LiveServer, width_px: u32) -> [String; 2] {

@@ -14,8 +14,8 @@
 //! use std::io::{Read, Write};
 //! use std::net::TcpStream;
 //! use std::sync::Arc;
-//! use trueline_serve::http::{Media, Reply};
-//! use trueline_serve::{Limits, LiveServer, Site};
+//! use trueline_cli::serve::http::{Media, Reply};
+//! use trueline_cli::serve::{Limits, LiveServer, Site};
 //!
 //! struct Gauge;
 //!

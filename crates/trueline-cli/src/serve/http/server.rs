@@ -93,6 +93,7 @@ impl LiveServer {
         };
         let thread =
             std::thread::Builder::new().name("serve".to_owned()).spawn(serve).map_err(ServeError::Start)?;
+        tracing::info!(%address, "page served");
         Ok(Self { address, stop: Some(stop), thread: Some(thread) })
     }
 

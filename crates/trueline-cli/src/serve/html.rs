@@ -7,9 +7,9 @@ pub(crate) const STYLE_PATH: &str = "/live.css";
 /// Path of the script.
 pub(crate) const SCRIPT_PATH: &str = "/live.js";
 /// The style sheet.
-pub const STYLE: &str = include_str!("../assets/live.css");
+pub const STYLE: &str = include_str!("../../assets/live.css");
 /// The script: it replaces what has changed. Without it the page is whole, and stands.
-pub const SCRIPT: &str = include_str!("../assets/live.js");
+pub const SCRIPT: &str = include_str!("../../assets/live.js");
 
 /// What a reader of HTML takes for text, also inside an attribute.
 #[must_use]

@@ -5,8 +5,8 @@ use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use trueline_serve::http::{Media, Reply};
-use trueline_serve::{Limits, LiveServer, Site};
+use trueline_cli::serve::http::{Media, Reply};
+use trueline_cli::serve::{Limits, LiveServer, Site};
 
 struct Three;
 
