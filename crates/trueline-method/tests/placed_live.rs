@@ -22,6 +22,7 @@ fn a_recording_is_placed_as_by_apply() {
         covariance: PlacerCalibration::covariance_of(0.0, 0.0, 0.0),
         reading_sigma_m: 0.0,
         carrier: Carrier::Tool,
+        axes: Vec::new(),
     };
     let settings = Settings { poses_kept: recording.robot.len(), ..Settings::default() };
     let mut placer = Placer::new(&calibration, &settings).unwrap();

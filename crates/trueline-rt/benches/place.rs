@@ -25,6 +25,7 @@ fn placer() -> Placer {
         covariance: PlacerCalibration::covariance_of(1e-4, 1e-3, 1e-4),
         reading_sigma_m: 2e-5,
         carrier: Carrier::Tool,
+        axes: Vec::new(),
     };
     Placer::new(&calibration, &Settings::default()).unwrap()
 }
