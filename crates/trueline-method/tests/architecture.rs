@@ -57,7 +57,7 @@ const ALLOWED: [(&str, &[&str]); 22] = [
     ),
     ("trueline-rt", &["trueline-geometry", "trueline-model"]),
     ("trueline-rt-c", &["trueline-geometry", "trueline-model", "trueline-rt"]),
-    ("trueline-serve", &["trueline-cell", "trueline-watch"]),
+    ("trueline-serve", &["trueline-cell", "trueline-dataset", "trueline-watch"]),
     (
         "trueline-sensor",
         &[
@@ -104,6 +104,7 @@ const ALLOWED: [(&str, &[&str]); 22] = [
             "trueline-method",
             "trueline-model",
             "trueline-report",
+            "trueline-rt",
             "trueline-vision",
         ],
     ),
