@@ -4,6 +4,7 @@
 
 mod args;
 mod clocks;
+mod cloud_file;
 mod commands;
 mod failure;
 #[cfg(feature = "live")]
@@ -28,6 +29,7 @@ mod planned_scan;
 mod progress;
 #[cfg(feature = "live")]
 mod robot_link;
+mod side_view;
 mod wrong_file;
 
 pub use args::command;
@@ -163,6 +165,8 @@ fn execute(arguments: &Arguments) -> Outcome {
         Command::Watch(args) => commands::watch::run(args),
         #[cfg(feature = "live")]
         Command::History(args) => commands::history::run(args),
+        #[cfg(feature = "serve")]
+        Command::Serve(args) => commands::serve::run(args),
         Command::Reproduce(args) => commands::reproduce::run(args),
         #[cfg(feature = "live")]
         Command::Listen(args) => commands::listen::run(args),
