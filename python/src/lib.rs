@@ -9,9 +9,11 @@ mod live_settings;
 mod named;
 mod options;
 mod pictures;
+mod placer;
 mod profiles;
 mod recording;
 mod rows;
+mod seam_track;
 
 use pyo3::prelude::*;
 use std::ffi::OsString;
@@ -35,6 +37,8 @@ fn _trueline(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<recording::Recording>()?;
     module.add_class::<calibration::Calibration>()?;
     module.add_class::<live::LiveRecording>()?;
+    module.add_class::<placer::Placer>()?;
+    module.add_class::<seam_track::SeamTrack>()?;
     module.add_function(wrap_pyfunction!(main, module)?)?;
     module.add_function(wrap_pyfunction!(pictures::picture_seams, module)?)?;
     module.add_function(wrap_pyfunction!(profiles::profile_seams, module)?)?;

@@ -14,7 +14,7 @@ const ORTHONORMAL_TOLERANCE: f64 = 1e-3;
 pub(crate) const FARTHEST_SEEN_M: f64 = 10.0;
 
 /// No robot reaches farther, also on a gantry, m.
-const FARTHEST_REACHED_M: f64 = 100.0;
+pub(crate) const FARTHEST_REACHED_M: f64 = 100.0;
 
 /// What of a feature is not in its stamp and its point.
 #[derive(Clone, Copy)]

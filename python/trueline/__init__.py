@@ -17,10 +17,12 @@ from .features import Features, features
 from .frames import features_columns, from_frames, robot_columns
 from .live import LiveRecording, LiveState, Recorded, RecordOptions, record
 from .options import Options
+from .placer import Health, Placed, Placer, PlacerSettings
 from .program import diff, evaluate, export, export_forms, plan
 from .recording import Guess, Recording, join, open, simulate
 from .result import Result, load
 from .run import run
+from .seam_track import SeamTrack, SeamTrackSettings, Target
 from .sensor import Camera, CameraLaser, Points, Profiler, Sensor, SensorText
 from .stripes import Stripes
 
@@ -33,10 +35,14 @@ __all__ = [
     "Fact",
     "Features",
     "Guess",
+    "Health",
     "Line",
     "LiveRecording",
     "LiveState",
     "Options",
+    "Placed",
+    "Placer",
+    "PlacerSettings",
     "Plane",
     "Points",
     "Profiler",
@@ -45,10 +51,13 @@ __all__ = [
     "Recording",
     "Residuals",
     "Result",
+    "SeamTrack",
+    "SeamTrackSettings",
     "Sensor",
     "SensorText",
     "Sigma",
     "Stripes",
+    "Target",
     "TruelineError",
     "__version__",
     "calibrate",

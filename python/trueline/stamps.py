@@ -1,6 +1,6 @@
 """Stamps: seconds as numbers, or nanoseconds as integers."""
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -43,6 +43,22 @@ def stamps_ns(times: ArrayLike, name: str = "times") -> NDArray[np.int64]:
             "Are these milliseconds or microseconds?"
         )
     return stamps
+
+
+Stamp: TypeAlias = int | float | np.integer[Any] | np.floating[Any] | np.datetime64 | np.timedelta64
+"""One moment: whole numbers are nanoseconds, others seconds."""
+
+
+def moments_ns(moments: Stamp | ArrayLike, name: str = "stamp") -> NDArray[np.int64]:
+    """Whole nanoseconds of one moment, or of several, of a stream that runs: whole numbers are nanoseconds, others seconds.
+
+    >>> moments_ns(0.0125), moments_ns(12_500_000)
+    (array([12500000]), array([12500000]))
+    """
+    array = np.atleast_1d(unmasked(name, moments))
+    if array.dtype.kind == "i":
+        return np.ascontiguousarray(array, dtype=np.int64)
+    return stamps_ns(array, name)
 
 
 def _whole_ns(array: NDArray[Any], name: str) -> NDArray[np.int64]:

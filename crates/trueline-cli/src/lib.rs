@@ -4,6 +4,7 @@
 
 mod args;
 mod clocks;
+mod cloud_file;
 mod commands;
 mod failure;
 #[cfg(feature = "live")]
@@ -30,11 +31,15 @@ mod planned_scan;
 mod progress;
 #[cfg(feature = "live")]
 mod robot_link;
+<<<<<<< HEAD
 #[cfg(feature = "serve")]
 pub mod serve;
 #[cfg(feature = "live")]
 mod service;
 mod stderr;
+=======
+mod side_view;
+>>>>>>> rt
 mod wrong_file;
 
 pub use args::command;
@@ -170,6 +175,8 @@ fn execute(arguments: &Arguments) -> Outcome {
         Command::Watch(args) => commands::watch::run(args),
         #[cfg(feature = "live")]
         Command::History(args) => commands::history::run(args),
+        #[cfg(feature = "serve")]
+        Command::Serve(args) => commands::serve::run(args),
         Command::Reproduce(args) => commands::reproduce::run(args),
         #[cfg(feature = "live")]
         Command::Listen(args) => commands::listen::run(args),

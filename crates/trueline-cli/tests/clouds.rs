@@ -121,6 +121,29 @@ fn each_form_is_written() {
     assert!(String::from_utf8_lossy(&pcd[..end]).contains("\nPOINTS 22800\n"));
 }
 
+/// A message for each frame, at its exposure, and the same points as in the other forms; and the report has both thicknesses.
+#[test]
+fn viewers_of_recordings_read_it_frame_by_frame_and_the_report_shows_a_patch() {
+    let dir = tempfile::tempdir().unwrap();
+    write_scan(&dir.path().join("scan"));
+    let line = "cloud scan -c scan/truth.toml -o cloud.mcap --frame --report cloud.html -q";
+    let output = trueline(dir.path(), &line.split(' ').collect::<Vec<_>>());
+    assert_eq!((code(&output), words(&output)), (0, String::new()));
+    let cloud = fs::read(dir.path().join("cloud.mcap")).unwrap();
+    let (magic, name) = (b"\x89MCAP0\r\n", b"foxglove.PointCloud");
+    assert!(cloud.starts_with(magic) && cloud.ends_with(magic));
+    assert!(cloud.windows(name.len()).any(|window| window == name));
+    // Five doubles a point: x, y, z, intensity, frame.
+    let least = PROFILES * COLUMNS * 5 * 8;
+    assert!((least..least + 400 * PROFILES).contains(&cloud.len()), "{}", cloud.len());
+    let report = fs::read_to_string(dir.path().join("cloud.html")).unwrap();
+    for wanted in
+        ["0.000 mm apart with the time offset, and 1.789 mm without it", "patch-with", "patch-without"]
+    {
+        assert!(report.contains(wanted), "{wanted}");
+    }
+}
+
 #[test]
 fn seam_points_are_where_apply_puts_them() {
     let dir = tempfile::tempdir().unwrap();

@@ -151,6 +151,38 @@ fn is_served(folder: &Path) {
     program.wait().unwrap();
 }
 
+/// A cell's folder is served under a proxy's prefix until it is interrupted; what is no prefix and no folder is refused.
+#[test]
+#[cfg(feature = "serve")]
+fn the_folder_of_a_cell_is_served() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut program = Command::new(env!("CARGO_BIN_EXE_trueline"))
+        .current_dir(dir.path())
+        .args(["serve", ".", "--serve", "0", "--prefix", "/cells/7"])
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut said = String::new();
+    BufReader::new(program.stderr.take().unwrap()).read_line(&mut said).unwrap();
+    let (address, prefix) =
+        said.split("http://").nth(1).and_then(|rest| rest.split_once('/')).expect("no address");
+    assert!(prefix.starts_with("cells/7/ "), "{said}");
+    let mut stream = TcpStream::connect(address).unwrap();
+    write!(stream, "GET /cells/7/first-scan/ HTTP/1.1\r\nHost: {address}\r\n\r\n").unwrap();
+    let mut reply = String::new();
+    stream.read_to_string(&mut reply).unwrap();
+    assert!(reply.starts_with("HTTP/1.1 200") && reply.contains("trueline calibrate "), "{reply}");
+    program.kill().unwrap();
+    program.wait().unwrap();
+    for (line, told) in
+        [("serve . --prefix cells", "expected a path"), ("serve nothing", "there is no folder `nothing`")]
+    {
+        let output = trueline(dir.path(), &line.split(' ').collect::<Vec<_>>());
+        assert_eq!(output.status.code(), Some(2), "{line}");
+        assert!(words(&output).contains(told), "{line}: {}", words(&output));
+    }
+}
+
 /// Good check scans and some that are 0.3 mm off along the seam, of one cell and its calibration.
 fn bumped_and_good(folder: &Path) {
     let layout = ["--layout", "check-scan", "--quiet", "--production", "14"];

@@ -48,6 +48,7 @@ pub use read::log_reader::{Item, LogReader};
 pub use read::place::{Place, RecordPlace};
 pub use read::survey::{LinkSurvey, Survey, TopicSurvey, survey};
 pub use wire::about::About;
+pub use write::cloud::{CLOUD_TOPIC, CloudFile};
 pub use write::entry::{
     AnswerEntry, COMPLETE, ClockEntry, Entry, FeaturesEntry, FrameEntry, InputsEntry, NoteEntry, NoteLevel,
     PacketEntry, ProfileEntry, RejectedEntry, RobotEntry,

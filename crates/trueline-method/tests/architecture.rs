@@ -57,6 +57,10 @@ const ALLOWED: [(&str, &[&str]); 21] = [
     ),
     ("trueline-rt", &["trueline-geometry", "trueline-model"]),
     ("trueline-rt-c", &["trueline-geometry", "trueline-model", "trueline-rt"]),
+<<<<<<< HEAD
+=======
+    ("trueline-serve", &["trueline-cell", "trueline-dataset", "trueline-watch"]),
+>>>>>>> rt
     (
         "trueline-sensor",
         &[
@@ -103,6 +107,7 @@ const ALLOWED: [(&str, &[&str]); 21] = [
             "trueline-method",
             "trueline-model",
             "trueline-report",
+            "trueline-rt",
             "trueline-vision",
         ],
     ),

@@ -27,6 +27,7 @@ pub mod calibration_page;
 mod camera_report;
 pub mod certificate;
 pub mod checks;
+pub mod cloud_page;
 pub mod comparison;
 pub mod diagnosis;
 pub mod evaluation_page;

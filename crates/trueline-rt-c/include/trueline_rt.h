@@ -14,7 +14,7 @@ extern "C" {
 #endif
 
 /* Changes when a struct or a function does. */
-#define TRUELINE_RT_ABI 1
+#define TRUELINE_RT_ABI 2
 
 typedef int32_t trueline_status;
 #define TRUELINE_OK 0
@@ -33,6 +33,8 @@ typedef int32_t trueline_status;
 #define TRUELINE_ANOTHER_SEAM 13     /* another seam begins with this point; the points before are forgotten */
 #define TRUELINE_NO_SEAM 14          /* there are too few seam points about the place, or it is beyond them */
 #define TRUELINE_PANIC 15            /* a defect of the library; the handle must be freed */
+#define TRUELINE_NO_AXIS 16          /* there is no such external axis */
+#define TRUELINE_NO_AXIS_VALUE 17    /* an external axis has no value at the exposure, or a doubtful one */
 
 /* What the sensor reports. */
 #define TRUELINE_PROFILER 0     /* (x, z), m */
@@ -42,6 +44,13 @@ typedef int32_t trueline_status;
 /* What carries the sensor. */
 #define TRUELINE_ON_TOOL 0
 #define TRUELINE_FIXED 1 /* the robot carries the part: points come out in the frame of the tool */
+
+/* How an external axis moves, and what it moves. */
+#define TRUELINE_ROTARY 0
+#define TRUELINE_LINEAR 1
+#define TRUELINE_CARRIES_PART 0 /* points come out in the frame of the part, as it lies with the axis at zero */
+#define TRUELINE_CARRIES_ROBOT 1
+#define TRUELINE_CARRIES_SENSOR 2
 
 /* What a stream's stamps are. */
 #define TRUELINE_AS_STAMPED 0
@@ -81,7 +90,9 @@ typedef struct {
     int32_t pose_stamps;
     int32_t frame_stamps;
     int32_t readout;
-    uint32_t poses_kept;
+    uint32_t poses_kept; /* and values of each external axis */
+    int32_t axis_stamps;
+    int32_t reserved; /* 0 */
     double readout_step_s;
     double stamp_sigma_s;
     double half_window_s;
@@ -91,6 +102,22 @@ typedef struct {
     double fastest_m_s;
     double fastest_rad_s;
 } trueline_settings;
+
+/* An external axis where the calibration found it. Values are rad or m. */
+typedef struct {
+    int32_t kind;
+    int32_t carries;
+    double direction[3]; /* unit; in base, or in the tool if it carries the sensor */
+    double point_m[3];   /* of a rotary axis */
+    double scale;
+    double time_offset_s; /* the value stamped t was true at t - time_offset_s */
+    int32_t in_pose;      /* whether the robot's poses contain it already, by the numbers that follow */
+    int32_t reserved;     /* 0 */
+    double pose_direction[3];
+    double pose_point_m[3];
+    double pose_scale;
+    double covariance[36]; /* of direction (2, rad) and point (2, m) square to the axis, scale, time offset (s) */
+} trueline_axis;
 
 typedef struct {
     uint64_t placed;
@@ -109,6 +136,16 @@ typedef struct {
     double usual_late_s[2]; /* of poses, of frames */
     uint32_t jumps[2];
 } trueline_health;
+
+typedef struct {
+    int32_t is_settled;
+    int32_t is_stalled;
+    double silent_s; /* NaN before the first value */
+    double period_s;
+    double noise; /* rad or m */
+    uint32_t jumps;
+    uint32_t reserved; /* 0 */
+} trueline_axis_health;
 
 typedef struct {
     double half_window_m;
@@ -141,10 +178,18 @@ const char *trueline_status_text(trueline_status status);
 trueline_status trueline_settings_default(trueline_settings *settings);
 trueline_status trueline_placer_new(const trueline_calibration *calibration, const trueline_settings *settings,
                                     trueline_placer **placer);
+/* The same for a cell with external axes, from the base outward; they are numbered from 0. */
+trueline_status trueline_placer_new_with_axes(const trueline_calibration *calibration, const trueline_axis *axes,
+                                              size_t axis_count, const trueline_settings *settings,
+                                              trueline_placer **placer);
 /* Null is allowed. */
 void trueline_placer_free(trueline_placer *placer);
 trueline_status trueline_placer_push_pose(trueline_placer *placer, int64_t stamp_ns,
                                           const trueline_pose *base_from_tool);
+/* Angle (rad) or way (m) of an external axis. Without values up to the exposure no frame is placed. */
+trueline_status trueline_placer_push_axis(trueline_placer *placer, uint32_t axis, int64_t stamp_ns, double value);
+trueline_status trueline_placer_axis_health(const trueline_placer *placer, uint32_t axis, int64_t now_ns,
+                                            trueline_axis_health *health);
 /* Places count points: 2 numbers each of a profiler or a camera, 3 of TRUELINE_POINTS; writes 3 numbers each to base_points_m and one to
  * sigma_m. Where the frame is refused they are NaN and infinite. placed may be null. */
 trueline_status trueline_placer_place(trueline_placer *placer, int64_t stamp_ns, const double *points, size_t count,

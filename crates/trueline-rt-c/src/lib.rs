@@ -4,11 +4,16 @@
 //! it leads where its type says, is the caller's part and stands in the header.
 #![allow(unsafe_code, reason = "raw pointers are what C has; each use of one proves itself")]
 
+mod axis;
 mod placer;
 mod plain;
 pub mod status;
 mod track;
 
+pub use axis::{
+    AxisHealthPlain, AxisPlain, trueline_placer_axis_health, trueline_placer_new_with_axes,
+    trueline_placer_push_axis,
+};
 pub use placer::{
     trueline_placer_free, trueline_placer_health, trueline_placer_new, trueline_placer_place,
     trueline_placer_push_pose, trueline_rt_abi, trueline_settings_default,

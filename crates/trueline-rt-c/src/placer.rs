@@ -2,15 +2,15 @@
 
 use crate::plain::{CalibrationPlain, HealthPlain, PlacedPlain, PosePlain, SettingsPlain};
 use crate::status::{self, BAD_SETTING, NULL_POINTER, OTHER_SENSOR, Status, guarded};
-use trueline_rt::{Placer, Points, Settings};
+use trueline_rt::{ExternalAxis, Placer, PlacerCalibration, Points, Settings};
 
 /// `TRUELINE_RT_ABI`.
-const ABI: u32 = 1;
+const ABI: u32 = 2;
 
 /// `trueline_placer`: what a handle leads to.
 #[derive(Debug)]
 pub struct PlacerHandle {
-    placer: Placer,
+    pub(crate) placer: Placer,
     sensor: i32,
 }
 
@@ -49,15 +49,25 @@ pub unsafe extern "C" fn trueline_placer_new(
         // through another.
         let (calibration, settings, placer) =
             unsafe { (calibration.as_ref(), settings.as_ref(), placer.as_mut()) };
-        let placer = placer.ok_or(NULL_POINTER)?;
-        *placer = std::ptr::null_mut();
-        let calibration = calibration.ok_or(NULL_POINTER)?;
-        let known = calibration.calibration()?;
-        let settings = settings.ok_or(NULL_POINTER)?.settings()?;
-        let made = Placer::new(&known, &settings).map_err(|_| BAD_SETTING)?;
-        *placer = Box::into_raw(Box::new(PlacerHandle { placer: made, sensor: calibration.sensor }));
-        Ok(())
+        made_of(calibration, || Ok(Vec::new()), settings, placer)
     })
+}
+
+/// Makes a placer of what the pointers lead to.
+pub(crate) fn made_of(
+    calibration: Option<&CalibrationPlain>,
+    axes: impl FnOnce() -> Result<Vec<ExternalAxis>, Status>,
+    settings: Option<&SettingsPlain>,
+    placer: Option<&mut *mut PlacerHandle>,
+) -> Result<(), Status> {
+    let placer = placer.ok_or(NULL_POINTER)?;
+    *placer = std::ptr::null_mut();
+    let calibration = calibration.ok_or(NULL_POINTER)?;
+    let known = PlacerCalibration { axes: axes()?, ..calibration.calibration()? };
+    let settings = settings.ok_or(NULL_POINTER)?.settings()?;
+    let made = Placer::new(&known, &settings).map_err(|_| BAD_SETTING)?;
+    *placer = Box::into_raw(Box::new(PlacerHandle { placer: made, sensor: calibration.sensor }));
+    Ok(())
 }
 
 /// Frees a placer; null is allowed.
@@ -163,7 +173,7 @@ fn is_too_long<T>(count: usize) -> bool {
 ///
 /// # Safety
 /// `first` leads to `count` elements that nobody writes meanwhile, unless it is null.
-unsafe fn parts<'a, T>(first: *const T, count: usize) -> Result<&'a [T], Status> {
+pub(crate) unsafe fn parts<'a, T>(first: *const T, count: usize) -> Result<&'a [T], Status> {
     match () {
         () if count == 0 => Ok(&[]),
         () if first.is_null() || !first.is_aligned() || is_too_long::<T>(count) => Err(NULL_POINTER),

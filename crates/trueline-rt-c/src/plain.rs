@@ -105,6 +105,7 @@ impl CalibrationPlain {
             covariance: LinksCovariance::from_row_slice(&self.covariance),
             reading_sigma_m: self.reading_sigma_m,
             carrier,
+            axes: Vec::new(),
         })
     }
 
@@ -133,8 +134,12 @@ pub struct SettingsPlain {
     pub frame_stamps: i32,
     /// When the points of one frame are exposed.
     pub readout: i32,
-    /// Poses that are remembered.
+    /// Poses, and values of each axis, that are remembered.
     pub poses_kept: u32,
+    /// What the stamps of external axes are.
+    pub axis_stamps: i32,
+    /// 0.
+    pub reserved: i32,
     /// Time from one index, row or column to the next, s.
     pub readout_step_s: f64,
     /// Standard deviation of a frame's time, s.
@@ -167,6 +172,8 @@ impl SettingsPlain {
             frame_stamps: rule(settings.frame_stamps),
             readout,
             poses_kept: u32::try_from(settings.poses_kept).unwrap_or(u32::MAX),
+            axis_stamps: rule(settings.axis_stamps),
+            reserved: 0,
             readout_step_s,
             stamp_sigma_s: settings.stamp_sigma_s,
             half_window_s: settings.half_window_s,
@@ -194,6 +201,7 @@ impl SettingsPlain {
         Ok(Settings {
             pose_stamps: rule(self.pose_stamps)?,
             frame_stamps: rule(self.frame_stamps)?,
+            axis_stamps: rule(self.axis_stamps)?,
             stamp_sigma_s: self.stamp_sigma_s,
             readout,
             half_window_s: self.half_window_s,

@@ -2,7 +2,7 @@
 
 use std::ffi::{CStr, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use trueline_rt::{AheadError, PlaceError, PoseError, SeamPointError};
+use trueline_rt::{AheadError, AxisError, AxisProblem, PlaceError, PoseError, SeamPointError};
 
 /// A status; see the header.
 pub type Status = i32;
@@ -40,7 +40,12 @@ pub const NO_SEAM: Status = 14;
 /// A defect of the library.
 pub const PANIC: Status = 15;
 
-const TEXTS: [&CStr; 16] = [
+/// There is no such external axis.
+pub const NO_AXIS: Status = 16;
+/// An external axis has no value at the exposure.
+pub const NO_AXIS_VALUE: Status = 17;
+
+const TEXTS: [&CStr; 18] = [
     c"ok",
     c"a pointer that is needed is null",
     c"a number of calibration or settings is not finite or out of range",
@@ -57,6 +62,8 @@ const TEXTS: [&CStr; 16] = [
     c"another seam begins here; the points before are forgotten",
     c"too few seam points about the place",
     c"a defect of the library",
+    c"there is no such external axis",
+    c"an external axis has no value at the exposure, or a doubtful one",
 ];
 
 /// A status in words.
@@ -83,6 +90,15 @@ pub(crate) fn of_pose(error: PoseError) -> Status {
     }
 }
 
+pub(crate) fn of_axis(error: AxisError) -> Status {
+    match error {
+        AxisError::NotFinite => NOT_FINITE,
+        AxisError::NoSuchAxis { .. } => NO_AXIS,
+        AxisError::NotLater { .. } => NOT_LATER,
+        AxisError::ClockWentBack { .. } => CLOCK_WENT_BACK,
+    }
+}
+
 pub(crate) fn of_place(error: PlaceError) -> Status {
     match error {
         PlaceError::Unsettled { .. } | PlaceError::FramesUnsettled => UNSETTLED,
@@ -91,6 +107,8 @@ pub(crate) fn of_place(error: PlaceError) -> Status {
         PlaceError::BeforePoses { .. } | PlaceError::InGap { .. } => NO_POSE,
         PlaceError::DoubtfulPoses => DOUBTFUL_POSES,
         PlaceError::PosesEnded { .. } => POSES_ENDED,
+        PlaceError::Axis { problem: AxisProblem::Unsettled { .. }, .. } => UNSETTLED,
+        PlaceError::Axis { .. } => NO_AXIS_VALUE,
         // Buffers are as long as the caller says the points are.
         PlaceError::BufferTooShort { .. } => PANIC,
         PlaceError::OtherSensor => OTHER_SENSOR,

@@ -7,13 +7,14 @@ use std::fmt::Write as _;
 use std::mem::offset_of;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use trueline_geometry::{Pose, se3};
+use trueline_geometry::{Axis, AxisKind, Pose, se3};
 use trueline_rt::{
-    Carrier, LinksCovariance, PlaceError, Placer, PlacerCalibration, Points, SeamTrack, SensorModel,
-    Settings, TrackSettings,
+    AxisCarries, AxisError, Carrier, ExternalAxis, LinksCovariance, PlaceError, Placer, PlacerCalibration,
+    Points, SeamTrack, SensorModel, Settings, TrackSettings,
 };
 use trueline_rt_c::{
-    CalibrationPlain, HealthPlain, PlacedPlain, PosePlain, SettingsPlain, TargetPlain, TrackSettingsPlain,
+    AxisHealthPlain, AxisPlain, CalibrationPlain, HealthPlain, PlacedPlain, PosePlain, SettingsPlain,
+    TargetPlain, TrackSettingsPlain,
 };
 
 /// The library as cargo built it for this test.
@@ -70,6 +71,7 @@ fn the_c_example_gives_the_same_bytes() {
         covariance,
         reading_sigma_m: 2e-5,
         carrier: Carrier::Tool,
+        axes: Vec::new(),
     };
     let mut placer = Placer::new(&calibration, &Settings::default()).unwrap();
     for k in 0..200 {
@@ -87,6 +89,49 @@ fn the_c_example_gives_the_same_bytes() {
     assert!(matches!(ended, Err(PlaceError::PosesEnded { .. })));
     writeln!(wanted, "{}", trueline_rt_c::status::POSES_ENDED).unwrap();
     assert_eq!(run("cc", "-std=c99", &example("place.c")), wanted);
+}
+
+#[test]
+fn the_example_with_a_table_gives_the_same_bytes() {
+    let covariance = ExternalAxis::covariance_of(1e-4, 1e-4, 0.0, 1e-4);
+    let axis = Axis {
+        time_offset_s: 0.012,
+        ..Axis::new(AxisKind::Rotary, Vector3::z_axis(), Vector3::new(0.8, 0.1, 0.0))
+    };
+    let calibration = PlacerCalibration {
+        sensor: SensorModel::Profiler,
+        shape: None,
+        tool_from_camera: Pose::translation(0.05, 0.0, 0.1),
+        time_offset_s: 0.017,
+        covariance: LinksCovariance::zeros(),
+        reading_sigma_m: 2e-5,
+        carrier: Carrier::Tool,
+        axes: vec![ExternalAxis { axis, carries: AxisCarries::Part, in_pose: None, covariance }],
+    };
+    let mut placer = Placer::new(&calibration, &Settings::default()).unwrap();
+    for k in 0..200 {
+        placer.push_pose(4_000_000 * i64::from(k), &Pose::translation(0.8, 0.02, 0.3)).unwrap();
+        placer.push_axis(0, 4_000_000 * i64::from(k), 0.5 * 0.004 * f64::from(k)).unwrap();
+    }
+    let (mut base, mut sigma) = ([[0.0; 3]; 1], [0.0; 1]);
+    let mut wanted = String::new();
+    for k in 0..5 {
+        placer
+            .place((300 + 100 * k) * 1_000_000, Points::Profile(&[[0.001, 0.2]]), &mut base, &mut sigma)
+            .unwrap();
+        bits(base.as_flattened(), &mut wanted);
+        bits(&sigma, &mut wanted);
+    }
+    assert!(matches!(placer.push_axis(1, 0, 0.0), Err(AxisError::NoSuchAxis { .. })));
+    writeln!(wanted, "{}", trueline_rt_c::status::NO_AXIS).unwrap();
+    assert_eq!(run("cc", "-std=c99", &example("table.c")), wanted);
+}
+
+/// The loop checks itself: it ends with 1 where the torch leaves what its ± allows.
+#[test]
+fn the_control_loop_in_cpp_leads_a_torch() {
+    let told = run("c++", "-std=c++11", &example("torch_loop.cpp"));
+    assert!(told.starts_with("led ") && told.contains("worst "), "{told}");
 }
 
 #[test]
@@ -154,6 +199,8 @@ fn structs() -> Vec<Plain> {
             frame_stamps,
             readout,
             poses_kept,
+            axis_stamps,
+            reserved,
             readout_step_s,
             stamp_sigma_s,
             half_window_s,
@@ -162,6 +209,33 @@ fn structs() -> Vec<Plain> {
             angular_acceleration_rad_s2,
             fastest_m_s,
             fastest_rad_s
+        ),
+        fields!(
+            AxisPlain,
+            "trueline_axis",
+            kind,
+            carries,
+            direction,
+            point_m,
+            scale,
+            time_offset_s,
+            in_pose,
+            reserved,
+            pose_direction,
+            pose_point_m,
+            pose_scale,
+            covariance
+        ),
+        fields!(
+            AxisHealthPlain,
+            "trueline_axis_health",
+            is_settled,
+            is_stalled,
+            silent_s,
+            period_s,
+            noise,
+            jumps,
+            reserved
         ),
         fields!(PlacedPlain, "trueline_placed", placed, flagged, exposed_ns, age_s),
         fields!(
@@ -247,6 +321,8 @@ fn the_numbers_of_the_header_are_those_of_the_library() {
         ("ANOTHER_SEAM", status::ANOTHER_SEAM),
         ("NO_SEAM", status::NO_SEAM),
         ("PANIC", status::PANIC),
+        ("NO_AXIS", status::NO_AXIS),
+        ("NO_AXIS_VALUE", status::NO_AXIS_VALUE),
     ] {
         assert_eq!(of(name), number, "{name}");
     }

@@ -6,17 +6,36 @@
     reason = "a bench fails by panicking and prints"
 )]
 
+use nalgebra::Vector3;
 use std::hint::black_box;
 use std::time::Instant;
-use trueline_geometry::Pose;
-use trueline_rt::{Carrier, Placer, PlacerCalibration, Points, SensorModel, Settings};
+use trueline_geometry::{Axis, AxisKind, Pose};
+use trueline_rt::{
+    AxisCarries, Carrier, ExternalAxis, Placer, PlacerCalibration, Points, SensorModel, Settings,
+};
 
 const POINTS: usize = 2048;
 const CALLS: usize = 20_000;
 /// Time between poses, ns.
 const PERIOD_NS: i64 = 4_000_000;
 
-fn placer() -> Placer {
+/// Upper ends of the histogram's bins, µs.
+const BINS_US: [f64; 10] = [2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0, 20.0, 50.0, f64::INFINITY];
+
+/// A table under the part, and a track under the robot.
+fn axes() -> Vec<ExternalAxis> {
+    let covariance = ExternalAxis::covariance_of(1e-4, 1e-4, 0.0, 1e-4);
+    let axis = |kind, carries, direction| {
+        let axis = Axis::new(kind, direction, Vector3::new(0.8, 0.1, 0.0));
+        ExternalAxis { axis, carries, in_pose: None, covariance }
+    };
+    vec![
+        axis(AxisKind::Rotary, AxisCarries::Part, Vector3::z_axis()),
+        axis(AxisKind::Linear, AxisCarries::Robot, Vector3::x_axis()),
+    ]
+}
+
+fn placer(axes: Vec<ExternalAxis>) -> Placer {
     let calibration = PlacerCalibration {
         sensor: SensorModel::Profiler,
         shape: None,
@@ -25,6 +44,7 @@ fn placer() -> Placer {
         covariance: PlacerCalibration::covariance_of(1e-4, 1e-3, 1e-4),
         reading_sigma_m: 2e-5,
         carrier: Carrier::Tool,
+        axes,
     };
     Placer::new(&calibration, &Settings::default()).unwrap()
 }
@@ -36,30 +56,47 @@ fn pose(k: i64) -> Pose {
 }
 
 fn main() {
-    let mut placer = placer();
+    run("a profile", Vec::new());
+    run("a profile, with a table and a track", axes());
+}
+
+fn run(what: &str, axes: Vec<ExternalAxis>) {
+    let axis_count = axes.len();
+    let mut placer = placer(axes);
     let readings: Vec<[f64; 2]> = (0..POINTS).map(|k| [1e-5 * k as f64, 0.2]).collect();
     let (mut base, mut sigmas) = (vec![[0.0; 3]; POINTS], vec![0.0; POINTS]);
-    let mut k = 0;
-    while k < 500 {
+    let hear = |placer: &mut Placer, k: i64| {
         placer.push_pose(k * PERIOD_NS, &pose(k)).unwrap();
-        k += 1;
-    }
+        for axis in 0..axis_count {
+            placer.push_axis(axis, k * PERIOD_NS, 1e-3 * (0.01 * k as f64).sin()).unwrap();
+        }
+    };
+    (0..500).for_each(|k| hear(&mut placer, k));
     let mut times_ns = Vec::with_capacity(CALLS);
-    for _ in 0..CALLS {
-        placer.push_pose(k * PERIOD_NS, &pose(k)).unwrap();
-        k += 1;
-        let stamp_ns = k * PERIOD_NS + PERIOD_NS / 3;
+    for k in (500..).take(CALLS) {
+        hear(&mut placer, k);
+        let stamp_ns = (k + 1) * PERIOD_NS + PERIOD_NS / 3;
         let begun = Instant::now();
         placer.place(stamp_ns, Points::Profile(black_box(&readings)), &mut base, &mut sigmas).unwrap();
         times_ns.push(begun.elapsed().as_nanos());
         black_box((&base, &sigmas));
     }
+    tell(what, &mut times_ns);
+}
+
+fn tell(what: &str, times_ns: &mut [u128]) {
     times_ns.sort_unstable();
     let at_us = |quantile: f64| times_ns[(quantile * (CALLS - 1) as f64) as usize] as f64 * 1e-3;
     println!(
-        "a profile of {POINTS} points: 50 % {:.2} µs, 99 % {:.2} µs, 99.9 % {:.2} µs of {CALLS} calls",
+        "{what} of {POINTS} points: 50 % {:.2} µs, 99 % {:.2} µs, 99.9 % {:.2} µs of {CALLS} calls",
         at_us(0.5),
         at_us(0.99),
         at_us(0.999)
     );
+    let mut from = 0;
+    for bin_us in BINS_US {
+        let to = times_ns.partition_point(|time_ns| *time_ns as f64 * 1e-3 <= bin_us);
+        println!("  up to {bin_us:>4} µs: {:>6}", to - from);
+        from = to;
+    }
 }

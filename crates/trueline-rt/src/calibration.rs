@@ -1,5 +1,6 @@
 //! A calibration as the placer needs it.
 
+use crate::external_axis::{ExternalAxis, MOST_AXES};
 use nalgebra::{Matrix3, SMatrix};
 use trueline_geometry::{Plane, Pose};
 use trueline_model::{Camera, LaserSheet, SheetShape};
@@ -66,6 +67,8 @@ pub struct PlacerCalibration {
     pub reading_sigma_m: f64,
     /// What carries the sensor.
     pub carrier: Carrier,
+    /// The external axes, from the base outward; empty if there are none.
+    pub axes: Vec<ExternalAxis>,
 }
 
 impl PlacerCalibration {
@@ -95,6 +98,7 @@ impl PlacerCalibration {
             ),
             (self.reading_sigma_m.is_finite() && self.reading_sigma_m >= 0.0, "reading_sigma_m"),
             (shape.is_none_or(|shape| are_finite(&shape.h) && are_finite(&shape.origin_m)), "shape"),
+            (self.axes.len() <= MOST_AXES && self.axes.iter().all(ExternalAxis::is_good), "axes"),
         ]
         .into_iter()
         .find_map(|(is_good, name)| (!is_good).then_some(name))

@@ -28,6 +28,70 @@ pub enum PoseError {
     },
 }
 
+/// Why a value of an external axis is not taken. The stream goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum AxisError {
+    /// The value is not finite and in range, or the stamp is further from zero than 95 years.
+    #[error("the value or its stamp is not finite and in range")]
+    NotFinite,
+    /// The calibration has no such axis.
+    #[error("the calibration has {axes} axes, and none of number {axis}")]
+    NoSuchAxis {
+        /// The number asked for, from 0.
+        axis: usize,
+        /// How many there are.
+        axes: usize,
+    },
+    /// The stamp is not later than the last one.
+    #[error("the stamp is {behind_ns} ns behind the last value")]
+    NotLater {
+        /// By how much, ns.
+        behind_ns: i64,
+    },
+    /// The clock went back: the stream begins anew with this value.
+    #[error("the clock of the axis went back by {behind_ns} ns; the values before are forgotten")]
+    ClockWentBack {
+        /// By how much, ns.
+        behind_ns: i64,
+    },
+}
+
+/// Why an external axis has no value at an exposure.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum AxisProblem {
+    /// There are too few values to know the stream.
+    #[error("{values} of {needed} values so far")]
+    Unsettled {
+        /// Values so far.
+        values: usize,
+        /// Values that are needed.
+        needed: usize,
+    },
+    /// The exposure is before the first value that is remembered.
+    #[error("the exposure is {by_s:.4} s before the first value")]
+    BeforeValues {
+        /// By how much, s.
+        by_s: f64,
+    },
+    /// Values around the exposure were lost.
+    #[error("the exposure is in a gap of {gap_s:.4} s between values")]
+    InGap {
+        /// Length of the gap, s.
+        gap_s: f64,
+    },
+    /// The values around the exposure are no motion of an axis, or their times are not certain.
+    #[error("the values around the exposure are doubtful")]
+    Doubtful,
+    /// The values end before the exposure, by more than is predicted.
+    #[error("the exposure is {by_s:.4} s after the last value; at most {limit_s:.4} s are predicted")]
+    ValuesEnded {
+        /// By how much, s.
+        by_s: f64,
+        /// The limit, s.
+        limit_s: f64,
+    },
+}
+
 /// Why a frame is not placed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PlaceError {
@@ -73,6 +137,14 @@ pub enum PlaceError {
         by_s: f64,
         /// The limit, s.
         limit_s: f64,
+    },
+    /// An external axis has no value at the exposure.
+    #[error("external axis {axis}: {problem}")]
+    Axis {
+        /// Its number, from 0.
+        axis: usize,
+        /// Why.
+        problem: AxisProblem,
     },
     /// A buffer is shorter than the points.
     #[error("a buffer of {buffer} is too short for {points} points")]

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! poses ──push_pose──▶ stream: clock, period, noise ──┐
-//!                                                     ├─ pose at stamp − time offset ─▶ points in base ±
+//! axes ───push_axis──▶ a stream for each axis ────────┼─ pose at stamp − time offset ─▶ points in base ±
 //! frames ──place──────▶ clock of the frames ──────────┘
 //! seam points ──push──▶ SeamTrack ──ahead(torch, speed, delay)──▶ target ±
 //! ```
@@ -11,9 +11,12 @@
 //! clock. Nothing is allocated after the constructors, and nothing waits. A frame or a point whose pose is not known is refused or flagged,
 //! each by its reason.
 
+mod axis_stream;
 mod calibration;
+mod chain;
 mod envelope_clock;
 mod error;
+mod external_axis;
 mod frame_clock;
 mod interpolation;
 mod lift;
@@ -33,8 +36,9 @@ mod sweep;
 mod track_settings;
 
 pub use calibration::{Carrier, LinksCovariance, PlacerCalibration, SensorModel};
-pub use error::{BadSetting, PlaceError, PoseError};
-pub use placer::{Health, Placed, Placer};
+pub use error::{AxisError, AxisProblem, BadSetting, PlaceError, PoseError};
+pub use external_axis::{AxisCarries, AxisCovariance, ExternalAxis};
+pub use placer::{AxisHealth, Health, Placed, Placer};
 pub use points::Points;
 pub use seam_track::{SeamTrack, Target};
 pub use settings::{Readout, Settings, StampRule};

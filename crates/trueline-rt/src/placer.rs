@@ -1,7 +1,8 @@
 //! Points in base, while it runs.
 
 use crate::calibration::{Carrier, PlacerCalibration, SensorModel};
-use crate::error::{BadSetting, PlaceError, PoseError};
+use crate::chain::Chain;
+use crate::error::{AxisError, BadSetting, PlaceError, PoseError};
 use crate::frame_clock::{FrameClock, FrameTime};
 use crate::interpolation;
 use crate::lift::Lift;
@@ -22,14 +23,32 @@ pub struct Placed {
     pub flagged: usize,
     /// When the first of its points was exposed, by the robot's clock, ns.
     pub exposed_ns: i64,
-    /// How long before the last pose the last of its points was exposed, s; negative where the pose is predicted.
+    /// How long before the last pose, or the last value of an external axis, the last of its points was exposed, s; negative where one of
+    /// them is predicted.
     pub age_s: f64,
+}
+
+/// The state of the stream of an external axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisHealth {
+    /// Whether its period is known.
+    pub is_settled: bool,
+    /// How long ago the last value was, s; `None` before the first.
+    pub silent_s: Option<f64>,
+    /// Whether that is longer than values are bridged.
+    pub is_stalled: bool,
+    /// Usual time between values, s.
+    pub period_s: f64,
+    /// Noise of a value, rad or m.
+    pub noise: f64,
+    /// How often its clock jumped.
+    pub jumps: u32,
 }
 
 /// The state of both streams.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Health {
-    /// Whether frames can be placed.
+    /// Whether frames can be placed: poses, frames and all external axes are known enough.
     pub is_settled: bool,
     /// How long ago the last pose was, s; `None` before the first.
     pub silent_s: Option<f64>,
@@ -65,6 +84,7 @@ pub struct Health {
 ///     covariance: PlacerCalibration::covariance_of(1e-4, 1e-3, 1e-4),
 ///     reading_sigma_m: 2e-5,
 ///     carrier: Carrier::Tool,
+///     axes: Vec::new(),
 /// };
 /// let mut placer = Placer::new(&calibration, &Settings::default())?;
 /// for k in 0..100 {
@@ -85,6 +105,7 @@ pub struct Placer {
     lift: Lift,
     spread: Spread,
     stream: PoseStream,
+    chain: Chain,
     frames: FrameClock,
     last_arrival_ns: Option<i64>,
 }
@@ -108,6 +129,7 @@ impl Placer {
             lift: Lift::of(calibration),
             spread: Spread::of(calibration, reading_axes),
             stream: PoseStream::new(settings),
+            chain: Chain::new(&calibration.axes, calibration.carrier, settings),
             frames: FrameClock::new(settings.frame_stamps),
             last_arrival_ns: None,
         })
@@ -127,6 +149,17 @@ impl Placer {
             self.last_arrival_ns = Some(stamp_ns);
         }
         taken
+    }
+
+    /// Takes a value of an external axis that has arrived, stamped `stamp_ns`: its angle (rad) or its way (m). `axis` is its number in
+    /// [`PlacerCalibration::axes`].
+    ///
+    /// # Errors
+    /// [`AxisError`]: there is no such axis, the value is not finite, not later than the last one, or by a clock that went back. The stream
+    /// goes on.
+    pub fn push_axis(&mut self, axis: usize, stamp_ns: i64, value: f64) -> Result<(), AxisError> {
+        let axes = self.chain.count();
+        self.chain.stream_mut(axis).ok_or(AxisError::NoSuchAxis { axis, axes })?.push(stamp_ns, value)
     }
 
     /// Places the points of a frame that was stamped `stamp_ns` into `base_points` (m, in base), each with its ± in `sigma_m`: the root
@@ -184,9 +217,31 @@ impl Placer {
     /// Where the camera was at an exposure, s from the origin of the stream.
     fn knot(&self, exposure_s: f64, frame: FrameTime) -> Result<Knot, PlaceError> {
         let located = interpolation::at(&self.stream, &self.settings, exposure_s)?;
-        let base_from_camera = located.base_from_tool * self.tool_from_camera;
         let stamp_sigma_s = frame.sigma_s.hypot(self.settings.stamp_sigma_s);
-        Ok(Knot::new(&base_from_camera, &self.spread.at(&located, stamp_sigma_s), located.age_s))
+        let (located, form) = if self.chain.is_empty() {
+            (located, self.spread.at(&located, stamp_sigma_s))
+        } else {
+            let carried = self.chain.carried(&located, self.stream.origin_ns, exposure_s)?;
+            (carried.located, self.spread.among_axes(&located, &carried, stamp_sigma_s))
+        };
+        Ok(Knot::new(&(located.base_from_tool * self.tool_from_camera), &form, located.age_s))
+    }
+
+    /// The state of the stream of an external axis at a time of its clock, ns; `None` if there is no such axis.
+    #[must_use]
+    pub fn axis_health(&self, axis: usize, now_ns: i64) -> Option<AxisHealth> {
+        let stream = self.chain.stream(axis)?;
+        let last_ns = stream.last_arrival_ns().filter(|_| is_stamp(now_ns));
+        let silent_s = last_ns.map(|last_ns| seconds(now_ns, last_ns));
+        let gap_s = stream.gap_limit_s();
+        Some(AxisHealth {
+            is_settled: stream.is_settled(),
+            silent_s,
+            is_stalled: gap_s > 0.0 && silent_s.is_some_and(|silent_s| silent_s > gap_s),
+            period_s: stream.period_s(),
+            noise: stream.noise(),
+            jumps: stream.clock().map_or(0, |clock| clock.jumps()),
+        })
     }
 
     /// The state of both streams at a time of their clock, ns.
@@ -198,7 +253,9 @@ impl Placer {
         let gap_s = self.stream.gap_limit_s();
         let clocks = [self.stream.clock(), self.frames.clock()];
         Health {
-            is_settled: self.stream.is_settled() && clocks.iter().flatten().all(|clock| clock.is_settled()),
+            is_settled: self.stream.is_settled()
+                && self.chain.is_settled()
+                && clocks.iter().flatten().all(|clock| clock.is_settled()),
             silent_s,
             is_stalled: gap_s > 0.0 && silent_s.is_some_and(|silent_s| silent_s > gap_s),
             pose_period_s: self.stream.period_s(),

@@ -31,6 +31,8 @@ pub struct Settings {
     pub pose_stamps: StampRule,
     /// What the stamps of frames are.
     pub frame_stamps: StampRule,
+    /// What the stamps of external axes are.
+    pub axis_stamps: StampRule,
     /// Standard deviation of a frame's time that nothing else states, s.
     pub stamp_sigma_s: f64,
     /// When the points of one frame were exposed. The stamp is that of the first index, row 0 or column 0.
@@ -39,7 +41,7 @@ pub struct Settings {
     pub half_window_s: f64,
     /// Longest time beyond the last pose for which one is predicted, s.
     pub longest_prediction_s: f64,
-    /// Standard deviation of the acceleration by which the robot may leave its present motion, m/s².
+    /// Standard deviation of the acceleration by which the robot, or an external axis, may leave its present motion, m/s².
     pub acceleration_m_s2: f64,
     /// The same of its rotation, rad/s².
     pub angular_acceleration_rad_s2: f64,
@@ -47,7 +49,7 @@ pub struct Settings {
     pub fastest_m_s: f64,
     /// The same of its rotation, rad/s.
     pub fastest_rad_s: f64,
-    /// Samples of the robot that are remembered.
+    /// Samples of the robot, and of each external axis, that are remembered.
     pub poses_kept: usize,
 }
 
@@ -56,6 +58,7 @@ impl Default for Settings {
         Self {
             pose_stamps: StampRule::AsStamped,
             frame_stamps: StampRule::AsStamped,
+            axis_stamps: StampRule::AsStamped,
             stamp_sigma_s: 0.0,
             readout: Readout::AtOnce,
             half_window_s: trueline_geometry::smooth::HALF_WINDOW_S,

@@ -5,6 +5,7 @@
 //! covariance is p̃ᵀ Q p̃.
 
 use crate::calibration::PlacerCalibration;
+use crate::chain::Carried;
 use crate::located::Located;
 use nalgebra::{Matrix3x4, Matrix4, SMatrix, Vector3};
 use trueline_geometry::so3;
@@ -56,12 +57,7 @@ impl Spread {
 
     /// The form at a place of the robot; `stamp_sigma_s` is what is not known of the frame's time beside the offset.
     pub(crate) fn at(&self, located: &Located, stamp_sigma_s: f64) -> Matrix4<f64> {
-        let into_tool = located.base_from_tool.rotation.inverse();
-        let (velocity, rate) = (into_tool * located.velocity, into_tool * located.angular_velocity);
-        // An exposure that is earlier puts the point back: p_E × ω − v.
-        let mut by_time = -so3::hat(&rate) * self.tool_by_point;
-        let last = by_time.column(3) - velocity;
-        by_time.set_column(3, &last);
+        let by_time = by_time(located, &self.tool_by_point);
         let times = self.time_variance_s2 + stamp_sigma_s.powi(2) + located.sigma_s.powi(2);
         let mixed = by_time.transpose() * self.with_time;
         let mut form = self.constant
@@ -72,4 +68,31 @@ impl Spread {
         form[(3, 3)] += 3.0 * located.sigma_m.powi(2);
         form
     }
+
+    /// The same among external axes, of a robot that was at a place by itself.
+    pub(crate) fn among_axes(&self, robot: &Located, carried: &Carried, stamp_sigma_s: f64) -> Matrix4<f64> {
+        // A frame's own time moves everything; that of the poses moves the robot alone.
+        let whole = Located { sigma_s: 0.0, sigma_rad: 0.0, ..carried.located };
+        let mut form = self.at(&whole, stamp_sigma_s);
+        let behind = carried.tool_from_carrier.to_homogeneous();
+        let mut point = Matrix4::zeros();
+        point.fixed_view_mut::<3, 4>(0, 0).copy_from(&self.tool_by_point);
+        point[(3, 3)] = 1.0;
+        let tool_by_point: Matrix3x4<f64> = (behind * point).fixed_view::<3, 4>(0, 0).into_owned();
+        let by_robot = by_time(robot, &tool_by_point);
+        form += by_robot.transpose() * by_robot * robot.sigma_s.powi(2);
+        form += tool_by_point.transpose() * tool_by_point * (2.0 * robot.sigma_rad.powi(2));
+        form + point.transpose() * carried.by_axes * point
+    }
+}
+
+/// How a point moves with the time of its exposure, in the frame of the tool, m/s by p̃.
+fn by_time(located: &Located, tool_by_point: &Matrix3x4<f64>) -> Matrix3x4<f64> {
+    let into_tool = located.base_from_tool.rotation.inverse();
+    let (velocity, rate) = (into_tool * located.velocity, into_tool * located.angular_velocity);
+    // An exposure that is earlier puts the point back: p_E × ω − v.
+    let mut by_time = -so3::hat(&rate) * tool_by_point;
+    let last = by_time.column(3) - velocity;
+    by_time.set_column(3, &last);
+    by_time
 }

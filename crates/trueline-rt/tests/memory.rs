@@ -8,7 +8,11 @@ use cell::{Event, Path, TIME_OFFSET_S};
 use nalgebra::Vector3;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
-use trueline_rt::{Placer, Points, Readout, SeamTrack, Settings, StampRule, TrackSettings};
+use trueline_geometry::{Axis, AxisKind, Pose};
+use trueline_rt::{
+    AxisCarries, ExternalAxis, Placer, PlacerCalibration, Points, Readout, SeamTrack, Settings, StampRule,
+    TrackSettings,
+};
 
 struct Counting;
 
@@ -79,6 +83,33 @@ fn placing_allocates_nothing() {
         std::hint::black_box(placer.health(0));
         assert_eq!(allocations(), before);
         assert!(placed > 100, "{placed}");
+    }
+}
+
+#[test]
+fn placing_among_axes_allocates_nothing() {
+    let covariance = ExternalAxis::covariance_of(1e-4, 1e-4, 0.0, 1e-4);
+    let axis = Axis::new(AxisKind::Rotary, Vector3::z_axis(), Vector3::new(0.8, 0.1, 0.0));
+    let axis = ExternalAxis { axis, carries: AxisCarries::Part, in_pose: None, covariance };
+    for rule in [StampRule::AsStamped, StampRule::LowerEnvelope] {
+        // Values are forgotten several times.
+        let settings = Settings { axis_stamps: rule, poses_kept: 128, ..Settings::default() };
+        let calibration = PlacerCalibration { axes: vec![axis], ..cell::calibration(0.0) };
+        let (mut base, mut sigmas) = ([[0.0; 3]; 4], [0.0; 4]);
+        let mut placer = Placer::new(&calibration, &settings).unwrap();
+        let before = allocations();
+        let mut placed = 0;
+        for k in 0..1500 {
+            let stamp_ns = 4_000_000 * k;
+            placer.push_pose(stamp_ns, &Pose::translation(1e-4 * k as f64, 0.0, 0.3)).unwrap();
+            placer.push_axis(0, stamp_ns, 1e-3 * k as f64).unwrap();
+            let told =
+                placer.place(stamp_ns - 9_000_000, Points::Profile(&[[0.0, 0.2]; 4]), &mut base, &mut sigmas);
+            placed += usize::from(told.is_ok());
+        }
+        std::hint::black_box((placer.health(0), placer.axis_health(0, 0)));
+        assert_eq!(allocations(), before);
+        assert!(placed > 1400, "{placed}");
     }
 }
 

@@ -5,13 +5,17 @@ mod cell;
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use trueline_geometry::{Pose, se3};
-use trueline_rt::{Placer, Points, Readout, SeamTrack, Settings, StampRule, TrackSettings};
+use trueline_geometry::{Axis, AxisKind, Pose, se3};
+use trueline_rt::{
+    AxisCarries, ExternalAxis, Placer, PlacerCalibration, Points, Readout, SeamTrack, Settings, StampRule,
+    TrackSettings,
+};
 
 #[derive(Clone, Debug)]
 enum Step {
     Pose(i64, [f64; 7]),
     Next(i64),
+    Axis(i64, f64),
     Frame(i64, Vec<[f64; 2]>),
     FrameNow(i64),
 }
@@ -28,15 +32,18 @@ fn step() -> impl Strategy<Value = Step> {
         1 => (any::<i64>(), prop::collection::vec(prop::array::uniform2(number()), 0..5))
             .prop_map(|(stamp, points)| Step::Frame(stamp, points)),
         4 => (-50_000_000..50_000_000_i64).prop_map(Step::FrameNow),
+        20 => (prop_oneof![10 => 0..4_000_000_i64, 1 => any::<i64>()], number())
+            .prop_map(|(after_ns, value)| Step::Axis(after_ns, value)),
     ]
 }
 
 fn settings() -> impl Strategy<Value = Settings> {
     let rule = || prop_oneof![Just(StampRule::AsStamped), Just(StampRule::LowerEnvelope)];
     let readout = prop_oneof![Just(Readout::AtOnce), (-1e-3..1e-3_f64).prop_map(Readout::ByIndex)];
-    (rule(), rule(), readout).prop_map(|(pose_stamps, frame_stamps, readout)| Settings {
+    (rule(), rule(), rule(), readout).prop_map(|(pose_stamps, frame_stamps, axis_stamps, readout)| Settings {
         pose_stamps,
         frame_stamps,
+        axis_stamps,
         readout,
         poses_kept: 64,
         ..Settings::default()
@@ -47,8 +54,17 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
-    fn a_placer_survives_anything(settings in settings(), steps in prop::collection::vec(step(), 0..400)) {
-        let mut placer = Placer::new(&cell::calibration(0.01), &settings).unwrap();
+    fn a_placer_survives_anything(
+        settings in settings(),
+        with_axis in any::<bool>(),
+        steps in prop::collection::vec(step(), 0..400),
+    ) {
+        let axis = Axis::new(AxisKind::Rotary, Vector3::z_axis(), Vector3::new(0.8, 0.1, 0.0));
+        let covariance = ExternalAxis::covariance_of(1e-4, 1e-4, 0.0, 1e-4);
+        let axis = ExternalAxis { axis, carries: AxisCarries::Part, in_pose: None, covariance };
+        let axes = if with_axis { vec![axis] } else { Vec::new() };
+        let calibration = PlacerCalibration { axes, ..cell::calibration(0.01) };
+        let mut placer = Placer::new(&calibration, &settings).unwrap();
         let (mut base, mut sigmas) = ([[0.0; 3]; 8], [0.0; 8]);
         let mut now_ns = 0_i64;
         for step in steps {
@@ -56,6 +72,10 @@ proptest! {
                 Step::Pose(stamp_ns, [x, y, z, qw, qx, qy, qz]) => {
                     let rotation = UnitQuaternion::new_unchecked(Quaternion::new(qw, qx, qy, qz));
                     let _ = placer.push_pose(stamp_ns, &se3::from_parts(rotation, Vector3::new(x, y, z)));
+                    continue;
+                }
+                Step::Axis(after_ns, value) => {
+                    let _ = placer.push_axis(0, now_ns.saturating_add(after_ns), value);
                     continue;
                 }
                 Step::Next(after_ns) => {
@@ -73,7 +93,7 @@ proptest! {
                 prop_assert!(is_placed != is_flagged);
                 prop_assert!(told.is_ok() || is_flagged);
             }
-            std::hint::black_box(placer.health(stamp_ns));
+            std::hint::black_box((placer.health(stamp_ns), placer.axis_health(0, stamp_ns)));
         }
     }
 

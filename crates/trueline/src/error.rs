@@ -17,6 +17,9 @@ pub enum Error {
     #[cfg(feature = "open")]
     #[error(transparent)]
     Open(Box<crate::open::OpenError>),
+    /// A result cannot place points while it runs.
+    #[error(transparent)]
+    RunTime(#[from] crate::run_time_error::RunTimeError),
     /// What is to be used is not observable.
     #[error(transparent)]
     Unobservable(#[from] Unobservable),
@@ -37,6 +40,7 @@ impl Error {
         match self {
             Self::File(error) => error.hint(),
             Self::Method(error) => error.hint().to_owned(),
+            Self::RunTime(error) => error.hint().to_owned(),
             #[cfg(feature = "open")]
             Self::Open(error) => error.hint(),
             Self::Unobservable(_) | Self::Write { .. } => String::new(),

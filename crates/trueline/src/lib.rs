@@ -5,10 +5,14 @@ mod error;
 #[cfg(feature = "open")]
 pub mod open;
 mod recording;
+mod run_time;
+mod run_time_error;
 
 pub use calibration::{Calibration, load};
 pub use error::Error;
 pub use recording::Recording;
+pub use run_time::{PlacerSetup, RunTime};
+pub use run_time_error::RunTimeError;
 /// A cell that is recorded, and estimated meanwhile.
 #[cfg(feature = "live")]
 pub use trueline_cell as live;
@@ -24,3 +28,5 @@ pub use trueline_method::{
     Translation, Use, Warning,
 };
 pub use trueline_model::Camera;
+/// Points in base while it runs: what [`RunTime::placer`] is for.
+pub use trueline_rt as rt;

@@ -9,7 +9,7 @@ pub(crate) const FULL_BUILD: &str = "cargo build --release --bin trueline --feat
 /// A command, the feature that it needs, and whether this build has that.
 type Needs = (&'static str, &'static str, bool);
 
-const NEEDS: [Needs; 8] = [
+const NEEDS: [Needs; 9] = [
     ("watch", "live", cfg!(feature = "live")),
     ("history", "live", cfg!(feature = "live")),
     ("listen", "live", cfg!(feature = "live")),
@@ -18,6 +18,7 @@ const NEEDS: [Needs; 8] = [
     ("robot-sim", "live", cfg!(feature = "live")),
     ("stream-sim", "live", cfg!(feature = "live")),
     ("camera-sim", "gige", cfg!(feature = "gige")),
+    ("serve", "serve", cfg!(feature = "serve")),
 ];
 
 /// The command line with the names of what is left out: with any words behind them they are understood, and then refused.

@@ -47,6 +47,8 @@ mod seam_scan_options;
 mod sensor;
 #[cfg(feature = "live")]
 mod serve;
+#[cfg(feature = "serve")]
+mod serve_cell;
 mod simulate;
 mod simulate_axes;
 mod simulate_boards;
@@ -99,6 +101,8 @@ pub(crate) use scan::{CameraArgs, RecordArgs, ScanArgs};
 pub(crate) use sensor::{IntrinsicsArgs, LaserPlaneArgs, SensorArgs, SensorCommand};
 #[cfg(feature = "live")]
 pub(crate) use serve::ServeArgs;
+#[cfg(feature = "serve")]
+pub(crate) use serve_cell::ServeCellArgs;
 pub(crate) use simulate::SimulateArgs;
 pub(crate) use simulate_path::PathArgs;
 pub(crate) use simulate_production::ProductionArgs;
@@ -250,6 +254,9 @@ pub(crate) enum Command {
     /// What `watch` has seen: control charts and a table
     #[cfg(feature = "live")]
     History(HistoryArgs),
+    /// Show a cell in the browser: the first scan step by step, recordings, watch and history
+    #[cfg(feature = "serve")]
+    Serve(ServeCellArgs),
     /// Repeat the paper's experiments in simulation: tables, CSV and a report
     Reproduce(ReproduceArgs),
     /// Listen to a robot and say who talks, how regularly, and what is wrong

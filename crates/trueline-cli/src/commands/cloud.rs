@@ -1,8 +1,10 @@
 //! `trueline cloud`.
 
 use crate::args::CloudArgs;
+use crate::cloud_file::CloudOut;
 use crate::failure::Failure;
 use crate::measured_frames::{self, MeasuredPoint};
+use crate::side_view::Thinned;
 use crate::{opening, output};
 use std::collections::BTreeMap;
 use std::io;
@@ -14,9 +16,10 @@ use trueline_dataset::whole_file::Unfinished;
 use trueline_dataset::{Guess, KnownCalibration, calibration_file};
 use trueline_method::Config;
 use trueline_method::evaluate::cloud::{CloudNoise, CloudPath};
-use trueline_method::evaluate::thickness::{Patches, Thickness};
+use trueline_method::evaluate::thickness::{Pass, PatchSide, Patches, Thickness};
 use trueline_method::input::skip::Skip;
-use trueline_report::export::cloud::{self, CloudColumns, CloudForm, CloudPoint, CloudSink};
+use trueline_report::cloud_page::{self, CloudView, SideView};
+use trueline_report::export::cloud::{CloudColumns, CloudPoint, CloudSink};
 use trueline_report::export::time_offset;
 
 /// Standard deviation of a profiler's reading that nothing states, m.
@@ -24,9 +27,9 @@ const READING_SIGMA_M: f64 = 20e-6;
 
 /// Runs the command.
 pub(crate) fn run(args: &CloudArgs) -> Result<ExitCode, Failure> {
-    let form = form(&args.out)?;
+    let form = CloudOut::of(&args.out)?;
     let inputs: Vec<&Path> = args.scans.iter().chain([&args.calibration]).map(PathBuf::as_path).collect();
-    output::expect_files(&inputs, &[Some(&args.out)])?;
+    output::expect_files(&inputs, &[Some(&args.out), args.report.as_deref()])?;
     let calibration = calibration_file::read_without_time_offset(&args.calibration)?;
     let noise = args.sigma.then(|| noise(&args.calibration, &calibration)).transpose()?;
     let mut scans = Vec::new();
@@ -42,16 +45,16 @@ pub(crate) fn run(args: &CloudArgs) -> Result<ExitCode, Failure> {
     if let [first, ..] = form.leaves_out(columns)[..] {
         return Err(Failure::new(
             format!("`--{first}`: {} has no place for it", args.out.display()),
-            "write .ply, .pcd or .parquet, or leave the option out",
+            "write .ply, .pcd, .mcap or .parquet, or leave the option out",
         ));
     }
-    let mut cloud = Cloud::new(&calibration, noise, args.thickness);
+    let mut cloud = Cloud::new(&calibration, noise, args.thickness || args.report.is_some());
     let unfinished =
         Unfinished::create(&args.out).map_err(|error| Failure::cannot_write(&args.out, &error))?;
-    cloud::write(unfinished.file(), form, columns, &mut |sink| {
+    form.write(unfinished.file(), columns, &mut |sink| {
         scans.iter().try_for_each(|measured| cloud.place(measured, sink))
     })
-    .map_err(|error| error.told(&args.out))?;
+    .map_err(|error: Unwritten| error.told(&args.out))?;
     if cloud.points == 0 {
         return Err(Failure::new(
             format!("none of {} frames can be placed", cloud.frames),
@@ -59,28 +62,15 @@ pub(crate) fn run(args: &CloudArgs) -> Result<ExitCode, Failure> {
         ));
     }
     unfinished.finish().map_err(|error| Failure::cannot_write(&args.out, &error))?;
+    if let Some(file) = &args.report {
+        let title = format!("Cloud of {}", args.scans[0].display());
+        let view = cloud.view(&scans, &args.out)?;
+        output::file(file, &cloud_page::html(&view, &title, &output::command_line()))?;
+    }
     if !args.quiet {
         cloud.tell(&calibration);
     }
     Ok(ExitCode::from(u8::from(!is_trusted)))
-}
-
-/// The form of a file's name; known before the work is done.
-fn form(out: &Path) -> Result<CloudForm, Failure> {
-    let endings = CloudForm::ALL.map(|(_, ending)| format!(".{ending}")).join(", ");
-    let form = CloudForm::of(out).ok_or_else(|| {
-        Failure::new(
-            format!("`--out {}`: expected a file that ends in one of {endings}", out.display()),
-            "for example --out cloud.ply",
-        )
-    })?;
-    if form.is_built_in() {
-        return Ok(form);
-    }
-    Err(Failure::new(
-        format!("`--out {}`: this program was built without that format", out.display()),
-        format!("write .ply or .pcd; {}", crate::args::left_out::how_to_build()),
-    ))
 }
 
 fn noise(file: &Path, calibration: &KnownCalibration) -> Result<CloudNoise, Failure> {
@@ -184,6 +174,58 @@ impl Cloud {
             }
             self.points += placed.len();
             sink.take(&placed)?;
+        }
+        Ok(())
+    }
+
+    /// What the report shows: the scans are gone through once more, for the points of one patch.
+    fn view(&self, scans: &[Measurements], out: &Path) -> Result<CloudView, Failure> {
+        let patches = self.patches.as_ref();
+        let sides = patches.and_then(|[with, without]| {
+            let side = with.typical()?;
+            // Without the offset the same patch lies elsewhere, or nowhere.
+            Some([side, without.typical().unwrap_or(side)])
+        });
+        let mut views = None;
+        if let (Some(sides), Some(patches)) = (sides, patches) {
+            let mut points: [[Thinned; 2]; 2] = Default::default();
+            for measured in scans {
+                self.look(measured, &sides, &mut patches[0].clone(), &mut points)?;
+            }
+            views = Some(points.map(|passes| -> SideView { passes.map(Thinned::into_points) }));
+        }
+        Ok(CloudView {
+            points: self.points,
+            frames: self.frames,
+            file: out.display().to_string(),
+            time_offset_s: self.known.time_offset_s,
+            thickness: patches.map_or([None; 2], |patches| patches.each_ref().map(Patches::thickness)),
+            views,
+        })
+    }
+
+    fn look(
+        &self,
+        measured: &Measurements,
+        sides: &[PatchSide; 2],
+        passes: &mut Patches,
+        points: &mut [[Thinned; 2]; 2],
+    ) -> Result<(), Failure> {
+        let path = CloudPath::of(&measured.recording, &self.known, &Config::default())?;
+        let late = path.by(&Guess { time_offset_s: 0.0, ..self.known });
+        for frame in measured_frames::of(measured) {
+            let (Ok(with), Ok(without)) = (path.at(frame.stamp_ns), late.at(frame.stamp_ns)) else {
+                continue;
+            };
+            let Some(pass) = passes.pass(&with.velocity) else { continue };
+            let pass = usize::from(pass == Pass::Back);
+            for MeasuredPoint { measured, .. } in frame.points {
+                let Ok(in_camera) = path.point_in_camera(measured) else { continue };
+                for ((placement, side), points) in [&with, &without].into_iter().zip(sides).zip(&mut *points)
+                {
+                    points[pass].add(side.of(&placement.point_in_base(&in_camera)));
+                }
+            }
         }
         Ok(())
     }

@@ -36,6 +36,8 @@ pub(crate) mod sensor_intrinsics;
 pub(crate) mod sensor_laser_plane;
 pub(crate) mod sensor_plane_pictures;
 pub(crate) mod sensor_plane_plate;
+#[cfg(feature = "serve")]
+pub(crate) mod serve;
 pub(crate) mod simulate;
 pub(crate) mod simulate_boards;
 pub(crate) mod simulate_curve;

@@ -1,5 +1,6 @@
 //! Pages as text: everything that was not written here is escaped on its way in.
 
+use crate::http::{Media, Reply};
 use std::fmt::Write;
 
 /// Path of the style sheet.
@@ -28,14 +29,29 @@ pub fn escape(text: &str) -> String {
     out
 }
 
+/// The reply to a path of the style sheet or the script.
+pub(crate) fn asset(path: &str) -> Option<Reply> {
+    match path {
+        STYLE_PATH => Some(Reply::text(Media::Css, STYLE)),
+        SCRIPT_PATH => Some(Reply::text(Media::Script, SCRIPT)),
+        _ => None,
+    }
+}
+
 /// A whole page; `blocks` is markup. It is asked for again every so many milliseconds.
 #[must_use]
 pub fn page(title: &str, every_ms: u32, blocks: &str) -> String {
-    let (title, version) = (escape(title), env!("CARGO_PKG_VERSION"));
+    page_under("", title, every_ms, blocks)
+}
+
+/// The same under a prefix, which style sheet and script have as well.
+#[must_use]
+pub fn page_under(prefix: &str, title: &str, every_ms: u32, blocks: &str) -> String {
+    let (prefix, title, version) = (escape(prefix), escape(title), env!("CARGO_PKG_VERSION"));
     format!(
         "<!doctype html>\n<html lang=\"en\" data-every=\"{every_ms}\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>{title}</title>\
-        <link rel=\"stylesheet\" href=\"{STYLE_PATH}\"><script src=\"{SCRIPT_PATH}\" defer></script></head>\
+        <link rel=\"stylesheet\" href=\"{prefix}{STYLE_PATH}\"><script src=\"{prefix}{SCRIPT_PATH}\" defer></script></head>\
          <body><p class=\"silence\" role=\"alert\">No answer: what stands here is old.</p>\
          <header><h1>{title}</h1></header><main>{blocks}</main>\
          <footer>trueline {version} · read-only</footer></body></html>\n"

@@ -1,9 +1,9 @@
-//! Live pages over HTTP: a production that is watched, a scan that is being recorded.
+//! Live pages over HTTP: a production that is watched, a scan that is being recorded, a cell's folder with its first scan step by step.
 //!
 //! ```text
-//! state files ─▶ WatchSite ─┐
-//!                           ├─▶ LiveServer ─▶ browsers, Prometheus
-//! robot, camera ─▶ CellSite ┘
+//! state files ─▶ WatchSite ─────┐
+//! robot, camera ─▶ CellSite ────┼─▶ LiveServer ─▶ browsers, Prometheus
+//! cell's folder ─▶ FolderSite ──┘
 //! ```
 //!
 //! Read-only: a site is a function from a path to a reply, and nothing that a client sends is kept. A page is whole without a
@@ -38,11 +38,13 @@
 //! ```
 
 pub mod cell;
+pub mod folder;
 pub mod html;
 pub mod http;
 pub mod trend;
 pub mod watch;
 
 pub use cell::CellSite;
-pub use http::{Limits, LiveServer, ServeError, Site};
+pub use folder::FolderSite;
+pub use http::{Limits, LiveServer, Prefix, ServeError, Site};
 pub use watch::WatchSite;

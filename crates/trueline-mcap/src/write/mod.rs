@@ -1,5 +1,6 @@
 //! What happens → a file, while it happens.
 
+pub(crate) mod cloud;
 pub(crate) mod entry;
 mod entry_queue;
 pub mod log_writer;

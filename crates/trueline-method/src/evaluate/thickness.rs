@@ -65,6 +65,39 @@ pub struct Patches {
     forth: Option<Vector3<f64>>,
 }
 
+/// A patch to look at from the side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PatchSide {
+    middle: Vector3<f64>,
+    normal: Vector3<f64>,
+    along: Vector3<f64>,
+}
+
+/// Half the length of patch that is looked at, m.
+const HALF_LENGTH_M: f64 = 0.01;
+/// Half its width, m: little, so that a patch that leans aside is no thicker.
+const HALF_WIDTH_M: f64 = 0.0005;
+
+impl PatchSide {
+    /// How far along the scan and how far square to the patch a point in base lies, m; `None` of a point that is not on it.
+    #[must_use]
+    pub fn of(&self, point: &Vector3<f64>) -> Option<[f64; 2]> {
+        let off = point - self.middle;
+        let (along, square) = (off.dot(&self.along), off.dot(&self.normal));
+        let aside = off.dot(&self.normal.cross(&self.along));
+        let is_on_it =
+            along.abs() <= HALF_LENGTH_M && aside.abs() <= HALF_WIDTH_M && square.abs() <= HALF_LENGTH_M;
+        is_on_it.then_some([along, square])
+    }
+}
+
+/// What one flat patch shows.
+struct Flat {
+    side: PatchSide,
+    thickness_m: f64,
+    apart_m: f64,
+}
+
 /// What the patches show.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thickness {
@@ -99,25 +132,47 @@ impl Patches {
         sums[usize::from(pass == Pass::Back)].add(&(point - middle));
     }
 
-    /// What the patches show; `None` where no flat patch has points of both passes.
-    #[must_use]
-    pub fn thickness(&self) -> Option<Thickness> {
-        let both = self.cubes.values().filter(|[forth, back]| forth.count >= FEWEST && back.count >= FEWEST);
-        let flat = both.filter_map(|[forth, back]| {
+    /// All patches that are flat and have points of both passes.
+    fn flat(&self) -> impl Iterator<Item = Flat> + '_ {
+        let both =
+            self.cubes.iter().filter(|(_, [forth, back])| forth.count >= FEWEST && back.count >= FEWEST);
+        both.filter_map(|(cube, [forth, back])| {
+            let forth_along = self.forth?;
             // Passes that lie apart are two planes: the direction is that of each.
             let count = forth.count + back.count;
             let within = (forth.covariance() * forth.count + back.covariance() * back.count) / count;
             let axes = SymmetricEigen::new(within);
             let mut order = [0, 1, 2];
             order.sort_by(|a, b| axes.eigenvalues[*a].total_cmp(&axes.eigenvalues[*b]));
-            let [square, along] = [0, 1].map(|k| axes.eigenvalues[order[k]].max(0.0));
-            let normal = axes.eigenvectors.column(order[0]).into_owned();
-            let apart = normal.dot(&(forth.mean() - back.mean())).abs();
+            let [square, wide] = [0, 1].map(|k| axes.eigenvalues[order[k]].max(0.0));
+            let normal: Vector3<f64> = axes.eigenvectors.column(order[0]).into_owned();
+            let off = forth.mean() - back.mean();
             let of_all = normal.dot(&(forth.and(back).covariance() * normal)).max(0.0);
-            let is_flat = along > (FLAT * FLAT * square).max(LEAST_SPREAD_M * LEAST_SPREAD_M);
-            is_flat.then(|| (of_all.sqrt(), apart))
-        });
-        let (mut thick, mut apart): (Vec<f64>, Vec<f64>) = flat.unzip();
+            let is_flat = wide > (FLAT * FLAT * square).max(LEAST_SPREAD_M * LEAST_SPREAD_M);
+            let in_patch = (forth_along - normal * normal.dot(&forth_along)).try_normalize(1e-6);
+            let along = in_patch.unwrap_or_else(|| axes.eigenvectors.column(order[2]).into_owned());
+            let middle = Vector3::from(cube.map(|place| (place as f64 + 0.5) * PATCH_M));
+            is_flat.then(|| Flat {
+                side: PatchSide { middle: middle + forth.and(back).mean(), normal, along },
+                thickness_m: of_all.sqrt(),
+                apart_m: normal.dot(&off).abs(),
+            })
+        })
+    }
+
+    /// The flat patch on which the passes are as far apart as on most; `None` where there is none.
+    #[must_use]
+    pub fn typical(&self) -> Option<PatchSide> {
+        let mut flat: Vec<Flat> = self.flat().collect();
+        flat.sort_by(|a, b| a.apart_m.total_cmp(&b.apart_m));
+        Some(flat.get(flat.len() / 2)?.side)
+    }
+
+    /// What the patches show; `None` where no flat patch has points of both passes.
+    #[must_use]
+    pub fn thickness(&self) -> Option<Thickness> {
+        let (mut thick, mut apart): (Vec<f64>, Vec<f64>) =
+            self.flat().map(|flat| (flat.thickness_m, flat.apart_m)).unzip();
         if thick.is_empty() {
             return None;
         }
@@ -153,6 +208,22 @@ mod tests {
         assert!(seen.patches > 10);
         assert!((seen.apart_m / square_m - 1.0).abs() < 0.05, "{}", seen.apart_m);
         assert!((seen.thickness_m / (0.5 * square_m) - 1.0).abs() < 0.05, "{}", seen.thickness_m);
+        // From the side the passes are half of that to either side of the patch.
+        let side = patches.typical().unwrap();
+        let mut on_it = 0;
+        for k in 0..200 {
+            let x = 0.0002 * f64::from(k);
+            for column in 0..100 {
+                if let Some([_, off_m]) =
+                    side.of(&Vector3::new(x + 0.0001, 0.0003 * f64::from(column), 0.5 * x))
+                {
+                    // Where a cube cuts one of the passes, its middle is off by a few percent.
+                    assert!((off_m.abs() / (0.5 * square_m) - 1.0).abs() < 0.15, "{off_m}");
+                    on_it += 1;
+                }
+            }
+        }
+        assert!(on_it > 20, "{on_it}");
     }
 
     #[test]
@@ -164,5 +235,6 @@ mod tests {
         }
         assert!(patches.pass(&Vector3::y()).is_none() && patches.pass(&Vector3::zeros()).is_none());
         assert_eq!(patches.thickness(), None);
+        assert_eq!(patches.typical(), None);
     }
 }

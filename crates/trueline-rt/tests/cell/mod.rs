@@ -89,6 +89,7 @@ pub(crate) fn calibration(time_offset_s: f64) -> PlacerCalibration {
         covariance: PlacerCalibration::covariance_of(1e-9, 1e-9, 1e-9),
         reading_sigma_m: RANGE_NOISE_M,
         carrier: Carrier::Tool,
+        axes: Vec::new(),
     }
 }
 

@@ -2,8 +2,13 @@
 
 use super::shown::{PICTURE_PATH, Shown};
 use super::{page, picture};
+<<<<<<< HEAD:crates/trueline-cli/src/serve/cell/site.rs
 use crate::serve::html::{self, SCRIPT, SCRIPT_PATH, STYLE, STYLE_PATH};
 use crate::serve::http::{Media, Reply, Site};
+=======
+use crate::html::{self, SCRIPT_PATH, STYLE_PATH};
+use crate::http::{Media, Reply, Site};
+>>>>>>> rt:crates/trueline-serve/src/cell/site.rs
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 use trueline_cell::{CellState, LivePicture, Progress, RobotBrief};
@@ -54,9 +59,10 @@ impl Site for CellSite {
 
     fn reply(&self, path: &str) -> Result<Reply, String> {
         let looked = || self.picture.as_ref().and_then(|picture| picture.look());
+        if let Some(asset) = html::asset(path) {
+            return Ok(asset);
+        }
         match path {
-            STYLE_PATH => Ok(Reply::text(Media::Css, STYLE)),
-            SCRIPT_PATH => Ok(Reply::text(Media::Script, SCRIPT)),
             PICTURE_PATH => {
                 let picture = looked().ok_or("there is no picture yet")?;
                 let body = picture::png(&picture).map_err(|error| error.to_string())?;

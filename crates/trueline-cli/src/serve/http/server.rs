@@ -5,6 +5,7 @@
 
 use super::guard::HostNames;
 use super::headers::forbid;
+use super::prefix::Prefix;
 use super::reply::{Reply, Site};
 use super::serve_error::ServeError;
 use axum::Router;
@@ -70,6 +71,21 @@ impl LiveServer {
         limits: Limits,
         site: Arc<dyn Site>,
     ) -> Result<Self, ServeError> {
+        Self::start_under(&Prefix::default(), address, names, limits, site)
+    }
+
+    /// The same behind a proxy that shows the site under a prefix, whether it takes the prefix off or leaves it: paths are answered with it
+    /// and without it.
+    ///
+    /// # Errors
+    /// As [`LiveServer::start`].
+    pub fn start_under(
+        prefix: &Prefix,
+        address: SocketAddr,
+        names: &[String],
+        limits: Limits,
+        site: Arc<dyn Site>,
+    ) -> Result<Self, ServeError> {
         let names = HostNames::new(names).map_err(ServeError::HostName)?;
         let failed = |source| ServeError::Address { address, source };
         let listener = TcpListener::bind(address).map_err(failed)?;
@@ -80,7 +96,7 @@ impl LiveServer {
             .max_blocking_threads(ANSWERERS)
             .build()
             .map_err(ServeError::Start)?;
-        let router = router(site, Arc::new(names));
+        let router = router(Arc::new(Served { site, prefix: prefix.clone() }), Arc::new(names));
         let (stop, stopped) = oneshot::channel();
         let serve = move || {
             runtime.block_on(async {
@@ -115,9 +131,19 @@ impl Drop for LiveServer {
     }
 }
 
-fn router(site: Arc<dyn Site>, names: Arc<HostNames>) -> Router {
-    let routed = site.paths().iter().fold(Router::new(), |router, path| router.route(path, get(answer)));
-    routed.with_state(site).layer(middleware::from_fn_with_state(names, guarded))
+/// A site, and the prefix that its paths may have.
+struct Served {
+    site: Arc<dyn Site>,
+    prefix: Prefix,
+}
+
+fn router(served: Arc<Served>, names: Arc<HostNames>) -> Router {
+    let plain = served.site.paths().iter().map(|path| (*path).to_owned());
+    let prefix = served.prefix.text();
+    let prefixed = served.site.paths().iter().map(|path| format!("{prefix}{path}"));
+    let all = plain.chain(prefixed.filter(|_| !prefix.is_empty()));
+    let routed = all.fold(Router::new(), |router, path| router.route(&path, get(answer)));
+    routed.with_state(served).layer(middleware::from_fn_with_state(names, guarded))
 }
 
 /// Refuses requests that name another host, and adds what every reply forbids.
@@ -133,9 +159,9 @@ async fn guarded(State(names): State<Arc<HostNames>>, request: Request, next: Ne
     response
 }
 
-async fn answer(State(site): State<Arc<dyn Site>>, request: Request) -> Response {
-    let path = request.uri().path().to_owned();
-    match tokio::task::spawn_blocking(move || site.reply(&path)).await {
+async fn answer(State(served): State<Arc<Served>>, request: Request) -> Response {
+    let path = served.prefix.taken_off(request.uri().path()).to_owned();
+    match tokio::task::spawn_blocking(move || served.site.reply(&path)).await {
         Ok(Ok(Reply { media, body })) => {
             ([(header::CONTENT_TYPE, media.content_type())], body).into_response()
         }

@@ -2,8 +2,13 @@
 
 use super::view::CellView;
 use super::{metrics, page};
+<<<<<<< HEAD:crates/trueline-cli/src/serve/watch/site.rs
 use crate::serve::html::{self, SCRIPT, SCRIPT_PATH, STYLE, STYLE_PATH};
 use crate::serve::http::{Media, Reply, Site};
+=======
+use crate::html::{self, SCRIPT_PATH, STYLE_PATH};
+use crate::http::{Media, Reply, Site};
+>>>>>>> rt:crates/trueline-serve/src/watch/site.rs
 use std::path::PathBuf;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -23,6 +28,12 @@ impl WatchSite {
         Self { states }
     }
 
+    /// The blocks of all cells as they are now.
+    pub(crate) fn blocks(&self) -> String {
+        let now_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs().cast_signed());
+        page::blocks(&self.cells(), now_s)
+    }
+
     fn cells(&self) -> Vec<(String, Result<CellView, String>)> {
         let read = |state: &PathBuf| {
             let name = state.file_stem().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
@@ -38,19 +49,15 @@ impl Site for WatchSite {
     }
 
     fn reply(&self, path: &str) -> Result<Reply, String> {
+        if let Some(asset) = html::asset(path) {
+            return Ok(asset);
+        }
         match path {
-            STYLE_PATH => Ok(Reply::text(Media::Css, STYLE)),
-            SCRIPT_PATH => Ok(Reply::text(Media::Script, SCRIPT)),
             "/metrics" => {
                 let cells = self.cells().into_iter().map(|(_, cell)| cell).collect::<Result<Vec<_>, _>>()?;
                 metrics::text(&cells).map(|text| Reply::text(Media::Metrics, text)).map_err(|e| e.to_string())
             }
-            _ => {
-                let now_s =
-                    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs().cast_signed());
-                let blocks = page::blocks(&self.cells(), now_s);
-                Ok(Reply::text(Media::Html, html::page("trueline watch", EVERY_MS, &blocks)))
-            }
+            _ => Ok(Reply::text(Media::Html, html::page("trueline watch", EVERY_MS, &self.blocks()))),
         }
     }
 }

@@ -1,0 +1,10 @@
+//! A cell's folder as pages under one address: a guided first scan, what was recorded, what is watched, and its history.
+
+mod contents;
+mod first_scan;
+mod history;
+mod recordings;
+mod site;
+mod step;
+
+pub use site::FolderSite;
