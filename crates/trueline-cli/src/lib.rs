@@ -31,15 +31,12 @@ mod planned_scan;
 mod progress;
 #[cfg(feature = "live")]
 mod robot_link;
-<<<<<<< HEAD
 #[cfg(feature = "serve")]
 pub mod serve;
 #[cfg(feature = "live")]
 mod service;
-mod stderr;
-=======
 mod side_view;
->>>>>>> rt
+mod stderr;
 mod wrong_file;
 
 pub use args::command;

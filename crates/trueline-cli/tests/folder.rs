@@ -7,7 +7,7 @@ use std::net::{SocketAddr, TcpStream};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime};
-use trueline_serve::{FolderSite, Limits, LiveServer, Prefix, Site};
+use trueline_cli::serve::{FolderSite, Limits, LiveServer, Prefix, Site};
 
 fn text(site: &FolderSite, path: &str) -> String {
     String::from_utf8(site.reply(path).unwrap().body).unwrap()

@@ -57,10 +57,6 @@ const ALLOWED: [(&str, &[&str]); 21] = [
     ),
     ("trueline-rt", &["trueline-geometry", "trueline-model"]),
     ("trueline-rt-c", &["trueline-geometry", "trueline-model", "trueline-rt"]),
-<<<<<<< HEAD
-=======
-    ("trueline-serve", &["trueline-cell", "trueline-dataset", "trueline-watch"]),
->>>>>>> rt
     (
         "trueline-sensor",
         &[

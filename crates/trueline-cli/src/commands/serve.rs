@@ -2,12 +2,12 @@
 
 use crate::args::ServeCellArgs;
 use crate::failure::Failure;
+use crate::serve::{FolderSite, Limits, LiveServer, Prefix};
 use crate::{interrupt, output};
 use std::net::{Ipv4Addr, SocketAddr};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
-use trueline_serve::{FolderSite, Limits, LiveServer, Prefix};
 
 /// The port where none is named.
 const PORT: u16 = 8080;

@@ -1,6 +1,6 @@
 //! Pages as text: everything that was not written here is escaped on its way in.
 
-use crate::http::{Media, Reply};
+use crate::serve::http::{Media, Reply};
 use std::fmt::Write;
 
 /// Path of the style sheet.

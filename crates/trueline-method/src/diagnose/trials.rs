@@ -138,7 +138,7 @@ impl<W: FnMut(Step<'_>)> Trials<'_, W> {
             }
             self.steps.begin(&name, CALIBRATION_COSTS);
             let Some(mended) = mend.of(self.few) else { continue };
-            let outcome = Outcome::of(&calibrate(&mended, None, self.config));
+            let outcome = Outcome::of(&estimate(&mended, None, self.config));
             self.done.push(Trial { name, says, mend: Mend::Axis(mend), outcome, is_screened: false });
         }
     }

@@ -2,13 +2,8 @@
 
 use super::shown::{PICTURE_PATH, Shown};
 use super::{page, picture};
-<<<<<<< HEAD:crates/trueline-cli/src/serve/cell/site.rs
-use crate::serve::html::{self, SCRIPT, SCRIPT_PATH, STYLE, STYLE_PATH};
+use crate::serve::html::{self, SCRIPT_PATH, STYLE_PATH};
 use crate::serve::http::{Media, Reply, Site};
-=======
-use crate::html::{self, SCRIPT_PATH, STYLE_PATH};
-use crate::http::{Media, Reply, Site};
->>>>>>> rt:crates/trueline-serve/src/cell/site.rs
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 use trueline_cell::{CellState, LivePicture, Progress, RobotBrief};

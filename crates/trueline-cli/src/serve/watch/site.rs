@@ -2,13 +2,8 @@
 
 use super::view::CellView;
 use super::{metrics, page};
-<<<<<<< HEAD:crates/trueline-cli/src/serve/watch/site.rs
-use crate::serve::html::{self, SCRIPT, SCRIPT_PATH, STYLE, STYLE_PATH};
+use crate::serve::html::{self, SCRIPT_PATH, STYLE_PATH};
 use crate::serve::http::{Media, Reply, Site};
-=======
-use crate::html::{self, SCRIPT_PATH, STYLE_PATH};
-use crate::http::{Media, Reply, Site};
->>>>>>> rt:crates/trueline-serve/src/watch/site.rs
 use std::path::PathBuf;
 use std::time::{SystemTime, UNIX_EPOCH};
 

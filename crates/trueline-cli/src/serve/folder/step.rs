@@ -1,6 +1,6 @@
 //! A step of the first scan: what to do, its command line, and whether it was done.
 
-use crate::html::{card, escape};
+use crate::serve::html::{card, escape};
 use std::path::Path;
 
 /// Whether a step was done, as its files say.

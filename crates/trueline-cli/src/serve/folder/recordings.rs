@@ -1,7 +1,7 @@
 //! What was recorded, the newest first.
 
 use super::contents::{Contents, RecordingFile};
-use crate::html::{block, escape};
+use crate::serve::html::{block, escape};
 use std::time::Duration;
 
 /// Bytes in a megabyte.

@@ -1,7 +1,7 @@
 //! The last welds of every cell that is watched, a row a weld.
 
-use crate::html::{block, escape};
-use crate::watch::CellView;
+use crate::serve::html::{block, escape};
+use crate::serve::watch::CellView;
 use std::path::PathBuf;
 use trueline_watch::State;
 use trueline_watch::store::HistoryRow;

@@ -3,7 +3,7 @@
 
 use super::contents::{Answer, Contents};
 use super::step::{Progress, Step, quoted};
-use crate::html::{block, escape, facts, list};
+use crate::serve::html::{block, escape, facts, list};
 use std::path::Path;
 use trueline_dataset::result_file::{ResultFile, Status};
 

@@ -2,9 +2,9 @@
 
 use super::contents::Contents;
 use super::{first_scan, history, recordings};
-use crate::html::{self, SCRIPT_PATH, STYLE_PATH, block};
-use crate::http::{Media, Reply, Site};
-use crate::watch::WatchSite;
+use crate::serve::html::{self, SCRIPT_PATH, STYLE_PATH, block};
+use crate::serve::http::{Media, Reply, Site};
+use crate::serve::watch::WatchSite;
 use std::path::PathBuf;
 
 /// Between looks at a page, ms.
