@@ -197,6 +197,6 @@ fn files_of_axes_are_refused_with_file_and_line() {
     for option in [&["--target", "curve"][..], &["--use", "stripe"], &["--residual", "point-to-line"]] {
         let output = trueline(folder, &[&["calibrate", "good"][..], option].concat());
         assert_eq!(code(&output), 2, "{option:?}: {}", words(&output));
-        assert!(words(&output).contains("external axes are not calibrated"), "{}", words(&output));
+        assert!(words(&output).contains("external axes cannot be calibrated"), "{}", words(&output));
     }
 }

@@ -56,7 +56,7 @@ fn a_standing_robot_is_offered_stops_and_gets_no_time_offset() {
         let said = words(&output);
         assert_eq!(output.status.code(), Some(code), "{said}");
         assert!(!said.contains("true exposure") && !said.contains(" ms  (images"), "{said}");
-        assert_eq!(said.contains("run again with --at-stops"), code == 1, "{said}");
+        assert_eq!(said.contains("Use --at-stops"), code == 1, "{said}");
         let result = json(&dir.path().join("result.json"));
         assert!(result["time_offset_s"].is_null() && result["time_offset_use"].is_null());
         assert!(result["sigma"]["time_offset_s"].is_null());

@@ -85,13 +85,13 @@ pub(crate) fn answered(
 /// What of the options a curve does not know; `None` where it knows all.
 fn unsupported(config: &Config, line: &Calibration) -> Option<&'static str> {
     if config.residual == ResidualKind::PointToLine {
-        Some("the point-to-line residual knows straight lines only")
+        Some("the point-to-line residual supports straight lines only")
     } else if config.at_stops || line.findings.stops.is_some() {
         Some(AT_STOPS)
     } else if !config.hold.is_empty() || !config.drawn_lines.is_empty() {
-        Some("something is held that a curve does not know")
+        Some("a quantity is held fixed that a curve does not have")
     } else if line.findings.stripes.as_ref().is_some_and(|stripes| stripes.used != Measurements::Seam) {
-        Some("whole stripes are of straight seams")
+        Some("whole stripes support straight seams only")
     } else if line.best_fit().lines.len() != 1 {
         Some("the features name several lines")
     } else {
@@ -102,7 +102,7 @@ fn unsupported(config: &Config, line: &Calibration) -> Option<&'static str> {
 /// Why readings are no curve at all.
 fn too_little(readings: &Readings) -> Option<&'static str> {
     let few = readings.list.len() < READINGS_PER_KNOT * LEAST_CONTROL;
-    few.then_some("there are not even five seam points for each of the eight knots that a curve has at least")
+    few.then_some("a curve has at least eight knots and needs five seam points for each: there are fewer")
 }
 
 /// Whether the answer of the line is refused by its structure: it does not fit, or not one attitude alone.

@@ -75,19 +75,21 @@ impl fmt::Display for Unobservable {
         let axes = axis_names(&self.directions);
         match self.group {
             Group::TimeOffset => f.write_str(
-                "the time offset cannot be determined from this scan: sweep the sensor across the line, for example along an S-path of \
-                 ±10 mm at 0.5 Hz, or faster, and let the stand-off swing at another frequency than the sweep or not at all",
+                "the time offset cannot be determined from this scan. Sweep the sensor across the line, for \
+                 example along an S-path of ±10 mm at 0.5 Hz or faster; the stand-off must be constant or \
+                 swing at another frequency",
             ),
             Group::Rotation if axes.is_empty() => together(f, "the hand-eye rotation"),
             Group::Rotation => write!(
                 f,
-                "rotation about the tool's {axes} cannot be determined from this scan: let the seam sweep the field of view, along the stripe \
-                 and in range, while it is scanned"
+                "rotation about the tool's {axes} cannot be determined from this scan. Sweep the seam \
+                 through the field of view, along the stripe and in range"
             ),
             Group::Translation if axes.is_empty() => together(f, "the hand-eye translation"),
             Group::Translation => write!(
                 f,
-                "translation along the tool's {axes} cannot be determined from this scan: tilt the torch by at least ±10° about {}",
+                "translation along the tool's {axes} cannot be determined from this scan. Tilt the torch by \
+                at least ±10° about {}",
                 match self.directions.len() {
                     1 => "an axis perpendicular to it",
                     2 => "the axis perpendicular to both",
@@ -102,7 +104,7 @@ impl fmt::Display for Unobservable {
 impl std::error::Error for Unobservable {}
 
 fn together(f: &mut fmt::Formatter<'_>, what: &str) -> fmt::Result {
-    write!(f, "{what} is not independently observable; the motion above fixes this too")
+    write!(f, "{what} cannot be determined independently; the motion above also fixes this")
 }
 
 /// Directions in words: "x axis", "x, y and z axes", "direction (0.71, 0.71, 0.00)".

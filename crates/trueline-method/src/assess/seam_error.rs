@@ -45,7 +45,7 @@ impl SeamError {
             ("the robot's accuracy", budget.robot),
             ("the seam's form", budget.seam_form),
             ("the detector's bias with the tilt", budget.feature_bias.hypot(budget.detector)),
-            ("what is held", budget.held),
+            ("the quantities held fixed", budget.held),
             ("the radius of the edge", budget.edge_radius),
             ("the robot's lag behind its poses", budget.pose_lag),
         ];

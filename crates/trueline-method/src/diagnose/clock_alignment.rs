@@ -29,14 +29,14 @@ pub struct ClockAlignment {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum AlignmentError {
     /// A stream is too short, or never overlaps for long enough.
-    #[error("the streams are too short to be aligned: {seconds:.1} s of overlap are needed")]
+    #[error("the streams are too short to align: {seconds:.1} s of overlap are needed")]
     TooShort {
         /// Least overlap, s.
         seconds: f64,
     },
     /// No shift makes the scan fit.
     #[error(
-        "no shift of the clocks makes the scan fit; the best one explains {percent:.0} % of the seam's motion"
+        "no clock shift fits the scan; the best one explains {percent:.0} % of the seam's motion"
     )]
     NoneFits {
         /// What the best explains, %.
@@ -44,7 +44,8 @@ pub enum AlignmentError {
     },
     /// Two shifts do.
     #[error(
-        "two shifts of the clocks fit alike: image stamps are {first_s:.3} s or {second_s:.3} s ahead of the robot's"
+        "two clock shifts fit equally well: image stamps are {first_s:.3} s or {second_s:.3} s ahead of the \
+        robot's"
     )]
     Ambiguous {
         /// One shift, s.

@@ -140,11 +140,12 @@ fn unexplained(result: &Result<Calibration, Error>, not_tried: usize) -> String 
     match result {
         Err(error) => format!("{error}; {}", error.hint()),
         Ok(_) if not_tried > 0 => format!(
-            "none of the mistakes that were tried explains it, and there was no time for {not_tried} others, most of them rare orders of \
-             Euler angles: `--longest-s 120` tries them"
+            "no mistake that was tried explains the bad fit. {not_tried} others were not tried for lack of \
+             time, mostly rare orders of Euler angles: `--longest-s 120` tries them"
         ),
-        Ok(_) => "none of the usual mistakes explains it: check that laser plane and camera belong together, that the \
-             line is straight and did not move, and that robot.csv and features.csv are of the same scan"
+        Ok(_) => "none of the usual mistakes explains the bad fit. Check that laser plane and camera belong \
+             together, that the line is straight and did not move, and that robot.csv and features.csv come \
+             from one scan"
             .to_owned(),
     }
 }

@@ -48,7 +48,7 @@ pub enum StandstillError {
     Unplaced(#[from] Error),
     /// Too few stops.
     #[error(
-        "on seam {line} the robot stood still at {found} places with a feature; {FEWEST_STOPS} are needed"
+        "seam {line} has {found} stops with a feature; {FEWEST_STOPS} are needed"
     )]
     TooFewStops {
         /// Which seam.

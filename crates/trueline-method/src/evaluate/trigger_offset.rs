@@ -62,12 +62,12 @@ impl fmt::Display for MeasuredOffset {
             self.edges
         )?;
         if self.agrees() {
-            return write!(f, "they agree, {:.1} sigma apart", self.z().abs());
+            return write!(f, "they agree ({:.1} σ apart)", self.z().abs());
         }
         write!(
             f,
-            "they contradict each other, {:.3} ms and {:.0} sigma apart: look for a filter or a delay of the input, for the other edge of \
-             the pulse, and at what the camera's output stands for",
+            "they contradict each other by {:.3} ms ({:.0} σ). Check the filter and delay of the input, the \
+             edge of the pulse, and the meaning of the camera's output",
             (measured_ms - estimated_ms).abs(),
             self.z().abs()
         )

@@ -220,14 +220,13 @@ impl fmt::Display for Reason {
             Self::Unobservable(ref what) => what.to_string(),
             Self::AtStops { stops } => at_stops(stops),
             Self::MirrorAmbiguity => {
-                "two mirrored attitudes of the sensor fit equally well: tilt the torch by at least \
-                 ±10°, or give an initial guess of the hand-eye transform"
+                "two mirrored attitudes of the sensor fit equally well. Tilt the torch by at least ±10°, or \
+                 give an initial guess of the hand-eye transform"
                     .to_owned()
             }
             Self::UndeterminedTurn => {
-                "the scan fits hardly worse while the sensor is turned further and further about one axis, so that no ± can \
-                 be stated of this turn: tilt the torch by at least ±10°, or change the stand-off more; cure what the warnings \
-                 name"
+                "the rotation about one axis is nearly unconstrained. Tilt the torch by ±10° or more, or \
+                 change the stand-off more; fix the warnings first"
                     .to_owned()
             }
             Self::WorseMinimum { better_time_offset_s } => worse_minimum(better_time_offset_s),
@@ -237,8 +236,8 @@ impl fmt::Display for Reason {
             Self::CurveCollapsed { length_m, before_m } => curve_collapsed(length_m, before_m),
             Self::AmbiguousTimeOffset { ref answers, lasts_s } => ambiguous_time_offset(answers, lasts_s),
             Self::StatementContradicted => {
-                "the answer contradicts what was stated of the cell: the time offset is outside of the window, or the \
-                 sensor looks along another axis of the tool"
+                "the answer contradicts your statement about the cell: the time offset is outside the \
+                 window, or the sensor looks along another axis of the tool"
                     .to_owned()
             }
             Self::NotConverged { termination } => format!("the solver did not converge ({termination})"),
@@ -265,7 +264,7 @@ impl fmt::Display for Reason {
                 requirement_missed(quantity, sigma_si, required_si)
             }
             Self::RequirementUnobservable { quantity, required_si } => format!(
-                "{quantity}: an accuracy of {} {} is required, but it cannot be determined from this scan",
+                "{quantity}: ± {} {} is required, but this scan cannot determine it",
                 Significant(quantity.shown(required_si)),
                 quantity.unit()
             ),
@@ -281,19 +280,20 @@ fn ambiguous_time_offset(answers: &[Answer], lasts_s: f64) -> String {
     if answers.iter().all(|answer| answer.time_offset_s == 0.0) {
         // At stops, which have no time offset.
         return format!(
-            "{} attitudes of the sensor explain the readings equally well: give an initial guess, or tilt the tool by ±15° or more about two axes",
+            "{} attitudes of the sensor explain the readings equally well. Give an initial guess, or tilt \
+            the tool by ±15° or more about two axes",
             list.len()
         );
     }
     let (because, instead) = if lasts_s < SHORT_S {
-        let because = format!("it lasts {lasts_s:.1} s only, or its path repeats itself");
+        let because = format!("it lasts only {lasts_s:.1} s, or its path repeats itself");
         (because, "scan for 20 s, with frequencies that have no common multiple")
     } else {
         ("the path repeats itself".to_owned(), "scan with frequencies that have no common multiple")
     };
     format!(
-        "{} answers explain the scan equally well, because {because}: {}. State what is known of the cell, give an initial \
-         guess, or {instead}",
+        "{} answers explain the scan equally well, because {because}: {}. State what you know about the \
+         cell, give an initial guess, or {instead}",
         list.len(),
         list.join("; ")
     )

@@ -327,19 +327,19 @@ impl Warning {
     }
 }
 
-const MIRROR_BY_SENSOR: &str = "a mirrored attitude of the sensor explains the scan as well if the sensor differs from \
-     its file by a percent or so; tilt the torch further, or give a guess";
+const MIRROR_BY_SENSOR: &str = "a mirrored attitude of the sensor explains the scan equally well if the \
+     sensor differs from its file by about 1 %. Tilt the torch further, or give an initial guess";
 
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&match *self {
             Self::FeaturesSkipped { ref skipped } => left_out("features", skipped),
             Self::DecidedByUser { by, ref other_time_offsets_s } => decided_by_user(by, other_time_offsets_s),
-            Self::SensorOfItsOwnScan => "sensor.toml was written from this scan, which counts once only: the sensor is held as the file says, and \
-                 the ± contain what the file states of it"
+            Self::SensorOfItsOwnScan => "sensor.toml was derived from this scan, so it is not counted again; \
+                 the sensor is held fixed, and the ± include its stated uncertainty"
                 .to_owned(),
-            Self::UncertaintyNotApplied => "the sensor file states how well the sensor is known; the point-to-line residual \
-                 takes it for exact: the ± do not contain it"
+            Self::UncertaintyNotApplied => "the ± do not include the stated uncertainty of the sensor: the \
+                 point-to-line residual assumes an exact sensor. Use --residual sheet"
                 .to_owned(),
             Self::SensorOff { ref shape, ref instead } => sensor_off(shape, instead),
             Self::LensOff { ref lens } => lens_off(lens),
@@ -358,7 +358,8 @@ impl fmt::Display for Warning {
             Self::HeldAtGuess { ref held } => held_at_guess(held),
             Self::OtherLine { span_s, features, beside_m } => other_line(span_s, features, beside_m),
             Self::OutlierStretch { span_s: [from, to], features } => {
-                format!("from {from:.2} to {to:.2} s nearly all of the {features} features are outliers")
+                format!("nearly all of the {features} features from {from:.2} to {to:.2} s are outliers. \
+                    Look at the pictures of that time")
             }
             Self::UnusualNoise { noise_factor, is_explained, of_answer } => {
                 unusual_noise(noise_factor, is_explained, of_answer)
@@ -367,12 +368,13 @@ impl fmt::Display for Warning {
             Self::WavySeam { rms_m } => wavy_seam(rms_m),
             Self::RobotMoves { rms_m } => robot_moves(rms_m),
             Self::ClockStep { at_s, step_s } => clock_step(at_s, step_s),
-            Self::ManyOutliers { share } => format!("{:.0} % of the measurements are outliers", 100.0 * share),
+            Self::ManyOutliers { share } => format!("{:.0} % of the measurements are outliers and are \
+                rejected. Check the detector", 100.0 * share),
             Self::ClockDrift { ppm, sigma_ppm, about_s } => clock_drift(ppm, sigma_ppm, about_s),
             Self::RobotSamplesMissing { missing, of } => robot_samples_missing(missing, of),
             Self::RepeatedPoses { repeated, rows } => format!(
-                "{repeated} of {rows} robot rows only repeat the pose before: the controller has news less often than \
-                 it is asked; the first of each is used"
+                "{repeated} of {rows} robot rows repeat the previous pose: the controller updates its pose \
+                 less often than it is polled. The first row of each is used"
             ),
             Self::RepeatedRobotStamps { repeated } => repeated_robot_stamps(repeated),
             Self::CoarseStamps { stream, grain_s } => coarse_stamps(stream, grain_s),
@@ -382,13 +384,13 @@ impl fmt::Display for Warning {
             Self::KnotsNearWeave { spacing_m, weave_m } => knots_near_weave(spacing_m, weave_m),
             Self::CrossValidationMisfit { rms_m, fitted_rms_m } => misfit(rms_m, fitted_rms_m),
             Self::CrossValidationShift { span_s: [from, to], quantity, axis, moved_si, sigmas } => format!(
-                "the parts of the scan disagree: without {from:.2} to {to:.2} s {}, {sigmas:.1} times what noise \
-                 explains",
+                "the parts of the scan disagree: without {from:.2} to {to:.2} s {}, {sigmas:.1} times more \
+                 than noise explains",
                 moves(quantity, axis, moved_si)
             ),
             Self::NoPointAtStandOff { stand_off_m } => format!(
-                "no error at the torch is predicted: no point of the laser sheet below the scan is {:.0} mm from the \
-                 sensor",
+                "no seam error is predicted: no point of the laser plane in the scanned range is {:.0} mm \
+                 from the sensor. Correct --stand-off-mm",
                 stand_off_m * MM_PER_M
             ),
         })
