@@ -108,7 +108,7 @@ fn table(e: &Evaluation) -> Table {
         }));
     }
     Table {
-        head: ["", "points", "RMSE (mm)", "MAE (mm)", "median (mm)", "max (mm)"].map(str::to_owned).to_vec(),
+        head: ["", "points", "RMSE (mm)", "mean (mm)", "median (mm)", "max (mm)"].map(str::to_owned).to_vec(),
         rows,
     }
 }

@@ -36,7 +36,7 @@ pub fn text(e: &Evaluation) -> String {
     let _ = writeln!(
         out,
         "\n  {:<22} {:>7} {:>10} {:>10} {:>10} {:>10}",
-        "", "points", "RMSE mm", "MAE mm", "median mm", "max mm"
+        "", "points", "RMSE mm", "mean mm", "median mm", "max mm"
     );
     for (name, _, f) in rows(e) {
         let _ = writeln!(

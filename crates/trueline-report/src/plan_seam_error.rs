@@ -50,6 +50,11 @@ pub(crate) fn rows(source: &Source<'_>) -> Vec<(String, String)> {
     rows
 }
 
+/// The seam error that is predicted, all errors included: `± 0.31 mm`.
+pub(crate) fn predicted(source: &Source<'_>) -> Option<String> {
+    Some(format!("± {}", mm(of(source)?.rms_m)))
+}
+
 /// What a seam error that is missed misses it by.
 pub(crate) fn missed(source: &Source<'_>) -> Option<String> {
     let wanted_m = source.asked.seam_m?;

@@ -165,8 +165,8 @@ fn weld_section(out: &mut String, r: &Reproduction, weld: &WeldErrors) {
     let _ = writeln!(
         out,
         "Scanned at {:.0} mm/s{}, offset {:.2} ms. *Position*: measured point against where it truly is (the paper's static \
-         ground truth). *From the weld*: distance from its curve, which an error along the weld does not change. Over \
-         {} repeats.\n",
+         ground truth). *From the weld*: distance from its curve, which an error along the weld does not change. *MAE*: \
+         mean absolute error. Over {} repeats.\n",
         weld.speed_m_s * MM_PER_M,
         if round {
             " (not published; the speed at which 17.73 ms make Table I's error)"

@@ -80,7 +80,11 @@ fn verdict(history: &[HistoryRow], repaired: Option<i64>) -> Verdict {
 /// What has changed, its size and what to do; older rows have no size.
 fn words(history: &[HistoryRow], alarm: &AlarmRow) -> String {
     alarm.text.clone().unwrap_or_else(|| {
-        format!("Since {}: {}.", numbered(alarm.since, name_of(history, alarm.since)), said(&alarm.kind))
+        let since = numbered(alarm.since, name_of(history, alarm.since));
+        let size = alarm.seam_error.map_or_else(String::new, |[value, sigma]| {
+            format!(", seam points are {:.3} ± {:.3} mm off", value * 1e3, sigma * 1e3)
+        });
+        format!("Since {since}: {}{size}.", said(&alarm.kind))
     })
 }
 
@@ -107,7 +111,7 @@ fn alarms(history: &[HistoryRow]) -> Table {
             None => "stands".to_owned(),
         };
         let size = alarm.seam_error.map_or_else(
-            || "not shown".to_owned(),
+            || "not determined".to_owned(),
             |[value, sigma]| format!("{:.3} ± {:.3} mm", value * 1e3, sigma * 1e3),
         );
         rows.push(TableRow::plain(vec![
@@ -124,7 +128,7 @@ fn alarms(history: &[HistoryRow]) -> Table {
         head: [
             "found at",
             "state",
-            "what changed, and what to do",
+            "what changed, and the remedy",
             "seam points off",
             "until",
             "without a change",
@@ -200,7 +204,7 @@ fn control(
     let grey = hidden_points(history, &all, limit);
     if !grey.is_empty() {
         let [x, y] = [0, 1].map(|k| columns.add(grey.iter().map(|point| point[k])));
-        series.push(Series::points("not shown by itself", x, y, Colour::Soft));
+        series.push(Series::points("not determined alone", x, y, Colour::Soft));
     }
     let mark = |at: f64, name: &str| Mark { name: name.to_owned(), at, upright: false };
     let marks = [1.0, -1.0].map(|sign| mark(sign * limit, "± 3 σ"));
@@ -219,8 +223,8 @@ fn control(
     })
 }
 
-const EXPLANATION: &str = "What each weld shows, as if nothing of another kind had changed; the lines are 3 σ of one weld. Grey is what \
-     a weld does not show by itself, or the effect of another change: no evidence, and drawn within the limits only.";
+const EXPLANATION: &str = "Estimate from each weld, assuming that nothing of another kind has changed; the lines are 3 σ of one weld. \
+     Grey values are no evidence: the weld alone does not determine them, or another change causes them. They are drawn within the limits.";
 
 fn is_shown_by(own: &[Option<Said>]) -> bool {
     own.iter().flatten().any(|said| said.is_shown)
@@ -259,10 +263,10 @@ fn probabilities(history: &[HistoryRow], columns: &mut Columns) -> Block {
     Block::Chart(Chart {
         id: "improbable",
         title: "Evidence for a change",
-        explanation: "How rarely welds look like these if nothing has changed. Above the line is an alarm; the line is set for \
-                      one false alarm in 100,000 pieces. What is rarer than 1 in 10²⁰ is drawn there."
+        explanation: "How rare such a weld is if nothing has changed. Above the line is an alarm; the line is set for \
+                      one false alarm in 100,000 pieces. Rarer values than 1 in 10²⁰ are drawn there."
             .to_owned(),
-        alternative: "In how many welds it comes once without a change, by weld and kind of change".to_owned(),
+        alternative: "How rare each weld is without a change, by kind of change".to_owned(),
         wide: true,
         drawn: Drawn::Plot {
             x: Axis::of("weld"),
@@ -279,7 +283,7 @@ fn noise(history: &[HistoryRow], columns: &mut Columns) -> Block {
     Block::Chart(Chart {
         id: "noise",
         title: "Noise",
-        explanation: "How much larger the residuals are than features, robot and stamps let expect."
+        explanation: "Residuals, divided by the noise expected of features, robot and stamps."
             .to_owned(),
         alternative: "Noise factor by weld".to_owned(),
         wide: false,
