@@ -181,7 +181,7 @@ fn place_in_sheet(plan: &Plan, columns: &mut Columns) -> Block {
     Block::Chart(Chart {
         id: "in-the-sheet",
         title: "Where the seam appears in the view",
-        explanation: "With a correct guess. The wider the sweep, the more the scan tells.".to_owned(),
+        explanation: "With a correct guess. A wider sweep gives more information.".to_owned(),
         alternative: "Stand-off in mm over the place along the stripe in mm".to_owned(),
         wide: false,
         drawn: Drawn::Plot {
@@ -221,7 +221,8 @@ fn room(cell: &Cell, plan: &Plan, columns: &mut Columns) -> Block {
     Block::Chart(Chart {
         id: "room",
         title: "Frames in which the seam is in view",
-        explanation: "How many of the cells that the guess allows see the seam in each frame; and, with a correct guess, how far the seam is from the edge of the usable view, as a percentage of half the view."
+        explanation: "Share of the possible cells that see the seam in each frame; and, with a correct \
+            guess, the distance of the seam from the edge of the usable view, in per cent of half the view."
             .to_owned(),
         alternative: "Per cent of the cells that see the seam, and distance of the seam from the edge of the view in per cent of half the view, over time in s".to_owned(),
         wide: false,

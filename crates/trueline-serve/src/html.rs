@@ -33,12 +33,12 @@ pub fn escape(text: &str) -> String {
 pub fn page(title: &str, every_ms: u32, blocks: &str) -> String {
     let (title, version) = (escape(title), env!("CARGO_PKG_VERSION"));
     format!(
-        "<!doctype html>\n<html lang=\"en\" data-every=\"{every_ms}\"><head><meta charset=\"utf-8\">\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>{title}</title>\
-        <link rel=\"stylesheet\" href=\"{STYLE_PATH}\"><script src=\"{SCRIPT_PATH}\" defer></script></head>\
-         <body><p class=\"silence\" role=\"alert\">No answer: what stands here is old.</p>\
-         <header><h1>{title}</h1></header><main>{blocks}</main>\
-         <footer>trueline {version} · read-only</footer></body></html>\n"
+        "<!doctype html>\n<html lang=\"en\" data-every=\"{every_ms}\"><head><meta charset=\"utf-8\"><meta \
+         name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>{title}</title><link \
+         rel=\"stylesheet\" href=\"{STYLE_PATH}\"><script src=\"{SCRIPT_PATH}\" \
+         defer></script></head><body><p class=\"silence\" role=\"alert\">No connection: this page is \
+         outdated.</p><header><h1>{title}</h1></header><main>{blocks}</main><footer>trueline {version} · \
+         read-only</footer></body></html>\n"
     )
 }
 

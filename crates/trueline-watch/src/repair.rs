@@ -24,7 +24,7 @@ pub enum RepairError {
     Unknown(String),
     /// The fault began there or later.
     #[error(
-        "--repaired {name}: the fault stands since weld {since}, and no earlier weld can follow its repair"
+        "--repaired {name}: the fault began at weld {since}, so its repair cannot be before weld {name}"
     )]
     TooEarly {
         /// The weld that was named.

@@ -21,7 +21,7 @@ pub fn what_changed(kind: Kind) -> &'static str {
         Kind::Timing => "the camera's time offset has changed",
         Kind::Bracket => "the sensor has moved on the robot",
         Kind::Sensor => "the sensor itself has changed",
-        Kind::Seam => "the part lies elsewhere",
+        Kind::Seam => "the part has moved",
     }
 }
 
@@ -29,11 +29,12 @@ pub fn what_changed(kind: Kind) -> &'static str {
 #[must_use]
 pub fn where_to_look(kind: Kind) -> &'static str {
     match kind {
-        Kind::Timing => "exposure, driver, network, and who set a clock",
+        Kind::Timing => "exposure, driver, network, and whether a clock was set",
         Kind::Bracket => {
-            "the sensor's bracket, the torch or tool, and the sensor's camera and laser, for one that has shifted inside looks the same"
+            "the sensor's bracket, and the torch or tool; a camera or laser loose inside the sensor looks \
+            identical"
         }
-        Kind::Sensor => "the sensor's window, camera and laser, and its temperature",
+        Kind::Sensor => "the sensor's window, camera, laser and temperature",
         Kind::Seam => "the fixture; the calibration is still good",
     }
 }

@@ -6,7 +6,7 @@ use std::net::SocketAddr;
 #[derive(Debug, thiserror::Error)]
 pub enum ServeError {
     /// The address cannot be listened at.
-    #[error("{address}: cannot be listened at: {source}")]
+    #[error("{address}: the web server cannot listen there: {source}")]
     Address {
         /// The address.
         address: SocketAddr,
@@ -17,7 +17,7 @@ pub enum ServeError {
     #[error("the web server cannot be started: {0}")]
     Start(std::io::Error),
     /// A name that no browser could send.
-    #[error("{0:?} is no host name: letters, digits, dots and hyphens, without a port")]
+    #[error("{0:?} is not a host name (letters, digits, dots and hyphens, without a port)")]
     HostName(String),
 }
 
@@ -31,7 +31,7 @@ impl ServeError {
             }
             Self::Start(_) => "are there too many processes or open files?",
             Self::HostName(_) => {
-                "name the PC as it stands in the address of the page, for example cell-pc.example"
+                "give the name of the PC in the page's address, for example cell-pc.example"
             }
         }
     }

@@ -7,7 +7,7 @@ pub enum WeldError {
     #[error(transparent)]
     Recording(#[from] trueline_method::Error),
     /// A seam has too few features at places where the robot was recorded.
-    #[error("seam {line} has {usable} features that can be placed, and at least {needed} are needed")]
+    #[error("seam {line} has only {usable} usable features; at least {needed} are needed")]
     TooFewFeatures {
         /// Which seam.
         line: u32,
@@ -17,7 +17,7 @@ pub enum WeldError {
         needed: usize,
     },
     /// The features of a seam lie on no line that crosses the laser plane.
-    #[error("the features of seam {line} lie on no straight line across the laser plane")]
+    #[error("the features of seam {line} do not lie on a straight line across the laser plane")]
     NoLine {
         /// Which seam.
         line: u32,
@@ -32,7 +32,8 @@ impl WeldError {
             Self::Recording(error) => error.hint(),
             Self::TooFewFeatures { .. } => "record the robot and the sensor over the whole weld",
             Self::NoLine { .. } => {
-                "is it the calibration of this sensor? `trueline evaluate WELD --calibration RESULT` shows the points"
+                "check that the calibration belongs to this sensor; `trueline evaluate WELD --calibration \
+                RESULT` shows the points"
             }
         }
     }

@@ -24,11 +24,11 @@ impl Topic {
             return Err(ReceiverError::Missing("topic"));
         }
         if topic.contains(['+', '#', '\0']) {
-            return Err(ReceiverError::Malformed("a topic to publish to has no +, # or null".to_owned()));
+            return Err(ReceiverError::Malformed("a topic to publish to must not contain +, # or null".to_owned()));
         }
         let (host, port) = match server.rsplit_once(':') {
             Some((host, port)) => {
-                (host, port.parse().map_err(|_| ReceiverError::Malformed(format!("{port:?} is no port")))?)
+                (host, port.parse().map_err(|_| ReceiverError::Malformed(format!("{port:?} is not a port")))?)
             }
             None => (server, PORT),
         };

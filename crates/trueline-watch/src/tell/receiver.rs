@@ -25,7 +25,7 @@ pub enum ReceiverError {
     #[error("the address has no {0}")]
     Missing(&'static str),
     /// Not an address at all.
-    #[error("it is no address: {0}")]
+    #[error("it is not an address: {0}")]
     Malformed(String),
 }
 
