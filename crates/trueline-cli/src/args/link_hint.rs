@@ -29,7 +29,7 @@ pub(crate) fn link_hint(error: &LinkError) -> (String, &'static str) {
             "leave it out; the book's page Live says what to set on the controller",
         ),
         LinkError::Inputs(_) => {
-            (format!("--inputs {error}"), "the book's page Live says which inputs can be heard of")
+            (format!("--inputs {error}"), "the book's page Live lists the available inputs")
         }
         LinkError::AnswerNotNeeded => {
             (format!("--answer-rsi: {error}"), "leave it out; it is for kuka-rsi without ONLYSEND")

@@ -61,7 +61,7 @@ fn axis(text: &str) -> Result<AxisArg, String> {
         "part" => Carries::Part,
         "robot" => Carries::Robot,
         "sensor" => Carries::Sensor,
-        _ => return Err(format!("`{carries}` is carried by no axis: part, robot or sensor")),
+        _ => return Err(format!("`{carries}` cannot be carried by an axis: part, robot or sensor")),
     };
     if name.is_empty() || name == "time" || !name.chars().all(|c| c.is_alphanumeric() || "-_".contains(c)) {
         return Err(format!("`{name}` is no name of an axis: letters, digits, - and _"));

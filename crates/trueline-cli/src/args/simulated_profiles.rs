@@ -10,19 +10,19 @@ pub(crate) struct ProfileLookArgs {
     /// Distance of a profiler's columns, mm [default: 0.1]
     #[arg(long, requires = "plates", value_parser = number::column_mm)]
     pub(crate) column_mm: Option<f64>,
-    /// Part of a profiler's columns that do not return, 0 to 1 [default: 0.03]
+    /// Fraction of a profiler's columns without a return, 0 to 1 [default: 0.03]
     #[arg(long, requires = "plates", value_parser = number::share)]
     pub(crate) drop_outs: Option<f64>,
-    /// Part of the columns within 0.5 mm of an edge that do not return, 0 to 1 [default: 0.2]
+    /// Fraction of the columns within 0.5 mm of an edge without a return, 0 to 1 [default: 0.2]
     #[arg(long, requires = "plates", value_parser = number::share)]
     pub(crate) edge_drop_outs: Option<f64>,
-    /// Part of the columns next to the corner, or at the edge of a lap, that see both plates at once, 0 to 1 [default: 0.3]
+    /// Fraction of the columns at the corner, or at the edge of a lap, that see both plates at once, 0 to 1 [default: 0.3]
     #[arg(long, requires = "plates", value_parser = number::share)]
     pub(crate) mixed: Option<f64>,
-    /// Part of a profiler's columns that see a reflection, up to 6 mm off, 0 to 1 [default: 0.01]
+    /// Fraction of a profiler's columns that see a reflection, up to 6 mm off, 0 to 1 [default: 0.01]
     #[arg(long, requires = "plates", value_parser = number::share)]
     pub(crate) reflections: Option<f64>,
-    /// Part of the columns in a gap that see something below it, 0 to 1 [default: 0.3]
+    /// Fraction of the columns in a gap that see something below it, 0 to 1 [default: 0.3]
     #[arg(long, requires = "plates", value_parser = number::share)]
     pub(crate) gap_filled: Option<f64>,
     /// Radius of the edges of a plate over nothing and beside a gap, mm [default: 0]
