@@ -15,7 +15,9 @@ pub(crate) fn align_recording(
     let ahead_s = shift(recording, config, quiet)?;
     if !quiet {
         output::words(&format!(
-            "note: image stamps are {ahead_s:.3} s ahead of the robot's; the time offset below contains that"
+            "note: the image clock is {:.3} s {} the robot clock; the time offset below includes this",
+            ahead_s.abs(),
+            if ahead_s < 0.0 { "behind" } else { "ahead of" }
         ));
     }
     Ok(())

@@ -67,7 +67,7 @@ pub fn read(folder: &Path) -> Result<PoseDataset, Error> {
         stops.check_each_is_read(&stamps_ns)?;
         if folder.join(ROBOT_FILE).exists() {
             notes.push(format!(
-                "{ROBOT_FILE} is not looked at, for {} has a pose for each stop",
+                "{ROBOT_FILE} is ignored: {} has a pose for each stop",
                 stop_poses::FILE
             ));
         }

@@ -113,7 +113,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     judged(from, findings, (&problem, &errors))
 }
 
-/// What may be there in place of a sensor that seems off, where no cause is known.
+/// Other causes that could explain an apparent sensor error.
 fn instead_of_sensor(
     from: &Concluded<'_>,
     problem: &LineProblem<'_>,

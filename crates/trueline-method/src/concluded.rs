@@ -1,4 +1,4 @@
-//! All that a calibration is concluded from.
+//! Inputs of `conclude`.
 
 use crate::assess::correlated_noise::Structure;
 use crate::assess::misfit_cause::MisfitCause;
@@ -18,7 +18,7 @@ use crate::solve::settings::FitSettings;
 use nalgebra::DMatrix;
 use trueline_dataset::Recording;
 
-/// All that a calibration is concluded from.
+/// Inputs of `conclude`.
 pub(crate) struct Concluded<'a> {
     pub(crate) recording: &'a Recording,
     pub(crate) sampling: &'a Sampling,

@@ -72,8 +72,8 @@ pub enum NotThisCell {
     NoLine,
     /// Its line or its hand-eye is further from the guess than the guess can be wrong.
     #[error(
-        "its hand-eye is {shift_mm:.1} mm and {turn_deg:.1}° and its line {line_mm:.1} mm from the cell's guess, which is \
-         more than [guess_error] says"
+        "its hand-eye differs by {shift_mm:.1} mm and {turn_deg:.1}° and its line by {line_mm:.1} mm from \
+         the cell's guess: more than [guess_error] states"
     )]
     TooFar {
         /// Shift of the hand-eye, mm.
@@ -150,7 +150,7 @@ pub enum NotBelieved {
     #[error("the calibration was not accepted")]
     NotAccepted,
     /// It has no sigma.
-    #[error("says nothing about its uncertainty")]
+    #[error("does not state its uncertainty")]
     NoUncertainty,
     /// It is of another cell.
     #[error(transparent)]
@@ -164,7 +164,8 @@ impl NotBelieved {
         match self {
             Self::NotAccepted => "plan with the guess, and calibrate from that scan",
             Self::NoUncertainty => "give the JSON that `trueline calibrate --json` wrote",
-            Self::NotThisCell(_) => "is it of another cell, or the cell's guess worse than it says?",
+            Self::NotThisCell(_) => "check that it belongs to this cell, and that [guess_error] is large \
+                enough",
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What is held, beside the same scan with it released: whether the scan contradicts it.
+//! Tests whether the scan contradicts a sensor or line that was held fixed, by refitting with it free.
 //!
 //! The error of a sensor or of a line that is held goes into the residuals, where it looks like a bad robot, another lens or a bent
 //! seam. So nothing else is concluded from these residuals: causes are looked for with sensor and lines released.

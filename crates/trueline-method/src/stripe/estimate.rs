@@ -153,7 +153,7 @@ fn skipped(
     skipped
 }
 
-/// Unasked, the stripes are the answer where they agree with the seam points and do not know clearly less.
+/// By default the stripe estimate is used if it agrees with the seam points and is not clearly less certain.
 fn decided(estimate: &StripeEstimate) -> Because {
     match estimate.sigmas_apart {
         Some(apart) if apart >= AGREEMENT_SIGMAS => Because::Disagreement,

@@ -14,7 +14,7 @@ const FLATTEST: f64 = 0.1;
 const MOST_GAP: f64 = 0.5;
 const MOST_GAP_PX: f64 = 120.0;
 const BOTH_GAPS_PX: f64 = 160.0;
-/// An arm is as long as so many thicknesses of the stripe, and so many px where the stripe is thin.
+/// Minimum arm length, in stripe widths; in px for thin stripes.
 const NEEDED_PX: f64 = 80.0;
 const SHOWN_SIGMAS: f64 = 12.5;
 /// Distance along an arm at which its side is judged, px.

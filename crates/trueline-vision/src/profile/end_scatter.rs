@@ -17,7 +17,7 @@ const FEWEST: usize = 30;
 /// Squares beyond this many times their median count as much as that: one wrong end spoils nine differences. Of normal ones a tenth of a percent.
 const MOST_MEDIANS: f64 = 25.0;
 
-/// Widens what ends are known to, by what those of all profiles scatter; each with its stamp, ns.
+/// Inflates the noise of edges to their scatter over all profiles; each with its stamp, ns.
 pub(super) fn widen(joints: &mut [(i64, &mut SeenJoint)]) {
     let steps = joints.windows(2).map(|pair| (pair[1].0 - pair[0].0) as f64);
     let mut steps: Vec<f64> = steps.collect();

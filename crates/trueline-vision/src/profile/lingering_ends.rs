@@ -14,7 +14,7 @@ const PARTS: f64 = 10.0;
 /// An end that moves by less hardly does, parts of a column: one that stays seems to move by a column where one is lost.
 const HARDLY: u64 = 15;
 
-/// Widens what ends are known to that hardly move: those that are hardly anywhere else say together what one of them says.
+/// Inflates the noise of edges that stay in the same column: such readings are not independent.
 pub(super) fn count_once(joints: &mut [(i64, &mut SeenJoint)]) {
     for number in 0..2 {
         let mut ends: Vec<&mut FaceEnd> =
