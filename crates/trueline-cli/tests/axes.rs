@@ -178,7 +178,7 @@ fn files_of_axes_are_refused_with_file_and_line() {
             line(5, &format!("{},-300", axes.lines().nth(5).unwrap().split(',').next().unwrap())),
             "jumps by",
         ),
-        ("axes.csv", axes.lines().take(400).map(|row| format!("{row}\n")).collect(), "was read at"),
+        ("axes.csv", axes.lines().take(400).map(|row| format!("{row}\n")).collect(), "there is a reading at"),
         ("cell.toml", String::new(), "[[axis]]"),
         ("cell.toml", cell.replace("rotary", "round"), "round"),
         ("cell.toml", cell.replace("[[axis]]", "[[axes]]"), "`axes`"),

@@ -53,10 +53,10 @@ fn what_cannot_be_evaluated_exits_2_with_the_reason() {
     fs::write(dir.path().join("both.toml"), "lines = []\n").unwrap();
     fs::write(dir.path().join("one.csv"), "x_mm,y_mm,z_mm\n1,2,3\n").unwrap();
     for (calibration, reference, said) in [
-        ("partial.json", None, "the scan did not show it"),
+        ("partial.json", None, "the scan did not determine it"),
         ("broken.json", None, "broken.json, line 1"),
-        ("nowhere.json", None, "no such calibration"),
-        ("scan/truth.toml", Some("nowhere.csv"), "no such reference"),
+        ("nowhere.json", None, "this calibration does not exist"),
+        ("scan/truth.toml", Some("nowhere.csv"), "this reference does not exist"),
         ("scan/truth.toml", Some("both.toml"), "neither"),
         ("scan/truth.toml", Some("one.csv"), "no data rows"),
     ] {

@@ -203,7 +203,7 @@ fn exports_are_listed_and_unknown_ones_refused() {
     assert_eq!(trueline(dir.path(), &["export", "nothing.json", "--as", "acme"]).status.code(), Some(2));
     let output = trueline(dir.path(), &["export", "nothing.json", "--as", "kuka"]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8(output.stderr).unwrap().contains("there is no such calibration"));
+    assert!(String::from_utf8(output.stderr).unwrap().contains("this calibration does not exist"));
 }
 
 #[test]
@@ -352,7 +352,7 @@ fn what_an_import_lacks_is_told_with_the_option_that_gives_it() {
     );
     let said = refused("--robot-map time_s=Takt --profiles export.csv");
     assert!(
-        said.contains("do not say whose format") && said.contains("--profile-format keyence-lj-x"),
+        said.contains("the format cannot be recognised") && said.contains("--profile-format keyence-lj-x"),
         "{said}"
     );
     let said = refused("--robot-map time_s=Takt --profiles export.csv --profile-format keyence-lj-x");

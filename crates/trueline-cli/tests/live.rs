@@ -212,7 +212,7 @@ fn a_recording_that_lost_much_of_the_robots_stream_says_so() {
         let recorded = trueline(dir.path(), &["record", "--bind", &pc, "--out", &out, "--for-s", "2"]);
         let said = words(&recorded);
         assert_eq!(code(&recorded), expected, "{said}");
-        assert_eq!(said.contains("packets never came"), expected == 1, "{said}");
+        assert_eq!(said.contains("packet loss from the robot"), expected == 1, "{said}");
     }
 }
 
@@ -442,7 +442,7 @@ fn a_joint_is_not_looked_for_in_pictures_that_are_still_to_come() {
     let help = trueline(dir.path(), &["record", "--help"]);
     let help = String::from_utf8(help.stdout).unwrap();
     let joint = help.split("--joint").nth(1).unwrap().split("--want").next().unwrap();
-    assert!(joint.contains("still to come") && joint.contains("[default: fillet; profiles"), "{joint}");
+    assert!(joint.contains("live estimate alone") && joint.contains("[default: fillet; with"), "{joint}");
     assert!(!dir.path().join("rec").exists());
 }
 

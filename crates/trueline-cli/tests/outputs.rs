@@ -191,7 +191,7 @@ fn a_watch_adds_to_its_log() {
     }
     fs::write(dir.path().join("notes.txt"), "look at weld 3\n").unwrap();
     let (code, _, said) = run(dir.path(), "watch scan --state cell.sqlite -c result --json notes.txt");
-    assert!(code == 2 && said.contains("no log of JSON lines"), "{said}");
+    assert!(code == 2 && said.contains("not a log of JSON lines"), "{said}");
 }
 
 #[test]

@@ -58,7 +58,7 @@ fn a_production_is_watched_from_its_calibration_to_an_alarm() {
     // What they are blind to was told with the first weld of the shift, and has not changed.
     assert!(!said.contains("blind"), "{said}");
     assert!(
-        words_of_first.contains("  seam: these welds would not show where the part lies"),
+        words_of_first.contains("  blind to seam: these welds cannot detect a moved part"),
         "{words_of_first}"
     );
     an_empty_folder_is_no_alarm(dir.path());
@@ -241,11 +241,11 @@ fn a_repair_is_noted_and_a_wrong_one_is_told() {
     assert!(words(&history).contains("A repair before weld 8 is reported"), "{}", words(&history));
     let (code, words) = said(&names("bumped", 10..11), &[]);
     assert_eq!(code, 1, "{words}");
-    assert!(words.contains("The repair that was reported before this weld did not end it."), "{words}");
-    assert!(words.contains("Something is wrong since weld 6"), "{words}");
+    assert!(words.contains("The repair reported before this weld did not clear it."), "{words}");
+    assert!(words.contains("The first wrong weld is weld 6"), "{words}");
     let (code, words) = said(&[], &["--repaired", "good/weld-0006"]);
     assert!(code == 0 && words.contains("before weld 9") && words.contains("no change seen"), "{words}");
-    assert!(said(&[], &["--repaired"]).1.contains("No change stands"));
+    assert!(said(&[], &["--repaired"]).1.contains("No change is active"));
     assert_eq!(said(&names("bumped", 11..12), &["--quiet"]).0, 1);
     for wrong in ["3", "weld-9999"] {
         let (code, words) = said(&[], &["--repaired", wrong]);

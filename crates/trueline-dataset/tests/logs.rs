@@ -135,7 +135,7 @@ fn errors_of_rsi_are_at_the_line_of_the_pose() {
     assert!(lines(&back).contains("line 3, column `time_ms`: time runs backwards"), "{}", lines(&back));
     let dated = cycles("0").join("\n").replace("<Rob", "2026-11-28 14:03:11;<Rob");
     let notes = import(&dated, features, |_| {}).unwrap().notes;
-    assert!(notes.iter().any(|note| note.ends_with("between the elements of RSI is not used")), "{notes:?}");
+    assert!(notes.iter().any(|note| note.ends_with("between the elements of RSI is ignored")), "{notes:?}");
 }
 
 /// A folder with a robot's log and the features of a profiler.

@@ -336,7 +336,7 @@ fn frames_follow_from_the_numbers_in_names() {
     assert!(frames(rate).unwrap_err().to_string().contains("another picture has the number 10"));
     fs::remove_file(images.join("other_10.png")).unwrap();
     fs::write(images.join("last.png"), "").unwrap();
-    assert!(frames(rate).unwrap_err().to_string().contains("no number in the name"));
+    assert!(frames(rate).unwrap_err().to_string().contains("the name has no number"));
 }
 
 /// In daylight red paper, white metal and a red laser are bright in red; only what has the laser's colour stands above green and blue, and

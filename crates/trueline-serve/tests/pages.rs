@@ -114,7 +114,7 @@ fn metrics_are_open_metrics_with_units_and_labels() {
 #[test]
 fn a_recording_is_shown_with_its_pose_losses_estimate_and_what_is_missing() {
     let growing = Growing::new();
-    assert!(text(&growing.site, "/").contains("Nothing has come yet"));
+    assert!(text(&growing.site, "/").contains("Nothing received yet"));
     assert!(growing.site.reply("/picture.png").is_err());
     growing.grow(0.5);
     growing.grow(1.0);
