@@ -51,7 +51,7 @@ fn a_production_is_watched_from_its_calibration_to_an_alarm() {
     let said = words(&watched);
     assert!(said.contains("weld 0 (welds/weld-0000): watched before; no change was seen"), "{said}");
     // The two late welds: all words once, then one line.
-    assert_eq!(said.matches("  look at: ").count(), 1, "{said}");
+    assert_eq!(said.matches("  check: ").count(), 1, "{said}");
     assert_eq!(said.matches("since weld 4 (welds/weld-0004)").count(), 2, "{said}");
     let silent: Vec<&str> = said.lines().filter(|line| line.contains("no change")).collect();
     assert_eq!(silent.len(), 4, "{said}");

@@ -7,7 +7,7 @@ use crate::parameters::Kind;
 use crate::store::ReceiverRow;
 use crate::told::{State, Told};
 use crate::weld_line::{HistoryOf, Learning, WeldLine};
-use crate::words::{how_rarely, numbered, what_changed, where_to_look};
+use crate::words::{false_alarm, numbered, what_changed, where_to_look};
 use std::cmp::Ordering;
 
 /// What is told of a weld.
@@ -127,7 +127,7 @@ fn alarm_text(weld: &str, told: &Told) -> String {
     for part in moved.into_iter().chain(numbers(&alarm.change)) {
         text += &format!("  {part}\n");
     }
-    text += &format!("  without a change this comes {}\n", how_rarely(alarm.change.p_log10));
+    text += &format!("  false-alarm probability: {}\n", false_alarm(alarm.change.p_log10));
     if !alarm.not_told_apart.is_empty() {
         let others: Vec<&str> = alarm.not_told_apart.iter().map(|kind| noun(*kind)).collect();
         text += &format!(

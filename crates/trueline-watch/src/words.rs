@@ -55,6 +55,15 @@ pub fn how_rarely(p_log10: f64) -> String {
     format!("once in {:.0e} welds", 10f64.powf(-p_log10))
 }
 
+/// The probability of a false alarm in words.
+#[must_use]
+pub(crate) fn false_alarm(p_log10: f64) -> String {
+    if p_log10 < RAREST_LOG10 {
+        return format!("below {:.0e}", 10f64.powf(RAREST_LOG10));
+    }
+    format!("{:.0e}", 10f64.powf(p_log10))
+}
+
 /// A length with the digits that matter on a seam.
 #[must_use]
 pub fn millimetres(length_m: f64) -> String {
