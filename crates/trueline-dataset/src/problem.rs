@@ -217,7 +217,7 @@ pub enum Problem {
         /// The field.
         text: String,
     },
-    /// A picture whose name says nothing of when it was taken.
+    /// A picture whose name contains no stamp.
     #[error("the name has no number, or one that is too large")]
     NoNumberInName,
     /// Two pictures with one number.

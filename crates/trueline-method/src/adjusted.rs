@@ -47,7 +47,7 @@ pub(crate) fn applies(recording: &Recording, config: &Config, fit: &Fit, levels:
     !(is_ideal || is_paper || fit.prior.is_some() || config.at_stops)
 }
 
-/// How wavy the seam is, as far as somebody says, m.
+/// How wavy the seam is, if stated, m.
 fn waviness_m(recording: &Recording, config: &Config) -> f64 {
     config.waviness_m.or(recording.setup.waviness_m).unwrap_or(ASSUMED_WAVINESS_M)
 }
@@ -211,7 +211,7 @@ fn some_of(
 
 /// Lags of a robot behind commanded poses that are tried, s.
 const LAGS_S: [f64; 4] = [0.012, 0.022, 0.035, 0.055];
-/// A lag is tried where its square is so many times its standard deviation …
+/// A lag is tried where its square is this multiple of its standard deviation …
 const LAG_SIGMAS: f64 = 4.0;
 /// … so much of that is owed to the lag, and not to poses that are smoother with it …
 const OF_LAG: f64 = 0.5;

@@ -158,7 +158,7 @@ fn clock(drift_free: &DriftFree) -> ClockFindings {
     }
 }
 
-/// What the estimate from seam points owes to noise and to errors that are no noise.
+/// What the estimate from seam points owes to noise and to errors that are not noise.
 struct SeamErrors<'a> {
     sums: &'a SystematicSums,
     systematic: &'a Systematic,
@@ -194,7 +194,7 @@ fn judged(
     } else {
         add_stripes(from, &mut findings, errors)?;
     }
-    // What fits no better when released tells nothing of what was held.
+    // What fits no better when released has no information on what was held.
     if let Some(released) =
         from.released.filter(|released| !verdict::residuals_are_too_large(&released.findings))
     {

@@ -216,7 +216,7 @@ pub enum Error {
     /// Stripes are asked for.
     #[error("whole stripes cannot be used: the recording has none")]
     NoStripes,
-    /// Stripes that say nothing of two plates that meet.
+    /// Stripes that do not determine two plates that meet.
     #[error("whole stripes cannot be used: {why}")]
     NoPlates {
         /// Why.

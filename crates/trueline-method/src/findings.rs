@@ -198,7 +198,7 @@ pub struct FitFindings {
     pub noise_factor: f64,
     /// Whether they are alike from one to the next.
     pub structure: Structure,
-    /// What was found of errors that are no noise, where the answer was adjusted with them.
+    /// What was found of errors that are not noise, where the answer was adjusted with them.
     pub amplitudes: Option<Amplitudes>,
     /// How many times larger than by the curvature at the optimum the ± of the turn that is known least is; `None` where they agree.
     pub widened_by: Option<f64>,
@@ -229,13 +229,13 @@ pub struct Checks {
     pub seam_error: Option<SeamError>,
     /// What the shape of a sensor that was held would be; `None` if it was estimated, or cannot be.
     pub held_sensor: Option<SensorShape>,
-    /// Causes that the scan does not tell from a sensor that is off, where it seems so.
+    /// Causes that the scan cannot separate from a sensor that is off, where it seems so.
     pub instead_of_sensor: Vec<InsteadOfSensor>,
     /// Lines that are not where they were drawn and held.
     pub drawn_line_shifts: Vec<DrawnLineShift>,
     /// How far off a seam point is without the drawn lines, m, where that is less than with them.
     pub better_without_drawing_m: Option<f64>,
-    /// What residuals that are no noise are made of, where one usual cause explains them.
+    /// What residuals that are not noise are made of, where one usual cause explains them.
     pub cause: Option<MisfitCause>,
     /// What the lens is beside its file, where that is the cause.
     pub lens: Option<LensCorrection>,

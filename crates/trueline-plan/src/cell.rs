@@ -118,7 +118,7 @@ impl Cell {
     /// The same with a calibration's own uncertainty, some sigmas of it, as the error that the plan allows for.
     ///
     /// # Errors
-    /// A calibration that was not accepted, says nothing of its uncertainty, or is of another cell.
+    /// A calibration that was not accepted, has no information on its uncertainty, or is of another cell.
     pub fn believe_calibration(&mut self, known: &KnownCalibration) -> Result<(), NotBelieved> {
         if known.accepted == Some(false) {
             return Err(NotBelieved::NotAccepted);

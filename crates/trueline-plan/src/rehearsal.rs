@@ -81,7 +81,7 @@ pub fn rehearse(
 /// Duration of a middling scan, s.
 const MIDDLING_S: f64 = 20.0;
 
-/// What a calibration would take for known of the sensor's shape and of the errors that are no noise, and the speed of its seam error.
+/// What a calibration would take for known of the sensor's shape and of the errors that are not noise, and the speed of its seam error.
 /// The points of a path decide a little of it: those of a middling one stand for all.
 pub(crate) fn knowledge(
     cell: &Cell,

@@ -20,7 +20,7 @@ use trueline_method::input::shape_knowledge::ShapeCovariance;
 use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_model::SheetShape;
 
-/// What is wanted of the seam error, and what is known beforehand of everything that adds to it.
+/// What is wanted of the seam error, and the prior of everything that adds to it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SeamGoal {
     /// One standard deviation, m.

@@ -99,7 +99,7 @@ impl Sights {
         &self.origin
     }
 
-    /// Standard deviation of the bow as it is known beforehand, m.
+    /// Prior standard deviation of the bow, m.
     pub(crate) fn bow_sigma_m(&self) -> f64 {
         self.bow_sigma_m
     }

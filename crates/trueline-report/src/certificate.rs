@@ -12,7 +12,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use trueline_dataset::result_file::{Fact, ResultFile};
 use trueline_method::{Calibration, Status};
 
-/// Expanded uncertainties are so many standard deviations: about 95 %.
+/// Expanded uncertainties are this number of standard deviations: about 95 %.
 const COVERAGE: f64 = 2.0;
 
 /// Where a change of scale along an axis is stated, mm from the middle.

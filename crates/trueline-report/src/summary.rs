@@ -233,7 +233,7 @@ fn curve(c: &Calibration) -> Option<String> {
     ))
 }
 
-/// How far the seam is off its drawing, and about what axis the drawing says nothing of the part's place.
+/// How far the seam is off its drawing, and the axis about which the drawing does not determine the position of the part.
 fn cad(c: &Calibration) -> Option<String> {
     let found = c.findings.curve.as_ref()?.cad.as_ref()?;
     let cad = c.findings.config.seam_cad.as_ref()?;

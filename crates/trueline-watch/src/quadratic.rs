@@ -71,7 +71,7 @@ impl Quadratic {
     }
 
     /// Evidence about the first `kept` unknowns whatever the others are: the Schur complement. Directions of the others
-    /// that nothing is known of say nothing.
+    /// that nothing is known of cannot be used.
     #[must_use]
     pub fn marginal(&self, kept: usize) -> Self {
         let other = self.size() - kept;

@@ -46,7 +46,7 @@ pub struct Told {
     pub was_claimed: bool,
 }
 
-/// A change is within the tolerance if it is by so many standard deviations.
+/// A change is within the tolerance if it is by this number of standard deviations.
 const SURELY: f64 = 2.0;
 
 impl Told {

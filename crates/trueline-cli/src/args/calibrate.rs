@@ -235,7 +235,7 @@ impl CalibrateArgs {
         }
     }
 
-    /// The first option that was given and says nothing of pose sightings.
+    /// The first option that was given and does not apply to pose sightings.
     pub(crate) fn not_of_poses(&self) -> Option<&'static str> {
         let defaults = Config::default();
         let given = [
@@ -277,7 +277,7 @@ impl CalibrateArgs {
     }
 }
 
-/// Options that say nothing of a board.
+/// Options that do not apply to a board.
 const OF_SEAMS: [&str; 28] = [
     "measurements",
     "residual",

@@ -5,7 +5,7 @@ use trueline_dataset::Carries;
 use trueline_geometry::AxisKind;
 use trueline_sim::{AxisCourse, Scenario, SimulatedAxis};
 
-/// Options that say nothing of a scan with axes.
+/// Options that do not apply to a scan with axes.
 const NOT_OF_AXES: [&str; 9] =
     ["plan", "images", "plates", "production", "boards", "shop", "seam", "sightings", "faults"];
 

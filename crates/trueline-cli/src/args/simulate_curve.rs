@@ -34,7 +34,7 @@ static FORMS: [Choice<CurveKind>; 7] = [
     ("free", "A curve in space", CurveKind::Free),
 ];
 
-/// Options of scans of a straight seam that say nothing of a curve.
+/// Options of scans of a straight seam that do not apply to a curve.
 fn not_of_curves() -> Vec<&'static str> {
     let shared = ["noise_free", "robot_noise_mm", "feature_noise_mm", "outliers", "duration_s"];
     let of_seams = SEAM_SCAN_OPTIONS.into_iter().filter(|option| !shared.contains(option));

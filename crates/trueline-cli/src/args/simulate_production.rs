@@ -19,7 +19,7 @@ pub(crate) struct ProductionArgs {
     pub(crate) change: Option<ScheduledChange>,
 }
 
-/// Options that say nothing of a production: its layout has its own scans.
+/// Options that do not apply to a production: its layout has its own scans.
 fn not_of_production() -> Vec<&'static str> {
     [&SEAM_SCAN_OPTIONS[..], &["time_offset_ms", "of_profiles", "images"]].concat()
 }

@@ -24,7 +24,7 @@ pub(crate) struct ShopArgs {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct OnlyErrors(pub Vec<ShopError>);
 
-/// Options that say nothing of a shop: it draws its own scans.
+/// Options that do not apply to a shop: it draws its own scans.
 fn not_of_shops() -> Vec<&'static str> {
     [&SEAM_SCAN_OPTIONS[..], &["time_offset_ms", "production", "boards", "images"], &DRAWN_PLATES].concat()
 }

@@ -44,7 +44,7 @@ static MOTIONS: [Choice<PoseMotion>; 4] = [
     ("even", "Turns and shifts evenly: the time offset cannot be determined", PoseMotion::Even),
 ];
 
-/// Options of scans of a seam that say nothing of sightings.
+/// Options of scans of a seam that do not apply to sightings.
 fn not_of_sightings() -> Vec<&'static str> {
     let shared = ["noise_free", "robot_noise_mm", "stamp_jitter_ms", "outliers"];
     let of_seams = SEAM_SCAN_OPTIONS.into_iter().filter(|option| !shared.contains(option));

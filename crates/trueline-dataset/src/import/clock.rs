@@ -48,7 +48,7 @@ impl ClockReader {
     /// Nanoseconds of a cell.
     ///
     /// # Errors
-    /// A cell of another kind than the first one, and a date of which day and month cannot be told apart.
+    /// A cell of another kind than the first one, and a date whose day and month are ambiguous.
     pub(crate) fn ns(&mut self, cell: &str) -> Result<i64, Problem> {
         let other = || LogProblem::NotATime { text: cell.to_owned(), like: self.clock.words() };
         match (moment::parse(cell), self.clock) {

@@ -389,7 +389,7 @@ fn is_small(step: &DVector<f64>, solved: &Solved, free: &[usize]) -> bool {
     free.iter().zip(sigmas).all(|(index, sigma)| step[*index].abs() < SMALL * sigma)
 }
 
-/// What is known beforehand of the free unknowns at a state, and of the blocks.
+/// Prior of the free unknowns at a state, and of the blocks.
 fn prior(at: &Parameters, free: &[usize], blocks: &[Block], shape_prior: Option<&ShapePrior>) -> Prior {
     let known = at.known(shape_prior);
     let dimension = at.dimension();

@@ -119,7 +119,7 @@ impl Amplitudes {
     }
 }
 
-/// What lasts is no noise where it is so many times what was expected of noise.
+/// What lasts is not noise where it is so many times what was expected of noise.
 const LARGEST_NOISE: f64 = 20.0;
 /// An arm moves a point by less than this along a scan, beyond what the hand-eye takes, m.
 const WORST_SHIFT_M: f64 = 1e-3;

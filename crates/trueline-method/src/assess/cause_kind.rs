@@ -1,4 +1,4 @@
-//! The usual causes of residuals that are no noise.
+//! The usual causes of residuals that are not noise.
 
 use crate::assess::tilt_bias::BIAS;
 use std::ops::Range;

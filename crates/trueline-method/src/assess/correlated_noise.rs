@@ -1,7 +1,7 @@
 //! Residuals that are correlated: as noise in time, or as the form of the seam.
 //!
 //! A real weld's residuals are alike from frame to frame. Either the detector errs alike for some frames, or the seam is
-//! there where it is: then the same place errs alike in every pass, and tells nothing of time or attitude. Both are an
+//! there where it is: then the same place errs alike in every pass, and has no information on time or attitude. Both are an
 //! Ornstein–Uhlenbeck process with white noise on top, of time or of the place on the seam, in each of the two directions
 //! across it. The restricted likelihood \[Patterson1971\] chooses, and generalised least squares with what it chose moves the
 //! estimate and says what it is worth.
@@ -138,7 +138,7 @@ impl CorrelatedNoise {
     }
 }
 
-/// What is known beforehand, in the root's coordinates.
+/// The prior, in the root's coordinates.
 struct Known {
     information: DMatrix<f64>,
     gradient: DVector<f64>,

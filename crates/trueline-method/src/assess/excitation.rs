@@ -41,7 +41,7 @@ impl SplitSampleInformation {
         let zeros = || DMatrix::zeros(n, n);
         let mut signal = Self { own: zeros(), common_attitude: zeros(), common: zeros() };
         let every = every(problem.list);
-        // What is known beforehand is no noise; as much of it as there is of the scan.
+        // The prior is not noise; as much of it as there is of the scan.
         let known = at.known(problem.shape_prior.as_ref()).information(n) / every as f64;
         signal.own += &known;
         signal.common_attitude += &known;

@@ -22,11 +22,11 @@ pub(crate) struct PartSums<'a, 'b> {
     at: &'b Parameters,
     fixed: &'b [usize],
     parts: Vec<(Range<usize>, Sums)>,
-    /// Of all, with what is known beforehand.
+    /// Of all, with the prior.
     all: Sums,
 }
 
-/// What a part of a scan says of the unknowns; what is known beforehand is left out.
+/// Information of a part of a scan on the unknowns, without the prior.
 #[derive(Clone)]
 struct Sums {
     /// The normal equations.

@@ -1,4 +1,4 @@
-//! What residuals that are no noise are made of: each usual cause leaves a pattern over the motion, and the one that
+//! What residuals that are not noise are made of: each usual cause leaves a pattern over the motion, and the one that
 //! explains nearly all of what any of them explains is named, with its size.
 //!
 //! Residuals that are alike from one to the next make that look more than it is, by (1 + ρ)/(1 − ρ).

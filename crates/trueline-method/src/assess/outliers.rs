@@ -1,6 +1,6 @@
 //! How many of some measurements are outliers, and whether the others are a majority.
 
-/// The others outnumber the outliers by so many standard deviations of a fair coin's toss, or it may be chance that they agree.
+/// The others outnumber the outliers by this number of standard deviations of a fair coin's toss, or it may be chance that they agree.
 const MAJORITY_SIGMAS: f64 = 2.5;
 
 /// Outliers among measurements.

@@ -88,7 +88,7 @@ impl Beside {
     }
 }
 
-/// Observations that are looked at; of more, every so many stand for the rest, for a robot's errors change slowly along the path.
+/// Observations that are looked at; of more, one in several represents the rest, for a robot's errors change slowly along the path.
 pub(crate) const SAMPLE: usize = 3000;
 
 /// Sums over the observations that are looked at.
@@ -98,7 +98,7 @@ pub(crate) struct Scores {
     /// Zᵀ W Z.
     own: DMatrix<f64>,
     /// L⁻¹ C½ᵀ (Jᵀ W r + P x): zero at the optimum, which that of some of the observations is not. L Lᵀ is what these observations and
-    /// what is known beforehand, P, tell of the other unknowns in the coordinates of C½: one where all are looked at.
+    /// the prior, P, tell of the other unknowns in the coordinates of C½: one where all are looked at.
     others: DVector<f64>,
     /// L⁻¹ C½ᵀ Jᵀ W Z.
     cross: DMatrix<f64>,

@@ -27,7 +27,7 @@ pub struct SeamError {
     pub field_m: [f64; 2],
     /// Where it comes from; the squares add up.
     pub budget_m: SeamErrorBudget,
-    /// How large the errors that are no noise were taken to be.
+    /// How large the errors that are not noise were taken to be.
     pub levels: SystematicLevels,
     /// The direction in the tool in which it is largest (of length 1), and how large it is there, m; `None` where only its size is predicted.
     pub weakest: Option<([f64; 3], f64)>,

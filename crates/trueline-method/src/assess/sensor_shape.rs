@@ -1,4 +1,4 @@
-//! What the scan says of the sensor's own calibration.
+//! What the scan determines of the sensor's own calibration.
 
 use crate::assess::corrected_sensor::total;
 use crate::assess::misfit_cause::MisfitCause;

@@ -56,7 +56,7 @@ pub struct SystematicLevels {
     pub held_shape: Option<ShapeCovariance>,
 }
 
-/// Observations on which the robot's errors are looked at; of more, every so many stand for the rest, for these errors change
+/// Observations on which the robot's errors are looked at; of more, one in several represents the rest, for these errors change
 /// slowly along the path.
 const SAMPLE: usize = 800;
 

@@ -21,7 +21,7 @@ use trueline_geometry::Pose;
 
 /// The curve may become this many times as long in the joint fit: it may not shrink, and before the fit it cuts corners.
 const LENGTH_WITHIN: [f64; 2] = [0.8, 1.5];
-/// A hand-eye transform that is known beforehand is known to this, rad and m.
+/// Standard deviation of a hand-eye transform with a prior, rad and m.
 const KNOWN_TO: (f64, f64) = (2.0 * std::f64::consts::PI / 180.0, 10e-3);
 /// Held, it is known to this part of it.
 const HELD: f64 = 1e-3;
@@ -110,7 +110,7 @@ pub(crate) struct Answered {
 }
 
 impl Answered {
-    /// Rivals that the scan does not tell from the answer. In a single pass the curve follows each of them, so that all that explain it are.
+    /// Rivals that the scan cannot separate from the answer. In a single pass the curve follows each of them, so that all that explain it are.
     pub(crate) fn open(&self) -> impl Iterator<Item = &Rival> {
         let is_loose = self.curve.is_one_pass && !self.is_held;
         self.rivals.iter().filter(move |rival| rival.is_named() && (is_loose || !rival.test.decided()))

@@ -63,17 +63,17 @@ pub enum CadProblem {
 /// The unit that a drawing seems to be in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CadUnit {
-    /// Metres, taken for millimetres.
+    /// Metres read as millimetres.
     Metres,
-    /// Inches, taken for millimetres.
+    /// Inches read as millimetres.
     Inches,
-    /// Centimetres, taken for millimetres.
+    /// Centimetres read as millimetres.
     Centimetres,
-    /// Millimetres, taken for metres.
+    /// Millimetres read as metres.
     NotMetres,
-    /// Millimetres, taken for inches.
+    /// Millimetres read as inches.
     NotInches,
-    /// Millimetres, taken for centimetres.
+    /// Millimetres read as centimetres.
     NotCentimetres,
 }
 

@@ -5,7 +5,7 @@ use crate::curve::spline::Spline;
 use nalgebra::Vector3;
 use trueline_lsq::Loss;
 
-/// Points that are ordered at most; of more, every so many.
+/// Points that are ordered at most; of more, one in several.
 const MOST_POINTS: usize = 500;
 /// The curve must connect this part of the points.
 const LEAST_CONNECTED: f64 = 0.6;

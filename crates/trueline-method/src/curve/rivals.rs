@@ -54,7 +54,7 @@ pub(crate) fn find(readings: &Readings, best: &Rough, within_s: f64, threads: us
     compared(readings, best, &candidates, None, threads)
 }
 
-/// The candidates that are another answer, compared with the best; the hand-eye transform as it is known, if somebody says so.
+/// The candidates that are another answer, compared with the best; the hand-eye transform as it is known, if stated.
 #[must_use]
 pub(crate) fn compared(
     readings: &Readings,

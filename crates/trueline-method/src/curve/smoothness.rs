@@ -67,7 +67,7 @@ impl Parts {
         self.data.plus(&self.prior, s3_m.powi(-2)).plus(&self.known, 1.0)
     }
 
-    /// Without anything that is known beforehand but a prior of a size, m, that the equations have a solution.
+    /// Without any prior but that of a size, m, that the equations have a solution.
     #[must_use]
     pub(crate) fn of_data(&self, s3_m: f64) -> Arrow {
         self.data.plus(&self.prior, s3_m.powi(-2))

@@ -15,7 +15,7 @@ use trueline_dataset::Guess;
 
 /// Knots of the answer, m …
 const KNOTS_M: f64 = 5e-3;
-/// … with at least so many readings each.
+/// … with at least this number of readings each.
 pub(crate) const READINGS_PER_KNOT: usize = 5;
 /// A reading that is further off than this in the search does not say where the curve ends, m.
 const ENDS_WITHIN_M: f64 = 2e-3;
@@ -37,7 +37,7 @@ pub(crate) struct Search<'a> {
     pub readings: &'a Readings,
     /// Time offsets are looked for within plus and minus this, s.
     pub within_s: f64,
-    /// Where to begin, if somebody says so.
+    /// Where to begin, if stated.
     pub guess: Option<&'a Guess>,
     /// Threads.
     pub threads: usize,
@@ -132,7 +132,7 @@ pub(crate) fn knots_m(readings: &Readings, length_m: f64, least_m: f64) -> f64 {
     KNOTS_M.max(least_m).max(length_m / most as f64)
 }
 
-/// The answer from a rough one, with knots of at least `least_m` and more known of the shared unknowns, if somebody says so.
+/// The answer from a rough one, with knots of at least `least_m` and more known of the shared unknowns, if stated.
 #[must_use]
 pub(crate) fn finish(
     readings: &Readings,

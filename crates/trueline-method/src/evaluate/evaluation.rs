@@ -104,7 +104,7 @@ impl ToleranceCheck {
         self.within() >= NEEDED_WITHIN
     }
 
-    /// Whether the reference says something of enough of the scan.
+    /// Whether the reference covers enough of the scan.
     #[must_use]
     pub fn is_covered(&self) -> bool {
         self.coverage() >= self.needed_coverage
@@ -141,7 +141,7 @@ impl Evaluation {
         (!self.known).then(|| Figures::of(self.calibrated.iter().map(|point| point.error_m)).median_m)
     }
 
-    /// The calibrated points against a tolerance, m; the reference must say something of this part of them.
+    /// The calibrated points against a tolerance, m; the reference must cover this part of them.
     #[must_use]
     pub fn check(&self, tolerance_m: f64, needed_coverage: f64) -> ToleranceCheck {
         let near = self.calibrated.iter().filter(|point| point.error_m.norm() <= tolerance_m).count();

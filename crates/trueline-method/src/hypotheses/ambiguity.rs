@@ -18,7 +18,7 @@ pub struct RunnerUp {
     pub test: PairedTest,
 }
 
-/// A rival that the scan does not tell from the best: a complete answer.
+/// A rival that the scan cannot separate from the best: a complete answer.
 #[derive(Clone, Debug)]
 pub struct RivalAnswer {
     /// The answer.
@@ -38,7 +38,7 @@ pub struct RivalAnswer {
 pub struct Ambiguity {
     /// The most dangerous rival; `None` if there is none within the searched range.
     pub runner_up: Option<RunnerUp>,
-    /// Rivals that the scan does not tell from the best.
+    /// Rivals that the scan cannot separate from the best.
     pub rivals: Vec<RivalAnswer>,
     /// Statements each of which would single out the answer given.
     pub statements: Vec<Statement>,

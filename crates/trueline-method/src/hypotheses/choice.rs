@@ -1,4 +1,4 @@
-//! Which of several answers that a scan does not tell apart is meant: what a user says about the cell decides, nothing else.
+//! Which of several answers that a scan cannot separate is meant: what a user says about the cell decides, nothing else.
 
 use crate::problem::parameters::Parameters;
 use nalgebra::Vector3;
@@ -121,7 +121,7 @@ pub fn statements_for(answer: usize, answers: &[&Parameters]) -> Vec<Statement> 
     within.into_iter().chain(looks.map(Statement::Looks)).collect()
 }
 
-/// What decided between answers that the scan does not tell apart.
+/// What decided between answers that the scan cannot separate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DecidedBy {
     /// The initial guess.

@@ -45,11 +45,11 @@ impl BetterMinimum {
 /// Whether a mirrored attitude fits as well as the one found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mirrored {
-    /// The scan tells them apart, or a guess does.
+    /// The scan, or a guess, separates them.
     ToldApart,
-    /// They are told apart if the sensor is as its file says.
+    /// They are separable if the sensor agrees with its file.
     ToldApartBySensor,
-    /// Nothing tells them apart.
+    /// They cannot be separated.
     Equal,
 }
 
@@ -70,7 +70,7 @@ const SEARCHED_FROM_GUESS: [usize; 1] = [3_000];
 
 /// Finds the optimum from a guess, or from nothing.
 ///
-/// A scan of more than twice as many observations as are searched is searched among every so many of them, and fitted to all from
+/// A scan of more than twice as many observations as are searched is searched among one in several of them, and fitted to all from
 /// there. Only where these leave a question open are all asked.
 ///
 /// # Errors
@@ -194,7 +194,7 @@ fn settled(solver: &Solver<'_>, best: OfTwo, rivals: Vec<Rival>, guess_chooses: 
 struct OfTwo {
     fit: Fit,
     mirrored: Mirrored,
-    /// The other, where the scan alone does not tell them apart.
+    /// The other, where the scan alone cannot separate them.
     mirror: Option<Fit>,
 }
 

@@ -67,9 +67,9 @@ pub(crate) fn with_best_stamps(
 
 /// A scan of more observations than this is asked in stretches first, where the robot's path would have to be made again …
 const MOST: usize = 48_000;
-/// … in so many of them …
+/// … in this number of them …
 const STRETCHES: usize = 20;
-/// … of so many observations each: long against all that makes neighbours alike.
+/// … of this number of observations each: long against all that makes neighbours alike.
 const STRETCH: usize = 1_200;
 /// The stretches speak against a treatment if this many standard deviations by their spread leave it no better: where it is not worse
 /// that happens once in several hundred scans, and then both leave as much.

@@ -1,5 +1,5 @@
-//! The fit that is concluded from: to features that do not shift with the tilt, where that is estimated, and what is left of
-//! their residuals.
+//! The fit that is concluded from: to features that do not shift with the tilt, where that is estimated, and their remaining
+//! residuals.
 
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::correlated_noise::{Over, Structure};
@@ -19,7 +19,7 @@ use crate::solve::solver::Solver;
 use trueline_dataset::Recording;
 use trueline_lsq::Information;
 
-/// A fit to features that do not shift with the tilt, and what is left of their residuals.
+/// A fit to features that do not shift with the tilt, and their remaining residuals.
 pub struct Unbiased {
     /// The fit, at the optimum by noise as correlated as it was found to be.
     pub assessed: Assessed,
@@ -39,7 +39,7 @@ impl Unbiased {
         Self { assessed, structure: Structure::Unknown, cause, bias: None }
     }
 
-    /// How large the errors that are no noise are taken to be, `taken` being what was assumed of them.
+    /// How large the errors that are not noise are taken to be, `taken` being what was assumed of them.
     #[must_use]
     pub(crate) fn levels(&self, taken: SystematicLevels) -> SystematicLevels {
         let estimated = |bias: &TakenBias| SystematicLevels { bias_is_estimated: true, ..bias.levels };

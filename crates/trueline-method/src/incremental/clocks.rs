@@ -8,7 +8,7 @@ use crate::input::robot_motion::RobotMotion;
 use crate::input::timestamps::{Dejittered, Sampling, Stream};
 use trueline_dataset::Recording;
 
-/// Which stamps are taken as their clocks say, and those clocks' lines.
+/// Which stamps are taken by their clocks, and those clocks' lines.
 #[derive(Clone, Debug)]
 pub(super) struct Clocks {
     dejittered: Dejittered,

@@ -67,7 +67,7 @@ const STAY_WINDOW: usize = 200;
 pub(crate) const FLOOR: f64 = 0.1;
 /// A step is this many standard deviations of the difference of two medians high.
 pub(crate) const STEP_SIGMAS: f64 = 8.0;
-/// A stamp further off than this says little about the period.
+/// A stamp further off than this has little information on the period.
 pub(crate) const HUBER_SIGMAS: f64 = 2.0;
 /// A silence is longer than this many ticks.
 pub(crate) const SILENCE_TICKS: f64 = 4.0;

@@ -145,7 +145,7 @@ fn with_lateness(clock: StreamClock, stamps_s: &[f64]) -> StreamClock {
     StreamClock { jitter_s: root_mean_square(&about), lateness: Lateness::of(&about), ..clock }
 }
 
-/// Finer stamps say enough, µs.
+/// Finer stamps are sufficient, µs.
 const COARSE_US: i64 = 500;
 
 /// Standard deviation of rounding, if all stamps are whole multiples of what is coarse and shorter than half a step, s.

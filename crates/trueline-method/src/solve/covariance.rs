@@ -43,8 +43,7 @@ struct Moments {
 /// The scores of all frames in the root's coordinates, and what the model expects of them.
 struct Scores {
     frames: RowTable,
-    /// Expected covariance of their sum; the unit matrix where every frame has one feature and nothing is known
-    /// beforehand.
+    /// Expected covariance of their sum; the unit matrix if every frame has one feature and there is no prior.
     expected: DMatrix<f64>,
     /// The part of the information that was known beforehand, in the same coordinates.
     known: DMatrix<f64>,

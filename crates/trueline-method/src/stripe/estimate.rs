@@ -53,7 +53,7 @@ pub struct SeamEstimate<'a> {
     pub noise: &'a DMatrix<f64>,
     /// What of its noise lasts.
     pub lasting: Lasting,
-    /// What it owes to errors that are no noise.
+    /// What it owes to errors that are not noise.
     pub systematic: &'a Systematic,
     /// Those errors.
     pub shared: SharedErrors<'a>,
@@ -267,7 +267,7 @@ impl Explained {
     }
 }
 
-/// An answer in the words of a seam, and what it owes to noise and to errors that are no noise.
+/// An answer in the words of a seam, and what it owes to noise and to errors that are not noise.
 struct InSeam {
     answer: Answer,
     noise: DMatrix<f64>,
@@ -335,7 +335,7 @@ fn in_lengths(observations: &Observations, one: &Parameters, other: &Parameters)
     }
 }
 
-/// Files have stamps of a nanosecond and lengths of nanometres: answers are not told apart to less, s, rad and m.
+/// Files have stamps of a nanosecond and lengths of nanometres: answers cannot be separated to less, s, rad and m.
 const ROUNDING_SI: f64 = 1e-9;
 
 /// How far the answers are apart, σ. What the forms of the plates explain is no disagreement; what they do not explain is as large as it is.

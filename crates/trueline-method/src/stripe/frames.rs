@@ -66,7 +66,7 @@ pub struct StripeFrame {
     /// Its seam point beside the stripes: where plates do not meet it is a point of the edge.
     pub edge: Option<SeamSight>,
     /// The unit vector in the sheet along which the edge point counts: what moves it across its stripe does not move it along this. How
-    /// high it is says the stripe, of whose light it was made; that of a bowed plate leaves the straight line by which its end is measured.
+    /// high it is says the stripe, from whose light it is computed; that of a bowed plate leaves the straight line by which its end is measured.
     pub edge_axis: Vector2<f64>,
 }
 
@@ -343,7 +343,7 @@ fn on_sheet(
 struct Stamps {
     /// Recorded stamp (ns) and the one that is used (s), rising.
     known: Vec<(i64, f64)>,
-    /// Time between pictures where these are taken as their clock says, s.
+    /// Time between pictures where these are taken by their clock, s.
     tick_s: Option<f64>,
 }
 

@@ -22,7 +22,7 @@ use trueline_geometry::Trajectory;
 use trueline_lsq::Information;
 use trueline_model::Placement;
 
-/// Frames that are looked at; of more, every so many stand for the rest.
+/// Frames that are looked at; of more, one in several represents the rest.
 const SAMPLE: usize = 800;
 /// A direction that is noise by this part or more is not seen: a linear account of errors ends where they are as large as the motion.
 pub(crate) const MOST_NOISE: f64 = 0.5;

@@ -1,4 +1,4 @@
-//! What the scan says of the plates themselves: where they are, how well that is known, and whether they are flat.
+//! What the scan determines of the plates themselves: where they are, how well that is known, and whether they are flat.
 
 use crate::assess::observability::is_null;
 use crate::stripe::frames::{Sight, StripeFrame, StripeFrames};
@@ -13,7 +13,7 @@ use trueline_model::plate::{SURFACE_LENGTH_M, SURFACE_REACH_M, surface_terms};
 
 /// One plate: the plane that fits its visible surface best.
 ///
-/// The slope at the seam and a bow across the stripe are hard to tell apart; what the visible surface does as a whole is known
+/// The slope at the seam and a bow across the stripe are hard to separate; what the visible surface does as a whole is known
 /// far better than either.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlaneEstimate {
@@ -228,7 +228,7 @@ struct SeenPoint {
     from: Vector3<f64>,
 }
 
-/// Support points of a plate that are looked at; of more frames, every so many stand for the rest.
+/// Support points of a plate that are looked at; of more frames, one in several represents the rest.
 const MOST_FRAMES: usize = 5000;
 
 /// The support points of a plate.

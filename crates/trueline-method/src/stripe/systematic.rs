@@ -1,4 +1,4 @@
-//! Errors that are no noise, as the plates' estimate owes to them: the columns of [`Systematic`] in the tangent of the
+//! Errors that are not noise, as the plates' estimate owes to them: the columns of [`Systematic`] in the tangent of the
 //! plates.
 
 use crate::assess::robot_field::RobotField;
@@ -27,7 +27,7 @@ pub struct SharedErrors<'a> {
     pub bias: BiasError,
 }
 
-/// Frames that are looked at; of more, every so many stand for the rest.
+/// Frames that are looked at; of more, one in several represents the rest.
 const SAMPLE: usize = 800;
 
 /// How far each kind of error moves the estimate.

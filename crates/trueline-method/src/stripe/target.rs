@@ -9,7 +9,7 @@
 //!
 //! Parallel plates have no corner: across the seam only their edge is anything to be seen. An edge is a third surface, square to the
 //! plate that bears it, and the measured point of the edge, or of the middle of a gap, is one support point of it: along the stripe it says where the edge
-//! is, and across the stripe no more than the stripe itself, of whose light it was made.
+//! is, and across the stripe no more than the stripe itself, from whose light it is computed.
 
 use nalgebra::UnitVector3;
 use trueline_model::Plate;
@@ -20,7 +20,7 @@ pub const EDGE: usize = 2;
 /// The surfaces of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
-    /// The plates; one that is not seen is held where it is, and says nothing.
+    /// The plates; one that is not seen is held where it is, and has no information.
     pub plates: [Plate; 2],
     /// Whether each is seen.
     pub seen: [bool; 2],

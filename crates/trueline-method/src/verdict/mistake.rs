@@ -25,7 +25,7 @@ fn others_leave(f: &Findings) -> impl Iterator<Item = f64> {
     [better, rival.map(|rival| rival.noise_factor), f.clock.noise_factor_without_step].into_iter().flatten()
 }
 
-/// Residuals that are no noise: they follow the motion, or are larger than any edge explains.
+/// Residuals that are not noise: they follow the motion, or are larger than any edge explains.
 pub(crate) fn residuals_are_too_large(f: &Findings) -> bool {
     if f.checks.better_without_drawing_m.is_some() {
         // They are the error of a drawing, within its ±: without it they are not too large.

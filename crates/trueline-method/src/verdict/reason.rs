@@ -18,7 +18,7 @@ use crate::stripe::outcome::Apart;
 use std::fmt;
 use trueline_lsq::Termination;
 
-/// One of several answers that a scan does not tell apart.
+/// One of several answers that a scan cannot separate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
     /// Its time offset, s.

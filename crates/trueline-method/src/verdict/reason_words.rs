@@ -1,4 +1,4 @@
-//! Reasons that take more than a line to say.
+//! Reasons of more than one line.
 
 use super::quantity::{MM_PER_M, MS_PER_S, Quantity, Significant};
 use super::warning_words::how_far_apart;

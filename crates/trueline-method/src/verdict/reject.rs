@@ -21,7 +21,7 @@ use crate::input::timestamps::StampReport;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::stripe::outcome::StripeOutcome;
 
-/// A step is a whole number of pictures if it is one to within so many standard deviations …
+/// A step is a whole number of pictures if it is one to within this number of standard deviations …
 const WHOLE_SIGMAS: f64 = 4.0;
 /// … of at least this part of a picture …
 const LEAST_SPREAD: f64 = 0.01;
@@ -204,7 +204,7 @@ fn contradicted(f: &Findings) -> Vec<Reason> {
     lines.chain(sensor).collect()
 }
 
-/// A rival of the answer that is better, or that the scan does not tell from it.
+/// A rival of the answer that is better, or that the scan cannot separate from it.
 fn other_minima(f: &Findings) -> Vec<Reason> {
     let ambiguity = &f.checks.ambiguity;
     // As the stamps were recorded, as everywhere else on the page.
@@ -240,7 +240,7 @@ fn whole_pictures(images: &StampReport, step: &Step) -> Option<u32> {
     (is_even && is_whole && pictures > MOST_SPREAD).then_some(pictures.round() as u32)
 }
 
-/// The answer given and those that the scan does not tell from it.
+/// The answer given and those that the scan cannot separate from it.
 fn answers(f: &Findings) -> Vec<Answer> {
     let ambiguity = &f.checks.ambiguity;
     let own = Answer {

@@ -40,7 +40,7 @@ pub enum Warning {
         /// Time offsets of the others, s.
         other_time_offsets_s: Vec<f64>,
     },
-    /// The recording states how well the sensor is known, and the paper's residual takes it for exact.
+    /// The recording states how well the sensor is known, and the paper's residual treats it as exact.
     UncertaintyNotApplied,
     /// The sensor's file was written from this scan: it is held as it says.
     SensorOfItsOwnScan,
@@ -63,7 +63,7 @@ pub enum Warning {
         /// The same without, m.
         without_m: f64,
     },
-    /// One usual cause explains nearly all that is left and is no noise.
+    /// One usual cause explains nearly all that is left and is not noise.
     LikelyCause {
         /// Which.
         kind: CauseKind,
@@ -74,14 +74,14 @@ pub enum Warning {
         /// The length that counts as a pixel, m, where features are lengths.
         per_px_m: Option<f64>,
     },
-    /// The detector's point moves with the tilt; this was taken out.
+    /// The detector's point moves with the tilt; the result is corrected for it.
     FeatureBias {
         /// By how much.
         bias: FeatureBias,
         /// The length that counts as a pixel, m, where features are lengths.
         per_px_m: Option<f64>,
     },
-    /// A mirrored attitude is told apart only if the sensor is as its file says.
+    /// A mirrored attitude can be excluded only if the sensor is as in its file.
     MirrorBySensor,
     /// What the scan does not show was held at the initial guess, as the user allowed.
     HeldAtGuess {
@@ -163,7 +163,7 @@ pub enum Warning {
         /// Whether the answer is that of the seam points, whose residuals they are.
         of_answer: bool,
     },
-    /// The residuals follow the motion: they are no noise.
+    /// The residuals follow the motion: they are not noise.
     StructuredResiduals {
         /// Correlation of neighbours once correlated noise is taken out.
         left: f64,
@@ -178,7 +178,7 @@ pub enum Warning {
         /// Root mean square over the scan, m.
         rms_m: f64,
     },
-    /// One of the clocks stepped; this was taken out.
+    /// One of the clocks stepped; the result is corrected for it.
     ClockStep {
         /// When, s.
         at_s: f64,
@@ -190,7 +190,7 @@ pub enum Warning {
         /// Part of the features.
         share: f64,
     },
-    /// The image clock drifts; this was taken out.
+    /// The image clock drifts; the result is corrected for it.
     ClockDrift {
         /// Against the robot's clock, parts per million.
         ppm: f64,

@@ -1,4 +1,4 @@
-//! Warnings that take more than a line to say.
+//! Warnings of more than one line.
 
 use super::quantity::{Axis, MM_PER_M, MS_PER_S, Quantity, Significant};
 use super::stream_name::StreamName;

@@ -26,7 +26,7 @@ pub(super) fn blocks(c: &Calibration) -> Vec<Block> {
     }
     let advice: Vec<String> =
         c.findings.unknowns.observability.unobservable.iter().map(ToString::to_string).collect();
-    // Of data with a mistake in them this says nothing.
+    // Data with a mistake in them make this meaningless.
     let is_of_data = matches!(c.reasons().first(), Some(Reason::ResidualsTooLarge { .. }));
     if !advice.is_empty() && !is_of_data {
         blocks.push(Block::Notice {

@@ -152,7 +152,7 @@ fn along_line(shown: &Shown<'_>, columns: &mut Columns) -> Chart {
 
 /// Cells along the longer side of what was visited of the view.
 const CELLS: f64 = 16.0;
-/// The mean of fewer residuals says nothing.
+/// The mean of fewer residuals has no information.
 const FEWEST: f64 = 3.0;
 
 /// What the view is measured in: its axes with their limits, the place of a feature in it, and its residual.
@@ -406,7 +406,7 @@ fn over_direction(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
             .filter(|(a, _)| *a >= low && *a < low + 360.0 / f64::from(sectors))
             .map(|(_, n)| *n)
             .collect();
-        // The median of a handful says nothing.
+        // The median of a handful has no information.
         let typical = if within.len() < 8 { None } else { median(within.into_iter()) };
         (low + 180.0 / f64::from(sectors), typical.unwrap_or(f64::NAN))
     };

@@ -37,7 +37,7 @@ const SHORTEST_PX: f64 = 80.0;
 /// How much of a plate says how high its end is, m: a bow of 0.2 mm at 25 mm from the end then leaves 0.006 mm, all of the plate
 /// 0.04 mm.
 const TIP_M: f64 = 8e-3;
-/// What next to the end says nothing of that, in blurs and in thicknesses of the stripe: an edge that crosses it at a slant takes one
+/// Pixels next to the end that are excluded, in blurs and in thicknesses of the stripe: an edge that crosses it at a slant takes one
 /// flank before the other.
 const CLEAR_BLURS: f64 = 2.0;
 const CLEAR_SIGMAS: f64 = 1.5;

@@ -120,7 +120,7 @@ impl Face {
     /// The support points of the face, as of a stripe in a picture: errors of the line at two distances x, y from the middle of
     /// the regression covary by m₁₁ + m₁₂ (x + y) + m₂₂ x y, which vanishes for x, y = x₀ ± d with x₀ = −m₁₂/m₂₂ and
     /// d² = (m₁₁ − m₁₂²/m₂₂)/m₂₂. Of an even face with like errors they are ℓ/√3 from its middle, and where its bow was taken out they are put there: what the
-    /// errors scatter by in one profile would move them along the line, off the places where it meets the surface. A profile without any noise says nothing of
+    /// errors scatter by in one profile would move them along the line, off the places where it meets the surface. A profile without any noise has no information on
     /// it: then likewise.
     pub(super) fn support(&self, seam: &Vector2<f64>, half_length_mm: f64) -> FaceSupport {
         let Regression { centre, covariance, slope, .. } = &self.regression;

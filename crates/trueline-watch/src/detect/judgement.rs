@@ -24,7 +24,7 @@ const CUT_MUST_GAIN: f64 = 2.0;
 /// [`over::OVER_ONCE_IN`].
 const TAKEN_BACK_P_LOG10: f64 = ALARM_P_LOG10 + 3.0;
 
-/// Two kinds are not told apart if the sums of squares they explain, less their dimensions, differ by less: three standard
+/// Two kinds cannot be separated if the sums of squares they explain, less their dimensions, differ by less: three standard
 /// deviations.
 const TOLD_APART: f64 = 9.0;
 

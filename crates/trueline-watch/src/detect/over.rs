@@ -27,7 +27,7 @@ pub(crate) fn end(history: &History<'_>, regimes: &[Regime]) -> Option<usize> {
     let (first, fault) = regimes.last().and_then(|regime| Some((regime.first, regime.fault?)))?;
     let good = history.good_before(regimes, first);
     Standing { history, good: &good, first, fault }.mended().or_else(|| {
-        // The first weld of the change may have seen it happen: it says nothing of how large it is.
+        // The first weld of the change may have seen it happen: it has no information on how large it is.
         let part = history.pieces.last().map_or(0, |piece| piece.part);
         changed_again(&Stretch { history, good: good.clone(), first: first + 1, part, standing: Some(fault) })
     })

@@ -1,6 +1,6 @@
-//! Why a weld says nothing.
+//! Why a weld cannot be used.
 
-/// Why a weld says nothing.
+/// Why a weld cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum WeldError {
     /// The recording cannot be used.
