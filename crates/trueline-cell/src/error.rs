@@ -55,7 +55,7 @@ pub enum CellError {
 }
 
 impl CellError {
-    /// What the user can do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> String {
         match self {

@@ -55,7 +55,7 @@ pub enum Progress {
     Refused {
         /// Seam points that came.
         seam_points: usize,
-        /// Why.
+        /// Reason.
         why: Arc<trueline_method::Error>,
     },
     /// An estimate.

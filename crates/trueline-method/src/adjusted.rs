@@ -26,7 +26,7 @@ use trueline_geometry::{Trajectory, lag};
 pub(crate) struct Adjusted {
     /// The answer.
     pub answer: Answer,
-    /// How far off a seam point is that is measured later; `None` where the field is empty.
+    /// Predicted error of a later seam point; `None` if the field is empty.
     pub seam_error: Option<SeamError>,
     /// Of each rival of the optimum, whether it is still one: adjusted in full as well, it is about as likely.
     pub is_open: Vec<bool>,

@@ -211,7 +211,7 @@ fn robot_seems(unbiased: &Unbiased, settings: &FitSettings<'_>, taken: RobotSigm
     robot_accuracy::shown(&problem, fit.parameters(), assessed.information.covariance_root(), taken)
 }
 
-/// How large the errors that are not noise are taken to be.
+/// Assumed size of the systematic errors.
 fn systematic_levels(
     recording: &Recording,
     settings: &FitSettings<'_>,

@@ -86,7 +86,7 @@ impl Calibration {
         &self.verdict.reasons
     }
 
-    /// What to look at though it can be used.
+    /// Warnings.
     #[must_use]
     pub fn warnings(&self) -> &[Warning] {
         &self.verdict.warnings

@@ -1,4 +1,4 @@
-//! What a fit says: its findings and the verdict.
+//! Conclusions from a fit: findings and verdict.
 
 use crate::adjusted::{Adjusted, Unsolved, adjusted, residuals_of};
 use crate::assess::cause_kind::CauseKind;
@@ -42,7 +42,7 @@ use nalgebra::{DMatrix, SVector};
 use trueline_dataset::Sensor;
 use trueline_lsq::Termination;
 
-/// Everything that is said of a fit.
+/// All findings about a fit.
 ///
 /// # Errors
 /// Stripes that are asked for and cannot be used.
@@ -158,7 +158,7 @@ fn clock(drift_free: &DriftFree) -> ClockFindings {
     }
 }
 
-/// What the estimate from seam points owes to noise and to errors that are not noise.
+/// Noise and systematic errors of the estimate from seam points.
 struct SeamErrors<'a> {
     sums: &'a SystematicSums,
     systematic: &'a Systematic,
@@ -325,13 +325,13 @@ fn take_adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>, findings: &mut
     }
 }
 
-/// What is said of the sensor, beside the cause that explains its residuals.
+/// Findings about the sensor, with the cause of its residuals.
 fn beside_cause(from: &Concluded<'_>, unknowns: &Unknowns) -> Option<SensorShape> {
     let Unknowns { parameters, covariance, .. } = unknowns;
     unknowns.sensor.map(|shape| shape.beside(from.cause.as_ref(), parameters, covariance))
 }
 
-/// An answer without what it says of the sensor.
+/// An answer without its findings about the sensor.
 struct Answered {
     parameters: Parameters,
     covariance: DMatrix<f64>,

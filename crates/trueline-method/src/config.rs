@@ -46,7 +46,7 @@ impl Hold {
     }
 }
 
-/// How well what is held is known: one standard deviation of each; `None` treats it as exact.
+/// Uncertainty of the values held fixed: one standard deviation of each; `None` treats it as exact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HeldSigma {
     /// Of the time offset, s.
@@ -57,7 +57,7 @@ pub struct HeldSigma {
     pub translation_m: Option<f64>,
 }
 
-/// A line of which a drawing, or a measurement of the part, says where it is: it is held there.
+/// A line held at its position in a drawing, or in a measurement of the part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawnLine {
     /// Its number among the features.
@@ -112,7 +112,7 @@ impl Stamps {
     }
 }
 
-/// What is done about the sensor's own calibration.
+/// Treatment of the sensor's own calibration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SensorMode {
     /// It is taken as in its file; what its file states of its uncertainty goes into the covariance.
@@ -136,7 +136,7 @@ impl SensorMode {
     }
 }
 
-/// What of the joint is used: the point where its plates meet, or the plates themselves.
+/// Measurement of the joint to use: the seam point, or the plates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Measurements {
     /// Whole stripes where most frames show both plates and agree with the seam points; else those.
@@ -236,7 +236,7 @@ impl Default for Use {
 pub struct Config {
     /// What the sensor goes over.
     pub target: Target,
-    /// What of the joint is used.
+    /// Measurement of the joint to use.
     pub measurements: Measurements,
     /// Which residual.
     pub residual: ResidualKind,
@@ -262,7 +262,7 @@ pub struct Config {
     pub stamp_sigma_s: Option<f64>,
     /// Which stamps are believed.
     pub stamps: Stamps,
-    /// What is done about the sensor's own calibration.
+    /// Treatment of the sensor's own calibration.
     pub sensor: SensorMode,
     /// Absolute accuracy of the robot, m; `None` is the value in the recording's sensor file, or
     /// [`ASSUMED_ROBOT_ACCURACY_M`].

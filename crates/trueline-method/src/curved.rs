@@ -82,7 +82,7 @@ pub(crate) fn answered(
     Ok(scan.calibration(recording, guess, line, &answer))
 }
 
-/// What of the options a curve does not know; `None` where it knows all.
+/// First option that a curve does not support; `None` if all are supported.
 fn unsupported(config: &Config, line: &Calibration) -> Option<&'static str> {
     if config.residual == ResidualKind::PointToLine {
         Some("the point-to-line residual supports straight lines only")
@@ -147,7 +147,7 @@ fn is_better(line: &Calibration, answer: &Answered) -> bool {
     is_of_size && (explains_more || answer.finished.factor < SMALLER * alone(line))
 }
 
-/// How much larger than expected the residuals of the line are beside noise alone.
+/// Noise factor of the line's residuals.
 fn alone(line: &Calibration) -> f64 {
     let models = &line.findings.models_tried;
     let alone = models.iter().find(|model| model.because == Because::NoiseAlone);

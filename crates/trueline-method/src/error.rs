@@ -8,7 +8,7 @@ use trueline_dataset::picture_rows::PicturesDisagree;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::trajectory::TrajectoryError;
 
-/// A mistake in what is said of an axis.
+/// A wrong statement about an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AxisMistake {
     /// It carries something else.
@@ -45,7 +45,7 @@ pub enum Error {
         line: u32,
         /// Features that could be used.
         usable: usize,
-        /// How many it takes.
+        /// Required number.
         needed: usize,
     },
     /// Lines are not numbered from 0 without a gap.
@@ -64,7 +64,7 @@ pub enum Error {
         /// Where.
         why: &'static str,
     },
-    /// Several axes of which nobody says where they are.
+    /// Several axes of unknown position.
     #[error("the positions of several axes are unknown: {names}")]
     AxesNeedGuess {
         /// Their names.
@@ -125,10 +125,10 @@ pub enum Error {
     TooFewImages {
         /// Images with a stamp of their own.
         images: usize,
-        /// How many it takes.
+        /// Required number.
         needed: usize,
     },
-    /// Robot poses that are too far apart to tell what the robot did between them.
+    /// Robot poses that are too far apart for interpolation.
     #[error("the robot's poses are {period_s:.3} s apart; at most {most_s} s is allowed")]
     RobotTooSlow {
         /// Median time between poses, s.
@@ -166,13 +166,13 @@ pub enum Error {
     /// Something is held that was never given.
     #[error("`{held}` cannot be held fixed: there is no initial value for it")]
     NothingToHold {
-        /// What is held.
+        /// The quantity held fixed.
         held: &'static str,
     },
     /// A noise is stated that applies to no feature.
     #[error("{why}")]
     FeatureNoiseUnused {
-        /// Why.
+        /// Reason.
         why: NoiseUnused,
     },
     /// A line is drawn that the scan does not have.
@@ -183,7 +183,7 @@ pub enum Error {
         /// Lines of the features.
         lines: usize,
     },
-    /// Stripes know no drawn lines.
+    /// Stripes do not support drawn lines.
     #[error("whole stripes cannot be used with a drawn line")]
     StripesOfDrawnLine,
     /// Partial acceptance needs a guess.
@@ -219,7 +219,7 @@ pub enum Error {
     /// Stripes that do not determine two plates that meet.
     #[error("whole stripes cannot be used: {why}")]
     NoPlates {
-        /// Why.
+        /// Reason.
         why: NoPlates,
     },
     /// Stripes without seam points of which too few cross.
@@ -230,7 +230,7 @@ pub enum Error {
     NoCrossings {
         /// In how many frames they do.
         crossings: usize,
-        /// How many there must be.
+        /// Required number.
         needed: usize,
     },
     /// Two tables that count their frames differently.
@@ -259,7 +259,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// What the user can do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {

@@ -158,7 +158,7 @@ pub enum NotBelieved {
 }
 
 impl NotBelieved {
-    /// What the user can do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {

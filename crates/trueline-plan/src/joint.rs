@@ -82,7 +82,7 @@ pub enum NoJoint {
 }
 
 impl NoJoint {
-    /// What the user can do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {

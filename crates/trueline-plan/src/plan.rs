@@ -184,7 +184,7 @@ fn where_seen(seen_m: Option<[f64; 2]>) -> String {
 }
 
 impl PlanError {
-    /// What the user can do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {

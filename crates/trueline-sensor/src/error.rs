@@ -86,7 +86,7 @@ impl Error {
         }
     }
 
-    /// What to do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {

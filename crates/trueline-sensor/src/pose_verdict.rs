@@ -26,7 +26,7 @@ pub enum SightingRemark {
     Unobservable(Unshown),
     /// The robot stands at each sighting, and nobody said so.
     AtStops {
-        /// How many there are.
+        /// Their number.
         stops: usize,
     },
     /// Another time offset explains the sightings as well.
@@ -40,14 +40,14 @@ pub enum SightingRemark {
     FewSightings {
         /// How many do.
         count: usize,
-        /// Of how many.
+        /// Total number.
         of: usize,
     },
     /// Some sightings are wrong.
     SightingsLeftOut {
-        /// How many.
+        /// Number.
         count: usize,
-        /// Of how many.
+        /// Total number.
         of: usize,
     },
     /// Residuals are larger than the stated noise makes them.

@@ -66,7 +66,7 @@ pub enum Remark {
     },
     /// Pictures were left out.
     PicturesLeftOut {
-        /// How many.
+        /// Number.
         count: usize,
     },
     /// The plane's normal is not known well enough.
@@ -110,7 +110,7 @@ pub enum Remark {
     },
     /// The robot stands at each picture, and nobody said so.
     AtStops {
-        /// How many stops there are.
+        /// Number of stops.
         stops: usize,
     },
     /// Board and robot disagree by more than their noise.

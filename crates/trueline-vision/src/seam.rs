@@ -1,4 +1,4 @@
-//! What the detector says of a picture.
+//! Result of the detector for a picture.
 
 use crate::lens::Lens;
 use crate::not_found::NotFound;
@@ -29,7 +29,7 @@ pub enum Joint {
 }
 
 impl Joint {
-    /// All joints, in the order in which they are told apart: the special ones before the general ones.
+    /// All joints, in the order in which they are tested: the special ones before the general ones.
     pub const ALL: [Self; 9] = [
         Self::Step,
         Self::VGroove,

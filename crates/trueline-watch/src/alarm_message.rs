@@ -1,5 +1,4 @@
-//! What is told of an alarm to whoever is not at the screen: one JSON object when it is raised, when it becomes another one, and when
-//! it is over.
+//! Alarm messages: one JSON object when an alarm is raised, changes or clears.
 
 use crate::store::Standing;
 use crate::words::numbered;
@@ -70,7 +69,7 @@ pub(crate) fn body(event: Event, cell: &str, calibration: &str, watched_s: i64, 
     })
 }
 
-/// The message that a repair was reported: the next weld is the first that tells.
+/// The message that a repair was reported: the next weld verifies it.
 #[must_use]
 pub(crate) fn repaired(cell: &str, calibration: &str, now_s: i64, before: i64) -> Value {
     let text = format!("{cell}: A repair before weld {before} is reported. The next welds will show it.");

@@ -1,4 +1,4 @@
-//! What has changed in one sentence with its size, and what to do in the next: the same in a line, a message and on a page.
+//! Headline of a change: its size, and the remedy; the same in a line, a message and on a page.
 
 use crate::detect::SeamError;
 use crate::detect::sensor_axes::IN_WORDS;
@@ -33,7 +33,7 @@ pub fn headline(told: &Told) -> String {
     format!("{what}{}.{} {}", beyond.unwrap_or_default(), first.unwrap_or_default(), what_to_do(told))
 }
 
-/// What to do about it.
+/// Hint for the user.
 #[must_use]
 pub fn what_to_do(told: &Told) -> String {
     let tolerance = told.tolerance_m.map(millimetres);

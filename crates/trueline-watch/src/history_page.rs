@@ -77,7 +77,7 @@ fn verdict(history: &[HistoryRow], repaired: Option<i64>) -> Verdict {
     }
 }
 
-/// What has changed, its size and what to do; older rows have no size.
+/// The change, its size and the remedy; older rows may lack them.
 fn words(history: &[HistoryRow], alarm: &AlarmRow) -> String {
     alarm.text.clone().unwrap_or_else(|| {
         let since = numbered(alarm.since, name_of(history, alarm.since));
@@ -92,7 +92,7 @@ fn name_of(history: &[HistoryRow], number: i64) -> &str {
     history.iter().find(|row| row.number == number).map_or("before this page", |row| &row.name)
 }
 
-/// A kind of change as a person would say it; a word of another version stays as it is.
+/// Words for a kind of change; an unknown kind stays as it is.
 fn said(kind: &str) -> &str {
     Kind::ALL.into_iter().find(|known| known.name() == kind).map_or(kind, |known| what_changed(known))
 }
@@ -150,7 +150,7 @@ fn in_words(column: &str) -> String {
     stem.replace('_', " ")
 }
 
-/// What a weld says of a column: the change with its standard deviation, and whether it shows that by itself.
+/// Estimate of a column from a weld: the change with its standard deviation, and whether the weld alone determines it.
 struct Said {
     value: f64,
     sigma: f64,
@@ -171,7 +171,7 @@ fn said_of(row: &HistoryRow, k: usize) -> Option<Said> {
     Some(Said { value: value * factor, sigma: sigma * factor, is_shown })
 }
 
-/// What each weld says of some columns by itself, with limits at three of its standard deviations.
+/// Estimates of some columns from each weld alone, with limits at three standard deviations.
 fn control(
     history: &[HistoryRow],
     columns: &mut Columns,
@@ -230,7 +230,7 @@ fn is_shown_by(own: &[Option<Said>]) -> bool {
     own.iter().flatten().any(|said| said.is_shown)
 }
 
-/// What is not shown by itself, weld and value, within limits.
+/// Values that a weld does not determine alone: weld and value, within limits.
 fn hidden_points(history: &[HistoryRow], all: &[Vec<Option<Said>>], limit: f64) -> Vec<[f64; 2]> {
     let mut points = Vec::new();
     for own in all {

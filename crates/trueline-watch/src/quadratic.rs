@@ -37,7 +37,7 @@ impl Quadratic {
         self.vector += &other.vector;
     }
 
-    /// What is left when evidence is taken away that was added before.
+    /// The evidence without a part that was added before.
     #[must_use]
     pub fn without(&self, other: &Self) -> Self {
         Self { matrix: &self.matrix - &other.matrix, vector: &self.vector - &other.vector }

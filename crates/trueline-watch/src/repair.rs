@@ -13,13 +13,13 @@ pub enum Repair {
     NothingStands,
 }
 
-/// Why a repair cannot be before a weld.
+/// Reason why a repair cannot be before a weld.
 #[derive(Debug, thiserror::Error)]
 pub enum RepairError {
     /// The state cannot be used.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// No such weld.
+    /// Unknown weld.
     #[error("--repaired {0}: no weld of this calibration has this number or name")]
     Unknown(String),
     /// The fault began there or later.
@@ -35,7 +35,7 @@ pub enum RepairError {
 }
 
 impl RepairError {
-    /// What to do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {

@@ -1,8 +1,8 @@
-//! A change as it is told: with the names of welds, its size and the tolerance.
+//! A reported change: with the names of welds, its size and the tolerance.
 
 use crate::detect::{Alarm, SeamError};
 
-/// What stands after a weld.
+/// State after a weld.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
     /// No change is seen.
@@ -25,7 +25,7 @@ impl State {
     }
 }
 
-/// A change as it is told.
+/// A reported change.
 #[derive(Clone, Debug)]
 pub struct Told {
     /// The change.

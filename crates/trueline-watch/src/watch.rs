@@ -1,4 +1,4 @@
-//! One weld more: read the state, judge, keep, and tell.
+//! Processing of a weld: read the state, judge, store, and report.
 
 use crate::alarm_message::{self, Event};
 use crate::detect::change::Confidence;
@@ -55,7 +55,7 @@ pub enum WatchError {
 }
 
 impl WatchError {
-    /// What to do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {

@@ -1,4 +1,4 @@
-//! What is told of a weld, for the person who welds.
+//! Report on a weld as text for the operator.
 
 use crate::detect::sensor_axes::AXES;
 use crate::detect::{Change, SeamError};
@@ -10,7 +10,7 @@ use crate::weld_line::{HistoryOf, Learning, WeldLine};
 use crate::words::{false_alarm, numbered, what_changed, where_to_look};
 use std::cmp::Ordering;
 
-/// What is told of a weld.
+/// Report on a weld.
 #[must_use]
 pub fn of(line: &WeldLine) -> String {
     let weld = numbered(line.number, &line.weld);
@@ -64,11 +64,11 @@ fn history_text(line: &WeldLine) -> String {
     }
 }
 
-/// What a difference between the files of the sensor does.
+/// Effect of a difference between the sensor files.
 pub const OTHER_SENSOR: &str = "sensor.toml differs from the file of the calibration: the difference appears \
                                 as a change of the bracket or the sensor. Use one file for both";
 
-/// What ended a change.
+/// Reason for the end of a change.
 fn over_text(line: &WeldLine) -> String {
     match &line.good_since {
         Some((number, name)) => format!("The fault has been gone since {}; ", numbered(*number, name)),
@@ -108,7 +108,7 @@ fn blindness_text(blind_to: &[String]) -> String {
     )
 }
 
-/// A change that was told in full at an earlier weld.
+/// A change that was reported in full at an earlier weld.
 fn standing_text(weld: &str, told: &Told) -> String {
     let word = if told.is_within { "changed within the tolerance" } else { "alarm" };
     format!("{weld}: {word}: {}\n", headline(told))
@@ -139,7 +139,7 @@ fn alarm_text(weld: &str, told: &Told) -> String {
         file\n"
 }
 
-/// What is told of a receiver that could not be told of alarms.
+/// Warning about a receiver that did not receive alarms.
 #[must_use]
 pub fn not_told(receiver: &ReceiverRow) -> String {
     format!(
@@ -151,7 +151,7 @@ pub fn not_told(receiver: &ReceiverRow) -> String {
     )
 }
 
-/// How far a change moves seam points.
+/// Displacement of seam points by a change.
 fn seam_error_text(error: &SeamError) -> String {
     let one = |(name, axis): (&&str, &Option<[f64; 2]>)| match axis {
         Some([value, sigma]) => format!("{name} {:+.3} ± {:.3} mm", value * 1e3, sigma * 1e3),

@@ -8,13 +8,13 @@ pub fn numbered(number: i64, name: &str) -> String {
     format!("weld {number} ({name})")
 }
 
-/// What welds would not show, in words.
+/// Undetectable changes, in words.
 #[must_use]
 pub fn hidden(blind_to: &[String]) -> String {
     if blind_to.is_empty() { "nothing".to_owned() } else { blind_to.join(", ") }
 }
 
-/// What has changed.
+/// Cause of a change, in words.
 #[must_use]
 pub fn what_changed(kind: Kind) -> &'static str {
     match kind {
@@ -25,7 +25,7 @@ pub fn what_changed(kind: Kind) -> &'static str {
     }
 }
 
-/// Where to look then.
+/// Parts to check for a cause.
 #[must_use]
 pub fn where_to_look(kind: Kind) -> &'static str {
     match kind {

@@ -44,7 +44,7 @@ pub(crate) struct Adjustment<'a> {
     pub scan: Scan<'a>,
     /// How the detector counts tilts.
     pub tilt: TiltBias,
-    /// What is known of the sensor's shape, where it is estimated.
+    /// Prior of the sensor's shape, if it is estimated.
     pub shape_prior: Option<ShapePrior>,
     /// Unknowns, blocks and what is considered.
     pub columns: Columns,
@@ -54,7 +54,7 @@ pub(crate) struct Adjustment<'a> {
     pub coefficients: DVector<f64>,
     /// Standard deviation of the white noise of both directions, in units of what was expected.
     pub sigmas: [f64; 2],
-    /// What of the noise lasts.
+    /// Correlated noise.
     pub noise: [Coloured; 2],
     /// How much each frame counts.
     pub weights: Vec<f64>,

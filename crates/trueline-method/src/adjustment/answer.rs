@@ -43,7 +43,7 @@ pub(crate) struct Settings<'a> {
     pub fixed: &'a [usize],
     /// Those of them that are not known exactly, with their standard deviations, SI.
     pub held_sigmas: &'a [(usize, f64)],
-    /// How large errors are taken to be.
+    /// Assumed size of the errors.
     pub levels: SystematicLevels,
     /// Root mean square of the seam's form beyond its bow, as a first guess, m; 0 is none.
     pub waviness_m: f64,
@@ -59,12 +59,12 @@ pub(crate) struct Settings<'a> {
     pub threads: usize,
 }
 
-/// What was found of the errors.
+/// Estimated errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Amplitudes {
     /// White noise of both directions, in units of what was expected.
     pub white: [f64; 2],
-    /// What of it lasts.
+    /// Its correlated part.
     pub lasting: [Coloured; 2],
     /// Root mean square of the seam's form over the frames, m.
     pub form_m: f64,
@@ -136,7 +136,7 @@ pub(crate) struct Answer {
     pub shares: Vec<Share>,
     /// How far single unknowns are off beyond that, a column of the tangent: no seam point feels it.
     pub bends: Option<DVector<f64>>,
-    /// What was found of the errors.
+    /// Estimated errors.
     pub amplitudes: Amplitudes,
     /// The numbers of the external axes beyond those that they were taken to have.
     pub axes: Option<AxisStep>,

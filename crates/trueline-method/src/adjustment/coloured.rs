@@ -4,7 +4,7 @@
 use crate::assess::row_products::RowProducts;
 use nalgebra::DMatrix;
 
-/// How much of the noise lasts.
+/// Amount of correlated noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coloured {
     /// Its variance, in units of that of the white noise.

@@ -7,7 +7,7 @@ pub(crate) struct Hats {
     first_m: f64,
     /// From one to the next, m.
     apart_m: f64,
-    /// How many there are.
+    /// Their number.
     pub count: usize,
 }
 

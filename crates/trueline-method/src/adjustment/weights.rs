@@ -10,7 +10,7 @@ const MOST_OUT: f64 = 0.45;
 pub(crate) struct Off {
     /// Which line.
     pub line: usize,
-    /// By how much.
+    /// Its size.
     pub sigmas: Option<f64>,
 }
 

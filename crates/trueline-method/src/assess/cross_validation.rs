@@ -11,7 +11,7 @@ use crate::solve::fit::Fit;
 use nalgebra::{DMatrix, SVector};
 use trueline_lsq::Information;
 
-/// What one part says when it is left out.
+/// Result of leaving out one part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
     /// First and last stamp, s.
@@ -48,7 +48,7 @@ const FAR_WIDER: f64 = 24.0;
 /// Features of less weight have no say.
 const LEAST_WEIGHT: f64 = 1e-2;
 
-/// What the check needs of a finished fit.
+/// Inputs of the check from a finished fit.
 pub struct Subject<'a> {
     /// Observations.
     pub observations: &'a Observations,

@@ -1,4 +1,4 @@
-//! What the scan can tell and what it cannot, in words a user can act on.
+//! Observability of the unknowns, with advice for the user.
 
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION, line_index};
 use nalgebra::{DMatrix, Vector3};
@@ -21,7 +21,7 @@ const WHOLE: f64 = 1.2;
 /// No clock, sensor or mounting is known worse than to this before any scan, s, rad and m.
 const MOST_SIGMA_SI: f64 = 1.0;
 
-/// Which unknown.
+/// A group of unknowns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
     /// The time offset.
@@ -47,10 +47,10 @@ impl Group {
     }
 }
 
-/// What a scan does not show.
+/// An undetermined unknown of a scan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unobservable {
-    /// Which unknown.
+    /// A group of unknowns.
     pub group: Group,
     /// Unit directions: tool axes for the hand-eye, base axes for a line; none for the time offset, and none for what
     /// is known only together with something else.
@@ -69,7 +69,7 @@ impl Unobservable {
     }
 }
 
-/// What is not shown and which motion would show it.
+/// The undetermined unknown and the motion that determines it.
 impl fmt::Display for Unobservable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let axes = axis_names(&self.directions);
@@ -125,7 +125,7 @@ fn axis_names(directions: &[[f64; 3]]) -> String {
     }
 }
 
-/// What can be seen.
+/// Observability of the unknowns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observability {
     /// Directions seen.

@@ -6,9 +6,9 @@ const MAJORITY_SIGMAS: f64 = 2.5;
 /// Outliers among measurements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Outliers {
-    /// How many.
+    /// Number.
     pub count: usize,
-    /// Of how many.
+    /// Total number.
     pub of: usize,
 }
 

@@ -1,4 +1,4 @@
-//! How far the robot is off within the scan, as the residuals show it.
+//! Robot errors within the scan, estimated from the residuals.
 //!
 //! Beside all other unknowns the score of the robot's modes is u = Zᵀ W r, and with S = Zᵀ W Z − Zᵀ W J C₀ Jᵀ W Z and errors that are α
 //! times those the modes were made for, u ~ N(0, S + α² S²): α is where that is most likely, on a grid. Errors of position and of

@@ -65,7 +65,7 @@ impl RowTable {
         DMatrixView::from_slice(&self.values, self.width, self.len())
     }
 
-    /// How many there are.
+    /// Their number.
     pub(crate) fn len(&self) -> usize {
         self.values.len() / self.width.max(1)
     }

@@ -51,7 +51,7 @@ pub struct CurveEstimate {
     pub sigma_m: Vec<f64>,
     /// Whether no place of it was seen twice.
     pub is_one_pass: bool,
-    /// How far the sensor goes in one period of its weave, m; `None` where it does not weave.
+    /// Length of one weave period, m; `None` without a weave.
     pub weave_m: Option<f64>,
     /// Whether the curve needs knots that follow the weave: then the weave is not told from the curve.
     pub is_near_weave: bool,
@@ -76,14 +76,14 @@ pub struct CadEstimate {
     pub symmetry: Option<Symmetry>,
 }
 
-/// What is asked.
+/// The request.
 #[derive(Clone, Copy)]
 pub(crate) struct Asked<'a> {
     /// The search.
     pub search: Search<'a>,
-    /// How far the robot is off.
+    /// Robot errors.
     pub robot: RobotSigmas,
-    /// What is known of the cell.
+    /// Prior knowledge of the cell.
     pub known: &'a KnownOfCell,
 }
 

@@ -1,6 +1,6 @@
 //! Why a drawing of a seam is of no use to a scan.
 
-/// Why.
+/// Reason.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CadProblem {
     /// A straight line.
@@ -101,7 +101,7 @@ impl CadUnit {
 }
 
 impl CadProblem {
-    /// What can be done about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {

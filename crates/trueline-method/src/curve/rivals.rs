@@ -21,7 +21,7 @@ pub(crate) struct Rival {
     pub rough: Rough,
     /// How it compares with the best.
     pub test: PairedTest,
-    /// How much larger its residuals are than expected.
+    /// Its noise factor: residuals divided by the expected noise.
     pub factor: f64,
 }
 

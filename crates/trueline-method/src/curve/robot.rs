@@ -1,4 +1,4 @@
-//! What the answer owes to the robot: errors that follow its pose, as columns beside the unknowns \[Schmidt1966\].
+//! Effect of the robot on the answer: errors that follow its pose, as columns beside the unknowns \[Schmidt1966\].
 //!
 //! With r = J x + Z ξ the answer is off by M⁻¹ Jᵀ W Z ξ, with the prior of the curve in M. What all passes share goes into the
 //! curve and does no harm; what differs between them goes into clock and hand-eye transform.

@@ -27,7 +27,7 @@ fn of_group<const N: usize>(sizes: [f64; 3]) -> SVector<f64, N> {
     SVector::from_fn(|k, _| sizes[usize::from(k > 0) + usize::from(k > 3)])
 }
 
-/// What a scan shows.
+/// Observability of a scan.
 #[derive(Clone, Debug)]
 pub(crate) struct Seen {
     /// Number of directions that are seen.

@@ -1,4 +1,4 @@
-//! How much the curve bends: restricted maximum likelihood of the size of its third differences.
+//! Smoothness of the curve: restricted maximum likelihood of the size of its third differences.
 //!
 //! The curve is fitted loosely, its weights are kept, and then it is stiffened: with weights that follow, bends are thrown out
 //! as outliers. At a loose optimum all is quadratic in the curve, so every size is evaluated from one set of equations:

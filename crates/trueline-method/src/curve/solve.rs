@@ -110,9 +110,9 @@ pub(crate) struct Finished {
     pub effective: f64,
     /// Variance of the noise over that of the whiteners.
     pub variance: f64,
-    /// How much larger the noise is than expected.
+    /// Noise factor: noise divided by the expected noise.
     pub factor: f64,
-    /// What the scan shows.
+    /// Observability of the scan.
     pub seen: Seen,
     /// Length of the curve before the joint fit, m.
     pub first_length_m: f64,

@@ -8,7 +8,7 @@ use crate::{Calibration, Error, Reason};
 pub struct Outcome {
     /// How much larger the residuals are than noise explains; `None` if there is no result at all.
     pub noise_factor: Option<f64>,
-    /// Part of the features that is no outlier.
+    /// Share of inliers among the features.
     pub explained: f64,
     /// Why it was not accepted, or why there is no result; empty if it was.
     pub said: Vec<String>,

@@ -7,7 +7,7 @@ use crate::{Calibration, Status};
 use trueline_dataset::{Guess, Recording};
 use trueline_geometry::se3;
 
-/// How far a scan's own calibration is from one that does not belong to it.
+/// Distance between a scan's own calibration and another one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OtherCell {
     /// Distance of the two sensors' places, m.
@@ -20,7 +20,7 @@ pub struct OtherCell {
     pub is_other_cell: bool,
 }
 
-/// How far two calibrations may be apart.
+/// Largest tolerated distance of two calibrations.
 struct Limits {
     shift_m: f64,
     turn_rad: f64,

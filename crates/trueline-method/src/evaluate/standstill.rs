@@ -67,7 +67,7 @@ pub enum StandstillError {
 }
 
 impl StandstillError {
-    /// What to do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {

@@ -65,7 +65,7 @@ pub struct Patches {
     forth: Option<Vector3<f64>>,
 }
 
-/// What the patches show.
+/// Thickness of the patches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thickness {
     /// Patches that are flat and have points of both passes.
@@ -99,7 +99,7 @@ impl Patches {
         sums[usize::from(pass == Pass::Back)].add(&(point - middle));
     }
 
-    /// What the patches show; `None` where no flat patch has points of both passes.
+    /// Thickness of the patches; `None` if no flat patch has points of both passes.
     #[must_use]
     pub fn thickness(&self) -> Option<Thickness> {
         let both = self.cubes.values().filter(|[forth, back]| forth.count >= FEWEST && back.count >= FEWEST);

@@ -1,4 +1,4 @@
-//! What is left of the rivals of a solution once the scan and what is known of the cell have spoken.
+//! Rivals of a solution that neither the scan nor the prior knowledge of the cell excludes.
 
 use crate::hypotheses::choice::{DecidedBy, Statement, statements_for};
 use crate::hypotheses::paired_test::{PairedTest, compare};
@@ -12,7 +12,7 @@ use crate::solve::solver::Solver;
 pub struct RunnerUp {
     /// Its time offset, s.
     pub time_offset_s: f64,
-    /// How much larger its residuals are than expected.
+    /// Its noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
     /// How it compares with the best.
     pub test: PairedTest,
@@ -23,7 +23,7 @@ pub struct RunnerUp {
 pub struct RivalAnswer {
     /// The answer.
     pub parameters: Parameters,
-    /// How much larger its residuals are than expected.
+    /// Its noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
     /// How it compares with the chosen answer.
     pub test: PairedTest,
@@ -33,7 +33,7 @@ pub struct RivalAnswer {
     pub statements: Vec<Statement>,
 }
 
-/// What else explains a scan.
+/// Rival solutions of a scan.
 #[derive(Clone, Debug, Default)]
 pub struct Ambiguity {
     /// The most dangerous rival; `None` if there is none within the searched range.
@@ -42,7 +42,7 @@ pub struct Ambiguity {
     pub rivals: Vec<RivalAnswer>,
     /// Statements each of which would single out the answer given.
     pub statements: Vec<Statement>,
-    /// What decided between them; `None` if nothing did, or there was nothing to decide.
+    /// Reason for the decision between them; `None` without a decision.
     pub decided_by: Option<DecidedBy>,
     /// Whether the answer contradicts what is stated of the cell.
     pub contradicted: bool,

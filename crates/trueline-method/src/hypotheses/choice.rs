@@ -52,7 +52,7 @@ impl ToolAxis {
     }
 }
 
-/// What is known of the cell without the scan.
+/// Prior knowledge of the cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct KnownOfCell {
     /// The time offset is within plus and minus this, s.
@@ -126,7 +126,7 @@ pub fn statements_for(answer: usize, answers: &[&Parameters]) -> Vec<Statement> 
 pub enum DecidedBy {
     /// The initial guess.
     Guess,
-    /// What was stated of the cell.
+    /// The user's statement about the cell.
     Statement,
 }
 

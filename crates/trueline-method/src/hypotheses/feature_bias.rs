@@ -77,7 +77,7 @@ pub struct TakenBias {
 /// A bias and what is taken of the noise it is estimated in.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BiasHypothesis {
-    /// How large errors are taken to be.
+    /// Assumed size of the errors.
     pub levels: SystematicLevels,
     /// How much larger the noise's covariance is than that of white noise.
     pub inflation: f64,

@@ -21,7 +21,7 @@ pub struct Found {
     pub fit: Fit,
     /// Whether a mirrored attitude fits as well.
     pub mirrored: Mirrored,
-    /// What else explains the scan, and what decided.
+    /// Rival solutions, and the decision between them.
     pub ambiguity: Ambiguity,
     /// A better one, where the guess led elsewhere.
     pub better: Option<BetterMinimum>,
@@ -32,7 +32,7 @@ pub struct Found {
 pub struct BetterMinimum {
     /// Its time offset, s.
     pub time_offset_s: f64,
-    /// How much larger its residuals are than expected.
+    /// Its noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
 }
 

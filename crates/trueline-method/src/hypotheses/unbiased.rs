@@ -134,7 +134,7 @@ pub struct Assessed {
     pub drift_free: DriftFree,
     /// What is known from it.
     pub information: Information,
-    /// What the scan shows.
+    /// Observability of the scan.
     pub observability: Observability,
 }
 

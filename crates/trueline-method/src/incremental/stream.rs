@@ -1,4 +1,4 @@
-//! What of a stream is kept, when all of that is calibrated, and when new samples are only added.
+//! Kept part of a stream, and the decision between a new calibration and an update.
 
 use super::innovation::Change;
 use super::past::{Estimate, Past};
@@ -8,7 +8,7 @@ use crate::config::Config;
 use crate::error::Error;
 use trueline_dataset::{Feature, Recording, RobotSample};
 
-/// What of a stream is kept.
+/// Kept part of a stream.
 #[derive(Clone, Copy, Debug)]
 pub struct Extent {
     /// Samples are kept this long, ns: so long a stream is calibrated anew now and then. Of what is older only sums are left.
@@ -23,7 +23,7 @@ impl Default for Extent {
     }
 }
 
-/// What was done so far.
+/// State so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
     /// Calibrations of all that was kept.
@@ -99,7 +99,7 @@ impl Incremental {
         self.seam_points
     }
 
-    /// What was done so far.
+    /// State so far.
     #[must_use]
     pub fn work(&self) -> Work {
         self.work

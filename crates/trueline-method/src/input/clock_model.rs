@@ -15,7 +15,7 @@ use crate::order_statistics::{mad_sigma, median};
 pub use crate::input::clock_count::missing;
 pub use crate::input::clock_line::{FitKind, StreamClock};
 
-/// What ticked evenly at the source.
+/// The regular clock of the source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ticks<'a> {
     /// Stamps of the device's own clock, s.

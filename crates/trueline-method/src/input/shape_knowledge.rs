@@ -1,4 +1,4 @@
-//! What is known of the sensor's shape before the scan, from what its file says of focal lengths and laser plane.
+//! Prior of the sensor's shape, from the uncertainties of focal lengths and laser plane in its file.
 //!
 //! Every property of the sensor that may be off moves the measured points by a field of displacements. What of it is a
 //! rigid motion belongs to the hand-eye transform; the rest is a change of shape (see `trueline_model::sheet_shape`).
@@ -15,7 +15,7 @@ use trueline_dataset::{Recording, Sensor};
 /// A covariance of h₁ … h₅.
 pub type ShapeCovariance = SMatrix<f64, 5, 5>;
 
-/// What is known of a sensor's shape.
+/// Prior of a sensor's shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeKnowledge {
     /// Covariance of h about 0.

@@ -30,7 +30,7 @@ const STOP_PART: f64 = 1e-3;
 pub enum Stops {
     /// The user states it, the recording pairs readings with poses, or the time offset of a robot that stands is held.
     Stated,
-    /// The robot stands at each reading, and nobody said so.
+    /// The robot stands still at each reading, without --at-stops.
     Recognised,
 }
 

@@ -41,7 +41,7 @@ pub struct Dejittered {
     pub images: bool,
 }
 
-/// What is known of a stream's stamps, and what was done with them.
+/// Properties of a stream's stamps, and their treatment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StampReport {
     /// Number of samples with a stamp of their own.

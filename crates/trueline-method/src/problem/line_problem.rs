@@ -36,7 +36,7 @@ pub struct LineProblem<'a> {
     pub unknowns: Unknowns,
     /// Directions held at a guess.
     pub prior: Option<Prior>,
-    /// What is known of the sensor's shape beforehand.
+    /// Prior of the sensor's shape.
     pub shape_prior: Option<ShapePrior>,
     /// Threads that share large scans; the result does not depend on it.
     pub threads: usize,

@@ -47,13 +47,13 @@ pub struct SeamEstimate<'a> {
     pub settings: &'a FitSettings<'a>,
     /// The fit.
     pub fit: &'a Fit,
-    /// What it says.
+    /// The answer.
     pub answer: Answer,
     /// Its covariance by noise alone.
     pub noise: &'a DMatrix<f64>,
-    /// What of its noise lasts.
+    /// Its correlated noise.
     pub lasting: Lasting,
-    /// What it owes to errors that are not noise.
+    /// Its systematic errors.
     pub systematic: &'a Systematic,
     /// Those errors.
     pub shared: SharedErrors<'a>,

@@ -1,4 +1,4 @@
-//! What the motion of a scan shows of its plates, as if they were flat.
+//! Observability of flat plates by the motion of a scan.
 //!
 //! Which directions are seen is a question to the motion: a target of unknown place hides every shift of the sensor that the
 //! attitudes cannot separate from a shift of the target. Of flat plates that holds exactly. Estimated bows break it: a plate that is shifted in its own plane has

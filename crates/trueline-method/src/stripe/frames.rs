@@ -61,7 +61,7 @@ pub struct StripeFrame {
     pub stamp_s: f64,
     /// Which joint.
     pub joint: usize,
-    /// What it shows.
+    /// Its measurements.
     pub sight: Sight,
     /// Its seam point beside the stripes: where plates do not meet it is a point of the edge.
     pub edge: Option<SeamSight>,
@@ -71,7 +71,7 @@ pub struct StripeFrame {
 }
 
 impl StripeFrame {
-    /// How many stripes it shows.
+    /// Number of its stripes.
     #[must_use]
     pub(crate) fn stripes(&self) -> usize {
         match &self.sight {

@@ -1,4 +1,4 @@
-//! How much of what the stripes say is motion, and how much is noise of the robot's poses.
+//! Share of motion and of robot noise in the information of the stripes.
 //!
 //! Residuals are taken at noisy poses, and their Jacobian J contains that noise: JᵀWJ is larger than that of the motion alone. Its
 //! pose noise is uncorrelated with the residuals in the mean, for derivatives are taken where the robot most likely was

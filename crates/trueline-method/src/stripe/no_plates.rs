@@ -16,9 +16,9 @@ pub enum NoPlates {
     NoPlane,
     /// Most stripes lie on no plate.
     Scattered {
-        /// How many.
+        /// Number.
         rejected: usize,
-        /// Of how many.
+        /// Total number.
         stripes: usize,
     },
     /// The search for the best plates did not come to an end.
@@ -75,7 +75,7 @@ impl NoPlates {
         }
     }
 
-    /// What the user can do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {

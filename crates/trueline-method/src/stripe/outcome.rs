@@ -73,7 +73,7 @@ pub struct Answer {
     pub covariance: DMatrix<f64>,
     /// The part of it that is noise.
     pub noise_covariance: DMatrix<f64>,
-    /// What is seen of it.
+    /// Visible parts.
     pub observability: Observability,
     /// Error of a seam point that is measured later; `None` if something of the hand-eye is not seen.
     pub seam_error: Option<SeamError>,
@@ -92,19 +92,19 @@ pub struct StripeEstimate {
     pub sigmas_apart: Option<f64>,
     /// How far, in what a user knows.
     pub apart: Apart,
-    /// How much larger the noise is than expected.
+    /// Noise factor: noise divided by the expected noise.
     pub noise_factor: f64,
-    /// What was looked at, and what does not belong to the rest.
+    /// Counts of used and rejected measurements.
     pub counts: OutlierCounts,
     /// Whether the plates' forms explain what seemed to be errors of the robot by the seam points.
     pub explains_robot: bool,
-    /// What the seam points say.
+    /// Answer of the seam points.
     pub seam: Answer,
-    /// What the stripes say.
+    /// Answer of the stripes.
     pub stripe: Answer,
 }
 
-/// How far two answers are apart.
+/// Distance of two answers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Apart {
     /// Time offset of the stripes less that of the seam points, s.
@@ -134,12 +134,12 @@ impl StripeEstimate {
     }
 }
 
-/// What became of the stripes of a recording.
+/// Outcome for the stripes of a recording.
 #[derive(Clone, Debug)]
 pub struct StripeOutcome {
-    /// What the answer was made of.
+    /// Measurements that the answer was computed from.
     pub used: Measurements,
-    /// Why.
+    /// Reason.
     pub because: Because,
     /// Frames with a seam point or a stripe.
     pub frames: usize,

@@ -55,7 +55,7 @@ pub struct JointAngle {
     pub sigma_rad: f64,
 }
 
-/// How far one of two parallel plates lies below the other.
+/// Height step between two parallel plates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointStep {
     /// Number of the joint.
@@ -66,7 +66,7 @@ pub struct JointStep {
     pub sigma_m: f64,
 }
 
-/// What a scan says of its plates.
+/// Estimated plates of a scan.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Planes {
     /// The plates.

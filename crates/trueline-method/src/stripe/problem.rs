@@ -19,7 +19,7 @@ pub struct StripeProblem<'a> {
     pub frames: Vec<WeighedFrame>,
     /// Its unknowns.
     pub unknowns: StripeUnknowns,
-    /// What is known of the sensor's shape beforehand.
+    /// Prior of the sensor's shape.
     pub shape_prior: Option<ShapePrior>,
 }
 

@@ -17,7 +17,7 @@ use trueline_model::{Placement, SheetShape};
 
 /// Errors that seam points and plates have in common: the columns of both estimates are of the same errors, one by one.
 pub struct SharedErrors<'a> {
-    /// How large they are taken to be.
+    /// Their assumed size.
     pub levels: SystematicLevels,
     /// The robot's; `None` for an ideal robot.
     pub field: Option<&'a RobotField>,

@@ -1,4 +1,4 @@
-//! What a scan sees of one joint: surfaces, and the line that is its seam.
+//! Target of one joint: surfaces, and the line that is its seam.
 //!
 //! | joint | plates | edge | the seam |
 //! |---|---|---|---|
@@ -33,7 +33,7 @@ pub struct Target {
 pub struct Edge {
     /// The surface square to the plate; how far it leans about the seam is held.
     pub surface: Plate,
-    /// What bears it.
+    /// Its carrier.
     pub on: Bearing,
 }
 

@@ -1,4 +1,4 @@
-//! How large the residuals of a frame are expected to be, and which plates do not belong to the rest.
+//! Expected residuals of a frame, and outlier plates.
 //!
 //! Σ = D + σ_r² G Gᵀ + σ_ω² T Tᵀ + σ_t² ρ̇ ρ̇ᵀ over the residuals of a frame: each point's own noise, and the
 //! robot's position, its attitude and the stamp's jitter, which all of them share. A plate whose stripe is off (a reflection, a
@@ -35,11 +35,11 @@ pub struct SharedNoise {
 pub struct Weighed {
     /// Those that take part.
     pub frames: Vec<WeighedFrame>,
-    /// What was looked at, and what was left out.
+    /// Counts of used and rejected measurements.
     pub counts: OutlierCounts,
     /// The factor that was found.
     pub factor: f64,
-    /// What the loss makes of a covariance.
+    /// Effect of the loss on a covariance.
     pub moments: RobustMoments,
 }
 

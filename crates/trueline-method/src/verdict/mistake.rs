@@ -18,7 +18,7 @@ pub(super) fn most_are_outliers(f: &Findings) -> bool {
     2 * outliers.count > outliers.of && others_leave(f).next().is_none()
 }
 
-/// How much larger than expected the residuals are with each of the other explanations.
+/// Noise factors of the other explanations.
 fn others_leave(f: &Findings) -> impl Iterator<Item = f64> {
     let better = f.checks.better.map(|better| better.noise_factor);
     let rival = f.checks.ambiguity.runner_up.filter(|rival| rival.test.reversed());

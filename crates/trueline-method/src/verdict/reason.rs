@@ -32,9 +32,9 @@ pub struct Answer {
 pub enum Reason {
     /// The scan does not show an unknown.
     Unobservable(Unobservable),
-    /// The robot stands at each reading, and nobody said so.
+    /// The robot stands still at each reading, without --at-stops.
     AtStops {
-        /// How many stops there are.
+        /// Number of stops.
         stops: usize,
     },
     /// Two mirrored attitudes of the sensor fit equally well.
@@ -48,13 +48,13 @@ pub enum Reason {
     },
     /// From the guess the solve ended at a time offset that explains the scan worse than another.
     WrongTimeOffset {
-        /// Where it ended, s.
+        /// Estimated time offset, s.
         time_offset_s: f64,
-        /// What explains the scan better, s.
+        /// Time offset that explains the scan better, s.
         better_time_offset_s: f64,
-        /// Part of the features that this one explains.
+        /// Share of the features that this one explains.
         explains: f64,
-        /// Part of the features that the better one explains.
+        /// Share of the features that the better one explains.
         better_explains: f64,
     },
     /// A curve that shrank or grew during its fit: the scan does not show its size, nor the lever that goes with it.
@@ -75,32 +75,32 @@ pub enum Reason {
     StatementContradicted,
     /// The solver did not converge.
     NotConverged {
-        /// Why it ended.
+        /// Reason for the end.
         termination: Termination,
     },
     /// Residuals are larger than noise explains.
     ResidualsTooLarge {
-        /// How many times larger than expected.
+        /// Noise factor.
         noise_factor: f64,
         /// Whether time offset or hand-eye were held, which may be wrong instead of the data.
         is_held: bool,
     },
     /// Too few of the features could be used.
     TooFewUsed {
-        /// How many could.
+        /// Number of usable features.
         used: usize,
-        /// Of how many.
+        /// Total number.
         features: usize,
         /// Why most of the others could not.
         mostly: Skip,
-        /// How many that is.
+        /// Their number.
         mostly_count: usize,
     },
     /// The sensor's own calibration is off, and it was held.
     SensorOff {
-        /// What it was found to be.
+        /// Its estimated shape.
         shape: Box<SensorShape>,
-        /// What may be there in its place.
+        /// Alternative causes.
         instead: Vec<InsteadOfSensor>,
         /// Whether it was estimated as well known as its file states; else it was held.
         beyond_stated: bool,
@@ -110,18 +110,18 @@ pub enum Reason {
         /// Which, and how far off.
         shift: DrawnLineShift,
     },
-    /// Robot stamps repeat so often that they do not tell when a pose was.
+    /// Robot stamps repeat too often to time the poses.
     CoarseRobotStamps {
         /// Rows that repeat the stamp of the row before.
         repeated: usize,
-        /// Of how many.
+        /// Total number.
         rows: usize,
     },
     /// The whole stripes and the seam points contradict each other.
     StripesContradict {
-        /// How far apart their answers are, in sigma.
+        /// Distance of both answers, σ.
         sigmas: f64,
-        /// In time and place.
+        /// The same in time and place.
         apart: Apart,
     },
     /// Most features are outliers.
@@ -133,7 +133,7 @@ pub enum Reason {
     OtherTimeOffset {
         /// First and last stamp, s.
         span_s: [f64; 2],
-        /// How much later images are there, s.
+        /// Additional delay of images there, s.
         step_s: f64,
     },
     /// The recorded pose stood still while the seam moved in the images.
@@ -145,22 +145,22 @@ pub enum Reason {
     ClockStep {
         /// When, s.
         at_s: f64,
-        /// By how much the time offset changes, s.
+        /// Change of the time offset, s.
         step_s: f64,
         /// Its standard deviation, s.
         sigma_s: f64,
         /// How many pictures that is, where it is a whole number of them.
         pictures: Option<u32>,
     },
-    /// A seam point is not known well enough.
+    /// The error of a seam point is too large.
     SeamErrorTooLarge {
         /// One standard deviation of a seam point that is measured later, m.
         rms_m: f64,
-        /// What it may be, m.
+        /// Its limit, m.
         ceiling_m: f64,
-        /// What most of it is owed to.
+        /// Largest contribution.
         mostly: &'static str,
-        /// That part of its variance.
+        /// Share of that contribution in the variance.
         share: f64,
         /// The direction in the tool in which it is largest, of length 1, and how large it is there, m.
         weakest: Option<([f64; 3], f64)>,
@@ -171,14 +171,14 @@ pub enum Reason {
         quantity: Quantity,
         /// Its standard deviation (largest of the axes) in the quantity's SI unit.
         sigma_si: f64,
-        /// What was required, in the same unit.
+        /// Required accuracy, in the same unit.
         required_si: f64,
     },
     /// A required accuracy is of something that is not observable.
     RequirementUnobservable {
         /// Of what.
         quantity: Quantity,
-        /// What was required, in the quantity's SI unit.
+        /// Required accuracy, in the quantity's SI unit.
         required_si: f64,
     },
 }

@@ -172,13 +172,13 @@ fn too_large(f: &Findings) -> Reason {
     Reason::ResidualsTooLarge { noise_factor, is_held }
 }
 
-/// What is wrong with the robot's stamps whatever the fit says.
+/// Faults of the robot's stamps, independent of the fit.
 fn of_streams(f: &Findings) -> Option<Reason> {
     let (repeated, rows) = (f.streams.robot.doubles, f.streams.robot_rows);
     (repeated as f64 > COARSE_STAMPS * rows as f64).then_some(Reason::CoarseRobotStamps { repeated, rows })
 }
 
-/// Stripes that nobody has chosen and that say something else.
+/// Stripes that were not requested and that contradict the seam points.
 fn stripes_contradict(stripes: &StripeOutcome) -> Option<Reason> {
     let estimate = stripes.estimate.as_ref()?;
     let sigmas = estimate.contradicts(stripes.because)?;
@@ -190,7 +190,7 @@ pub(super) fn turn_is_undetermined(f: &Findings) -> bool {
     f.fit.widened_by.is_some_and(|by| by >= profile_likelihood::MOST)
 }
 
-/// What was held and is not so by the scan.
+/// Quantities held fixed that the scan contradicts.
 fn contradicted(f: &Findings) -> Vec<Reason> {
     let lines = f.checks.drawn_line_shifts.iter().map(|shift| Reason::DrawnLineOff { shift: *shift });
     let instead = &f.checks.instead_of_sensor;
@@ -289,7 +289,7 @@ fn broken_stretch(f: &Findings, segment: &OutlierSegment) -> Option<Reason> {
     }
 }
 
-/// Where an answer was adjusted, the ceiling says so already.
+/// For an adjusted answer the limit already covers this.
 fn missed_of_seam(f: &Findings) -> Vec<Reason> {
     let Some(required_m) = f.config.require.seam_m else { return Vec::new() };
     let missed = match f.checks.seam_error {

@@ -28,7 +28,7 @@ pub(super) fn sensor_off(shape: &SensorShape, instead: &[InsteadOfSensor]) -> St
     )
 }
 
-/// Of a sensor that was held, or taken for as good as its file states.
+/// Of a sensor that was held fixed, or had the uncertainty of its file.
 pub(super) fn contradicted_sensor(
     shape: &SensorShape,
     instead: &[InsteadOfSensor],

@@ -1,4 +1,4 @@
-//! What to look at though a calibration can be used.
+//! Warnings about a calibration that can be used.
 
 use super::quantity::{Axis, MM_PER_M, Quantity};
 use super::sensor_words::sensor_off;
@@ -30,44 +30,44 @@ use std::fmt;
 pub enum Warning {
     /// Many features could not be used.
     FeaturesSkipped {
-        /// How many, by reason.
+        /// Counts by reason.
         skipped: BTreeMap<Skip, usize>,
     },
-    /// The scan alone does not tell the answer from others: a guess or a statement decided.
+    /// The scan alone cannot separate the answer from others: a guess or a statement decided.
     DecidedByUser {
         /// Which of the two.
         by: DecidedBy,
         /// Time offsets of the others, s.
         other_time_offsets_s: Vec<f64>,
     },
-    /// The recording states how well the sensor is known, and the paper's residual treats it as exact.
+    /// The recording states an uncertainty of the sensor, but the paper's residual treats it as exact.
     UncertaintyNotApplied,
-    /// The sensor's file was written from this scan: it is held as it says.
+    /// The sensor's file was derived from this scan: the sensor is held fixed.
     SensorOfItsOwnScan,
     /// The sensor's own calibration is off; the result corrects it.
     SensorOff {
-        /// What it was found to be.
+        /// Its estimated shape.
         shape: SensorShape,
-        /// What may be there in its place.
+        /// Alternative causes.
         instead: Vec<InsteadOfSensor>,
     },
     /// The lens is not what the sensor's file states.
     LensOff {
-        /// What it is beside that.
+        /// Its correction.
         lens: LensCorrection,
     },
     /// The scan shows a line better than the drawing that it was held by.
     DrawnLineNotNeeded {
-        /// How far off a seam point is with the drawing, m.
+        /// Seam error with the drawing, m.
         with_m: f64,
-        /// The same without, m.
+        /// Seam error without the drawing, m.
         without_m: f64,
     },
-    /// One usual cause explains nearly all that is left and is not noise.
+    /// One usual cause explains nearly all of the systematic residuals.
     LikelyCause {
         /// Which.
         kind: CauseKind,
-        /// Its size: s², m, s or px, as the kind says.
+        /// Its size: s², m, s or px, depending on the kind.
         size_si: f64,
         /// Its standard deviation by noise.
         sigma_si: f64,
@@ -76,66 +76,66 @@ pub enum Warning {
     },
     /// The detector's point moves with the tilt; the result is corrected for it.
     FeatureBias {
-        /// By how much.
+        /// Its size.
         bias: FeatureBias,
         /// The length that counts as a pixel, m, where features are lengths.
         per_px_m: Option<f64>,
     },
     /// A mirrored attitude can be excluded only if the sensor is as in its file.
     MirrorBySensor,
-    /// What the scan does not show was held at the initial guess, as the user allowed.
+    /// Undetermined unknowns were held at the initial guess, as the user allowed.
     HeldAtGuess {
-        /// What was held.
+        /// The quantities held fixed.
         held: Vec<Unobservable>,
     },
     /// Many stripes could not be used.
     StripesSkipped {
-        /// How many, by reason.
+        /// Counts by reason.
         skipped: BTreeMap<Skip, usize>,
     },
-    /// There are stripes, and nothing could be made of them.
+    /// The stripes cannot be used.
     StripesUnused {
-        /// Why.
+        /// Reason.
         why: NoPlates,
     },
     /// The two tables stamp the same pictures differently.
     StripesStampedApart {
-        /// By how much stripes are stamped later where that is most, s.
+        /// Largest delay of the stripes' stamps, s.
         later_s: f64,
     },
     /// Whole stripes and seam points give different answers.
     StripesDisagree {
-        /// How far apart, in sigma.
+        /// Distance of both answers, σ.
         sigmas: f64,
-        /// How far apart in time and place.
+        /// Distance of both answers in time and place.
         apart: Apart,
         /// Whether the stripes' answer is used all the same.
         used: bool,
     },
-    /// The scan does not behave as a quadratic within its ±, and these were widened to what the likelihood says.
+    /// The cost is not quadratic within the ±, which were widened to the likelihood profile.
     WidenedByProfile {
-        /// How many times, along the turn that is known least.
+        /// Factor for the least certain rotation.
         by: f64,
     },
-    /// The residuals are those of a robot that is further off its poses than it was taken to be.
+    /// The robot's errors are larger than assumed, by the residuals.
     RobotWorse {
-        /// How far it is off within the scan by the residuals.
+        /// Robot errors within the scan, estimated from the residuals.
         seems: RobotSigmas,
-        /// What was taken.
+        /// Assumed errors.
         taken: RobotSigmas,
-        /// Whether somebody stated that.
+        /// Whether these were stated by the user.
         stated: bool,
     },
-    /// The scan alone leaves a seam point known badly.
+    /// A seam point has a large uncertainty from the scan alone.
     PoorlyKnown {
         /// One standard deviation of a seam point by the scan alone, m.
         scan_alone_m: f64,
         /// The same with the robot, the sensor and the bias that are assumed, m.
         all_m: f64,
     },
-    /// The stripes that the answer was made of are noisier, or less noisy, than is said of them.
+    /// The stripes of the answer are noisier, or less noisy, than stated.
     StripeNoise {
-        /// How many times.
+        /// Noise factor.
         noise_factor: f64,
     },
     /// In a stretch of the scan nearly all features lie on another line.
@@ -144,7 +144,7 @@ pub enum Warning {
         span_s: [f64; 2],
         /// Features in it.
         features: usize,
-        /// How far beside, m.
+        /// Distance from the seam, m.
         beside_m: f64,
     },
     /// In a stretch of the scan nearly all features are outliers.
@@ -156,7 +156,7 @@ pub enum Warning {
     },
     /// The residuals are larger or smaller than the stated noise explains.
     UnusualNoise {
-        /// How many times larger.
+        /// Noise factor.
         noise_factor: f64,
         /// Whether a cause is named that explains most of them.
         is_explained: bool,
@@ -173,7 +173,7 @@ pub enum Warning {
         /// Root mean square over the scan, m.
         rms_m: f64,
     },
-    /// The arm is not where it says along this scan.
+    /// The arm is off its reported poses along this scan.
     RobotMoves {
         /// Root mean square over the scan, m.
         rms_m: f64,
@@ -182,12 +182,12 @@ pub enum Warning {
     ClockStep {
         /// When, s.
         at_s: f64,
-        /// By how much the time offset changes, s.
+        /// Change of the time offset, s.
         step_s: f64,
     },
     /// Many features are outliers.
     ManyOutliers {
-        /// Part of the features.
+        /// Share of the features.
         share: f64,
     },
     /// The image clock drifts; the result is corrected for it.
@@ -201,21 +201,21 @@ pub enum Warning {
     },
     /// Many of the robot's samples are missing.
     RobotSamplesMissing {
-        /// How many.
+        /// Number.
         missing: usize,
-        /// Of how many that its clock ticked.
+        /// Total number of clock ticks.
         of: usize,
     },
     /// Robot rows that only repeat the pose before were left out.
     RepeatedPoses {
-        /// How many.
+        /// Number.
         repeated: usize,
-        /// Of how many.
+        /// Total number.
         rows: usize,
     },
     /// Robot rows repeat the stamp of the row before.
     RepeatedRobotStamps {
-        /// How many.
+        /// Number.
         repeated: usize,
     },
     /// Stamps are whole multiples of something coarse.
@@ -245,7 +245,7 @@ pub enum Warning {
     CrossValidationShift {
         /// First and last stamp of the part, s.
         span_s: [f64; 2],
-        /// What moves most.
+        /// The quantity that moves most.
         quantity: Quantity,
         /// About or along which axis of the tool; `None` for the time offset.
         axis: Option<Axis>,
@@ -258,9 +258,9 @@ pub enum Warning {
     AxisNotShown {
         /// Name of the axis.
         name: String,
-        /// What of it.
+        /// The undetermined part.
         part: AxisPart,
-        /// What would show it.
+        /// The motion that determines it.
         cure: &'static str,
     },
     /// No place of the curve was seen twice.
@@ -269,12 +269,12 @@ pub enum Warning {
     KnotsNearWeave {
         /// Distance of the knots, m.
         spacing_m: f64,
-        /// How far the sensor goes in one period of its weave, m.
+        /// Length of one weave period, m.
         weave_m: f64,
     },
     /// No error at the torch is predicted: no point of the laser plane below the scan is that far from the sensor.
     NoPointAtStandOff {
-        /// How far, m.
+        /// Stand-off, m.
         stand_off_m: f64,
     },
 }

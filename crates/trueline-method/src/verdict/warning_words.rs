@@ -114,7 +114,7 @@ fn tilt_bias(px: f64, sigma_px: f64, per_px_m: Option<f64>) -> String {
     )
 }
 
-/// What could not be used, `features` or `stripes`.
+/// Counts of unusable `features` or `stripes`.
 pub(super) fn left_out(what: &str, skipped: &BTreeMap<Skip, usize>) -> String {
     let list: Vec<String> = skipped.iter().map(|(why, count)| format!("{count}: {why}")).collect();
     format!("{} {what} could not be used; {}", skipped.values().sum::<usize>(), list.join("; "))
@@ -232,7 +232,7 @@ pub(super) fn stripes_disagree(sigmas: f64, apart: &Apart, used: bool) -> String
     )
 }
 
-/// How far two answers are apart.
+/// Distance of two answers.
 pub(super) fn how_far_apart(sigmas: f64, apart: &Apart) -> String {
     format!(
         "{sigmas:.1} σ apart ({} mm at the seam, {} ms)",

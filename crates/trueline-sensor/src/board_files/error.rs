@@ -67,7 +67,7 @@ pub enum BoardError {
 }
 
 impl BoardError {
-    /// What to do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> String {
         match self {

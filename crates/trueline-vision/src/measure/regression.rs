@@ -15,7 +15,7 @@ const SETTLED: f64 = 3e-4;
 const ROUGHLY_SETTLED: f64 = 1e-2;
 /// The spread about a line stays that about one beside it by this part of the spread: larger by 5 % at most.
 const SAME_SPREAD: f64 = 0.3;
-/// Of fewer independent shifts than this no variance can be told.
+/// Fewest independent shifts for an estimate of the variance.
 const FEWEST_INDEPENDENT: f64 = 3.0;
 /// A line with so many times the variance of lines like it is no matter of chance (χ² of eight over eight exceeds 3 once in 400).
 pub(crate) const OWN_NOISE: f64 = 3.0;

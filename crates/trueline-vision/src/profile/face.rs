@@ -1,4 +1,4 @@
-//! A straight face of a profile, and all that it says.
+//! A straight face of a profile, and its measurement.
 
 use super::bow::{BeyondLine, Bow, Place};
 use super::straight_line::StraightLine;

@@ -16,7 +16,7 @@ pub enum ProfileJoint {
 }
 
 impl ProfileJoint {
-    /// All of them, in the order in which they are told apart: the special ones before the general ones.
+    /// All of them, in the order in which they are tested: the special ones before the general ones.
     pub const ALL: [Self; 4] = [Self::Meeting, Self::Lap, Self::Butt, Self::Edge];
 
     /// The joint of a name; `None` for one that profiles are not searched for.

@@ -22,7 +22,7 @@ pub struct Scatter {
     pub covariance: DMatrix<f64>,
     /// How many pieces taught it.
     pub pieces: usize,
-    /// Variance of single pieces over what they say, by kind, in the order of [`Kind::ALL`]; at least one.
+    /// Variance of single pieces relative to their evidence, by kind, in the order of [`Kind::ALL`]; at least one.
     pub dispersion: [f64; 4],
 }
 

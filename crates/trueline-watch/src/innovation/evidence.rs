@@ -31,7 +31,7 @@ pub struct Chunk {
     pub evidence: Quadratic,
 }
 
-/// What a weld says, whole and in stretches.
+/// Evidence of a weld, whole and in stretches.
 #[derive(Clone, Debug)]
 pub struct Evidence {
     /// The whole.

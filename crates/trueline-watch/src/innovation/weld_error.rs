@@ -25,7 +25,7 @@ pub enum WeldError {
 }
 
 impl WeldError {
-    /// What to do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {

@@ -1,4 +1,4 @@
-//! Messages about alarms, kept beside the weld that they are about until every receiver has been told.
+//! Alarm messages, stored with their weld until every receiver has accepted them.
 //!
 //! A message is written in the transaction of its weld, so there is none without the other. Each receiver is told in order and
 //! at least once: it is behind by the messages after `told_up_to`. Whoever is about to tell it takes the message for a while
@@ -13,10 +13,10 @@ use sha2::{Digest, Sha256};
 /// Older files are read without being changed.
 const FIRST_WITH_RECEIVERS: i64 = 2;
 
-/// A message that a receiver has not been told yet.
+/// A message that a receiver has not accepted yet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Message {
-    /// Its number: a receiver that is told twice knows by it.
+    /// Its number, which identifies repeated messages.
     pub id: i64,
     /// JSON.
     pub body: String,
@@ -24,12 +24,12 @@ pub struct Message {
     pub tries: u32,
 }
 
-/// A receiver and how far it has been told.
+/// A receiver and its last accepted message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReceiverRow {
     /// Its name: the host.
     pub name: String,
-    /// Messages that it has not been told yet.
+    /// Messages that it has not accepted yet.
     pub waiting: usize,
     /// Why the last try failed, if it did.
     pub error: Option<String>,

@@ -39,7 +39,7 @@ pub struct HistoryRow {
     pub used: usize,
     /// Features that belong to no seam.
     pub outliers: usize,
-    /// How much larger the residuals are than expected.
+    /// Noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
     /// For each column of θ the change and its standard deviation (SI) if nothing else changed; then, if the row is not older than that,
     /// the same if nothing of another kind changed. `None` where this weld does not show it.

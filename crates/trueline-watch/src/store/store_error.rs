@@ -10,7 +10,7 @@ pub enum StoreError {
     Database {
         /// The state file.
         file: PathBuf,
-        /// Why.
+        /// Reason.
         source: rusqlite::Error,
     },
     /// A folder, a pipe or a device, which may never end.
@@ -54,7 +54,7 @@ pub enum StoreError {
 }
 
 impl StoreError {
-    /// What to do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {

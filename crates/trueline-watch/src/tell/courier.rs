@@ -9,7 +9,7 @@ use std::sync::mpsc::{Receiver as Ear, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-/// Why a receiver cannot be told.
+/// Reason why messages cannot be sent.
 #[derive(Debug, thiserror::Error)]
 pub enum CourierError {
     /// The state cannot be used.
@@ -20,10 +20,10 @@ pub enum CourierError {
     Thread(std::io::Error),
 }
 
-/// A thread that tells one receiver.
+/// A thread that sends messages to one receiver.
 #[derive(Debug)]
 pub struct Courier {
-    /// Dropped to say that this is the end.
+    /// Dropped to end the thread.
     end: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
@@ -74,7 +74,7 @@ fn carry(store: &Store, id: i64, receiver: &dyn Receiver, ear: &Ear<()>, pace: P
     }
 }
 
-/// The message with its number, by which a receiver knows what it was told before.
+/// The message with its number, which identifies repeated messages.
 fn with_id(message: &Message) -> String {
     match message.body.strip_prefix('{') {
         Some(rest) => format!("{{\"id\":{},{rest}", message.id),

@@ -1,4 +1,4 @@
-//! Who is told: a web address or a topic of an MQTT broker.
+//! Receiver of alarms: a web address or a topic of an MQTT broker.
 
 /// A receiver of messages.
 pub trait Receiver: Send {
@@ -15,7 +15,7 @@ pub trait Receiver: Send {
     fn tell(&self, body: &str) -> Result<(), String>;
 }
 
-/// Why nobody can be told at an address.
+/// Reason why an address cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ReceiverError {
     /// Not an address of a kind that is known.
