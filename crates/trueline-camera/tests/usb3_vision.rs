@@ -452,11 +452,11 @@ fn registers_that_lie_are_refused_in_words() {
     let clock = HostClock::start();
     let far = u64::MAX.to_le_bytes();
     let lies: [(&str, u64, &[u8], &str); 14] = [
-        ("bootstrap registers beyond the memory", SBRM_ADDRESS, &far, "where no memory is"),
+        ("bootstrap registers beyond the memory", SBRM_ADDRESS, &far, "outside its memory"),
         ("none", SBRM_ADDRESS, &[0x77; 8], "status"),
         ("no room for a command", SBRM + 0x14, &1_u32.to_le_bytes(), "command transfer too small"),
         ("no room for an answer", SBRM + 0x18, &12_u32.to_le_bytes(), "too small to carry data"),
-        ("a stream beyond the memory", SBRM + 0x20, &far, "where no memory is"),
+        ("a stream beyond the memory", SBRM + 0x20, &far, "outside its memory"),
         ("no stream", SBRM + 0x20, &[0; 8], "has no stream"),
         ("an alignment of 2^40", SIRM, &(40_u32 << 24).to_le_bytes(), "alignment"),
         ("an alignment of 2^30", SIRM, &(30_u32 << 24).to_le_bytes(), "alignment"),
@@ -475,7 +475,7 @@ fn registers_that_lie_are_refused_in_words() {
         ),
         ("a leader of 4 GiB", SIRM + 0x10, &u32::MAX.to_le_bytes(), "more than 64 KiB"),
         ("a trailer of 4 GiB", SIRM + 0x14, &u32::MAX.to_le_bytes(), "more than 64 KiB"),
-        ("a table beyond the memory", TABLE_ADDRESS, &far, "where no memory is"),
+        ("a table beyond the memory", TABLE_ADDRESS, &far, "outside its memory"),
     ];
     for (what, address, bytes, expected) in lies {
         let device = UsbDevice::start(clock);
@@ -496,7 +496,7 @@ fn files_that_lie_are_refused_in_words() {
         ("more files than can be", TABLE, &[0xff; 8], ""),
         ("no bytes", entry + 16, &[0; 8], "it says that it has 0 bytes"),
         ("2^60 bytes", entry + 16, &(1_u64 << 60).to_le_bytes(), "1152921504606846976 bytes"),
-        ("beyond the memory", entry + 8, &[0xff; 8], "where no memory is"),
+        ("beyond the memory", entry + 8, &[0xff; 8], "outside its memory"),
     ];
     for (what, address, bytes, expected) in lies {
         let device = UsbDevice::start(clock);
@@ -533,7 +533,7 @@ fn descriptions_that_lie_are_refused_and_archives_are_opened() {
         ("no features", b"<RegisterDescription/>".to_vec(), "PixelFormat"),
         ("a circle", circle.into_bytes(), "circular"),
         ("a register of 4 TB", giant.into_bytes(), "out of range"),
-        ("a register nowhere", nowhere.into_bytes(), "where no memory is"),
+        ("a register nowhere", nowhere.into_bytes(), "outside its memory"),
     ];
     for (what, description, expected) in cases {
         let device = UsbDevice::with_description(clock, &description, 0);

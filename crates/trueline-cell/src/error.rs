@@ -25,7 +25,7 @@ pub enum CellError {
         why: std::io::Error,
     },
     /// The camera's pictures are not of the size that the sensor was calibrated for.
-    #[error("{name} gives {} x {} px, and sensor.toml says {} x {}", found[0], found[1], expected[0], expected[1])]
+    #[error("{name} delivers {} x {} px, sensor.toml states {} x {}", found[0], found[1], expected[0], expected[1])]
     PictureSize {
         /// The camera.
         name: String,

@@ -348,7 +348,7 @@ fn mistakes_with_files_are_told_as_what_they_are() {
         ("calibrate latin", "sensor.toml: is not UTF-8 text", "save it as UTF-8"),
         ("calibrate typo", "sensor.toml, line 4: column 1: unknown field `widht`", "compare with a file"),
         ("calibrate renamed", "column `X`: unknown column", "is it `x_mm`?"),
-        ("calibrate metres", "all positions of the robot lie within 0.2", "are they in metres"),
+        ("calibrate metres", "all positions of the robot lie within 0.2", "check whether they are metres"),
         ("calibrate late", "do not overlap in time", "--align-clocks"),
         ("features scan", "there are no pictures", "they are not needed"),
         ("import lvs-st-calib nowhere --out x", "there is no folder `nowhere`", "check its name"),

@@ -190,7 +190,7 @@ fn addresses_that_are_not_ours_or_taken_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let foreign = trueline(dir.path(), &["listen", "--bind", "192.0.2.77:6510"]);
     assert_eq!(code(&foreign), 2);
-    assert!(words(&foreign).contains("no address of this PC"));
+    assert!(words(&foreign).contains("not an address of this PC"));
     let taken = UdpSocket::bind("127.0.0.1:0").unwrap();
     let busy = trueline(dir.path(), &["listen", "--bind", &taken.local_addr().unwrap().to_string()]);
     assert_eq!(code(&busy), 2);

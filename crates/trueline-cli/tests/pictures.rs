@@ -74,7 +74,7 @@ fn a_scan_of_pictures_calibrates_to_within_four_sigma() {
     succeeds(at, "features scan --quiet");
     let features = fs::read_to_string(at.join("scan/features.csv")).unwrap();
     assert!(features.starts_with("time_s,u_px,v_px,frame,sigma_u_px,sigma_v_px,correlation\n"));
-    refuses(at, "calibrate scan --joint lap", "its seam is known already");
+    refuses(at, "calibrate scan --joint lap", "has its seam points already");
 
     // A feature that is wrong is shown in its picture.
     let file = at.join("scan/features.csv");

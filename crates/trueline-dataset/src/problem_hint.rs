@@ -199,7 +199,8 @@ impl Problem {
         match self {
             Self::NoProfileTimes => {
                 "give the stamp of the first and the rate (--profile-start-s, --profile-rate-hz), or a file with one stamp for each \
-                 (--profile-times); a column of times needs its unit in its name, `Timestamp [ms]`, unless its steps tell it"
+                 (--profile-times); a column of times needs its unit in its name, `Timestamp [ms]`, unless \
+                     its steps imply it"
             }
             Self::OnlyProfiles => "`trueline features DATASET` finds the seam and writes features.csv",
             Self::UnknownProfileFormat => {

@@ -37,7 +37,7 @@ const SMALLER: f64 = 0.8;
 /// … or where it explains so much more of the scan: of a corner a line explains one side as well as a curve does.
 const MORE_OF_IT: f64 = 0.15;
 /// Why stops are no scan over a curve.
-pub(crate) const AT_STOPS: &str = "the robot stands at each reading";
+pub(crate) const AT_STOPS: &str = "the robot stands still at each reading";
 /// A curve that became so many times longer or shorter during the fit is none.
 const ANOTHER_SIZE: f64 = 2.0;
 

@@ -323,13 +323,15 @@ impl Error {
     fn hint_of_poses(&self) -> &'static str {
         match self {
             Self::RobotTooSlow { .. } => {
-                "is time_s in seconds? Stamps in ms or µs look like that; otherwise record the robot's poses ten times a second or more. If the robot stands at each reading, use --at-stops"
+                "check that time_s is in seconds, not ms or µs; otherwise record the robot's poses at 10 Hz \
+                    or more. If the robot stands still at each reading, use --at-stops"
             }
             Self::NoPoseAtStop { .. } => {
                 "record the robot while it stands, or write one pose a stop into poses.csv: stop,x_mm,y_mm,z_mm,qw,qx,qy,qz"
             }
             Self::MovesAtStop { .. } => {
-                "wait until the robot stands before a reading, or leave this reading out; without --at-stops a moving robot is calibrated"
+                "wait until the robot stands still before a reading, or leave this reading out; for a moving \
+                    robot leave --at-stops out"
             }
             Self::RobotStandsStill { .. } => {
                 "record the scan while it moves; if it did, is the stream frozen, or of another robot?"

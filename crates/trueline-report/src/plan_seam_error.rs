@@ -92,7 +92,7 @@ pub(crate) fn advice(source: &Source<'_>) -> Vec<String> {
             left.collect::<Vec<_>>().join(", "),
             if is_enough { "which is enough" } else { "which is not enough, but a path planned for that \
                 robot may give less" },
-            if known { "that file says" } else { "assumed" },
+            if known { "stated in that file" } else { "assumed" },
         ));
     }
     let parts = of(source).map(budget).unwrap_or_default();

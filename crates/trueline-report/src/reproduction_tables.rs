@@ -35,7 +35,8 @@ fn convergence(out: &mut String, r: &Reproduction) {
     let _ = writeln!(
         out,
         "From the paper's start: time offset 0, its φ₀ (6.5° and 16 mm off), hand-eye 3.7 mm and 1.7° off. True offset {:.2} ms. \
-         Medians over {} scans, and the least and the largest of them; a scan knows the hand-eye translation to some 0.2 mm. Blocks: the \
+         Medians over {} scans, and the least and the largest of them; the hand-eye translation of a scan \
+             has ± 0.2 mm. Blocks: the \
          public program's way, stopped after {} steps.\n",
         r.truth.time_offset_s * 1e3,
         r.settings.repeats,

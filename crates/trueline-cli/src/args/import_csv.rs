@@ -36,8 +36,7 @@ cell (p[…] of UR, {X …} of KUKA, [[…],[…]] of ABB) and a log of KUKA's R
 are read as well. A unit in the header, as in `X [m]`, counts before the maker's. \
 The pose must be that of one tool all along: the flange, or the tool that was active.
 
-SRC/images with images/index.csv (time_s,file) comes in where there are neither \
-features nor profiles; without an index --fps or --stamps-from-name says when they were taken.
+SRC/images with images/index.csv (time_s,file) is imported if there are neither features nor profiles; without an index --fps or --stamps-from-name gives the stamps.
 
 Profiles (--profile-format):
   gocator       LMI Gocator's CSV; its stamps are used
@@ -53,8 +52,7 @@ Without stamps in the file: --profile-start-s and --profile-rate-hz, or
 --profile-times (with --profile-rate-hz, if it has one stamp per block of profiles). The seam is detected \
     when the dataset is calibrated.
 
-A mapping is ours=theirs; the unit stands in our name. What is not mapped keeps \
-its name.")]
+A mapping is ours=theirs; our name contains the unit. Columns without a mapping keep their names.")]
 pub(crate) struct ImportCsvArgs {
     /// Folder with the files
     #[arg(value_parser = folder, required = true)]

@@ -28,7 +28,8 @@ pub(crate) enum SensorCommand {
 
 How to: print a chessboard, glue it on something flat and measure a square. 9x6 counts the inner corners, where four squares \
 meet. Take 10 to 20 sharp pictures with the laser off: the board fills a third to two thirds of the picture, reaches every \
-corner of the picture in turn, and is tilted by about 30 degrees to every side. The summary says which picture to add.
+corner of the picture in turn, and is tilted by about 30 degrees to every side. The summary names the \
+    picture to add.
 
 --out writes a sensor.toml with [camera] and its uncertainty. `trueline sensor laser-plane --sensor sensor.toml` adds the \
 laser plane.
@@ -134,7 +135,7 @@ pub(crate) struct LaserPlaneArgs {
 pub(crate) fn board(text: &str) -> Result<Board, String> {
     let wrong = || {
         format!(
-            "`{text}` is no board: write chessboard:COLUMNSxROWS:SQUARE_MM, for example chessboard:9x6:25"
+            "`{text}` is not a board: write chessboard:COLUMNSxROWS:SQUARE_MM, for example chessboard:9x6:25"
         )
     };
     let rest = text.strip_prefix("chessboard:").ok_or_else(wrong)?;

@@ -55,7 +55,7 @@ fn axis(text: &str) -> Result<AxisArg, String> {
     let kind = match kind {
         "rotary" => AxisKind::Rotary,
         "linear" => AxisKind::Linear,
-        _ => return Err(format!("`{kind}` is no kind of axis: rotary or linear")),
+        _ => return Err(format!("`{kind}` is not a kind of axis: rotary or linear")),
     };
     let carries = match carries {
         "part" => Carries::Part,
@@ -64,7 +64,7 @@ fn axis(text: &str) -> Result<AxisArg, String> {
         _ => return Err(format!("`{carries}` cannot be carried by an axis: part, robot or sensor")),
     };
     if name.is_empty() || name == "time" || !name.chars().all(|c| c.is_alphanumeric() || "-_".contains(c)) {
-        return Err(format!("`{name}` is no name of an axis: letters, digits, - and _"));
+        return Err(format!("`{name}` is not a name of an axis: letters, digits, - and _"));
     }
     Ok(AxisArg { name: name.to_owned(), kind, carries, course: course_of(course, kind)? })
 }
@@ -72,16 +72,16 @@ fn axis(text: &str) -> Result<AxisArg, String> {
 fn course_of(text: &str, kind: AxisKind) -> Result<AxisCourse, String> {
     const FORMS: &str = "expected swing:BY@HZ, stand:V/V/V or run:RATE";
     let value = |text: &str| -> Result<f64, String> {
-        let number: f64 = text.parse().map_err(|_| format!("`{text}` is no number"))?;
+        let number: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
         if !number.is_finite() {
-            return Err(format!("`{text}` is no finite number"));
+            return Err(format!("`{text}` is not a finite number"));
         }
         Ok(if kind == AxisKind::Rotary { number.to_radians() } else { number * 1e-3 })
     };
     match text.split_once(':').ok_or(FORMS)? {
         ("swing", of) => {
             let (by, hz) = of.split_once('@').ok_or(FORMS)?;
-            let hz: f64 = hz.parse().map_err(|_| format!("`{hz}` is no number"))?;
+            let hz: f64 = hz.parse().map_err(|_| format!("`{hz}` is not a number"))?;
             if !(hz > 0.0 && hz <= 5.0) {
                 return Err("an axis swings with 5 Hz at most".to_owned());
             }

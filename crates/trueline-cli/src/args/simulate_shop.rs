@@ -65,7 +65,7 @@ fn only(text: &str) -> Result<OnlyErrors, String> {
     let named = |name: &str| {
         ShopError::named(name.trim()).ok_or_else(|| {
             let names: Vec<&str> = TABLE.iter().map(|row| row.name).collect();
-            format!("`{name}` is no error of a shop; expected none, or some of {}", names.join(", "))
+            format!("`{name}` is not an error of a shop; expected none, or some of {}", names.join(", "))
         })
     };
     text.split(',').map(named).collect::<Result<_, _>>().map(OnlyErrors)

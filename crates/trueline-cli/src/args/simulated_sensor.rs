@@ -26,7 +26,7 @@ impl SimulateArgs {
         let is_camera = matches!(sensor, SensorModel::CameraLaser { .. });
         let is_profiler = matches!(sensor, SensorModel::Profiler { .. });
         let (plates, images) = (self.plates.plates, self.images);
-        let by_look = "--look says how pictures look";
+        let by_look = "--look sets the look of pictures";
         let by_preset = "--preset profiler is a scan with a profiler";
         let px =
             |has_use, why, hint| (self.feature_noise_px.is_some(), has_use, "--feature-noise-px", why, hint);

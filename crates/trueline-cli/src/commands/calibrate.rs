@@ -33,7 +33,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     }
     if args.target == TargetName::Poses {
         return Err(Failure::new(
-            "--target poses is for a dataset whose sensor.toml says `kind = \"poses\"`",
+            "--target poses needs a dataset whose sensor.toml has `kind = \"poses\"`",
             "write the target's poses as sightings.csv, or leave --target out",
         ));
     }

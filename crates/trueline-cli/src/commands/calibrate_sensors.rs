@@ -31,7 +31,7 @@ pub(crate) fn sensors(args: &CalibrateArgs) -> Result<Option<Vec<SensorFolder>>,
     ];
     if let Some((option, _)) = of_one.into_iter().find(|(_, is_asked)| *is_asked) {
         return Err(Failure::new(
-            format!("`{option}` is for one sensor, and this dataset has {}", sensors.len()),
+            format!("`{option}` supports one sensor, but this dataset has {}", sensors.len()),
             format!("calibrate one by itself: `trueline calibrate {}`", sensors[0].path.display()),
         ));
     }

@@ -209,7 +209,7 @@ fn with_mapping(error: Error, args: &ImportCsvArgs) -> Failure {
             Failure::new(
                 text,
                 format!(
-                    "which column is it? {option} '{map}', ours=theirs; the unit stands in our name{rate}"
+                    "map the column: {option} '{map}', ours=theirs; our name contains the unit{rate}"
                 ),
             )
         }

@@ -119,7 +119,7 @@ fn array(bytes: &[u8], little: bool) -> Result<Option<MatArray>, Fault> {
     let [rows, others @ ..] = &size[..] else { return Err("an array without its size") };
     let columns = others.iter().try_fold(1_usize, |product, n| product.checked_mul(*n));
     let (SIGNED_BYTES, name) = parts.expect()? else { return Err("an array without a name") };
-    let name = String::from_utf8(name.to_vec()).map_err(|_| "a name that is no text")?;
+    let name = String::from_utf8(name.to_vec()).map_err(|_| "a name that is not text")?;
     let (kind, data) = parts.expect()?;
     let numbers = numbers(kind, data, little).ok_or("an array of an unknown type")?;
     match columns.filter(|columns| rows.checked_mul(*columns) == Some(numbers.len())) {

@@ -38,7 +38,7 @@ impl fmt::Display for PathSummary<'_> {
         if rest_s > DWELL_S {
             writeln!(
                 f,
-                "  warning      it rests for {rest_s:.1} s on the way: EGMRunPose may take that for the end"
+                "  warning      it rests for {rest_s:.1} s on the way: EGMRunPose may end there"
             )?;
         }
         Ok(())

@@ -93,9 +93,9 @@ impl CadUnit {
             Self::Metres => "its numbers are metres, read as millimetres",
             Self::Inches => "its numbers are inches, read as millimetres",
             Self::Centimetres => "its numbers are centimetres, read as millimetres",
-            Self::NotMetres => "its numbers are millimetres, and the file says metres",
-            Self::NotInches => "its numbers are millimetres, and the file says inches",
-            Self::NotCentimetres => "its numbers are millimetres, and the file says centimetres",
+            Self::NotMetres => "its numbers are millimetres, but the file states metres",
+            Self::NotInches => "its numbers are millimetres, but the file states inches",
+            Self::NotCentimetres => "its numbers are millimetres, but the file states centimetres",
         }
     }
 }

@@ -60,7 +60,7 @@ impl fmt::Display for Told<'_> {
             Self::Damage(text) => f.write_str(text),
             Self::StampMeaning(text) | Self::Note(text) => f.write_str(text),
             Self::Channel(channel) => {
-                write!(f, "colour pictures: {} is looked at, where the stripe stands out most", channel.name())
+                write!(f, "colour pictures: the channel {} is used, where the stripe is clearest", channel.name())
             }
             Self::SeamsInPictures(scan) => write!(f, "{scan}"),
             Self::SeamsInProfiles { found, of, without, joint } => {
@@ -77,12 +77,13 @@ impl fmt::Display for Told<'_> {
                 "{in_place_of} seam points are too few to calibrate by and are left out: where two stripes cross is one"
             ),
             Self::FixedSensor => f.write_str(
-                "the sensor stands beside the robot: what is called tool_from_camera is base_from_camera, and lines are in the \
-                 tool's frame",
+                "the sensor stands beside the robot: tool_from_camera is base_from_camera, and lines are in \
+                 the tool's frame",
             ),
             Self::SmallPath(shift_mm) => write!(
                 f,
-                "all positions of the robot lie within {shift_mm:.2} mm: are they in metres, under a name that says mm?"
+                "all positions of the robot lie within {shift_mm:.2} mm: check whether they are metres in a \
+                    column named mm"
             ),
             Self::OnAnAxis(count, axis) => {
                 write!(f, "{count} scans together: line 0 is the same seam in each, for axis `{axis}` moved what it lies on")
