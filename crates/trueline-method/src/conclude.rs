@@ -173,7 +173,7 @@ fn times(one: &DMatrix<f64>, other: &DMatrix<f64>) -> f64 {
     (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp().max(1.0)
 }
 
-/// With every error adjusted, with what the stripes say, and the verdict.
+/// With every error adjusted, the answer of the stripes, and the verdict.
 fn judged(
     from: &Concluded<'_>,
     mut findings: Findings,
@@ -339,7 +339,7 @@ struct Answered {
     observability: Observability,
 }
 
-/// With what it says of the sensor; the transform is that of the stated file.
+/// With its findings about the sensor; the transform belongs to the stated file.
 fn with_sensor(from: &Concluded<'_>, answered: Answered) -> Unknowns {
     let Answered { parameters, covariance, noise_covariance, observability } = answered;
     let observations = &from.assessed.drift_free.observations;

@@ -115,7 +115,7 @@ impl Stamps {
 /// Treatment of the sensor's own calibration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SensorMode {
-    /// It is taken as in its file; what its file states of its uncertainty goes into the covariance.
+    /// It is held as in its file; its stated uncertainty goes into the covariance.
     Fixed,
     /// The shape of its sheet is estimated with what is known of it beforehand.
     #[default]

@@ -38,7 +38,7 @@ const SMALLER: f64 = 0.8;
 const MORE_OF_IT: f64 = 0.15;
 /// Why stops are no scan over a curve.
 pub(crate) const AT_STOPS: &str = "the robot stands still at each reading";
-/// A curve that became so many times longer or shorter during the fit is none.
+/// A curve that became this many times longer or shorter during the fit is rejected.
 const ANOTHER_SIZE: f64 = 2.0;
 
 /// The answer to a scan: that of the line, or that of a curve, where the line's is refused by its structure or a curve is asked for.
@@ -218,7 +218,7 @@ impl Scan {
         Asked { search, robot: self.robot, known: &config.known }
     }
 
-    /// The calibration, with what the line's says of the streams.
+    /// The calibration, with the streams of the line's calibration.
     fn calibration(
         &self,
         recording: &Recording,

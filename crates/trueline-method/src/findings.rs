@@ -75,7 +75,7 @@ impl Findings {
         self.fit.residuals.rms_px.is_none().then(|| self.config.length_per_px_m())
     }
 
-    /// What of the measurements does not belong to the rest: of the seam points, or of the stripes if those were used and more of them
+    /// Outliers among the measurements: of the seam points, or of the stripes if those were used and more of them
     /// are off.
     #[must_use]
     pub(crate) fn outliers(&self) -> Outliers {
@@ -200,7 +200,7 @@ pub struct FitFindings {
     pub structure: Structure,
     /// Estimated systematic errors, if the answer was adjusted with them.
     pub amplitudes: Option<Amplitudes>,
-    /// How many times larger than by the curvature at the optimum the ± of the turn that is known least is; `None` where they agree.
+    /// Factor by which the ± of the least certain rotation exceeds that from the curvature at the optimum; `None` where they agree.
     pub widened_by: Option<f64>,
     /// Part of the covariance that is the model's, 0 to 1.
     pub covariance_model_share: f64,
@@ -269,7 +269,7 @@ pub struct ClockFindings {
     pub step: Option<Step>,
     /// A step of a clock that is significant.
     pub stepped: Option<Step>,
-    /// How much larger the residuals are than expected once that step is taken out.
+    /// Noise factor of the residuals without that step.
     pub noise_factor_without_step: Option<f64>,
 }
 

@@ -76,8 +76,8 @@ pub struct Seam {
     pub gap_m: f64,
 }
 
-/// What is added to every covariance: light that wanders with the pixel grid and the lens, px. Clean pictures
-/// of our simulator scatter by 0.003 px where noise alone would say 0.001.
+/// What is added to every covariance: light that wanders with the pixel grid and the lens, px. Clean pictures of our simulator scatter
+/// by 0.003 px, noise alone would give 0.001.
 pub(crate) const GRID_SIGMA_PX: f64 = 0.004;
 
 impl Seam {

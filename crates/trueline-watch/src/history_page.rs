@@ -19,7 +19,7 @@ const LEAST_SHOWN: f64 = 0.1;
 /// Alarms in the table.
 const MOST_ALARMS: usize = 50;
 
-/// Renders the page; `repaired` is the number of the weld before which a repair was reported, if no weld has told since then.
+/// Renders the page; `repaired` is the number of the weld before which a repair was reported, if no weld has verified it since.
 #[must_use]
 pub fn html(history: &[HistoryRow], repaired: Option<i64>, title: &str, command: &str) -> String {
     let mut page = Page { title: title.to_owned(), verdict: verdict(history, repaired), ..Page::default() };
@@ -157,7 +157,7 @@ struct Said {
     is_shown: bool,
 }
 
-/// Of a column, in the unit of files. While something of another kind stands, what a weld says of this kind is made of that.
+/// Of a column, in the unit of files. While a change of another kind is active, it causes the estimate of this kind.
 fn said_of(row: &HistoryRow, k: usize) -> Option<Said> {
     let factor = column(k).1;
     let other_stands = row.alarm.as_ref().is_some_and(|alarm| {

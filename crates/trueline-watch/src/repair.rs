@@ -1,4 +1,4 @@
-//! A repair that somebody reports: the fault that stands is taken to be mended before a weld. The welds from there on tell whether it is.
+//! A repair that somebody reports: the fault that stands is taken to be mended before a weld. Later welds verify it.
 
 use crate::alarm_message;
 use crate::parameters::Kind;

@@ -50,7 +50,7 @@ pub struct Told {
 const SURELY: f64 = 2.0;
 
 impl Told {
-    /// A change with its words' numbers. `was_within`: whether the weld before was told to be within the tolerance.
+    /// A change with its words' numbers. `was_within`: whether the previous weld was reported as within the tolerance.
     #[must_use]
     pub fn of(
         alarm: Alarm,

@@ -83,8 +83,7 @@ impl Watched {
     }
 }
 
-/// Watches one weld: what is told of it is kept before it is returned. A weld that was watched before is told again as it
-/// was then.
+/// Watches one weld: its report is stored before it is returned. A weld that was watched before is reported again unchanged.
 ///
 /// # Errors
 /// A weld or a state that cannot be used; nothing is kept of it then.

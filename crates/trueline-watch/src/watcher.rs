@@ -84,7 +84,7 @@ pub struct Watcher {
 }
 
 impl Watcher {
-    /// Opens state and calibration, and begins to tell.
+    /// Opens state and calibration, and starts to send messages.
     ///
     /// # Errors
     /// A file that cannot be used, or an address of no known kind.
@@ -101,7 +101,7 @@ impl Watcher {
         Ok(Self { store, known, calibration, keep, couriers, met_another_sensor: false, is_alarm: false })
     }
 
-    /// Whether the calibration was accepted when it was made, where its file says so.
+    /// Whether the calibration was accepted, if its file states it.
     #[must_use]
     pub fn was_accepted(&self) -> Option<bool> {
         self.known.accepted

@@ -27,7 +27,7 @@ const KNOWN_TO: (f64, f64) = (2.0 * std::f64::consts::PI / 180.0, 10e-3);
 const HELD: f64 = 1e-3;
 /// With knots that do not follow the weave the residuals may be larger by this, or the curve is no such curve.
 const WORSE: f64 = 1.5;
-/// Points of the curve are given this far apart at least, m, and so many at most.
+/// Least distance of the points of the curve, m, and their largest number.
 const POINTS: (f64, usize) = (2e-3, 200);
 
 /// A curve that a scan went over.
@@ -53,7 +53,7 @@ pub struct CurveEstimate {
     pub is_one_pass: bool,
     /// Length of one weave period, m; `None` without a weave.
     pub weave_m: Option<f64>,
-    /// Whether the curve needs knots that follow the weave: then the weave is not told from the curve.
+    /// Whether the curve needs knots that follow the weave: then weave and curve cannot be separated.
     pub is_near_weave: bool,
     /// Its length before the joint fit, m, where it shrank or grew too much to be believed.
     pub collapsed_from_m: Option<f64>,

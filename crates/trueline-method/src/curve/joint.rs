@@ -29,7 +29,7 @@ pub(crate) const GOOD: (f64, f64) = (0.62, 0.5e-3);
 const MOST_READINGS: usize = 700;
 /// An open curve goes on beyond its readings by this part of a knot.
 pub(crate) const BEYOND: f64 = 0.25;
-/// Directions of which the first curve says less than this part of what counts as seen are held meanwhile.
+/// Directions with less than this share of the required information from the first curve are held meanwhile.
 const HELD_MEANWHILE: f64 = 0.6;
 
 /// A curve that fits a scan roughly.

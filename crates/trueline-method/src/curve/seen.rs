@@ -1,4 +1,4 @@
-//! What a scan over an unknown curve shows of clock and hand-eye transform: never more than its data say.
+//! Observability of clock and hand-eye transform from a scan over an unknown curve: only by its data, not by the prior.
 //!
 //! The prior of a curve is information about clock and hand-eye that is not there: a smaller curve is smoother, and the lever
 //! follows. So rank and ± are those of F, direction by direction the weaker of F₀, with the prior a million times weaker, and of F₁,
@@ -78,7 +78,7 @@ impl Seen {
         })
     }
 
-    /// Information that holds directions of which the scan says less than a part of what counts as seen.
+    /// Information that holds directions with less than a share of the required information.
     #[must_use]
     pub(crate) fn holding(&self, least: f64) -> Shared {
         /// Held directions are known to this part of what counts as seen.

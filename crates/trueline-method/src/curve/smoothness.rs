@@ -17,7 +17,7 @@ const STIFFEST_M: f64 = 0.3e-6;
 const BY_SPACING: (f64, f64) = (2.5, 10e-3);
 /// One size after the other, by this factor.
 const GRID: f64 = 3.0;
-/// So many worse in a row end the search.
+/// Number of failures in a row that ends the search.
 const WORSE: usize = 2;
 
 /// The loosest size for a spacing of the knots, m.
@@ -85,7 +85,7 @@ impl Parts {
         (left > 0.0 && freedom > 0.0).then(|| -0.5 * (freedom * (left / freedom).ln() + logs))
     }
 
-    /// ν: readings that are left to tell the noise.
+    /// ν: degrees of freedom of the noise.
     #[must_use]
     pub(crate) fn freedom(&self) -> f64 {
         self.readings - (SHARED + self.curve - self.penalties) as f64

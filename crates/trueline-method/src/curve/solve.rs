@@ -17,7 +17,7 @@ use trueline_dataset::Guess;
 const KNOTS_M: f64 = 5e-3;
 /// … with at least this number of readings each.
 pub(crate) const READINGS_PER_KNOT: usize = 5;
-/// A reading that is further off than this in the search does not say where the curve ends, m.
+/// A reading farther off than this in the search does not count for the end of the curve, m.
 const ENDS_WITHIN_M: f64 = 2e-3;
 /// Rounds of noise level and weights, and steps of each.
 const ROUNDS: usize = 4;

@@ -59,7 +59,7 @@ impl Ambiguity {
         Self { decided_by: self.decided_by, contradicted: self.contradicted, ..Self::default() }
     }
 
-    /// Whether nothing tells which of several answers is right, mirrored attitudes aside.
+    /// Whether several answers cannot be separated, mirrored attitudes aside.
     #[must_use]
     pub fn is_open(&self) -> bool {
         self.others().next().is_some() && self.decided_by.is_none()

@@ -79,7 +79,7 @@ impl std::fmt::Display for Statement {
     }
 }
 
-/// How far the view may be from the axis it is said to look along: 60°.
+/// Largest angle between the view and the stated axis: 60°.
 const LOOKS_COSINE: f64 = 0.5;
 /// A window is stated in whole steps of this, s, and only where the answers are this far apart.
 const WINDOW_STEP_S: f64 = 0.01;

@@ -79,7 +79,7 @@ impl PairedTest {
     }
 }
 
-/// Whether so many features that one solution alone explains cannot be chance: its 18 unknowns fit nine gross errors.
+/// Whether this number of features explained by one solution alone cannot be chance: its 18 unknowns fit nine gross errors.
 fn outnumbers(many: usize, few: usize) -> bool {
     many >= LEAST_FRAMES && few * FEW <= many
 }

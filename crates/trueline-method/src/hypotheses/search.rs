@@ -53,8 +53,8 @@ pub enum Mirrored {
     Equal,
 }
 
-/// Residuals this much larger than expected, or so many features out of reach, make a solution doubtful: it is then
-/// looked for further afield.
+/// Residuals this much larger than expected, or this share of features out of reach, make a solution doubtful: the search is then
+/// widened.
 const DOUBTFUL_FACTOR: f64 = 1.2;
 /// See [`DOUBTFUL_FACTOR`].
 const DOUBTFUL_UNPLACED: f64 = 0.1;

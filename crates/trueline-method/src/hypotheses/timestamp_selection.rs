@@ -115,7 +115,7 @@ fn is_no_better_in_stretches(
     Ok(speaks_against(&of_best, &of_tried, all.len()))
 }
 
-/// Whether the squared residuals of stretches leave the second no better than a chance for so many observations.
+/// Whether the squared residuals of stretches reject the second explanation, for a number of observations.
 fn speaks_against(of_best: &[f64], of_tried: &[f64], observations: usize) -> bool {
     let known: Vec<f64> = of_best.iter().copied().filter(|squared| !squared.is_nan()).collect();
     let variance = noise_factor(&known).powi(2);
@@ -157,7 +157,7 @@ fn noise_in_sheet(stamped: &Stamped, noise: &NoiseLevels) -> f64 {
 mod tests {
     use super::*;
 
-    /// Squared residuals of two numbers, of which the second explanation leaves so many times as much.
+    /// Squared residuals of two numbers, with a ratio between the explanations.
     fn squares(times: f64, phase: f64) -> Vec<f64> {
         let square = |k: usize| -2.0 * (1.0 - (k as f64 * 0.618_033_988_75 + phase).fract() * 0.999).ln();
         (0..STRETCHES * STRETCH).map(|k| square(k) * times).collect()

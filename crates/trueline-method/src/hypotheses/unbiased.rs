@@ -56,8 +56,8 @@ impl Unbiased {
 /// Residuals that are alike by more than this once a bias is taken out are not those of a bias.
 const ALIKE_WITHOUT_BIAS: f64 = 0.2;
 
-/// The fit without a bias. Residuals that are alike from one to the next tell less of a bias than they seem to, and only
-/// without a bias it is seen whether they are.
+/// The fit without a bias. Correlated residuals have less information on a bias than they seem to, and the correlation shows only
+/// without a bias.
 ///
 /// # Errors
 /// As the solver's.

@@ -63,7 +63,7 @@ const STEP_WINDOW: usize = 20;
 pub(crate) const LEAST_STEP_S: f64 = 1e-5;
 /// Stamps to either side over which a step must last.
 const STAY_WINDOW: usize = 200;
-/// The share of stamps that are quicker than what is taken for their floor.
+/// Share of stamps below their estimated floor.
 pub(crate) const FLOOR: f64 = 0.1;
 /// A step is this many standard deviations of the difference of two medians high.
 pub(crate) const STEP_SIGMAS: f64 = 8.0;

@@ -215,7 +215,7 @@ struct Image {
 }
 
 impl Image {
-    /// Whether an earlier row of the same image says the same.
+    /// Whether an earlier row of the same image is identical.
     fn repeats(&mut self, feature: &Feature) -> bool {
         if self.stamp_ns != Some(feature.stamp_ns) {
             self.said.clear();

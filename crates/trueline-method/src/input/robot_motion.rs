@@ -197,7 +197,7 @@ impl RobotMotion {
     }
 }
 
-/// The samples that say something new, and when they were taken; those without a value of an axis are left out.
+/// The samples with new poses, and their times; those without a value of an axis are left out.
 fn news(recording: &Recording, times_s: &[f64], axes: Option<&AxisChain>) -> (Vec<f64>, Vec<Pose>, Updates) {
     // Of several samples with one stamp the last counts.
     let last_of_each = |pair: &&[RobotSample]| pair[0].stamp_ns != pair[1].stamp_ns;

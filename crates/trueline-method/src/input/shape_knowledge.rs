@@ -20,13 +20,13 @@ pub type ShapeCovariance = SMatrix<f64, 5, 5>;
 pub struct ShapeKnowledge {
     /// Covariance of h about 0.
     pub covariance: ShapeCovariance,
-    /// Whether the sensor's file says so; else it is assumed.
+    /// Whether the sensor's file states it; else it is assumed.
     pub stated: bool,
 }
 
 /// Assumed where nothing is stated: half a percent of width, depth and shear, and of scale over 30 mm.
 const ASSUMED_SIGMA: [f64; 5] = [5e-3, 5e-3, 5e-3, 0.15, 0.15];
-/// So wide that it says nothing: the sensor's file does not matter.
+/// So wide that it has no effect: the sensor's file is ignored.
 const FREE_SIGMA: [f64; 5] = [0.3, 0.3, 0.3, 10.0, 10.0];
 /// A shape is never known better than this: it keeps the covariance invertible.
 const LEAST_SIGMA: [f64; 5] = [1e-6, 1e-6, 1e-6, 1e-4, 1e-4];

@@ -93,7 +93,7 @@ const MANY_GRAINS: i64 = 3;
 /// RMS distance from an even tick, in grains, where no rows can be lost: 0.29 of rounding, and jitter of up to half a grain.
 const STRAYS_RMS: f64 = 0.6;
 
-/// Steps of so many lengths, each of them one in a hundred, are no rows that are lost from an even tick.
+/// With this number of different step lengths, each of them 1 % or more, the steps are not lost rows of a regular clock.
 const MANY_STEPS: usize = 6;
 
 /// The multiple of which all stamps are, in ns, if it is coarse and rounding is why: the stamps are an even tick to

@@ -66,7 +66,7 @@ impl fmt::Display for NoPlates {
 }
 
 impl NoPlates {
-    /// The same, where so many stripes could not be used.
+    /// The same, with a number of unusable stripes.
     #[must_use]
     pub(crate) fn with_unusable(self, unusable: usize) -> Self {
         match self {

@@ -11,7 +11,7 @@ use crate::stripe::planes::{JointAngle, JointStep, PlaneEstimate};
 use nalgebra::DMatrix;
 use std::collections::BTreeMap;
 
-/// Part of the frames in which both plates must be seen for stripes to be used unasked.
+/// Share of the frames in which both plates must be seen for stripes to be used by default.
 pub const LEAST_SHARE: f64 = 0.8;
 
 /// Seam errors that differ by less than this factor are of the same kind: which errors an answer counts as estimated or assumed moves
@@ -90,7 +90,7 @@ pub struct StripeEstimate {
     pub steps: Vec<JointStep>,
     /// How far both answers are apart, in sigma; `None` if nothing of them can be compared.
     pub sigmas_apart: Option<f64>,
-    /// How far, in what a user knows.
+    /// Distance in the user's quantities.
     pub apart: Apart,
     /// Noise factor: noise divided by the expected noise.
     pub noise_factor: f64,

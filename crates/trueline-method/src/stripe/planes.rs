@@ -1,4 +1,4 @@
-//! What the scan determines of the plates themselves: where they are, how well that is known, and whether they are flat.
+//! Estimated plates: position, uncertainty and flatness.
 
 use crate::assess::observability::is_null;
 use crate::stripe::frames::{Sight, StripeFrame, StripeFrames};

@@ -58,7 +58,7 @@ impl RobustMoments {
         }
     }
 
-    /// Variance of the scores by what their weights expect, and how much less the scores move with the residuals than these say.
+    /// Variance of the scores expected from their weights, and the reduced response of the scores to the residuals.
     #[must_use]
     pub(crate) fn variance_and_bend(&self) -> (f64, f64) {
         let weight = self.weight.max(f64::MIN_POSITIVE);

@@ -84,7 +84,7 @@ impl Target {
         self.plates.iter().chain(self.edge.as_ref().map(|edge| &edge.surface)).enumerate()
     }
 
-    /// The same with each surface moved by what is said of its number.
+    /// The same with each surface moved by the value of its number.
     #[must_use]
     pub(crate) fn moved(&self, by: impl Fn(usize, &Plate) -> Plate) -> Self {
         Self {

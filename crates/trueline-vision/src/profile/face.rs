@@ -8,8 +8,7 @@ use nalgebra::Vector2;
 /// Noise is not taken to be smaller, mm: profilers print 0.1 µm.
 pub(super) const LEAST_SIGMA_MM: f64 = 1e-4;
 
-/// All that a straight face says: two points of it, whose errors square to it are independent of each other and equally
-/// large.
+/// Measurement of a straight face: two points whose errors perpendicular to it are independent and equally large.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaceSupport {
     /// The points (x, z), the one nearer to the seam first, mm.

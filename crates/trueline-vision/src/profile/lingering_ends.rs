@@ -1,8 +1,8 @@
 //! Ends of faces that hardly move from one profile to the next.
 //!
 //! An edge is somewhere between two columns. Where it moves on through them, neighbouring profiles see it at other places between theirs, and their errors
-//! have nothing to do with each other. Where it stays, it is at the same place between the same columns in all of them, and they say where it is once; so
-//! do those in which one of the columns is lost. Of one that creeps through the columns that is less than they say.
+//! have nothing to do with each other. Where it stays, it lies between the same columns in all of them, and they measure it only once;
+//! so do those in which one of the columns is lost. For an edge that creeps through the columns this is less than their noise implies.
 
 use super::face_end::FaceEnd;
 use super::seen_joint::SeenJoint;

@@ -5,7 +5,7 @@ use crate::parameters::{Kind, UNITS};
 use crate::quadratic::Quadratic;
 use nalgebra::{DMatrix, DVector};
 
-/// Directions in which a piece says less than this do not show: a change of ten units would be one standard deviation, and
+/// Directions with less information of a piece than this are undetermined: a change of ten units would be one standard deviation, and
 /// what there is of information comes from noise in the derivatives.
 pub const VISIBLE: f64 = 0.01;
 

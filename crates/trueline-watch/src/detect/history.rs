@@ -114,7 +114,7 @@ impl Stretch<'_> {
     }
 }
 
-/// Lengths between the windows before and after one that was tried, at most so many.
+/// Lengths between the windows before and after a tried one, at most this number.
 pub(crate) fn near(length: usize, most: usize) -> Vec<usize> {
     (length / 2 + usize::from(length == 1)..=(2 * length).min(most)).collect()
 }

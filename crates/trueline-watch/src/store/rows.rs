@@ -115,7 +115,7 @@ impl Store {
         self.connection.query_row(text, [], |row| row.get(0)).map_err(|e| self.failed(e))
     }
 
-    /// The last welds of a calibration in order of time, at most so many.
+    /// The last welds of a calibration in order of time, at most a given number.
     ///
     /// # Errors
     /// A database that cannot be read, or damaged rows.
@@ -162,7 +162,7 @@ impl Store {
         found.optional().map_err(|e| self.failed(e))
     }
 
-    /// What was told of the last weld of a calibration, a line of JSON, and when, s since 1970 UTC.
+    /// Report on the last weld of a calibration, a line of JSON, and its time, s since 1970 UTC.
     ///
     /// # Errors
     /// A database that cannot be read.

@@ -137,7 +137,7 @@ impl Store {
         self.connection.query_row(text, [], |row| row.get(0)).map_err(|e| self.failed(e))
     }
 
-    /// The row of a weld and the line that was told of it before, if it was watched.
+    /// The row of a weld and its earlier report, if it was watched.
     ///
     /// # Errors
     /// A database that cannot be read.

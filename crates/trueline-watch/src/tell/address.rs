@@ -3,7 +3,7 @@
 use super::receiver::{Receiver, ReceiverError};
 use std::time::Duration;
 
-/// The receiver at an address: `http://…` and `https://…` are told by POST, `mqtt://HOST:PORT/TOPIC` by publishing; one try
+/// The receiver at an address: `http://…` and `https://…` receive messages by POST, `mqtt://HOST:PORT/TOPIC` by publishing; one try
 /// takes no longer than `patience`.
 ///
 /// # Errors

@@ -29,7 +29,7 @@ pub struct Courier {
 }
 
 impl Courier {
-    /// Tells a receiver, from now on, what is and will be in a state.
+    /// Sends present and future messages of a state to a receiver.
     ///
     /// # Errors
     /// A state that cannot be opened, or a system that has no thread left.
@@ -45,7 +45,7 @@ impl Courier {
 }
 
 impl Drop for Courier {
-    /// Tells what is due, once each, and ends: a receiver that is dead costs one try.
+    /// Sends due messages once each, and ends: a dead receiver costs one try.
     fn drop(&mut self) {
         drop(self.end.take());
         if let Some(thread) = self.thread.take() {

@@ -8,10 +8,10 @@ pub trait Receiver: Send {
     /// Its name for people: the host, without what may be secret.
     fn name(&self) -> String;
 
-    /// Tells it a message, JSON.
+    /// Sends it a JSON message.
     ///
     /// # Errors
-    /// A sentence that says why it has not surely been told.
+    /// A sentence with the reason why delivery is not certain.
     fn tell(&self, body: &str) -> Result<(), String>;
 }
 
