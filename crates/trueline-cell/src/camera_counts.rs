@@ -61,9 +61,11 @@ impl CameraCounts {
         let mut words = Vec::new();
         if self.taken() == 0 {
             words.push(match self.is_triggered {
-                true => "no picture arrived: check that the trigger is wired to the named input and fires. A \
+                true => {
+                    "no picture arrived: check that the trigger is wired to the named input and fires. A \
                          camera that waits for a trigger sends no pictures without it"
-                    .to_owned(),
+                        .to_owned()
+                }
                 false => "no picture came".to_owned(),
             });
         }

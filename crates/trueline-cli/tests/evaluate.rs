@@ -153,7 +153,11 @@ fn stops_on_the_seam_are_the_truth_of_a_moving_scan_and_show_the_time_offset() {
     // A scan without stops is no truth.
     let output = run(&["evaluate", "moving", "--calibration", "result.json", "--static", "first"]);
     assert_eq!(code(&output), 2);
-    assert!(words(&output).contains(" stops with a feature") && words(&output).contains("hint:"), "{}", words(&output));
+    assert!(
+        words(&output).contains(" stops with a feature") && words(&output).contains("hint:"),
+        "{}",
+        words(&output)
+    );
 }
 
 #[test]

@@ -166,9 +166,9 @@ impl Tables<'_> {
 /// What is said of files that are not looked at, since poses.csv is there.
 fn unused_beside_stops(folder: &Path) -> impl Iterator<Item = String> {
     let unused = ["robot.csv", "images/index.csv"].map(|name| folder.join(name)).into_iter();
-    unused.filter(|file| file.exists()).map(|file| {
-        format!("{} is ignored: {} has a pose for each stop", file.display(), stop_poses::FILE)
-    })
+    unused
+        .filter(|file| file.exists())
+        .map(|file| format!("{} is ignored: {} has a pose for each stop", file.display(), stop_poses::FILE))
 }
 
 /// Stamps of all that was read.

@@ -135,9 +135,7 @@ pub enum Problem {
     #[error("has no `[[axis]]`, but axes.csv exists: state name, kind and load of each axis")]
     AxesNotDescribed,
     /// An axis that goes too far from one value to the next.
-    #[error(
-        "the axis jumps by {step} within {in_s} s: check the unit, or whether the angle wraps"
-    )]
+    #[error("the axis jumps by {step} within {in_s} s: check the unit, or whether the angle wraps")]
     AxisJumps {
         /// How far, with its unit.
         step: String,

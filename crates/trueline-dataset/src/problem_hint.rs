@@ -34,8 +34,10 @@ impl Problem {
             | Self::NotAFileName { .. }
             | Self::Picture { .. }
             | Self::NotGray { .. } => self.picture_hint(),
-            Self::TimeRunsBackwards { .. } => "check whether the clock jumped or two recordings were joined; \
-                sort or split the file",
+            Self::TimeRunsBackwards { .. } => {
+                "check whether the clock jumped or two recordings were joined; \
+                sort or split the file"
+            }
             Self::MixedDecimals { .. } => "use one decimal sign, and no thousands separator",
             Self::NoRotation { .. }
             | Self::TwoRotations { .. }
@@ -81,9 +83,7 @@ impl Problem {
             Self::OutputTwice => "name a file for each",
             Self::NotJsonLines => "name a new file, or the log of the day before",
             Self::FolderWithoutName => "name a new folder in it, for example `scan`: it appears as a whole",
-            Self::NotOurs { .. } => {
-                "move it away, or name a new folder: only files of trueline are replaced"
-            }
+            Self::NotOurs { .. } => "move it away, or name a new folder: only files of trueline are replaced",
             Self::IsFolder | Self::OutputIsFolder => "name a file in it",
             Self::NoFolder { .. } => "create it first, or check its name and the current folder",
             Self::NoPictures { has_features: true } => {
@@ -114,12 +114,12 @@ impl Problem {
             }
             Self::NotANumber { text } if text.is_empty() => "leave out rows without a measurement",
             Self::NotANumber { .. } => "numbers have a decimal point, and no thousands separator or unit",
-            Self::NotAStamp { .. } => {
-                "check the unit in the column's name (_s, _ms, _us, _ns)"
-            }
+            Self::NotAStamp { .. } => "check the unit in the column's name (_s, _ms, _us, _ns)",
             Self::NotACount { .. } | Self::NotALine { .. } => "line and frame are numbered 0, 1, 2, …",
-            Self::NotPositive { .. } => "write the standard deviation of the column, or leave the column out \
-                of features.csv",
+            Self::NotPositive { .. } => {
+                "write the standard deviation of the column, or leave the column out \
+                of features.csv"
+            }
             Self::NotACorrelation { .. } => "it is the covariance of both coordinates divided by both sigmas",
             Self::NotFinite { .. } | Self::NotMeasured { .. } => {
                 "leave out rows without a measurement; in profiles of a row each, leave the cell empty"

@@ -157,7 +157,9 @@ fn keyence_rows_of_millimetres() {
     assert_eq!(in_mm(&profiles[0]), [[-8.0, 1.2345], [-7.99, 1.3]]);
     assert_eq!(in_mm(&profiles[1]), [[-8.0, 1.25], [-7.995, 1.26]]);
     let error = read(ProfileFormat::KeyenceLjX, text, None).unwrap_err();
-    assert!(error.to_string().contains("the positions of the columns") && error.hint().contains("--x-start-mm"));
+    assert!(
+        error.to_string().contains("the positions of the columns") && error.hint().contains("--x-start-mm")
+    );
 }
 
 #[test]

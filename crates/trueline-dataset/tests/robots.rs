@@ -180,8 +180,7 @@ fn a_unit_in_the_header_counts_and_one_that_is_not_known_is_refused() {
     for (column, named) in [("X [ft]", "ft"), ("Y (actual)", "actual"), ("B [quarter]", "quarter")] {
         let header = "t,X,Y,Z,A,B,C\n".replace(&column[..1], column);
         let error = import(&(header + &row(1.0, &angles(1.0))), RobotLayout::named("kuka"), &[]).unwrap_err();
-        let expected =
-            format!("robot.csv, line 1, column `{column}`: `{named}` is not a known unit");
+        let expected = format!("robot.csv, line 1, column `{column}`: `{named}` is not a known unit");
         assert!(error.to_string().ends_with(&expected), "{error}");
         assert!(error.hint().contains("gon"), "{}", error.hint());
     }

@@ -240,9 +240,7 @@ pub enum Error {
     #[error("whole stripes cannot be used with the point-to-line residual")]
     StripesNeedSheet,
     /// Stripes hold nothing at a guess.
-    #[error(
-        "whole stripes cannot be used with --accept-partial"
-    )]
+    #[error("whole stripes cannot be used with --accept-partial")]
     StripesHeldAtGuess,
     /// A curve is asked for.
     #[error("a curve cannot be fitted: {why}")]

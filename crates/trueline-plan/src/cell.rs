@@ -164,8 +164,10 @@ impl NotBelieved {
         match self {
             Self::NotAccepted => "plan with the guess, and calibrate from that scan",
             Self::NoUncertainty => "give the JSON that `trueline calibrate --json` wrote",
-            Self::NotThisCell(_) => "check that it belongs to this cell, and that [guess_error] is large \
-                enough",
+            Self::NotThisCell(_) => {
+                "check that it belongs to this cell, and that [guess_error] is large \
+                enough"
+            }
         }
     }
 }

@@ -49,14 +49,10 @@ pub enum NoJoint {
     #[error("the cell's file does not define the two plates of the seam")]
     Unnamed,
     /// Parallel plates, or one, of which it is not said on which side of the seam they lie.
-    #[error(
-        "a single or parallel plate ends in the seam, but the cell's file does not state its side"
-    )]
+    #[error("a single or parallel plate ends in the seam, but the cell's file does not state its side")]
     NoSide,
     /// Plates that meet, of which one alone says on which side it lies.
-    #[error(
-        "only one of the two plates of the seam states its side"
-    )]
+    #[error("only one of the two plates of the seam states its side")]
     OneSide,
     /// Parallel plates on one side of the seam.
     #[error("the two parallel plates lie on the same side of the seam")]
@@ -65,8 +61,10 @@ pub enum NoJoint {
     #[error("the two plates lie in one plane, and neither has an edge that the stripe shows")]
     NoStep,
     /// A plate whose free side is turned away from the sensor.
-    #[error("plate {plate} faces away from the sensor: its normal is {turned_deg:.0}° from the direction to \
-        it")]
+    #[error(
+        "plate {plate} faces away from the sensor: its normal is {turned_deg:.0}° from the direction to \
+        it"
+    )]
     FacesAway {
         /// Its number among those of the joint, from 1 in the order of the file.
         plate: usize,

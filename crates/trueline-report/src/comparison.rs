@@ -100,16 +100,9 @@ pub fn text(difference: &Difference, field: &Field) -> String {
         (false, false) => "",
     };
     let verdict = if d.moved() {
-        format!(
-            "Moved by {}{what}: {:.1} σ (threshold {MOVED_Z} σ, 1 in 1000)",
-            mm(d.seam_shift_rms_m),
-            d.z
-        )
+        format!("Moved by {}{what}: {:.1} σ (threshold {MOVED_Z} σ, 1 in 1000)", mm(d.seam_shift_rms_m), d.z)
     } else {
-        format!(
-            "The same: noise alone causes a larger difference {} (threshold 1 in 1000)",
-            chance(d)
-        )
+        format!("The same: noise alone causes a larger difference {} (threshold 1 in 1000)", chance(d))
     };
     let axes = |change: &Vector3<f64>, first: usize, scale: f64, unit: &str| {
         let axis = |k: usize| with_sigma(change[k] * scale, Some(d.sigma[first + k] * scale), unit);

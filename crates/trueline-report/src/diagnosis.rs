@@ -11,8 +11,12 @@ pub fn text(d: &Diagnosis, all: bool) -> String {
     let mut out = String::new();
     // Writing to a String cannot fail.
     if d.findings.is_empty() {
-        let but = if d.as_recorded.said.is_empty() { "." } else { ", but the scan does not determine \
-            everything:" };
+        let but = if d.as_recorded.said.is_empty() {
+            "."
+        } else {
+            ", but the scan does not determine \
+            everything:"
+        };
         let _ = writeln!(out, "Nothing is wrong with the recording's units, frames and orders{but}");
     } else {
         let _ = writeln!(out, "Found:");

@@ -90,8 +90,12 @@ pub(crate) fn advice(source: &Source<'_>) -> Vec<String> {
             "this path would give {}, {}. If your robot is better than {}, write accuracy_mm under [robot] \
             in the cell's sensor.toml and plan again",
             left.collect::<Vec<_>>().join(", "),
-            if is_enough { "which is enough" } else { "which is not enough, but a path planned for that \
-                robot may give less" },
+            if is_enough {
+                "which is enough"
+            } else {
+                "which is not enough, but a path planned for that \
+                robot may give less"
+            },
             if known { "stated in that file" } else { "assumed" },
         ));
     }
@@ -143,15 +147,19 @@ fn cure(part: &BudgetPart, source: &Source<'_>, error: &SeamError) -> String {
             let accuracy_mm = error.levels.robot_accuracy_m * MM_PER_M;
             let digits = digits_for(accuracy_mm);
             let state = if error.levels.robot_is_stated { "stated" } else { "assumed" };
-            format!("proportional to its accuracy, {accuracy_mm:.digits$} mm {state}: accuracy_mm under [robot] in sensor.toml")
+            format!(
+                "proportional to its accuracy, {accuracy_mm:.digits$} mm {state}: accuracy_mm under [robot] in sensor.toml"
+            )
         }
         "sensor" => "a smaller [uncertainty] in sensor.toml, if the sensor is more certain".to_owned(),
         "feature bias" if source.cell.limits.spun_pass => {
-            "decreases with a more accurate robot, whose errors hide it; spun passes were tried too".to_owned()
+            "decreases with a more accurate robot, whose errors hide it; spun passes were tried too"
+                .to_owned()
         }
         "feature bias" => {
             "decreases with a more accurate robot, whose errors hide it; with spun_pass = true under \
-            [limits] a spun pass is tried too".to_owned()
+            [limits] a spun pass is tried too"
+                .to_owned()
         }
         _ => part.cure.to_owned(),
     }

@@ -49,8 +49,10 @@ pub fn missed(source: &Source<'_>, goal: &Goal) -> Vec<String> {
             format!("no scan of up to {:.0} s would reach it within these limits", DURATION_S[1])
         };
         (sigma > wanted).then(|| {
-            format!("{name}: ± {sigma_shown:.digits$} {unit} from noise alone, {wanted_shown:.4} {unit} is \
-                required; {cure}")
+            format!(
+                "{name}: ± {sigma_shown:.digits$} {unit} from noise alone, {wanted_shown:.4} {unit} is \
+                required; {cure}"
+            )
         })
     };
     // Where only a seam error was asked for, nobody wants the sigmas by which paths are compared.

@@ -90,11 +90,7 @@ fn cards(report: &CameraReport<'_>) -> Block {
         Card {
             name: "Corners",
             values: vec![format!("{:.3} px", fit.rms_px)],
-            meaning: format!(
-                "RMS residual of {} corners in {} pictures",
-                fit.corners(),
-                fit.pictures()
-            ),
+            meaning: format!("RMS residual of {} corners in {} pictures", fit.corners(), fit.pictures()),
         },
     ])
 }

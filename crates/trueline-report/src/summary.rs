@@ -75,7 +75,8 @@ fn missing_motion(unobservable: &[Unobservable]) -> Option<String> {
         return Some(motion.to_owned());
     }
     of(Group::TimeOffset).map(|_| {
-        "the sensor moved too little across the seam. Sweep it across, faster and with changing speed.".to_owned()
+        "the sensor moved too little across the seam. Sweep it across, faster and with changing speed."
+            .to_owned()
     })
 }
 
@@ -272,7 +273,9 @@ fn correlated(c: &Calibration) -> Option<String> {
     let [across, height] = noise.sigma_m.map(|m| m * MM_PER_M);
     Some(match noise.along {
         Along::Time => {
-            format!("{across:.3} and {height:.3} mm RMS correlated over some frames: treated as noise in time")
+            format!(
+                "{across:.3} and {height:.3} mm RMS correlated over some frames: treated as noise in time"
+            )
         }
         Along::Seam => {
             format!("the seam wanders by {across:.3} and {height:.3} mm RMS: treated as its form")

@@ -98,8 +98,10 @@ impl Error {
                 one recording. Take 20 or more sightings"
             }
             Self::TooFewCorners { .. } => "use a board with more squares, or more pictures",
-            Self::NoPose => "check that the board is flat and that --board COLSxROWS is the number of inner \
-                corners",
+            Self::NoPose => {
+                "check that the board is flat and that --board COLSxROWS is the number of inner \
+                corners"
+            }
             Self::NotFixed => "tilt the board by about 30 degrees in different directions",
             Self::HandEyeNotFixed => "turn the tool about two or more axes, by 15 degrees or more",
             Self::TimeOffsetNotFixed => {

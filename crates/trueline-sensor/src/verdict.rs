@@ -166,8 +166,11 @@ impl fmt::Display for Remark {
                 sigma * 100.0
             ),
             Self::BadFit { rms_px } => {
-                write!(f, "the corner residuals are {rms_px:.2} px RMS. Check that the board is flat and the \
-                    pictures are sharp")
+                write!(
+                    f,
+                    "the corner residuals are {rms_px:.2} px RMS. Check that the board is flat and the \
+                    pictures are sharp"
+                )
             }
             Self::HalvesDisagree { ratio } => write!(
                 f,
@@ -187,7 +190,11 @@ impl fmt::Display for Remark {
                 sigma_rad.to_degrees()
             ),
             Self::OffsetUncertain { sigma_m } => {
-                write!(f, "the plane's offset has a large uncertainty: ± {:.2} mm. Use more boards", sigma_m * 1e3)
+                write!(
+                    f,
+                    "the plane's offset has a large uncertainty: ± {:.2} mm. Use more boards",
+                    sigma_m * 1e3
+                )
             }
             Self::TooLittleTilt { tilts_rad } => too_little_tilt(f, tilts_rad.map(f64::to_degrees)),
             Self::BoardDoubtful { index, z } => {

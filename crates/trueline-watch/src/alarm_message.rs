@@ -59,8 +59,13 @@ pub(crate) fn body(event: Event, cell: &str, calibration: &str, watched_s: i64, 
         Event::Changed => format!("{cell}: The alarm has changed. {}", text(alarm)),
         Event::WithinTolerance => format!("{cell}: {}", text(within)),
         Event::Ended => match (line["good_since_number"].as_i64(), line["good_since"].as_str()) {
-            (Some(good), Some(name)) => format!("{cell}: The fault has been gone since {}.", numbered(good, name)),
-            _ => format!("{cell}: The alarm was cleared at {}: later welds do not confirm it.", numbered(number, weld)),
+            (Some(good), Some(name)) => {
+                format!("{cell}: The fault has been gone since {}.", numbered(good, name))
+            }
+            _ => format!(
+                "{cell}: The alarm was cleared at {}: later welds do not confirm it.",
+                numbered(number, weld)
+            ),
         },
     };
     json!({

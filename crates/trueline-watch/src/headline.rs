@@ -24,7 +24,9 @@ pub fn headline(told: &Told) -> String {
             format!("Seam points are {size} {since}, the sensor itself has changed")
         }
         (Kind::Seam, Some(size)) => format!("The parts are {size} {since}"),
-        (_, None) => format!("{} {since}; these welds do not determine by how much", capital(what_changed(kind))),
+        (_, None) => {
+            format!("{} {since}; these welds do not determine by how much", capital(what_changed(kind)))
+        }
     };
     let first = (told.out_since.0 != told.since_number)
         .then(|| format!(" The first wrong weld is {}.", numbered(told.out_since.0, &told.out_since.1)));

@@ -263,9 +263,10 @@ fn probabilities(history: &[HistoryRow], columns: &mut Columns) -> Block {
     Block::Chart(Chart {
         id: "improbable",
         title: "Evidence for a change",
-        explanation: "How rare such a weld is if nothing has changed. Above the line is an alarm; the line is set for \
+        explanation:
+            "How rare such a weld is if nothing has changed. Above the line is an alarm; the line is set for \
                       one false alarm in 100,000 pieces. Rarer values than 1 in 10²⁰ are drawn there."
-            .to_owned(),
+                .to_owned(),
         alternative: "How rare each weld is without a change, by kind of change".to_owned(),
         wide: true,
         drawn: Drawn::Plot {
@@ -283,8 +284,7 @@ fn noise(history: &[HistoryRow], columns: &mut Columns) -> Block {
     Block::Chart(Chart {
         id: "noise",
         title: "Noise",
-        explanation: "Residuals, divided by the noise expected of features, robot and stamps."
-            .to_owned(),
+        explanation: "Residuals, divided by the noise expected of features, robot and stamps.".to_owned(),
         alternative: "Noise factor by weld".to_owned(),
         wide: false,
         drawn: Drawn::Plot {

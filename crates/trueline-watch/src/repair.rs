@@ -23,9 +23,7 @@ pub enum RepairError {
     #[error("--repaired {0}: no weld of this calibration has this number or name")]
     Unknown(String),
     /// The fault began there or later.
-    #[error(
-        "--repaired {name}: the fault began at weld {since}, so its repair cannot be before weld {name}"
-    )]
+    #[error("--repaired {name}: the fault began at weld {since}, so its repair cannot be before weld {name}")]
     TooEarly {
         /// The weld that was named.
         name: String,

@@ -86,8 +86,10 @@ fn learning_text(learning: Learning) -> String {
             format!("  Learnt the fixture from {pieces} parts. It is watched from the next part on.\n")
         }
         Ordering::Greater => {
-            format!("  Learning the fixture failed: its scatter over {pieces} parts is too large. No fixture \
-                alarms.\n")
+            format!(
+                "  Learning the fixture failed: its scatter over {pieces} parts is too large. No fixture \
+                alarms.\n"
+            )
         }
     }
 }

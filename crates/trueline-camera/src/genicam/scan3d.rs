@@ -108,9 +108,7 @@ fn line_period_ns(camera: &mut dyn Features, rows: u32, waits: &Waits) -> Result
         Some(hz) if hz > 0.0 => Ok(1e9 / hz),
         _ => Err(refused(
             LINE_RATE,
-            format!(
-                "a frame holds {rows} profiles without time stamps of each. Set Height to 1"
-            ),
+            format!("a frame holds {rows} profiles without time stamps of each. Set Height to 1"),
         )),
     }
 }

@@ -114,7 +114,10 @@ fn turn_on(
 /// Sets an enumeration that the camera must have, to an entry that it must offer.
 fn choose(camera: &mut dyn Features, name: &str, entry: &str) -> Result<(), CameraError> {
     if !camera.has_feature(name) {
-        return Err(refused(name, format!("{entry} was requested, but the camera does not have this feature")));
+        return Err(refused(
+            name,
+            format!("{entry} was requested, but the camera does not have this feature"),
+        ));
     }
     let offered = camera.enum_entries(name)?;
     if !offered.iter().any(|offered| offered == entry) {

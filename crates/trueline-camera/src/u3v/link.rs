@@ -165,9 +165,7 @@ impl<T: UsbTransfer + 'static> Link<T> {
         }
         let framing = [sirm.required_leader_size, sirm.required_trailer_size];
         if framing.into_iter().any(|bytes| bytes > MOST_FRAMING) {
-            return Err(U3vError::Device(
-                "states more than 64 KiB for the leader or trailer of a picture",
-            ));
+            return Err(U3vError::Device("states more than 64 KiB for the leader or trailer of a picture"));
         }
         let packet = self.usb.max_packet_size(endpoint).and_then(|bytes| u32::try_from(bytes).ok());
         let alignment = sirm.alignment()?.max(packet.unwrap_or(1));

@@ -349,11 +349,7 @@ static MEASUREMENTS: [Choice<Measurements>; 3] = [
 ];
 
 static SENSORS: [Choice<SensorMode>; 3] = [
-    (
-        "fixed",
-        "Hold the sensor as in its file; its stated uncertainty goes into the ±",
-        SensorMode::Fixed,
-    ),
+    ("fixed", "Hold the sensor as in its file; its stated uncertainty goes into the ±", SensorMode::Fixed),
     (
         "prior",
         "Estimate its shape from the scan, with the stated uncertainty as the prior",

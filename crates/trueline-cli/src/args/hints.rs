@@ -55,9 +55,9 @@ fn for_warning(warning: &Warning) -> Option<&'static str> {
         Warning::SensorOff { .. } | Warning::LensOff { .. } => {
             Some("--write-sensor FILE writes the corrected sensor")
         }
-        Warning::MirrorBySensor => Some(
-            "`trueline plan` finds a scan that separates them; --sensor fixed holds the sensor",
-        ),
+        Warning::MirrorBySensor => {
+            Some("`trueline plan` finds a scan that separates them; --sensor fixed holds the sensor")
+        }
         _ => None,
     }
 }

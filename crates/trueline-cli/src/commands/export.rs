@@ -57,10 +57,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
         return Ok(ExitCode::from(1));
     }
     let text = format.text(&mounting).map_err(|error| {
-        Failure::new(
-            format!("{}: {error}", format.title),
-            "choose another form: `trueline export --list`",
-        )
+        Failure::new(format!("{}: {error}", format.title), "choose another form: `trueline export --list`")
     })?;
     // Sentences are broken for the terminal; what a machine reads is not.
     if format.name == "time-offset" {
@@ -95,8 +92,11 @@ fn curve(args: &ExportArgs, file: &Path, form: &CurveForm) -> Result<ExitCode, F
         Some(found) if !found.points_mm.is_empty() => found,
         other => {
             let (why, hint) = if other.is_some() {
-                ("the scan does not determine the position of its curve", "its reasons name what the scan \
-                    does not determine")
+                (
+                    "the scan does not determine the position of its curve",
+                    "its reasons name what the scan \
+                    does not determine",
+                )
             } else {
                 (
                     "the result has no curve: its seam is straight",

@@ -73,8 +73,10 @@ fn exit_code(shown: usize, of: usize, what: &str) -> ExitCode {
     if !is_rare(shown, of) {
         return ExitCode::SUCCESS;
     }
-    output::words(&format!("warning: this joint was found in only {shown} of {of} {what}; check the joint \
-        type (--joint)"));
+    output::words(&format!(
+        "warning: this joint was found in only {shown} of {of} {what}; check the joint \
+        type (--joint)"
+    ));
     ExitCode::from(1)
 }
 

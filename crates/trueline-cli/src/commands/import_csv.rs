@@ -208,9 +208,7 @@ fn with_mapping(error: Error, args: &ImportCsvArgs) -> Failure {
             let map = similar_names(name, found);
             Failure::new(
                 text,
-                format!(
-                    "map the column: {option} '{map}', ours=theirs; our name contains the unit{rate}"
-                ),
+                format!("map the column: {option} '{map}', ours=theirs; our name contains the unit{rate}"),
             )
         }
         Problem::NoRotation { found } if of_robot && found.contains("POS_FOR") => Failure::new(

@@ -123,9 +123,7 @@ impl Welds<'_> {
     fn note_repair(&mut self, before: Option<&str>) -> Result<(), Failure> {
         let words = match self.watcher.repaired(before)? {
             Repair::Before(weld) => {
-                format!(
-                    "Noted: the fault was repaired before weld {weld}. The next welds will verify it."
-                )
+                format!("Noted: the fault was repaired before weld {weld}. The next welds will verify it.")
             }
             Repair::NothingStands => "No change is active: there is nothing to repair.".to_owned(),
         };

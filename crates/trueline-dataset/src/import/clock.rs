@@ -130,13 +130,14 @@ pub(crate) fn to_common(
         }
         (Clock::Midnight, clock) | (clock, Clock::Midnight) if dated(clock) => {
             let days = days_apart(middle(first_ns) - middle(second_ns));
-            let said =
-                "one log has dates and the other times of day: the same day and time zone are assumed";
+            let said = "one log has dates and the other times of day: the same day and time zone are assumed";
             (days * DAY_NS, Some(said.to_owned()))
         }
         (a, b) if dated(a) && dated(b) && a != b => (
             0,
-            Some("one log names its time zone and the other does not: UTC is assumed for the other".to_owned()),
+            Some(
+                "one log names its time zone and the other does not: UTC is assumed for the other".to_owned(),
+            ),
         ),
         (a, b) if (a == Clock::Seconds) != (b == Clock::Seconds) => {
             let said = "one log has clock times and the other seconds: if their origins differ, \

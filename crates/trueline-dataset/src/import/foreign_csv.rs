@@ -288,10 +288,8 @@ impl TimeColumn {
         let Some((unit, step_ms)) = unit_of_steps(&first) else { return Self::Named };
         names[column] = Some(format!("time{unit}"));
         let theirs = &header[column];
-        let words = format!(
-            "`{theirs}` has no unit: read in {}, which gives steps of {step_ms:.3} ms",
-            &unit[1..]
-        );
+        let words =
+            format!("`{theirs}` has no unit: read in {}, which gives steps of {step_ms:.3} ms", &unit[1..]);
         Self::Steps(words)
     }
 

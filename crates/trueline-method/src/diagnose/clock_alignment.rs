@@ -35,9 +35,7 @@ pub enum AlignmentError {
         seconds: f64,
     },
     /// No shift makes the scan fit.
-    #[error(
-        "no clock shift fits the scan; the best one explains {percent:.0} % of the seam's motion"
-    )]
+    #[error("no clock shift fits the scan; the best one explains {percent:.0} % of the seam's motion")]
     NoneFits {
         /// What the best explains, %.
         percent: f64,

@@ -47,9 +47,7 @@ pub enum StandstillError {
     #[error(transparent)]
     Unplaced(#[from] Error),
     /// Too few stops.
-    #[error(
-        "seam {line} has {found} stops with a feature; {FEWEST_STOPS} are needed"
-    )]
+    #[error("seam {line} has {found} stops with a feature; {FEWEST_STOPS} are needed")]
     TooFewStops {
         /// Which seam.
         line: u32,

@@ -42,10 +42,10 @@ impl fmt::Display for NoPlates {
                 f,
                 "line {line} has no stripes, or too few, on its plates: {unusable} lie outside the image or do not meet the laser plane"
             ),
-            Self::NoPlane => {
-                f.write_str("no plane fits the support points of a plate: they lie on one line, or are \
-                    scattered")
-            }
+            Self::NoPlane => f.write_str(
+                "no plane fits the support points of a plate: they lie on one line, or are \
+                    scattered",
+            ),
             Self::Scattered { rejected, stripes } => {
                 write!(
                     f,

@@ -60,12 +60,12 @@ pub(super) fn residuals_too_large(noise_factor: f64, is_held: bool) -> String {
 }
 
 pub(super) fn drawn_line_off(shift: &DrawnLineShift) -> String {
-    let beside = shift
-        .beside_m
-        .map(|(off, sigma)| format!("passes {:.2} ± {:.2} mm beside the drawing", off * MM_PER_M, sigma * MM_PER_M));
-    let turned = shift.turned_rad.map(|(off, sigma)| {
-        format!("is rotated by {:.2} ± {:.2}°", off.to_degrees(), sigma.to_degrees())
+    let beside = shift.beside_m.map(|(off, sigma)| {
+        format!("passes {:.2} ± {:.2} mm beside the drawing", off * MM_PER_M, sigma * MM_PER_M)
     });
+    let turned = shift
+        .turned_rad
+        .map(|(off, sigma)| format!("is rotated by {:.2} ± {:.2}°", off.to_degrees(), sigma.to_degrees()));
     let how: Vec<String> = [beside, turned].into_iter().flatten().collect();
     format!(
         "line {} is not where it was drawn: fitted without the drawing, it {}. Check that the two points are \

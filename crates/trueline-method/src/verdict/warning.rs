@@ -335,16 +335,20 @@ impl fmt::Display for Warning {
         f.write_str(&match *self {
             Self::FeaturesSkipped { ref skipped } => left_out("features", skipped),
             Self::DecidedByUser { by, ref other_time_offsets_s } => decided_by_user(by, other_time_offsets_s),
-            Self::SensorOfItsOwnScan => "sensor.toml was derived from this scan, so it is not counted again; \
+            Self::SensorOfItsOwnScan => {
+                "sensor.toml was derived from this scan, so it is not counted again; \
                  the sensor is held fixed, and the ± include its stated uncertainty"
-                .to_owned(),
+                    .to_owned()
+            }
             Self::UncertaintyNotApplied => "the ± do not include the stated uncertainty of the sensor: the \
                  point-to-line residual assumes an exact sensor. Use --residual sheet"
                 .to_owned(),
             Self::SensorOff { ref shape, ref instead } => sensor_off(shape, instead),
             Self::LensOff { ref lens } => lens_off(lens),
             Self::DrawnLineNotNeeded { with_m, without_m } => drawn_line_not_needed([with_m, without_m]),
-            Self::LikelyCause { kind, size_si, sigma_si, per_px_m } => likely_cause(kind, [size_si, sigma_si], per_px_m),
+            Self::LikelyCause { kind, size_si, sigma_si, per_px_m } => {
+                likely_cause(kind, [size_si, sigma_si], per_px_m)
+            }
             Self::FeatureBias { ref bias, per_px_m } => feature_bias(bias, per_px_m),
             Self::MirrorBySensor => MIRROR_BY_SENSOR.to_owned(),
             Self::StripesSkipped { ref skipped } => left_out("stripes", skipped),
@@ -358,8 +362,10 @@ impl fmt::Display for Warning {
             Self::HeldAtGuess { ref held } => held_at_guess(held),
             Self::OtherLine { span_s, features, beside_m } => other_line(span_s, features, beside_m),
             Self::OutlierStretch { span_s: [from, to], features } => {
-                format!("nearly all of the {features} features from {from:.2} to {to:.2} s are outliers. \
-                    Look at the pictures of that time")
+                format!(
+                    "nearly all of the {features} features from {from:.2} to {to:.2} s are outliers. \
+                    Look at the pictures of that time"
+                )
             }
             Self::UnusualNoise { noise_factor, is_explained, of_answer } => {
                 unusual_noise(noise_factor, is_explained, of_answer)
@@ -368,8 +374,11 @@ impl fmt::Display for Warning {
             Self::WavySeam { rms_m } => wavy_seam(rms_m),
             Self::RobotMoves { rms_m } => robot_moves(rms_m),
             Self::ClockStep { at_s, step_s } => clock_step(at_s, step_s),
-            Self::ManyOutliers { share } => format!("{:.0} % of the measurements are outliers and are \
-                rejected. Check the detector", 100.0 * share),
+            Self::ManyOutliers { share } => format!(
+                "{:.0} % of the measurements are outliers and are \
+                rejected. Check the detector",
+                100.0 * share
+            ),
             Self::ClockDrift { ppm, sigma_ppm, about_s } => clock_drift(ppm, sigma_ppm, about_s),
             Self::RobotSamplesMissing { missing, of } => robot_samples_missing(missing, of),
             Self::RepeatedPoses { repeated, rows } => format!(

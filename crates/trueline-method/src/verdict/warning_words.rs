@@ -66,7 +66,10 @@ pub(super) fn wavy_seam(rms_m: f64) -> String {
 }
 
 pub(super) fn robot_moves(rms_m: f64) -> String {
-    format!("the arm is {:.2} mm RMS off its reported poses along this scan; the ± include this", rms_m * MM_PER_M)
+    format!(
+        "the arm is {:.2} mm RMS off its reported poses along this scan; the ± include this",
+        rms_m * MM_PER_M
+    )
 }
 
 pub(super) fn clock_step(at_s: f64, step_s: f64) -> String {
@@ -141,8 +144,10 @@ pub(super) fn unusual_noise(noise_factor: f64, is_explained: bool, of_answer: bo
          a robot off its path"
     };
     if of_answer {
-        format!("residuals are {noise_factor:.2} times the expected noise, and the ± are scaled by this. \
-            {because}")
+        format!(
+            "residuals are {noise_factor:.2} times the expected noise, and the ± are scaled by this. \
+            {because}"
+        )
     } else {
         format!(
             "residuals of the seam points are {noise_factor:.2} times the expected noise; the answer and its \

@@ -51,8 +51,7 @@ fn at_the_seam(shown: &Shown<'_>) -> Option<Chart> {
             torch.stand_off_m * MM_PER_M,
             torch.speed_m_s * MM_PER_M
         ),
-        alternative: "Bars: effect of one standard deviation of each unknown on the seam, mm"
-            .to_owned(),
+        alternative: "Bars: effect of one standard deviation of each unknown on the seam, mm".to_owned(),
         wide: false,
         drawn: Drawn::Bars {
             names: known.iter().map(|(k, _)| all[*k].clone()).collect(),
@@ -120,7 +119,8 @@ fn spectrum(shown: &Shown<'_>) -> Chart {
             observability.rank, observability.size
         ),
         alternative: "Bars: singular values of the whitened, scaled Jacobian relative to the largest, on a \
-            logarithmic axis".to_owned(),
+            logarithmic axis"
+            .to_owned(),
         wide: false,
         drawn: Drawn::Bars {
             names: observability.composition.iter().map(name).collect(),
@@ -160,9 +160,7 @@ fn profile(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
             "Typical residual every 40 ms, and every 1 ms near the estimate, with the other unknowns \
             re-estimated. A path that repeats itself has several local minima; the estimate must be the only \
             deep one.{}",
-            other.unwrap_or_else(|| {
-                " No other local minimum explains 5 % of the features.".to_owned()
-            })
+            other.unwrap_or_else(|| { " No other local minimum explains 5 % of the features.".to_owned() })
         ),
         alternative:
             "Typical residual in standard deviations over the time offset in ms, on a logarithmic axis"

@@ -154,9 +154,7 @@ fn rotation(c: &Calibration) -> Vec<String> {
 fn seam_error_card(c: &Calibration) -> Card {
     let name = "Error of a seam point";
     let Some(error) = &c.findings.checks.seam_error else {
-        let meaning =
-            "Not predicted: this scan does not determine the whole hand-eye transform."
-                .to_owned();
+        let meaning = "Not predicted: this scan does not determine the whole hand-eye transform.".to_owned();
         return Card { name, values: vec!["–".to_owned()], meaning };
     };
     let mut values = vec![format!("± {} by the scan alone", mm(error.scan_alone_m()))];
@@ -186,14 +184,9 @@ fn budget(c: &Calibration, error: &SeamError) -> Table {
         ])
     };
     Table {
-        head: [
-            "source of the seam error",
-            "1 σ",
-            "share of the variance",
-            "remedy",
-        ]
-        .map(str::to_owned)
-        .to_vec(),
+        head: ["source of the seam error", "1 σ", "share of the variance", "remedy"]
+            .map(str::to_owned)
+            .to_vec(),
         rows: seam_error::budget(error, c.findings.checks.robot_seems.is_some())
             .into_iter()
             .map(row)

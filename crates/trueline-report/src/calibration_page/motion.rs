@@ -125,9 +125,7 @@ fn speeds(moments: &[Moment], columns: &mut Columns) -> Chart {
     Chart {
         id: "speed",
         title: "Speed and turning of the tool",
-        explanation:
-            "The time offset is determined where the tool is fast, or turns."
-                .to_owned(),
+        explanation: "The time offset is determined where the tool is fast, or turns.".to_owned(),
         alternative: "Speed of the tool in mm/s and its turning in degrees a second over time".to_owned(),
         wide: false,
         drawn: Drawn::Plot {
@@ -154,8 +152,10 @@ fn tilts(moments: &[Moment], columns: &mut Columns) -> Chart {
         id: "tilt",
         title: "Attitude of the tool",
         explanation: "Rotation from the mean attitude. Tilts of ±10° about two axes determine the hand-eye \
-            transform.".to_owned(),
-        alternative: "Turn of the tool about its x, y and z from its mean attitude in degrees over time".to_owned(),
+            transform."
+            .to_owned(),
+        alternative: "Turn of the tool about its x, y and z from its mean attitude in degrees over time"
+            .to_owned(),
         wide: false,
         drawn: Drawn::Plot {
             x: Axis::of("time since the first robot row (s)"),
@@ -192,7 +192,8 @@ fn information(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
         id: "information",
         title: "Information on the time offset by second",
         explanation: "Share of the information on the time offset. Seconds near zero add nothing.".to_owned(),
-        alternative: "Share of the information on the time offset in each second of the scan, in per cent".to_owned(),
+        alternative: "Share of the information on the time offset in each second of the scan, in per cent"
+            .to_owned(),
         wide: false,
         drawn: Drawn::Plot {
             x: Axis::of("time since the first robot row (s)"),
@@ -220,8 +221,10 @@ fn over_tilt(shown: &Shown<'_>, moments: &[Moment], columns: &mut Columns) -> Op
         id: "residual-tilt",
         title: "Residual over tilt",
         explanation: "Length of the residual over the rotation from the mean attitude. It should be level; \
-            growth with the tilt means an error of the sensor's calibration or of the robot's kinematics.".to_owned(),
-        alternative: "Length of the residual in standard deviations over the tilt of the tool in degrees".to_owned(),
+            growth with the tilt means an error of the sensor's calibration or of the robot's kinematics."
+            .to_owned(),
+        alternative: "Length of the residual in standard deviations over the tilt of the tool in degrees"
+            .to_owned(),
         wide: false,
         drawn: Drawn::Plot {
             x: Axis::of("rotation from the mean attitude (°)"),

@@ -420,7 +420,8 @@ fn over_direction(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
         explanation: "Direction in which the seam crosses the laser plane: 0° along the stripe, 90° in \
             range. The medians should be level, at 1.18 σ."
             .to_owned(),
-        alternative: "Length of the residual in standard deviations over the direction of motion in degrees".to_owned(),
+        alternative: "Length of the residual in standard deviations over the direction of motion in degrees"
+            .to_owned(),
         wide: false,
         drawn: Drawn::Plot {
             x: Axis::of("direction in the laser plane (°)").between(-180.0, 180.0),

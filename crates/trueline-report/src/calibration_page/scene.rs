@@ -83,9 +83,11 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
         id: "scene",
         title,
         explanation: explanation.to_owned(),
-        alternative: "The tool's path, the field of view on the laser plane at some places, the seam points, \
+        alternative:
+            "The tool's path, the field of view on the laser plane at some places, the seam points, \
             the line and, of whole stripes, their support points on the plates in the robot's base frame, in \
-            mm. Arrow keys turn the view.".to_owned(),
+            mm. Arrow keys turn the view."
+                .to_owned(),
         wide: true,
         drawn: Drawn::Scene(parts),
     })]

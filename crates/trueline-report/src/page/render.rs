@@ -181,10 +181,8 @@ fn table_html(table: &Table) -> String {
 
 /// All forms are on the page, so that it says the same without a script, and on paper.
 fn choice(label: &str, forms: &[Form]) -> String {
-    let mut out = format!(
-        "<div class=\"choice full\"><h3>{}</h3><div class=\"choose\"></div>",
-        escape(label)
-    );
+    let mut out =
+        format!("<div class=\"choice full\"><h3>{}</h3><div class=\"choose\"></div>", escape(label));
     for form in forms {
         let _ = write!(
             out,

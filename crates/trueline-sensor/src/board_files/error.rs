@@ -83,7 +83,8 @@ impl BoardError {
             }
             Self::Sizes { .. } => "all pictures must be of one camera and one setting".to_owned(),
             Self::OtherCamera { .. } => {
-                "check that the pictures come from the camera of the sensor's file, at the same setting".to_owned()
+                "check that the pictures come from the camera of the sensor's file, at the same setting"
+                    .to_owned()
             }
             Self::Fixed(_) => "a board that stands still is for a camera on the robot".to_owned(),
             Self::File(error) => error.hint(),

@@ -55,8 +55,7 @@ fn state_words(state: &CellState, at_s: f64) -> String {
         Progress::Refused { .. } => ("bad", "No estimate."),
     };
     let missing = list(progress.advice().iter().cloned());
-    let missing =
-        if missing.is_empty() { missing } else { card("Missing motion", "alarm", &missing) };
+    let missing = if missing.is_empty() { missing } else { card("Missing motion", "alarm", &missing) };
     format!("<p class=\"state {class}\">{text}</p>{missing}{time}")
 }
 

@@ -30,9 +30,7 @@ impl ServeError {
                 "name an address of this PC and a free port, for example 127.0.0.1:8080; port 0 takes a free one"
             }
             Self::Start(_) => "are there too many processes or open files?",
-            Self::HostName(_) => {
-                "give the name of the PC in the page's address, for example cell-pc.example"
-            }
+            Self::HostName(_) => "give the name of the PC in the page's address, for example cell-pc.example",
         }
     }
 }

@@ -42,16 +42,13 @@ impl Numbers {
         };
         let welds = plain("welds", "Welds stored for the current calibration");
         let alarm = plain("alarm", "1 while an alarm of this kind is active");
-        let within = plain(
-            "changed_within_tolerance",
-            "1 while a change of this kind within the tolerance is active",
-        );
+        let within =
+            plain("changed_within_tolerance", "1 while a change of this kind within the tolerance is active");
         let evidence =
             plain("evidence", "Minus log10 of the probability without a change; the alarm limit is 6.25");
         let noise = plain("noise_factor", "Residuals of the last weld, divided by the expected noise");
         let waiting = plain("messages_waiting", "Alarm messages waiting for a receiver");
-        let blind =
-            plain("blind", "1 while welds like the last ones cannot detect such a change");
+        let blind = plain("blind", "1 while welds like the last ones cannot detect such a change");
         let mut lengths = |name: &str, help: &str| {
             let gauges = Gauges::default();
             registry.register_with_unit(name, help, Unit::Meters, gauges.clone());
@@ -60,15 +57,15 @@ impl Numbers {
         let seam_error_m =
             lengths("seam_error", "Displacement of seam points by the active change; 0 without one");
         let seam_error_sigma_m = lengths("seam_error_sigma", "One standard deviation of it");
-        let tolerance_m =
-            lengths("tolerance", "Tolerated displacement of seam points, if set");
+        let tolerance_m = lengths("tolerance", "Tolerated displacement of seam points, if set");
         let mut seconds = |name: &str, help: &str| {
             let gauges = Gauges::default();
             registry.register_with_unit(name, help, Unit::Seconds, gauges.clone());
             gauges
         };
         let last_weld_s = seconds("last_weld_timestamp", "Time of the last weld, since 1970 UTC");
-        let time_offset_s = seconds("time_offset_change", "Change of the time offset from the last weld alone");
+        let time_offset_s =
+            seconds("time_offset_change", "Change of the time offset from the last weld alone");
         let time_offset_sigma_s = seconds("time_offset_change_sigma", "One standard deviation of it");
         Self {
             registry,

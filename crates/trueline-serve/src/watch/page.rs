@@ -131,9 +131,8 @@ fn alarm_card(line: &Value, at_s: i64, now_s: i64, state: State) -> String {
     ];
     rows.extend(evidence::numbers(alarm));
     let others = evidence::words(&alarm["not_told_apart"]);
-    let others = others
-        .into_iter()
-        .map(|kind| format!("it may also be the {kind}: these welds cannot separate them"));
+    let others =
+        others.into_iter().map(|kind| format!("it may also be the {kind}: these welds cannot separate them"));
     let (heading, class) = match state {
         State::Alarm => ("Active alarm", "alarm"),
         State::WithinTolerance => ("Change within the tolerance", ""),
@@ -152,9 +151,7 @@ fn improbable(history: &[HistoryRow]) -> Trend {
         ..Series::default()
     };
     Trend {
-        alternative:
-            "How rare each weld is without a change (powers of ten), by kind"
-                .to_owned(),
+        alternative: "How rare each weld is without a change (powers of ten), by kind".to_owned(),
         along: "weld",
         series: Kind::ALL.into_iter().enumerate().map(of).collect(),
         limits: vec![-ALARM_P_LOG10],

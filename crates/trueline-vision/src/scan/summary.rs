@@ -35,14 +35,21 @@ impl fmt::Display for ScanSeams {
             )?;
         }
         if let Some([quality, _]) = self.median_and_p95(|seam| seam.quality) {
-            writeln!(f, "Quality          {quality:.2} visible part of the weaker stripe beside the seam \
-                (median)")?;
+            writeln!(
+                f,
+                "Quality          {quality:.2} visible part of the weaker stripe beside the seam \
+                (median)"
+            )?;
         }
         if let Some(distance_px) = self.neighbour_distance_px {
             let is_doubtful = self.joint == Joint::Butt && distance_px > DOUBTFUL_PX;
-            let doubt = if is_doubtful { ": check in the pictures that these gaps are the joint" } else { "" };
-            writeln!(f, "Next picture     {distance_px:.0} px between seam points of successive pictures \
-                (median){doubt}")?;
+            let doubt =
+                if is_doubtful { ": check in the pictures that these gaps are the joint" } else { "" };
+            writeln!(
+                f,
+                "Next picture     {distance_px:.0} px between seam points of successive pictures \
+                (median){doubt}"
+            )?;
         }
         for fault in &self.faults {
             writeln!(f, "Pictures         {fault}")?;

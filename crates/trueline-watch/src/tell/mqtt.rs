@@ -24,7 +24,9 @@ impl Topic {
             return Err(ReceiverError::Missing("topic"));
         }
         if topic.contains(['+', '#', '\0']) {
-            return Err(ReceiverError::Malformed("a topic to publish to must not contain +, # or null".to_owned()));
+            return Err(ReceiverError::Malformed(
+                "a topic to publish to must not contain +, # or null".to_owned(),
+            ));
         }
         let (host, port) = match server.rsplit_once(':') {
             Some((host, port)) => {

@@ -60,7 +60,11 @@ impl fmt::Display for Told<'_> {
             Self::Damage(text) => f.write_str(text),
             Self::StampMeaning(text) | Self::Note(text) => f.write_str(text),
             Self::Channel(channel) => {
-                write!(f, "colour pictures: the channel {} is used, where the stripe is clearest", channel.name())
+                write!(
+                    f,
+                    "colour pictures: the channel {} is used, where the stripe is clearest",
+                    channel.name()
+                )
             }
             Self::SeamsInPictures(scan) => write!(f, "{scan}"),
             Self::SeamsInProfiles { found, of, without, joint } => {
@@ -86,11 +90,18 @@ impl fmt::Display for Told<'_> {
                     column named mm"
             ),
             Self::OnAnAxis(count, axis) => {
-                write!(f, "{count} scans together: line 0 is the same seam in each, for axis `{axis}` moved what it lies on")
+                write!(
+                    f,
+                    "{count} scans together: line 0 is the same seam in each, for axis `{axis}` moved what it lies on"
+                )
             }
             Self::Together(count) => write!(f, "{count} scans together, each with its own lines"),
             Self::Shifted(path) => {
-                write!(f, "both streams of {} are shifted alike, to come after the scan before", path.display())
+                write!(
+                    f,
+                    "both streams of {} are shifted alike, to come after the scan before",
+                    path.display()
+                )
             }
         }
     }

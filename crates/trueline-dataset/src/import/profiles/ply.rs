@@ -46,8 +46,7 @@ pub fn read(file: &Path, bytes: &[u8]) -> Result<Vec<RawProfile>, Error> {
     let z = place(&["z"]).ok_or_else(|| refuse("there is no property z"))?;
     let time = place(&["time", "time_s", "timestamp"]);
     let apart = time.or_else(|| place(&["frame", "scan", "profile"])).or_else(|| place(&["y"]));
-    let apart =
-        apart.ok_or_else(|| refuse("there is no property time, frame or y to separate profiles"))?;
+    let apart = apart.ok_or_else(|| refuse("there is no property time, frame or y to separate profiles"))?;
     let rows = rows(&header, &bytes[header.data..]).ok_or_else(|| refuse("it is cut off or not a number"))?;
     let mut profiles: Vec<RawProfile> = Vec::new();
     let mut last: Option<f64> = None;
