@@ -164,7 +164,7 @@ fn a_trigger_is_set_and_what_the_camera_does_not_have_is_refused_by_name() {
     let fps = CameraSetup { fps: Some(30.0), ..CameraSetup::default() };
     assert!(refused(fps).contains("`AcquisitionFrameRate`"));
     let wide = CameraSetup { width: Some(128), ..CameraSetup::default() };
-    assert!(refused(wide).contains("`Width`: 128 was asked for, the camera takes 8 to 64"));
+    assert!(refused(wide).contains("`Width`: 128 was requested; the camera supports 8 to 64"));
     let mono16 = CameraSetup { pixel: Some(PixelFormat::MONO_16), ..CameraSetup::default() };
     assert!(refused(mono16).contains("the camera offers Mono8, Mono12p"));
 }
@@ -465,13 +465,13 @@ fn registers_that_lie_are_refused_in_words() {
             "pictures of 1 GiB",
             SIRM + 8,
             &(1_u64 << 30).to_le_bytes(),
-            "1073741824 bytes, and 64 x 48 px of Mono8 have 3072",
+            "1073741824 bytes for a picture, but 64 x 48 px of Mono8 need 3072",
         ),
         (
             "pictures of 99 bytes",
             SIRM + 8,
             &99_u64.to_le_bytes(),
-            "99 bytes, and 64 x 48 px of Mono8 have 3072",
+            "99 bytes for a picture, but 64 x 48 px of Mono8 need 3072",
         ),
         ("a leader of 4 GiB", SIRM + 0x10, &u32::MAX.to_le_bytes(), "more than 64 KiB"),
         ("a trailer of 4 GiB", SIRM + 0x14, &u32::MAX.to_le_bytes(), "more than 64 KiB"),
@@ -494,7 +494,7 @@ fn files_that_lie_are_refused_in_words() {
         ("no file", TABLE, &[0; 8], "has none"),
         ("a file for chunks alone", entry + 4, &1_u32.to_le_bytes(), "has none"),
         ("more files than can be", TABLE, &[0xff; 8], ""),
-        ("no bytes", entry + 16, &[0; 8], "it says that it has 0 bytes"),
+        ("no bytes", entry + 16, &[0; 8], "it states a length of 0 bytes"),
         ("2^60 bytes", entry + 16, &(1_u64 << 60).to_le_bytes(), "1152921504606846976 bytes"),
         ("beyond the memory", entry + 8, &[0xff; 8], "outside its memory"),
     ];

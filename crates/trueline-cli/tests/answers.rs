@@ -243,7 +243,7 @@ fn folders_appear_whole_and_are_replaced_on_request_alone() {
     // A folder with anything else in it is not trueline's to remove.
     fs::write(dir.path().join("scan/notes.txt"), "mine").unwrap();
     let (code, _, words) = told(dir.path(), "simulate -p quick -o scan -q --force");
-    assert!(code == 2 && words.contains("`notes.txt` is in this folder as well"), "{words}");
+    assert!(code == 2 && words.contains("`notes.txt` in this folder would be lost"), "{words}");
     assert_eq!(fs::read_to_string(dir.path().join("scan/notes.txt")).unwrap(), "mine");
     let left: Vec<_> = fs::read_dir(dir.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     assert_eq!(left, ["scan"], "nothing unfinished is left");

@@ -141,7 +141,7 @@ fn datasets_without_usable_pictures_are_refused() {
     succeeds(at, "simulate --images --duration-s 2 --frame-period-ms 500 --out scan --quiet");
     let sensor = fs::read_to_string(at.join("scan/sensor.toml")).unwrap();
     fs::write(at.join("scan/sensor.toml"), sensor.replace("2448", "2440")).unwrap();
-    refuses(at, "features scan", "the picture is 2448 x 2000 px, and sensor.toml says 2440 x 2000");
+    refuses(at, "features scan", "the picture has 2448 x 2000 px, sensor.toml states 2440 x 2000");
     fs::write(at.join("scan/sensor.toml"), sensor).unwrap();
     // One that is missing is named and counted, and stops nothing.
     fs::remove_file(at.join("scan/images/000001.png")).unwrap();

@@ -186,10 +186,10 @@ fn a_mended_fault_is_over_and_stays_so() {
         (alarm["seam_error_mm"].as_f64().unwrap(), alarm["seam_error_sigma_mm"].as_f64().unwrap());
     assert!((error_mm - 0.3).abs() < 4.0 * sigma_mm && sigma_mm < 0.05, "{alarm}");
     let text = alarm["text"].as_str().unwrap();
-    assert!(text.starts_with("Seam points sit 0.") && text.ends_with("Calibrate again."), "{text}");
+    assert!(text.starts_with("Seam points are 0.") && text.ends_with("Calibrate again."), "{text}");
     assert_eq!((&told[8]["good_since_number"], &told[8]["alarm"]), (&8.into(), &Value::Null));
     assert!(
-        words(&watched).contains("The fault is gone since weld 8 (good/weld-0006)"),
+        words(&watched).contains("The fault has been gone since weld 8 (good/weld-0006)"),
         "{}",
         words(&watched)
     );
@@ -235,7 +235,7 @@ fn a_repair_is_noted_and_a_wrong_one_is_told() {
     assert_eq!(said(&[names("good", 0..6), names("bumped", 8..10)].concat(), &["--quiet"]).0, 1);
     assert_eq!(
         said(&[], &["--repaired"]),
-        (0, "Noted: the fault was mended before weld 8. The welds from there on will show it.\n".to_owned())
+        (0, "Noted: the fault was repaired before weld 8. The next welds will verify it.\n".to_owned())
     );
     let history = trueline(dir.path(), &["history", "--state", "cell.sqlite"]);
     assert!(words(&history).contains("A repair before weld 8 is reported"), "{}", words(&history));
@@ -274,7 +274,7 @@ fn a_receiver_that_is_not_there_changes_nothing_and_is_named() {
     ]);
     assert_eq!(watched.status.code(), Some(1), "an alarm: {}", words(&watched));
     let said = words(&watched);
-    assert!(said.contains("127.0.0.1 has not been told 1 messages") && !said.contains("secret"), "{said}");
+    assert!(said.contains("127.0.0.1 has not received 1 alarm messages") && !said.contains("secret"), "{said}");
     let wrong = run(&["watch", "--state", "cell.sqlite", "--calibration", "x", "--tell", "ftp://a/b"]);
     assert_eq!(wrong.status.code(), Some(2));
 }

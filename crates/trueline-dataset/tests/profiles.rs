@@ -121,7 +121,7 @@ fn keyence_heights_below_a_hundred_millimetres_are_heights() {
     let profiles = read(ProfileFormat::KeyenceLjX, text, columns).unwrap();
     assert_eq!(in_mm(&profiles[0]), [[0.0, -150.1234], [2.0, -99.999]]);
     assert_eq!(in_mm(&profiles[1]), [[0.0, -100.0001]]);
-    assert_eq!(profiles::left_out_words(&profiles).unwrap(), "3 of 6 values (50.0 %) are no point");
+    assert_eq!(profiles::left_out_words(&profiles).unwrap(), "3 of 6 values (50.0 %) are not points");
 }
 
 #[test]

@@ -54,9 +54,8 @@ fn sentences_give_values_in_the_units_of_a_person() {
     let step = Reason::ClockStep { at_s: 12.3456, step_s: -0.0123, sigma_s: 0.0004, pictures: None };
     assert_eq!(
         step.to_string(),
-        "the time offset is not the same all over the scan: at about 12.346 s it changes by -12.300 ± 0.400 ms. One of the clocks stepped there, \
-         or is steered to and fro (as network time does); of stamps of arrival a small change may also be the load of the PC that recorded, \
-         which delays them"
+        "the time offset changes by -12.300 ± 0.400 ms at about 12.346 s: one of the clocks stepped or is adjusted by network time. \
+         With arrival stamps a small change may also be load on the recording PC"
     );
     let moved = Warning::CrossValidationShift {
         span_s: [1.0, 2.5],

@@ -41,7 +41,7 @@ fn a_page_tells_state_alarm_and_evidence_of_every_cell() {
         "Active alarm",
         "blind to",
         "fixture",
-        "is being learnt: 4 of 30 pieces",
+        "learning: 4 of 30 parts",
         "plc.example: 1 messages",
         "missing",
         "cannot be read",
