@@ -158,7 +158,7 @@ fn a_trigger_is_set_and_what_the_camera_does_not_have_is_refused_by_name() {
     let refused = |setup| open(&device, setup, clock).err().unwrap().to_string();
     assert!(
         refused(trigger("Line7"))
-            .contains("`TriggerSource`: Line7 was asked for, the camera offers Software, Line1")
+            .contains("`TriggerSource`: Line7 was requested; the camera offers Software, Line1")
     );
     assert!(refused(trigger("Line1:rising")).contains("`TriggerActivation`"), "the camera has none");
     let fps = CameraSetup { fps: Some(30.0), ..CameraSetup::default() };

@@ -77,7 +77,7 @@ fn doctor_writes_the_dataset_without_the_mistake() {
     // A refusal begins with the cause.
     let (code, _, words) = told(dir.path(), "calibrate scan --quiet");
     assert!(
-        code == 1 && words.starts_with("not accepted: the probable cause: the poses are tool_from_base"),
+        code == 1 && words.starts_with("not accepted: probable cause: the poses are tool_from_base"),
         "{words}"
     );
     let (code, out, words) = told(dir.path(), "doctor scan --fix mended");
@@ -353,7 +353,7 @@ fn mistakes_with_files_are_told_as_what_they_are() {
         ("features scan", "there are no pictures", "they are not needed"),
         ("import lvs-st-calib nowhere --out x", "there is no folder `nowhere`", "check its name"),
         ("callibrate scan", "unrecognized subcommand", "'calibrate', 'evaluate'"),
-        ("calibrate scan --initial gess.toml", "gess.toml: there is no such file", "check its name"),
+        ("calibrate scan --initial gess.toml", "gess.toml: this file does not exist", "check its name"),
     ] {
         let (code, _, told) = told(dir.path(), line);
         // Metres under a name that says mm calibrate, to something that is not accepted.

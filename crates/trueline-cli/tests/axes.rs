@@ -132,7 +132,7 @@ fn what_hides_an_axis_is_said_with_its_cure() {
     let folder = dir.path();
     cast(folder, "table=rotary,part,run:6", "4", "even");
     let said = calibrated(folder, &["even"], 0);
-    let cure = "does not show the time offset of axis table";
+    let cure = "does not determine the time offset of axis table";
     assert!(said.contains(cure), "{said}");
     let result = result(folder);
     assert!(result["axes"][0]["time_offset_s"].is_null());

@@ -372,7 +372,7 @@ fn a_trigger_that_is_not_wired_is_asked_for_and_what_cannot_be_set_is_refused() 
     for (options, told) in [
         (
             &["--trigger", "Line7"][..],
-            "`TriggerSource`: Line7 was asked for, the camera offers Software, Line1",
+            "`TriggerSource`: Line7 was requested; the camera offers Software, Line1",
         ),
         (&["--trigger", "Software"], "this program does not support"),
         (&["--trigger", "Line1", "--fps", "5"], "`AcquisitionFrameRate`: 5 Hz were asked for"),

@@ -126,7 +126,7 @@ fn a_recording_to_which_nothing_came_does_not_stand_in_the_way_of_the_next() {
     for _ in 0..2 {
         let silent = trueline(dir.path(), &["record", "--bind", &pc, "--out", "scan", "--for-s", "0.3"]);
         assert_eq!(code(&silent), 1, "{}", words(&silent));
-        assert!(words(&silent).contains("nothing came, so there is no scan"), "{}", words(&silent));
+        assert!(words(&silent).contains("nothing arrived, so there is no scan"), "{}", words(&silent));
         assert!(!words(&silent).contains("written to"), "{}", words(&silent));
         assert_eq!(fs::read_dir(dir.path().join("scan")).unwrap().count(), 0);
     }

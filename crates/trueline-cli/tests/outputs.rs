@@ -174,7 +174,7 @@ fn a_calibration_of_another_mounting_is_refused() {
     ] {
         let (code, _, said) = run(at, line);
         let is_told =
-            said.contains("is of a sensor on the tool, and the recording is of one beside the robot");
+            said.contains("belongs to a sensor on the tool, but the recording to one beside the robot");
         assert!(code == 2 && is_told, "{line}: {code} {said}");
     }
     assert!(!at.join("seam.csv").exists());

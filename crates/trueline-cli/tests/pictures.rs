@@ -97,7 +97,7 @@ fn features_says_what_it_found_and_draws_it() {
     let at = folder.path();
     succeeds(at, "simulate --images --joint lap --duration-s 4 --frame-period-ms 500 --out scan --quiet");
     let summary = succeeds(at, "features scan --overlay looked --overlay-every 3");
-    assert!(summary.contains("Joint            lap (the pictures show it"), "{summary}");
+    assert!(summary.contains("Joint            lap (detected in the pictures"), "{summary}");
     assert!(summary.contains("Found            7 of 7 pictures"), "{summary}");
     let drawn = fs::read_dir(at.join("looked")).unwrap().count();
     assert_eq!(drawn, 3);

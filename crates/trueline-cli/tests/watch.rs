@@ -78,7 +78,7 @@ fn a_production_is_watched_from_its_calibration_to_an_alarm() {
     assert_eq!(history.status.code(), Some(0), "{}", words(&history));
     let table = String::from_utf8_lossy(&history.stdout).into_owned();
     assert_eq!(table.lines().count(), 7, "{table}");
-    assert!(words(&history).contains("alarm: timing: Pictures come 0."), "{}", words(&history));
+    assert!(words(&history).contains("alarm: timing: Pictures arrive 0."), "{}", words(&history));
     let parquet = run(&["history", "--state", "cell.sqlite", "--parquet", "history.parquet", "--quiet"]);
     assert_eq!(parquet.status.code(), Some(0), "{}", words(&parquet));
     assert!(std::fs::read(dir.path().join("history.parquet")).unwrap().starts_with(b"PAR1"));
@@ -145,7 +145,7 @@ fn is_served(folder: &Path) {
         stream.read_to_string(&mut reply).unwrap();
         reply
     };
-    assert!(get("/").contains("ALARM: Pictures come 0."));
+    assert!(get("/").contains("ALARM: Pictures arrive 0."));
     assert!(get("/metrics").contains("trueline_watch_alarm{cell=\"cell\",kind=\"timing\"} 1.0"));
     program.kill().unwrap();
     program.wait().unwrap();
@@ -215,12 +215,12 @@ fn a_change_within_the_tolerance_is_told_and_is_no_alarm() {
     assert!(told[5]["alarm"].is_null() && change["kind"] == "bracket" && change["tolerance_mm"] == 0.5);
     assert!(change["text"].as_str().unwrap().contains("within the tolerance of 0.50 mm"), "{change}");
     let history = trueline(dir.path(), &["history", "--state", "cell.sqlite", "--csv", "-"]);
-    assert!(words(&history).contains("changed within the tolerance: bracket: Seam points sit 0."));
+    assert!(words(&history).contains("changed within the tolerance: bracket: Seam points are 0."));
     let table = String::from_utf8_lossy(&history.stdout).into_owned();
     assert_eq!(table.matches(",changed-within-tolerance,bracket,").count(), 2, "{table}");
     let watched = watch(dir.path(), &names("bumped", 10..11), &["--tolerance", "0.1mm"]);
     assert_eq!(watched.status.code(), Some(1), "{}", words(&watched));
-    assert!(words(&watched).contains("ALARM: Seam points sit 0."), "{}", words(&watched));
+    assert!(words(&watched).contains("ALARM: Seam points are 0."), "{}", words(&watched));
 }
 
 /// A repair that is reported is believed until the welds say otherwise.

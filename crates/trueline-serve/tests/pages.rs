@@ -34,7 +34,7 @@ fn a_page_tells_state_alarm_and_evidence_of_every_cell() {
     for expected in [
         "cell-7",
         "ALARM: Pictures come ",
-        "later since weld 4 (&lt;img src=x onerror=alert(1)&gt;), seam points sit ",
+        "later since weld 4 (&lt;img src=x onerror=alert(1)&gt;), seam points are ",
         "Look at exposure, driver, network and clocks, or calibrate again.",
         "the camera&#39;s time offset has changed",
         "These welds are blind to: seam.",
