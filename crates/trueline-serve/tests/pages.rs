@@ -33,7 +33,7 @@ fn a_page_tells_state_alarm_and_evidence_of_every_cell() {
     is_inert(&page.replace("&lt;img src=x onerror=alert(1)&gt;", ""));
     for expected in [
         "cell-7",
-        "ALARM: Pictures come ",
+        "ALARM: Pictures arrive ",
         "later since weld 4 (&lt;img src=x onerror=alert(1)&gt;), seam points are ",
         "Look at exposure, driver, network and clocks, or calibrate again.",
         "the camera&#39;s time offset has changed",
@@ -65,7 +65,7 @@ fn what_is_within_the_tolerance_is_amber_and_no_alarm() {
     let folder = tempfile::tempdir().unwrap();
     let site = WatchSite::of(vec![state_within_tolerance(folder.path())]);
     let page = text(&site, "/");
-    assert!(page.contains("class=\"state mind\">Changed within the tolerance: Pictures come "), "{page}");
+    assert!(page.contains("class=\"state mind\">Changed within the tolerance: Pictures arrive "), "{page}");
     assert!(!page.contains("ALARM"), "{page}");
     let metrics = text(&site, "/metrics");
     for expected in [
