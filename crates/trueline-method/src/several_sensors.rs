@@ -178,7 +178,7 @@ fn between(sensors: &[TiedSensor], k: usize, covariance: &DMatrix<f64>, size: us
 mod tests {
     use super::*;
 
-    /// The transform between two sensors moves with both as differences say.
+    /// Derivatives of the transform between two sensors, against differences.
     #[test]
     fn between_moves_as_differences_say() {
         let pose = |k: f64| {

@@ -21,7 +21,7 @@ use nalgebra::{DMatrix, DVector, Vector1, Vector2};
 
 /// Cuts of the rounds, standard deviations: beyond it a frame does not count.
 const CUTS: [f64; 5] = [4.0, 4.5, 5.5, 5.5, 5.5];
-/// From this round on amplitudes follow the scan: before, outliers and tacks would be taken for them.
+/// From this round on amplitudes follow the scan: earlier, outliers and tacks would inflate them.
 const FIRST_OF_AMPLITUDES: usize = 1;
 /// Rounds in which the noise is looked for.
 const ROUNDS_OF_NOISE: [usize; 2] = [1, 2];
@@ -244,7 +244,7 @@ impl Adjustment<'_> {
         coefficients
     }
 
-    /// The white noise by what is left, over the freedom that is left.
+    /// White noise: remaining residuals over the remaining degrees of freedom.
     fn follow_sigmas(&mut self, sums: &[Sums; 2], solved: &Solved) {
         let prior = self.prior();
         let count = solved.step.len();
@@ -368,7 +368,7 @@ impl Likelihood<'_, '_> {
 const NORMAL: f64 = 1.4826;
 /// The root of the largest of [`AMPLITUDES`].
 const MOST_LASTING: f64 = 10.0;
-/// White noise is never taken for less than this part of what was expected: data without noise.
+/// Least white noise as a share of the expected noise: for data without noise.
 const LEAST_SIGMA: f64 = 1e-6;
 
 fn nearest(amplitude: f64) -> f64 {

@@ -98,7 +98,7 @@ pub(crate) struct Tick {
     pub weight: f64,
 }
 
-/// Whitens rows of so many numbers each, in order of time.
+/// Whitens rows of equal length, in order of time.
 #[must_use]
 pub(crate) fn whiten(rows: &[f64], width: usize, ticks: &[Tick], noise: Coloured) -> Whitened {
     let mut filter = Filter::new(noise);

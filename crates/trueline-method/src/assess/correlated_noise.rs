@@ -18,14 +18,14 @@ use nalgebra::{DMatrix, DVector};
 pub enum Over {
     /// All of it.
     Scan,
-    /// The stretches in which the correlation was looked for, as if all were like them: enough to say how much larger the covariance is.
+    /// The stretches in which the correlation was tested, as representative of all: sufficient for the factor of the covariance.
     Stretches,
 }
 
 /// What the residuals are.
 #[derive(Clone, Debug)]
 pub enum Structure {
-    /// Too few to tell, or residuals that are not taken apart: the paper's.
+    /// Too few for a test, or residuals that are not separated: the paper's.
     Unknown,
     /// Independent from one to the next.
     White,

@@ -1,4 +1,4 @@
-//! The optimum without a part of a scan, from where sums over its parts say that it is.
+//! Optimum without a part of a scan, starting from the sums over its parts.
 //!
 //! At the optimum of all observations the normal equations of each part are summed once. Those of the rest are the sum of the others,
 //! and one step of Newton leads to the rest's optimum: of Newton, for with a loss that redescends a step of Gauss and Newton, whose

@@ -163,7 +163,7 @@ impl Observability {
         self.unobservable.iter().all(|unseen| unseen.group != group)
     }
 
-    /// The same without what has no bound: a ± of metres, radians or seconds says that a number is not shown.
+    /// The same without unbounded unknowns: a ± of metres, radians or seconds means an undetermined number.
     #[must_use]
     pub(crate) fn bounded(mut self, covariance: &DMatrix<f64>) -> Self {
         let has_none = |k: usize| covariance[(k, k)].is_nan() || covariance[(k, k)] > MOST_SIGMA_SI.powi(2);

@@ -66,7 +66,7 @@ impl SeamError {
 pub struct SeamErrorBudget {
     /// Noise of features, robot and stamps from sample to sample.
     pub noise: f64,
-    /// What the stamps as a whole do not say of the time offset.
+    /// Uncertainty of the time offset from the stamps as a whole.
     pub stamps: f64,
     /// The sensor's own calibration.
     pub sensor: f64,
@@ -74,7 +74,7 @@ pub struct SeamErrorBudget {
     pub robot: f64,
     /// The seam's bow, and its form beyond that.
     pub seam_form: f64,
-    /// What is left of the features' bias with the tilt, where it is not a block of an adjustment.
+    /// Remaining bias of the features with the tilt, if it is not a block of an adjustment.
     pub feature_bias: f64,
     /// What was held and is not known exactly.
     pub held: f64,
@@ -116,7 +116,7 @@ impl SeamErrorBudget {
 pub(crate) enum ShareOf {
     /// Noise from sample to sample.
     Noise,
-    /// What the stamps as a whole do not say.
+    /// Uncertainty from the stamps as a whole.
     Stamps,
     /// The sensor's own calibration.
     Sensor,
@@ -202,7 +202,7 @@ pub fn predict(
     Some(SeamError { rms_m, field_m: field.size_m, budget_m: parts, levels: sources.levels, weakest: None })
 }
 
-/// What an adjustment says of it.
+/// Its values from an adjustment.
 pub(crate) struct SharedError<'a> {
     /// Covariance from noise.
     pub noise: &'a DMatrix<f64>,

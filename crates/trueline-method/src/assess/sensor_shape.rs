@@ -77,7 +77,7 @@ impl SensorShape {
         Self { wald_beside_cause, ..self }
     }
 
-    /// Whether the scan has told more of the shape than was known before.
+    /// Whether the scan has improved the prior of the shape.
     #[must_use]
     pub fn improved(&self) -> bool {
         (0..5).any(|k| !self.is_from_prior(k))
@@ -139,7 +139,7 @@ impl SensorShape {
     }
 }
 
-/// hᵀ C⁻¹ h; what no sensor's file can say counts as not known: exact scans show a shape of 1e-15, which is rounding.
+/// hᵀ C⁻¹ h; values below the resolution of a sensor's file count as unknown: exact scans show a shape of 1e-15, which is rounding.
 fn wald(h: &SVector<f64, 5>, covariance: &SMatrix<f64, 5, 5>) -> Option<f64> {
     Some(h.dot(&(covariance + least_covariance()).cholesky()?.solve(h)))
 }

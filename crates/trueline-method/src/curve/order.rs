@@ -86,7 +86,7 @@ fn closed_at(
 ) -> Option<Ordered> {
     /// A cut that leaves this part of the points in one piece does not part the curve.
     const IN_ONE_PIECE: f64 = 0.95;
-    /// The beginning is looked for within so many radii of the cut.
+    /// Range of the search for the beginning around the cut, in radii.
     const BESIDE: f64 = 2.5;
     let off = |k: usize| points[k] - points[at];
     let ahead =

@@ -144,7 +144,7 @@ const LEAST_PLACE: f64 = 1e-9;
 
 /// Direction by direction the weaker of two.
 fn weaker(first: &Shared, second: &Shared) -> Option<Shared> {
-    /// What the first must say at least, in units of what counts as seen: that it has a root.
+    /// Least information of the first, in units of the required information, for a root.
     const LEAST: f64 = 1e-9;
     let units = of_group::<SHARED>(SEEN);
     let scaled = |m: &Shared| Shared::from_fn(|i, j| m[(i, j)] * units[i] * units[j]);

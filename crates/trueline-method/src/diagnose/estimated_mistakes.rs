@@ -1,4 +1,4 @@
-//! Mistakes with a number of their own, which the scan tells: how far a picture was cut out, by how much an axis is too long.
+//! Mistakes with a size that the scan determines: the corner of a region of interest, the scale of an axis.
 
 use crate::Calibration;
 use crate::config::Config;
@@ -22,7 +22,7 @@ pub enum Estimated {
         /// Longer than it is.
         factor: f64,
     },
-    /// Image stamps that were counted with another rate: their distances must be so many times as long.
+    /// Image stamps made with a wrong rate: their distances must be scaled by a factor.
     StampRate {
         /// Times.
         factor: f64,
@@ -117,7 +117,7 @@ pub(super) fn crop(recording: &Recording, config: &Config, budget: Budget) -> Op
     (is_crop && is_inside(recording, &corner)).then(|| Estimated::Crop(corner.map(f64::round).into()))
 }
 
-/// What is left of the residuals of a recording, squared, in units of noise; `None` where there is no result, or no time.
+/// Squared residuals of a recording, in units of noise; `None` where there is no result, or no time.
 pub(super) fn left(recording: &Recording, config: &Config, budget: Budget) -> Option<f64> {
     if budget.is_spent() {
         return None;

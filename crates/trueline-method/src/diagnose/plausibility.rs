@@ -14,7 +14,7 @@ const JUMP_M: f64 = 0.005;
 /// … nor turn further, rad, unless its frame was switched.
 const JUMP_RAD: f64 = 0.03;
 
-/// A jump is longer than so many usual steps.
+/// Least length of a jump in usual steps.
 const USUAL_STEPS: f64 = 10.0;
 
 /// What can be seen on the poses alone.

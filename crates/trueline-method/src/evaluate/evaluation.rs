@@ -75,8 +75,7 @@ pub struct ToleranceCheck {
 /// Part of the points that must be within a tolerance: the rest are wild points, as every sensor has them.
 pub const NEEDED_WITHIN: f64 = 0.95;
 
-/// Part of the scan of which a reference must say something, where nothing else is stated: a verdict on less than half is not one on
-/// the scan.
+/// Default share of the scan that a reference must cover: a verdict on less than half is not a verdict on the scan.
 pub const NEEDED_COVERAGE: f64 = 0.5;
 
 impl ToleranceCheck {

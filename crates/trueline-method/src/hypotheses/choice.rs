@@ -1,4 +1,4 @@
-//! Which of several answers that a scan cannot separate is meant: what a user says about the cell decides, nothing else.
+//! Choice between answers that a scan cannot separate: only the user's statements about the cell decide.
 
 use crate::problem::parameters::Parameters;
 use nalgebra::Vector3;

@@ -175,7 +175,7 @@ impl Assessed {
     }
 }
 
-/// What the residuals are; where something is held at a guess, generalised least squares does not know of it.
+/// Structure of the residuals; generalised least squares ignores quantities held at a guess.
 fn structure(
     observations: &Observations,
     fit: &Fit,

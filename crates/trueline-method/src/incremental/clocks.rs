@@ -62,7 +62,7 @@ impl Clocks {
         [&self.robot, &self.images].into_iter().flatten().map(EvenClock::rate_variance).sum()
     }
 
-    /// Observations as recorded with the times of these clocks; exposures of which they do not know the time are left out.
+    /// Observations as recorded with the times of these clocks; exposures without a time are left out.
     pub(super) fn placed(
         &self,
         recording: &Recording,

@@ -226,7 +226,7 @@ pub(crate) fn middle(values: &[f64]) -> f64 {
 }
 
 /// The line below all stamps that is nearest to them: the edge of the lower convex hull above the middle tick. Stamps earlier than
-/// `earliest_s` about the line of `period_s` are of another tick than they are taken for, and are passed over.
+/// `earliest_s` about the line of `period_s` belong to another tick, and are skipped.
 pub(crate) fn along_lower_hull(
     stamps_s: &[f64],
     ticks: &[f64],

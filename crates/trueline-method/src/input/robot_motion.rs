@@ -136,7 +136,7 @@ impl RobotMotion {
         })
     }
 
-    /// What is left of the noise of the robot's attitudes in its path, rad per axis: as much of it as of the positions', and measured on the
+    /// Remaining noise of the robot's attitudes in its path, rad per axis: as much of it as of the positions', and measured on the
     /// same samples. `times_s` as for [`RobotMotion::of`].
     #[must_use]
     pub(crate) fn rotation_noise_rad(&self, recording: &Recording, times_s: &[f64]) -> f64 {

@@ -31,7 +31,7 @@ const FREE_SIGMA: [f64; 5] = [0.3, 0.3, 0.3, 10.0, 10.0];
 /// A shape is never known better than this: it keeps the covariance invertible.
 const LEAST_SIGMA: [f64; 5] = [1e-6, 1e-6, 1e-6, 1e-4, 1e-4];
 
-/// What of a shape is below all that a sensor's file can say: 0.03 µm at 30 mm.
+/// Size of a shape below the resolution of a sensor's file: 0.03 µm at 30 mm.
 pub(crate) fn least_covariance() -> SMatrix<f64, 5, 5> {
     diagonal(LEAST_SIGMA)
 }

@@ -56,7 +56,7 @@ pub fn of<'a>(
     Ok(Some((Cow::Owned(paired(recording)?), stops)))
 }
 
-/// The same options for stops: there is no time offset to be found, and nothing that a stamp could say.
+/// The same options for stops: there is no time offset, and stamps have no meaning.
 #[must_use]
 pub(crate) fn options(config: &Config) -> Config {
     let mut hold = config.hold.clone();

@@ -51,8 +51,7 @@ pub(crate) fn compare(config: &Config, checks: &mut Checks, released: &Calibrati
     }
 }
 
-/// The shape of a sensor that was held, or taken for as good as its file states; `None` where it was not, or the scan does not show
-/// it.
+/// Shape of a sensor that was held fixed, or had the uncertainty of its file; `None` if it was free, or the scan does not determine it.
 pub(crate) fn held_sensor(held: &Config, released: &Calibration) -> Option<SensorShape> {
     let unknowns = &released.findings.unknowns;
     let shape = unknowns.sensor.filter(|_| unknowns.observability.unobservable.is_empty())?;

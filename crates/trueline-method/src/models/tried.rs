@@ -72,7 +72,7 @@ pub enum Because {
     Asked,
     /// It tests whether the scan contradicts what the answer holds or takes from the sensor's file.
     TestsWhatIsHeld,
-    /// It knows of noise alone: an adjustment with all errors begins at its optimum.
+    /// It includes noise alone: an adjustment with all errors begins at its optimum.
     NoiseAlone,
     /// It tests whether the recorded poses were commanded: it is not plainly likelier, or no likelier than the same filter turned round in time.
     TestsLag,
@@ -252,7 +252,7 @@ impl ModelTried {
         place.map_or(Role::Held, |place| self.roles[place])
     }
 
-    /// The same with other roles of the blocks that something is said of.
+    /// The same with other roles of the named blocks.
     pub(crate) fn with(&self, of: impl Fn(Block) -> Option<Role>) -> Self {
         Self { roles: Block::ALL.map(|block| of(block).unwrap_or_else(|| self.role(block))), ..self.clone() }
     }

@@ -154,7 +154,7 @@ impl<'a> LineProblem<'a> {
         Scan { observations: self.observations, list: self.list, at, residual: self.residual }
     }
 
-    /// The same problem shared by so many threads where it is large.
+    /// The same problem, shared by a number of threads if it is large.
     #[must_use]
     pub fn with_threads(self, threads: usize) -> Self {
         Self { threads, ..self }

@@ -235,7 +235,7 @@ fn shared_noise(seam: &SeamEstimate<'_>) -> SharedNoise {
     }
 }
 
-/// What of the information is noise of the robot's poses; of a stream too short to tell, nothing.
+/// Information that is noise of the robot's poses; zero for a stream too short for an estimate.
 fn pose_noise_information(fit: &StripeFit<'_>, halves: Option<&[Trajectory; 2]>) -> DMatrix<f64> {
     let size = fit.problem.unknowns.dimension();
     halves.map_or_else(|| DMatrix::zeros(size, size), |halves| motion_information::of_noise(fit, halves))

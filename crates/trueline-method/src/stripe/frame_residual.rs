@@ -237,7 +237,7 @@ struct Crossing {
     inverse: Matrix2<f64>,
 }
 
-/// What one surface says of a point in the crossing.
+/// Contribution of one surface to a point of the crossing.
 struct Side {
     /// Of which of the two sides of the crossing.
     row: usize,

@@ -65,8 +65,8 @@ pub struct StripeFrame {
     pub sight: Sight,
     /// Its seam point beside the stripes: where plates do not meet it is a point of the edge.
     pub edge: Option<SeamSight>,
-    /// The unit vector in the sheet along which the edge point counts: what moves it across its stripe does not move it along this. How
-    /// high it is says the stripe, from whose light it is computed; that of a bowed plate leaves the straight line by which its end is measured.
+    /// The unit vector in the sheet along which the edge point counts: what moves it across its stripe does not move it along this. Its
+    /// height comes from the stripe, from whose light it is computed; that of a bowed plate leaves the straight line by which its end is measured.
     pub edge_axis: Vector2<f64>,
 }
 

@@ -136,8 +136,8 @@ mod tests {
         (observations, sampling.robot_times_s(Dejittered::default()).to_vec())
     }
 
-    /// Along the true path of the same scan the information is that of the motion alone. One plate with its edge hardly shows a turn about
-    /// its stripe: a quarter of what the reported path seems to say of it is noise.
+    /// Along the true path of the same scan the information is that of the motion alone. One plate with its edge hardly determines a
+    /// rotation about its stripe: 25 % of its apparent information from the reported path is noise.
     #[test]
     fn what_motion_shows_is_the_information_along_the_true_path() {
         let scenario = |robot_position_noise_m: f64| {

@@ -1,6 +1,6 @@
 //! Whether the stripes show a robot as bad as the seam points seem to.
 //!
-//! A seam that is not straight and a robot that wanders move seam points alike. Stripes tell them apart: plates have the forms that
+//! A seam that is not straight and a robot that wanders move seam points alike. Stripes separate them: plates have the forms that
 //! [`crate::stripe::state::SURFACE_SIGMA_M`] allows them, and what these take up is not assigned to the robot.
 
 use crate::assess::robot_accuracy::{SAMPLE, Scores, modes};

@@ -125,8 +125,8 @@ fn edges(placed: &[(&StripeFrame, FrameResidual)], expected: &SharedNoise) -> Ve
 const ROUGHNESS_STEPS: usize = 50;
 const ROUGHNESS_FOUND: f64 = 1e-3;
 
-/// How many times rougher an edge is than its points are said to be, beside what all noise is larger by: burrs are on edges and not on
-/// plates, and robot and stamp have no part in them. No less than once.
+/// Factor by which an edge is rougher than the stated noise of its points, beyond the common noise factor: burrs are on edges and not
+/// on plates, and do not depend on robot and stamp. No less than once.
 fn edge_factor(edges: &[EdgePoint], factor: f64) -> f64 {
     let mut squared = 1.0;
     for _ in 0..ROUGHNESS_STEPS {
