@@ -57,7 +57,7 @@ impl Default for PlanRequest {
 const TIE_BREAK: f64 = 0.04;
 
 impl PlanRequest {
-    /// The score of a path that leaves so many times the seam error that is wanted, and has a score by its sigmas. Sigmas that were asked for
+    /// Score of a path by the ratio of its seam error to the required one, and by its sigmas. Sigmas that were asked for
     /// count as much as the seam error.
     #[must_use]
     pub(crate) fn seam_score(&self, of_wanted: f64, by_sigmas: f64) -> f64 {
@@ -156,7 +156,7 @@ pub enum PlanError {
         duration_s: f64,
         /// Directions shown.
         rank: usize,
-        /// Of so many.
+        /// Total number.
         of: usize,
     },
     /// The arm cannot bring the sensor over the seam.

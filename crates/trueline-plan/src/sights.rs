@@ -185,7 +185,7 @@ pub struct NoiseLeft {
 }
 
 impl NoiseLeft {
-    /// What is left of a cell's noise.
+    /// Remaining noise of a cell.
     #[must_use]
     pub fn of(cell: &Cell) -> Self {
         let left = smooth::noise_left(cell.robot_period_s, smooth::HALF_WINDOW_S);

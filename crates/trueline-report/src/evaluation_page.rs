@@ -11,7 +11,7 @@ use trueline_method::evaluate::evaluation::{Deviation, Evaluation, Figures, Tole
 use trueline_method::evaluate::other_cell::OtherCell;
 use trueline_method::evaluate::reference_curve::ReferenceCurve;
 
-/// What is said of an evaluation beside its figures.
+/// Verdicts of an evaluation besides its figures.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Judged<'a> {
     /// The verdict against a tolerance.

@@ -64,7 +64,7 @@ pub fn text(e: &Evaluation) -> String {
     out
 }
 
-/// What the calibration says of its own error, beside the points against a seam that is known; `None` where either is not. The share of the error along the seam
+/// Predicted error of the calibration, compared with the points on a known seam; `None` without either. The share of the error along the seam
 /// does not show, and the noise of the points does.
 #[must_use]
 pub fn said_text(e: &Evaluation, said_m: Option<f64>) -> Option<String> {
@@ -167,7 +167,7 @@ pub fn described(reference: &ReferenceCurve) -> String {
     }
 }
 
-/// The evaluation as JSON, with the verdict against a tolerance and what tells that the calibration is another cell's.
+/// The evaluation as JSON, with the verdict against a tolerance and the evidence that the calibration belongs to another cell.
 #[must_use]
 pub fn json(e: &Evaluation, check: Option<&ToleranceCheck>, other: Option<&OtherCell>) -> Value {
     let figures: serde_json::Map<String, Value> =

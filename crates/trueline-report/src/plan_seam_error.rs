@@ -1,4 +1,4 @@
-//! What a plan says of the seam error: how large it will be, where it comes from, and where more is wanted what would shrink it.
+//! Predicted seam error of a plan: its size, its sources, and the remedies if a smaller one is required.
 
 use crate::number::digits_for;
 use crate::plan_source::Source;

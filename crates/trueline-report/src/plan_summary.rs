@@ -160,7 +160,7 @@ fn half_turn(plan: &Plan) -> String {
     )
 }
 
-/// What calibrating the planned scan says.
+/// Predicted calibration of the planned scan.
 fn rehearsed(source: &Source<'_>) -> Vec<(String, String)> {
     let Some(rehearsal) = source.rehearsal else { return Vec::new() };
     let mut lines = plan_seam_error::rows(source);

@@ -28,7 +28,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 pub struct PoseReport<'a> {
     /// What was found.
     pub fit: &'a PoseFit,
-    /// Covariance of all that is accounted for: noise, and a robot that is not where it says.
+    /// Covariance of all modelled errors: noise, and position errors of the robot.
     pub covariance: SMatrix<f64, SIZE, SIZE>,
     /// Why it is not accepted.
     pub reasons: &'a [SightingRemark],

@@ -48,7 +48,7 @@ fn between(of: &Between) -> BetweenEntry {
     }
 }
 
-/// What is said of them.
+/// Report on them.
 #[must_use]
 pub fn text(tied: &Tied) -> String {
     const MS_PER_S: f64 = 1e3;

@@ -115,7 +115,7 @@ pub(crate) fn are_the_answer(c: &Calibration) -> bool {
     c.findings.stripes.as_ref().is_some_and(|stripes| stripes.used != Measurements::Seam)
 }
 
-/// What to say beside figures of the fit to the seam points where that is not the answer.
+/// Remark beside figures of the fit to the seam points, if that is not the answer.
 #[must_use]
 pub(crate) fn of_seam_points(c: &Calibration) -> &'static str {
     if are_the_answer(c) { " (of the fit to the seam points alone)" } else { "" }

@@ -267,7 +267,7 @@ fn residual(c: &Calibration) -> String {
     format!("{mm}{}{}", px.unwrap_or_default(), stripes::of_seam_points(c))
 }
 
-/// Residuals that are alike from one to the next, and what that was taken for.
+/// Correlated residuals, and their treatment.
 fn correlated(c: &Calibration) -> Option<String> {
     let Structure::Correlated(noise) = &c.findings.fit.structure else { return None };
     let [across, height] = noise.sigma_m.map(|m| m * MM_PER_M);
@@ -286,7 +286,7 @@ fn correlated(c: &Calibration) -> Option<String> {
 /// Parts of the scan in [`over_time`].
 const BARS: usize = 40;
 
-/// The residual in so many parts of the scan as bars, the full height three times the typical one; `None` for a scan that
+/// The residual in parts of the scan as bars, the full height three times the typical one; `None` for a scan that
 /// is too short for that.
 fn over_time(c: &Calibration) -> Option<String> {
     let used: Vec<&FeatureResidual> = c.findings.fit.features.iter().filter(|f| !f.is_outlier()).collect();

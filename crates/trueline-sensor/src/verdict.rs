@@ -21,10 +21,10 @@ pub(crate) const MOST_MIDDLE_SIGMA_M: f64 = 1e-3;
 /// The fewest pictures of a board before the robot: 36 numbers leave 23 to judge the noise of 13 unknowns by.
 pub(crate) const LEAST_BOARD_PICTURES: usize = 6;
 
-/// Board and robot that differ by this many times their noise tell of something else.
+/// Board and robot that differ by more than this multiple of their noise have another error.
 pub(crate) const MOST_DISAGREEMENT: f64 = 3.0;
 
-/// Above this the noise is another than was expected, and the user should know.
+/// Above this the noise differs from the expected noise, which the user should know.
 pub(crate) const USUAL_DISAGREEMENT: f64 = 1.5;
 
 /// The hand-eye transform must be known at least this well, rad.

@@ -1,4 +1,4 @@
-//! The robot's motion: speed, turning and tilt over time, what each second tells about the time offset, and whether the tilt suffices.
+//! The robot's motion: speed, turning and tilt over time, the information of each second on the time offset, and whether the tilt suffices.
 
 use super::Shown;
 use crate::page::{Axis, Block, Chart, Colour, Columns, Drawn, Mark, Series, Table, TableRow};
@@ -166,7 +166,7 @@ fn tilts(moments: &[Moment], columns: &mut Columns) -> Chart {
     }
 }
 
-/// What each second tells about the time offset: the square of how far the seam moves in the laser plane during one standard
+/// Information of each second on the time offset: the square of how far the seam moves in the laser plane during one standard
 /// deviation of a point, summed; all else taken as known.
 fn information(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
     let used: Vec<&FeatureResidual> = shown.features.iter().filter(|f| !f.is_outlier()).copied().collect();

@@ -1,4 +1,4 @@
-//! What is left over: over time, along the line, over the image, over speed, and as a whole.
+//! Residuals over time, along the line, over the image, over speed, and as a whole.
 
 use super::Shown;
 use crate::page::{Axis, Block, Chart, Colour, Columns, Drawn, Heat, Histogram, Mark, Series};

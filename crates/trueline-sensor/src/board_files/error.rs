@@ -12,7 +12,7 @@ pub enum BoardError {
     Folder {
         /// The folder.
         folder: PathBuf,
-        /// What the operating system says.
+        /// An error of the operating system.
         error: io::Error,
     },
     /// Nothing of that name.

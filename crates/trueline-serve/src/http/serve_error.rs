@@ -10,7 +10,7 @@ pub enum ServeError {
     Address {
         /// The address.
         address: SocketAddr,
-        /// What the operating system says.
+        /// An error of the operating system.
         source: std::io::Error,
     },
     /// A thread or its event loop cannot be started.

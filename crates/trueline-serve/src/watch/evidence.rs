@@ -1,4 +1,4 @@
-//! An alarm's numbers in words, from the line that was told of its weld.
+//! An alarm's numbers in words, from the report of its weld.
 
 use serde_json::Value;
 use trueline_watch::Kind;

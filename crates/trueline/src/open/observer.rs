@@ -1,4 +1,4 @@
-//! What is told while a scan is opened.
+//! Messages while a scan is opened.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -33,7 +33,7 @@ pub enum Told<'a> {
         /// What was looked for.
         joint: ProfileJoint,
     },
-    /// So many seam points were found in the same pictures before.
+    /// Number of seam points found earlier in the same pictures.
     FoundBefore(usize),
     /// What was found in pictures could not be kept for the next time.
     NotKept(&'a io::Error),
@@ -46,7 +46,7 @@ pub enum Told<'a> {
     FixedSensor,
     /// All of the robot's positions lie within so few millimetres.
     SmallPath(f64),
-    /// So many scans are taken together.
+    /// Number of scans used together.
     Together(usize),
     /// So many scans are one with an external axis of this name: their seams are those of one part, by their numbers.
     OnAnAxis(usize, &'a str),
@@ -107,7 +107,7 @@ impl fmt::Display for Told<'_> {
     }
 }
 
-/// Is told what happens while a scan is opened. Every method does nothing unless it is written.
+/// Receives messages while a scan is opened. Every method does nothing unless it is written.
 pub trait OpenObserver: Sync {
     /// Something worth knowing.
     fn told(&self, _told: &Told<'_>) {}
@@ -121,7 +121,7 @@ pub trait OpenObserver: Sync {
 /// Nobody looks on.
 impl OpenObserver for () {}
 
-/// Tells what became of a recording in MCAP or rosbag2.
+/// Reports the import of a recording in MCAP or rosbag2.
 pub fn told_of_import(imported: &Imported, observer: &dyn OpenObserver) {
     for damaged in &imported.damages {
         observer.told(&Told::Damage(damaged.to_string()));
