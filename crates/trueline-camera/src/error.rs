@@ -129,7 +129,8 @@ impl CameraError {
                 change it during a scan"
                     .to_owned()
             }
-            Self::NoChannel { .. } => "say red, green or blue (gray takes all three), or choose a format without colours".to_owned(),
+            Self::NoChannel { .. } => "choose red, green or blue (gray uses all three), or a format without \
+                colours".to_owned(),
             Self::NoColours { .. } => "leave the colour out, or choose a format with colours (BayerRG8, RGB8, …)".to_owned(),
             Self::FrameSizeChanged { .. } => "leave width, height and binning alone during a scan: the \
                 calibration of the camera holds for one size"

@@ -200,10 +200,10 @@ fn what_cannot_be_triggered_is_refused_by_name() {
     let told = refused(with(&settings, CameraSetup { trigger: input("Line7"), ..CameraSetup::default() }));
     assert_eq!(
         told,
-        "camera feature `TriggerSource`: Line7 was asked for, the camera offers Software, Line1, Line2"
+        "camera feature `TriggerSource`: Line7 was requested; the camera offers Software, Line1, Line2"
     );
     let told = refused(with(&settings, CameraSetup { trigger: input("Software"), ..CameraSetup::default() }));
-    assert!(told.contains("`TriggerSource`") && told.contains("this program fires none"), "{told}");
+    assert!(told.contains("`TriggerSource`") && told.contains("this program does not support"), "{told}");
     let told = refused(with_rate(by_line(&settings, None), 20.0));
     assert!(told.contains("`AcquisitionFrameRate`") && told.contains("as the trigger does"), "{told}");
 

@@ -158,13 +158,13 @@ fn a_trigger_is_set_and_what_the_camera_does_not_have_is_refused_by_name() {
     let refused = |setup| open(&device, setup, clock).err().unwrap().to_string();
     assert!(
         refused(trigger("Line7"))
-            .contains("`TriggerSource`: Line7 was asked for, the camera offers Software, Line1")
+            .contains("`TriggerSource`: Line7 was requested; the camera offers Software, Line1")
     );
     assert!(refused(trigger("Line1:rising")).contains("`TriggerActivation`"), "the camera has none");
     let fps = CameraSetup { fps: Some(30.0), ..CameraSetup::default() };
     assert!(refused(fps).contains("`AcquisitionFrameRate`"));
     let wide = CameraSetup { width: Some(128), ..CameraSetup::default() };
-    assert!(refused(wide).contains("`Width`: 128 was asked for, the camera takes 8 to 64"));
+    assert!(refused(wide).contains("`Width`: 128 was requested; the camera supports 8 to 64"));
     let mono16 = CameraSetup { pixel: Some(PixelFormat::MONO_16), ..CameraSetup::default() };
     assert!(refused(mono16).contains("the camera offers Mono8, Mono12p"));
 }
@@ -452,11 +452,11 @@ fn registers_that_lie_are_refused_in_words() {
     let clock = HostClock::start();
     let far = u64::MAX.to_le_bytes();
     let lies: [(&str, u64, &[u8], &str); 14] = [
-        ("bootstrap registers beyond the memory", SBRM_ADDRESS, &far, "where no memory is"),
+        ("bootstrap registers beyond the memory", SBRM_ADDRESS, &far, "outside its memory"),
         ("none", SBRM_ADDRESS, &[0x77; 8], "status"),
         ("no room for a command", SBRM + 0x14, &1_u32.to_le_bytes(), "command transfer too small"),
         ("no room for an answer", SBRM + 0x18, &12_u32.to_le_bytes(), "too small to carry data"),
-        ("a stream beyond the memory", SBRM + 0x20, &far, "where no memory is"),
+        ("a stream beyond the memory", SBRM + 0x20, &far, "outside its memory"),
         ("no stream", SBRM + 0x20, &[0; 8], "has no stream"),
         ("an alignment of 2^40", SIRM, &(40_u32 << 24).to_le_bytes(), "alignment"),
         ("an alignment of 2^30", SIRM, &(30_u32 << 24).to_le_bytes(), "alignment"),
@@ -465,17 +465,17 @@ fn registers_that_lie_are_refused_in_words() {
             "pictures of 1 GiB",
             SIRM + 8,
             &(1_u64 << 30).to_le_bytes(),
-            "1073741824 bytes, and 64 x 48 px of Mono8 have 3072",
+            "1073741824 bytes for a picture, but 64 x 48 px of Mono8 need 3072",
         ),
         (
             "pictures of 99 bytes",
             SIRM + 8,
             &99_u64.to_le_bytes(),
-            "99 bytes, and 64 x 48 px of Mono8 have 3072",
+            "99 bytes for a picture, but 64 x 48 px of Mono8 need 3072",
         ),
         ("a leader of 4 GiB", SIRM + 0x10, &u32::MAX.to_le_bytes(), "more than 64 KiB"),
         ("a trailer of 4 GiB", SIRM + 0x14, &u32::MAX.to_le_bytes(), "more than 64 KiB"),
-        ("a table beyond the memory", TABLE_ADDRESS, &far, "where no memory is"),
+        ("a table beyond the memory", TABLE_ADDRESS, &far, "outside its memory"),
     ];
     for (what, address, bytes, expected) in lies {
         let device = UsbDevice::start(clock);
@@ -494,9 +494,9 @@ fn files_that_lie_are_refused_in_words() {
         ("no file", TABLE, &[0; 8], "has none"),
         ("a file for chunks alone", entry + 4, &1_u32.to_le_bytes(), "has none"),
         ("more files than can be", TABLE, &[0xff; 8], ""),
-        ("no bytes", entry + 16, &[0; 8], "it says that it has 0 bytes"),
+        ("no bytes", entry + 16, &[0; 8], "it states a length of 0 bytes"),
         ("2^60 bytes", entry + 16, &(1_u64 << 60).to_le_bytes(), "1152921504606846976 bytes"),
-        ("beyond the memory", entry + 8, &[0xff; 8], "where no memory is"),
+        ("beyond the memory", entry + 8, &[0xff; 8], "outside its memory"),
     ];
     for (what, address, bytes, expected) in lies {
         let device = UsbDevice::start(clock);
@@ -533,7 +533,7 @@ fn descriptions_that_lie_are_refused_and_archives_are_opened() {
         ("no features", b"<RegisterDescription/>".to_vec(), "PixelFormat"),
         ("a circle", circle.into_bytes(), "circular"),
         ("a register of 4 TB", giant.into_bytes(), "out of range"),
-        ("a register nowhere", nowhere.into_bytes(), "where no memory is"),
+        ("a register nowhere", nowhere.into_bytes(), "outside its memory"),
     ];
     for (what, description, expected) in cases {
         let device = UsbDevice::with_description(clock, &description, 0);

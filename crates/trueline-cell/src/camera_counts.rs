@@ -61,9 +61,11 @@ impl CameraCounts {
         let mut words = Vec::new();
         if self.taken() == 0 {
             words.push(match self.is_triggered {
-                true => "no picture came: is the trigger wired to the input that was named, and does it fire? A camera that waits for one \
-                         gives none by itself"
-                    .to_owned(),
+                true => {
+                    "no picture arrived: check that the trigger is wired to the named input and fires. A \
+                         camera that waits for a trigger sends no pictures without it"
+                        .to_owned()
+                }
                 false => "no picture came".to_owned(),
             });
         }

@@ -152,7 +152,7 @@ mod tests {
             )
         };
         assert_eq!(that_one(choice(None), Some("A1")), choice(Some("A1")));
-        assert_eq!(that_one(choice(Some("A2")), Some("A1")), choice(Some("A2")), "what was asked for stays");
-        assert_eq!(that_one(choice(None), None), choice(None), "it tells none");
+        assert_eq!(that_one(choice(Some("A2")), Some("A1")), choice(Some("A2")), "the request is kept");
+        assert_eq!(that_one(choice(None), None), choice(None), "it has none");
     }
 }

@@ -112,7 +112,7 @@ impl FinishedRecording {
     pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         if self.is_removed {
-            notes.push(format!("nothing came, so there is no {}", self.file.display()));
+            notes.push(format!("nothing arrived, so there is no {}", self.file.display()));
         }
         if self.clock_steps > 0 {
             notes.push(format!(

@@ -25,7 +25,7 @@ pub enum CellError {
         why: std::io::Error,
     },
     /// The camera's pictures are not of the size that the sensor was calibrated for.
-    #[error("{name} gives {} x {} px, and sensor.toml says {} x {}", found[0], found[1], expected[0], expected[1])]
+    #[error("{name} delivers {} x {} px, sensor.toml states {} x {}", found[0], found[1], expected[0], expected[1])]
     PictureSize {
         /// The camera.
         name: String,
@@ -55,7 +55,7 @@ pub enum CellError {
 }
 
 impl CellError {
-    /// What the user can do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> String {
         match self {

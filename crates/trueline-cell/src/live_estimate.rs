@@ -55,7 +55,7 @@ pub enum Progress {
     Refused {
         /// Seam points that came.
         seam_points: usize,
-        /// Why.
+        /// Reason.
         why: Arc<trueline_method::Error>,
     },
     /// An estimate.
@@ -207,7 +207,10 @@ fn in_words(change: &Change) -> String {
             "one seam for the whole stream: of newer seam points {percent:.0} % fit those before"
         );
     }
-    format!("one time offset for the whole stream: it has changed by {:+.2} ms", 1e3 * change.time_offset_s)
+    format!(
+        "one time offset for the whole stream, but it has changed by {:+.2} ms",
+        1e3 * change.time_offset_s
+    )
 }
 
 /// The largest sigma of three components, if all are observable.

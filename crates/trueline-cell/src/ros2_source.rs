@@ -91,7 +91,7 @@ impl Ros2Source {
                 return Err(io::Error::other(format!("{} holds many frames: {hint}", topic.message)));
             }
             (Kind::Pose, Some(_)) => {
-                return Err(io::Error::other(format!("{} names its frame by itself", topic.message)));
+                return Err(io::Error::other(format!("{} states its frame itself", topic.message)));
             }
             _ => {
                 let hint = "PoseStamped, PoseWithCovarianceStamped and Odometry hold one, TFMessage holds transforms";

@@ -74,7 +74,7 @@ pub enum WiredInput {
 }
 
 impl SceneError {
-    /// What to do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {

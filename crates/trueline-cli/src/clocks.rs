@@ -15,7 +15,9 @@ pub(crate) fn align_recording(
     let ahead_s = shift(recording, config, quiet)?;
     if !quiet {
         output::words(&format!(
-            "note: image stamps are {ahead_s:.3} s ahead of the robot's; the time offset below contains that"
+            "note: the image clock is {:.3} s {} the robot clock; the time offset below includes this",
+            ahead_s.abs(),
+            if ahead_s < 0.0 { "behind" } else { "ahead of" }
         ));
     }
     Ok(())
@@ -41,8 +43,8 @@ pub(crate) fn align_import(recording: &mut Recording, profiles: &mut [Profile]) 
         ahead_s
     };
     output::words(&format!(
-        "note: the sensor's stamps are moved by {:+.3} s in this dataset. The time offset that `calibrate` finds holds for the moved stamps. \
-         For the sensor's own stamps it is that offset {ahead_s:+.3} s",
+        "note: {:+.3} s is added to the sensor's stamps in this dataset. The time offset of `calibrate` \
+         holds for these stamps; for the sensor's own stamps add {ahead_s:+.3} s to it",
         -ahead_s
     ));
     Ok(())

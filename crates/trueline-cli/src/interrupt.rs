@@ -13,7 +13,7 @@ pub(crate) fn watch() -> Result<(), Failure> {
         TIMES.fetch_add(1, Ordering::SeqCst);
     })
     .map_err(|error| {
-        Failure::new(format!("Ctrl-C cannot be watched: {error}"), "is the program started oddly?")
+        Failure::new(format!("Ctrl-C cannot be watched: {error}"), "check how the program is started")
     })
 }
 

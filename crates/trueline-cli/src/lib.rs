@@ -105,7 +105,7 @@ fn run_as<T>(
     output::remember_command_line(&words);
     keep_guarded_panics_quiet();
     let named = args::named_command(command(), &words);
-    // Words that no terminal obeys stand in messages about them.
+    // Errors are reported with control characters stripped.
     let harmless: Vec<OsString> =
         words.iter().map(|word| shown(&word.to_string_lossy()).into_owned().into()).collect();
     let parsed = |words: &[OsString]| read(&command().try_get_matches_from(words)?);

@@ -35,7 +35,7 @@ impl From<trueline_watch::store::StoreError> for Failure {
 pub(crate) fn warn_of_calibration(watcher: &Watcher, file: &Path) {
     if watcher.was_accepted() == Some(false) {
         output::words(&format!(
-            "mind: {} was not accepted when it was made; what is watched is change against it",
+            "note: {} was not accepted; welds are watched for changes against it",
             file.display()
         ));
     }

@@ -85,7 +85,7 @@ pub(crate) fn file(path: &Path, content: &(impl AsRef<[u8]> + ?Sized)) -> Result
 pub(crate) fn former_folder(folder: &Path, former: Option<PathBuf>) {
     if let Some(former) = former {
         words(&format!(
-            "{}: what was there is kept in {}; remove it if it is not needed",
+            "{}: the previous content is kept in {}; remove it if it is not needed",
             folder.display(),
             former.display()
         ));
@@ -135,7 +135,7 @@ pub(crate) fn fits(file: &Path, known: &KnownCalibration, on: &Recording) -> Res
     if known.at_stops && !on.at_stops && !stand_at_readings(on) {
         return Err(Failure::new(
             format!(
-                "{}: was made at stops and has no time offset, and in this recording the robot moves",
+                "{}: was made at stops and has no time offset, but the robot moves in this recording",
                 file.display()
             ),
             "calibrate a scan of the moving robot: that gives the time offset",

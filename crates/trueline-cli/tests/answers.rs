@@ -77,13 +77,13 @@ fn doctor_writes_the_dataset_without_the_mistake() {
     // A refusal begins with the cause.
     let (code, _, words) = told(dir.path(), "calibrate scan --quiet");
     assert!(
-        code == 1 && words.starts_with("not accepted: the probable cause: the poses are tool_from_base"),
+        code == 1 && words.starts_with("not accepted: probable cause: the poses are tool_from_base"),
         "{words}"
     );
     let (code, out, words) = told(dir.path(), "doctor scan --fix mended");
     assert_eq!(code, 1);
     assert!(out.contains("the poses are tool_from_base") && words.contains("inverted poses"), "{out}{words}");
-    assert!(out.contains("other mistakes were tried in vain") && !out.contains("u mirrored"), "{out}");
+    assert!(out.contains("other mistakes ruled out") && !out.contains("u mirrored"), "{out}");
     succeeds(dir.path(), "calibrate mended --quiet");
     // What is right is not mended.
     let (code, _, words) = told(dir.path(), "doctor mended --fix again");
@@ -110,7 +110,7 @@ fn evaluate_holds_a_scan_against_a_tolerance_and_knows_a_calibration_of_another_
         wrong["time_offset_s"] = (wrong["time_offset_s"].as_f64().unwrap() + delay_s).into();
         fs::write(dir.path().join("wrong.json"), wrong.to_string()).unwrap();
         let (_, words) = succeeds(dir.path(), "evaluate scan -c wrong.json --json differs.json");
-        assert!(words.contains("warning: this calibration is not this scan's"), "{key}: {words}");
+        assert!(words.contains("warning: this calibration does not match this scan"), "{key}: {words}");
         let told = json(&dir.path().join("differs.json"));
         assert_eq!(told["other_cell"], Value::Null, "{key}");
         // The scan's own calibration less the wrong one, to a tenth of what was added: far more than ten of its ±.
@@ -243,7 +243,7 @@ fn folders_appear_whole_and_are_replaced_on_request_alone() {
     // A folder with anything else in it is not trueline's to remove.
     fs::write(dir.path().join("scan/notes.txt"), "mine").unwrap();
     let (code, _, words) = told(dir.path(), "simulate -p quick -o scan -q --force");
-    assert!(code == 2 && words.contains("`notes.txt` is in this folder as well"), "{words}");
+    assert!(code == 2 && words.contains("`notes.txt` in this folder would be lost"), "{words}");
     assert_eq!(fs::read_to_string(dir.path().join("scan/notes.txt")).unwrap(), "mine");
     let left: Vec<_> = fs::read_dir(dir.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     assert_eq!(left, ["scan"], "nothing unfinished is left");
@@ -348,12 +348,12 @@ fn mistakes_with_files_are_told_as_what_they_are() {
         ("calibrate latin", "sensor.toml: is not UTF-8 text", "save it as UTF-8"),
         ("calibrate typo", "sensor.toml, line 4: column 1: unknown field `widht`", "compare with a file"),
         ("calibrate renamed", "column `X`: unknown column", "is it `x_mm`?"),
-        ("calibrate metres", "all positions of the robot lie within 0.2", "are they in metres"),
+        ("calibrate metres", "all positions of the robot lie within 0.2", "check whether they are metres"),
         ("calibrate late", "do not overlap in time", "--align-clocks"),
-        ("features scan", "there are no pictures", "the seam is known without them"),
+        ("features scan", "there are no pictures", "they are not needed"),
         ("import lvs-st-calib nowhere --out x", "there is no folder `nowhere`", "check its name"),
         ("callibrate scan", "unrecognized subcommand", "'calibrate', 'evaluate'"),
-        ("calibrate scan --initial gess.toml", "gess.toml: there is no such file", "check its name"),
+        ("calibrate scan --initial gess.toml", "gess.toml: this file does not exist", "check its name"),
     ] {
         let (code, _, told) = told(dir.path(), line);
         // Metres under a name that says mm calibrate, to something that is not accepted.

@@ -132,7 +132,7 @@ fn what_hides_an_axis_is_said_with_its_cure() {
     let folder = dir.path();
     cast(folder, "table=rotary,part,run:6", "4", "even");
     let said = calibrated(folder, &["even"], 0);
-    let cure = "does not show the time offset of axis table";
+    let cure = "does not determine the time offset of axis table";
     assert!(said.contains(cure), "{said}");
     let result = result(folder);
     assert!(result["axes"][0]["time_offset_s"].is_null());
@@ -178,7 +178,7 @@ fn files_of_axes_are_refused_with_file_and_line() {
             line(5, &format!("{},-300", axes.lines().nth(5).unwrap().split(',').next().unwrap())),
             "jumps by",
         ),
-        ("axes.csv", axes.lines().take(400).map(|row| format!("{row}\n")).collect(), "was read at"),
+        ("axes.csv", axes.lines().take(400).map(|row| format!("{row}\n")).collect(), "there is a reading at"),
         ("cell.toml", String::new(), "[[axis]]"),
         ("cell.toml", cell.replace("rotary", "round"), "round"),
         ("cell.toml", cell.replace("[[axis]]", "[[axes]]"), "`axes`"),
@@ -197,7 +197,7 @@ fn files_of_axes_are_refused_with_file_and_line() {
     for option in [&["--target", "curve"][..], &["--use", "stripe"], &["--residual", "point-to-line"]] {
         let output = trueline(folder, &[&["calibrate", "good"][..], option].concat());
         assert_eq!(code(&output), 2, "{option:?}: {}", words(&output));
-        assert!(words(&output).contains("external axes are not calibrated"), "{}", words(&output));
+        assert!(words(&output).contains("external axes cannot be calibrated"), "{}", words(&output));
     }
 }
 

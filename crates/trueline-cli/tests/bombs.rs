@@ -109,7 +109,7 @@ fn pipes_and_endless_devices_are_refused_whatever_they_are_named_for() {
         ] {
             let said = refused(folder, &line.replace("ENDLESS", endless));
             assert!(
-                said.contains("is a pipe, a socket or a device") || said.contains("no regular file"),
+                said.contains("is a pipe, a socket or a device") || said.contains("not a regular file"),
                 "{line}: {said}"
             );
         }

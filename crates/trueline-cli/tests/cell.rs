@@ -372,9 +372,9 @@ fn a_trigger_that_is_not_wired_is_asked_for_and_what_cannot_be_set_is_refused() 
     for (options, told) in [
         (
             &["--trigger", "Line7"][..],
-            "`TriggerSource`: Line7 was asked for, the camera offers Software, Line1",
+            "`TriggerSource`: Line7 was requested; the camera offers Software, Line1",
         ),
-        (&["--trigger", "Software"], "this program fires none"),
+        (&["--trigger", "Software"], "this program does not support"),
         (&["--trigger", "Line1", "--fps", "5"], "`AcquisitionFrameRate`: 5 Hz were asked for"),
         (&["--trigger", "Line1:up"], "behind a colon, rising, falling or any"),
         (&["--pixel-format", "BayerRG8"], "which of the colours the laser has"),

@@ -53,10 +53,10 @@ fn what_cannot_be_evaluated_exits_2_with_the_reason() {
     fs::write(dir.path().join("both.toml"), "lines = []\n").unwrap();
     fs::write(dir.path().join("one.csv"), "x_mm,y_mm,z_mm\n1,2,3\n").unwrap();
     for (calibration, reference, said) in [
-        ("partial.json", None, "the scan did not show it"),
+        ("partial.json", None, "the scan did not determine it"),
         ("broken.json", None, "broken.json, line 1"),
-        ("nowhere.json", None, "no such calibration"),
-        ("scan/truth.toml", Some("nowhere.csv"), "no such reference"),
+        ("nowhere.json", None, "this calibration does not exist"),
+        ("scan/truth.toml", Some("nowhere.csv"), "this reference does not exist"),
         ("scan/truth.toml", Some("both.toml"), "neither"),
         ("scan/truth.toml", Some("one.csv"), "no data rows"),
     ] {
@@ -153,7 +153,11 @@ fn stops_on_the_seam_are_the_truth_of_a_moving_scan_and_show_the_time_offset() {
     // A scan without stops is no truth.
     let output = run(&["evaluate", "moving", "--calibration", "result.json", "--static", "first"]);
     assert_eq!(code(&output), 2);
-    assert!(words(&output).contains("stood still") && words(&output).contains("hint:"), "{}", words(&output));
+    assert!(
+        words(&output).contains(" stops with a feature") && words(&output).contains("hint:"),
+        "{}",
+        words(&output)
+    );
 }
 
 #[test]

@@ -203,7 +203,7 @@ fn exports_are_listed_and_unknown_ones_refused() {
     assert_eq!(trueline(dir.path(), &["export", "nothing.json", "--as", "acme"]).status.code(), Some(2));
     let output = trueline(dir.path(), &["export", "nothing.json", "--as", "kuka"]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8(output.stderr).unwrap().contains("there is no such calibration"));
+    assert!(String::from_utf8(output.stderr).unwrap().contains("this calibration does not exist"));
 }
 
 #[test]
@@ -217,7 +217,7 @@ fn a_delimiter_is_never_ignored() {
     };
     let refused = ["import", "csv", "simulated", "--delimiter", ";", "--out", "a"];
     let said = String::from_utf8(trueline(dir.path(), &refused).stderr).unwrap();
-    assert!(said.contains("there are no semicolons between columns, but commas"), "{said}");
+    assert!(said.contains("the columns are not separated by semicolons, but by commas"), "{said}");
     // The files have commas.
     assert_eq!(
         (import(";", "a"), import(",", "b"), import("tab", "c"), import("xy", "d")),
@@ -341,7 +341,7 @@ fn what_an_import_lacks_is_told_with_the_option_that_gives_it() {
         "--robot-file log.csv --profiles export.csv --profile-format rows --x-start-mm 0 --x-step-mm 1",
     );
     assert!(
-        said.contains("logs/log.csv: there is no such file") && said.contains("--robot-file FILE"),
+        said.contains("logs/log.csv: this file does not exist") && said.contains("--robot-file FILE"),
         "{said}"
     );
     let said = refused("--profiles export.csv");
@@ -352,7 +352,7 @@ fn what_an_import_lacks_is_told_with_the_option_that_gives_it() {
     );
     let said = refused("--robot-map time_s=Takt --profiles export.csv");
     assert!(
-        said.contains("do not say whose format") && said.contains("--profile-format keyence-lj-x"),
+        said.contains("the format cannot be recognised") && said.contains("--profile-format keyence-lj-x"),
         "{said}"
     );
     let said = refused("--robot-map time_s=Takt --profiles export.csv --profile-format keyence-lj-x");

@@ -80,7 +80,7 @@ fn a_unit_that_says_there_is_none_leaves_the_name() {
 #[test]
 fn json_is_named_for_what_it_is() {
     let (code, said) = import("[\n{\"t\": 1.0, \"x\": 2.0},\n{\"t\": 2.0, \"x\": 2.0}\n]\n", FEATURES, "");
-    assert!(code == Some(2) && said.contains("robot.csv: is JSON, which cannot be read here"), "{said}");
+    assert!(code == Some(2) && said.contains("robot.csv: is JSON; this format is not supported"), "{said}");
 }
 
 /// Points of a program that writes decimal commas, in its numbers and in its times.
@@ -133,8 +133,8 @@ fn an_import_says_which_stamps_it_has_moved() {
     assert_eq!(code, Some(0), "{said}");
     let moved = first(&fs::read_to_string(dir.path().join("aligned/features.csv")).unwrap()) - first(&late);
     assert!((moved + 500.0).abs() < 0.1, "{moved}");
-    let of_dataset = format!("the sensor's stamps are moved by {moved:+.3} s in this dataset");
-    let of_sensor = format!("it is that offset {:+.3} s", -moved);
+    let of_dataset = format!("{moved:+.3} s is added to the sensor's stamps in this dataset");
+    let of_sensor = format!("add {:+.3} s to it", -moved);
     assert!(said.contains(&of_dataset) && said.contains(&of_sensor), "{said}");
     assert!(!said.contains("below"), "{said}");
 }

@@ -126,7 +126,7 @@ fn a_recording_to_which_nothing_came_does_not_stand_in_the_way_of_the_next() {
     for _ in 0..2 {
         let silent = trueline(dir.path(), &["record", "--bind", &pc, "--out", "scan", "--for-s", "0.3"]);
         assert_eq!(code(&silent), 1, "{}", words(&silent));
-        assert!(words(&silent).contains("nothing came, so there is no scan"), "{}", words(&silent));
+        assert!(words(&silent).contains("nothing arrived, so there is no scan"), "{}", words(&silent));
         assert!(!words(&silent).contains("written to"), "{}", words(&silent));
         assert_eq!(fs::read_dir(dir.path().join("scan")).unwrap().count(), 0);
     }
@@ -190,7 +190,7 @@ fn addresses_that_are_not_ours_or_taken_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let foreign = trueline(dir.path(), &["listen", "--bind", "192.0.2.77:6510"]);
     assert_eq!(code(&foreign), 2);
-    assert!(words(&foreign).contains("no address of this PC"));
+    assert!(words(&foreign).contains("not an address of this PC"));
     let taken = UdpSocket::bind("127.0.0.1:0").unwrap();
     let busy = trueline(dir.path(), &["listen", "--bind", &taken.local_addr().unwrap().to_string()]);
     assert_eq!(code(&busy), 2);
@@ -212,7 +212,7 @@ fn a_recording_that_lost_much_of_the_robots_stream_says_so() {
         let recorded = trueline(dir.path(), &["record", "--bind", &pc, "--out", &out, "--for-s", "2"]);
         let said = words(&recorded);
         assert_eq!(code(&recorded), expected, "{said}");
-        assert_eq!(said.contains("packets never came"), expected == 1, "{said}");
+        assert_eq!(said.contains("packet loss from the robot"), expected == 1, "{said}");
     }
 }
 
@@ -442,7 +442,7 @@ fn a_joint_is_not_looked_for_in_pictures_that_are_still_to_come() {
     let help = trueline(dir.path(), &["record", "--help"]);
     let help = String::from_utf8(help.stdout).unwrap();
     let joint = help.split("--joint").nth(1).unwrap().split("--want").next().unwrap();
-    assert!(joint.contains("still to come") && joint.contains("[default: fillet; profiles"), "{joint}");
+    assert!(joint.contains("live estimate alone") && joint.contains("[default: fillet; with"), "{joint}");
     assert!(!dir.path().join("rec").exists());
 }
 

@@ -174,7 +174,7 @@ fn a_calibration_of_another_mounting_is_refused() {
     ] {
         let (code, _, said) = run(at, line);
         let is_told =
-            said.contains("is of a sensor on the tool, and the recording is of one beside the robot");
+            said.contains("belongs to a sensor on the tool, but the recording to one beside the robot");
         assert!(code == 2 && is_told, "{line}: {code} {said}");
     }
     assert!(!at.join("seam.csv").exists());
@@ -191,7 +191,7 @@ fn a_watch_adds_to_its_log() {
     }
     fs::write(dir.path().join("notes.txt"), "look at weld 3\n").unwrap();
     let (code, _, said) = run(dir.path(), "watch scan --state cell.sqlite -c result --json notes.txt");
-    assert!(code == 2 && said.contains("no log of JSON lines"), "{said}");
+    assert!(code == 2 && said.contains("not a log of JSON lines"), "{said}");
 }
 
 #[test]

@@ -74,7 +74,7 @@ fn a_scan_of_pictures_calibrates_to_within_four_sigma() {
     succeeds(at, "features scan --quiet");
     let features = fs::read_to_string(at.join("scan/features.csv")).unwrap();
     assert!(features.starts_with("time_s,u_px,v_px,frame,sigma_u_px,sigma_v_px,correlation\n"));
-    refuses(at, "calibrate scan --joint lap", "its seam is known already");
+    refuses(at, "calibrate scan --joint lap", "has its seam points already");
 
     // A feature that is wrong is shown in its picture.
     let file = at.join("scan/features.csv");
@@ -97,7 +97,7 @@ fn features_says_what_it_found_and_draws_it() {
     let at = folder.path();
     succeeds(at, "simulate --images --joint lap --duration-s 4 --frame-period-ms 500 --out scan --quiet");
     let summary = succeeds(at, "features scan --overlay looked --overlay-every 3");
-    assert!(summary.contains("Joint            lap (the pictures show it"), "{summary}");
+    assert!(summary.contains("Joint            lap (detected in the pictures"), "{summary}");
     assert!(summary.contains("Found            7 of 7 pictures"), "{summary}");
     let drawn = fs::read_dir(at.join("looked")).unwrap().count();
     assert_eq!(drawn, 3);
@@ -141,7 +141,7 @@ fn datasets_without_usable_pictures_are_refused() {
     succeeds(at, "simulate --images --duration-s 2 --frame-period-ms 500 --out scan --quiet");
     let sensor = fs::read_to_string(at.join("scan/sensor.toml")).unwrap();
     fs::write(at.join("scan/sensor.toml"), sensor.replace("2448", "2440")).unwrap();
-    refuses(at, "features scan", "the picture is 2448 x 2000 px, and sensor.toml says 2440 x 2000");
+    refuses(at, "features scan", "the picture has 2448 x 2000 px, sensor.toml states 2440 x 2000");
     fs::write(at.join("scan/sensor.toml"), sensor).unwrap();
     // One that is missing is named and counted, and stops nothing.
     fs::remove_file(at.join("scan/images/000001.png")).unwrap();

@@ -168,7 +168,7 @@ fn a_calibration_that_cannot_be_believed_is_refused() {
     for (calibration, said) in [
         ("bad.json", "not accepted"),
         ("other.json", "cell"),
-        ("other/truth.toml", "nothing about its uncertainty"),
+        ("other/truth.toml", "does not state its uncertainty"),
     ] {
         let refused = run(&["plan", "plan/cell.toml", "--calibration", calibration, "--out", "second"]);
         let words = String::from_utf8_lossy(&refused.stderr).into_owned();
@@ -279,7 +279,7 @@ fn laps_and_edges_are_planned_as_the_cell_says_and_scanned_so() {
     let refused = run(&["plan", "no-side.toml", "--use", "stripe", "--out", "none"]);
     assert_eq!(code(&refused), 2);
     let words = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert!(words.contains("on which side") && words.contains("toward"), "{words}");
+    assert!(words.contains("does not state its side") && words.contains("toward"), "{words}");
 }
 
 #[test]

@@ -64,7 +64,7 @@ fn live_pages_draw_what_changes_and_nothing_is_blocked() {
     for width in [1400, 520] {
         let [page, said] = opened(&browser, folder.path(), &watched, width);
         is_well(&page, &said);
-        assert!(page.contains("ALARM: Pictures come "), "{page}");
+        assert!(page.contains("ALARM: Pictures arrive "), "{page}");
     }
 
     let growing = Growing::new();

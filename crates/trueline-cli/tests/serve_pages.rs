@@ -34,15 +34,15 @@ fn a_page_tells_state_alarm_and_evidence_of_every_cell() {
     is_inert(&page.replace("&lt;img src=x onerror=alert(1)&gt;", ""));
     for expected in [
         "cell-7",
-        "ALARM: Pictures come ",
-        "later since weld 4 (&lt;img src=x onerror=alert(1)&gt;), seam points sit ",
+        "ALARM: Pictures arrive ",
+        "later since weld 4 (&lt;img src=x onerror=alert(1)&gt;), seam points are ",
         "Look at exposure, driver, network and clocks, or calibrate again.",
         "the camera&#39;s time offset has changed",
         "These welds are blind to: seam.",
         "Active alarm",
         "blind to",
         "fixture",
-        "is being learnt: 4 of 30 pieces",
+        "learning: 4 of 30 parts",
         "plc.example: 1 messages",
         "missing",
         "cannot be read",
@@ -66,7 +66,7 @@ fn what_is_within_the_tolerance_is_amber_and_no_alarm() {
     let folder = tempfile::tempdir().unwrap();
     let site = WatchSite::of(vec![state_within_tolerance(folder.path())]);
     let page = text(&site, "/");
-    assert!(page.contains("class=\"state mind\">Changed within the tolerance: Pictures come "), "{page}");
+    assert!(page.contains("class=\"state mind\">Changed within the tolerance: Pictures arrive "), "{page}");
     assert!(!page.contains("ALARM"), "{page}");
     let metrics = text(&site, "/metrics");
     for expected in [
@@ -115,7 +115,7 @@ fn metrics_are_open_metrics_with_units_and_labels() {
 #[test]
 fn a_recording_is_shown_with_its_pose_losses_estimate_and_what_is_missing() {
     let growing = Growing::new();
-    assert!(text(&growing.site, "/").contains("Nothing has come yet"));
+    assert!(text(&growing.site, "/").contains("Nothing received yet"));
     assert!(growing.site.reply("/picture.png").is_err());
     growing.grow(0.5);
     growing.grow(1.0);

@@ -133,7 +133,7 @@ fn an_address_that_is_taken_and_a_name_that_is_none_are_told() {
         LiveServer::start(address, &[name.to_owned()], Limits::default(), Arc::new(Three))
     };
     let taken = start(first.address(), "cell-pc").unwrap_err();
-    assert!(taken.to_string().contains("cannot be listened at") && taken.hint().contains("port"), "{taken}");
+    assert!(taken.to_string().contains("cannot listen there") && taken.hint().contains("port"), "{taken}");
     let free = SocketAddr::from(([127, 0, 0, 1], 0));
     assert!(start(free, "cell pc").unwrap_err().to_string().contains("cell pc"));
 }

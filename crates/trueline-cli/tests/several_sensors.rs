@@ -119,5 +119,5 @@ fn what_is_of_one_sensor_is_refused_for_several() {
     fs::remove_dir_all(folder.join("three/sensors/c")).unwrap();
     let output = trueline(folder, &["calibrate", "three"]);
     assert_eq!(code(&output), 2, "{}", words(&output));
-    assert!(words(&output).contains("two at least"), "{}", words(&output));
+    assert!(words(&output).contains("need at least two"), "{}", words(&output));
 }

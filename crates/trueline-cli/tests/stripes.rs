@@ -56,7 +56,7 @@ fn stripes_of_a_camera_and_profiles_calibrate_with_the_plates_in_the_result() {
         let said = words(&output).split_whitespace().collect::<Vec<_>>().join(" ");
         assert_eq!(said.matches("(of the fit to the seam points alone)").count(), 3, "{said}");
         let page = std::fs::read_to_string(dir.path().join("report.html")).unwrap();
-        assert!(page.contains("These are the residuals of the fit to the seam points alone."));
+        assert!(page.contains("These residuals are from the fit to the seam points alone."));
     }
 }
 
@@ -94,7 +94,7 @@ fn an_option_that_would_change_nothing_of_the_simulated_scan_is_refused() {
     ] {
         let output = of(refused);
         assert_eq!(code(&output), 2, "{refused}");
-        assert!(words(&output).contains("would do nothing"), "{refused}: {}", words(&output));
+        assert!(words(&output).contains("has no effect"), "{refused}: {}", words(&output));
         let output = of(has_use);
         assert_eq!(code(&output), 0, "{has_use}: {}", words(&output));
     }
@@ -177,7 +177,7 @@ fn a_joint_that_hardly_shows_is_written_and_doubted() {
     fs::write(dir.path().join("gap/profiles.csv"), rows.collect::<Vec<_>>().join("\n")).unwrap();
     let doubted = run(&["features", "gap", "--joint", "fillet"]);
     assert_eq!(code(&doubted), 1, "{}", words(&doubted));
-    assert!(words(&doubted).contains("is it another (--joint)?"), "{}", words(&doubted));
+    assert!(words(&doubted).contains("check the joint type (--joint)"), "{}", words(&doubted));
     assert!(dir.path().join("gap/features.csv").exists());
     let found = run(&["features", "gap", "--joint", "butt"]);
     assert_eq!(code(&found), 0, "{}", words(&found));

@@ -51,14 +51,14 @@ fn a_production_is_watched_from_its_calibration_to_an_alarm() {
     let said = words(&watched);
     assert!(said.contains("weld 0 (welds/weld-0000): watched before; no change was seen"), "{said}");
     // The two late welds: all words once, then one line.
-    assert_eq!(said.matches("  look at: ").count(), 1, "{said}");
+    assert_eq!(said.matches("  check: ").count(), 1, "{said}");
     assert_eq!(said.matches("since weld 4 (welds/weld-0004)").count(), 2, "{said}");
     let silent: Vec<&str> = said.lines().filter(|line| line.contains("no change")).collect();
     assert_eq!(silent.len(), 4, "{said}");
     // What they are blind to was told with the first weld of the shift, and has not changed.
     assert!(!said.contains("blind"), "{said}");
     assert!(
-        words_of_first.contains("  seam: these welds would not show where the part lies"),
+        words_of_first.contains("  blind to seam: these welds cannot detect a moved part"),
         "{words_of_first}"
     );
     an_empty_folder_is_no_alarm(dir.path());
@@ -78,7 +78,7 @@ fn a_production_is_watched_from_its_calibration_to_an_alarm() {
     assert_eq!(history.status.code(), Some(0), "{}", words(&history));
     let table = String::from_utf8_lossy(&history.stdout).into_owned();
     assert_eq!(table.lines().count(), 7, "{table}");
-    assert!(words(&history).contains("alarm: timing: Pictures come 0."), "{}", words(&history));
+    assert!(words(&history).contains("alarm: timing: Pictures arrive 0."), "{}", words(&history));
     let parquet = run(&["history", "--state", "cell.sqlite", "--parquet", "history.parquet", "--quiet"]);
     assert_eq!(parquet.status.code(), Some(0), "{}", words(&parquet));
     assert!(std::fs::read(dir.path().join("history.parquet")).unwrap().starts_with(b"PAR1"));
@@ -145,7 +145,7 @@ fn is_served(folder: &Path) {
         stream.read_to_string(&mut reply).unwrap();
         reply
     };
-    assert!(get("/").contains("ALARM: Pictures come 0."));
+    assert!(get("/").contains("ALARM: Pictures arrive 0."));
     assert!(get("/metrics").contains("trueline_watch_alarm{cell=\"cell\",kind=\"timing\"} 1.0"));
     program.kill().unwrap();
     program.wait().unwrap();
@@ -218,10 +218,10 @@ fn a_mended_fault_is_over_and_stays_so() {
         (alarm["seam_error_mm"].as_f64().unwrap(), alarm["seam_error_sigma_mm"].as_f64().unwrap());
     assert!((error_mm - 0.3).abs() < 4.0 * sigma_mm && sigma_mm < 0.05, "{alarm}");
     let text = alarm["text"].as_str().unwrap();
-    assert!(text.starts_with("Seam points sit 0.") && text.ends_with("Calibrate again."), "{text}");
+    assert!(text.starts_with("Seam points are 0.") && text.ends_with("Calibrate again."), "{text}");
     assert_eq!((&told[8]["good_since_number"], &told[8]["alarm"]), (&8.into(), &Value::Null));
     assert!(
-        words(&watched).contains("The fault is gone since weld 8 (good/weld-0006)"),
+        words(&watched).contains("The fault has been gone since weld 8 (good/weld-0006)"),
         "{}",
         words(&watched)
     );
@@ -247,12 +247,12 @@ fn a_change_within_the_tolerance_is_told_and_is_no_alarm() {
     assert!(told[5]["alarm"].is_null() && change["kind"] == "bracket" && change["tolerance_mm"] == 0.5);
     assert!(change["text"].as_str().unwrap().contains("within the tolerance of 0.50 mm"), "{change}");
     let history = trueline(dir.path(), &["history", "--state", "cell.sqlite", "--csv", "-"]);
-    assert!(words(&history).contains("changed within the tolerance: bracket: Seam points sit 0."));
+    assert!(words(&history).contains("changed within the tolerance: bracket: Seam points are 0."));
     let table = String::from_utf8_lossy(&history.stdout).into_owned();
     assert_eq!(table.matches(",changed-within-tolerance,bracket,").count(), 2, "{table}");
     let watched = watch(dir.path(), &names("bumped", 10..11), &["--tolerance", "0.1mm"]);
     assert_eq!(watched.status.code(), Some(1), "{}", words(&watched));
-    assert!(words(&watched).contains("ALARM: Seam points sit 0."), "{}", words(&watched));
+    assert!(words(&watched).contains("ALARM: Seam points are 0."), "{}", words(&watched));
 }
 
 /// A repair that is reported is believed until the welds say otherwise.
@@ -267,17 +267,17 @@ fn a_repair_is_noted_and_a_wrong_one_is_told() {
     assert_eq!(said(&[names("good", 0..6), names("bumped", 8..10)].concat(), &["--quiet"]).0, 1);
     assert_eq!(
         said(&[], &["--repaired"]),
-        (0, "Noted: the fault was mended before weld 8. The welds from there on will show it.\n".to_owned())
+        (0, "Noted: the fault was repaired before weld 8. The next welds will verify it.\n".to_owned())
     );
     let history = trueline(dir.path(), &["history", "--state", "cell.sqlite"]);
     assert!(words(&history).contains("A repair before weld 8 is reported"), "{}", words(&history));
     let (code, words) = said(&names("bumped", 10..11), &[]);
     assert_eq!(code, 1, "{words}");
-    assert!(words.contains("The repair that was reported before this weld did not end it."), "{words}");
-    assert!(words.contains("Something is wrong since weld 6"), "{words}");
+    assert!(words.contains("The repair reported before this weld did not clear it."), "{words}");
+    assert!(words.contains("The first wrong weld is weld 6"), "{words}");
     let (code, words) = said(&[], &["--repaired", "good/weld-0006"]);
     assert!(code == 0 && words.contains("before weld 9") && words.contains("no change seen"), "{words}");
-    assert!(said(&[], &["--repaired"]).1.contains("No change stands"));
+    assert!(said(&[], &["--repaired"]).1.contains("No change is active"));
     assert_eq!(said(&names("bumped", 11..12), &["--quiet"]).0, 1);
     for wrong in ["3", "weld-9999"] {
         let (code, words) = said(&[], &["--repaired", wrong]);
@@ -306,7 +306,10 @@ fn a_receiver_that_is_not_there_changes_nothing_and_is_named() {
     ]);
     assert_eq!(watched.status.code(), Some(1), "an alarm: {}", words(&watched));
     let said = words(&watched);
-    assert!(said.contains("127.0.0.1 has not been told 1 messages") && !said.contains("secret"), "{said}");
+    assert!(
+        said.contains("127.0.0.1 has not received 1 alarm messages") && !said.contains("secret"),
+        "{said}"
+    );
     let wrong = run(&["watch", "--state", "cell.sqlite", "--calibration", "x", "--tell", "ftp://a/b"]);
     assert_eq!(wrong.status.code(), Some(2));
 }

@@ -100,7 +100,7 @@ fn axis(table: &AxisTable) -> Result<AxisRecord, Problem> {
     let guess = guess(table)?;
     let is_rotary = kind == AxisKind::Rotary;
     if table.in_pose && guess.is_none_or(|guess| guess.point_m.is_none() && is_rotary) {
-        let expected = "direction and point_mm as the controller has them, for its poses contain this axis";
+        let expected = "direction and point_mm from the controller, because its poses contain this axis";
         return Err(Problem::Value { key: "axis.in_pose", expected, found: "none".to_owned() });
     }
     Ok(AxisRecord { in_pose: table.in_pose, guess, ..AxisRecord::new(&table.name, kind, carries) })

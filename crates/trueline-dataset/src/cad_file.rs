@@ -21,7 +21,7 @@ pub fn read(file: &Path) -> Result<Polyline, Error> {
         return parse_dxf(file, &source_file::named(source_file::bytes(file))?);
     }
     let what = match file.extension().and_then(|extension| extension.to_str()) {
-        Some(other) => format!("a drawing of the kind `{other}`"),
+        Some(other) => format!("a drawing of kind `{other}`"),
         None => "a drawing of an unknown kind".to_owned(),
     };
     let hint = "export the seam from the CAD program as DXF (polyline, arcs or spline), or as points in a CSV: x_mm,y_mm,z_mm";

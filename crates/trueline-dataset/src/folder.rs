@@ -166,9 +166,9 @@ impl Tables<'_> {
 /// What is said of files that are not looked at, since poses.csv is there.
 fn unused_beside_stops(folder: &Path) -> impl Iterator<Item = String> {
     let unused = ["robot.csv", "images/index.csv"].map(|name| folder.join(name)).into_iter();
-    unused.filter(|file| file.exists()).map(|file| {
-        format!("{} is not looked at, for {} has a pose for each stop", file.display(), stop_poses::FILE)
-    })
+    unused
+        .filter(|file| file.exists())
+        .map(|file| format!("{} is ignored: {} has a pose for each stop", file.display(), stop_poses::FILE))
 }
 
 /// Stamps of all that was read.
@@ -183,13 +183,14 @@ fn unused_profiles(folder: &Path, used: &str, has_stripes: bool) -> Option<Strin
     if let Some(file) = ProfileFile::newer_than(folder, used) {
         let file = file.display();
         return Some(format!(
-            "{file} is newer than {used}, which is used: `trueline features` finds the seam in it"
+            "{used} is used although {file} is newer: `trueline features` detects the seam in it"
         ));
     }
     let file = ProfileFile::path_in(folder).filter(|_| !has_stripes)?;
     let file = file.display();
     Some(format!(
-        "{file} is not looked at, for {used} is used, without stripes.csv: `trueline features` finds the seam and both plates in it"
+        "{file} is ignored: {used} is used, without stripes.csv; `trueline features` detects the seam and \
+            both plates in it"
     ))
 }
 

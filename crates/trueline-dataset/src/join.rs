@@ -17,7 +17,8 @@ pub enum JoinError {
     Nothing,
     /// Sensors that are not the same.
     #[error(
-        "recording {index} is of another sensor than the first: {found}, not {expected}, or calibrated otherwise"
+        "recording {index} has another sensor than the first: {found}, not {expected}, or another \
+            calibration"
     )]
     OtherSensor {
         /// Which, from 0.
@@ -29,7 +30,7 @@ pub enum JoinError {
     },
     /// Stamps that would leave the range of stamps where recordings follow each other.
     #[error(
-        "with recording {index} they last longer than 95 years: a stamp in one of them is far from all others"
+        "with recording {index} the recordings last longer than 95 years: one stamp is far from all others"
     )]
     TooLong {
         /// Which, from 0.

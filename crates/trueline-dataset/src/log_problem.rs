@@ -47,7 +47,7 @@ pub enum LogProblem {
     #[error("is there, and --axis names columns of the log as well")]
     AxesTwice,
     /// Rows without a line of names before them.
-    #[error("no line names the columns: the file begins with a row of {columns}")]
+    #[error("no header line: the file begins with a row of {columns}")]
     NoNames {
         /// Cells of the first row.
         columns: usize,
@@ -69,13 +69,13 @@ pub enum LogProblem {
         like: &'static str,
     },
     /// A date whose day could be its month.
-    #[error("day and month of `{text}` cannot be told apart")]
+    #[error("day and month of `{text}` are ambiguous")]
     AmbiguousDate {
         /// The cell.
         text: String,
     },
     /// More values in a row than the stated positions have room for.
-    #[error("{found} values, where a start of {first_mm} mm and a pitch of {step_mm} mm make {expected}")]
+    #[error("{found} values, but a start of {first_mm} mm and a pitch of {step_mm} mm require {expected}")]
     MoreValues {
         /// Values of the row.
         found: usize,
@@ -143,15 +143,18 @@ impl LogProblem {
                     .to_owned()
             }
             Self::NamesDiffer { .. } => "name every column once; `-` is one that is not used".to_owned(),
-            Self::NotATime { .. } => "all times of a column are written alike: does a second log follow?".to_owned(),
+            Self::NotATime { .. } => "all times of a column must have one format: check whether a second log \
+                follows".to_owned(),
             Self::AmbiguousDate { .. } => {
                 "write the year first: 2026-03-04 is the 4th of March".to_owned()
             }
             Self::MoreValues { .. } => {
-                "is the first column a counter or a time? Name it in the header (No., time_s), or correct --x-start-mm and --x-step-mm".to_owned()
+                "if the first column is a counter or a time, name it in the header (No., time_s); else \
+                    correct --x-start-mm and --x-step-mm".to_owned()
             }
             Self::StampsDiffer { .. } => {
-                "give one stamp for each profile; or one for every so many, of the first of them, with --profile-rate-hz".to_owned()
+                "give one stamp per profile; or one per block of profiles, for its first, with \
+                    --profile-rate-hz".to_owned()
             }
             Self::CameraAlone { toml } => format!(
                 "`trueline sensor laser-plane PICTURES --board … --sensor THIS_FILE --out sensor.toml` measures it. If it is known, copy \

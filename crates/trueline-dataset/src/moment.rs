@@ -26,7 +26,7 @@ pub(crate) enum Moment {
         /// Whether the cell names a zone.
         zone: bool,
     },
-    /// Day and month cannot be told apart.
+    /// Day and month are ambiguous.
     Ambiguous,
 }
 

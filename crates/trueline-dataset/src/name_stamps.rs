@@ -19,7 +19,7 @@ pub enum NameStamps {
 /// The number of each picture: with a unit, ns of that many for each; dates and fractions of seconds are ns whatever the unit.
 ///
 /// # Errors
-/// Names without a number, and those with several numbers that change, of which the last one does not rise with the others.
+/// Names without a number, and those with several changing numbers, of which the last one does not rise with the others.
 pub(crate) fn of(
     paths: Vec<PathBuf>,
     unit_ns: Option<i64>,
@@ -173,7 +173,7 @@ mod tests {
             ["2026-03-04_09_15_01_864.png", "2026-03-04_09_15_02_4.png"],
             ["04-03-2026_09_15_01_864.png", "04-03-2026_09_15_02_044.png"],
         ] {
-            assert!(read(&names).unwrap_err().contains("several numbers that change"), "{names:?}");
+            assert!(read(&names).unwrap_err().contains("several changing numbers"), "{names:?}");
         }
     }
 }

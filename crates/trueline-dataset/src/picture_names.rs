@@ -43,12 +43,13 @@ impl NameStamps {
     pub fn words(self, stamps: PictureStamps) -> &'static str {
         match (stamps, self) {
             (PictureStamps::Rate { .. }, _) => {
-                "the first picture has the stamp of the first robot pose, and the time offset counts from there"
+                "the first picture gets the stamp of the first robot pose; the time offset is relative to \
+                    this"
             }
             (_, Self::Numbers) => "stamps are the numbers in the names",
             (_, Self::Dates) => {
-                "stamps are the dates in the names, as seconds since 1970; where the robot's count from something else, \
-                 `calibrate --align-clocks` finds how far they are apart"
+                "stamps are the dates in the names, as seconds since 1970; if the robot's clock has another \
+                 origin, `calibrate --align-clocks` estimates the shift"
             }
             (_, Self::SecondsAndFraction) => "stamps are seconds and their fraction, as the names have them",
         }

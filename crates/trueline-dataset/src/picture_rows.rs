@@ -21,7 +21,8 @@ pub enum PicturesOfRows {
 pub enum PicturesDisagree {
     /// A frame is more than a picture later in one table than in the other: they count differently.
     #[error(
-        "frame {frame} is stamped {feature_s:.6} s in features.csv and {stripe_s:.6} s in stripes.csv, more than a picture apart"
+        "frame {frame} has the stamp {feature_s:.6} s in features.csv and {stripe_s:.6} s in stripes.csv: \
+            more than a picture apart"
     )]
     Frames {
         /// Which frame.
@@ -33,7 +34,8 @@ pub enum PicturesDisagree {
     },
     /// The rows of one frame are stamped apart, by less than there is from one picture to the next.
     #[error(
-        "frame {frame} is stamped {first_s:.6} s and {second_s:.6} s in {file}, less than a picture apart"
+        "frame {frame} has the stamps {first_s:.6} s and {second_s:.6} s in {file}: less than a picture \
+            apart"
     )]
     FrameStampedTwice {
         /// Which frame.
@@ -47,7 +49,8 @@ pub enum PicturesDisagree {
     },
     /// Pictures of one table are stamped beside those of the other, by far less than there is from one picture to the next.
     #[error(
-        "{beside} of {pictures} pictures of stripes.csv are stamped beside one in features.csv, up to {by_ms:.3} ms"
+        "the stamps of {beside} of {pictures} pictures in stripes.csv differ from features.csv by up to \
+            {by_ms:.3} ms"
     )]
     StampedBeside {
         /// How many are.
@@ -58,7 +61,7 @@ pub enum PicturesDisagree {
         by_ms: f64,
     },
     /// Hardly a picture of one table has a stamp of the other.
-    #[error("{alike} of {pictures} pictures of stripes.csv have the stamp of one in features.csv")]
+    #[error("only {alike} of {pictures} pictures in stripes.csv have a stamp from features.csv")]
     Stamps {
         /// Those that do.
         alike: usize,

@@ -66,10 +66,7 @@ pub fn read(folder: &Path) -> Result<PoseDataset, Error> {
         let stamps_ns: BTreeSet<i64> = sightings.iter().map(|sighting| sighting.stamp_ns).collect();
         stops.check_each_is_read(&stamps_ns)?;
         if folder.join(ROBOT_FILE).exists() {
-            notes.push(format!(
-                "{ROBOT_FILE} is not looked at, for {} has a pose for each stop",
-                stop_poses::FILE
-            ));
+            notes.push(format!("{ROBOT_FILE} is ignored: {} has a pose for each stop", stop_poses::FILE));
         }
     }
     Ok(PoseDataset { setup, robot, sightings, inputs, notes })

@@ -24,13 +24,13 @@ pub enum Problem {
     #[error("is named for two outputs, and one would replace the other")]
     OutputTwice,
     /// A file in the place of a log, one JSON object a line.
-    #[error("is no log of JSON lines; nothing is added to it")]
+    #[error("is not a log of JSON lines; nothing is added to it")]
     NotJsonLines,
     /// A folder that cannot be moved away as a whole, being the one in which all happens or its parent.
-    #[error("has no name by which a folder could be made")]
+    #[error("has no name for a folder")]
     FolderWithoutName,
     /// A calibration of a sensor that something else carries.
-    #[error("is of a sensor {calibrated}, and the recording is of one {recorded}")]
+    #[error("belongs to a sensor {calibrated}, but the recording to one {recorded}")]
     OtherMounting {
         /// What carried the sensor that was calibrated, in words.
         calibrated: &'static str,
@@ -38,7 +38,7 @@ pub enum Problem {
         recorded: &'static str,
     },
     /// A folder that is to be replaced has something else in it.
-    #[error("`{other}` is in this folder as well, and would be lost")]
+    #[error("`{other}` in this folder would be lost")]
     NotOurs {
         /// What is not of a kind that is replaced.
         other: String,
@@ -62,7 +62,7 @@ pub enum Problem {
         has_features: bool,
     },
     /// A file that was named is not there.
-    #[error("there is no such file")]
+    #[error("this file does not exist")]
     NoSuchFile,
     /// Bytes that are no text.
     #[error("is not UTF-8 text")]
@@ -71,7 +71,7 @@ pub enum Problem {
     #[error("there is no header: the first line has numbers only")]
     NoHeader,
     /// A separator that was named is not there.
-    #[error("there are no {named} between columns, but {found}")]
+    #[error("the columns are not separated by {named}, but by {found}")]
     OtherSeparator {
         /// What was named.
         named: String,
@@ -108,7 +108,7 @@ pub enum Problem {
     },
     /// An axis that was calibrated and is not in a scan.
     #[error(
-        "places points with axis `{name}`, and the scan has none: put its axes.csv and cell.toml beside robot.csv"
+        "needs axis `{name}`, which the scan does not have: put its axes.csv and cell.toml beside robot.csv"
     )]
     AxisNotRecorded {
         /// Its name.
@@ -116,7 +116,8 @@ pub enum Problem {
     },
     /// A result of several sensors where one is needed.
     #[error(
-        "is of several sensors ({names}); calibrate the one that is meant alone: `trueline calibrate DATASET/sensors/NAME`"
+        "has several sensors ({names}); calibrate the intended one alone: `trueline calibrate \
+            DATASET/sensors/NAME`"
     )]
     SeveralSensors {
         /// Their names.
@@ -131,10 +132,10 @@ pub enum Problem {
         first: String,
     },
     /// A sensor beside the folder of several sensors.
-    #[error("is there, and a folder `sensors` as well: one sensor, or several in `sensors/NAME`")]
+    #[error("exists beside a folder `sensors`: use one sensor, or several in `sensors/NAME`")]
     SensorBesideSensors,
     /// A folder of several sensors with fewer than two.
-    #[error("has {found} folder(s) of a sensor; several sensors are two at least, each in `sensors/NAME`")]
+    #[error("has {found} sensor folder(s); several sensors need at least two, each in `sensors/NAME`")]
     TooFewSensors {
         /// How many there are.
         found: usize,
@@ -152,7 +153,7 @@ pub enum Problem {
         example: String,
     },
     /// A unit in a header of another program that is none of those known.
-    #[error("`{unit}` is no unit that is known here")]
+    #[error("`{unit}` is not a known unit")]
     UnknownUnit {
         /// What stands in its brackets.
         unit: String,
@@ -203,11 +204,11 @@ pub enum Problem {
         /// The field.
         text: String,
     },
-    /// A picture whose name says nothing of when it was taken.
-    #[error("there is no number in the name, or one that is too large")]
+    /// A picture whose name contains no stamp.
+    #[error("the name has no number, or one that is too large")]
     NoNumberInName,
     /// Two pictures with one number.
-    #[error("another picture has the number {number} as well")]
+    #[error("another picture also has the number {number}")]
     NumberTwice {
         /// The number.
         number: i64,
@@ -230,7 +231,7 @@ pub enum Problem {
     #[error("the two points are the same")]
     StripeWithoutLength,
     /// A stripe that is known worse than it is long.
-    #[error("a standard deviation of {sigma} is no less than the distance of the two points, {length}")]
+    #[error("the standard deviation {sigma} is not smaller than the distance of the two points, {length}")]
     StripeWithoutDirection {
         /// In the unit of the table.
         sigma: f64,
@@ -238,7 +239,7 @@ pub enum Problem {
         length: f64,
     },
     /// Stripes of a sensor whose laser plane does not say y of x and z.
-    #[error("x and z of a stripe say nothing without a laser plane that leans against the y axis")]
+    #[error("x and z of a stripe cannot be used: the laser plane must be inclined to the y axis")]
     StripesWithoutLaserPlane,
     /// A standard deviation of zero or less.
     #[error("expected a standard deviation above zero, found `{text}`")]
@@ -293,7 +294,7 @@ pub enum Problem {
         second: String,
     },
     /// Angles that mean different rotations on different robots.
-    #[error("rx, ry, rz in degrees are different rotations on different robots")]
+    #[error("rx, ry, rz in degrees are ambiguous: robots define them differently")]
     AmbiguousAngles,
     /// Nine numbers that are no rotation.
     #[error("expected a rotation matrix, found one that is {error:.4} away from its nearest rotation")]
@@ -302,13 +303,13 @@ pub enum Problem {
         error: f64,
     },
     /// A folder with profiles and no features, read by what needs features.
-    #[error("there are profiles only: the seam has not been looked for")]
+    #[error("there are only profiles: the seam has not been detected yet")]
     OnlyProfiles,
     /// Profiles whose file has no stamps.
-    #[error("the file does not say when the profiles were taken")]
+    #[error("the file has no time stamps of the profiles")]
     NoProfileTimes,
     /// Profiles of a program that neither they nor the user name.
-    #[error("rows of numbers without a header: they do not say whose format it is")]
+    #[error("rows of numbers without a header: the format cannot be recognised")]
     UnknownProfileFormat,
     /// Profiles in which nothing was measured.
     #[error("none of the {profiles} profiles has a point")]
@@ -318,7 +319,8 @@ pub enum Problem {
     },
     /// A range that stands for no return.
     #[error(
-        "{points} of {of} points have a range of exactly {range_mm} mm, far from all others: that stands for no return"
+        "{points} of {of} points have a range of exactly {range_mm} mm, far from all others: probably a code \
+            for no return"
     )]
     NoReturn {
         /// The range, mm.
@@ -329,7 +331,7 @@ pub enum Problem {
         of: usize,
     },
     /// Rows of heights whose positions along the stripe are not known.
-    #[error("the file does not say where the columns lie along the stripe")]
+    #[error("the file does not state the positions of the columns along the stripe")]
     NoColumnPositions,
     /// A PLY file that cannot be used.
     #[error("not readable as PLY: {0}")]
@@ -352,7 +354,7 @@ pub enum Problem {
     #[error("not readable as a table: {0}")]
     Csv(String),
     /// A file of another program that cannot be read as what it is.
-    #[error("is {what}, which cannot be read here")]
+    #[error("is {what}; this format is not supported")]
     Unreadable {
         /// What it is, and what is wrong.
         what: String,
@@ -373,19 +375,19 @@ pub enum Problem {
         found: String,
     },
     /// A calibration file that is not there.
-    #[error("there is no such calibration")]
+    #[error("this calibration does not exist")]
     MissingCalibration,
     /// A reference file that is not there.
-    #[error("there is no such reference")]
+    #[error("this reference does not exist")]
     MissingReference,
     /// A point of a curve that is the one before.
-    #[error("the point repeats the one before")]
+    #[error("the point repeats the previous one")]
     PointRepeated,
     /// A JSON file that is no result.
     #[error("not readable as a result of `calibrate --json`: {0}")]
     NoResult(String),
     /// A result of a later schema.
-    #[error("this result has schema version {found}; this program reads versions up to {known}")]
+    #[error("this result has schema version {found}; this program supports versions up to {known}")]
     NewerResult {
         /// Its version.
         found: u32,
@@ -393,7 +395,7 @@ pub enum Problem {
         known: u32,
     },
     /// A result in which something was not seen.
-    #[error("`{key}` is null: the scan did not show it")]
+    #[error("`{key}` is null: the scan did not determine it")]
     NotCalibrated {
         /// The key.
         key: &'static str,

@@ -26,7 +26,7 @@ impl Problem {
             | Self::UnknownUnit { .. }
             | Self::DuplicateColumn
             | Self::NoUnit { .. } => self.column_hint(),
-            Self::FieldCount { .. } => "is the line cut off, or is a decimal comma used?",
+            Self::FieldCount { .. } => "check whether the line is cut off, or a decimal comma is used",
             Self::NotAPlate { .. }
             | Self::PlateTwice { .. }
             | Self::StripeWithoutLength
@@ -37,8 +37,11 @@ impl Problem {
             | Self::NotAFileName { .. }
             | Self::Picture { .. }
             | Self::NotGray { .. } => self.picture_hint(),
-            Self::TimeRunsBackwards { .. } => "did the clock jump, or are two joined? sort or split it",
-            Self::MixedDecimals { .. } => "write one decimal sign everywhere, and no thousands separator",
+            Self::TimeRunsBackwards { .. } => {
+                "check whether the clock jumped or two recordings were joined; \
+                sort or split the file"
+            }
+            Self::MixedDecimals { .. } => "use one decimal sign, and no thousands separator",
             Self::NoRotation { .. }
             | Self::TwoRotations { .. }
             | Self::AmbiguousAngles
@@ -64,7 +67,7 @@ impl Problem {
             }
             Self::Axis(problem) => problem.hint(),
             Self::PointRepeated => "leave one of the two out",
-            Self::ForeignRow { .. } => "is this the right file for this format?",
+            Self::ForeignRow { .. } => "check that this is the right file for this format",
             Self::RowsDiffer { .. } => "every feature belongs to one image, row by row",
             _ => self.file_hint().unwrap_or_else(|| self.value_hint()),
         }
@@ -84,27 +87,26 @@ impl Problem {
             Self::OutputTwice => "name a file for each",
             Self::NotJsonLines => "name a new file, or the log of the day before",
             Self::FolderWithoutName => "name a new folder in it, for example `scan`: it appears as a whole",
-            Self::NotOurs { .. } => {
-                "move it away, or name a new folder: only what trueline writes is replaced"
-            }
+            Self::NotOurs { .. } => "move it away, or name a new folder: only files of trueline are replaced",
             Self::IsFolder | Self::OutputIsFolder => "name a file in it",
-            Self::NoFolder { .. } => "make it first, or check its name and the folder that this is run in",
+            Self::NoFolder { .. } => "create it first, or check its name and the current folder",
             Self::NoPictures { has_features: true } => {
-                "the seam is known without them: `trueline calibrate DATASET` takes features.csv as it is"
+                "they are not needed: `trueline calibrate DATASET` uses features.csv"
             }
             Self::NoPictures { has_features: false } => {
-                "they lie in images/, where images/index.csv gives each its stamp; --fps or --stamps-from-name writes that file"
+                "put them into images/ with their stamps in images/index.csv; --fps or --stamps-from-name \
+                    writes that file"
             }
-            Self::NoSuchFile => "check its name, and the folder that this is run in",
+            Self::NoSuchFile => "check its name, and the current folder",
             Self::NotUtf8 => {
-                "save it as UTF-8 text; letters like µ, ° or ü, written by an older program, are what usually is not"
+                "save it as UTF-8 text; the usual cause is a letter like µ, ° or ü from an older program"
             }
             Self::NoHeader => {
                 "the first line names the columns with their units, for example time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz; `trueline import csv --columns` \
                  names those of a file without"
             }
-            Self::OtherTable { .. } => "are robot.csv and features.csv swapped?",
-            Self::NoRows => "the file has no row of numbers: was the recording stopped before it began?",
+            Self::OtherTable { .. } => "check whether robot.csv and features.csv are swapped",
+            Self::NoRows => "the file has no row of numbers: check whether the recording started",
             _ => return None,
         })
     }
@@ -112,37 +114,41 @@ impl Problem {
     fn value_hint(&self) -> &'static str {
         match self {
             Self::NotANumber { text } if text.contains(':') => {
-                "clock times and dates are read by `trueline import csv`, and written as seconds"
+                "`trueline import csv` reads clock times and dates, and writes seconds"
             }
             Self::NotANumber { text } if text.is_empty() => "leave out rows without a measurement",
             Self::NotANumber { .. } => "numbers have a decimal point, and no thousands separator or unit",
-            Self::NotAStamp { .. } => {
-                "is the unit in the column's name (_s, _ms, _us, _ns) that of its numbers?"
-            }
+            Self::NotAStamp { .. } => "check the unit in the column's name (_s, _ms, _us, _ns)",
             Self::NotACount { .. } | Self::NotALine { .. } => "line and frame are numbered 0, 1, 2, …",
-            Self::NotPositive { .. } => "write what the column scatters by; features.csv may be without it",
+            Self::NotPositive { .. } => {
+                "write the standard deviation of the column, or leave the column out \
+                of features.csv"
+            }
             Self::NotACorrelation { .. } => "it is the covariance of both coordinates divided by both sigmas",
             Self::NotFinite { .. } | Self::NotMeasured { .. } => {
                 "leave out rows without a measurement; in profiles of a row each, leave the cell empty"
             }
             _ => {
-                "compare with a file that trueline has written: `trueline simulate` writes datasets, `trueline plan --example` a cell"
+                "compare with a file written by trueline: `trueline simulate` writes datasets, `trueline \
+                    plan --example` a cell"
             }
         }
     }
 
     fn column_hint(&self) -> &'static str {
         match self {
-            Self::MissingColumn { .. } => "columns are found by name; their order does not matter",
+            Self::MissingColumn { .. } => "columns are identified by name; their order does not matter",
             Self::UnknownColumn { .. } => {
-                "correct its name or remove the column, nothing is ignored silently; `trueline import csv` takes the names and units of \
+                "correct its name or remove the column; `trueline import csv` accepts the names and units of \
                  other programs"
             }
             Self::OtherSeparator { .. } => {
-                "--delimiter is of the robot file and of the features: leave --delimiter out, what separates columns is recognised in each file"
+                "--delimiter applies to the robot file and to the features: leave it out, the separator is \
+                    recognised in each file"
             }
             Self::UnknownUnit { .. } => {
-                "known are mm, cm, m, µm, in; deg, rad, mrad, gon; s, ms, µs, ns; or say what it is: --robot-map 'x_mm=X [actual]'"
+                "known units: mm, cm, m, µm, in; deg, rad, mrad, gon; s, ms, µs, ns; or map the column: \
+                    --robot-map 'x_mm=X [actual]'"
             }
             Self::DuplicateColumn => "keep one of the two; the same quantity in two units counts as two",
             _ => "the name of a column carries its unit, for example _mm, _m, _s, _ms or _ns",
@@ -156,13 +162,15 @@ impl Problem {
                 "a reference is a CSV of points x_mm,y_mm,z_mm along the seam, or a TOML with [[lines]] or [circle]"
             }
             Self::NoResult(_) => {
-                "a result begins with `{`, as `calibrate --json` writes it; where a TOML like initial.toml is taken too, that begins otherwise"
+                "a result begins with `{`, as `calibrate --json` writes it; a TOML like initial.toml does \
+                    not"
             }
             Self::OtherMounting { .. } => {
-                "`mounted` in sensor.toml says what carries the sensor: correct it there, or take the calibration of this cell"
+                "correct `mounted` in sensor.toml, which states what carries the sensor, or use the \
+                    calibration of this cell"
             }
             Self::NewerResult { .. } => "a newer trueline wrote it: use that, or calibrate again",
-            _ => "calibrate from a scan that shows everything: `trueline plan` helps",
+            _ => "calibrate from a scan that determines everything: `trueline plan` finds one",
         }
     }
 
@@ -195,18 +203,19 @@ impl Problem {
         match self {
             Self::NoProfileTimes => {
                 "give the stamp of the first and the rate (--profile-start-s, --profile-rate-hz), or a file with one stamp for each \
-                 (--profile-times); a column of times needs its unit in its name, `Timestamp [ms]`, unless its steps tell it"
+                 (--profile-times); a column of times needs its unit in its name, `Timestamp [ms]`, unless \
+                     its steps imply it"
             }
             Self::OnlyProfiles => "`trueline features DATASET` finds the seam and writes features.csv",
             Self::UnknownProfileFormat => {
                 "name it: --profile-format keyence-lj-x, wenglor, … or rows; --help lists all"
             }
             Self::NoPoints { .. } => {
-                "is the format the right one? `trueline import csv --help` says what stands for no point in each"
+                "check the format; `trueline import csv --help` lists the code for no point of each"
             }
             Self::NoReturn { .. } => {
-                "where nothing was seen leave the row out (one row a point) or the cell empty (one row a profile); or say what stands for no \
-                 return: `trueline import … --no-return-mm 0`"
+                "leave out rows without a return (one row per point) or leave the cell empty (one row per \
+                 profile); or state the code for no return: `trueline import … --no-return-mm 0`"
             }
             Self::NoColumnPositions => "give them: --x-start-mm and --x-step-mm",
             _ => "ascii or binary PLY with properties x and z of one element `vertex` is read",
@@ -216,7 +225,7 @@ impl Problem {
     fn rotation_hint(&self) -> &'static str {
         match self {
             Self::QuaternionNotUnit { .. } => {
-                "the order is w, x, y, z; is it perhaps x, y, z, w, or Euler angles?"
+                "the order must be w, x, y, z; check for x, y, z, w, or Euler angles"
             }
             Self::AmbiguousAngles => {
                 "Yaskawa: euler_xyz_fixed_1_deg, _2_deg, _3_deg; Staubli: euler_xyz_intrinsic_1_deg, …; a rotation vector is in rad"

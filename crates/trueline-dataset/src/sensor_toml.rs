@@ -295,7 +295,8 @@ fn sensor_from(wire: &Wire) -> Result<Sensor, Problem> {
     match wire.kind {
         Kind::Poses => Err(Problem::Value {
             key: "kind",
-            expected: "a sensor that sees a seam: \"camera_laser\", \"profiler\" or \"points\"; of poses `trueline calibrate DATASET` makes a calibration",
+            expected: "a sensor that measures a seam: \"camera_laser\", \"profiler\" or \"points\"; \
+                `trueline calibrate DATASET` calibrates from poses",
             found: "poses".to_owned(),
         }),
         Kind::CameraLaser => Ok(Sensor::CameraLaser {

@@ -20,7 +20,7 @@ pub fn open(file: &Path) -> Result<File, Error> {
         return Err(Error::in_file(file, Problem::IsFolder));
     }
     if !kind.is_file() {
-        let hint = "pipes and devices may never end: copy what is in them into a file first";
+        let hint = "pipes and devices may never end: copy their content into a file first";
         return Err(Error::unreadable(file, "a pipe, a socket or a device", hint));
     }
     File::open(file).map_err(refused)
@@ -89,7 +89,7 @@ pub(crate) fn expect_lines(file: &Path, bytes: &[u8]) -> Result<(), Error> {
             let before = &bytes[..bytes.len() - rest.len()];
             let line = 1 + before.iter().filter(|&&byte| byte == b'\n').count() as u64;
             let what = "a line of more than a megabyte".to_owned();
-            let problem = Problem::Unreadable { what, hint: "is it the file that you meant?" };
+            let problem = Problem::Unreadable { what, hint: "check that this is the intended file" };
             return Err(Error::at_line(file, line, problem));
         };
         rest = &rest[end + 1..];

@@ -242,7 +242,7 @@ mod tests {
         );
         assert!(refusal("0,0,0,1,1,1,1,1\n").contains("line 2, column `x1_mm`: the two points are the same"));
         let wide = refusal("0,0,0,1,1,2,2,1.5\n");
-        assert!(wide.contains("line 2, column `sigma_mm`: a standard deviation of"), "{wide}");
+        assert!(wide.contains("line 2, column `sigma_mm`: the standard deviation 1.5"), "{wide}");
         let huge = refusal("0,0,0,1,1e300,2,2,0.1\n");
         assert!(huge.contains("line 2, column `z1_mm`: expected a measured number, found `1e300`"), "{huge}");
         let text = format!("{HEADER}\n0,0,0,1,1,2,2,1\n");

@@ -31,7 +31,7 @@ fn one_value_too_many_is_refused_whatever_the_first_column_is() {
         |_: usize| "5.0,".to_owned(),
     ] {
         let error = read_rows(&text(first, "")).unwrap_err().to_string();
-        let said = "export.csv, line 1: 9 values, where a start of -4 mm and a pitch of 1 mm make 8";
+        let said = "export.csv, line 1: 9 values, but a start of -4 mm and a pitch of 1 mm require 8";
         assert_eq!(error, said);
     }
     assert_eq!(read_rows(&text(|_| String::new(), "")).unwrap().profiles.len(), 20);

@@ -75,10 +75,7 @@ fn one_log_in_six_writings_is_one_motion() {
 #[test]
 fn what_cannot_be_read_is_named_for_what_it_is() {
     let Some(Err(error)) = read_case("no-header", Some("abb"), "") else { return };
-    assert!(
-        error.to_string().ends_with("no line names the columns: the file begins with a row of 8"),
-        "{error}"
-    );
+    assert!(error.to_string().ends_with("no header line: the file begins with a row of 8"), "{error}");
     assert!(error.hint().contains("--columns"), "{}", error.hint());
     let Some(folder) = case("log-formats") else { return };
     let file = folder.join("gocator-surface/surface.csv");
@@ -135,7 +132,7 @@ fn errors_of_rsi_are_at_the_line_of_the_pose() {
     assert!(lines(&back).contains("line 3, column `time_ms`: time runs backwards"), "{}", lines(&back));
     let dated = cycles("0").join("\n").replace("<Rob", "2026-11-28 14:03:11;<Rob");
     let notes = import(&dated, features, |_| {}).unwrap().notes;
-    assert!(notes.iter().any(|note| note.ends_with("between the elements of RSI is not used")), "{notes:?}");
+    assert!(notes.iter().any(|note| note.ends_with("between the elements of RSI is ignored")), "{notes:?}");
 }
 
 /// A folder with a robot's log and the features of a profiler.
@@ -337,13 +334,17 @@ fn a_counter_before_the_heights_is_none_of_them() {
         let frames: Vec<_> = imported.profiles.iter().map(|profile| profile.frame).collect();
         assert_eq!(frames, [Some(0), Some(1), Some(3)]);
         let said = |words: &str| imported.notes.iter().any(|note| note.contains(words));
-        assert!(said("counts the profiles: it is no height; 1 profiles are missing"), "{:?}", imported.notes);
+        assert!(
+            said("counts the profiles and is not a height; 1 profiles are missing"),
+            "{:?}",
+            imported.notes
+        );
     }
     // No counter, and one value more than there is room for.
     let text = "10.5,10.0,10.1,10.2,10.3\n10.5,10.0,10.1,10.2,10.3\n10.5,10.0,10.1,10.2,10.3\n";
     let error = profiles(text, "keyence-lj-x", RATE).unwrap_err().to_string();
     assert!(
-        error.ends_with("line 1: 5 values, where a start of -0.15 mm and a pitch of 0.1 mm make 4"),
+        error.ends_with("line 1: 5 values, but a start of -0.15 mm and a pitch of 0.1 mm require 4"),
         "{error}"
     );
     // The first column saw nothing in the first profile.

@@ -333,10 +333,10 @@ fn frames_follow_from_the_numbers_in_names() {
         frames(stamps).unwrap().frames.iter().map(|frame| (frame.stamp_ns, frame.frame)).collect();
     assert_eq!(found, [(9_000_000, 0), (10_000_000, 1), (13_000_000, 2)]);
     fs::write(images.join("other_10.png"), "").unwrap();
-    assert!(frames(rate).unwrap_err().to_string().contains("another picture has the number 10"));
+    assert!(frames(rate).unwrap_err().to_string().contains("another picture also has the number 10"));
     fs::remove_file(images.join("other_10.png")).unwrap();
     fs::write(images.join("last.png"), "").unwrap();
-    assert!(frames(rate).unwrap_err().to_string().contains("no number in the name"));
+    assert!(frames(rate).unwrap_err().to_string().contains("the name has no number"));
 }
 
 /// In daylight red paper, white metal and a red laser are bright in red; only what has the laser's colour stands above green and blue, and

@@ -121,7 +121,7 @@ fn keyence_heights_below_a_hundred_millimetres_are_heights() {
     let profiles = read(ProfileFormat::KeyenceLjX, text, columns).unwrap();
     assert_eq!(in_mm(&profiles[0]), [[0.0, -150.1234], [2.0, -99.999]]);
     assert_eq!(in_mm(&profiles[1]), [[0.0, -100.0001]]);
-    assert_eq!(profiles::left_out_words(&profiles).unwrap(), "3 of 6 values (50.0 %) are no point");
+    assert_eq!(profiles::left_out_words(&profiles).unwrap(), "3 of 6 values (50.0 %) are not points");
 }
 
 #[test]
@@ -130,7 +130,7 @@ fn profiles_without_a_single_point_are_refused() {
     let error =
         read(ProfileFormat::KeyenceLjX, "-99.9999,-99.9999\n-99.9999,-99.9999\n", columns).unwrap_err();
     assert!(error.to_string().ends_with("none of the 2 profiles has a point"), "{error}");
-    assert!(error.hint().contains("is the format the right one"));
+    assert!(error.hint().contains("check the format"));
     let text = "time_s,x0_mm,dx_mm,z0_mm,z1_mm\n0.1,0,1,,\n";
     let error = profiles_csv::read(Path::new("profiles.csv"), text.as_bytes()).unwrap_err();
     assert!(error.to_string().ends_with("none of the 1 profiles has a point"), "{error}");
@@ -157,7 +157,9 @@ fn keyence_rows_of_millimetres() {
     assert_eq!(in_mm(&profiles[0]), [[-8.0, 1.2345], [-7.99, 1.3]]);
     assert_eq!(in_mm(&profiles[1]), [[-8.0, 1.25], [-7.995, 1.26]]);
     let error = read(ProfileFormat::KeyenceLjX, text, None).unwrap_err();
-    assert!(error.to_string().contains("where the columns lie") && error.hint().contains("--x-start-mm"));
+    assert!(
+        error.to_string().contains("the positions of the columns") && error.hint().contains("--x-start-mm")
+    );
 }
 
 #[test]
@@ -423,8 +425,8 @@ fn profiles_that_are_newer_than_the_features_beside_them_are_mentioned() {
     for (after_s, is_told) in [(5, false), (20, true)] {
         write("profiles.csv", "time_s,x_mm,z_mm\n0.5,1,100\n", after_s);
         let notes = trueline_dataset::folder::read_content(dir.path()).unwrap().notes;
-        assert_eq!(notes.iter().any(|note| note.contains("newer than features.csv")), is_told, "{notes:?}");
-        assert_eq!(notes.iter().any(|note| note.contains("is not looked at")), !is_told, "{notes:?}");
+        assert_eq!(notes.iter().any(|note| note.contains("is newer")), is_told, "{notes:?}");
+        assert_eq!(notes.iter().any(|note| note.contains("is ignored")), !is_told, "{notes:?}");
     }
     // What `features` has written from them needs no word.
     write("profiles.csv", "time_s,x_mm,z_mm\n0.5,1,100\n", 5);

@@ -86,7 +86,7 @@ fn what_is_no_rotation_or_could_be_two_is_refused() {
         let text = format!("time_s,x_mm,y_mm,z_mm,{columns}\n0,1,2,3,{numbers}\n");
         robot_csv::read(Path::new("robot.csv"), text.as_bytes()).unwrap_err().to_string()
     };
-    assert!(refusal("rx_deg,ry_deg,rz_deg", "1,2,3").contains("different rotations on different robots"));
+    assert!(refusal("rx_deg,ry_deg,rz_deg", "1,2,3").contains("robots define them differently"));
     assert!(refusal("j1_deg", "1").contains("there is no rotation"));
     assert!(
         refusal("a_deg,b_deg,c_deg,w_deg,p_deg,r_deg", "1,2,3,1,2,3")
@@ -180,8 +180,7 @@ fn a_unit_in_the_header_counts_and_one_that_is_not_known_is_refused() {
     for (column, named) in [("X [ft]", "ft"), ("Y (actual)", "actual"), ("B [quarter]", "quarter")] {
         let header = "t,X,Y,Z,A,B,C\n".replace(&column[..1], column);
         let error = import(&(header + &row(1.0, &angles(1.0))), RobotLayout::named("kuka"), &[]).unwrap_err();
-        let expected =
-            format!("robot.csv, line 1, column `{column}`: `{named}` is no unit that is known here");
+        let expected = format!("robot.csv, line 1, column `{column}`: `{named}` is not a known unit");
         assert!(error.to_string().ends_with(&expected), "{error}");
         assert!(error.hint().contains("gon"), "{}", error.hint());
     }

@@ -182,6 +182,6 @@ fn a_camera_as_xml_is_named_for_what_it_is() {
     let text =
         "<?xml version=\"1.0\"?>\n<opencv_storage>\n<image_width>640</image_width>\n</opencv_storage>\n";
     let error = parse(text).unwrap_err();
-    assert_eq!(error.to_string(), "sensor.toml: is a camera by OpenCV as XML, which cannot be read here");
+    assert_eq!(error.to_string(), "sensor.toml: is a camera by OpenCV as XML; this format is not supported");
     assert!(error.hint().contains("write it as YAML"), "{}", error.hint());
 }

@@ -34,7 +34,7 @@ const PREDICTORS: usize = 4;
 ///
 /// For even spacing these are the eighth differences: a swing of 1 Hz and 50 mm sampled at 20 Hz passes for 1 µm of
 /// noise. Samples count as whole periods apart: lost ones are missed, but jitter of the stamps, which is measured
-/// elsewhere, is no noise of the positions. Zero if fewer than twelve numbers can be had.
+/// elsewhere, is not noise of the positions. Zero if fewer than twelve numbers can be had.
 #[must_use]
 pub fn position_noise(times: &[f64], poses: &[Pose], period: f64, gap_limit: f64) -> f64 {
     let mut errors: Vec<f64> = Vec::with_capacity(3 * poses.len());

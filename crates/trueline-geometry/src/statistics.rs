@@ -1,4 +1,4 @@
-//! Medians and their kin: what the majority says, whatever the rest does.
+//! Medians and related statistics, robust against a minority of outliers.
 
 /// The median (upper of the middle two); `None` of nothing.
 #[must_use]

@@ -102,7 +102,7 @@ impl Trajectory {
     /// Two samples of the same time are allowed; the later one counts from there on.
     ///
     /// # Errors
-    /// [`TrajectoryError`] says which sample is at fault.
+    /// [`TrajectoryError`] names the wrong sample.
     pub fn new(times: Vec<f64>, poses: &[Pose]) -> Result<Self, TrajectoryError> {
         if times.len() != poses.len() {
             return Err(TrajectoryError::LengthsDiffer);

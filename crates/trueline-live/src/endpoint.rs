@@ -100,7 +100,7 @@ impl Endpoint {
         Ok(newest)
     }
 
-    /// Leaves what came before now unheard: it is from before anybody was there to act on it.
+    /// Discards queued datagrams that arrived before we started listening.
     ///
     /// # Errors
     /// What the operating system says.

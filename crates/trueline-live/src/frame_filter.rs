@@ -50,7 +50,7 @@ impl Rejection {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PacketError {
     /// Not the length that it should have.
-    #[error("{found} bytes are no packet of this protocol")]
+    #[error("{found} bytes are not a packet of this protocol")]
     Length {
         /// Its bytes.
         found: usize,
@@ -65,7 +65,7 @@ pub enum PacketError {
     #[error("{0}")]
     NotNeeded(&'static str),
     /// A figure that is none.
-    #[error("a pose or time that is no number")]
+    #[error("a pose or time that is not a number")]
     NotFinite,
     /// A text that cannot be read.
     #[error("{0}")]

@@ -81,7 +81,7 @@ pub struct Patience {
 
 /// Looks after the watchdogs when nothing comes.
 const TICK: Duration = Duration::from_millis(4);
-/// The last word is said so often: a datagram can be lost.
+/// Times the final command is repeated, in case a datagram is lost.
 const LAST_WORDS: u32 = 3;
 
 impl Guide {

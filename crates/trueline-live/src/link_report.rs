@@ -71,7 +71,7 @@ pub(crate) fn timing_lines(
     timing: Option<Timing>,
 ) -> fmt::Result {
     let Some(Timing { rate_hz, period_s, delay_s, drift_ppm }) = timing else {
-        return writeln!(f, "  {what:<8} {count}: too few to tell their rate");
+        return writeln!(f, "{what:<8} {count}: too few to estimate their rate");
     };
     let period_ms = period_s * 1e3;
     writeln!(f, "  {what:<8} {count}, {rate_hz:.1} a second, every {period_ms:.3} ms by its clock")?;
@@ -105,18 +105,18 @@ fn state(frame: &RobotFrame) -> String {
     let motors = match frame.motors {
         MotorState::On => "motors on",
         MotorState::Off => "motors OFF",
-        MotorState::Undefined => "motors not told",
+        MotorState::Undefined => "motors unknown",
     };
     let rapid = match frame.rapid {
         RapidState::Running => "RAPID running",
         RapidState::Stopped => "RAPID STOPPED",
-        RapidState::Undefined => "RAPID not told",
+        RapidState::Undefined => "RAPID unknown",
     };
     let mci = match frame.mci {
         MciState::Running => "guided by the PC",
         MciState::Stopped => "streaming only (not guided)",
         MciState::Error => "EGM in ERROR",
-        MciState::Undefined => "guidance not told",
+        MciState::Undefined => "guidance unknown",
     };
     let utilization = frame.utilization_percent.map(|u| format!(", {u:.0} % utilised")).unwrap_or_default();
     format!("{motors}, {rapid}, {mci}{utilization}")

@@ -97,13 +97,13 @@ pub enum LinkError {
     #[error("this robot speaks first, from a port of its own")]
     RobotPortNotNeeded,
     /// Port 0, of which no controller can know.
-    #[error("{address}: a controller cannot know which port that is")]
+    #[error("{address}: a controller needs a fixed port")]
     AnyPort {
         /// The address.
         address: SocketAddr,
     },
     /// An input is named for a robot whose stream tells all that it tells.
-    #[error("this robot's stream tells its inputs by itself, where its controller is set so")]
+    #[error("this robot's stream contains its inputs, if its controller is set to send them")]
     InputsNotNeeded,
     /// Not the name of an input.
     #[error("{0}")]

@@ -42,7 +42,7 @@ pub struct RapidCell {
 pub enum RapidError {
     /// A name that RAPID does not take.
     #[error(
-        "`{name}` is no RAPID name: a letter, then letters, digits and _, 25 at most, and not one of its words"
+        "`{name}` is not a RAPID name: a letter, then letters, digits and _, 25 at most, and not one of its words"
     )]
     Name {
         /// The name.

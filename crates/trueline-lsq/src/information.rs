@@ -1,4 +1,4 @@
-//! What the data say about each unknown: rank, null directions, covariance.
+//! Information of the data on each unknown: rank, null directions, covariance.
 //!
 //! H = JᵀJ of the whitened residuals is the information. Its columns are scaled to unit length first, so
 //! that a metre and a radian can be compared; the singular values of the scaled J are then between 0 and

@@ -4,8 +4,8 @@
 //! the solution ([`Solution`]: what happened, as data). The problem adds its own residuals into
 //! [`NormalEquations`], so that this crate needs memory for the unknowns only, never for the residuals.
 //!
-//! Residuals must be whitened: one is one standard deviation. The crate knows no robot, no camera and
-//! no laser; it does not print, and the same input gives the same bits.
+//! Residuals must be whitened: one is one standard deviation. The crate is independent of robots, cameras and lasers; it does not
+//! print, and the same input gives the same bits.
 //!
 //! ```
 //! use nalgebra::DVector;

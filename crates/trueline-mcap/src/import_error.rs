@@ -17,7 +17,7 @@ pub enum ImportError {
         why: String,
     },
     /// Neither MCAP nor SQLite nor a folder with such files.
-    #[error("{}: is no recording that can be read", file.display())]
+    #[error("{}: is not a readable recording", file.display())]
     NotARecording {
         /// The file or folder.
         file: PathBuf,
@@ -35,7 +35,7 @@ pub enum ImportError {
         file: PathBuf,
     },
     /// A data base that is none of rosbag2.
-    #[error("{}: is no data base of rosbag2: {why}", file.display())]
+    #[error("{}: is not a database of rosbag2: {why}", file.display())]
     Database {
         /// The file.
         file: PathBuf,
@@ -77,7 +77,7 @@ pub enum ImportError {
         topic: String,
     },
     /// A URDF is given, and there is nothing that it explains.
-    #[error("there are no joint angles in the recording, and a URDF is given")]
+    #[error("the URDF cannot be used: the recording has no joint angles")]
     NoJointAngles,
     /// A URDF that cannot be used.
     #[error("the URDF cannot be used: {why}")]
@@ -215,7 +215,7 @@ pub enum ImportError {
         apart_s: f64,
     },
     /// Nothing says what the sensor is.
-    #[error("the recording does not say what the sensor is")]
+    #[error("the recording does not describe the sensor")]
     NoSensor,
     /// Seam points of another sensor.
     #[error("the recorded seam points are not those of a sensor of kind `{sensor}`")]
@@ -283,7 +283,7 @@ impl ImportError {
             Self::StaticChanged { .. } => "split the recording where it changes",
             Self::NeverTogether { .. } => "do their stamps come from different clocks?",
             Self::NotStamped { .. } => {
-                "the times of recording vary too much to stand in for them: let the driver stamp its messages"
+                "the recording times vary too much to replace them: let the driver stamp its messages"
             }
             Self::NoPtp { .. } => {
                 "controllers send it from RobotWare 7.16 on, if synchronised; cameras have to follow PTP: leave --stamps ptp out"
@@ -296,7 +296,7 @@ impl ImportError {
             }
             Self::OtherSensor { .. } => "give the sensor that was recorded with --sensor sensor.toml",
             Self::Profiles { .. } => {
-                "let the driver write NaN where nothing was seen, as PointCloud2 has it; or say what stands for no return: \
+                "let the driver write NaN for no return, as in PointCloud2; or state the code for no return: \
                  `trueline import mcap|rosbag2 SRC --no-return-mm 0 --out DIR`"
             }
             Self::Dataset(error) => return error.hint(),

@@ -9,7 +9,7 @@
 //! | `import` | recording and [`Choice`] → [`Imported`]: a `Recording` and its pictures | [`import()`], [`DatasetFolder`] |
 //!
 //! A recording that was cut off is normal: a program can be killed and a disk can be full. What was written before stays
-//! readable, and what is missing is told ([`Damage`]). Nothing that a checksum does not vouch for is taken as read.
+//! readable, and missing data are reported ([`Damage`]). Data without a valid checksum are never trusted.
 //!
 //! ```
 //! use trueline_mcap::{About, Entry, Recorder, survey};

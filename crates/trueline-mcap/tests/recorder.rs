@@ -220,7 +220,7 @@ fn recordings_and_datasets_are_never_overwritten() {
     assert_eq!(std::fs::read(&file).unwrap(), b"precious");
     std::fs::write(&file, recorded(entries(8))).unwrap();
     for (out, words) in
-        [("scan", "it is not overwritten"), ("scan.unfinished", "`mine` is in this folder as well")]
+        [("scan", "it is not overwritten"), ("scan.unfinished", "`mine` in this folder would be lost")]
     {
         std::fs::create_dir(folder.path().join(out)).unwrap();
         std::fs::write(folder.path().join(out).join("mine"), b"precious").unwrap();

@@ -229,7 +229,7 @@ fn transforms_with_stamps_of_their_own_are_interpolated_within_their_span() {
         unpacked.notes[..3],
         [
             "56 robot poses were composed of 2 transforms",
-            "6 stamps were left out, because not every transform is known there",
+            "6 stamps were left out, because a transform is missing there",
             "56 poses have a transform that was interpolated between its own stamps"
         ]
     );

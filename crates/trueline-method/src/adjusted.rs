@@ -26,7 +26,7 @@ use trueline_geometry::{Trajectory, lag};
 pub(crate) struct Adjusted {
     /// The answer.
     pub answer: Answer,
-    /// How far off a seam point is that is measured later; `None` where the field is empty.
+    /// Predicted error of a later seam point; `None` if the field is empty.
     pub seam_error: Option<SeamError>,
     /// Of each rival of the optimum, whether it is still one: adjusted in full as well, it is about as likely.
     pub is_open: Vec<bool>,
@@ -49,7 +49,7 @@ pub(crate) fn applies(recording: &Recording, config: &Config, fit: &Fit, levels:
     !(is_ideal || is_paper || fit.prior.is_some() || is_at_stops)
 }
 
-/// How wavy the seam is, as far as somebody says, m.
+/// How wavy the seam is, if stated, m.
 fn waviness_m(recording: &Recording, config: &Config) -> f64 {
     config.waviness_m.or(recording.setup.waviness_m).unwrap_or(ASSUMED_WAVINESS_M)
 }
@@ -214,7 +214,7 @@ fn some_of(
 
 /// Lags of a robot behind commanded poses that are tried, s.
 const LAGS_S: [f64; 4] = [0.012, 0.022, 0.035, 0.055];
-/// A lag is tried where its square is so many times its standard deviation …
+/// A lag is tried where its square is this multiple of its standard deviation …
 const LAG_SIGMAS: f64 = 4.0;
 /// … so much of that is owed to the lag, and not to poses that are smoother with it …
 const OF_LAG: f64 = 0.5;

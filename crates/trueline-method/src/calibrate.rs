@@ -40,7 +40,7 @@ use trueline_geometry::Trajectory;
 /// Estimates time offset, hand-eye transform and lines from a recording.
 ///
 /// `guess` is where to start; without it the start is found from nothing. Where the robot stands at each reading, there is no
-/// time offset, and a guess of it says nothing.
+/// time offset, and a guess of it has no information.
 ///
 /// # Errors
 /// [`Error`] if there is no estimate at all. A doubtful one is a [`Calibration`] that is not accepted.
@@ -232,7 +232,7 @@ fn halves(drift_free: &DriftFree, recording: &Recording, times_s: &[f64]) -> Opt
 /// Residuals up to this many times the expected noise are not looked at for the robot's errors, unless neighbours are alike.
 const LARGE: f64 = 1.2;
 
-/// How far the robot is off by residuals that are no noise; `None` where they are, or something else explains them.
+/// How far the robot is off by residuals that are not noise; `None` where they are, or something else explains them.
 fn robot_seems(unbiased: &Unbiased, settings: &FitSettings<'_>, taken: RobotSigmas) -> Option<RobotSigmas> {
     let Unbiased { assessed, structure, .. } = unbiased;
     let fit = &assessed.drift_free.fit;
@@ -244,7 +244,7 @@ fn robot_seems(unbiased: &Unbiased, settings: &FitSettings<'_>, taken: RobotSigm
     robot_accuracy::shown(&problem, fit.parameters(), assessed.information.covariance_root(), taken)
 }
 
-/// How large the errors that are no noise are taken to be.
+/// Assumed size of the systematic errors.
 fn systematic_levels(
     recording: &Recording,
     settings: &FitSettings<'_>,
@@ -252,7 +252,7 @@ fn systematic_levels(
 ) -> SystematicLevels {
     let config = settings.config;
     let stated = recording.setup.robot_accuracy_m;
-    // A sensor that is held is still only as good as its file says, or as such sensors are.
+    // A sensor that is held is still only as good as in its file, or as such sensors are.
     let is_held = settings.shape_prior.is_none();
     let is_doubted = knowledge.stated || config.sensor != SensorMode::Fixed;
     let robot_accuracy_m = config.robot_accuracy_m.or(stated).unwrap_or(ASSUMED_ROBOT_ACCURACY_M);

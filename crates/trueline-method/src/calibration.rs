@@ -86,7 +86,7 @@ impl Calibration {
         &self.verdict.reasons
     }
 
-    /// What to look at though it can be used.
+    /// Warnings.
     #[must_use]
     pub fn warnings(&self) -> &[Warning] {
         &self.verdict.warnings
@@ -185,8 +185,8 @@ impl Calibration {
         &self.findings.unknowns.parameters
     }
 
-    /// The time offset of image stamps as they were recorded, s: true exposure = stamp − this. Whether it means anything says
-    /// [`Calibration::is_known`].
+    /// The time offset of image stamps as they were recorded, s: true exposure = stamp − this. [`Calibration::is_known`] states whether
+    /// it is determined.
     #[must_use]
     pub fn recorded_time_offset_s(&self) -> f64 {
         self.in_recorded_stamps_s(self.best_fit().time_offset_s)

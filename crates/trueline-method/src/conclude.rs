@@ -1,4 +1,4 @@
-//! What a fit says: its findings and the verdict.
+//! Conclusions from a fit: findings and verdict.
 
 use crate::adjusted::{Adjusted, Unsolved, adjusted, residuals_of};
 use crate::answered::{Answered, beside_cause, with_sensor};
@@ -42,7 +42,7 @@ use nalgebra::{DMatrix, SVector};
 use trueline_dataset::Sensor;
 use trueline_lsq::Termination;
 
-/// Everything that is said of a fit.
+/// All findings about a fit.
 ///
 /// # Errors
 /// Stripes that are asked for and cannot be used.
@@ -114,7 +114,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     judged(from, findings, (&problem, &errors))
 }
 
-/// What may be there in place of a sensor that seems off, where no cause is known.
+/// Other causes that could explain an apparent sensor error.
 fn instead_of_sensor(
     from: &Concluded<'_>,
     problem: &LineProblem<'_>,
@@ -160,7 +160,7 @@ fn clock(drift_free: &DriftFree) -> ClockFindings {
     }
 }
 
-/// What the estimate from seam points owes to noise and to errors that are no noise.
+/// Noise and systematic errors of the estimate from seam points.
 struct SeamErrors<'a> {
     sums: &'a SystematicSums,
     systematic: &'a Systematic,
@@ -186,7 +186,7 @@ fn judged(
     } else {
         add_stripes(from, &mut findings, errors)?;
     }
-    // What fits no better when released tells nothing of what was held.
+    // What fits no better when released has no information on what was held.
     if let Some(released) =
         from.released.filter(|released| !verdict::residuals_are_too_large(&released.findings))
     {

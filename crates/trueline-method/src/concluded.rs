@@ -1,4 +1,4 @@
-//! All that a calibration is concluded from.
+//! Inputs of `conclude`.
 
 use crate::assess::correlated_noise::Structure;
 use crate::assess::misfit_cause::MisfitCause;
@@ -18,7 +18,7 @@ use crate::solve::settings::FitSettings;
 use nalgebra::DMatrix;
 use trueline_dataset::Recording;
 
-/// All that a calibration is concluded from.
+/// Inputs of `conclude`.
 pub(crate) struct Concluded<'a> {
     pub(crate) recording: &'a Recording,
     pub(crate) sampling: &'a Sampling,
@@ -44,7 +44,7 @@ pub(crate) struct Concluded<'a> {
 }
 
 impl Concluded<'_> {
-    /// Whether the sensor's file states an uncertainty that the residual does not know.
+    /// Whether the sensor's file states an uncertainty that the residual ignores.
     pub(crate) fn ignores_uncertainty(&self) -> bool {
         self.recording.setup.uncertainty.is_some()
             && self.settings.config.residual == ResidualKind::PointToLine
@@ -69,7 +69,7 @@ impl Concluded<'_> {
         of_groups.chain(drawn_lines::sigmas(&self.settings.config.drawn_lines)).collect()
     }
 
-    /// What the residuals cannot tell of the time offset: noise in its column, and what the stamps leave unsaid.
+    /// Uncertainty of the time offset that the residuals do not show: noise in its column, and coarse stamps.
     pub(crate) fn with_time_offset_widened(&self, mut covariance: DMatrix<f64>) -> DMatrix<f64> {
         if self.settings.fixed.contains(&TIME_OFFSET) {
             return covariance;

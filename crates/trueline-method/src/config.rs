@@ -46,7 +46,7 @@ impl Hold {
     }
 }
 
-/// How well what is held is known: one standard deviation of each; `None` takes it for exact.
+/// Uncertainty of the values held fixed: one standard deviation of each; `None` treats it as exact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HeldSigma {
     /// Of the time offset, s.
@@ -57,7 +57,7 @@ pub struct HeldSigma {
     pub translation_m: Option<f64>,
 }
 
-/// A line of which a drawing, or a measurement of the part, says where it is: it is held there.
+/// A line held at its position in a drawing, or in a measurement of the part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawnLine {
     /// Its number among the features.
@@ -112,10 +112,10 @@ impl Stamps {
     }
 }
 
-/// What is done about the sensor's own calibration.
+/// Treatment of the sensor's own calibration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SensorMode {
-    /// It is taken as its file says; what its file states of its uncertainty goes into the covariance.
+    /// It is held as in its file; its stated uncertainty goes into the covariance.
     Fixed,
     /// The shape of its sheet is estimated with what is known of it beforehand.
     #[default]
@@ -136,7 +136,7 @@ impl SensorMode {
     }
 }
 
-/// What of the joint is used: the point where its plates meet, or the plates themselves.
+/// Measurement of the joint to use: the seam point, or the plates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Measurements {
     /// Whole stripes where most frames show both plates and agree with the seam points; else those.
@@ -236,7 +236,7 @@ impl Default for Use {
 pub struct Config {
     /// What the sensor goes over.
     pub target: Target,
-    /// What of the joint is used.
+    /// Measurement of the joint to use.
     pub measurements: Measurements,
     /// Which residual.
     pub residual: ResidualKind,
@@ -252,7 +252,7 @@ pub struct Config {
     pub drawn_lines: Vec<DrawnLine>,
     /// A drawing of a curved seam.
     pub seam_cad: Option<SeamCad>,
-    /// Expected standard deviation of a feature, px, where the recording does not say; `None` is [`USUAL_FEATURE_SIGMA_PX`].
+    /// Expected standard deviation of a feature, px, if the recording does not state it; `None` is [`USUAL_FEATURE_SIGMA_PX`].
     pub feature_sigma_px: Option<f64>,
     /// The same for sensors that report lengths, m; `None` is [`USUAL_FEATURE_SIGMA_M`].
     pub feature_sigma_m: Option<f64>,
@@ -262,16 +262,16 @@ pub struct Config {
     pub stamp_sigma_s: Option<f64>,
     /// Which stamps are believed.
     pub stamps: Stamps,
-    /// What is done about the sensor's own calibration.
+    /// Treatment of the sensor's own calibration.
     pub sensor: SensorMode,
-    /// Absolute accuracy of the robot, m; `None` is what the recording's sensor file says, or
+    /// Absolute accuracy of the robot, m; `None` is the value in the recording's sensor file, or
     /// [`ASSUMED_ROBOT_ACCURACY_M`].
     pub robot_accuracy_m: Option<f64>,
     /// Bias of the features for each 10° of tilt, px.
     pub feature_bias_px: f64,
-    /// Radius of the seam's edge, m; `None` is what the recording's sensor file says, or [`ASSUMED_EDGE_RADIUS_M`].
+    /// Radius of the seam's edge, m; `None` is the value in the recording's sensor file, or [`ASSUMED_EDGE_RADIUS_M`].
     pub edge_radius_m: Option<f64>,
-    /// Root mean square of the seam's form beyond a bow, m; `None` is what the recording's sensor file says, or
+    /// Root mean square of the seam's form beyond a bow, m; `None` is the value in the recording's sensor file, or
     /// [`ASSUMED_WAVINESS_M`] as a first guess that the scan corrects.
     pub waviness_m: Option<f64>,
     /// Whether directions that the scan does not show may be held at the initial guess.
@@ -288,19 +288,19 @@ pub struct Config {
     pub threads: usize,
 }
 
-/// Absolute accuracy of a robot of which nothing is said, m: arms that were not calibrated reach 0.2 to 0.8 mm.
+/// Absolute accuracy of a robot without a stated value, m: arms that were not calibrated reach 0.2 to 0.8 mm.
 pub const ASSUMED_ROBOT_ACCURACY_M: f64 = 0.5e-3;
 
-/// Radius of an edge of which nothing is said, m: that of a sheared or folded sheet.
+/// Radius of an edge without a stated value, m: that of a sheared or folded sheet.
 pub const ASSUMED_EDGE_RADIUS_M: f64 = 0.3e-3;
 
-/// Root mean square of a seam's form of which nothing is said, m: that of a part clamped and tacked.
+/// Root mean square of a seam's form without a stated value, m: that of a part clamped and tacked.
 pub const ASSUMED_WAVINESS_M: f64 = 0.06e-3;
 
-/// Standard deviation of a feature in a picture of which nothing is said, px.
+/// Standard deviation of a feature in a picture without a stated value, px.
 pub const USUAL_FEATURE_SIGMA_PX: f64 = 0.3;
 
-/// Standard deviation of a feature of a sensor that reports lengths, of which nothing is said, m.
+/// Standard deviation of a feature of a sensor that reports lengths, without a stated value, m.
 pub const USUAL_FEATURE_SIGMA_M: f64 = 0.02e-3;
 
 impl Default for Config {
@@ -336,7 +336,7 @@ impl Default for Config {
 }
 
 impl Config {
-    /// Expected standard deviation of a feature of which the recording does not say it, px.
+    /// Expected standard deviation of a feature that the recording does not state, px.
     #[must_use]
     pub fn usual_feature_sigma_px(&self) -> f64 {
         self.feature_sigma_px.unwrap_or(USUAL_FEATURE_SIGMA_PX)

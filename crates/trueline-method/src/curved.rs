@@ -37,8 +37,8 @@ const SMALLER: f64 = 0.8;
 /// … or where it explains so much more of the scan: of a corner a line explains one side as well as a curve does.
 const MORE_OF_IT: f64 = 0.15;
 /// Why stops are no scan over a curve.
-pub(crate) const AT_STOPS: &str = "the robot stands at each reading";
-/// A curve that became so many times longer or shorter during the fit is none.
+pub(crate) const AT_STOPS: &str = "the robot stands still at each reading";
+/// A curve that became this many times longer or shorter during the fit is rejected.
 const ANOTHER_SIZE: f64 = 2.0;
 
 /// The answer to a scan: that of the line, or that of a curve, where the line's is refused by its structure or a curve is asked for.
@@ -83,16 +83,16 @@ pub(crate) fn answered(
     Ok(scan.calibration(recording, guess, line, &answer))
 }
 
-/// What of the options a curve does not know; `None` where it knows all.
+/// First option that a curve does not support; `None` if all are supported.
 fn unsupported(config: &Config, line: &Calibration) -> Option<&'static str> {
     if config.residual == ResidualKind::PointToLine {
-        Some("the point-to-line residual knows straight lines only")
+        Some("the point-to-line residual supports straight lines only")
     } else if config.at_stops || line.findings.stops.is_some() {
         Some(AT_STOPS)
     } else if !config.hold.is_empty() || !config.drawn_lines.is_empty() {
-        Some("something is held that a curve does not know")
+        Some("a quantity is held fixed that a curve does not have")
     } else if line.findings.stripes.as_ref().is_some_and(|stripes| stripes.used != Measurements::Seam) {
-        Some("whole stripes are of straight seams")
+        Some("whole stripes support straight seams only")
     } else if line.best_fit().lines.len() != 1 {
         Some("the features name several lines")
     } else {
@@ -103,7 +103,7 @@ fn unsupported(config: &Config, line: &Calibration) -> Option<&'static str> {
 /// Why readings are no curve at all.
 fn too_little(readings: &Readings) -> Option<&'static str> {
     let few = readings.list.len() < READINGS_PER_KNOT * LEAST_CONTROL;
-    few.then_some("there are not even five seam points for each of the eight knots that a curve has at least")
+    few.then_some("a curve has at least eight knots and needs five seam points for each: there are fewer")
 }
 
 /// Whether the answer of the line is refused by its structure: it does not fit, or not one attitude alone.
@@ -148,7 +148,7 @@ fn is_better(line: &Calibration, answer: &Answered) -> bool {
     is_of_size && (explains_more || answer.finished.factor < SMALLER * alone(line))
 }
 
-/// How much larger than expected the residuals of the line are beside noise alone.
+/// Noise factor of the line's residuals.
 fn alone(line: &Calibration) -> f64 {
     let models = &line.findings.models_tried;
     let alone = models.iter().find(|model| model.because == Because::NoiseAlone);
@@ -219,7 +219,7 @@ impl Scan {
         Asked { search, robot: self.robot, known: &config.known }
     }
 
-    /// The calibration, with what the line's says of the streams.
+    /// The calibration, with the streams of the line's calibration.
     fn calibration(
         &self,
         recording: &Recording,

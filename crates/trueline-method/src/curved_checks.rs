@@ -10,7 +10,7 @@ use crate::problem::parameters::{LINES, Parameters, TIME_OFFSET};
 use nalgebra::DMatrix;
 use trueline_dataset::Guess;
 
-/// What the scan shows.
+/// Observability of the scan.
 #[must_use]
 pub(crate) fn observability(answer: &Answered, at: &Parameters) -> Observability {
     let seen = &answer.finished.seen;

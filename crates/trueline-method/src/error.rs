@@ -8,7 +8,7 @@ use trueline_dataset::picture_rows::PicturesDisagree;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::trajectory::TrajectoryError;
 
-/// A mistake in what is said of an axis.
+/// A wrong statement about an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AxisMistake {
     /// It carries something else.
@@ -22,11 +22,11 @@ pub enum AxisMistake {
 impl AxisMistake {
     fn explains(self) -> &'static str {
         match self {
-            Self::Carries(Carries::Part) => "; all is explained if it carries = \"part\"",
-            Self::Carries(Carries::Robot) => "; all is explained if it carries = \"robot\"",
-            Self::Carries(Carries::Sensor) => "; all is explained if it carries = \"sensor\"",
-            Self::ValuesInRadians => "; all is explained if its values are radians",
-            Self::ValuesInDegrees => "; all is explained if its values are degrees",
+            Self::Carries(Carries::Part) => "; with carries = \"part\" it would fit",
+            Self::Carries(Carries::Robot) => "; with carries = \"robot\" it would fit",
+            Self::Carries(Carries::Sensor) => "; with carries = \"sensor\" it would fit",
+            Self::ValuesInRadians => "; with its values in radians it would fit",
+            Self::ValuesInDegrees => "; with its values in degrees it would fit",
         }
     }
 }
@@ -45,7 +45,7 @@ pub enum Error {
         line: u32,
         /// Features that could be used.
         usable: usize,
-        /// How many it takes.
+        /// Required number.
         needed: usize,
     },
     /// Lines are not numbered from 0 without a gap.
@@ -59,25 +59,25 @@ pub enum Error {
         highest: u32,
     },
     /// Axes where nobody estimates them.
-    #[error("external axes are not calibrated {why}")]
+    #[error("external axes cannot be calibrated {why}")]
     AxesNotThere {
         /// Where.
         why: &'static str,
     },
-    /// Several axes of which nobody says where they are.
-    #[error("the places of several axes are open: {names}")]
+    /// Several axes of unknown position.
+    #[error("the positions of several axes are unknown: {names}")]
     AxesNeedGuess {
         /// Their names.
         names: String,
     },
     /// An axis that moves and whose place is not known.
-    #[error("axis `{name}` moves, and its place is not known")]
+    #[error("axis `{name}` moves, and its position is unknown")]
     AxisUnknown {
         /// Its name.
         name: String,
     },
     /// An axis of which no place explains the scan.
-    #[error("no place of axis `{name}` explains the scan{}", instead.map_or("", AxisMistake::explains))]
+    #[error("no position of axis `{name}` explains the scan{}", instead.map_or("", AxisMistake::explains))]
     AxisNotFound {
         /// Its name.
         name: String,
@@ -121,11 +121,11 @@ pub enum Error {
         image_end_s: f64,
     },
     /// Too few instants.
-    #[error("the features are of {images} image(s) with a stamp of its own; a scan needs at least {needed}")]
+    #[error("only {images} distinct image time stamp(s); at least {needed} are needed")]
     TooFewImages {
         /// Images with a stamp of their own.
         images: usize,
-        /// How many it takes.
+        /// Required number.
         needed: usize,
     },
     /// Too few stops.
@@ -137,7 +137,7 @@ pub enum Error {
         needed: usize,
     },
     /// Robot poses that are too far apart to tell what the robot did between them.
-    #[error("the robot's poses are {period_s:.3} s apart, at most {most_s} s can be used")]
+    #[error("the robot's poses are {period_s:.3} s apart; at most {most_s} s is allowed")]
     RobotTooSlow {
         /// Median time between poses, s.
         period_s: f64,
@@ -153,14 +153,15 @@ pub enum Error {
         turn_deg: f64,
     },
     /// A reading at a stop that has no pose.
-    #[error("the reading of {stamp_s:.3} s has no pose of the robot")]
+    #[error("the reading at {stamp_s:.3} s has no robot pose")]
     NoPoseAtStop {
         /// Its stamp, s.
         stamp_s: f64,
     },
     /// A reading at a stop during which the robot moves.
     #[error(
-        "the robot does not stand at the reading of {stamp_s:.3} s: it moves by {shift_mm:.2} mm and {turn_deg:.2}° within 0.3 s"
+        "the robot does not stand still at the reading at {stamp_s:.3} s: it moves by {shift_mm:.2} mm and \
+        {turn_deg:.2}° within 0.3 s"
     )]
     MovesAtStop {
         /// Its stamp, s.
@@ -171,30 +172,30 @@ pub enum Error {
         turn_deg: f64,
     },
     /// Something is held that was never given.
-    #[error("`{held}` is to be held fixed, but there is no initial value for it")]
+    #[error("`{held}` cannot be held fixed: there is no initial value for it")]
     NothingToHold {
-        /// What is held.
+        /// The quantity held fixed.
         held: &'static str,
     },
     /// A noise is stated that applies to no feature.
     #[error("{why}")]
     FeatureNoiseUnused {
-        /// Why.
+        /// Reason.
         why: NoiseUnused,
     },
     /// A line is drawn that the scan does not have.
-    #[error("line {line} is to be held where it is drawn, and the features name {lines} line(s)")]
+    #[error("line {line} has a drawing, but the features name {lines} line(s)")]
     NoSuchLine {
         /// Its number.
         line: usize,
         /// Lines of the features.
         lines: usize,
     },
-    /// Stripes know no drawn lines.
-    #[error("whole stripes are asked for, and a line is to be held where it is drawn, which they do not do")]
+    /// Stripes do not support drawn lines.
+    #[error("whole stripes cannot be used with a drawn line")]
     StripesOfDrawnLine,
     /// Partial acceptance needs a guess.
-    #[error("what the scan does not show is to be held at the initial guess, but there is none")]
+    #[error("--accept-partial needs an initial guess, but there is none")]
     NoGuessToHold,
     /// Every point lies beyond the ends of the reference.
     #[error(
@@ -215,43 +216,42 @@ pub enum Error {
         references: usize,
     },
     /// Too few seam points to compare with anything.
-    #[error("{points} seam point(s) could be placed: too few to evaluate")]
+    #[error("only {points} seam point(s) could be placed: too few to evaluate")]
     NothingToFit {
         /// Points that could be placed.
         points: usize,
     },
     /// Stripes are asked for.
-    #[error("whole stripes are asked for, and the recording has none")]
+    #[error("whole stripes cannot be used: the recording has none")]
     NoStripes,
-    /// Stripes that say nothing of two plates that meet.
-    #[error("whole stripes are asked for, and {why}")]
+    /// Stripes that do not determine two plates that meet.
+    #[error("whole stripes cannot be used: {why}")]
     NoPlates {
-        /// Why.
+        /// Reason.
         why: NoPlates,
     },
     /// Stripes without seam points of which too few cross.
     #[error(
-        "there are no seam points, and the two stripes of {crossings} frames cross where one would be; a scan needs at least {needed}"
+        "there are no seam points, and only {crossings} frames have two stripes that cross; at least \
+        {needed} are needed"
     )]
     NoCrossings {
         /// In how many frames they do.
         crossings: usize,
-        /// How many there must be.
+        /// Required number.
         needed: usize,
     },
     /// Two tables that count their frames differently.
     #[error(transparent)]
     PicturesDisagree(#[from] PicturesDisagree),
     /// Stripes have no residual of the paper's kind.
-    #[error("whole stripes are asked for, and the point-to-line residual knows seam points only")]
+    #[error("whole stripes cannot be used with the point-to-line residual")]
     StripesNeedSheet,
     /// Stripes hold nothing at a guess.
-    #[error(
-        "whole stripes are asked for, and what the scan does not show is to be held at a guess, which they do not do"
-    )]
+    #[error("whole stripes cannot be used with --accept-partial")]
     StripesHeldAtGuess,
     /// A curve is asked for.
-    #[error("a curve is asked for, and {why}")]
+    #[error("a curve cannot be fitted: {why}")]
     NoCurve {
         /// Why there is none.
         why: &'static str,
@@ -260,12 +260,12 @@ pub enum Error {
     #[error(transparent)]
     Cad(#[from] CadProblem),
     /// No start led to a finite cost.
-    #[error("no start leads to a finite cost: the line runs along the laser sheet, or no feature is usable")]
+    #[error("the solver has no valid start: the line runs along the laser plane, or no feature is usable")]
     NoStart,
 }
 
 impl Error {
-    /// What the user can do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {
@@ -273,13 +273,13 @@ impl Error {
             Self::TooFewFeatures { .. } => "record a longer scan, or check why features were skipped",
             Self::LineMissing { .. } => "number the lines 0, 1, 2, … in the column `line`",
             Self::SheetUndefined => {
-                "give the laser plane in sensor.toml, or let the feature sweep the field of view"
+                "give the laser plane in sensor.toml, or sweep the feature through the field of view"
             }
             Self::PointsNotInSheet { .. } => {
                 "are all points measured by the same laser plane, in the camera frame?"
             }
             Self::PointsOffStatedPlane { .. } => {
-                "correct its [laser_plane], or leave it out: it is then fitted to the points"
+                "correct its [laser_plane], or leave it out to fit it to the points"
             }
             Self::NoOverlap { .. } => "both streams must be stamped by the same clock, up to the time offset",
             Self::TooFewStops { .. } => "add stops, with the sensor tilted and turned differently at each",
@@ -330,13 +330,15 @@ impl Error {
     fn hint_of_poses(&self) -> &'static str {
         match self {
             Self::RobotTooSlow { .. } => {
-                "is time_s in seconds? Stamps in ms or µs look like that; otherwise record the robot's poses ten times a second or more. If the robot stands at each reading, use --at-stops"
+                "check that time_s is in seconds, not ms or µs; otherwise record the robot's poses at 10 Hz \
+                    or more. If the robot stands still at each reading, use --at-stops"
             }
             Self::NoPoseAtStop { .. } => {
                 "record the robot while it stands, or write one pose a stop into poses.csv: stop,x_mm,y_mm,z_mm,qw,qx,qy,qz"
             }
             Self::MovesAtStop { .. } => {
-                "wait until the robot stands before a reading, or leave this reading out; without --at-stops a moving robot is calibrated"
+                "wait until the robot stands still before a reading, or leave this reading out; for a moving \
+                    robot leave --at-stops out"
             }
             Self::RobotStandsStill { .. } => {
                 "record the scan while it moves; if it did, is the stream frozen, or of another robot?"
@@ -348,7 +350,7 @@ impl Error {
     fn hint_of_axes(&self) -> &'static str {
         match self {
             Self::AxesNotThere { .. } => {
-                "leave `[[axis]]` out of cell.toml if the axis stands still all the while"
+                "leave `[[axis]]` out of cell.toml if the axis stands still throughout"
             }
             Self::AxesNeedGuess { .. } => {
                 "give all but one a rough `direction` and `point_mm` in cell.toml, or scan while one of them moves at a time"

@@ -42,13 +42,13 @@ pub struct Findings {
     pub unknowns: Unknowns,
     /// How the model fits.
     pub fit: FitFindings,
-    /// What the estimate was checked against.
+    /// Checks of the estimate.
     pub checks: Checks,
     /// Whether one time offset holds for the whole scan.
     pub clock: ClockFindings,
     /// The streams that were recorded.
     pub streams: Streams,
-    /// What the whole stripes say; `None` if there are none, or only seam points were asked for.
+    /// Answer of the whole stripes; `None` if there are none, or only seam points were requested.
     pub stripes: Option<StripeOutcome>,
     /// The curve, where that is the answer and there is no line.
     pub curve: Option<CurveEstimate>,
@@ -56,7 +56,7 @@ pub struct Findings {
     pub axes: Vec<AxisFinding>,
     /// Whether the recording states how well the sensor is known, which the ± do not contain.
     pub uncertainty_ignored: bool,
-    /// Whether the robot stood at each reading, and who says so; `None` where it moves.
+    /// Whether the robot stood still at each reading, and the source of that; `None` if it moves.
     pub stops: Option<Stops>,
     /// Whether the sensor was held because its file was written from this scan.
     pub sensor_of_its_own_scan: bool,
@@ -75,7 +75,7 @@ impl Findings {
         self.fit.residuals.rms_px.is_none().then(|| self.config.length_per_px_m())
     }
 
-    /// What of the measurements does not belong to the rest: of the seam points, or of the stripes if those were used and more of them
+    /// Outliers among the measurements: of the seam points, or of the stripes if those were used and more of them
     /// are off.
     #[must_use]
     pub(crate) fn outliers(&self) -> Outliers {
@@ -85,7 +85,7 @@ impl Findings {
         of_stripes.filter(|stripes| stripes.share() > of_seam.share()).unwrap_or(of_seam)
     }
 
-    /// How much larger the noise of the stripes is than expected, where the answer was made of them.
+    /// Noise factor of the stripes, if the answer was computed from them.
     #[must_use]
     pub(crate) fn stripe_noise_factor(&self) -> Option<f64> {
         self.used_stripes().map(|estimate| estimate.noise_factor)
@@ -118,7 +118,7 @@ pub struct Unknowns {
     pub(crate) of_file: HandEyeOfFile,
     /// Whether a component of the tangent was estimated, not held.
     pub estimated: Vec<bool>,
-    /// What the scan shows.
+    /// Observability of the scan.
     pub observability: Observability,
     /// Whether what it does not show was held at the initial guess, as the user allowed.
     pub held_at_guess: bool,
@@ -194,13 +194,13 @@ pub struct FitFindings {
     pub features: Vec<FeatureResidual>,
     /// Recorded stamp of each of `features`, ns.
     pub feature_stamps_ns: Vec<i64>,
-    /// How much larger the residuals are than expected.
+    /// Noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
     /// Whether they are alike from one to the next.
     pub structure: Structure,
-    /// What was found of errors that are no noise, where the answer was adjusted with them.
+    /// Estimated systematic errors, if the answer was adjusted with them.
     pub amplitudes: Option<Amplitudes>,
-    /// How many times larger than by the curvature at the optimum the ± of the turn that is known least is; `None` where they agree.
+    /// Factor by which the ± of the least certain rotation exceeds that from the curvature at the optimum; `None` where they agree.
     pub widened_by: Option<f64>,
     /// Part of the covariance that is the model's, 0 to 1.
     pub covariance_model_share: f64,
@@ -212,12 +212,12 @@ pub struct FitFindings {
     pub sheet_fit_rms_m: Option<f64>,
 }
 
-/// What the estimate was checked against.
+/// Checks of the estimate.
 #[derive(Clone, Debug)]
 pub struct Checks {
     /// Whether a mirrored attitude of the sensor fits as well.
     pub mirrored: Mirrored,
-    /// What else explains the scan, and what decided.
+    /// Rival solutions, and the decision between them.
     pub ambiguity: Ambiguity,
     /// A better minimum than the guess led to.
     pub better: Option<BetterMinimum>,
@@ -225,23 +225,23 @@ pub struct Checks {
     pub held_out: Option<HeldOut>,
     /// Stretches of the scan that do not belong to the rest.
     pub outlier_segments: Vec<OutlierSegment>,
-    /// How far off a seam point is that is measured later; `None` if something of the hand-eye is not observable.
+    /// Predicted error of a later seam point; `None` if the hand-eye transform is not fully observable.
     pub seam_error: Option<SeamError>,
-    /// What the shape of a sensor that was held would be; `None` if it was estimated, or cannot be.
+    /// Estimated shape of a sensor that was held fixed; `None` if it was estimated, or cannot be.
     pub held_sensor: Option<SensorShape>,
-    /// Causes that the scan does not tell from a sensor that is off, where it seems so.
+    /// Causes that the scan cannot separate from a sensor that is off, where it seems so.
     pub instead_of_sensor: Vec<InsteadOfSensor>,
     /// Lines that are not where they were drawn and held.
     pub drawn_line_shifts: Vec<DrawnLineShift>,
-    /// How far off a seam point is without the drawn lines, m, where that is less than with them.
+    /// Seam error without the drawn lines, m, if smaller than with them.
     pub better_without_drawing_m: Option<f64>,
-    /// What residuals that are no noise are made of, where one usual cause explains them.
+    /// Cause of residuals that are not noise, if one usual cause explains them.
     pub cause: Option<MisfitCause>,
-    /// What the lens is beside its file, where that is the cause.
+    /// Correction of the lens, if that is the cause.
     pub lens: Option<LensCorrection>,
-    /// How far the robot was taken to be off within the scan.
+    /// Assumed robot errors within the scan.
     pub robot_taken: RobotSigmas,
-    /// How far it is off by its residuals, where that is plainly more.
+    /// Robot errors from the residuals, if clearly larger.
     pub robot_seems: Option<RobotSigmas>,
     /// The bias of the features with the tilt, where it was estimated and taken out.
     pub feature_bias: Option<FeatureBias>,
@@ -269,7 +269,7 @@ pub struct ClockFindings {
     pub step: Option<Step>,
     /// A step of a clock that is significant.
     pub stepped: Option<Step>,
-    /// How much larger the residuals are than expected once that step is taken out.
+    /// Noise factor of the residuals without that step.
     pub noise_factor_without_step: Option<f64>,
 }
 
@@ -292,7 +292,7 @@ pub struct Streams {
     pub robot_smoothed: bool,
     /// Recorded stamp of time 0 of all stamps in seconds: the first robot sample, ns.
     pub origin_ns: i64,
-    /// What was taken from the image stamps before the estimate, s; 0 where nothing was.
+    /// Shift subtracted from the image stamps before the estimate, s; 0 without a shift.
     pub images_ahead_s: f64,
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// `work` on the items 0 to `count`, on at most so many threads; with one, on the thread that asks.
+/// `work` on the items 0 to `count`, on at most `threads` threads; with one, on the thread that asks.
 pub(crate) fn map<R: Send>(threads: usize, count: usize, work: impl Fn(usize) -> R + Sync) -> Vec<R> {
     if threads <= 1 || count <= 1 {
         return (0..count).map(work).collect();

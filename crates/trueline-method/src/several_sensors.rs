@@ -7,8 +7,8 @@
 //! x ← x − C Dᵀ (D C Dᵀ)⁻¹ d,     C ← C − C Dᵀ (D C Dᵀ)⁻¹ D C,
 //! ```
 //!
-//! which is that of one adjustment of all readings, to the first order. Errors of the robot that both sensors share make the lines agree better than
-//! C says; then the ± are too large, not too small.
+//! which is that of one adjustment of all readings, to the first order. Errors of the robot that both sensors share make the lines
+//! agree better than C predicts; then the ± are too large, not too small.
 
 use crate::calibration::Calibration;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION, line_index};
@@ -48,7 +48,7 @@ pub struct Tied {
     pub sensors: Vec<TiedSensor>,
     /// Each other sensor in the frame of the first.
     pub between: Vec<Between>,
-    /// How far the lines of the sensors are apart for what their ± say, root mean square over the numbers that compare, standard deviations.
+    /// Distance of the sensors' lines in standard deviations, RMS over the compared numbers.
     pub apart_sigmas: f64,
 }
 
@@ -220,7 +220,7 @@ mod tests {
         assert!((there - here).amax() > 1e-4);
     }
 
-    /// The transform between two sensors moves with both as differences say.
+    /// Derivatives of the transform between two sensors, against differences.
     #[test]
     fn between_moves_as_differences_say() {
         let pose = |k: f64| {

@@ -175,7 +175,7 @@ fn degrees_and_radians() {
                     UnitQuaternion::from_euler_angles(a.to_degrees(), b.to_degrees(), c.to_degrees());
             }
         },
-        "which no robot does",
+        "faster than any robot",
     );
 }
 
@@ -242,7 +242,7 @@ fn small_mistakes_with_the_pixels() {
     assert_first(&from_one, "counted from 1");
     let mut cropped = with_lens(Preset::Good, lens);
     with_pixels(&mut cropped, |[u, v]| [u - 320.0, v - 400.0]);
-    assert_first(&cropped, "cut out of the sensor's");
+    assert_first(&cropped, "region of interest");
 }
 
 /// What is mended in the seam points is mended in the stripes: `--fix` writes one recording and no mixture.
@@ -272,8 +272,8 @@ fn rounded(measured: Measured) -> [i64; 2] {
 fn scale_of_a_profiler() {
     for (scale, words) in [
         ([0.1, 1.0], "x is 10 times too small"),
-        ([1.0, 2.0], "z is twice as large"),
-        ([0.5, 1.0], "x is half as large"),
+        ([1.0, 2.0], "z is twice the true size"),
+        ([0.5, 1.0], "x is half the true size"),
     ] {
         let mut recording = simulate(&Preset::Profiler.scenario(), 11).unwrap();
         for f in &mut recording.features {
@@ -357,7 +357,7 @@ fn stamps_counted_with_another_rate() {
         }
         let found = examined(&recording);
         let said = found.findings.first().cloned().unwrap_or_default();
-        assert!(said.contains("a rate that is not the sensor's"), "{factor}: {:#?}", found.findings);
+        assert!(said.contains("made with a wrong rate"), "{factor}: {:#?}", found.findings);
         // Their distances must be multiplied by 1/factor, to a tenth of a percent.
         assert!(said.contains(&format!(" Hz, {factor:.2}")), "{factor}: {said}");
     }
@@ -398,5 +398,5 @@ fn a_rate_is_refined() {
     }
     let found = examined(&recording);
     let said = found.findings.first().cloned().unwrap_or_default();
-    assert!(said.contains("1.200 times as often as the stamped") && said.contains(" Hz"), "{said}");
+    assert!(said.contains("1.200 times the stamped") && said.contains(" Hz"), "{said}");
 }

@@ -21,12 +21,12 @@ fn all_axes_of_a_group_make_one_sentence() {
     begins(
         Group::Translation,
         &[x, y, z],
-        "translation along the tool's x, y and z axes cannot be determined from this scan: tilt",
+        "translation along the tool's x, y and z axes cannot be determined from this scan. Tilt",
     );
     begins(
         Group::Rotation,
         &[x, z],
-        "rotation about the tool's x and z axes cannot be determined from this scan: let the seam",
+        "rotation about the tool's x and z axes cannot be determined from this scan. Sweep the seam",
     );
     begins(Group::Rotation, &[y], "rotation about the tool's y axis cannot be determined from this scan");
     let oblique = [0.6, 0.8, 0.0];
@@ -35,7 +35,7 @@ fn all_axes_of_a_group_make_one_sentence() {
         &[oblique],
         "translation along the tool's direction (0.60, 0.80, 0.00) cannot",
     );
-    begins(Group::Translation, &[], "the hand-eye translation is not independently observable");
+    begins(Group::Translation, &[], "the hand-eye translation cannot be determined independently");
     assert_eq!(hidden(Group::Translation, &[x, oblique]).one_by_one().len(), 2);
     assert_eq!(hidden(Group::TimeOffset, &[]).one_by_one().len(), 1);
 }
@@ -48,15 +48,14 @@ fn sentences_give_values_in_the_units_of_a_person() {
         required_si: 1e-6,
     };
     assert!(
-        missed.to_string().starts_with("translation: ± 0.123 mm is more than the required 0.001 mm"),
+        missed.to_string().starts_with("translation: ± 0.123 mm exceeds the required 0.001 mm"),
         "{missed}"
     );
     let step = Reason::ClockStep { at_s: 12.3456, step_s: -0.0123, sigma_s: 0.0004, pictures: None };
     assert_eq!(
         step.to_string(),
-        "the time offset is not the same all over the scan: at about 12.346 s it changes by -12.300 ± 0.400 ms. One of the clocks stepped there, \
-         or is steered to and fro (as network time does); of stamps of arrival a small change may also be the load of the PC that recorded, \
-         which delays them"
+        "the time offset changes by -12.300 ± 0.400 ms at about 12.346 s: one of the clocks stepped or is adjusted by network time. \
+         With arrival stamps a small change may also be load on the recording PC"
     );
     let moved = Warning::CrossValidationShift {
         span_s: [1.0, 2.5],
@@ -70,7 +69,7 @@ fn sentences_give_values_in_the_units_of_a_person() {
     );
     let steps = (0..5).map(|k| (f64::from(k), 0.001)).collect();
     let stepping = Warning::StampSteps { stream: StreamName::Robot, steps, period_s: 0.004 };
-    assert!(stepping.to_string().contains("+1.00 ms at 2.000 s and 2 times more (known"), "{stepping}");
+    assert!(stepping.to_string().contains("+1.00 ms at 2.000 s and 2 more steps (up"), "{stepping}");
 }
 
 #[test]

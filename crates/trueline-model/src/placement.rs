@@ -29,7 +29,7 @@ pub struct PlacementJacobian {
     pub d_point_d_translation: Matrix3<f64>,
 }
 
-/// How a number moves with the sensor as a rigid body: what a measurement says of the pose of its sensor. Axes of base, turns about the origin of
+/// Derivatives of a number by the sensor's motion as a rigid body. Axes of base, turns about the origin of
 /// the tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseGradient {

@@ -72,8 +72,8 @@ pub enum NotThisCell {
     NoLine,
     /// Its line or its hand-eye is further from the guess than the guess can be wrong.
     #[error(
-        "its hand-eye is {shift_mm:.1} mm and {turn_deg:.1}° and its line {line_mm:.1} mm from the cell's guess, which is \
-         more than [guess_error] says"
+        "its hand-eye differs by {shift_mm:.1} mm and {turn_deg:.1}° and its line by {line_mm:.1} mm from \
+         the cell's guess: more than [guess_error] states"
     )]
     TooFar {
         /// Shift of the hand-eye, mm.
@@ -118,7 +118,7 @@ impl Cell {
     /// The same with a calibration's own uncertainty, some sigmas of it, as the error that the plan allows for.
     ///
     /// # Errors
-    /// A calibration that was not accepted, says nothing of its uncertainty, or is of another cell.
+    /// A calibration that was not accepted, has no information on its uncertainty, or is of another cell.
     pub fn believe_calibration(&mut self, known: &KnownCalibration) -> Result<(), NotBelieved> {
         if known.accepted == Some(false) {
             return Err(NotBelieved::NotAccepted);
@@ -150,7 +150,7 @@ pub enum NotBelieved {
     #[error("the calibration was not accepted")]
     NotAccepted,
     /// It has no sigma.
-    #[error("says nothing about its uncertainty")]
+    #[error("does not state its uncertainty")]
     NoUncertainty,
     /// It is of another cell.
     #[error(transparent)]
@@ -158,13 +158,16 @@ pub enum NotBelieved {
 }
 
 impl NotBelieved {
-    /// What the user can do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {
             Self::NotAccepted => "plan with the guess, and calibrate from that scan",
             Self::NoUncertainty => "give the JSON that `trueline calibrate --json` wrote",
-            Self::NotThisCell(_) => "is it of another cell, or the cell's guess worse than it says?",
+            Self::NotThisCell(_) => {
+                "check that it belongs to this cell, and that [guess_error] is large \
+                enough"
+            }
         }
     }
 }

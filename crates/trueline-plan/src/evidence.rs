@@ -1,4 +1,4 @@
-//! What frames say together: their residuals, whitened, with the derivatives by everything that moves them.
+//! Joint information of frames: their whitened residuals, with the derivatives by everything that moves them.
 
 use crate::criterion::SensorCovariance;
 use crate::prediction::Prediction;
@@ -55,7 +55,7 @@ impl<const ROWS: usize, const N: usize> Evidence<ROWS, N> {
         told
     }
 
-    /// The covariance of clock and hand-eye in a hurry, the sensor taken for exact; `None` if something is not shown at all.
+    /// The covariance of clock and hand-eye in a hurry, the sensor treated as exact; `None` if something is not shown at all.
     pub(crate) fn covariance<const K: usize>(&self) -> Option<SensorCovariance> {
         let mut told = self.told::<K>(usize::MAX);
         self.held.iter().for_each(|&k| told[(k, k)] += HELD);
@@ -65,7 +65,7 @@ impl<const ROWS: usize, const N: usize> Evidence<ROWS, N> {
         Some(SensorCovariance::from_fn(|i, j| inverse[(i, j)] * scale[i] * scale[j]))
     }
 
-    /// What the first so many sights promise, the sensor taken for exact; `None` if that is not finite.
+    /// Prediction from the first sights, with an exact sensor; `None` if it is not finite.
     pub(crate) fn prediction<const K: usize>(&self, until: usize) -> Option<Prediction> {
         let told = self.told::<K>(until);
         Prediction::of(&DMatrix::from_column_slice(K, K, told.as_slice()), &self.held, self.asked)

@@ -46,26 +46,25 @@ pub struct JointPlate {
 #[non_exhaustive]
 pub enum NoJoint {
     /// None are named, or more than two.
-    #[error("the cell's file does not name the two plates that meet in the seam")]
+    #[error("the cell's file does not define the two plates of the seam")]
     Unnamed,
     /// Parallel plates, or one, of which it is not said on which side of the seam they lie.
-    #[error(
-        "a plate that is alone or parallel to the other ends in the seam, and the cell's file does not say on which side of it"
-    )]
+    #[error("a single or parallel plate ends in the seam, but the cell's file does not state its side")]
     NoSide,
     /// Plates that meet, of which one alone says on which side it lies.
-    #[error(
-        "of the two plates that meet in the seam one says on which side of it it lies, and the other does not"
-    )]
+    #[error("only one of the two plates of the seam states its side")]
     OneSide,
     /// Parallel plates on one side of the seam.
     #[error("the two parallel plates lie on the same side of the seam")]
     SameSide,
     /// Parallel plates without a step between them.
-    #[error("the two plates lie in one plane, and none of them bears an edge that the stripe shows")]
+    #[error("the two plates lie in one plane, and neither has an edge that the stripe shows")]
     NoStep,
     /// A plate whose free side is turned away from the sensor.
-    #[error("plate {plate} turns its back to the sensor: its normal points {turned_deg:.0}° away from it")]
+    #[error(
+        "plate {plate} faces away from the sensor: its normal is {turned_deg:.0}° from the direction to \
+        it"
+    )]
     FacesAway {
         /// Its number among those of the joint, from 1 in the order of the file.
         plate: usize,
@@ -73,7 +72,7 @@ pub enum NoJoint {
         turned_deg: f64,
     },
     /// No plate is where the seam is.
-    #[error("the seam is {:.1} mm off the plate that would bear it", 1e3 * off_m)]
+    #[error("the seam is {:.1} mm off its plate", 1e3 * off_m)]
     OffSeam {
         /// Distance of the nearest one, m.
         off_m: f64,
@@ -81,7 +80,7 @@ pub enum NoJoint {
 }
 
 impl NoJoint {
-    /// What the user can do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {
@@ -100,9 +99,10 @@ impl NoJoint {
                 "a lap's lower plate needs `below_mm` or `point_mm`; a gap between two plates in one plane is planned with `--use seam`"
             }
             Self::FacesAway { .. } => {
-                "`normal` points out of the plate into the free side, where the sensor is; is it the other way round, or `approach`?"
+                "`normal` must point out of the plate to the free side, where the sensor is; check its sign \
+                    and `approach`"
             }
-            Self::OffSeam { .. } => "is point_mm a point of the plate, in base and in mm?",
+            Self::OffSeam { .. } => "check that point_mm is a point of the plate, in base and in mm",
         }
     }
 }

@@ -57,7 +57,7 @@ impl Default for PlanRequest {
 const TIE_BREAK: f64 = 0.04;
 
 impl PlanRequest {
-    /// The score of a path that leaves so many times the seam error that is wanted, and has a score by its sigmas. Sigmas that were asked for
+    /// Score of a path by the ratio of its seam error to the required one, and by its sigmas. Sigmas that were asked for
     /// count as much as the seam error.
     #[must_use]
     pub(crate) fn seam_score(&self, of_wanted: f64, by_sigmas: f64) -> f64 {
@@ -126,7 +126,8 @@ pub enum PlanError {
     NoJoint(#[from] NoJoint),
     /// No motion keeps to the limits.
     #[error(
-        "no scan of {duration_s} s keeps to all limits: the best one found needs {percent:.0} % of what is allowed for {name}",
+        "no scan of {duration_s} s keeps all limits: the best one found needs {percent:.0} % of the limit \
+            for {name}",
         percent = 100.0 * used, name = constraint.name()
     )]
     NoRoom {
@@ -139,7 +140,7 @@ pub enum PlanError {
     },
     /// At no stand-off that is allowed the sensor sees a seam in the middle of its stripe.
     #[error(
-        "the sensor does not see the seam anywhere between the stand-offs of {:.0} and {:.0} mm{}",
+        "the seam is out of the field of view at all stand-offs from {:.0} to {:.0} mm{}",
         1e3 * allowed_m[0], 1e3 * allowed_m[1], where_seen(*seen_m)
     )]
     Blind {
@@ -149,23 +150,24 @@ pub enum PlanError {
         seen_m: Option<[f64; 2]>,
     },
     /// All motions within the limits leave something unseen.
-    #[error("within these limits a scan of {duration_s} s shows {rank} of {of} unknowns")]
+    #[error("within these limits a scan of {duration_s} s determines {rank} of {of} unknowns")]
     NotShown {
         /// Its duration, s.
         duration_s: f64,
         /// Directions shown.
         rank: usize,
-        /// Of so many.
+        /// Total number.
         of: usize,
     },
     /// The arm cannot bring the sensor over the seam.
-    #[error("the arm does not reach {}", if *middle { "the middle of the seam" } else { "both ends of the seam in one configuration, within its joints' ranges and past no singularity of its wrist" })]
+    #[error("the arm does not reach {}", if *middle { "the middle of the seam" } else { "both ends of the \
+        seam in one configuration, within its joint limits and without a wrist singularity" })]
     OutOfReach {
         /// Not even to the middle of the seam.
         middle: bool,
     },
     /// A duration that no scan has.
-    #[error("a scan takes from {least_s} to {most_s} s; {duration_s} s were asked for")]
+    #[error("a scan must take {least_s} to {most_s} s; {duration_s} s were requested")]
     Duration {
         /// What was asked for, s.
         duration_s: f64,
@@ -177,12 +179,12 @@ pub enum PlanError {
 }
 
 fn where_seen(seen_m: Option<[f64; 2]>) -> String {
-    let at = |[near, far]: [f64; 2]| format!(": it does between {:.0} and {:.0} mm", near * 1e3, far * 1e3);
-    seen_m.map_or_else(|| ", nor at any other".to_owned(), at)
+    let at = |[near, far]: [f64; 2]| format!(": it is in view from {:.0} to {:.0} mm", near * 1e3, far * 1e3);
+    seen_m.map_or_else(|| ", and at all others".to_owned(), at)
 }
 
 impl PlanError {
-    /// What the user can do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {
@@ -193,20 +195,22 @@ impl PlanError {
                  the frames. Where the view widens with the distance, a larger stand_off_mm helps"
             }
             Self::Blind { seen_m: Some(_), .. } => {
-                "set limits.stand_off_mm to distances at which the sensor sees; the stand-off counts along the camera's axis"
+                "set limits.stand_off_mm to distances within the sensor's range; the stand-off is measured \
+                    along the camera's axis"
             }
             Self::Blind { seen_m: None, .. } => {
-                "are the laser plane, the picture's size and view.margin_px those of this sensor?"
+                "check that laser plane, picture size and view.margin_px belong to this sensor"
             }
             Self::NoRoom { constraint: Constraint::SeamEnds, .. } => {
-                "the seam is short against how wrong the guess may be: give a longer one, or measure the guess better and \
-                 lower [guess_error]"
+                "the seam is too short for the stated error of the guess: use a longer one, or measure the \
+                 guess better and lower [guess_error]"
             }
             Self::NoRoom { constraint: Constraint::Workspace, .. } => {
-                "is the box in base, and does it hold the tool's origin rather than the seam?"
+                "check that the box is in base and contains the tool's origin, not the seam"
             }
             Self::NoRoom { constraint: Constraint::Clearance, .. } => {
-                "a sphere comes nearer to a plate than limits.clearance_mm: are at_mm and normal right, or is the stand-off too small?"
+                "a sphere comes nearer to a plate than limits.clearance_mm: check at_mm and normal, or use a \
+                    larger stand-off"
             }
             Self::NoRoom {
                 constraint: Constraint::Reach | Constraint::JointRange | Constraint::Wrist,
@@ -215,13 +219,14 @@ impl PlanError {
                 "another configuration ([arm] near_deg), other limits of tilts and stand-off, or a shorter seam"
             }
             Self::OutOfReach { .. } => {
-                "are base_from_arm and flange_from_tool right, and does the sensor look where [attitude] says?"
+                "check base_from_arm and flange_from_tool, and that the sensor looks along [attitude]"
             }
-            Self::NoRoom { .. } => "a longer duration or higher limits help",
+            Self::NoRoom { .. } => "use a longer duration or higher limits",
             Self::NotShown { .. } => {
-                "allow tilting about two axes; a better guess, and lower [guess_error], leaves more of the view to sweep"
+                "allow tilts about two axes; a better guess with a lower [guess_error] leaves more of the \
+                    view for the sweep"
             }
-            Self::Duration { .. } => "twenty seconds are plenty in most cells",
+            Self::Duration { .. } => "20 s are sufficient in most cells",
         }
     }
 }

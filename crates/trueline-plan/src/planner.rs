@@ -45,7 +45,7 @@ const LEAST_SCOUT: usize = 800;
 /// Plans a scan; `tick` is called for every design that is tried.
 ///
 /// # Errors
-/// [`PlanError`] says which limit stands in the way.
+/// [`PlanError`] names the limit.
 pub fn plan(cell: &Cell, ask: &PlanRequest, tick: &(dyn Fn() + Sync)) -> Result<Plan, PlanError> {
     best_sound(searched(cell, ask, tick)?.into_iter(), ask.duration_s)
 }
@@ -388,7 +388,7 @@ impl Designs<'_> {
     }
 }
 
-/// Does one job with each item on so many threads; what an item becomes does not depend on the others.
+/// Processes each item on a number of threads, independently of the others.
 fn par_each<I: Send>(items: &mut [I], threads: usize, job: impl Fn(&mut I) + Sync + Send) {
     match rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build() {
         Ok(pool) => pool.install(|| items.par_iter_mut().for_each(&job)),

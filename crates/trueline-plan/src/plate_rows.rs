@@ -32,10 +32,10 @@ pub(crate) const EDGED_ROWS: usize = ROWS;
 pub(crate) const EDGED_ALL: usize = LOCAL_ALL;
 /// See [`EDGED_ROWS`].
 pub(crate) const EDGED_FORM: usize = LOCAL_ALL - SheetShape::DIMENSION;
-/// A support point that is not there is known so well, m: its row tells nothing.
+/// Standard deviation of an absent support point, m: its row has no information.
 const NOT_THERE_M: f64 = 1e3;
 
-/// What the stripes tell of a joint that is roughly known.
+/// Information of the stripes on an approximately known joint.
 pub(crate) fn stripes<const R: usize, const N: usize>(
     cell: &Cell,
     (truth, joint): (&Truth, &Joint),

@@ -22,15 +22,15 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    /// The prediction of a whole information, of which the first unknowns are asked for, but for those that are held, and of the others
-    /// something is known beforehand; `None` if it is not finite.
+    /// The prediction of a whole information, of which the first unknowns are asked for, but for those that are held, and the others
+    /// have a prior; `None` if it is not finite.
     #[must_use]
     pub(crate) fn of(information: &DMatrix<f64>, held: &[usize], asked: usize) -> Option<Self> {
         let known = asked..information.nrows();
         let analysed = Information::beside(information, held, known.clone(), RANK_THRESHOLD)?;
         let asked = asked - held.len();
         let covariance = analysed.covariance().fixed_view::<LINES, LINES>(0, 0).into_owned();
-        // What is known beforehand always counts as shown.
+        // Unknowns with a prior always count as determined.
         Some(Self { covariance, rank: analysed.rank() - known.len(), asked })
     }
 

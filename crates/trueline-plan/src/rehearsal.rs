@@ -1,7 +1,7 @@
-//! A planned scan, calibrated before it is made: what the estimator itself says of it, with everything that it accounts for.
+//! Calibration of a planned scan before it is made, by the estimator itself with all its error sources.
 //!
 //! The scan is cast at the guess, from the same sights that the prediction is made of, with the noise expected; where the guess
-//! is right it is what will be recorded. That is no test of the estimator, but an answer to what no sum over frames tells: the
+//! is right it is what will be recorded. This does not test the estimator, but gives results that no sum over frames gives: the
 //! seam error with robot, sensor and bias, and whether another time offset or a turned sensor would explain the scan as well.
 
 use crate::cell::Cell;
@@ -28,7 +28,7 @@ use trueline_method::input::timestamps::Sampling;
 use trueline_method::problem::parameters::LINES;
 use trueline_method::{Config, Measurements, Status, calibrate};
 
-/// What a calibration of the planned scan says.
+/// Result of a calibration of the planned scan.
 #[derive(Clone, Debug)]
 pub struct Rehearsal {
     /// Whether it would be accepted.
@@ -47,7 +47,7 @@ pub struct Rehearsal {
 const ALIAS: f64 = 0.2;
 
 impl Rehearsal {
-    /// Whether another answer explains so much that a scan with some outliers may be taken for it.
+    /// Whether a rival explains enough to be confused with the answer in a scan with some outliers.
     #[must_use]
     pub fn has_alias(&self) -> bool {
         self.runner_up.is_some_and(|rival| rival.test.explains >= ALIAS)
@@ -81,7 +81,7 @@ pub fn rehearse(
 /// Duration of a middling scan, s.
 const MIDDLING_S: f64 = 20.0;
 
-/// What a calibration would take for known of the sensor's shape and of the errors that are no noise, and the speed of its seam error.
+/// What a calibration would take for known of the sensor's shape and of the errors that are not noise, and the speed of its seam error.
 /// The points of a path decide a little of it: those of a middling one stand for all.
 pub(crate) fn knowledge(
     cell: &Cell,

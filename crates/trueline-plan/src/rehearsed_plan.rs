@@ -8,12 +8,12 @@ use crate::rehearsal::{Rehearsal, rehearse};
 use crate::shape::Shape;
 use trueline_dataset::SensorSetup;
 
-/// A plan and what its calibration would say.
+/// A plan and the predicted calibration of its scan.
 #[derive(Clone, Debug)]
 pub struct RehearsedPlan {
     /// The plan.
     pub plan: Plan,
-    /// What calibrating its scan says; `None` if that cannot be done.
+    /// Predicted calibration of its scan; `None` if it fails.
     pub rehearsal: Option<Rehearsal>,
     /// The longer scans that were planned as well, and not chosen: duration, s, and the seam error that each leaves, m.
     pub longer: Vec<(f64, f64)>,
@@ -30,7 +30,7 @@ impl RehearsedPlan {
         self.rehearsal.as_ref().is_none_or(|rehearsal| rehearsal.accepted && !rehearsal.has_alias())
     }
 
-    /// The seam error, m; infinite where none can be told.
+    /// The seam error, m; infinite if it cannot be predicted.
     #[must_use]
     pub fn seam_error_m(&self) -> f64 {
         let error = self.rehearsal.as_ref().and_then(|rehearsal| rehearsal.seam_error);
@@ -92,7 +92,7 @@ pub fn least_seam_error(
 }
 
 /// Plans for the least seam error: the best path of each kind is rehearsed, and of those that are sound the one that leaves least is
-/// taken. Noise alone does not tell them apart: what the sensor, the robot and the feature's bias do differs from path to path.
+/// taken. Noise alone does not separate them: what the sensor, the robot and the feature's bias do differs from path to path.
 fn least_of_finalists(
     cell: &Cell,
     setup: &SensorSetup,

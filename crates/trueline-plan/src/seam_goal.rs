@@ -20,7 +20,7 @@ use trueline_method::input::shape_knowledge::ShapeCovariance;
 use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_model::SheetShape;
 
-/// What is wanted of the seam error, and what is known beforehand of everything that adds to it.
+/// What is wanted of the seam error, and the prior of everything that adds to it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SeamGoal {
     /// One standard deviation, m.
@@ -39,7 +39,7 @@ pub struct SeamGoal {
 
 /// Robot errors change slowly along a path: of a search's frames about so many are asked.
 const ROBOT_POSES: usize = 36;
-/// Covariance of what is left of the bias, px per 10° of tilt.
+/// Covariance of the remaining bias, px per 10° of tilt.
 pub(crate) type BiasLeft = SMatrix<f64, BIAS, BIAS>;
 /// Points of the field along each axis.
 const GRID: usize = 3;
@@ -47,7 +47,7 @@ const GRID: usize = 3;
 const BEYOND: f64 = 0.02;
 
 impl SeamGoal {
-    /// For a cell and what the sensor's file says; `None` where no scan of it can be made.
+    /// For a cell and its sensor's file; `None` if no scan of it is possible.
     #[must_use]
     pub fn of(cell: &Cell, setup: &SensorSetup, wanted_m: f64) -> Option<Self> {
         let (shape, robot, bias_px, speed_m_s) = knowledge(cell, setup)?;
@@ -126,7 +126,7 @@ impl SeamGoal {
         if self.bias_px > 0.0 { self.bias_px.powi(-2) } else { HELD }
     }
 
-    /// What frames tell, with what is known of form and shape beforehand; `None` for a shape that is known exactly.
+    /// Information of frames, with the priors of form and shape; `None` for an exactly known shape.
     fn told<const ROWS: usize, const N: usize, const A: usize>(
         &self,
         evidence: &Evidence<ROWS, N>,

@@ -4,7 +4,7 @@ use crate::cell::Cell;
 use crate::plan::{DURATION_S, Plan, PlanError, PlanRequest};
 use crate::planner::{plan, replan};
 
-/// Durations are told apart to this part.
+/// Relative resolution of durations.
 const RESOLUTION: f64 = 1.04;
 
 /// Plans the shortest scan of at most [`PlanRequest::duration_s`] that reaches all of the goal's sigmas; where none does, the

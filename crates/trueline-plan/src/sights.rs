@@ -99,7 +99,7 @@ impl Sights {
         &self.origin
     }
 
-    /// Standard deviation of the bow as it is known beforehand, m.
+    /// Prior standard deviation of the bow, m.
     pub(crate) fn bow_sigma_m(&self) -> f64 {
         self.bow_sigma_m
     }
@@ -185,7 +185,7 @@ pub struct NoiseLeft {
 }
 
 impl NoiseLeft {
-    /// What is left of a cell's noise.
+    /// Remaining noise of a cell.
     #[must_use]
     pub fn of(cell: &Cell) -> Self {
         let left = smooth::noise_left(cell.robot_period_s, smooth::HALF_WINDOW_S);

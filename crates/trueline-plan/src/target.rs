@@ -148,7 +148,7 @@ impl Measured {
     }
 }
 
-/// Seam points; a frame in which no camera sees it tells nothing.
+/// Seam points; a frame without a visible seam has no information.
 fn seam_points(cell: &Cell, sights: &Sights, seen_by: &[SeenBy]) -> Evidence<2, LOCAL_ALL> {
     let left = NoiseLeft::of(cell);
     let rows = sights.list.iter().zip(seen_by).enumerate().filter(|(_, (_, seen))| seen.seam > 0.0);

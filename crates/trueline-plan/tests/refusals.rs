@@ -88,7 +88,7 @@ fn a_sensor_that_cannot_see_at_its_stand_off_is_told_where_it_does() {
         panic!("{refused:?}")
     };
     assert!(near < far && far < allowed_m[0], "{near} {far}");
-    assert!(refused.to_string().contains("it does between"), "{refused}");
+    assert!(refused.to_string().contains("it is in view from"), "{refused}");
     // Independent of the planner's own view: the seam's pixel, by the sensor's model, is in the picture at what is said to be in view,
     // with the margin of 100 px, and not beyond.
     let trueline_dataset::Sensor::CameraLaser { camera, .. } = &cell.sensor else { unreachable!() };

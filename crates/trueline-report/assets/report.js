@@ -126,7 +126,7 @@
 
     bars(c) {
       const host = document.getElementById(c.id);
-      host.style.height = `${Math.max(10, 4 + 1.7 * c.names.length)}rem`;
+      host.style.height = `${Math.min(40, Math.max(10, 4 + 1.7 * c.names.length))}rem`;
       const low = c.axis.log ? 10 ** Math.floor(Math.log10(Math.min(...c.values, c.mark ? c.mark.at : Infinity))) : undefined;
       // Names take what they need, at most two fifths; longer ones are broken into lines.
       const longest = Math.max(...c.names.map((name) => name.length));
@@ -187,34 +187,23 @@
     show(0);
   };
 
-  // Ways to write the same: tabs, and a button that copies.
+  // Ways to write the same: a list to choose from, and a button that copies.
   for (const [number, choice] of [...document.querySelectorAll(".choice")].entries()) {
-    const tabs = choice.querySelector(".tabs"), forms = [...choice.querySelectorAll(".form")];
-    const pick = (k, focus) => {
-      forms.forEach((form, i) => { form.style.display = i === k ? "" : "none"; });
-      buttons.forEach((button, i) => { button.setAttribute("aria-selected", i === k); button.tabIndex = i === k ? 0 : -1; });
-      if (focus) buttons[k].focus();
-    };
-    const buttons = forms.map((form, k) => {
-      const button = document.createElement("button");
+    const choose = choice.querySelector(".choose"), forms = [...choice.querySelectorAll(".form")];
+    const list = document.createElement("select");
+    list.setAttribute("aria-label", `${choice.querySelector("h3").textContent}: notation`);
+    for (const [k, form] of forms.entries()) {
       form.id = `form-${number}-${k}`;
-      form.setAttribute("role", "tabpanel");
-      button.setAttribute("aria-controls", form.id);
-      button.textContent = form.dataset.name;
-      button.setAttribute("role", "tab");
-      button.addEventListener("click", () => pick(k));
-      button.addEventListener("keydown", (e) => {
-        const by = { ArrowRight: 1, ArrowLeft: -1 }[e.key];
-        if (by) { pick((k + by + forms.length) % forms.length, true); e.preventDefault(); }
-      });
-      tabs.append(button);
-      return button;
-    });
+      list.append(new Option(form.dataset.name, k));
+    }
+    const pick = () => forms.forEach((form, k) => { form.style.display = k === +list.value ? "" : "none"; });
+    list.addEventListener("change", pick);
+    choose.append(list);
     const copy = document.createElement("button");
     copy.textContent = "Copy";
     copy.className = "copy";
     copy.addEventListener("click", async () => {
-      const pre = forms.find((form) => form.style.display !== "none").querySelector("pre");
+      const pre = forms[+list.value].querySelector("pre");
       let done = true;
       try { await navigator.clipboard.writeText(pre.textContent); } catch {
         // Pages of files may have no clipboard of their own.
@@ -225,9 +214,9 @@
       setTimeout(() => { copy.textContent = "Copy"; }, 2000);
     });
     copy.setAttribute("aria-live", "polite");
-    tabs.parentElement.append(copy);
+    choose.append(copy);
     choice.classList.add("chosen");
-    pick(0);
+    pick();
   }
 
   const button = document.getElementById("theme");

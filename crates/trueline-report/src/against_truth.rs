@@ -20,8 +20,9 @@ pub fn text(calibration: &Calibration, truth: &Truth) -> String {
         each.join(", ")
     };
     format!(
-        "\nError against the simulated truth, in standard deviations: time offset {:+.1}; rotation about x, y, z {};\n\
-         translation along x, y, z {}. Two of three are within 1, nearly all within 2. That is {:+.3} ms, {:.4}° and {:.3} mm.\n",
+        "\nError against the simulated truth, in standard deviations: time offset {:+.1}; rotation about x, \
+         y, z {};\ntranslation along x, y, z {}. 68 % should be within 1, 95 % within 2. That is {:+.3} ms, \
+         {:.4}° and {:.3} mm.\n",
         sigmas(offset_s, TIME_OFFSET),
         axes(turn, ROTATION),
         axes(shift, TRANSLATION),

@@ -1,4 +1,4 @@
-//! What a plan says of the arm: how much of its joints it uses, and what nothing has looked at.
+//! The arm in a plan: range of its joints, and missing checks.
 
 use serde_json::{Value, json};
 use trueline_dataset::unit::MM_PER_M;

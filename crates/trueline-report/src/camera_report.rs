@@ -30,7 +30,7 @@ impl CameraReport<'_> {
             Some(reason) => Some((file.clone(), reason.clone())),
             None => {
                 let counts = views.next().is_none_or(|corners| corners.contains(&true));
-                (!counts).then(|| (file.clone(), "it does not fit the others".to_owned()))
+                (!counts).then(|| (file.clone(), "it is an outlier".to_owned()))
             }
         };
         self.files.iter().filter_map(why).collect()

@@ -12,7 +12,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use trueline_dataset::result_file::{Fact, ResultFile};
 use trueline_method::{Calibration, Status};
 
-/// Expanded uncertainties are so many standard deviations: about 95 %.
+/// Expanded uncertainties are this number of standard deviations: about 95 %.
 const COVERAGE: f64 = 2.0;
 
 /// Where a change of scale along an axis is stated, mm from the middle.
@@ -74,7 +74,7 @@ pub struct Check {
 /// The checks, each with the codes of reasons and warnings that belong to it.
 const CHECKS: [(&str, &[&str]); 6] = [
     (
-        "The scan shows every unknown",
+        "The scan determines every unknown",
         &[
             "unobservable",
             "undetermined-turn",
@@ -85,7 +85,7 @@ const CHECKS: [(&str, &[&str]); 6] = [
         ],
     ),
     (
-        "No other answer explains the scan",
+        "No other solution explains the scan",
         &[
             "mirror-ambiguity",
             "mirror-by-sensor",
@@ -98,7 +98,7 @@ const CHECKS: [(&str, &[&str]); 6] = [
         ],
     ),
     (
-        "Residuals are those of the noise",
+        "Residuals agree with the noise",
         &[
             "residuals-too-large",
             "unusual-noise",
@@ -116,7 +116,7 @@ const CHECKS: [(&str, &[&str]); 6] = [
         "Parts of the scan agree",
         &["cross-validation-misfit", "cross-validation-shift", "stripes-contradict", "stripes-disagree"],
     ),
-    ("The sensor is as its file says", &["sensor-off", "lens-off", "feature-bias"]),
+    ("The sensor agrees with its file", &["sensor-off", "lens-off", "feature-bias"]),
     ("Clocks, robot and everything else", &[]),
 ];
 
@@ -161,7 +161,7 @@ impl Certificate {
         let verdict = if !self.passed {
             "Not passed: the calibration is not accepted."
         } else if self.figures.is_empty() {
-            "Nothing is certified: the sensor was held."
+            "Nothing is certified: the sensor was held fixed."
         } else {
             "Passed: the sensor is calibrated."
         };
@@ -209,7 +209,7 @@ impl Certificate {
         let seam = self.seam_error_of_sensor_mm.map(|mm| {
             let digits = digits_for(mm);
             Block::Text(format!(
-                "What is left of the sensor's error displaces a seam point by ± {mm:.digits$} mm (1 sigma)."
+                "The remaining sensor error displaces a seam point by ± {mm:.digits$} mm (1 σ)."
             ))
         });
         [Block::Table(table)].into_iter().chain(seam).collect()

@@ -40,8 +40,8 @@ pub fn estimate(parameters: Guess, result: &ResultFile) -> Result<Estimate, [&'s
 #[must_use]
 pub fn other_file([first, second]: [&KnownCalibration; 2]) -> Option<&'static str> {
     first.is_of_another_file(second).then_some(
-        "warning: the two results belong to different sensor files, so the difference may be in the files and not in the bracket. \
-         Calibrate both scans with one sensor file.",
+        "warning: the two results belong to different sensor files, so the difference may come from the \
+         files and not from the bracket. Calibrate both scans with one sensor file.",
     )
 }
 
@@ -100,25 +100,18 @@ pub fn text(difference: &Difference, field: &Field) -> String {
         (false, false) => "",
     };
     let verdict = if d.moved() {
-        format!(
-            "Moved by {}{what}: {:.1} standard deviations, chance makes {MOVED_Z}",
-            mm(d.seam_shift_rms_m),
-            d.z
-        )
+        format!("Moved by {}{what}: {:.1} σ (threshold {MOVED_Z} σ, 1 in 1000)", mm(d.seam_shift_rms_m), d.z)
     } else {
-        format!(
-            "The same: chance alone makes a larger difference {}; moved is what it makes in one of 1000",
-            chance(d)
-        )
+        format!("The same: noise alone causes a larger difference {} (threshold 1 in 1000)", chance(d))
     };
     let axes = |change: &Vector3<f64>, first: usize, scale: f64, unit: &str| {
         let axis = |k: usize| with_sigma(change[k] * scale, Some(d.sigma[first + k] * scale), unit);
         format!("x {}, y {}, z {}", axis(0), axis(1), axis(2))
     };
     format!(
-        "{verdict}\n\n  seam point   {} rms, {} at most; by chance {} rms\n  \
-         where        {:.0} × {:.0} mm about {:.0} mm from the sensor, at {:.0} mm/s\n  time offset  {}\n  \
-         rotation     {}\n  translation  {}",
+        "{verdict}\n\n  seam point   {} RMS, {} at most; by noise {} RMS\n  where        {:.0} × {:.0} mm \
+         about {:.0} mm from the sensor, at {:.0} mm/s\n  time offset  {}\n  rotation     {}\n  translation  \
+         {}",
         mm(d.seam_shift_rms_m),
         mm(d.seam_shift_largest_m),
         mm(d.seam_shift_sigma_m),

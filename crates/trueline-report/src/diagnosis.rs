@@ -11,7 +11,12 @@ pub fn text(d: &Diagnosis, all: bool) -> String {
     let mut out = String::new();
     // Writing to a String cannot fail.
     if d.findings.is_empty() {
-        let but = if d.as_recorded.said.is_empty() { "." } else { ", but it does not show everything:" };
+        let but = if d.as_recorded.said.is_empty() {
+            "."
+        } else {
+            ", but the scan does not determine \
+            everything:"
+        };
         let _ = writeln!(out, "Nothing is wrong with the recording's units, frames and orders{but}");
     } else {
         let _ = writeln!(out, "Found:");
@@ -29,12 +34,12 @@ pub fn text(d: &Diagnosis, all: bool) -> String {
     }
     let hidden = d.trials.iter().filter(|trial| !told(&trial.name)).count();
     if hidden > 0 {
-        let _ = writeln!(out, "  {hidden} other mistakes were tried in vain; --verbose lists them");
+        let _ = writeln!(out, "  {hidden} other mistakes ruled out; --verbose lists them");
     }
     if !d.not_tried.is_empty() {
         let _ = writeln!(
             out,
-            "  {} mistakes were not tried, for the time was spent: --longest-s gives more",
+            "  {} mistakes were not tried for lack of time; --longest-s allows more",
             d.not_tried.len()
         );
     }

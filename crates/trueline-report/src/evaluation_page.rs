@@ -11,7 +11,7 @@ use trueline_method::evaluate::evaluation::{Deviation, Evaluation, Figures, Tole
 use trueline_method::evaluate::other_cell::OtherCell;
 use trueline_method::evaluate::reference_curve::ReferenceCurve;
 
-/// What is said of an evaluation beside its figures.
+/// Verdicts of an evaluation besides its figures.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Judged<'a> {
     /// The verdict against a tolerance.
@@ -29,7 +29,7 @@ pub fn html(e: &Evaluation, judged: Judged<'_>, title: &str, command: &str) -> S
         title: title.to_owned(),
         verdict: Verdict {
             text: format!(
-                "{:.3} mm typically from {} {reference}: {:.3} mm root mean square, {:.3} mm at most.",
+                "Median distance {:.3} mm from {} {reference}; {:.3} mm RMS, {:.3} mm at most.",
                 figures.median_m * MM_PER_M,
                 match e.references.first() {
                     _ if e.known => "the known",
@@ -73,7 +73,8 @@ fn first(e: &Evaluation) -> Vec<Block> {
     let mut mind = Vec::new();
     if !e.known {
         mind.push(
-            "The reference was fitted to these very points: it cannot show an offset of the whole seam. --reference can."
+            "The reference was fitted to these same points, so it cannot show an offset of the whole seam. \
+            Use --reference for that."
                 .to_owned(),
         );
     }
@@ -99,7 +100,7 @@ fn table(e: &Evaluation) -> Table {
             mm(f.max_m),
         ])
     };
-    let mut rows = vec![row("as calibrated", &e.calibrated), row("time offset left out", &e.without_offset)];
+    let mut rows = vec![row("as calibrated", &e.calibrated), row("without time offset", &e.without_offset)];
     if e.references.len() > 1 {
         rows.extend(e.references.iter().enumerate().map(|(k, reference)| {
             let own: Vec<Deviation> =
@@ -108,7 +109,7 @@ fn table(e: &Evaluation) -> Table {
         }));
     }
     Table {
-        head: ["", "points", "RMSE (mm)", "MAE (mm)", "median (mm)", "max (mm)"].map(str::to_owned).to_vec(),
+        head: ["", "points", "RMSE (mm)", "mean (mm)", "median (mm)", "max (mm)"].map(str::to_owned).to_vec(),
         rows,
     }
 }
@@ -135,7 +136,7 @@ const MOST: usize = 50_000;
 fn charts(e: &Evaluation, columns: &mut Columns) -> Vec<Block> {
     let lists = [
         ("as calibrated", &e.calibrated, Colour::A),
-        ("time offset left out", &e.without_offset, Colour::Bad),
+        ("without time offset", &e.without_offset, Colour::Bad),
     ];
     let mut chart = |id, title, axis: &str, of: &dyn Fn(&Deviation) -> f64| {
         let series = lists

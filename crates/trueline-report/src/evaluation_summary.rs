@@ -15,7 +15,7 @@ fn rows(e: &Evaluation) -> [(&'static str, &'static str, Figures); 2] {
     let of = |list: &[Deviation]| Figures::of(list.iter().map(|d| d.error_m));
     [
         ("as calibrated", "calibrated", of(&e.calibrated)),
-        ("time offset left out", "without_time_offset", of(&e.without_offset)),
+        ("without time offset", "without_time_offset", of(&e.without_offset)),
     ]
 }
 
@@ -36,7 +36,7 @@ pub fn text(e: &Evaluation) -> String {
     let _ = writeln!(
         out,
         "\n  {:<22} {:>7} {:>10} {:>10} {:>10} {:>10}",
-        "", "points", "RMSE mm", "MAE mm", "median mm", "max mm"
+        "", "points", "RMSE mm", "mean mm", "median mm", "max mm"
     );
     for (name, _, f) in rows(e) {
         let _ = writeln!(
@@ -64,14 +64,15 @@ pub fn text(e: &Evaluation) -> String {
     out
 }
 
-/// What the calibration says of its own error, beside the points against a seam that is known; `None` where either is not. The share of the error along the seam
+/// Predicted error of the calibration, compared with the points on a known seam; `None` without either. The share of the error along the seam
 /// does not show, and the noise of the points does.
 #[must_use]
 pub fn said_text(e: &Evaluation, said_m: Option<f64>) -> Option<String> {
     let said_m = said_m.filter(|_| e.known)?;
     let found_m = Figures::of(e.calibrated.iter().map(|point| point.error_m)).rmse_m;
     Some(format!(
-        "The calibration says ± {:.2} mm for a seam point (robot, edge, sensor and seam included). These are {:.2} mm off (RMSE), {:.1} times that.",
+        "The calibration predicts ± {:.2} mm for a seam point (robot, edge, sensor and seam included). These \
+        points are {:.2} mm off (RMSE), {:.1} times as much.",
         said_m * MM_PER_M,
         found_m * MM_PER_M,
         found_m / said_m
@@ -114,10 +115,12 @@ pub fn other_cell_text(other: &OtherCell) -> String {
     let said = if other.is_other_cell {
         "This calibration does not belong to this scan"
     } else {
-        "warning: this calibration is not this scan's: something has moved since, or one of the two is wrong"
+        "warning: this calibration does not match this scan: something has moved since, or one of the two is \
+        wrong"
     };
     format!(
-        "{said}: calibrated by itself the sensor sits {:.1} mm and {:.2}° elsewhere, and its images are {:+.1} ms later",
+        "{said}: a calibration of this scan differs by {:.1} mm and {:.2}° in the hand-eye transform and by \
+        {:+.1} ms in the time offset",
         other.shift_m * MM_PER_M,
         other.turn_rad.to_degrees(),
         other.offset_s * 1e3
@@ -132,7 +135,7 @@ pub fn stops_text(stops: &[Stop]) -> String {
         let own = || stops.iter().filter(move |stop| stop.line == seam);
         let worst = own().map(|stop| stop.sigma_m).fold(0.0, f64::max) * MM_PER_M;
         format!(
-            "seam {seam}: {} stops, each known to ± {worst:.4} mm or better by its own scatter\n",
+            "seam {seam}: {} stops, each with ± {worst:.4} mm or less from its own scatter\n",
             own().count()
         )
     };
@@ -164,7 +167,7 @@ pub fn described(reference: &ReferenceCurve) -> String {
     }
 }
 
-/// The evaluation as JSON, with the verdict against a tolerance and what tells that the calibration is another cell's.
+/// The evaluation as JSON, with the verdict against a tolerance and the evidence that the calibration belongs to another cell.
 #[must_use]
 pub fn json(e: &Evaluation, check: Option<&ToleranceCheck>, other: Option<&OtherCell>) -> Value {
     let figures: serde_json::Map<String, Value> =

@@ -73,7 +73,7 @@ pub fn html(source: &Source<'_>) -> String {
         },
         Section {
             id: "seams",
-            heading: "Where the seam is",
+            heading: "Position of the seam",
             blocks: charts(looked, size_px, columns),
             folded: false,
         },
@@ -124,7 +124,7 @@ fn charts(looked: &[Looked], size_px: [u32; 2], columns: &mut Columns) -> Vec<Bl
         plot(
             "over-time",
             "Seam over time",
-            "A point that jumps away from its neighbours was refused.",
+            "Points that jump away from their neighbours are rejected.",
             Axis::of("time (s)"),
             Axis::of("px"),
             vec![Series::points("u", time, u, Colour::A), Series::points("v", time, v, Colour::B)],
@@ -132,14 +132,14 @@ fn charts(looked: &[Looked], size_px: [u32; 2], columns: &mut Columns) -> Vec<Bl
         plot(
             "in-picture",
             "Seam in the picture",
-            "What the scan has swept of the view: the more, the better the calibration.",
+            "The part of the view that the scan has swept: more of it makes a better calibration.",
             Axis::of("u (px)").between(0.0, width),
             down,
             vec![Series::points("seam", u, v, Colour::A)],
         ),
         plot(
             "sigma",
-            "How well it is known",
+            "Uncertainty",
             "One standard deviation along both axes.",
             Axis::of("time (s)"),
             Axis::log("± (px)"),

@@ -27,18 +27,18 @@ pub fn html(source: &Source<'_>) -> String {
     let mut page = Page {
         title: "A planned scan".to_owned(),
         verdict: Verdict {
-            text: sentence(plan, asked.is_some(), missed.is_empty()),
+            text: sentence(source, missed.is_empty()),
             tone: asked.map_or(Tone::Plain, |_| Tone::of(missed.is_empty())),
         },
         ..Page::default()
     };
     let mut first = Vec::new();
     if !missed.is_empty() {
-        first.push(Block::Notice { heading: "What is not reached", items: missed, bad: true });
+        first.push(Block::Notice { heading: "Requirements missed", items: missed, bad: true });
         let mut advice = plan_seam_error::advice(source);
         advice.extend(plan_seam_error::longer(source));
         if !advice.is_empty() {
-            first.push(Block::Notice { heading: "What would help", items: advice, bad: false });
+            first.push(Block::Notice { heading: "Remedies", items: advice, bad: false });
         }
     }
     first.push(Block::Cards(cards(plan, wrong_guess)));
@@ -57,15 +57,25 @@ pub fn html(source: &Source<'_>) -> String {
     render(&page)
 }
 
-fn sentence(plan: &Plan, asked: bool, reached: bool) -> String {
-    let seconds = plan.motion.design().duration_s;
-    match (asked, reached) {
-        (true, true) => format!("This scan of {seconds:.1} s reaches what was asked for."),
+fn sentence(source: &Source<'_>, reached: bool) -> String {
+    let seconds = source.plan.motion.design().duration_s;
+    let error = plan_seam_error::predicted(source).map(|error| format!("Seam error {error}: "));
+    let scan = match (source.asked.goal.is_some(), reached) {
+        (true, true) => format!("this scan of {seconds:.1} s reaches the required accuracy."),
         (true, false) => {
-            format!("The best scan found, of {seconds:.1} s, does not reach what was asked for.")
+            format!("the best scan found, of {seconds:.1} s, does not reach the required accuracy.")
         }
-        (false, _) => format!("A scan of {seconds:.1} s within all limits."),
+        (false, _) => format!("a scan of {seconds:.1} s within all limits."),
+    };
+    match error {
+        Some(error) => error + &scan,
+        None => first_upper(&scan),
     }
+}
+
+fn first_upper(text: &str) -> String {
+    let mut rest = text.chars();
+    rest.next().map_or_else(String::new, |first| first.to_uppercase().chain(rest).collect())
 }
 
 fn cards(plan: &Plan, wrong_guess: &[f64; LINES]) -> Vec<Card> {
@@ -86,7 +96,7 @@ fn cards(plan: &Plan, wrong_guess: &[f64; LINES]) -> Vec<Card> {
             name: "Time offset",
             values: vec![sigma(TIME_OFFSET, 1e3, "ms")],
             meaning:
-                "One standard deviation of noise; in brackets, what 95 % of the cells with a wrong guess stay below."
+                "One standard deviation of noise; in brackets, the limit for 95 % of the cells with a wrong guess."
                     .to_owned(),
         },
         Card {
@@ -171,7 +181,7 @@ fn place_in_sheet(plan: &Plan, columns: &mut Columns) -> Block {
     Block::Chart(Chart {
         id: "in-the-sheet",
         title: "Where the seam appears in the view",
-        explanation: "With a correct guess. The wider the sweep, the more the scan tells.".to_owned(),
+        explanation: "With a correct guess. A wider sweep gives more information.".to_owned(),
         alternative: "Stand-off in mm over the place along the stripe in mm".to_owned(),
         wide: false,
         drawn: Drawn::Plot {
@@ -211,7 +221,8 @@ fn room(cell: &Cell, plan: &Plan, columns: &mut Columns) -> Block {
     Block::Chart(Chart {
         id: "room",
         title: "Frames in which the seam is in view",
-        explanation: "How many of the cells that the guess allows see the seam in each frame; and, with a correct guess, how far the seam is from the edge of the usable view, as a percentage of half the view."
+        explanation: "Share of the possible cells that see the seam in each frame; and, with a correct \
+            guess, the distance of the seam from the edge of the usable view, in per cent of half the view."
             .to_owned(),
         alternative: "Per cent of the cells that see the seam, and distance of the seam from the edge of the view in per cent of half the view, over time in s".to_owned(),
         wide: false,

@@ -1,4 +1,4 @@
-//! What a plan says of the seam error: how large it will be, where it comes from, and where more is wanted what would shrink it.
+//! Predicted seam error of a plan: its size, its sources, and the remedies if a smaller one is required.
 
 use crate::number::digits_for;
 use crate::plan_source::Source;
@@ -50,12 +50,17 @@ pub(crate) fn rows(source: &Source<'_>) -> Vec<(String, String)> {
     rows
 }
 
+/// The seam error that is predicted, all errors included: `± 0.31 mm`.
+pub(crate) fn predicted(source: &Source<'_>) -> Option<String> {
+    Some(format!("± {}", mm(of(source)?.rms_m)))
+}
+
 /// What a seam error that is missed misses it by.
 pub(crate) fn missed(source: &Source<'_>) -> Option<String> {
     let wanted_m = source.asked.seam_m?;
     let wanted_mm = wanted_m * MM_PER_M;
     let Some(error) = of(source) else {
-        return Some(format!("seam error: it cannot be predicted, and {wanted_mm} mm is wanted"));
+        return Some(format!("seam error: it cannot be predicted; {wanted_mm} mm is required"));
     };
     if error.rms_m <= wanted_m {
         return None;
@@ -63,7 +68,7 @@ pub(crate) fn missed(source: &Source<'_>) -> Option<String> {
     let parts: Vec<String> =
         budget(error).iter().map(|part| format!("{} ± {}", part.name, mm(part.sigma_m))).collect();
     Some(format!(
-        "seam error: ± {}, and {wanted_mm} mm is wanted; largest first: {}",
+        "seam error: ± {}, {wanted_mm} mm is required; largest first: {}",
         mm(error.rms_m),
         parts.join(", ")
     ))
@@ -82,10 +87,16 @@ pub(crate) fn advice(source: &Source<'_>) -> Vec<String> {
         });
         let is_enough = source.asked.seam_m.is_some_and(|wanted_m| *best_m <= wanted_m);
         list.push(format!(
-            "this path would leave {}, {}. If your robot is better than {}, write accuracy_mm under [robot] in the cell's sensor.toml and plan again",
+            "this path would give {}, {}. If your robot is better than {}, write accuracy_mm under [robot] \
+            in the cell's sensor.toml and plan again",
             left.collect::<Vec<_>>().join(", "),
-            if is_enough { "which is enough" } else { "which is not enough, though a path planned for that robot may leave less" },
-            if known { "that file says" } else { "assumed" },
+            if is_enough {
+                "which is enough"
+            } else {
+                "which is not enough, but a path planned for that \
+                robot may give less"
+            },
+            if known { "stated in that file" } else { "assumed" },
         ));
     }
     let parts = of(source).map(budget).unwrap_or_default();
@@ -99,7 +110,8 @@ pub(crate) fn advice(source: &Source<'_>) -> Vec<String> {
 pub(crate) fn longer(source: &Source<'_>) -> Option<String> {
     let (duration_s, left_m) = source.longer.first()?;
     Some(format!(
-        "{duration_s:.1} s would leave ± {}: more time shrinks noise and stamps only, so the shorter scan was chosen",
+        "{duration_s:.1} s would give ± {}: more time reduces only noise and stamps, so the shorter scan was \
+        chosen",
         mm(*left_m)
     ))
 }
@@ -135,14 +147,19 @@ fn cure(part: &BudgetPart, source: &Source<'_>, error: &SeamError) -> String {
             let accuracy_mm = error.levels.robot_accuracy_m * MM_PER_M;
             let digits = digits_for(accuracy_mm);
             let state = if error.levels.robot_is_stated { "stated" } else { "assumed" };
-            format!("proportional to its accuracy, {accuracy_mm:.digits$} mm {state}: accuracy_mm under [robot] in sensor.toml")
+            format!(
+                "proportional to its accuracy, {accuracy_mm:.digits$} mm {state}: accuracy_mm under [robot] in sensor.toml"
+            )
         }
-        "sensor" => "a better [uncertainty] in sensor.toml, if the sensor is known better".to_owned(),
+        "sensor" => "a smaller [uncertainty] in sensor.toml, if the sensor is more certain".to_owned(),
         "feature bias" if source.cell.limits.spun_pass => {
-            "shrinks with a better robot, whose errors hide it; spun passes were tried as well".to_owned()
+            "decreases with a more accurate robot, whose errors hide it; spun passes were tried too"
+                .to_owned()
         }
         "feature bias" => {
-            "shrinks with a better robot, whose errors hide it; with spun_pass = true under [limits] a spun pass is tried as well".to_owned()
+            "decreases with a more accurate robot, whose errors hide it; with spun_pass = true under \
+            [limits] a spun pass is tried too"
+                .to_owned()
         }
         _ => part.cure.to_owned(),
     }

@@ -1,15 +1,15 @@
-//! What a plan's summary, page and JSON are told from.
+//! Inputs of a plan's summary, page and JSON.
 
 use trueline_method::problem::parameters::LINES;
 use trueline_plan::{Cell, Goal, Plan, Prediction, Rehearsal};
 
-/// All that is told of a plan.
+/// Inputs of all reports on a plan.
 pub struct Source<'a> {
     /// What was known.
     pub cell: &'a Cell,
     /// What was planned.
     pub plan: &'a Plan,
-    /// What calibrating its scan would say; `None` if that cannot be done.
+    /// Predicted calibration of its scan; `None` if it fails.
     pub rehearsal: Option<&'a Rehearsal>,
     /// What was asked for.
     pub asked: Asked<'a>,

@@ -49,7 +49,10 @@ pub fn missed(source: &Source<'_>, goal: &Goal) -> Vec<String> {
             format!("no scan of up to {:.0} s would reach it within these limits", DURATION_S[1])
         };
         (sigma > wanted).then(|| {
-            format!("{name}: ± {sigma_shown:.digits$} {unit}, and {wanted_shown:.4} {unit} is wanted; it is noise alone: {cure}")
+            format!(
+                "{name}: ± {sigma_shown:.digits$} {unit} from noise alone, {wanted_shown:.4} {unit} is \
+                required; {cure}"
+            )
         })
     };
     // Where only a seam error was asked for, nobody wants the sigmas by which paths are compared.
@@ -75,7 +78,7 @@ pub fn text(source: &Source<'_>) -> String {
     );
     let is_rough = !cell.guess_error.is_none();
     let brackets =
-        if is_rough { "; in brackets, what 95 % of the cells with a wrong guess stay below" } else { "" };
+        if is_rough { "; in brackets, the limit for 95 % of the cells with a wrong guess" } else { "" };
     let _ = writeln!(out, "  One standard deviation of noise{brackets}:");
     for (k, (name, unit)) in UNKNOWNS.iter().enumerate() {
         let sigma = plan.prediction.sigma(k) * scale(k);
@@ -109,7 +112,7 @@ pub fn facts(source: &Source<'_>) -> Vec<(String, String)> {
         .map(|(name, used)| format!("{name} {:.0} %", 100.0 * used))
         .collect();
     facts.push(("limits used".to_owned(), used.join(", ")));
-    facts.push(("if the guess is off".to_owned(), chances(source)));
+    facts.push(("with a wrong guess".to_owned(), chances(source)));
     if let Target::Stripes(joint) = &plan.target {
         let of = match (joint.edge_on, joint.seen) {
             (None, _) => "on both plates",
@@ -150,19 +153,20 @@ fn swung((name, sweep, unit, factor): (&str, Sweep, &str, f64)) -> (String, Stri
 fn half_turn(plan: &Plan) -> String {
     let [from_s, to_s] = plan.motion.spun_s();
     format!(
-        "takes {:.1} s in which nothing is measured; it pays for a seam error where the feature's bias is most of it, not for noise. Run it as \
-         the robot's own program (--program): `trueline scan` does not guide a half turn",
+        "takes {:.1} s without measurement; it reduces the seam error if the feature bias dominates, not if \
+         noise does. Run it as the robot's own program (--program): `trueline scan` does not guide a half \
+         turn",
         to_s - from_s
     )
 }
 
-/// What calibrating the planned scan says.
+/// Predicted calibration of the planned scan.
 fn rehearsed(source: &Source<'_>) -> Vec<(String, String)> {
     let Some(rehearsal) = source.rehearsal else { return Vec::new() };
     let mut lines = plan_seam_error::rows(source);
     lines.push(("runner-up".to_owned(), runner_up(rehearsal)));
     if !rehearsal.accepted {
-        let said = "BEWARE: `calibrate` would not accept this scan, even with a correct guess";
+        let said = "WARNING: `calibrate` would not accept this scan, even with a correct guess";
         lines.push(("rehearsal".to_owned(), said.to_owned()));
     }
     lines
@@ -176,11 +180,11 @@ fn runner_up(rehearsal: &Rehearsal) -> String {
     let (ms, explains) = (rival.time_offset_s * 1e3, 100.0 * rival.test.explains);
     if rehearsal.has_alias() {
         format!(
-            "BEWARE: the path nearly repeats itself: a time offset of {ms:.0} ms explains {explains:.0} % of the features as well. \
-             Try another --seed or --duration-s"
+            "WARNING: the path nearly repeats itself: a time offset of {ms:.0} ms also explains \
+             {explains:.0} % of the features. Try another --seed or --duration-s"
         )
     } else if explains < 1.0 {
-        "none: no other time offset explains as much as 1 % of the features".to_owned()
+        "none: no other time offset explains 1 % of the features".to_owned()
     } else {
         format!("a time offset of {ms:.0} ms, which explains {explains:.0} % of the features")
     }
@@ -207,7 +211,7 @@ fn chances(source: &Source<'_>) -> String {
     let Source { cell, plan, .. } = source;
     let guess = &cell.guess_error;
     if guess.is_none() {
-        return "it is taken as exact: every frame sees the seam".to_owned();
+        return "the guess is treated as exact: every frame sees the seam".to_owned();
     }
     let kept = |lost: f64| 100.0 * (1.0 - lost);
     format!(

@@ -28,7 +28,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 pub struct PoseReport<'a> {
     /// What was found.
     pub fit: &'a PoseFit,
-    /// Covariance of all that is accounted for: noise, and a robot that is not where it says.
+    /// Covariance of all modelled errors: noise, and position errors of the robot.
     pub covariance: SMatrix<f64, SIZE, SIZE>,
     /// Why it is not accepted.
     pub reasons: &'a [SightingRemark],
@@ -314,7 +314,7 @@ fn write_target(out: &mut String, report: &PoseReport<'_>) {
     let placed = if report.is_target_known(TARGET + 3, hidden::MOST_SHIFT_M) {
         format!("at [{:.2}, {:.2}, {:.2}] mm in {frame}", at.x, at.y, at.z)
     } else {
-        "its place cannot be determined".to_owned()
+        "its position cannot be determined".to_owned()
     };
     let noise = &fit.sigma;
     let source = if fit.sigma_is_stated { "stated" } else { "estimated" };

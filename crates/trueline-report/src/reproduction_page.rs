@@ -214,7 +214,8 @@ fn hand_eye_figures(truth: &Step) -> Vec<Drawing> {
             let figure = Figure {
                 id,
                 title,
-                explanation: "Fig. 8. The blocks hardly move what the joint solve finds in a few steps.",
+                explanation: "Fig. 8. The joint solve converges in a few steps; the block solve changes \
+                    little.",
                 y: Axis::of(axis),
                 mark: Some(("truth", at)),
                 of: &|s| hand_eye(s)[k],
@@ -311,7 +312,7 @@ fn speeds(r: &Reproduction, columns: &mut Columns) -> Vec<Block> {
         Block::Chart(Chart {
             id: "speed-table",
             title: "Error over speed",
-            explanation: "An offset costs speed times offset; calibrated, nothing but noise is left.".to_owned(),
+            explanation: "The error is speed times offset; after calibration only noise remains.".to_owned(),
             alternative: "RMSE of positions in mm over speed in mm/s, one curve for each time offset, both axes logarithmic".to_owned(),
             wide: true,
             drawn: Drawn::Plot { x: Axis::log("speed (mm/s)"), y: Axis::log("RMSE (mm)"), series, marks: Vec::new() },

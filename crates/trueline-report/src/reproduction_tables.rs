@@ -35,7 +35,8 @@ fn convergence(out: &mut String, r: &Reproduction) {
     let _ = writeln!(
         out,
         "From the paper's start: time offset 0, its φ₀ (6.5° and 16 mm off), hand-eye 3.7 mm and 1.7° off. True offset {:.2} ms. \
-         Medians over {} scans, and the least and the largest of them; a scan knows the hand-eye translation to some 0.2 mm. Blocks: the \
+         Medians over {} scans, and the least and the largest of them; the hand-eye translation of a scan \
+             has ± 0.2 mm. Blocks: the \
          public program's way, stopped after {} steps.\n",
         r.truth.time_offset_s * 1e3,
         r.settings.repeats,
@@ -165,8 +166,8 @@ fn weld_section(out: &mut String, r: &Reproduction, weld: &WeldErrors) {
     let _ = writeln!(
         out,
         "Scanned at {:.0} mm/s{}, offset {:.2} ms. *Position*: measured point against where it truly is (the paper's static \
-         ground truth). *From the weld*: distance from its curve, which an error along the weld does not change. Over \
-         {} repeats.\n",
+         ground truth). *From the weld*: distance from its curve, which an error along the weld does not change. *MAE*: \
+         mean absolute error. Over {} repeats.\n",
         weld.speed_m_s * MM_PER_M,
         if round {
             " (not published; the speed at which 17.73 ms make Table I's error)"

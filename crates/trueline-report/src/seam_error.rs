@@ -137,7 +137,7 @@ pub fn assumed(c: &Calibration, error: &SeamError) -> Option<String> {
         with.push(format!("an edge of {} mm radius{assumed}", levels.edge_radius_m * MM_PER_M));
     }
     if error.budget_m.held > 0.0 {
-        with.push("what is held, as it was stated".to_owned());
+        with.push("the quantities held fixed, as stated".to_owned());
     }
     if error.budget_m.sensor > 0.0 {
         let stated = c.findings.unknowns.sensor.is_none_or(|shape| shape.stated);
@@ -188,7 +188,7 @@ pub fn budget(error: &SeamError, robot_is_doubted: bool) -> Vec<BudgetPart> {
             parts.feature_bias.hypot(parts.detector),
             "add a pass with the sensor spun by 180° about its view",
         ),
-        ("what is held", parts.held, "estimate it with the rest, or know it better"),
+        ("quantities held fixed", parts.held, "estimate them too, or state a smaller uncertainty"),
         ("edge radius", parts.edge_radius, of_edge),
         ("axes", parts.axes, "let the axes swing while scanning"),
         ("pose lag", parts.pose_lag, "record measured poses instead of commanded ones"),
@@ -206,7 +206,7 @@ fn sensor_rows(c: &Calibration) -> Vec<(String, String)> {
     let mut rows = vec![("sensor calibration".to_owned(), sensor_state(&shape))];
     let taken: Vec<&str> = (0..5).filter(|k| shape.is_from_prior(*k)).map(|k| COMPONENTS[k]).collect();
     if !taken.is_empty() {
-        rows.push(("  not seen".to_owned(), format!("{}: taken from the prior", taken.join(", "))));
+        rows.push(("  not seen".to_owned(), format!("{}: from the prior", taken.join(", "))));
     }
     if let Some(written) = &c.findings.unknowns.written {
         rows.push((
@@ -228,7 +228,7 @@ fn sensor_state(shape: &SensorShape) -> String {
     if shape.is_off() {
         format!("off: {words}")
     } else if shape.wald > WALD_LIMIT {
-        format!("not blamed: the cause named above makes the fit believe that {words}")
+        format!("not the sensor: the cause named above makes the fit suggest that {words}")
     } else if words.is_empty() {
         "not seen".to_owned()
     } else if shape.clearest() > DOUBTFUL {

@@ -23,7 +23,7 @@ pub fn html(report: &CameraReport<'_>, views: &[View], command: &str) -> String 
         title: "Camera intrinsics".to_owned(),
         verdict: Verdict {
             text: if accepted {
-                format!("The camera is known to ± {:.3} px over its picture.", report.uncertainty.rms_px())
+                format!("Camera calibrated: ± {:.3} px over its picture.", report.uncertainty.rms_px())
             } else {
                 "The camera's calibration is not accepted.".to_owned()
             },
@@ -49,7 +49,7 @@ pub fn html(report: &CameraReport<'_>, views: &[View], command: &str) -> String 
         Section { id: "corners", heading: "Corners", blocks: corners(report, views, columns), folded: false },
         Section {
             id: "uncertainty",
-            heading: "How well it is known, and where",
+            heading: "Uncertainty by place",
             blocks: fields(report, size),
             folded: false,
         },
@@ -90,11 +90,7 @@ fn cards(report: &CameraReport<'_>) -> Block {
         Card {
             name: "Corners",
             values: vec![format!("{:.3} px", fit.rms_px)],
-            meaning: format!(
-                "root mean square distance of {} corners in {} pictures from where they should be",
-                fit.corners(),
-                fit.pictures()
-            ),
+            meaning: format!("RMS residual of {} corners in {} pictures", fit.corners(), fit.pictures()),
         },
     ])
 }
@@ -161,14 +157,15 @@ fn corners(report: &CameraReport<'_>, views: &[View], columns: &mut Columns) -> 
         plot(
             "detected",
             "Corners that were found",
-            "Each colour is one picture in four. What no board has covered is extrapolated.".to_owned(),
+            "Each colour is one picture in four. Parts that no board covers are extrapolated.".to_owned(),
             seen,
         ),
         plot(
             "residuals",
             "Residual field",
             format!(
-                "Strokes lead from each corner to where it was seen, {MAGNIFIED:.0} times too long. Neighbours that point the same way show a distortion that the model does not have."
+                "Residual of each corner, enlarged {MAGNIFIED:.0} times. Neighbours that point the same way \
+                show a distortion that the model does not have."
             ),
             vec![Series::line("seen − expected", u, v, Colour::A)],
         ),
@@ -201,19 +198,19 @@ fn coverage(corners: &[nalgebra::Vector2<f64>], size: [u32; 2]) -> Block {
 fn fields(report: &CameraReport<'_>, size: [u32; 2]) -> Vec<Block> {
     let mut blocks = vec![field_chart(
         ("uncertainty-map", "Uncertainty over the picture"),
-        "One standard deviation of a direction measured there, with what a rotation of the whole camera would make good taken out.",
+        "One standard deviation of a measured direction, excluding a common rotation of the camera.",
         report.uncertainty,
         size,
     )];
     if let Some(halves) = report.halves {
         blocks.push(field_chart(
-            ("halves", "Two halves of the pictures against each other"),
-            "Distance between what two cameras say that were each calibrated from every second picture.",
+            ("halves", "Comparison of two halves of the pictures"),
+            "Difference between two calibrations, each from every second picture.",
             &halves.difference,
             size,
         ));
         blocks.push(Block::Text(format!(
-            "Root mean square {:.3} px; their covariances let {:.3} px expect.",
+            "RMS {:.3} px; {:.3} px expected from their covariances.",
             halves.difference.rms_px(),
             halves.expected_px
         )));

@@ -99,7 +99,7 @@ fn distortion(report: &CameraReport<'_>) -> String {
     listed.join("   ")
 }
 
-/// Which picture to take, as one would tell a person.
+/// The next picture to take, in words.
 #[must_use]
 pub fn next_picture(next: &NextPicture) -> String {
     let place = match next.third {

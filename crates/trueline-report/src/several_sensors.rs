@@ -48,11 +48,11 @@ fn between(of: &Between) -> BetweenEntry {
     }
 }
 
-/// What is said of them.
+/// Report on them.
 #[must_use]
 pub fn text(tied: &Tied) -> String {
     const MS_PER_S: f64 = 1e3;
-    let mut lines = vec!["Sensors together, tied by the seams that they saw".to_owned()];
+    let mut lines = vec!["All sensors, tied by their common seams".to_owned()];
     for sensor in &tied.sensors {
         let offset = with_sigma(sensor.time_offset_s * MS_PER_S, Some(sensor.sigma[0] * MS_PER_S), "ms");
         let moved = placed(&sensor.tool_from_camera, &sensor.sigma[1..]);

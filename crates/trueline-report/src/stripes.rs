@@ -115,7 +115,7 @@ pub(crate) fn are_the_answer(c: &Calibration) -> bool {
     c.findings.stripes.as_ref().is_some_and(|stripes| stripes.used != Measurements::Seam)
 }
 
-/// What to say beside figures of the fit to the seam points where that is not the answer.
+/// Remark beside figures of the fit to the seam points, if that is not the answer.
 #[must_use]
 pub(crate) fn of_seam_points(c: &Calibration) -> &'static str {
     if are_the_answer(c) { " (of the fit to the seam points alone)" } else { "" }
@@ -174,15 +174,16 @@ fn used(stripes: &StripeOutcome) -> String {
     let why = match because {
         Because::Asked => "as asked",
         Because::Agreement => "they agree with the seam points",
-        Because::KnowsLess => "the seam points know more",
+        Because::KnowsLess => "the seam points are more certain",
         Because::NoiseLasts => {
-            "the noise lasts from frame to frame, which only the seam points are adjusted for"
+            "the noise is correlated from frame to frame, and only the adjustment of seam points includes \
+            that"
         }
-        Because::ShowsLess => "they do not show all of the hand-eye transform",
+        Because::ShowsLess => "they do not determine the whole hand-eye transform",
         Because::Disagreement => "they do not agree with the seam points",
-        Because::TooFewFrames => "too few for an answer of their own",
+        Because::TooFewFrames => "too few for a separate result",
         Because::Plates(why) => return format!("not used: {why}; {shown}"),
-        Because::HeldAtGuess => "what is not seen is held at the guess",
+        Because::HeldAtGuess => "unobservable quantities are held at the guess",
     };
     match used {
         Measurements::Seam | Measurements::Auto => format!("not used: {why}; {shown}"),
@@ -215,9 +216,9 @@ fn side_by_side(c: &Calibration, estimate: &StripeEstimate) -> String {
     };
     let apart = match estimate.sigmas_apart {
         // The statistic says how rare a difference is: of none that is rarer than usual it is 0.
-        Some(sigmas) if sigmas < 1.0 => "less than 1 sigma apart".to_owned(),
+        Some(sigmas) if sigmas < 1.0 => "less than 1 σ apart".to_owned(),
         Some(sigmas) => format!("{sigmas:.1} sigma apart"),
-        None => "nothing of them can be compared".to_owned(),
+        None => "they cannot be compared".to_owned(),
     };
     format!(
         "{}; time offset {} and {}, rotation {} and {}, seam error by the scan alone {} and {}",

@@ -41,10 +41,10 @@ pub fn sentence(c: &Calibration) -> String {
         );
     }
     if c.findings.stops.is_some() {
-        return format!("Accepted, at {} stops, without a time offset.", c.findings.streams.images.count);
+        return format!("Accepted: {} stops, without a time offset.", c.findings.streams.images.count);
     }
     if !c.is_known(TIME_OFFSET) {
-        return "Accepted, without the time offset, which this scan does not show.".to_owned();
+        return "Accepted without the time offset, which this scan does not determine.".to_owned();
     }
     let ms = c.recorded_time_offset_s() * MS_PER_S;
     let which = if ms >= 0.0 { "late" } else { "early" };
@@ -67,15 +67,16 @@ fn missing_motion(unobservable: &[Unobservable]) -> Option<String> {
     let of = |group: Group| unobservable.iter().find(|what| what.group == group);
     if let Some(translation) = of(Group::Translation) {
         let about = if translation.directions.len() > 1 { "two axes" } else { "a second axis" };
-        return Some(format!("the sensor was hardly tilted. Tilt it by ±10° or more about {about}."));
+        return Some(format!("the sensor was tilted too little. Tilt it by ±10° or more about {about}."));
     }
     if of(Group::Rotation).is_some() {
         let motion =
-            "the seam hardly moved through the field of view. Sweep it along the stripe and in range.";
+            "the seam moved too little through the field of view. Sweep it along the stripe and in range.";
         return Some(motion.to_owned());
     }
     of(Group::TimeOffset).map(|_| {
-        "the sensor hardly moved across the seam. Sweep it across, faster and with changing speed.".to_owned()
+        "the sensor moved too little across the seam. Sweep it across, faster and with changing speed."
+            .to_owned()
     })
 }
 
@@ -100,7 +101,7 @@ pub fn text(c: &Calibration) -> String {
 
 /// The rule for a driver; a time offset that contains how far the arm lags behind its command is for that stream alone.
 fn rule(c: &Calibration) -> String {
-    let rule = time_offset::rule(c.recorded_time_offset_s());
+    let rule = time_offset::rule_with(c.recorded_time_offset_s(), c.sigma(TIME_OFFSET));
     let cause = c.findings.checks.cause.as_ref();
     if cause.is_some_and(|cause| cause.kind == CauseKind::CommandedPose) {
         format!("{rule}, for this stream of commanded poses only")
@@ -168,7 +169,7 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
 const UNSEEN: &str = "cannot be determined from this scan";
 
 /// What stands in the place of a time offset where the robot stands at each reading.
-pub(crate) const AT_STOPS: &str = "none, for the robot stands at each reading";
+pub(crate) const AT_STOPS: &str = "none: the robot stands still at each reading";
 
 fn offset(c: &Calibration) -> String {
     if c.findings.stops.is_some() {
@@ -233,13 +234,13 @@ fn curve(c: &Calibration) -> Option<String> {
     ))
 }
 
-/// How far the seam is off its drawing, and about what axis the drawing says nothing of the part's place.
+/// How far the seam is off its drawing, and the axis about which the drawing does not determine the position of the part.
 fn cad(c: &Calibration) -> Option<String> {
     let found = c.findings.curve.as_ref()?.cad.as_ref()?;
     let cad = c.findings.config.seam_cad.as_ref()?;
-    let adds = if found.used { "" } else { ", which the scan alone is surer than" };
+    let adds = if found.used { "" } else { ": the scan alone is more certain" };
     let off = format!(
-        "seam {:.3} mm off {} (root mean square; tolerance {} mm{adds})",
+        "seam {:.3} mm off {} (RMS; tolerance {} mm{adds})",
         found.rms_m * MM_PER_M,
         cad.file,
         cad.tolerance_m * MM_PER_M
@@ -261,21 +262,23 @@ fn residual(c: &Calibration) -> String {
         return "none: no feature could be used".to_owned();
     }
     let from = if c.findings.curve.is_some() { "curve" } else { "line" };
-    let mm = format!("{:.4} mm RMS from the {from}", c.findings.fit.residuals.rms_m * MM_PER_M);
+    let mm = format!("{:.3} mm RMS from the {from}", c.findings.fit.residuals.rms_m * MM_PER_M);
     let px = c.findings.fit.residuals.rms_px.map(|px| format!(", {px:.3} px in the image"));
     format!("{mm}{}{}", px.unwrap_or_default(), stripes::of_seam_points(c))
 }
 
-/// Residuals that are alike from one to the next, and what that was taken for.
+/// Correlated residuals, and their treatment.
 fn correlated(c: &Calibration) -> Option<String> {
     let Structure::Correlated(noise) = &c.findings.fit.structure else { return None };
     let [across, height] = noise.sigma_m.map(|m| m * MM_PER_M);
     Some(match noise.along {
         Along::Time => {
-            format!("{across:.3} and {height:.3} mm RMS last for some frames: taken as noise in time")
+            format!(
+                "{across:.3} and {height:.3} mm RMS correlated over some frames: treated as noise in time"
+            )
         }
         Along::Seam => {
-            format!("the seam wanders by {across:.3} and {height:.3} mm RMS: taken as its form")
+            format!("the seam wanders by {across:.3} and {height:.3} mm RMS: treated as its form")
         }
     })
 }
@@ -283,7 +286,7 @@ fn correlated(c: &Calibration) -> Option<String> {
 /// Parts of the scan in [`over_time`].
 const BARS: usize = 40;
 
-/// The residual in so many parts of the scan as bars, the full height three times the typical one; `None` for a scan that
+/// The residual in parts of the scan as bars, the full height three times the typical one; `None` for a scan that
 /// is too short for that.
 fn over_time(c: &Calibration) -> Option<String> {
     let used: Vec<&FeatureResidual> = c.findings.fit.features.iter().filter(|f| !f.is_outlier()).collect();
@@ -350,18 +353,18 @@ fn runner_up(c: &Calibration) -> String {
             c.in_recorded_stamps_s(other.time_offset_s) * MS_PER_S,
             100.0 * other.test.explains,
             100.0 * other.test.best_explains,
-            if other.test.decided() { "told apart" } else { "not told apart" },
+            if other.test.decided() { "told apart" } else { "cannot be separated" },
             other.test.z
         ),
         None if c.findings.config.hold.contains(&Hold::TimeOffset) => {
-            "not looked for: the offset was held".to_owned()
+            "not searched: the offset was held fixed".to_owned()
         }
         None => format!("none within ± {} s", c.findings.config.offset_search_s),
     }
 }
 
 fn robot(c: &Calibration) -> String {
-    let treated = if c.findings.streams.robot_smoothed { ", taken out by a local fit" } else { "" };
+    let treated = if c.findings.streams.robot_smoothed { ", removed by a local fit" } else { "" };
     format!(
         "{}; position noise {:.4} mm{treated}",
         stream(&c.findings.streams.robot),
@@ -407,7 +410,7 @@ fn steps(s: &StampReport) -> String {
     match s.steps[..] {
         [] => String::new(),
         [(_, step_s)] if s.step_taken_out && s.dejittered => {
-            format!(", a step of {:+.2} ms taken out", step_s * MS_PER_S)
+            format!(", a step of {:+.2} ms removed", step_s * MS_PER_S)
         }
         [(_, step_s)] => format!(", a step of {:+.2} ms", step_s * MS_PER_S),
         _ => format!(", {} steps", s.steps.len()),

@@ -121,7 +121,7 @@ fn the_use_of_the_time_offset_is_a_form_of_its_own() {
     assert!(text.starts_with("true exposure = stamp − 17.663 ms\n"), "{text}");
     // Each program subtracts the offset once, whatever its sign.
     assert_eq!(text.matches("stamp - (0.017663)").count(), 3, "{text}");
-    for words in ["enter it there", "It holds as long as", "Python:", "C++:", "RAPID:"] {
+    for words in ["enter it there", "Calibrate again when", "Python:", "C++:", "RAPID:"] {
         assert!(text.contains(words), "{words}: {text}");
     }
     let unknown = Mounting { time_offset_s: None, ..mounting() };

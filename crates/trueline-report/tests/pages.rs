@@ -91,9 +91,9 @@ fn what_is_said_cannot_end_the_page() {
     }
     // A constant attitude is refused with the motion that cures it, first thing on the page.
     let verdict =
-        text.find("class=\"verdict bad\">Not accepted: the sensor was hardly tilted. Tilt it").unwrap();
+        text.find("class=\"verdict bad\">Not accepted: the sensor was tilted too little. Tilt it").unwrap();
     let (advice, drawing) = (
-        text.find("tilt the torch by at least ±10°").unwrap(),
+        text.find("Tilt the torch by at least ±10°").unwrap(),
         text.find("<figure class=\"wide drawing\">").unwrap(),
     );
     assert!(verdict < advice && advice < drawing);

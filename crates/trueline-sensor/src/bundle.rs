@@ -92,7 +92,7 @@ impl Bundle {
         state
     }
 
-    /// What is known beforehand of what all pictures share.
+    /// Prior of the unknowns that all pictures share.
     pub(crate) fn add_prior(&self, state: &BundleState, equations: &mut NormalEquations) {
         if let Some(prior) = &self.camera_prior {
             prior.add(&state.camera, equations);

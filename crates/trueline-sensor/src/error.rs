@@ -5,7 +5,7 @@
 #[non_exhaustive]
 pub enum Error {
     /// Too few pictures show the board.
-    #[error("the board was found in {found} pictures; {needed} are needed")]
+    #[error("the board was found in only {found} pictures; {needed} are needed")]
     TooFewPictures {
         /// Pictures with a board.
         found: usize,
@@ -13,7 +13,7 @@ pub enum Error {
         needed: usize,
     },
     /// Too few sightings of a target.
-    #[error("{found} sightings of the target belong together; {needed} are needed")]
+    #[error("only {found} sightings of the target are consistent; {needed} are needed")]
     TooFewSightings {
         /// Sightings that do.
         found: usize,
@@ -35,7 +35,7 @@ pub enum Error {
     #[error("the pictures do not determine the camera")]
     NotFixed,
     /// Too few boards or points for a plane.
-    #[error("the stripe was found on {found} boards; {needed} are needed")]
+    #[error("the stripe was found on only {found} boards; {needed} are needed")]
     TooFewBoards {
         /// Boards with a stripe.
         found: usize,
@@ -53,7 +53,7 @@ pub enum Error {
         needed: usize,
     },
     /// Too few stops before a plate.
-    #[error("the stripe was found at {found} stops; {needed} are needed")]
+    #[error("the stripe was found at only {found} stops; {needed} are needed")]
     TooFewStops {
         /// Stops with a stripe.
         found: usize,
@@ -73,7 +73,7 @@ pub enum Error {
     #[error("the robot's motion does not determine the time offset")]
     TimeOffsetNotFixed,
     /// Pictures and robot poses share no time.
-    #[error("the pictures and the robot's poses have no time in common")]
+    #[error("the pictures and the robot's poses do not overlap in time")]
     NoCommonTime,
 }
 
@@ -86,7 +86,7 @@ impl Error {
         }
     }
 
-    /// What to do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {
@@ -94,12 +94,16 @@ impl Error {
                 "take 10 to 20 pictures of the whole board, tilted by about 30 degrees in different directions"
             }
             Self::TooFewSightings { .. } => {
-                "is each row camera_from_target, and robot.csv base_from_tool, of one target in one recording? Take 20 sightings and more"
+                "check that each row is camera_from_target and robot.csv is base_from_tool, of one target in \
+                one recording. Take 20 or more sightings"
             }
             Self::TooFewCorners { .. } => "use a board with more squares, or more pictures",
-            Self::NoPose => "is the board flat, and is --board COLSxROWS the number of inner corners?",
+            Self::NoPose => {
+                "check that the board is flat and that --board COLSxROWS is the number of inner \
+                corners"
+            }
             Self::NotFixed => "tilt the board by about 30 degrees in different directions",
-            Self::HandEyeNotFixed => "turn the tool about two axes or more, by 15 degrees and more",
+            Self::HandEyeNotFixed => "turn the tool about two or more axes, by 15 degrees or more",
             Self::TimeOffsetNotFixed => {
                 "take pictures while the robot moves; if it stands at each of them, use --at-stops"
             }
@@ -108,11 +112,12 @@ impl Error {
                 "stop 15 to 20 times before the plate, near and far, the tool tilted by 20 degrees to every side"
             }
             Self::NoPlate => {
-                "is each pose that of its picture, does the plate stand still, and is the hand-eye transform right to 10 degrees?"
+                "check that each pose belongs to its picture, that the plate stands still, and that the \
+                initial hand-eye transform is right to 10 degrees"
             }
             Self::TooFewBoards { found: 0, .. } | Self::NoCommonPlane { .. } => {
-                "the stripe must lie on the board or on its sheet, be 0.7 to 40 px wide and brighter than both of its sides: is the laser \
-                 on, and the exposure short enough to see its stripe as a line?"
+                "the stripe must lie on the board or on its sheet, be 0.7 to 40 px wide and brighter than \
+                 both sides: check that the laser is on and the exposure short"
             }
             Self::TooFewBoards { .. } | Self::OneLine => {
                 "put the board at several distances and tilts, so that the stripes spread over the plane"

@@ -26,7 +26,7 @@ pub enum SightingRemark {
     Unobservable(Unshown),
     /// The robot stands at each sighting, and nobody said so.
     AtStops {
-        /// How many there are.
+        /// Their number.
         stops: usize,
     },
     /// Another time offset explains the sightings as well.
@@ -40,14 +40,14 @@ pub enum SightingRemark {
     FewSightings {
         /// How many do.
         count: usize,
-        /// Of how many.
+        /// Total number.
         of: usize,
     },
     /// Some sightings are wrong.
     SightingsLeftOut {
-        /// How many.
+        /// Number.
         count: usize,
-        /// Of how many.
+        /// Total number.
         of: usize,
     },
     /// Residuals are larger than the stated noise makes them.
@@ -127,18 +127,20 @@ impl fmt::Display for Unshown {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::TimeOffset => f.write_str(
-                "the time offset cannot be determined from this motion: a robot that stands or moves evenly does not show it. Turn the \
-                 tool to and fro while it moves, by ±15° about two axes, at 0.3 Hz or faster",
+                "the time offset cannot be determined from this motion: the robot stands still or moves \
+                 evenly. Turn the tool to and fro while it moves, by ±15° about two axes, at 0.3 Hz or \
+                 faster",
             ),
             Self::Rotation(directions) => write!(
                 f,
-                "the hand-eye rotation about {} cannot be determined from this motion: turn the tool by ±15° or more about two \
-                 different axes",
+                "the hand-eye rotation about {} cannot be determined from this motion. Turn the tool by ±15° \
+                 or more about two different axes",
                 names(directions)
             ),
             Self::Translation(directions) => write!(
                 f,
-                "the hand-eye translation along {} cannot be determined from this motion: turn the tool by ±15° or more about {}",
+                "the hand-eye translation along {} cannot be determined from this motion. Turn the tool by \
+                ±15° or more about {}",
                 names(directions),
                 match directions.len() {
                     1 => "an axis perpendicular to it",
@@ -187,8 +189,8 @@ impl fmt::Display for SightingRemark {
             Self::Unobservable(what) => what.fmt(f),
             Self::AtStops { stops } => write!(
                 f,
-                "the robot stands at each of the {stops} sightings, so that the time offset cannot be determined. For a calibration \
-                 without it, run again with --at-stops; for the time offset, record while the robot moves"
+                "the time offset cannot be determined, because the robot stands still at each of the {stops} \
+                 sightings. Use --at-stops to calibrate without it, or record while the robot moves"
             ),
             Self::AmbiguousTimeOffset { time_offsets_s: [one, other], z } => write!(
                 f,
@@ -199,33 +201,35 @@ impl fmt::Display for SightingRemark {
             ),
             Self::FewSightings { count, of } => write!(
                 f,
-                "only {count} of {of} sightings fit one hand-eye transform; at least {LEAST_BOARD_PICTURES} and half of all are needed. \
-                 Are the rows camera_from_target, of one target that stands still before its robot?"
+                "only {count} of {of} sightings fit one hand-eye transform; at least {LEAST_BOARD_PICTURES} \
+                 and half of all are needed. Check that the rows are camera_from_target, of one target that \
+                 stands still"
             ),
             Self::SightingsLeftOut { count, of } => {
-                write!(f, "{count} of {of} sightings do not fit the others and were left out")
+                write!(f, "{count} of {of} sightings are outliers and were left out")
             }
             Self::LargerThanStated { factor } => write!(
                 f,
-                "residuals are {factor:.1} times larger than the stated noise; the uncertainties assume this larger error. Does the target \
-                 move, or is a length of it not as stated?"
+                "residuals are {factor:.1} times larger than the stated noise; the uncertainties assume this \
+                 larger error. Check that the target does not move and that its stated lengths are right"
             ),
             Self::LastingResiduals { factor } => write!(
                 f,
-                "neighbouring residuals are alike; the uncertainties are {:.1} times larger for it. The robot, or the detector, errs the \
-                 same way for a while",
+                "neighbouring residuals are correlated, so the uncertainties are {:.1} times larger. The \
+                 robot or the detector has a slowly changing error",
                 factor.sqrt()
             ),
             Self::HandEyeUncertain { rotation_rad, translation_m } => write!(
                 f,
-                "the hand-eye transform is known to ± {:.3} degrees and ± {:.2} mm only: turn the tool further, about all axes, or take \
-                 more sightings",
+                "the hand-eye transform has a large uncertainty: ± {:.3} degrees and ± {:.2} mm. Turn the \
+                 tool further, about all axes, or take more sightings",
                 rotation_rad.to_degrees(),
                 translation_m * 1e3
             ),
             Self::TimeOffsetUncertain { sigma_s } => write!(
                 f,
-                "the time offset is known to ± {:.2} ms only: move faster, and change speed and direction more often",
+                "the time offset has a large uncertainty: ± {:.2} ms. Move faster, and change speed and \
+                direction more often",
                 sigma_s * 1e3
             ),
         }

@@ -66,7 +66,7 @@ impl SheetShape {
         Self(self.0 + step)
     }
 
-    /// Information and pull of what is known beforehand, and its cost.
+    /// Information and pull of the prior, and its cost.
     pub(crate) fn prior(&self) -> (SVector<f64, SHEET_SIZE>, SVector<f64, SHEET_SIZE>, f64) {
         let information = SVector::<f64, SHEET_SIZE>::from_fn(|k, _| 1.0 / (USUAL[k] * USUAL[k]));
         let pull = information.component_mul(&self.0);

@@ -21,10 +21,10 @@ pub(crate) const MOST_MIDDLE_SIGMA_M: f64 = 1e-3;
 /// The fewest pictures of a board before the robot: 36 numbers leave 23 to judge the noise of 13 unknowns by.
 pub(crate) const LEAST_BOARD_PICTURES: usize = 6;
 
-/// Board and robot that differ by this many times their noise tell of something else.
+/// Board and robot that differ by more than this multiple of their noise have another error.
 pub(crate) const MOST_DISAGREEMENT: f64 = 3.0;
 
-/// Above this the noise is another than was expected, and the user should know.
+/// Above this the noise differs from the expected noise, which the user should know.
 pub(crate) const USUAL_DISAGREEMENT: f64 = 1.5;
 
 /// The hand-eye transform must be known at least this well, rad.
@@ -66,7 +66,7 @@ pub enum Remark {
     },
     /// Pictures were left out.
     PicturesLeftOut {
-        /// How many.
+        /// Number.
         count: usize,
     },
     /// The plane's normal is not known well enough.
@@ -110,7 +110,7 @@ pub enum Remark {
     },
     /// The robot stands at each picture, and nobody said so.
     AtStops {
-        /// How many stops there are.
+        /// Number of stops.
         stops: usize,
     },
     /// Board and robot disagree by more than their noise.
@@ -161,11 +161,16 @@ impl fmt::Display for Remark {
         match self {
             Self::FocalUncertain { sigma } => write!(
                 f,
-                "the focal length is known to ± {:.1} % only: tilt the board by about 30 degrees in different directions",
+                "the focal length has a large uncertainty: ± {:.1} %. Tilt the board by about 30 degrees in \
+                different directions",
                 sigma * 100.0
             ),
             Self::BadFit { rms_px } => {
-                write!(f, "corners are {rms_px:.2} px off: is the board flat, are the pictures sharp?")
+                write!(
+                    f,
+                    "the corner residuals are {rms_px:.2} px RMS. Check that the board is flat and the \
+                    pictures are sharp"
+                )
             }
             Self::HalvesDisagree { ratio } => write!(
                 f,
@@ -173,47 +178,56 @@ impl fmt::Display for Remark {
                  pictures, or the board is wavy: glue it on something flat, and take all pictures in one session"
             ),
             Self::PicturesLeftOut { count: 1 } => {
-                write!(f, "a picture does not fit the others and was left out")
+                write!(f, "one picture is an outlier and was left out")
             }
             Self::PicturesLeftOut { count } => {
-                write!(f, "{count} pictures do not fit the others and were left out")
+                write!(f, "{count} pictures are outliers and were left out")
             }
             Self::NormalUncertain { sigma_rad } => write!(
                 f,
-                "the plane's normal is known to ± {:.2} degrees only: put the board at more distances and tilts",
+                "the plane's normal has a large uncertainty: ± {:.2} degrees. Put the board at more \
+                distances and tilts",
                 sigma_rad.to_degrees()
             ),
             Self::OffsetUncertain { sigma_m } => {
-                write!(f, "the plane's offset is known to ± {:.2} mm only: use more boards", sigma_m * 1e3)
+                write!(
+                    f,
+                    "the plane's offset has a large uncertainty: ± {:.2} mm. Use more boards",
+                    sigma_m * 1e3
+                )
             }
             Self::TooLittleTilt { tilts_rad } => too_little_tilt(f, tilts_rad.map(f64::to_degrees)),
             Self::BoardDoubtful { index, z } => {
-                write!(f, "board {} lies {:.1} standard deviations off the plane", index + 1, z.abs())
+                write!(f, "board {} lies {:.1} σ off the plane", index + 1, z.abs())
             }
             Self::PointsOffPlane { rms_m } => points_off_plane(f, *rms_m),
             Self::BoardNeverWhole { stated, seen } => board_never_whole(f, *stated, *seen),
             Self::FewBoardPictures { count } => write!(
                 f,
-                "{count} pictures count, at least {LEAST_BOARD_PICTURES} and half of all are needed: keep the whole board in view"
+                "only {count} pictures are usable; at least {LEAST_BOARD_PICTURES} and half of all are \
+                needed. Keep the whole board in view"
             ),
             Self::AtStops { stops } => write!(
                 f,
-                "the robot stands at each of the {stops} pictures, so that the time offset cannot be determined. For a calibration \
-                 without it, run again with --at-stops; for the time offset, take pictures while the robot moves"
+                "the time offset cannot be determined, because the robot stands still at each of the {stops} \
+                 pictures. Use --at-stops to calibrate without it, or take pictures while the robot moves"
             ),
             Self::BoardAndRobotDisagree { factor } => write!(
                 f,
-                "board and robot disagree {factor:.1} times more than their noise explains: did the board stand still, and is its square as long as stated?"
+                "board and robot disagree {factor:.1} times more than their noise explains. Check that the \
+                board stood still and that its square has the stated length"
             ),
             Self::HandEyeUncertain { rotation_rad, translation_m } => write!(
                 f,
-                "the hand-eye transform is known to ± {:.3} degrees and ± {:.2} mm only: turn the tool further, about all axes",
+                "the hand-eye transform has a large uncertainty: ± {:.3} degrees and ± {:.2} mm. Turn the \
+                tool further, about all axes",
                 rotation_rad.to_degrees(),
                 translation_m * 1e3
             ),
             Self::TimeOffsetUncertain { sigma_s } => write!(
                 f,
-                "the time offset is known to ± {:.2} ms only: move faster, and change speed and direction more often",
+                "the time offset has a large uncertainty: ± {:.2} ms. Move faster, and change speed and \
+                direction more often",
                 sigma_s * 1e3
             ),
         }
@@ -223,15 +237,16 @@ impl fmt::Display for Remark {
 fn too_little_tilt(f: &mut fmt::Formatter<'_>, [first_deg, second_deg]: [f64; 2]) -> fmt::Result {
     write!(
         f,
-        "tilt the tool by 20 degrees and more to every side, near and far: it was tilted by ± {first_deg:.1} degrees about one axis and \
-         ± {second_deg:.1} about the other"
+        "the tool was tilted too little: ± {first_deg:.1} degrees about one axis and ± {second_deg:.1} about \
+         the other. Tilt it by 20 degrees or more to every side, near and far"
     )
 }
 
 fn points_off_plane(f: &mut fmt::Formatter<'_>, rms_m: f64) -> fmt::Result {
     write!(
         f,
-        "the points lie {:.2} mm RMS off the plane: are the boards flat, the points in mm, and the laser's lines one plane?",
+        "the points lie {:.2} mm RMS off the plane. Check that the boards are flat, the points in mm, and \
+        the laser's lines in one plane",
         rms_m * 1e3
     )
 }
@@ -243,7 +258,8 @@ fn board_never_whole(
 ) -> fmt::Result {
     write!(
         f,
-        "no picture shows all {columns} x {rows} inner corners, the most are {most_columns} x {most_rows}: is the board's size as stated?"
+        "no picture shows all {columns} x {rows} inner corners (at most {most_columns} x {most_rows}). Check \
+        the stated size of the board"
     )
 }
 

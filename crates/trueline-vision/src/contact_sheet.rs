@@ -19,8 +19,8 @@ pub struct Sample {
     pub canvas: Canvas,
 }
 
-/// Six pictures with a seam, evenly over the scan, and the first of each kind without one. A picture that cannot be read is not
-/// among them: `scan` says why.
+/// Six pictures with a seam, evenly over the scan, and the first of each kind without one. An unreadable picture is not among them:
+/// `scan` has the reason.
 #[must_use]
 pub fn samples(source: &dyn PictureSource, scan: &ScanSeams) -> Vec<Sample> {
     let (found, without): (Vec<usize>, Vec<usize>) =

@@ -60,8 +60,7 @@ impl Detection {
     }
 }
 
-/// All that a straight stripe says of its plate: two points of it, whose errors square to the stripe are independent of
-/// each other and equally large.
+/// Measurement of a straight stripe: two points whose errors perpendicular to the stripe are independent and equally large.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StripeSupport {
     /// Distorted pixels, the one nearer to the seam first.
@@ -73,8 +72,8 @@ pub struct StripeSupport {
 impl StripeSupport {
     /// The support points of a fitted stripe. Along it, errors of the line at two distances x, y from the middle of the
     /// regression covary by m₁₁ + m₁₂ (x + y) + m₂₂ x y; they vanish, and are equally large, for x, y = x₀ ± d with
-    /// x₀ = −m₁₂ / m₂₂ and d² = (m₁₁ − m₁₂² / m₂₂) / m₂₂. For an even stripe of length 2ℓ that is d = ℓ / √3. `None` where
-    /// the regression does not say.
+    /// x₀ = −m₁₂ / m₂₂ and d² = (m₁₁ − m₁₂² / m₂₂) / m₂₂. For an even stripe of length 2ℓ that is d = ℓ / √3. `None` if the regression
+    /// does not determine it.
     pub(crate) fn of(fit: &Fit, seam: &Vector2<f64>, lens: &Lens) -> Option<Self> {
         let covariance = &fit.regression.covariance;
         let middle = -covariance.m12 / covariance.m22;

@@ -9,7 +9,7 @@ pub enum NotFound {
     Unreadable,
     /// Nothing in the picture looks like a stripe.
     #[error(
-        "no laser stripe in the picture: what is brightest is {contrast:.0} levels above its surroundings"
+        "no laser stripe in the picture: the brightest place is {contrast:.0} levels above its surroundings"
     )]
     NoStripe {
         /// How far the brightest tile stands out, in grey levels.
@@ -23,7 +23,7 @@ pub enum NotFound {
     },
     /// Arms that are too short, or not continuous.
     #[error(
-        "the longest arms that could meet are continuous over {:.0} and {:.0} px; {needed_px:.0} px are needed",
+        "the two longest arms are {:.0} and {:.0} px long; {needed_px:.0} px are needed",
         arms_px[0],
         arms_px[1]
     )]
@@ -43,8 +43,8 @@ pub enum NotFound {
     },
     /// The stripe lies on something round.
     #[error(
-        "the stripe turns all along, as on something round: by {whole_deg:.0}° in all, of which {corner_deg:.0}° are at the corner; \
-         half of it is needed"
+        "the stripe is curved, as on a round part: {whole_deg:.0}° in all, {corner_deg:.0}° at the corner; \
+         at least half must be at the corner"
     )]
     TurnsAllAlong {
         /// How far it turns at the corner, degrees in the sheet.
@@ -54,8 +54,8 @@ pub enum NotFound {
     },
     /// The stripe is missing about the place where the arms would meet.
     #[error(
-        "the stripe is missing over {:.0} and {:.0} px beside the place where its arms would meet; {most_px:.0} px are \
-         allowed together",
+        "the stripe is interrupted over {:.0} and {:.0} px beside the corner; {most_px:.0} px in total are \
+         allowed",
         gaps_px[0],
         gaps_px[1]
     )]
@@ -73,7 +73,8 @@ pub enum NotFound {
     },
     /// Faces that open by another angle than those of this joint do.
     #[error(
-        "the faces open by {opening_deg:.0}° in the sheet; {least_deg:.0}° to {most_deg:.0}° are expected"
+        "the angle between the faces in the laser plane is {opening_deg:.0}°; {least_deg:.0}° to \
+        {most_deg:.0}° are expected"
     )]
     OtherOpening {
         /// The angle between the faces, degrees.
@@ -90,11 +91,12 @@ pub enum NotFound {
         pieces: usize,
     },
     /// The stripe goes on where it should end.
-    #[error("the stripe goes on beyond the place where its pieces cross")]
+    #[error("the stripe continues beyond the crossing of its pieces")]
     GoesOn,
     /// The stripe does not end where its segment does.
     #[error(
-        "the stripe has no clear end: it fades out over {fades_px:.0} px; at most {most_px:.0} px can be used"
+        "the end of the stripe is unclear: it fades over {fades_px:.0} px; at most {most_px:.0} px are \
+        allowed"
     )]
     NoClearEnd {
         /// Length of the fall of the light, px.
@@ -104,7 +106,8 @@ pub enum NotFound {
     },
     /// The stripe leaves its line before it ends.
     #[error(
-        "the plate's edge is rounded: the stripe is {shift_px:.1} px beside its line at its end; {most_px:.1} px are allowed"
+        "the plate's edge is rounded: the end of the stripe is {shift_px:.1} px off its line; {most_px:.1} \
+        px are allowed"
     )]
     RoundedEnd {
         /// How far it is beside its line, px.
@@ -113,11 +116,12 @@ pub enum NotFound {
         most_px: f64,
     },
     /// The gap is not the one that the other pictures show.
-    #[error("the gap is not as wide as in most other pictures")]
+    #[error("the gap width differs from most other pictures")]
     OddGap,
     /// The point is not where the pictures before and after have the seam.
     #[error(
-        "the point is {distance_px:.0} px from where the pictures before and after have the seam; {most_px:.0} px are allowed"
+        "the point is {distance_px:.0} px from the seam in the neighbouring pictures; {most_px:.0} px are \
+        allowed"
     )]
     Jumps {
         /// How far it is from there, px.
@@ -126,19 +130,20 @@ pub enum NotFound {
         most_px: f64,
     },
     /// The points of the scan lie on two tracks, and this one on the less frequented, or no track is preferred.
-    #[error("the seam is found at two places in turn, {distance_px:.0} px apart")]
+    #[error("the seam alternates between two places {distance_px:.0} px apart")]
     TwoPlaces {
         /// How far the places are apart, px.
         distance_px: f64,
     },
     /// Two places are as likely.
-    #[error("two places are about as likely, {distance_px:.0} px apart")]
+    #[error("two places {distance_px:.0} px apart are equally likely")]
     Ambiguous {
         /// How far they are apart, px.
         distance_px: f64,
     },
     /// Too little of the stripe is to be seen.
-    #[error("too little of the stripe is visible beside the seam: {:.1} % of its arm, at least {:.0} % is needed", 100.0 * visible, 100.0 * needed)]
+    #[error("too little of the stripe is visible beside the seam: {:.1} % of its arm; at least {:.0} % is \
+        needed", 100.0 * visible, 100.0 * needed)]
     TooLittle {
         /// Part of the cross-sections that show the stripe.
         visible: f64,
@@ -146,7 +151,7 @@ pub enum NotFound {
         needed: f64,
     },
     /// The point would not be known well enough to be of use.
-    #[error("the seam point is known to ± {sigma_px:.1} px only; {most_px:.0} px are allowed")]
+    #[error("the seam point is too uncertain: ± {sigma_px:.1} px; {most_px:.0} px are allowed")]
     Uncertain {
         /// Its standard deviation, px.
         sigma_px: f64,

@@ -27,7 +27,7 @@ impl Canvas {
         Self::new(image.width, image.height, &image.levels_u8())
     }
 
-    /// A picture with its region, its line segments and its seams, as the detector that just examined it knows them.
+    /// A picture with its region, its line segments and its seams, of the detector that just examined it.
     #[must_use]
     pub fn of_examined<'a>(
         image: &GrayImage,

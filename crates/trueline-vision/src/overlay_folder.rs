@@ -30,8 +30,8 @@ impl OverlayFolder {
         self.whole.finish()
     }
 
-    /// Draws a picture with its line segments and its seam, if it is one that is drawn; a picture without a seam says
-    /// so in its name.
+    /// Draws a picture with its line segments and its seam, if it is one that is drawn; the name of a picture without a seam states
+    /// this.
     ///
     /// # Errors
     /// A file that cannot be written.

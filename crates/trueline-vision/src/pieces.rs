@@ -28,7 +28,7 @@ const STRETCH_PX: f64 = 48.0;
 /// A stretch shows the stripe if it has this part of the piece's usual amplitude.
 const PRESENT: f64 = 0.25;
 
-/// A middle farther off the line of its stretch than so many standard deviations is none.
+/// A middle farther off the line of its stretch than this number of standard deviations is none.
 const OUTLIER_SIGMAS: f64 = 4.0;
 
 /// Lines that are tried for one segment: a short stripe has few of all ridges.

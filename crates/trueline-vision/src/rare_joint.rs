@@ -3,7 +3,7 @@
 /// A joint in a smaller part of them than this is none.
 const LEAST: f64 = 0.1;
 
-/// Whether so many pictures or profiles of so many are too few for a joint.
+/// Whether this share of pictures or profiles is too small for a joint.
 #[must_use]
 pub fn is_rare(found: usize, of: usize) -> bool {
     (found as f64) < LEAST * of.max(1) as f64

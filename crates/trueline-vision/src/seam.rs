@@ -1,4 +1,4 @@
-//! What the detector says of a picture.
+//! Result of the detector for a picture.
 
 use crate::lens::Lens;
 use crate::not_found::NotFound;
@@ -29,7 +29,7 @@ pub enum Joint {
 }
 
 impl Joint {
-    /// All joints, in the order in which they are told apart: the special ones before the general ones.
+    /// All joints, in the order in which they are tested: the special ones before the general ones.
     pub const ALL: [Self; 9] = [
         Self::Step,
         Self::VGroove,
@@ -76,8 +76,8 @@ pub struct Seam {
     pub gap_m: f64,
 }
 
-/// What is added to every covariance: light that wanders with the pixel grid and the lens, px. Clean pictures
-/// of our simulator scatter by 0.003 px where noise alone would say 0.001.
+/// What is added to every covariance: light that wanders with the pixel grid and the lens, px. Clean pictures of our simulator scatter
+/// by 0.003 px, noise alone would give 0.001.
 pub(crate) const GRID_SIGMA_PX: f64 = 0.004;
 
 impl Seam {

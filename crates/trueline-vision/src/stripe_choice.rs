@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 /// A place with this part of the best one's evidence can be the one that is meant.
 const WORTHY: f64 = 0.3;
 
-/// What tells one of several places from the others.
+/// Criterion that selects one of several places.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum StripeChoice {
     /// The one with the most light, if no other has almost as much.

@@ -1,5 +1,4 @@
-//! What is told of an alarm to whoever is not at the screen: one JSON object when it is raised, when it becomes another one, and when
-//! it is over.
+//! Alarm messages: one JSON object when an alarm is raised, changes or clears.
 
 use crate::store::Standing;
 use crate::words::numbered;
@@ -60,8 +59,13 @@ pub(crate) fn body(event: Event, cell: &str, calibration: &str, watched_s: i64, 
         Event::Changed => format!("{cell}: The alarm has changed. {}", text(alarm)),
         Event::WithinTolerance => format!("{cell}: {}", text(within)),
         Event::Ended => match (line["good_since_number"].as_i64(), line["good_since"].as_str()) {
-            (Some(good), Some(name)) => format!("{cell}: The fault is gone since {}.", numbered(good, name)),
-            _ => format!("{cell}: The alarm is over since {}: it is not confirmed.", numbered(number, weld)),
+            (Some(good), Some(name)) => {
+                format!("{cell}: The fault has been gone since {}.", numbered(good, name))
+            }
+            _ => format!(
+                "{cell}: The alarm was cleared at {}: later welds do not confirm it.",
+                numbered(number, weld)
+            ),
         },
     };
     json!({
@@ -70,7 +74,7 @@ pub(crate) fn body(event: Event, cell: &str, calibration: &str, watched_s: i64, 
     })
 }
 
-/// The message that a repair was reported: the next weld is the first that tells.
+/// The message that a repair was reported: the next weld verifies it.
 #[must_use]
 pub(crate) fn repaired(cell: &str, calibration: &str, now_s: i64, before: i64) -> Value {
     let text = format!("{cell}: A repair before weld {before} is reported. The next welds will show it.");
@@ -80,7 +84,7 @@ pub(crate) fn repaired(cell: &str, calibration: &str, now_s: i64, before: i64) -
 /// The message that an alarm is about a calibration that is in use no more.
 #[must_use]
 pub(crate) fn replaced(cell: &str, [old, new]: [&str; 2], now_s: i64, from: i64) -> Value {
-    let text = format!("{cell}: {new} is in use from weld {from} on. The alarm about {old} is closed.");
+    let text = format!("{cell}: {new} replaces {old} from weld {from} on. The alarm about {old} is closed.");
     ended((cell, new), text, now_s, from)
 }
 

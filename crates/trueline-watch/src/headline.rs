@@ -1,4 +1,4 @@
-//! What has changed in one sentence with its size, and what to do in the next: the same in a line, a message and on a page.
+//! Headline of a change: its size, and the remedy; the same in a line, a message and on a page.
 
 use crate::detect::SeamError;
 use crate::detect::sensor_axes::IN_WORDS;
@@ -16,24 +16,26 @@ pub fn headline(told: &Told) -> String {
         (Kind::Timing, size) => {
             let offset_ms = told.alarm.change.value[0].unwrap_or(0.0) * 1e3;
             let direction = if offset_ms < 0.0 { "earlier" } else { "later" };
-            let effect = size.map(|size| format!(", seam points sit {size}")).unwrap_or_default();
-            format!("Pictures come {:.3} ms {direction} {since}{effect}", offset_ms.abs())
+            let effect = size.map(|size| format!(", seam points are {size}")).unwrap_or_default();
+            format!("Pictures arrive {:.3} ms {direction} {since}{effect}", offset_ms.abs())
         }
-        (Kind::Bracket, Some(size)) => format!("Seam points sit {size} {since}"),
+        (Kind::Bracket, Some(size)) => format!("Seam points are {size} {since}"),
         (Kind::Sensor, Some(size)) => {
-            format!("Seam points sit {size} {since}, the sensor itself has changed")
+            format!("Seam points are {size} {since}, the sensor itself has changed")
         }
-        (Kind::Seam, Some(size)) => format!("The parts lie {size} {since}"),
-        (_, None) => format!("{} {since}, by how much these welds do not show", capital(what_changed(kind))),
+        (Kind::Seam, Some(size)) => format!("The parts are {size} {since}"),
+        (_, None) => {
+            format!("{} {since}; these welds do not determine by how much", capital(what_changed(kind)))
+        }
     };
     let first = (told.out_since.0 != told.since_number)
-        .then(|| format!(" Something is wrong since {}.", numbered(told.out_since.0, &told.out_since.1)));
+        .then(|| format!(" The first wrong weld is {}.", numbered(told.out_since.0, &told.out_since.1)));
     let beyond = told.tolerance_m.filter(|_| told.state() == State::Alarm);
     let beyond = beyond.map(|m| format!(" (tolerance {})", millimetres(m)));
     format!("{what}{}.{} {}", beyond.unwrap_or_default(), first.unwrap_or_default(), what_to_do(told))
 }
 
-/// What to do about it.
+/// Hint for the user.
 #[must_use]
 pub fn what_to_do(told: &Told) -> String {
     let tolerance = told.tolerance_m.map(millimetres);

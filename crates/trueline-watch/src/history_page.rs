@@ -19,7 +19,7 @@ const LEAST_SHOWN: f64 = 0.1;
 /// Alarms in the table.
 const MOST_ALARMS: usize = 50;
 
-/// Renders the page; `repaired` is the number of the weld before which a repair was reported, if no weld has told since then.
+/// Renders the page; `repaired` is the number of the weld before which a repair was reported, if no weld has verified it since.
 #[must_use]
 pub fn html(history: &[HistoryRow], repaired: Option<i64>, title: &str, command: &str) -> String {
     let mut page = Page { title: title.to_owned(), verdict: verdict(history, repaired), ..Page::default() };
@@ -77,10 +77,14 @@ fn verdict(history: &[HistoryRow], repaired: Option<i64>) -> Verdict {
     }
 }
 
-/// What has changed, its size and what to do; older rows have no size.
+/// The change, its size and the remedy; older rows may lack them.
 fn words(history: &[HistoryRow], alarm: &AlarmRow) -> String {
     alarm.text.clone().unwrap_or_else(|| {
-        format!("Since {}: {}.", numbered(alarm.since, name_of(history, alarm.since)), said(&alarm.kind))
+        let since = numbered(alarm.since, name_of(history, alarm.since));
+        let size = alarm.seam_error.map_or_else(String::new, |[value, sigma]| {
+            format!(", seam points are {:.3} ± {:.3} mm off", value * 1e3, sigma * 1e3)
+        });
+        format!("Since {since}: {}{size}.", said(&alarm.kind))
     })
 }
 
@@ -88,7 +92,7 @@ fn name_of(history: &[HistoryRow], number: i64) -> &str {
     history.iter().find(|row| row.number == number).map_or("before this page", |row| &row.name)
 }
 
-/// A kind of change as a person would say it; a word of another version stays as it is.
+/// Words for a kind of change; an unknown kind stays as it is.
 fn said(kind: &str) -> &str {
     Kind::ALL.into_iter().find(|known| known.name() == kind).map_or(kind, |known| what_changed(known))
 }
@@ -107,7 +111,7 @@ fn alarms(history: &[HistoryRow]) -> Table {
             None => "stands".to_owned(),
         };
         let size = alarm.seam_error.map_or_else(
-            || "not shown".to_owned(),
+            || "not determined".to_owned(),
             |[value, sigma]| format!("{:.3} ± {:.3} mm", value * 1e3, sigma * 1e3),
         );
         rows.push(TableRow::plain(vec![
@@ -124,7 +128,7 @@ fn alarms(history: &[HistoryRow]) -> Table {
         head: [
             "found at",
             "state",
-            "what changed, and what to do",
+            "what changed, and the remedy",
             "seam points off",
             "until",
             "without a change",
@@ -146,14 +150,14 @@ fn in_words(column: &str) -> String {
     stem.replace('_', " ")
 }
 
-/// What a weld says of a column: the change with its standard deviation, and whether it shows that by itself.
+/// Estimate of a column from a weld: the change with its standard deviation, and whether the weld alone determines it.
 struct Said {
     value: f64,
     sigma: f64,
     is_shown: bool,
 }
 
-/// Of a column, in the unit of files. While something of another kind stands, what a weld says of this kind is made of that.
+/// Of a column, in the unit of files. While a change of another kind is active, it causes the estimate of this kind.
 fn said_of(row: &HistoryRow, k: usize) -> Option<Said> {
     let factor = column(k).1;
     let other_stands = row.alarm.as_ref().is_some_and(|alarm| {
@@ -167,7 +171,7 @@ fn said_of(row: &HistoryRow, k: usize) -> Option<Said> {
     Some(Said { value: value * factor, sigma: sigma * factor, is_shown })
 }
 
-/// What each weld says of some columns by itself, with limits at three of its standard deviations.
+/// Estimates of some columns from each weld alone, with limits at three standard deviations.
 fn control(
     history: &[HistoryRow],
     columns: &mut Columns,
@@ -200,7 +204,7 @@ fn control(
     let grey = hidden_points(history, &all, limit);
     if !grey.is_empty() {
         let [x, y] = [0, 1].map(|k| columns.add(grey.iter().map(|point| point[k])));
-        series.push(Series::points("not shown by itself", x, y, Colour::Soft));
+        series.push(Series::points("not determined alone", x, y, Colour::Soft));
     }
     let mark = |at: f64, name: &str| Mark { name: name.to_owned(), at, upright: false };
     let marks = [1.0, -1.0].map(|sign| mark(sign * limit, "± 3 σ"));
@@ -219,14 +223,14 @@ fn control(
     })
 }
 
-const EXPLANATION: &str = "What each weld shows, as if nothing of another kind had changed; the lines are 3 σ of one weld. Grey is what \
-     a weld does not show by itself, or the effect of another change: no evidence, and drawn within the limits only.";
+const EXPLANATION: &str = "Estimate from each weld, assuming that nothing of another kind has changed; the lines are 3 σ of one weld. \
+     Grey values are no evidence: the weld alone does not determine them, or another change causes them. They are drawn within the limits.";
 
 fn is_shown_by(own: &[Option<Said>]) -> bool {
     own.iter().flatten().any(|said| said.is_shown)
 }
 
-/// What is not shown by itself, weld and value, within limits.
+/// Values that a weld does not determine alone: weld and value, within limits.
 fn hidden_points(history: &[HistoryRow], all: &[Vec<Option<Said>>], limit: f64) -> Vec<[f64; 2]> {
     let mut points = Vec::new();
     for own in all {
@@ -259,10 +263,11 @@ fn probabilities(history: &[HistoryRow], columns: &mut Columns) -> Block {
     Block::Chart(Chart {
         id: "improbable",
         title: "Evidence for a change",
-        explanation: "How rarely welds look like these if nothing has changed. Above the line is an alarm; the line is set for \
-                      one false alarm in 100,000 pieces. What is rarer than 1 in 10²⁰ is drawn there."
-            .to_owned(),
-        alternative: "In how many welds it comes once without a change, by weld and kind of change".to_owned(),
+        explanation:
+            "How rare such a weld is if nothing has changed. Above the line is an alarm; the line is set for \
+                      one false alarm in 100,000 pieces. Rarer values than 1 in 10²⁰ are drawn there."
+                .to_owned(),
+        alternative: "How rare each weld is without a change, by kind of change".to_owned(),
         wide: true,
         drawn: Drawn::Plot {
             x: Axis::of("weld"),
@@ -279,8 +284,7 @@ fn noise(history: &[HistoryRow], columns: &mut Columns) -> Block {
     Block::Chart(Chart {
         id: "noise",
         title: "Noise",
-        explanation: "How much larger the residuals are than features, robot and stamps let expect."
-            .to_owned(),
+        explanation: "Residuals, divided by the noise expected of features, robot and stamps.".to_owned(),
         alternative: "Noise factor by weld".to_owned(),
         wide: false,
         drawn: Drawn::Plot {

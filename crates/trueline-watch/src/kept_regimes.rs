@@ -47,7 +47,7 @@ impl Lists<'_> {
         regimes.iter().map(row).collect()
     }
 
-    /// What each weld says.
+    /// Evidence of each weld.
     pub(crate) fn information(&self) -> Vec<PieceInformation> {
         let of = |piece: &StoredPiece| {
             let place = self.parts.iter().position(|part| part.id == piece.part)?;

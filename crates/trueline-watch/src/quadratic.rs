@@ -37,7 +37,7 @@ impl Quadratic {
         self.vector += &other.vector;
     }
 
-    /// What is left when evidence is taken away that was added before.
+    /// The evidence without a part that was added before.
     #[must_use]
     pub fn without(&self, other: &Self) -> Self {
         Self { matrix: &self.matrix - &other.matrix, vector: &self.vector - &other.vector }
@@ -71,7 +71,7 @@ impl Quadratic {
     }
 
     /// Evidence about the first `kept` unknowns whatever the others are: the Schur complement. Directions of the others
-    /// that nothing is known of say nothing.
+    /// that nothing is known of cannot be used.
     #[must_use]
     pub fn marginal(&self, kept: usize) -> Self {
         let other = self.size() - kept;

@@ -21,7 +21,7 @@ pub struct Reference {
     pub shape_origin_m: [f64; 2],
 }
 
-/// One standard deviation of what a calibration does not tell: as good as unknown, and yet not a whole turn.
+/// Prior standard deviation of unknowns that a calibration does not determine: large, but less than a full turn.
 const UNKNOWN: [f64; CALIBRATION] =
     [0.010, 0.0873, 0.0873, 0.0873, 0.010, 0.010, 0.010, 5e-3, 5e-3, 5e-3, 0.15, 0.15];
 

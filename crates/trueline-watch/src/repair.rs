@@ -1,4 +1,4 @@
-//! A repair that somebody reports: the fault that stands is taken to be mended before a weld. The welds from there on tell whether it is.
+//! A repair that somebody reports: the fault that stands is taken to be mended before a weld. Later welds verify it.
 
 use crate::alarm_message;
 use crate::parameters::Kind;
@@ -13,19 +13,17 @@ pub enum Repair {
     NothingStands,
 }
 
-/// Why a repair cannot be before a weld.
+/// Reason why a repair cannot be before a weld.
 #[derive(Debug, thiserror::Error)]
 pub enum RepairError {
     /// The state cannot be used.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// No such weld.
+    /// Unknown weld.
     #[error("--repaired {0}: no weld of this calibration has this number or name")]
     Unknown(String),
     /// The fault began there or later.
-    #[error(
-        "--repaired {name}: the fault stands since weld {since}, and no earlier weld can follow its repair"
-    )]
+    #[error("--repaired {name}: the fault began at weld {since}, so its repair cannot be before weld {name}")]
     TooEarly {
         /// The weld that was named.
         name: String,
@@ -35,7 +33,7 @@ pub enum RepairError {
 }
 
 impl RepairError {
-    /// What to do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {

@@ -1,8 +1,8 @@
-//! A change as it is told: with the names of welds, its size and the tolerance.
+//! A reported change: with the names of welds, its size and the tolerance.
 
 use crate::detect::{Alarm, SeamError};
 
-/// What stands after a weld.
+/// State after a weld.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
     /// No change is seen.
@@ -25,7 +25,7 @@ impl State {
     }
 }
 
-/// A change as it is told.
+/// A reported change.
 #[derive(Clone, Debug)]
 pub struct Told {
     /// The change.
@@ -46,11 +46,11 @@ pub struct Told {
     pub was_claimed: bool,
 }
 
-/// A change is within the tolerance if it is by so many standard deviations.
+/// A change is within the tolerance if it is by this number of standard deviations.
 const SURELY: f64 = 2.0;
 
 impl Told {
-    /// A change with its words' numbers. `was_within`: whether the weld before was told to be within the tolerance.
+    /// A change with its words' numbers. `was_within`: whether the previous weld was reported as within the tolerance.
     #[must_use]
     pub fn of(
         alarm: Alarm,

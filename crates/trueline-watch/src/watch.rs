@@ -1,4 +1,4 @@
-//! One weld more: read the state, judge, keep, and tell.
+//! Processing of a weld: read the state, judge, store, and report.
 
 use crate::alarm_message::{self, Event};
 use crate::detect::change::Confidence;
@@ -55,7 +55,7 @@ pub enum WatchError {
 }
 
 impl WatchError {
-    /// What to do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {
@@ -83,8 +83,7 @@ impl Watched {
     }
 }
 
-/// Watches one weld: what is told of it is kept before it is returned. A weld that was watched before is told again as it
-/// was then.
+/// Watches one weld: its report is stored before it is returned. A weld that was watched before is reported again unchanged.
 ///
 /// # Errors
 /// A weld or a state that cannot be used; nothing is kept of it then.

@@ -1,4 +1,4 @@
-//! Watches weld after weld with one calibration, forgets old ones, and has alarms told to others.
+//! Watches weld after weld with one calibration, deletes old ones, and sends alarms.
 
 use crate::repair::{self, Repair, RepairError};
 use crate::store::{ReceiverRow, Store, StoreError};
@@ -14,13 +14,13 @@ use trueline_dataset::calibration_file::{self, KnownCalibration};
 use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::{Recording, source_file};
 
-/// What is watched, and who is told.
+/// Settings: calibration, state, and receivers of alarms.
 pub struct WatcherSettings<'a> {
     /// The state file.
     pub state: &'a Path,
     /// The file of the calibration.
     pub calibration: &'a Path,
-    /// Addresses that alarms are told to.
+    /// Addresses of the receivers of alarms.
     pub tell: &'a [String],
     /// Welds older than this are forgotten.
     pub keep: Option<Duration>,
@@ -37,10 +37,10 @@ pub enum WatcherError {
     /// The state cannot be used.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// Nobody can be told at an address.
+    /// An address cannot be used.
     #[error("{0}")]
     Receiver(#[from] ReceiverError),
-    /// Nobody can be told now.
+    /// Messages cannot be sent.
     #[error(transparent)]
     Courier(#[from] CourierError),
     /// A repair cannot be where it was reported.
@@ -51,13 +51,13 @@ pub enum WatcherError {
     Weld {
         /// The weld.
         name: String,
-        /// Why.
+        /// Reason.
         error: WatchError,
     },
 }
 
 impl WatcherError {
-    /// What to do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> String {
         match self {
@@ -84,7 +84,7 @@ pub struct Watcher {
 }
 
 impl Watcher {
-    /// Opens state and calibration, and begins to tell.
+    /// Opens state and calibration, and starts to send messages.
     ///
     /// # Errors
     /// A file that cannot be used, or an address of no known kind.
@@ -101,7 +101,7 @@ impl Watcher {
         Ok(Self { store, known, calibration, keep, couriers, met_another_sensor: false, is_alarm: false })
     }
 
-    /// Whether the calibration was accepted when it was made, where its file says so.
+    /// Whether the calibration was accepted, if its file states it.
     #[must_use]
     pub fn was_accepted(&self) -> Option<bool> {
         self.known.accepted
@@ -159,7 +159,7 @@ impl Watcher {
         Ok(repair::is_known(&self.store, &self.calibration.sha256, weld)?)
     }
 
-    /// Tells whoever can be told once more, and returns those who could not. Their messages are kept.
+    /// Sends pending messages once more, and returns the receivers that failed. Their messages are kept.
     ///
     /// # Errors
     /// A state that cannot be read.
@@ -172,7 +172,7 @@ impl Watcher {
     }
 }
 
-/// The calibration with all that its file tells.
+/// The calibration with all data of its file.
 fn watched(file: &Path, known: &KnownCalibration) -> Result<Watched, WatcherError> {
     let bytes = source_file::bytes(file)?;
     let is_json = calibration_file::is_json(&String::from_utf8_lossy(&bytes));

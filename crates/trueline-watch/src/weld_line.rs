@@ -1,4 +1,4 @@
-//! What is told of a weld: one line of JSON.
+//! Report on a weld as one line of JSON.
 
 use crate::alarm_message::Event;
 use crate::detect::{Change, SeamError};
@@ -50,7 +50,7 @@ impl HistoryOf {
     }
 }
 
-/// What is told of a weld.
+/// Report on a weld.
 #[derive(Clone, Debug)]
 pub struct WeldLine {
     /// Its number: welds are counted from 0 in the order in which the state took them, whatever the calibration.
@@ -61,7 +61,7 @@ pub struct WeldLine {
     pub used: usize,
     /// Features that belong to no seam.
     pub outliers: usize,
-    /// How much larger the residuals are than expected.
+    /// Noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
     /// What welds like these would not show.
     pub blind_to: Vec<String>,
@@ -88,7 +88,7 @@ pub struct WeldLine {
     pub p_log10: [f64; 4],
     /// Whether the stamps could be treated as those of the calibration.
     pub stamps_treated_alike: bool,
-    /// The line as it was told when this weld was watched before.
+    /// The line as reported when this weld was first watched.
     pub told_before: Option<String>,
 }
 

@@ -1,4 +1,4 @@
-//! What is told of a weld, for the person who welds.
+//! Report on a weld as text for the operator.
 
 use crate::detect::sensor_axes::AXES;
 use crate::detect::{Change, SeamError};
@@ -7,10 +7,10 @@ use crate::parameters::Kind;
 use crate::store::ReceiverRow;
 use crate::told::{State, Told};
 use crate::weld_line::{HistoryOf, Learning, WeldLine};
-use crate::words::{how_rarely, numbered, what_changed, where_to_look};
+use crate::words::{false_alarm, numbered, what_changed, where_to_look};
 use std::cmp::Ordering;
 
-/// What is told of a weld.
+/// Report on a weld.
 #[must_use]
 pub fn of(line: &WeldLine) -> String {
     let weld = numbered(line.number, &line.weld);
@@ -40,7 +40,7 @@ pub fn of(line: &WeldLine) -> String {
     }
     if !line.stamps_treated_alike {
         text +=
-            "  warning: this weld's stamps are too uneven to be treated as those of the calibration were\n";
+            "  warning: this weld's stamps are too irregular to be smoothed like those of the calibration\n";
     }
     if line.sensor_file_differs == Some(true) && line.event.is_some() && line.is_alarm() {
         text += &format!("  warning: {OTHER_SENSOR}\n");
@@ -54,7 +54,8 @@ fn history_text(line: &WeldLine) -> String {
     match &line.history {
         HistoryOf::Same | HistoryOf::New(None) => String::new(),
         HistoryOf::New(Some(before)) => format!(
-            "A new history begins: {own} is in use from weld {} on, after {before}. Earlier welds are not compared with it.\n",
+            "A new history begins: {own} replaces {before} from weld {} on. Earlier welds are not compared \
+            with it.\n",
             line.number
         ),
         HistoryOf::Resumed(before) => {
@@ -63,15 +64,15 @@ fn history_text(line: &WeldLine) -> String {
     }
 }
 
-/// What a difference between the files of the sensor does.
-pub const OTHER_SENSOR: &str = "sensor.toml is not the file that the calibration was made with: where the two differ, welds look \
-                                as if the bracket or the sensor had changed";
+/// Effect of a difference between the sensor files.
+pub const OTHER_SENSOR: &str = "sensor.toml differs from the file of the calibration: the difference appears \
+                                as a change of the bracket or the sensor. Use one file for both";
 
-/// What ended a change.
+/// Reason for the end of a change.
 fn over_text(line: &WeldLine) -> String {
     match &line.good_since {
-        Some((number, name)) => format!("The fault is gone since {}; ", numbered(*number, name)),
-        None => "The alarm is over: later welds do not confirm it; ".to_owned(),
+        Some((number, name)) => format!("The fault has been gone since {}; ", numbered(*number, name)),
+        None => "The alarm is cleared, because later welds do not confirm it; ".to_owned(),
     }
 }
 
@@ -85,7 +86,10 @@ fn learning_text(learning: Learning) -> String {
             format!("  Learnt the fixture from {pieces} parts. It is watched from the next part on.\n")
         }
         Ordering::Greater => {
-            format!("  The fixture cannot be learnt from {pieces} parts. No fixture alarms.\n")
+            format!(
+                "  Learning the fixture failed: its scatter over {pieces} parts is too large. No fixture \
+                alarms.\n"
+            )
         }
     }
 }
@@ -96,16 +100,17 @@ fn blindness_text(blind_to: &[String]) -> String {
     }
     // Where a part lies is the fixture's, and no scan of an edge shows it.
     if blind_to.iter().all(|what| what == Kind::Seam.name()) {
-        return "  seam: these welds would not show where the part lies\n".to_owned();
+        return "  blind to seam: these welds cannot detect a moved part\n".to_owned();
     }
     format!(
-        "  blind to {}: welds like these would not show that, however many; a scan of 5 s over a fixed edge shows timing, bracket and \
-         sensor: `trueline plan cell.toml --calibration RESULT --duration-s 5 --out check-scan`, to be watched with a --state of its own\n",
+        "  blind to {}: welds like these cannot detect that change, however many. A 5 s scan over a fixed \
+         edge detects timing, bracket and sensor: plan it with `trueline plan cell.toml --calibration RESULT \
+         --duration-s 5 --out check-scan`, and watch it with its own --state\n",
         blind_to.join(", ")
     )
 }
 
-/// A change that was told in full at an earlier weld.
+/// A change that was reported in full at an earlier weld.
 fn standing_text(weld: &str, told: &Told) -> String {
     let word = if told.is_within { "changed within the tolerance" } else { "alarm" };
     format!("{weld}: {word}: {}\n", headline(told))
@@ -117,41 +122,42 @@ fn alarm_text(weld: &str, told: &Told) -> String {
     let word = if told.is_within { "CHANGED WITHIN THE TOLERANCE" } else { "ALARM" };
     let mut text = format!("{weld}: {word}: {}\n", headline(told));
     if told.was_claimed {
-        text += "  The repair that was reported before this weld did not end it.\n";
+        text += "  The repair reported before this weld did not clear it.\n";
     }
-    text += &format!("  what: {}\n  look at: {}\n", what_changed(kind), where_to_look(kind));
+    text += &format!("  cause: {}\n  check: {}\n", what_changed(kind), where_to_look(kind));
     let moved = (kind != Kind::Seam).then(|| seam_error_text(seam_error));
     for part in moved.into_iter().chain(numbers(&alarm.change)) {
         text += &format!("  {part}\n");
     }
-    text += &format!("  without a change this comes {}\n", how_rarely(alarm.change.p_log10));
+    text += &format!("  false-alarm probability: {}\n", false_alarm(alarm.change.p_log10));
     if !alarm.not_told_apart.is_empty() {
         let others: Vec<&str> = alarm.not_told_apart.iter().map(|kind| noun(*kind)).collect();
         text += &format!(
-            "  it may also be the {}: these welds do not tell them apart; a scan of 5 s over a fixed edge does\n",
+            "  it may also be the {}: these welds cannot separate them, a 5 s scan over a fixed edge can\n",
             others.join(" or the ")
         );
     }
-    text + "  once it is mended: `trueline watch --repaired`; after a new calibration: --calibration with its file\n"
+    text + "  after a repair: `trueline watch --repaired`; after a new calibration: --calibration with its \
+        file\n"
 }
 
-/// What is told of a receiver that could not be told of alarms.
+/// Warning about a receiver that did not receive alarms.
 #[must_use]
 pub fn not_told(receiver: &ReceiverRow) -> String {
     format!(
-        "warning: {} has not been told {} messages about alarms ({}); they are kept, and told by the next program with the same \
-         --state and --tell",
+        "warning: {} has not received {} alarm messages ({}). They are kept; the next program with the same \
+         --state and --tell sends them",
         receiver.name,
         receiver.waiting,
-        receiver.error.as_deref().unwrap_or("no try yet")
+        receiver.error.as_deref().unwrap_or("not sent yet")
     )
 }
 
-/// How far a change moves seam points.
+/// Displacement of seam points by a change.
 fn seam_error_text(error: &SeamError) -> String {
     let one = |(name, axis): (&&str, &Option<[f64; 2]>)| match axis {
         Some([value, sigma]) => format!("{name} {:+.3} ± {:.3} mm", value * 1e3, sigma * 1e3),
-        None => format!("{name} not shown"),
+        None => format!("{name} cannot be determined"),
     };
     let all: Vec<String> = AXES.iter().zip(&error.by_axis).map(one).collect();
     format!("seam points move (along the stripe, along the seam, in depth): {}", all.join(", "))
@@ -170,12 +176,12 @@ fn noun(kind: Kind) -> &'static str {
 fn numbers(change: &Change) -> Vec<String> {
     let one = |k: usize, factor: f64, unit: &str| match (change.value[k], change.sigma[k]) {
         (Some(value), Some(sigma)) => format!("{:+.3} ± {:.3} {unit}", value * factor, sigma * factor),
-        _ => format!("not shown ({unit})"),
+        _ => format!("cannot be determined"),
     };
     let is_shown = |first: usize| (first..first + 3).any(|k| change.value[k].is_some());
     let three = |first: usize, factor: f64, unit: &str| {
         if !is_shown(first) {
-            return "by itself not shown by these welds".to_owned();
+            return "cannot be determined alone from these welds".to_owned();
         }
         ["x", "y", "z"]
             .iter()

@@ -8,32 +8,33 @@ pub fn numbered(number: i64, name: &str) -> String {
     format!("weld {number} ({name})")
 }
 
-/// What welds would not show, in words.
+/// Undetectable changes, in words.
 #[must_use]
 pub fn hidden(blind_to: &[String]) -> String {
     if blind_to.is_empty() { "nothing".to_owned() } else { blind_to.join(", ") }
 }
 
-/// What has changed.
+/// Cause of a change, in words.
 #[must_use]
 pub fn what_changed(kind: Kind) -> &'static str {
     match kind {
         Kind::Timing => "the camera's time offset has changed",
         Kind::Bracket => "the sensor has moved on the robot",
         Kind::Sensor => "the sensor itself has changed",
-        Kind::Seam => "the part lies elsewhere",
+        Kind::Seam => "the part has moved",
     }
 }
 
-/// Where to look then.
+/// Parts to check for a cause.
 #[must_use]
 pub fn where_to_look(kind: Kind) -> &'static str {
     match kind {
-        Kind::Timing => "exposure, driver, network, and who set a clock",
+        Kind::Timing => "exposure, driver, network, and whether a clock was set",
         Kind::Bracket => {
-            "the sensor's bracket, the torch or tool, and the sensor's camera and laser, for one that has shifted inside looks the same"
+            "the sensor's bracket, and the torch or tool; a camera or laser loose inside the sensor looks \
+            identical"
         }
-        Kind::Sensor => "the sensor's window, camera and laser, and its temperature",
+        Kind::Sensor => "the sensor's window, camera, laser and temperature",
         Kind::Seam => "the fixture; the calibration is still good",
     }
 }
@@ -52,6 +53,15 @@ pub fn how_rarely(p_log10: f64) -> String {
         return format!("less than once in {:.0e} welds", 10f64.powf(-RAREST_LOG10));
     }
     format!("once in {:.0e} welds", 10f64.powf(-p_log10))
+}
+
+/// The probability of a false alarm in words.
+#[must_use]
+pub(crate) fn false_alarm(p_log10: f64) -> String {
+    if p_log10 < RAREST_LOG10 {
+        return format!("below {:.0e}", 10f64.powf(RAREST_LOG10));
+    }
+    format!("{:.0e}", 10f64.powf(p_log10))
 }
 
 /// A length with the digits that matter on a seam.

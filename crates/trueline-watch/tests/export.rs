@@ -32,7 +32,7 @@ fn every_number_is_there_and_what_is_not_known_is_null() {
         since: 3,
         p_log10: -7.5,
         is_within: true,
-        text: Some("Seam points sit 0.38 mm off.".to_owned()),
+        text: Some("Seam points are 0.38 mm off.".to_owned()),
         seam_error: Some([3.8e-4, 1e-5]),
     };
     let bytes = history_parquet::bytes(&[row(7, None), row(8, Some(alarm))]).unwrap();

@@ -237,7 +237,7 @@ fn an_alarm_is_told_once_and_is_due_again_where_it_was_not_taken() {
     let message = store.take_message(receiver, 1000, 1030).unwrap().unwrap();
     let body: serde_json::Value = serde_json::from_str(&message.body).unwrap();
     assert_eq!((&body["event"], &body["alarm"]["since"]), (&"raised".into(), &"piece 4".into()), "{body}");
-    assert!(body["text"].as_str().unwrap().starts_with("cell: ALARM. Pictures come "), "{body}");
+    assert!(body["text"].as_str().unwrap().starts_with("cell: ALARM. Pictures arrive "), "{body}");
     assert_eq!(store.take_message(receiver, 1029, 2000).unwrap(), None, "it is taken");
     store.not_told(receiver, 1100, "no answer").unwrap();
     assert_eq!(store.take_message(receiver, 1099, 2000).unwrap(), None, "it is not due");

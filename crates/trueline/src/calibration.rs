@@ -38,7 +38,7 @@ impl Calibration {
     /// Writes the result as JSON; the file appears whole or not at all.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// An error of the operating system.
     pub fn save(&self, file: impl AsRef<Path>) -> Result<(), Error> {
         let file = file.as_ref();
         let cannot = |source| Error::Write { file: file.to_owned(), source };

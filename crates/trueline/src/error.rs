@@ -28,13 +28,13 @@ pub enum Error {
     Write {
         /// The file.
         file: PathBuf,
-        /// What the operating system says.
+        /// An error of the operating system.
         source: std::io::Error,
     },
 }
 
 impl Error {
-    /// What to do about it; empty where the error says all.
+    /// Hint for the user; empty if the error is sufficient.
     #[must_use]
     pub fn hint(&self) -> String {
         match self {

@@ -93,7 +93,7 @@ impl Recording {
     }
 }
 
-/// What is worth knowing, as it is told; how the search for the seam went is not kept.
+/// Notes on the recording; the progress of the search for the seam is not kept.
 #[cfg(feature = "open")]
 #[derive(Default)]
 struct Notes(Mutex<Vec<String>>);

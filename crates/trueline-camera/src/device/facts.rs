@@ -56,8 +56,8 @@ impl fmt::Display for DeviceCounts {
             self;
         write!(
             f,
-            "{exposed} exposures, {sent} pictures sent, {dropped} dropped (on purpose, or because nobody told where the robot \
-             was), {late} not drawn in time, {link_busy} for want of network; {packets} packets, {lost_packets} lost on purpose, \
+            "{exposed} exposures, {sent} pictures sent, {dropped} dropped (on purpose, or without a pose of \
+             the robot), {late} not drawn in time, {link_busy} for lack of bandwidth; {packets} packets, {lost_packets} lost on purpose, \
              {resent_packets} sent again"
         )
     }

@@ -39,7 +39,7 @@ pub struct Chunk<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ChunkError {
     /// A chunk is longer than what is there.
-    #[error("chunk {id:#x} says that it has {length} bytes, and {left} are there")]
+    #[error("chunk {id:#x} states {length} bytes, but {left} remain")]
     Length {
         /// Its identifier.
         id: u32,

@@ -101,7 +101,7 @@ fn check_limits(camera: &mut dyn Features, name: &str, value: i64) -> Result<(),
     if (least..=most).contains(&value) && (value - least) % step == 0 {
         return Ok(());
     }
-    let why = format!("{value} was asked for, the camera takes {least} to {most} in steps of {step}");
+    let why = format!("{value} was requested; the camera supports {least} to {most} in steps of {step}");
     Err(CameraError::Feature { name: name.to_owned(), why })
 }
 

@@ -56,7 +56,7 @@ pub(crate) fn exposure_us(camera: &mut dyn Features) -> Option<f64> {
 pub(crate) fn size(camera: &mut dyn Features, name: &str) -> Result<u32, CameraError> {
     let value = camera.get_integer(name)?;
     u32::try_from(value)
-        .map_err(|_| CameraError::Feature { name: name.to_owned(), why: format!("{value} is no size") })
+        .map_err(|_| CameraError::Feature { name: name.to_owned(), why: format!("{value} is not a size") })
 }
 
 /// Sets an enumeration where the camera has it.
@@ -83,7 +83,7 @@ pub(super) fn set_one_of(camera: &mut dyn Features, names: &[&str], value: f64) 
     if let Ok((least, most)) = camera.float_bounds(name)
         && !(least..=most).contains(&value)
     {
-        let why = format!("{value} was asked for, the camera takes {least} to {most}");
+        let why = format!("{value} was requested; the camera supports {least} to {most}");
         return Err(CameraError::Feature { name: (*name).to_owned(), why });
     }
     Ok(camera.set_float(name, value)?)

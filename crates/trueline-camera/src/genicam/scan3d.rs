@@ -47,7 +47,7 @@ fn expect_coordinates(camera: &mut dyn Features, sends_both: bool) -> Result<(),
             };
             return Err(refused(
                 OUTPUT_MODE,
-                format!("it is {mode}, which says not where along the stripe a range is; expected {wanted}"),
+                format!("it is {mode}, which does not locate a range along the stripe; expected {wanted}"),
             ));
         }
         _ => {}
@@ -108,9 +108,7 @@ fn line_period_ns(camera: &mut dyn Features, rows: u32, waits: &Waits) -> Result
         Some(hz) if hz > 0.0 => Ok(1e9 / hz),
         _ => Err(refused(
             LINE_RATE,
-            format!(
-                "a frame holds {rows} profiles, and this is not told: when each was taken is not known. Set Height to 1"
-            ),
+            format!("a frame holds {rows} profiles without time stamps of each. Set Height to 1"),
         )),
     }
 }

@@ -114,12 +114,15 @@ fn turn_on(
 /// Sets an enumeration that the camera must have, to an entry that it must offer.
 fn choose(camera: &mut dyn Features, name: &str, entry: &str) -> Result<(), CameraError> {
     if !camera.has_feature(name) {
-        return Err(refused(name, format!("{entry} was asked for, and the camera has no such feature")));
+        return Err(refused(
+            name,
+            format!("{entry} was requested, but the camera does not have this feature"),
+        ));
     }
     let offered = camera.enum_entries(name)?;
     if !offered.iter().any(|offered| offered == entry) {
         let offered = offered.join(", ");
-        return Err(refused(name, format!("{entry} was asked for, the camera offers {offered}")));
+        return Err(refused(name, format!("{entry} was requested; the camera offers {offered}")));
     }
     Ok(camera.set_enum(name, entry)?)
 }
@@ -169,8 +172,8 @@ fn told(camera: &mut dyn Features) -> Result<Option<String>, CameraError> {
 }
 
 fn nothing_fires() -> CameraError {
-    let why = "it is Software, and this program fires none: a picture would come whenever the PC asks, later by what the network takes. \
-               Name an input, or let the camera run by itself";
+    let why = "it is Software, which this program does not support: the network would delay each picture. \
+               Name an input, or use the camera's own clock";
     refused(SOURCE, why.to_owned())
 }
 

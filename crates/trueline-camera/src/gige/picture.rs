@@ -20,7 +20,7 @@ pub(super) fn of(frame: &Frame, packets: Option<&Packets>, session: &Session) ->
 
 fn status(frame: &Frame, packets: Option<&Packets>, session: &Session) -> FrameStatus {
     let size = [frame.width, frame.height];
-    // Without its leader a picture says nothing of itself, but then it is not complete either.
+    // Without its leader a picture has no description, but then it is incomplete anyway.
     let has_leader = size != [0, 0];
     if let Some(wrong) = has_leader.then(|| session.wrong(size, frame.pixel_format.0)).flatten() {
         return wrong;

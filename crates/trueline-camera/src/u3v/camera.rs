@@ -285,7 +285,7 @@ fn stream<T: UsbTransfer + 'static>(
     if !(needed..=needed.saturating_mul(2).saturating_add(MOST_BESIDE_PIXELS)).contains(&room) {
         let [width, height] = session.size;
         let why = format!(
-            "it says that a picture has {room} bytes, and {width} x {height} px of {} have {needed}",
+            "it states {room} bytes for a picture, but {width} x {height} px of {} need {needed}",
             session.format
         );
         return Err(CameraError::Usb { device: name.to_owned(), why });

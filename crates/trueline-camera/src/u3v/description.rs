@@ -44,7 +44,7 @@ pub(super) fn read<T: UsbTransfer + 'static>(link: &Link<T>, device: &str) -> Re
         }
         let (address, length) = (word(&entry, 8), word(&entry, 16));
         if !(1..=MOST_BYTES).contains(&length) {
-            return Err(refused(&format!("it says that it has {length} bytes")));
+            return Err(refused(&format!("it states a length of {length} bytes")));
         }
         let file = file(link, address, length as usize).map_err(failed)?;
         let is_zip = form == 1 || file.starts_with(ZIP);
@@ -75,7 +75,7 @@ fn file<T: UsbTransfer + 'static>(link: &Link<T>, address: u64, length: usize) -
             return Err(U3vError::Timeout);
         }
         let at = address.checked_add(file.len() as u64);
-        let at = at.ok_or(U3vError::Device("says that a file is where no memory is"))?;
+        let at = at.ok_or(U3vError::Device("states an address of a file outside its memory"))?;
         file.extend(link.read(at, PIECE.min(length - file.len()))?);
     }
     Ok(file)

@@ -68,6 +68,6 @@ mod tests {
         assert_eq!(told(&two, Some("A")), expected, "the beginning of a number is not the number");
         assert!(told(&two, None).contains("several cameras fit: A1 (Eye), A2 (Eye)"));
         assert!(told(&[camera(Some("A1")), camera(Some("A1"))], Some("A1")).contains("several"));
-        assert!(told(&[camera(None)], Some("A1")).contains("1234:5678"), "one that tells no number");
+        assert!(told(&[camera(None)], Some("A1")).contains("1234:5678"), "one without a serial number");
     }
 }

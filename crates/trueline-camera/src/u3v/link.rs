@@ -161,13 +161,11 @@ impl<T: UsbTransfer + 'static> Link<T> {
         let sirm = self.sirm()?;
         let payload = if sirm.required_payload_size == 0 { payload } else { sirm.required_payload_size };
         if payload > MOST_PAYLOAD {
-            return Err(U3vError::Device("says that a picture has more than 1 GiB"));
+            return Err(U3vError::Device("states more than 1 GiB for a picture"));
         }
         let framing = [sirm.required_leader_size, sirm.required_trailer_size];
         if framing.into_iter().any(|bytes| bytes > MOST_FRAMING) {
-            return Err(U3vError::Device(
-                "says that the leader or trailer of a picture has more than 64 KiB",
-            ));
+            return Err(U3vError::Device("states more than 64 KiB for the leader or trailer of a picture"));
         }
         let packet = self.usb.max_packet_size(endpoint).and_then(|bytes| u32::try_from(bytes).ok());
         let alignment = sirm.alignment()?.max(packet.unwrap_or(1));
@@ -214,7 +212,7 @@ fn repeated<A>(times: u32, mut ask: impl FnMut() -> Result<A, U3vError>) -> Resu
 /// An address whose so many bytes can be counted.
 fn within(address: u64, length: u64) -> Result<u64, U3vError> {
     let end = address.checked_add(length);
-    end.map(|_| address).ok_or(U3vError::Device("says that registers are where no memory is"))
+    end.map(|_| address).ok_or(U3vError::Device("states registers outside its memory"))
 }
 
 impl<T: UsbTransfer + 'static> PortIo for Link<T> {

@@ -91,7 +91,7 @@ impl V4l2Camera {
         let path = settings.path.display().to_string();
         let failed = |what: &'static str| move |error: io::Error| of_device(&path_of(settings), what, &error);
         let device = Device::with_path(&settings.path).map_err(failed("it cannot be opened"))?;
-        let can = device.query_caps().map_err(failed("it is no video device"))?;
+        let can = device.query_caps().map_err(failed("it is not a video device"))?;
         if !can.capabilities.contains(Can::VIDEO_CAPTURE | Can::STREAMING) {
             return Err(CameraError::Video { device: path, why: "it does not give pictures".to_owned() });
         }
@@ -353,7 +353,7 @@ mod tests {
         };
         let told = |path: &str| V4l2Camera::open(&at(path), HostClock::start()).err().unwrap().to_string();
         assert!(told("/dev/no-video").starts_with("/dev/no-video: it cannot be opened: No such file"));
-        assert!(told("/dev/null").starts_with("/dev/null: it is no video device"));
+        assert!(told("/dev/null").starts_with("/dev/null: it is not a video device"));
     }
 
     #[test]

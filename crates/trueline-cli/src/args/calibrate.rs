@@ -44,45 +44,45 @@ const CAD_TOLERANCE_MM: f64 = 0.2;
   trueline calibrate board-stops --target board --board chessboard:9x6:25 --at-stops
   trueline calibrate marker-scan --json -                      # sightings.csv: poses of a marker
 
-How to use the time offset: true exposure = stamp - time offset. Look up the \
-robot's pose at that time, between the two samples around it, and multiply:
+How to use the time offset: true exposure = stamp - time offset. Interpolate the robot's pose at that time \
+between the two samples around it, and multiply:
 
   p_base = base_from_tool(stamp - offset) * tool_from_camera * p_camera
 
-Where the sensor's driver or the robot's controller takes a delay, enter it there instead, \
-once. It holds until something changes that delays an image or a pose: exposure \
-time, image size, frame rate, which stamp is used, network, filters of the \
-controller. `trueline export result.json --as time-offset` writes the rule with \
+If the sensor's driver or the robot's controller has a setting for the delay, enter it there instead, once. \
+Calibrate again when anything changes that delays an image or a pose: exposure time, image size, frame rate, \
+which stamp is used, network, filters of the controller. `trueline export result.json --as time-offset` writes the rule with \
 programs in Python, C++ and RAPID.")]
 pub(crate) struct CalibrateArgs {
     /// Dataset folder, recording.mcap or rosbag2; several of one sensor are calibrated together
     #[arg(required = true)]
     pub(crate) datasets: Vec<PathBuf>,
-    /// What stands still before the sensor: a seam, or a chessboard in pictures without laser (a reference)
+    /// Target of the scan: a seam, or a chessboard in pictures without laser (a reference)
     #[arg(long, value_enum, default_value_t = TargetName::Seam, requires_if("board", "board"))]
     pub(crate) target: TargetName,
     /// The board of --target board: chessboard:COLUMNSxROWS:SQUARE_MM
     #[arg(long, value_parser = board, requires = "target", conflicts_with_all = OF_SEAMS)]
     pub(crate) board: Option<Board>,
-    /// Where to start, instead of the dataset's initial.toml
+    /// Initial guess, instead of the dataset's initial.toml
     #[arg(long)]
     pub(crate) initial: Option<PathBuf>,
-    /// What of the joint is used; the default takes whole stripes where they are there and agree with the seam points
+    /// Measurement to use: seam points or stripes; by default whole stripes if present and in agreement with the seam points
     #[arg(long = "use", value_name = "WHAT", value_parser = one_of(&MEASUREMENTS))]
     pub(crate) measurements: Option<Measurements>,
-    /// What is minimised: the point in the laser sheet (default), or the paper's distance from the line
+    /// Residual to minimise: the point in the laser plane (default), or the paper's distance from the line
     #[arg(long, value_parser = one_of(&RESIDUALS), default_value = "sheet")]
     pub(crate) residual: ResidualKind,
     /// Robust loss; the default is tukey for sheet and huber for point-to-line
     #[arg(long, value_parser = one_of(&LOSSES))]
     pub(crate) loss: Option<Loss>,
-    /// The robot stands at each reading: calibrate without a time offset; poses come from robot.csv, or one a stop from poses.csv
+    /// The robot stands still at each reading: calibrate without a time offset; poses come from robot.csv, or one per stop from
+    /// poses.csv
     #[arg(long)]
     pub(crate) at_stops: bool,
     /// Hold at the initial value (may be given twice)
     #[arg(long, value_parser = one_of(&HOLDS))]
     pub(crate) fix: Vec<Hold>,
-    /// How well what --fix holds is known, one sigma: time=0.1ms,translation=0.1mm,rotation=0.05deg (any of them)
+    /// Uncertainty of the values held by --fix, one sigma: time=0.1ms,translation=0.1mm,rotation=0.05deg (any of them)
     #[arg(long, value_name = "WHAT=SIGMA,…", value_parser = requirement::parse_held, requires = "fix")]
     pub(crate) fixed_sigma: Option<Requirement>,
     /// Hold the seam where a drawing has it: two of its points in the robot's base, mm. For several seams give it once for each, in their order
@@ -94,16 +94,16 @@ pub(crate) struct CalibrateArgs {
         requires = "drawn_line_sigma_mm"
     )]
     pub(crate) drawn_line: Vec<[Vector3<f64>; 2]>,
-    /// How well each of these points is known, one sigma to any side, mm
+    /// Uncertainty of each of these points, one sigma in each direction, mm
     #[arg(long, value_name = "MM", value_parser = above_zero, requires = "drawn_line")]
     pub(crate) drawn_line_sigma_mm: Option<f64>,
-    /// Drawing of a curved seam, CSV (x_mm,y_mm,z_mm) or DXF, in the part's own frame: where the part is remains unknown
+    /// Drawing of a curved seam, CSV (x_mm,y_mm,z_mm) or DXF, in the part's own frame: the position of the part is estimated
     #[arg(long, value_name = "FILE")]
     pub(crate) seam_cad: Option<PathBuf>,
-    /// How far the seam may be off that drawing, one sigma to any side of each 5 mm, mm
+    /// Deviation of the seam from that drawing, one sigma in each direction for each 5 mm, mm
     #[arg(long, value_name = "MM", default_value_t = CAD_TOLERANCE_MM, value_parser = above_zero, requires = "seam_cad")]
     pub(crate) cad_tolerance_mm: f64,
-    /// Expected noise of a feature in a picture where features.csv does not say, px
+    /// Expected noise of a feature in a picture if features.csv does not state it, px
     #[arg(long, value_parser = above_zero)]
     pub(crate) feature_sigma_px: Option<f64>,
     /// The same for a profiler or for points, mm
@@ -115,10 +115,10 @@ pub(crate) struct CalibrateArgs {
     /// Expected jitter of an image stamp, ms; the default measures it
     #[arg(long, value_parser = above_zero)]
     pub(crate) stamp_sigma_ms: Option<f64>,
-    /// What is done about the sensor's own calibration
+    /// How to treat the sensor calibration
     #[arg(long, value_parser = one_of(&SENSORS), default_value = "prior")]
     pub(crate) sensor: SensorMode,
-    /// Write the sensor's file as the scan corrects it, if the calibration is accepted
+    /// Write the corrected sensor file, if the calibration is accepted
     #[arg(long, value_name = "FILE")]
     pub(crate) write_sensor: Option<PathBuf>,
     /// Write a certificate of the sensor: who, when, what, figures with their uncertainty, checks; .json or a page, .html
@@ -127,34 +127,38 @@ pub(crate) struct CalibrateArgs {
     /// Who answers for the certificate
     #[arg(long, value_name = "NAME", requires = "certificate")]
     pub(crate) operator: Option<String>,
-    /// Absolute accuracy of the robot, mm; 0 is an ideal robot. The default is what sensor.toml says, else 0.5
+    /// Absolute accuracy of the robot, mm; 0 is an ideal robot. The default is taken from sensor.toml, else 0.5
     #[arg(long, value_name = "MM", value_parser = zero_or_more)]
     pub(crate) robot_accuracy_mm: Option<f64>,
-    /// State the ± of the true transform, as another robot needs it: the errors of the robot that scanned count half as much again. Otherwise it holds for a torch on the same robot
+    /// State the ± of the true transform, as another robot needs it: the errors of the scanning robot count 1.5 times. Otherwise the ±
+    /// hold for a torch on the same robot
     #[arg(long)]
     pub(crate) strict: bool,
     /// Bias of the features for each 10 degrees of tilt, px; 0 is none
     #[arg(long, value_name = "PX", default_value_t = FEATURE_BIAS_PX, value_parser = zero_or_more)]
     pub(crate) feature_bias_px: f64,
-    /// Radius of the seam's edge, of which the detector sees the outermost point, mm; 0 is a sharp one, or a point where two lines cross. The default is what sensor.toml says, else 0.3
+    /// Radius of the seam's edge, whose outermost point the detector sees, mm; 0 is a sharp edge, or a point where two lines cross. The
+    /// default is taken from sensor.toml, else 0.3
     #[arg(long, value_name = "MM", value_parser = of_a_seam_mm)]
     pub(crate) edge_radius_mm: Option<f64>,
-    /// How wavy the seam is beyond a bow, RMS, mm; 0 is a seam without any form. The default is what sensor.toml says, else 0.06 that the scan corrects
+    /// Waviness of the seam beyond a bow, RMS, mm; 0 is a perfectly straight seam. The default is taken from sensor.toml, else 0.06,
+    /// which the scan refines
     #[arg(long, value_name = "MM", value_parser = of_a_seam_mm)]
     pub(crate) waviness_mm: Option<f64>,
-    /// Which timestamps to use: those that fit the data better, those recorded, or those of the sender's clock
+    /// Time stamps to use: those that fit the data better, those recorded, or those of the sender's clock
     #[arg(long, value_parser = one_of(&STAMPS), default_value = "auto")]
     pub(crate) stamps: Stamps,
-    /// Accuracy to reach, or exit 1: time=0.1ms,translation=0.1mm,rotation=0.05deg,seam=0.5mm (one sigma, any of them). Where form or edge of the seam may be other than none, the seam's limit is else 1 mm
+    /// Required accuracy, else exit 1: time=0.1ms,translation=0.1mm,rotation=0.05deg,seam=0.5mm (one sigma, any of them). Without a
+    /// limit for the seam it is 1 mm where the seam has a form or an edge radius
     #[arg(long, value_name = "WHAT=LIMIT,…", value_parser = requirement::parse)]
     pub(crate) require: Option<Requirement>,
-    /// Where the scan alone does not decide: the time offset is within plus and minus this, s
+    /// If the scan alone is ambiguous: the time offset is within plus and minus this, s
     #[arg(long, value_name = "SECONDS", value_parser = above_zero)]
     pub(crate) offset_within: Option<f64>,
-    /// Where the scan alone does not decide: the sensor looks along this axis of the tool, to within 60 degrees
+    /// If the scan alone is ambiguous: the sensor looks along this axis of the tool, within 60 degrees
     #[arg(long, value_parser = one_of(&AXES), value_name = "AXIS", allow_hyphen_values = true)]
     pub(crate) looks: Option<ToolAxis>,
-    /// Hold what the scan cannot determine at the initial guess instead of refusing
+    /// Hold undetermined unknowns at the initial guess instead of refusing
     #[arg(long)]
     pub(crate) accept_partial: bool,
     /// Speed along the seam at which the seam error is predicted, mm/s
@@ -166,10 +170,10 @@ pub(crate) struct CalibrateArgs {
     /// Joint type, for a dataset with pictures and no features
     #[arg(long, value_parser = one_of(&JOINTS), default_value = "auto")]
     pub(crate) joint: JointChoice,
-    /// Robot and images were stamped by clocks that have nothing in common: find how far they are apart
+    /// Robot and images were stamped by unrelated clocks: estimate the shift between them
     #[arg(long)]
     pub(crate) align_clocks: bool,
-    /// Threads; the default is one for each core, and the result is the same to the last bit with any number
+    /// Threads; by default one per core. The result does not depend on it
     #[arg(long)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Write the result as JSON; - is stdout
@@ -231,7 +235,7 @@ impl CalibrateArgs {
         }
     }
 
-    /// The first option that was given and says nothing of pose sightings.
+    /// The first option that was given and does not apply to pose sightings.
     pub(crate) fn not_of_poses(&self) -> Option<&'static str> {
         let defaults = Config::default();
         let given = [
@@ -274,7 +278,7 @@ impl CalibrateArgs {
     }
 }
 
-/// Options that say nothing of a board.
+/// Options that do not apply to a board.
 const OF_SEAMS: [&str; 28] = [
     "measurements",
     "residual",
@@ -308,15 +312,15 @@ const OF_SEAMS: [&str; 28] = [
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum TargetName {
-    /// A seam: a straight line, or a curve where no line explains the scan
+    /// A seam: a straight line, or a curve if no line fits the scan
     Seam,
-    /// A straight seam, whatever a curve explains
+    /// Always a straight seam
     Line,
-    /// A curved seam, whatever a line explains
+    /// Always a curved seam
     Curve,
     /// A chessboard: time offset, hand-eye and board together
     Board,
-    /// A marker, or whatever else sightings.csv has the poses of; a sensor.toml with `kind = "poses"` says so by itself
+    /// A marker or another target with poses in sightings.csv; the default if sensor.toml has `kind = "poses"`
     Poses,
 }
 
@@ -333,10 +337,10 @@ fn certificate(text: &str) -> Result<PathBuf, String> {
 static RESIDUALS: [Choice<ResidualKind>; 2] = [
     (
         "sheet",
-        "Measured point against the line's intersection with the laser sheet: maximum likelihood",
+        "Measured point minus the line's intersection with the laser plane: maximum likelihood",
         ResidualKind::Sheet,
     ),
-    ("point-to-line", "Distance of the point from the line in base: the paper's", ResidualKind::PointToLine),
+    ("point-to-line", "Distance of the point from the line in base (the paper's)", ResidualKind::PointToLine),
 ];
 
 static MEASUREMENTS: [Choice<Measurements>; 3] = [
@@ -346,17 +350,13 @@ static MEASUREMENTS: [Choice<Measurements>; 3] = [
 ];
 
 static SENSORS: [Choice<SensorMode>; 3] = [
-    (
-        "fixed",
-        "The sensor is as its file says; what the file states of its uncertainty goes into the ±",
-        SensorMode::Fixed,
-    ),
+    ("fixed", "Hold the sensor as in its file; its stated uncertainty goes into the ±", SensorMode::Fixed),
     (
         "prior",
-        "Its shape is estimated from the scan and from what the file states of its uncertainty",
+        "Estimate its shape from the scan, with the stated uncertainty as the prior",
         SensorMode::Prior,
     ),
-    ("free", "Its shape is estimated from the scan alone", SensorMode::Free),
+    ("free", "Estimate its shape from the scan alone", SensorMode::Free),
 ];
 
 static STAMPS: [Choice<Stamps>; 3] = [

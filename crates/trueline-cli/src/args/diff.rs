@@ -9,16 +9,15 @@ use std::path::PathBuf;
   trueline diff monday.json today.json
   trueline diff monday.json today.json --speed-mm-s 20 --stand-off-mm 180 --json -
 
-Says whether the difference is what chance makes, or what has moved and by how \
-much at the seam: over a field of the laser plane about the stand-off, at the \
-working speed.
+Reports whether the difference is within the noise, or what has moved and by how much at the seam: over a \
+field of the laser plane around the stand-off, at the working speed.
 
 Exit code: 0 the same, or moved by less than the tolerance, 1 moved, or one was \
 not accepted, 2 could not be compared.")]
 pub(crate) struct DiffArgs {
     /// The JSON of `trueline calibrate --json`
     pub(crate) first: PathBuf,
-    /// That of the same sensor later
+    /// The same for the later calibration of the same sensor
     pub(crate) second: PathBuf,
     /// Distance of the seam from the sensor, mm [default: that of the first result]
     #[arg(long)]
@@ -32,7 +31,7 @@ pub(crate) struct DiffArgs {
     /// Speed along the seam, mm/s [default: that of the first result]
     #[arg(long)]
     pub(crate) speed_mm_s: Option<f64>,
-    /// How far the seam may have moved without harm: 0.2mm; then less is exit 0
+    /// Tolerated displacement of the seam: 0.2mm; exit 0 below it
     #[arg(long, value_name = "LENGTH", value_parser = length_m)]
     pub(crate) tolerance: Option<f64>,
     /// Write the difference as JSON; - is stdout

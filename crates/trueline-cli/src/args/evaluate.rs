@@ -18,32 +18,35 @@ use trueline_method::evaluate::reference_curve::Form;
 
 A reference is a CSV of points along the seam (x_mm,y_mm,z_mm in base), or a TOML with [[lines]] (point_mm, direction) or \
 [circle] (centre_mm, axis, radius_mm). --static is a scan of the same seam in which the robot stands still for a second at one \
-point after the other: there no time offset matters, so it is a truth that every cell can record. Without either, the line, circle or plane that fits best takes its place; of a calibration over a curved seam its curve does.
+point after the other: the time offset has no effect there, so every cell can record such a reference. \
+    Without either, the best-fit line, circle or plane is used; for a calibration over a curved seam, its \
+    curve.
 
-A calibration of another cell, or of a sensor that has moved since, is told: \
-the scan is calibrated by itself and compared.
+A calibration of another cell, or of a sensor that has moved since, is detected: the scan is calibrated by \
+itself and compared.
 
 Exit code: 0 evaluated, 1 beyond the tolerance, or the calibration does not \
 belong to this scan or was not accepted, 2 could not run.")]
 pub(crate) struct EvaluateArgs {
     /// Dataset folder
     pub(crate) dataset: PathBuf,
-    /// What to evaluate: the JSON of `trueline calibrate --json`, or a TOML like initial.toml
+    /// Calibration to evaluate: the JSON of `trueline calibrate --json`, or a TOML like initial.toml
     #[arg(long)]
     pub(crate) calibration: PathBuf,
     /// The seam's true form
     #[arg(long)]
     pub(crate) reference: Option<PathBuf>,
-    /// How far a point may be: 0.5mm; 95 % of the points must be nearer, or exit 1. Features that give no point count as further
+    /// Tolerance for a point: 0.5mm; exit 1 unless 95 % of the points are within it. Features without a point count as outside
     #[arg(long, value_name = "LENGTH", value_parser = length_m)]
     pub(crate) tolerance: Option<f64>,
-    /// With --tolerance: the part of the scan's points that the reference must reach, %; one that is short on purpose states less
+    /// With --tolerance: share of the scan's points that the reference must cover, %; state less for a reference that is short on
+    /// purpose
     #[arg(long, value_name = "PERCENT", default_value_t = 100.0 * NEEDED_COVERAGE, value_parser = number::percent, requires = "tolerance")]
     pub(crate) coverage_percent: f64,
     /// A scan of the same seam with stops: the points measured at standstill are the truth
     #[arg(long = "static", value_name = "SCAN", conflicts_with = "reference")]
     pub(crate) static_scan: Option<PathBuf>,
-    /// The form that is fitted where there is no reference
+    /// Form to fit without a reference
     #[arg(long, value_parser = one_of(&FORMS), default_value = "auto", conflicts_with_all = ["reference", "static_scan"])]
     pub(crate) fit: Form,
     /// Write the figures as JSON; - is stdout
@@ -61,10 +64,10 @@ pub(crate) struct EvaluateArgs {
 }
 
 static FORMS: [Choice<Form>; 4] = [
-    ("auto", "The simplest that the points bear out", Form::Auto),
+    ("auto", "The simplest that fits the points", Form::Auto),
     ("line", "A straight line", Form::Line),
     ("circle", "A circle", Form::Circle),
-    ("plane", "A plane: only what sticks out of it counts", Form::Plane),
+    ("plane", "A plane: only the distance from it counts", Form::Plane),
 ];
 
 #[derive(Args)]

@@ -21,9 +21,9 @@ pub(crate) const DEFAULT_TOOL: u32 = 1;
   trueline export result.json --as curve-csv > seam.csv
   trueline export result.json --as axis-urdf > table.urdf
 
-The text goes to stdout, its convention in words to stderr. All forms say the \
-same: the pose of the sensor in the frame whose pose the robot reported while \
-it was recorded (the flange, or the tool that was active). The forms curve-… \
+The text goes to stdout, its convention to stderr. All forms contain the \
+same: the pose of the sensor in the frame whose pose the robot reported during \
+the recording (the flange, or the active tool). The forms curve-… \
 write the curve of a curved seam in the robot's base instead, and the forms \
 axis-… each external axis.
 

@@ -23,16 +23,16 @@ pub(crate) struct FeaturesArgs {
     /// Joint type
     #[arg(long, value_parser = one_of(&JOINTS), default_value = "auto")]
     pub(crate) joint: JointChoice,
-    /// Look here only, px: U0,V0,U1,V1, or the corners U,V,U,V,… of a polygon [default: sensor.toml's region_of_interest]
+    /// Region to search, px: U0,V0,U1,V1, or the corners U,V,U,V,… of a polygon [default: sensor.toml's region_of_interest]
     #[arg(long, value_name = "PX")]
     pub(crate) region: Option<String>,
     /// Which of several corners, grooves, gaps or ends to take: strongest, nearest, farthest, upper, lower, left or right
     #[arg(long, value_parser = stripe, default_value = "strongest")]
     pub(crate) stripe: StripeChoice,
-    /// There is no images/index.csv: the last number in each name counts pictures of so many a second; the index is written
+    /// Without images/index.csv: the last number in each name counts the pictures at this rate, Hz; the index is written
     #[arg(long, value_name = "RATE", value_parser = rate, conflicts_with = "stamps_from_name")]
     pub(crate) fps: Option<f64>,
-    /// There is no images/index.csv: the last number in each name is its stamp in s, ms, us or ns, or a date in it is; the index is written
+    /// Without images/index.csv: the last number in each name is its stamp in s, ms, us or ns, or a date in it; the index is written
     #[arg(long, value_name = "UNIT", value_parser = one_of(&STAMP_UNITS))]
     pub(crate) stamps_from_name: Option<i64>,
     /// Folder for pictures of what was found; it must not hold any yet

@@ -35,7 +35,7 @@ const LAYOUTS: &[Layout] = &[
         sections: &[
             ("Target", &["target", "board", "at-stops", "joint", "use", "seam-cad", "cad-tolerance-mm"]),
             (
-                "What is known",
+                "Prior knowledge",
                 &[
                     "fix",
                     "fixed-sigma",
@@ -147,7 +147,7 @@ const LAYOUTS: &[Layout] = &[
         command: "import mcap",
         everyday: &["out", "sensor", "pose-topic", "image-topic"],
         sections: &[
-            ("What is in it", &["base", "tool", "urdf", "axis", "allow-jpeg", "no-return-mm", "stamps"]),
+            ("Content", &["base", "tool", "urdf", "axis", "allow-jpeg", "no-return-mm", "stamps"]),
             ("Output", &["force"]),
         ],
     },

@@ -31,18 +31,18 @@ fn for_reason(reason: &Reason) -> Option<&'static str> {
             "`trueline doctor` tries the usual mistakes; --feature-sigma-px or --feature-sigma-mm states the sensor's noise",
         ),
         Reason::SensorOff { beyond_stated: true, .. } => Some(
-            "--sensor free estimates it without what [uncertainty] in sensor.toml states; correct that, or calibrate the sensor again",
+            "--sensor free ignores [uncertainty] in sensor.toml; correct that, or calibrate the sensor again",
         ),
         Reason::SensorOff { .. } => Some("--sensor prior corrects it, --write-sensor FILE writes it"),
         Reason::DrawnLineOff { .. } => Some(
-            "without --drawn-line the result's `lines` say where the scan sees the edge; --drawn-line-sigma-mm states how well the \
-             drawing is known",
+            "without --drawn-line the result's `lines` contain the edge from the scan; --drawn-line-sigma-mm \
+             states the uncertainty of the drawing",
         ),
         Reason::AmbiguousTimeOffset { .. } => {
-            Some("state what is known with --offset-within SECONDS or --looks AXIS")
+            Some("state what you know with --offset-within SECONDS or --looks AXIS")
         }
         Reason::AtStops { .. } => Some("`trueline calibrate DATASET --at-stops`"),
-        Reason::Unobservable(_) => Some("`trueline plan` finds a scan that shows everything"),
+        Reason::Unobservable(_) => Some("`trueline plan` finds a scan that determines everything"),
         _ => None,
     }
 }
@@ -55,9 +55,9 @@ fn for_warning(warning: &Warning) -> Option<&'static str> {
         Warning::SensorOff { .. } | Warning::LensOff { .. } => {
             Some("--write-sensor FILE writes the corrected sensor")
         }
-        Warning::MirrorBySensor => Some(
-            "`trueline plan` finds a scan that tells them apart; --sensor fixed takes the sensor for exact",
-        ),
+        Warning::MirrorBySensor => {
+            Some("`trueline plan` finds a scan that separates them; --sensor fixed holds the sensor")
+        }
         _ => None,
     }
 }
@@ -66,11 +66,12 @@ fn for_warning(warning: &Warning) -> Option<&'static str> {
 pub(crate) fn for_error(error: &Error) -> &'static str {
     match error {
         Error::PointsNotInSheet { .. } => {
-            "are all points measured by the same laser plane, in the camera frame? --residual point-to-line needs none"
+            "check that all points are measured by one laser plane, in the camera frame; --residual \
+                point-to-line needs no plane"
         }
         Error::NoOverlap { .. } => {
-            "were they stamped by two clocks? --align-clocks finds how far these are apart; `trueline doctor` knows wrong units of \
-             time"
+            "if two clocks stamped them, --align-clocks estimates their shift; `trueline doctor` detects \
+             wrong units of time"
         }
         Error::FeatureNoiseUnused { why: NoiseUnused::FeaturesArePixels } => "use --feature-sigma-px",
         Error::FeatureNoiseUnused { why: NoiseUnused::FeaturesAreLengths } => "use --feature-sigma-mm",

@@ -8,18 +8,19 @@ use std::path::PathBuf;
   trueline history --state cell.sqlite --report history.html
   trueline history --state cell.sqlite --csv history.csv --parquet history.parquet
 
-One row a weld: what it says of time offset, hand-eye and sensor by itself, its noise, what welds like it are blind to, and the alarm \
-that stood after it. Welds are numbered from 0 in the order in which the state took them, as `trueline watch` says them.
+One row per weld: its own estimate of time offset, hand-eye and sensor, its noise, the changes that welds \
+like it cannot detect, and the alarm active after it. Welds are numbered from 0 in the order in which the \
+state stored them, as in `trueline watch`.
 
 Exit code: 0 read, 2 could not run.")]
 pub(crate) struct HistoryArgs {
-    /// The cell's memory, as `trueline watch` keeps it
+    /// State file of the cell, written by `trueline watch`
     #[arg(long)]
     pub(crate) state: PathBuf,
-    /// Number of the calibration; else that of the last weld
+    /// Number of the calibration [default: that of the last weld]
     #[arg(long)]
     pub(crate) calibration: Option<i64>,
-    /// The last so many welds
+    /// Number of last welds
     #[arg(long, default_value_t = 10_000)]
     pub(crate) last: usize,
     /// Write a table; - is stdout

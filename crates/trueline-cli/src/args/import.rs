@@ -77,8 +77,7 @@ and tf_static, Foxglove's PoseInFrame and FrameTransform. Pictures: Image (mono,
 rgb, bgr, bayer), CompressedImage (png; jpeg with --allow-jpeg), Foxglove's
 RawImage and CompressedImage. Profiles: PointCloud2 with y = 0, LaserScan.
 Joint angles (JointState) become poses with the robot's --urdf. The stamps are \
-those in the headers. Where there is one of a kind it is taken; else it \
-must be named.";
+those in the headers. The only topic of a kind is used; of several one must be named.";
 
 #[derive(Args)]
 pub(crate) struct BagArgs {
@@ -114,13 +113,13 @@ pub(crate) struct BagArgs {
                      axes.csv and cell.toml"
     )]
     pub(crate) axes: Vec<AxisColumn>,
-    /// Take JPEG pictures as well, although losses move edges by fractions of a pixel
+    /// Accept JPEG pictures too, although compression moves edges by fractions of a pixel
     #[arg(long)]
     pub(crate) allow_jpeg: bool,
     /// Range of profiles that stands for no return, mm: such points are left out
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     pub(crate) no_return_mm: Option<f64>,
-    /// By which clock robot and pictures are stamped
+    /// Clock that stamps robot and pictures
     #[arg(long, value_parser = one_of(&CLOCKS), default_value = "recorded")]
     pub(crate) stamps: StampClock,
 }

@@ -27,10 +27,10 @@ use trueline_geometry::EulerSequence;
 
 Separators (comma, semicolon, tab, blanks), decimal commas, UTF-16 and a byte \
 order mark are recognised, as are lines before the table, names behind a # and a \
-row of units; what was recognised is said. The column of time is time_s (or _ms, \
+row of units; the recognised format is reported. The column of time is time_s (or _ms, \
 _us, _ns), t in seconds, or any time, timestamp or Zeit: its unit in the header, \
-clock times like 14:03:12.345 and dates are read; a number without a unit is taken \
-as what its steps make sense in. A file without names: --columns.
+clock times like 14:03:12.345 and dates are read; the unit of a number without one is derived from its \
+steps. A file without names: --columns.
 
 --robot names the maker, and with it units and the meaning of the angles; \
 `trueline import csv --list-robots` lists them with their columns. A pose in one \
@@ -38,8 +38,7 @@ cell (p[…] of UR, {X …} of KUKA, [[…],[…]] of ABB) and a log of KUKA's R
 are read as well. A unit in the header, as in `X [m]`, counts before the maker's. \
 The pose must be that of one tool all along: the flange, or the tool that was active.
 
-SRC/images with images/index.csv (time_s,file) comes in where there are neither \
-features nor profiles; without an index --fps or --stamps-from-name says when they were taken.
+SRC/images with images/index.csv (time_s,file) is imported if there are neither features nor profiles; without an index --fps or --stamps-from-name gives the stamps.
 
 Profiles (--profile-format):
   gocator       LMI Gocator's CSV; its stamps are used
@@ -52,10 +51,10 @@ Profiles (--profile-format):
   ply           ascii or binary, x and z in mm
   rows, points  any program: a row a profile, or a row a point, mm
 Without stamps in the file: --profile-start-s and --profile-rate-hz, or
---profile-times (with --profile-rate-hz, if it has one for every so many). The seam is looked for when the dataset is calibrated.
+--profile-times (with --profile-rate-hz, if it has one stamp per block of profiles). The seam is detected \
+    when the dataset is calibrated.
 
-A mapping is ours=theirs; the unit stands in our name. What is not mapped keeps \
-its name.")]
+A mapping is ours=theirs; our name contains the unit. Columns without a mapping keep their names.")]
 pub(crate) struct ImportCsvArgs {
     /// Folder with the files
     #[arg(value_parser = folder, required = true)]
@@ -92,10 +91,10 @@ pub(crate) struct ImportCsvArgs {
     /// Features, looked up in SRC
     #[arg(long, default_value = "features.csv")]
     pub(crate) features: PathBuf,
-    /// SRC/images has no index.csv: the last number in each name counts pictures of so many a second
+    /// Without SRC/images/index.csv: the last number in each name counts the pictures at this rate, Hz
     #[arg(long, value_name = "RATE", value_parser = above_zero, conflicts_with = "stamps_from_name")]
     pub(crate) fps: Option<f64>,
-    /// SRC/images has no index.csv: the last number in each name is its stamp in s, ms, us or ns, or a date in it is
+    /// Without SRC/images/index.csv: the last number in each name is its stamp in s, ms, us or ns, or a date in it
     #[arg(long, value_name = "UNIT", value_parser = one_of(&STAMP_UNITS))]
     pub(crate) stamps_from_name: Option<i64>,
     /// Whole profiles instead of features, looked up in SRC [default: profiles.csv, if there are no features]
@@ -140,7 +139,7 @@ pub(crate) struct ImportCsvArgs {
                      the robot file may say it instead. Written to axes.csv and cell.toml"
     )]
     pub(crate) axes: Vec<AxisColumn>,
-    /// Robot and sensor were stamped by clocks that have nothing in common: find how far they are apart
+    /// Robot and sensor were stamped by unrelated clocks: estimate the shift between them
     #[arg(long)]
     pub(crate) align_clocks: bool,
     /// Character between columns, or tab, or blanks [default: recognised]

@@ -27,10 +27,10 @@ pub(crate) fn link_hint(error: &LinkError) -> (String, &'static str) {
         }
         LinkError::InputsNotNeeded => (
             format!("--inputs: {error}"),
-            "leave it out; the book's page Live says what to set on the controller",
+            "leave it out; the book's page Live lists the settings of the controller",
         ),
         LinkError::Inputs(_) => {
-            (format!("--inputs {error}"), "the book's page Live says which inputs can be heard of")
+            (format!("--inputs {error}"), "the book's page Live lists the available inputs")
         }
         LinkError::AnswerNotNeeded => {
             (format!("--answer-rsi: {error}"), "leave it out; it is for kuka-rsi without ONLYSEND")
@@ -52,7 +52,7 @@ pub(crate) fn link_hint(error: &LinkError) -> (String, &'static str) {
 fn cannot_listen(kind: ErrorKind) -> &'static str {
     match kind {
         ErrorKind::AddrInUse => "another program listens there; end it, or use another port",
-        ErrorKind::AddrNotAvailable => "it is no address of this PC: `ip address` lists them",
+        ErrorKind::AddrNotAvailable => "it is not an address of this PC: `ip address` lists them",
         _ => "ports below 1024 need more rights",
     }
 }

@@ -14,7 +14,7 @@ use std::time::Duration;
   trueline listen --protocol kuka-rsi --bind 192.168.1.10:49152
 
 An ABB controller speaks first: its UDPUC device must have this PC as remote address, and its program must run. What to set \
-on the others: the book's page Live. Nothing that is sent moves a robot.
+on the others: the book's page Live. Nothing that is sent can move a robot.
 
 Exit code: 0 a robot was heard, 1 none was, 2 could not listen.")]
 pub(crate) struct ListenArgs {

@@ -240,7 +240,7 @@ pub(crate) enum Command {
     Plan(PlanArgs),
     /// Check a calibration on another scan, of a known or fitted line, circle or curve
     Evaluate(EvaluateArgs),
-    /// Compare two calibrations of one sensor: the same, or what has moved
+    /// Compare two calibrations of one sensor: unchanged, or what has moved
     Diff(DiffArgs),
     /// Place every seam point of a recording in the robot's base, corrected in time
     Apply(ApplyArgs),
@@ -248,10 +248,10 @@ pub(crate) enum Command {
     Cloud(CloudArgs),
     /// Write the transform in the form of a robot or a program
     Export(ExportArgs),
-    /// Watch a calibration in production: from every weld, whether it is still good, and what moved
+    /// Monitor a calibration in production: from every weld, whether it is still valid, and what moved
     #[cfg(feature = "live")]
     Watch(WatchArgs),
-    /// What `watch` has seen: control charts and a table
+    /// History of `watch`: control charts and a table
     #[cfg(feature = "live")]
     History(HistoryArgs),
     /// Show a cell in the browser: the first scan step by step, recordings, watch and history
@@ -259,7 +259,7 @@ pub(crate) enum Command {
     Serve(ServeCellArgs),
     /// Repeat the paper's experiments in simulation: tables, CSV and a report
     Reproduce(ReproduceArgs),
-    /// Listen to a robot and say who talks, how regularly, and what is wrong
+    /// Listen to a robot and report its stream: sender, regularity, errors
     #[cfg(feature = "live")]
     Listen(ListenArgs),
     /// Record a robot while its own program drives it
@@ -315,13 +315,14 @@ pub(crate) struct DemoArgs {
   trueline doctor scan
   trueline doctor scan --fix scan-fixed
 
-Named first: what `calibrate` says of the data, and poses that no robot takes. Then tried, the likeliest first: mm, m and \
+Reported first: the messages of `calibrate` on the data, and poses that no robot can take. Then the mistakes \
+that are tried, the most likely first: mm, m and \
 inches, quaternion order, inverted poses or rotations, Euler angles in all orders, rho read as translation, degrees and \
 radians, s, ms and µs, swapped or mirrored pixels, a mirrored laser plane, the order of the distortion, frame rate, clocks of \
 different origin, a switched tool frame; and against initial.toml: sign of the offset, inverted transform, units, another \
 tool frame.
 
-Where nothing is wrong, --fix writes nothing.
+Without a mistake --fix writes nothing.
 
 Exit code: 0 nothing wrong, 1 something was found, or nothing explains the bad fit, 2 could not run.")]
 pub(crate) struct DoctorArgs {
@@ -333,7 +334,7 @@ pub(crate) struct DoctorArgs {
     /// Write the dataset without the mistake that was found, to a new folder
     #[arg(long, value_name = "OUT")]
     pub(crate) fix: Option<PathBuf>,
-    /// Begin no further trial after so long, s
+    /// Time limit after which no further trial starts, s
     #[arg(long, value_name = "SECONDS", default_value_t = 12.0, value_parser = crate::args::number::seconds)]
     pub(crate) longest_s: f64,
     /// Replace the folder of --fix if it has trueline's files alone; it is kept as FIX.replaced-1

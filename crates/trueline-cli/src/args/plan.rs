@@ -28,7 +28,7 @@ Without an [arm] in the cell's file, reach, singularities and collisions are not
 
 Exit code: 0 planned, 1 planned but what is wanted is not reached, 2 no plan.")]
 pub(crate) struct PlanArgs {
-    /// What is known of the cell; `--example` writes one with every key explained
+    /// Description of the cell; `--example` writes one with every key explained
     #[arg(required_unless_present = "example")]
     pub(crate) cell: Option<PathBuf>,
     /// Folder to write; it must be new or empty
@@ -45,24 +45,24 @@ pub(crate) struct PlanArgs {
         value_parser = one_of(&EXAMPLES)
     )]
     pub(crate) example: Option<Example>,
-    /// Duration of the scan, s; with --want, and without this, the shortest that will do
+    /// Duration of the scan, s; with --want the default is the shortest sufficient one
     #[arg(long)]
     pub(crate) duration_s: Option<f64>,
     /// Longest scan that may be planned for --want, s [default: 60]
     #[arg(long, requires = "want", conflicts_with = "duration_s")]
     pub(crate) longest_s: Option<f64>,
-    /// What to reach: sigmas of noise alone, translation=0.05mm,rotation=0.02deg,time=0.1ms, and the seam error, which includes robot, sensor
-    /// and bias, seam=0.15mm (any of them)
+    /// Required accuracy: sigmas of noise alone, translation=0.05mm,rotation=0.02deg,time=0.1ms, and the seam error, which includes
+    /// robot, sensor and bias, seam=0.15mm (any of them)
     #[arg(long, value_name = "WHAT=SIGMA,…", value_parser = requirement::parse_want)]
     pub(crate) want: Option<Want>,
     /// Robot programs of the path to write beside it
     #[arg(long, value_delimiter = ',', value_parser = one_of(&PROGRAMS))]
     pub(crate) program: Vec<Language>,
-    /// What `calibrate --use` will use; whole stripes need the plates of the seam, `[[plates]]`, in the cell's file: two that meet, a lap's,
+    /// Measurement that `calibrate --use` will use; whole stripes need the plates of the seam, `[[plates]]`, in the cell's file: two that meet, a lap's,
     /// or one that ends in it
     #[arg(long = "use", value_name = "WHAT", value_parser = one_of(&MEASUREMENTS), default_value = "seam")]
     pub(crate) measurements: Measurements,
-    /// How sigmas become one number
+    /// Criterion: how the sigmas are combined into one number
     #[arg(long, value_parser = one_of(&CRITERIA), default_value = "worst")]
     pub(crate) criterion: Criterion,
     /// Kind of path

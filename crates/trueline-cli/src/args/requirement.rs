@@ -17,7 +17,7 @@ pub(crate) fn parse_held(text: &str) -> Result<Requirement, String> {
     match sigmas.seam_m {
         None => Ok(sigmas),
         Some(_) => {
-            Err("the name is one of time, translation, rotation: the seam is not what --fix holds".to_owned())
+            Err("the name is one of time, translation, rotation: --fix does not hold the seam".to_owned())
         }
     }
 }

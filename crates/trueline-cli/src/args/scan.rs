@@ -42,17 +42,16 @@ pub(crate) struct CameraArgs {
     /// Pixel format to set on the camera: Mono8, Mono12p, BayerRG8, … [default: unchanged; Mono8 if that cannot be used]
     #[arg(long, value_name = "FORMAT", requires = "live_camera", value_parser = pixel_format)]
     pub(crate) pixel_format: Option<PixelFormat>,
-    /// Colour of the laser, of which a colour camera's pictures are looked at; without it they are taken as Mono8
+    /// Colour of the laser: the channel of a colour camera to use; without it the pictures are taken as Mono8
     #[arg(long, requires = "live_camera", value_parser = one_of(&LASERS))]
     pub(crate) laser: Option<Channel>,
-    /// What a picture's stamp is; all others are kept as well
+    /// Time stamp of a picture; all other stamps are stored too
     #[arg(long, requires = "any_camera", value_parser = one_of(&STAMPS), default_value = "first-packet")]
     pub(crate) stamp: StampChoice,
-    /// Joint type, for the live estimate alone: there is no telling it from pictures that are still to come [default: fillet; profiles tell
-    /// it]
+    /// Joint type, for the live estimate alone [default: fillet; with profiles it is detected]
     #[arg(long, requires = "any_camera", value_parser = one_of(&JOINTS[1..]))]
     pub(crate) joint: Option<JointChoice>,
-    /// Say when these are reached: time=0.1ms,translation=0.1mm,rotation=0.05deg (any of them)
+    /// Report when these are reached: time=0.1ms,translation=0.1mm,rotation=0.05deg (any of them)
     #[arg(long, value_name = "WHAT=SIGMA,…", value_parser = requirement::parse)]
     pub(crate) want: Option<Requirement>,
 }
@@ -147,16 +146,16 @@ pub(crate) struct RecordArgs {
     /// Name of the tool whose poses the controller sends, kept in the recording
     #[arg(long, default_value = "tool0")]
     pub(crate) tool: String,
-    /// Watch every weld as it ends with the cell's memory, as `trueline watch` does
+    /// Watch every weld when it ends, with the cell's state file, as `trueline watch` does
     #[arg(long, value_name = "STATE", requires_all = ["calibration", "sensor"])]
     pub(crate) watch: Option<PathBuf>,
     /// With --watch: the calibration in use
     #[arg(long, requires = "watch")]
     pub(crate) calibration: Option<PathBuf>,
-    /// With --watch: who is told of alarms, as for `trueline watch`
+    /// With --watch: receiver of alarms, as for `trueline watch`
     #[arg(long, value_name = "URL", requires = "watch")]
     pub(crate) tell: Vec<String>,
-    /// With --watch: a weld has ended when no seam point has come for so long, s: longer than between the seams of a part
+    /// With --watch: a weld ends after this time without a seam point, s: longer than the pause between the seams of a part
     #[arg(long, default_value = "10", value_parser = number::duration, requires = "watch")]
     pub(crate) weld_pause_s: Duration,
     #[command(flatten)]

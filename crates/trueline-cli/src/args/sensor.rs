@@ -28,7 +28,8 @@ pub(crate) enum SensorCommand {
 
 How to: print a chessboard, glue it on something flat and measure a square. 9x6 counts the inner corners, where four squares \
 meet. Take 10 to 20 sharp pictures with the laser off: the board fills a third to two thirds of the picture, reaches every \
-corner of the picture in turn, and is tilted by about 30 degrees to every side. The summary says which picture to add.
+corner of the picture in turn, and is tilted by about 30 degrees to every side. The summary names the \
+    picture to add.
 
 --out writes a sensor.toml with [camera] and its uncertainty. `trueline sensor laser-plane --sensor sensor.toml` adds the \
 laser plane.
@@ -62,7 +63,7 @@ pub(crate) struct IntrinsicsArgs {
 pub(crate) type DistortionChoice = Option<DistortionModel>;
 
 static DISTORTIONS: [Choice<DistortionChoice>; 6] = [
-    ("auto", "Those that the pictures bear out", None),
+    ("auto", "Those that the pictures determine", None),
     ("none", "None", Some(DistortionModel::None)),
     ("k1", "k1", Some(DistortionModel::K1)),
     ("k1-k2", "k1, k2", Some(DistortionModel::K1K2)),
@@ -82,18 +83,19 @@ static STRIPE_ON: [Choice<StripeOn>; 2] = [
   trueline sensor laser-plane stops/poses.csv --plate --sensor camera.toml --initial initial.toml --out sensor.toml
   trueline sensor laser-plane points.csv --json -
 
-From pictures: the laser's stripe falls on the board, and board and stripe are in one picture. Where the stripe drowns in the \
-light, take two pictures of every pose, with and without laser, under the same name in two folders. Put the board at 10 or more \
+From pictures: the laser's stripe falls on the board, and board and stripe are in one picture. If ambient \
+light hides the stripe, take two pictures of every pose, with and without laser, under the same name in two folders. Put the board at 10 or more \
 poses, near and far, tilted to every side. The stripe may be 0.7 to 40 px wide, saturated, short or broken, and lie on the squares or on \
 the paper beside them.
 From a plain flat plate and the robot, with --plate: stop 15 to 20 times before the plate, near and far, the tool tilted by 20 \
 degrees to every side, the stripe on the plate right across the picture, and write a table: picture,x_mm,y_mm,z_mm,qw,qx,qy,qz, \
-the tool's pose at each picture, with the pictures beside the table. The plate may be anywhere, it must only stand still. --initial \
+the tool's pose at each picture, with the pictures beside the table. The plate may be anywhere but must \
+    stand still. --initial \
 says roughly how the camera sits on the tool, to 10 degrees and 30 mm; it is estimated with the plane. At one attitude the plane's \
 offset cannot be determined, however the tool moves.
 From points: columns board,x_mm,y_mm,z_mm: points of the stripe in the camera frame, each with the number of its board.
 
-The uncertainty is by boards, not by points: the points of one board share its errors.
+The uncertainty is estimated from boards, not from points: the points of one board share its errors.
 
 Exit code: 0 accepted, 1 computed but not accepted (reasons listed), 2 could not run.")]
 pub(crate) struct LaserPlaneArgs {
@@ -106,13 +108,13 @@ pub(crate) struct LaserPlaneArgs {
     /// Folder with the same pictures without the laser
     #[arg(long, requires = "board")]
     pub(crate) without_laser: Option<PathBuf>,
-    /// Where on the board the stripe is looked for
+    /// Part of the board to search for the stripe
     #[arg(long, requires = "board", value_parser = one_of(&STRIPE_ON), default_value = "sheet")]
     pub(crate) stripe_on: StripeOn,
     /// A plain plate instead of a board: INPUT is a CSV picture,x_mm,y_mm,z_mm,qw,qx,qy,qz
     #[arg(long, conflicts_with_all = ["board", "without_laser"], requires_all = ["sensor", "initial"])]
     pub(crate) plate: bool,
-    /// Roughly where the camera is on the tool, for --plate: a TOML as `calibrate --initial` takes it
+    /// Approximate pose of the camera on the tool, for --plate: a TOML as for `calibrate --initial`
     #[arg(long, requires = "plate")]
     pub(crate) initial: Option<PathBuf>,
     /// sensor.toml with the camera
@@ -133,7 +135,7 @@ pub(crate) struct LaserPlaneArgs {
 pub(crate) fn board(text: &str) -> Result<Board, String> {
     let wrong = || {
         format!(
-            "`{text}` is no board: write chessboard:COLUMNSxROWS:SQUARE_MM, for example chessboard:9x6:25"
+            "`{text}` is not a board: write chessboard:COLUMNSxROWS:SQUARE_MM, for example chessboard:9x6:25"
         )
     };
     let rest = text.strip_prefix("chessboard:").ok_or_else(wrong)?;

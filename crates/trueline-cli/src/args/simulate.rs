@@ -54,13 +54,13 @@ pub(crate) struct SimulateArgs {
     /// With --plan: hand-eye and line are as the plan has them
     #[arg(long, requires = "plan")]
     pub(crate) exact_guess: bool,
-    /// Seed of all that is random
+    /// Seed of all random numbers
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
     /// Any hand-eye transform, line and offset (±1 s) instead of the preset's
     #[arg(long)]
     pub(crate) random_cell: bool,
-    /// No noise but what other options say, and a robot that moves straight between its samples
+    /// No noise except what other options add, and a robot that moves straight between its samples
     #[arg(long)]
     pub(crate) noise_free: bool,
     /// Time offset, ms
@@ -87,16 +87,16 @@ pub(crate) struct SimulateArgs {
     /// Drift of the camera clock against the robot's, ppm
     #[arg(long, value_parser = number::drift_ppm)]
     pub(crate) clock_drift_ppm: Option<f64>,
-    /// Part of the features that is anywhere in the field of view, 0 to 1
+    /// Fraction of outliers, anywhere in the field of view, 0 to 1
     #[arg(long, value_parser = number::share)]
     pub(crate) outliers: Option<f64>,
-    /// Part of the frames that is lost, 0 to 1
+    /// Fraction of lost frames, 0 to 1
     #[arg(long, value_parser = number::share)]
     pub(crate) drops: Option<f64>,
-    /// So many sensors on one tool see the seam: sensors/a, sensors/b, … beside one robot.csv
+    /// Number of sensors on one tool: sensors/a, sensors/b, … beside one robot.csv
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(2..=8), conflicts_with_all = ["plan", "images", "plates", "production", "boards", "shop", "seam", "sightings", "faults", "axes"])]
     pub(crate) sensors: Option<u32>,
-    /// Something that is wrong, with its size: plane-offset=0.25 (may be given several times; --help lists all)
+    /// Inject a fault of a given size, e.g. plane-offset=0.25 (may be given several times; --help lists all)
     #[arg(long = "fault", value_name = "NAME[=SIZE[,SIZE]]")]
     pub(crate) faults: Vec<Fault>,
     #[command(flatten)]
@@ -133,10 +133,10 @@ pub(crate) struct SimulateArgs {
     /// Angle between a fillet's plates, degrees [default: 90]
     #[arg(long, requires = "images", value_parser = number::opening_deg)]
     pub(crate) opening_deg: Option<f64>,
-    /// How far a fillet is turned about its seam, degrees [default: 0]
+    /// Rotation of a fillet about its seam, degrees [default: 0]
     #[arg(long, requires = "images", value_parser = number::turn_deg)]
     pub(crate) roll_deg: Option<f64>,
-    /// How much of each plate is missing at a fillet's corner, mm
+    /// Length of each plate missing at a fillet's corner, mm
     #[arg(long, requires = "images", value_parser = number::zero_or_more)]
     pub(crate) corner_gap_mm: Option<f64>,
     /// Bits of a pixel, 8 or 16 [default: 8]
@@ -176,7 +176,7 @@ static PRESETS: [Choice<Preset>; 8] = [
     ("paper", "The paper's scan: 60 s, ±10 mm, ±5°, 33 Hz, 17.73 ms", Preset::Paper),
     ("quick", "20 s, well excited", Preset::Quick),
     ("good", "20 s, 200 mm, ±20 mm, ±25°, ±25 mm stand-off", Preset::Good),
-    ("weak", "20 s, hardly any tilt", Preset::Weak),
+    ("weak", "20 s, almost no tilt", Preset::Weak),
     ("two-lines", "Two lines beside each other", Preset::TwoLines),
     ("profiler", "A laser profiler instead of a camera", Preset::Profiler),
     (
@@ -184,7 +184,7 @@ static PRESETS: [Choice<Preset>; 8] = [
         "S-path without rotation: the translation cannot be determined",
         Preset::ConstantAttitude,
     ),
-    ("along-line", "Straight along the line: next to nothing can be seen", Preset::AlongLine),
+    ("along-line", "Straight along the line: almost nothing can be determined", Preset::AlongLine),
 ];
 
 /// What pictures show.

@@ -6,7 +6,7 @@ use trueline_dataset::axes::is_axis_name;
 use trueline_geometry::AxisKind;
 use trueline_sim::{AxisCourse, Scenario, SimulatedAxis};
 
-/// Options that say nothing of a scan with axes.
+/// Options that do not apply to a scan with axes.
 const NOT_OF_AXES: [&str; 9] =
     ["plan", "images", "plates", "production", "boards", "shop", "seam", "sightings", "faults"];
 
@@ -54,11 +54,11 @@ fn axis(text: &str) -> Result<AxisArg, String> {
         return Err(FORM.to_owned());
     };
     let kind =
-        AxisKind::named(kind).ok_or_else(|| format!("`{kind}` is no kind of axis: rotary or linear"))?;
+        AxisKind::named(kind).ok_or_else(|| format!("`{kind}` is not a kind of axis: rotary or linear"))?;
     let carries = Carries::named(carries)
-        .ok_or_else(|| format!("`{carries}` is carried by no axis: part, robot or sensor"))?;
+        .ok_or_else(|| format!("`{carries}` cannot be carried by an axis: part, robot or sensor"))?;
     if !is_axis_name(name) {
-        return Err(format!("`{name}` is no name of an axis: letters, digits, - and _"));
+        return Err(format!("`{name}` is not a name of an axis: letters, digits, - and _"));
     }
     Ok(AxisArg { name: name.to_owned(), kind, carries, course: course_of(course, kind)? })
 }
@@ -66,16 +66,16 @@ fn axis(text: &str) -> Result<AxisArg, String> {
 fn course_of(text: &str, kind: AxisKind) -> Result<AxisCourse, String> {
     const FORMS: &str = "expected swing:BY@HZ, stand:V/V/V or run:RATE";
     let value = |text: &str| -> Result<f64, String> {
-        let number: f64 = text.parse().map_err(|_| format!("`{text}` is no number"))?;
+        let number: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
         if !number.is_finite() {
-            return Err(format!("`{text}` is no finite number"));
+            return Err(format!("`{text}` is not a finite number"));
         }
         Ok(if kind == AxisKind::Rotary { number.to_radians() } else { number * 1e-3 })
     };
     match text.split_once(':').ok_or(FORMS)? {
         ("swing", of) => {
             let (by, hz) = of.split_once('@').ok_or(FORMS)?;
-            let hz: f64 = hz.parse().map_err(|_| format!("`{hz}` is no number"))?;
+            let hz: f64 = hz.parse().map_err(|_| format!("`{hz}` is not a number"))?;
             if !(hz > 0.0 && hz <= 5.0) {
                 return Err("an axis swings with 5 Hz at most".to_owned());
             }

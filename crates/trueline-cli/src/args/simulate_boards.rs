@@ -17,7 +17,7 @@ pub(crate) struct BoardsArgs {
     pub(crate) board_pictures: u32,
 }
 
-/// Options that say nothing of a board.
+/// Options that do not apply to a board.
 fn not_of_boards() -> Vec<&'static str> {
     [&SEAM_SCAN_OPTIONS[..], &["plates", "production", "images", "column_noise_px"]].concat()
 }

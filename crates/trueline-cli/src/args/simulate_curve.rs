@@ -13,13 +13,13 @@ pub(crate) struct CurveArgs {
     /// Write a scan over this seam and points of the true curve, truth_curve.csv
     #[arg(long, value_name = "FORM", value_parser = one_of(&FORMS), conflicts_with_all = not_of_curves())]
     pub(crate) seam: Option<CurveKind>,
-    /// How often the sensor goes over the seam [default: 3, over a closed seam 2]
+    /// Number of passes over the seam [default: 3, over a closed seam 2]
     #[arg(long, value_parser = number::passes, requires = "seam")]
     pub(crate) seam_passes: Option<f64>,
-    /// How far it tilts to either side about three axes, degrees [default: 18]
+    /// Amplitude of the tilts about three axes, degrees [default: 18]
     #[arg(long, value_name = "DEG", value_parser = number::tilt_deg, requires = "seam")]
     pub(crate) seam_tilt_deg: Option<f64>,
-    /// How often it weaves by ±3 mm across the seam, Hz
+    /// Frequency of a weave of ±3 mm across the seam, Hz
     #[arg(long, value_name = "HZ", value_parser = number::weave_hz, requires = "seam")]
     pub(crate) seam_weave_hz: Option<f64>,
 }
@@ -34,7 +34,7 @@ static FORMS: [Choice<CurveKind>; 7] = [
     ("free", "A curve in space", CurveKind::Free),
 ];
 
-/// Options of scans of a straight seam that say nothing of a curve.
+/// Options of scans of a straight seam that do not apply to a curve.
 fn not_of_curves() -> Vec<&'static str> {
     let shared = ["noise_free", "robot_noise_mm", "feature_noise_mm", "outliers", "duration_s"];
     let of_seams = SEAM_SCAN_OPTIONS.into_iter().filter(|option| !shared.contains(option));

@@ -46,10 +46,10 @@ pub(crate) struct PathArgs {
 static FRAMES: [Choice<TrackedIn>; 2] = [
     (
         "sensor",
-        "The seam appears in the sensor's sheet as the weave says, whatever the tilts do",
+        "The weave is in the laser plane: tilts do not change the path of the seam in the view",
         TrackedIn::Sensor,
     ),
-    ("base", "The sensor moves in base as the weave says, and the tilts turn it in place", TrackedIn::Base),
+    ("base", "The weave is in base, and the tilts turn the sensor in place", TrackedIn::Base),
 ];
 
 static PROGRESS: [Choice<Progress>; 2] = [

@@ -25,16 +25,16 @@ pub(crate) struct PlatesArgs {
     /// Angle between the plates, degrees [default: 90]
     #[arg(long, requires = "plates", conflicts_with = "plan", value_parser = number::opening_deg)]
     pub(crate) plates_deg: Option<f64>,
-    /// A lap: parallel plates of which the second lies so much lower, mm; the seam is the edge of the first
+    /// A lap: parallel plates, the second lower by this, mm; the seam is the edge of the first
     #[arg(long, requires = "plates", conflicts_with_all = ["plan", "production", "plates_deg"], value_parser = number::above_zero)]
     pub(crate) step_mm: Option<f64>,
     /// One plate alone; the seam is its edge
     #[arg(long, requires = "plates", conflicts_with_all = ["plan", "production", "plates_deg", "step_mm"])]
     pub(crate) one_plate: bool,
-    /// Two plates with a gap of so much between them, mm; the seam is its middle
+    /// Two plates with a gap of this width between them, mm; the seam is its middle
     #[arg(long, requires = "plates", conflicts_with_all = ["plan", "production", "plates_deg", "step_mm", "one_plate"], value_parser = number::above_zero)]
     pub(crate) gap_mm: Option<f64>,
-    /// By how much the second plate beside a gap lies lower, mm; the seam is at the height between them
+    /// Height step of the second plate beside a gap, mm; the seam is at the mean height
     #[arg(long, requires = "gap_mm", default_value_t = 0.0, allow_hyphen_values = true, value_parser = number::any)]
     pub(crate) mismatch_mm: f64,
     /// Noise of the stripe in one column of a picture, px [default: 0.5; with --plan the cell's feature_px]

@@ -7,19 +7,19 @@ use trueline_sim::production::{Layout, ScheduledChange};
 
 #[derive(Args)]
 pub(crate) struct ProductionArgs {
-    /// Write so many welds of one part, up to 10,000, weld-0000 and on, each in a folder of its own in --out
+    /// Number of welds of one part to write, up to 10,000: weld-0000 and on, each in its own folder in --out
     #[arg(long, value_name = "PIECES", value_parser = clap::value_parser!(u32).range(1..=10_000), conflicts_with_all = not_of_production())]
     pub(crate) production: Option<u32>,
     /// How the part is welded
     #[arg(long, value_parser = one_of(&LAYOUTS), default_value = "box-angles", requires = "production")]
     pub(crate) layout: Layout,
-    /// What changes from which piece on, counted from 0 (20.6 is after 60 % of piece 20): timing=MS@PIECE,
+    /// Change from this piece on, counted from 0 (20.6 is after 60 % of piece 20): timing=MS@PIECE,
     /// bracket-x=MM@PIECE, bracket-turn-x=DEG@PIECE, sensor-width=PERCENT@PIECE, seam-x=MM@PIECE, …
     #[arg(long, value_name = "WHAT=AMOUNT@PIECE", requires = "production")]
     pub(crate) change: Option<ScheduledChange>,
 }
 
-/// Options that say nothing of a production: its layout has its own scans.
+/// Options that do not apply to a production: its layout has its own scans.
 fn not_of_production() -> Vec<&'static str> {
     [&SEAM_SCAN_OPTIONS[..], &["time_offset_ms", "of_profiles", "of_profiles_alone", "images"]].concat()
 }

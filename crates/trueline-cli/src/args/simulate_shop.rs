@@ -24,7 +24,7 @@ pub(crate) struct ShopArgs {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct OnlyErrors(pub Vec<ShopError>);
 
-/// Options that say nothing of a shop: it draws its own scans.
+/// Options that do not apply to a shop: it draws its own scans.
 fn not_of_shops() -> Vec<&'static str> {
     [&SEAM_SCAN_OPTIONS[..], &["time_offset_ms", "production", "boards", "images"], &DRAWN_PLATES].concat()
 }
@@ -65,7 +65,7 @@ fn only(text: &str) -> Result<OnlyErrors, String> {
     let named = |name: &str| {
         ShopError::named(name.trim()).ok_or_else(|| {
             let names: Vec<&str> = TABLE.iter().map(|row| row.name).collect();
-            format!("`{name}` is no error of a shop; expected none, or some of {}", names.join(", "))
+            format!("`{name}` is not an error of a shop; expected none, or some of {}", names.join(", "))
         })
     };
     text.split(',').map(named).collect::<Result<_, _>>().map(OnlyErrors)

@@ -20,13 +20,13 @@ pub(crate) struct SightingsArgs {
         conflicts_with_all = not_of_sightings()
     )]
     pub(crate) sightings: Option<PoseMotion>,
-    /// How many [default: 300, at stops 24]
+    /// Number of sightings [default: 300, at stops 24]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(4..=20_000), requires = "sightings")]
     pub(crate) sighting_count: Option<u32>,
     /// The robot stands at each sighting: poses.csv in the place of robot.csv, and no time offset
     #[arg(long, requires = "sightings", conflicts_with = "time_offset_ms")]
     pub(crate) stops: bool,
-    /// The sensor stands beside the robot, which carries what is seen: a marker, or the part with its seam
+    /// The sensor stands beside the robot, which carries the marker, or the part with its seam
     #[arg(long, conflicts_with_all = ["plan", "images", "plates", "production", "boards", "shop", "seam", "axes", "sensors"])]
     pub(crate) wall: bool,
     /// State the noise of each sighting: sigma_mm and sigma_deg, the same for all axes
@@ -44,7 +44,7 @@ static MOTIONS: [Choice<PoseMotion>; 4] = [
     ("even", "Turns and shifts evenly: the time offset cannot be determined", PoseMotion::Even),
 ];
 
-/// Options of scans of a seam that say nothing of sightings.
+/// Options of scans of a seam that do not apply to sightings.
 fn not_of_sightings() -> Vec<&'static str> {
     let shared = ["noise_free", "robot_noise_mm", "stamp_jitter_ms", "outliers"];
     let of_seams = SEAM_SCAN_OPTIONS.into_iter().filter(|option| !shared.contains(option));

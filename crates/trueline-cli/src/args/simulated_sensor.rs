@@ -19,14 +19,14 @@ impl SimulateArgs {
             .chain(self.idle_by_joint())
             .chain(self.idle_without_pictures());
         let idle = options.find(|(is_given, has_use, ..)| *is_given && !has_use);
-        idle.map(|(_, _, name, why, hint)| (format!("`{name}` would do nothing: {why}"), hint))
+        idle.map(|(_, _, name, why, hint)| (format!("`{name}` has no effect: {why}"), hint))
     }
 
     fn idle_by_sensor(&self, sensor: &SensorModel) -> [Idle; 9] {
         let is_camera = matches!(sensor, SensorModel::CameraLaser { .. });
         let is_profiler = matches!(sensor, SensorModel::Profiler { .. });
         let (plates, images) = (self.plates.plates, self.images);
-        let by_look = "--look says how pictures look";
+        let by_look = "--look sets the look of pictures";
         let by_preset = "--preset profiler is a scan with a profiler";
         let px =
             |has_use, why, hint| (self.feature_noise_px.is_some(), has_use, "--feature-noise-px", why, hint);
@@ -34,10 +34,10 @@ impl SimulateArgs {
         let (mm, columns) = (self.feature_noise_mm.is_some(), self.plates.column_noise_px.is_some());
         let (parquet, look) = (self.plates.parquet, self.plates.look.given());
         let no_profiles = "only a profiler has profiles";
-        let px_instead = "say --feature-noise-px, with --plates --column-noise-px";
+        let px_instead = "use --feature-noise-px, with --plates --column-noise-px";
         [
-            px(is_camera, "this sensor reports lengths", "say --feature-noise-mm"),
-            px(!plates, "stripes have the noise of their columns", "say --column-noise-px"),
+            px(is_camera, "this sensor reports lengths", "use --feature-noise-mm"),
+            px(!plates, "stripes have the noise of their columns", "use --column-noise-px"),
             px(!images, "pictures are written, and no features", by_look),
             (mm, !is_camera, "--feature-noise-mm", "this sensor reports pixels", px_instead),
             (
@@ -45,7 +45,7 @@ impl SimulateArgs {
                 is_camera,
                 "--column-noise-px",
                 "this sensor reports lengths",
-                "say --feature-noise-mm",
+                "use --feature-noise-mm",
             ),
             (parquet, is_profiler, "--parquet", no_profiles, by_preset),
             (look.is_some(), is_profiler, look.unwrap_or_default(), no_profiles, by_preset),
@@ -80,11 +80,11 @@ impl SimulateArgs {
         let is_fillet =
             matches!(self.joint.map_or_else(Joint::fillet, |joint| joint()), Joint::Fillet { .. });
         let look = &self.plates.look;
-        let by_gap = "say --gap-mm";
-        let by_edge = "say --one-plate or --gap-mm";
+        let by_gap = "use --gap-mm";
+        let by_edge = "use --one-plate or --gap-mm";
         let of_edge = |is_given, name| (is_given, has_edge, name, "no plate ends over nothing", by_edge);
         let of_fillet =
-            |is_given, name| (is_given, is_fillet, name, "only a fillet has it", "say --joint fillet");
+            |is_given, name| (is_given, is_fillet, name, "only a fillet has it", "use --joint fillet");
         [
             of_edge(look.says("edge-drop-outs"), "--edge-drop-outs"),
             of_edge(look.says("rounded-mm"), "--rounded-mm"),

@@ -21,66 +21,68 @@ use std::time::Duration;
   trueline watch --state cell.sqlite --calibration result.json --repaired           # from the next weld on
   trueline watch --state cell.sqlite --also cell-2.sqlite --serve 8080          # only show
 
-Each weld is a recording with robot and seam points. From how it differs from what the calibration says, and from all welds \
-before, it is told whether the clock (timing), the bracket, the sensor or the fixture (seam) has changed, by how much and \
-since when, and what welds like these could not show. The usual scatter of the fixture is learnt from the first 30 good pieces \
-of each part; nothing has to be typed. The limit is set for one false alarm in 100,000 pieces. No change seen says nothing about what the \
-welds are blind to: that is told once a shift (8 h), and when it changes.
+Each weld is a recording with robot and seam points. It is compared with the calibration and with all \
+earlier welds. The report names what has changed, by how much and since when: the clock (timing), the \
+bracket, the sensor or the fixture (seam). The usual scatter of the fixture is learnt from the first 30 good \
+pieces of each part, without settings. The limit is set for one false alarm in 100,000 pieces. Some welds \
+are blind to some changes: these are listed once per shift (8 h), and when the list changes.
 
-An alarm says how far seam points sit off and what to do. It is told in full once, and then in one line a weld while it stands. It ends by \
-itself when the welds are as calibrated again, mostly with the first good one. --repaired says that the fault was mended: the welds from there \
-on are compared with the calibration and the good welds before the fault. --tolerance: a change that moves seam points by surely less \
-is told, and is no alarm.
+An alarm states the displacement of seam points and the remedy. It is reported in full once, and then in one \
+line per weld while it is active. It clears when the welds agree with the calibration again, usually with \
+the first good one. --repaired reports a repair: the welds from there on are compared with the calibration \
+and the good welds before the fault. --tolerance: a change that certainly moves seam points by less is \
+reported, without an alarm.
 
-Welds are numbered from 0 in the order in which the state took them, across its calibrations, as `simulate --production` numbers \
-its folders and `--change` its pieces; the name stands beside the number.
+Welds are numbered from 0 in the order in which the state stored them, across its calibrations, as `simulate \
+--production` numbers its folders and `--change` its pieces; the name follows the number.
 
-The state file keeps everything; it may be used by several programs at once, and a program that is killed loses no weld \
-that it has told of. A new calibration begins a new history in the same file. What a weld takes there is about 1 KB: half a GB a year at one a minute.
+The state file stores everything. Several programs may use it at once, and a killed program loses no \
+reported weld. A new calibration begins a new history in the same file. A weld takes about 1 KB: 0.5 GB a \
+year at one per minute.
 
 --serve: state, trend and the last alarm with its evidence in the browser, and /metrics for Prometheus; read-only.
---tell: a message (JSON) when an alarm is raised, becomes another one, or is over. It is kept with the weld until the receiver \
-has taken it, through dead networks and restarts; welds never wait for it.
+--tell: a JSON message when an alarm is raised, changes or clears. It is stored with the weld until the \
+receiver has accepted it, through network failures and restarts; welds never wait for it.
 
-Exit code: 0 no alarm stands after the last weld, 1 an alarm stands, 2 could not run."
+Exit code: 0 no alarm after the last weld, 1 an alarm is active, 2 could not run."
 )]
 pub(crate) struct WatchArgs {
     /// Welds in order of time: dataset folders, recording.mcap or rosbag2
     pub(crate) welds: Vec<PathBuf>,
-    /// The cell's memory, an SQLite file; it is made where there is none
+    /// State file of the cell (SQLite); created if missing
     #[arg(long)]
     pub(crate) state: PathBuf,
     /// The calibration in use: the JSON of `trueline calibrate --json`
     #[arg(long, required_unless_present = "serve")]
     pub(crate) calibration: Option<PathBuf>,
-    /// Watch a folder that fills: every weld that appears in it, in the order of their names, until interrupted
+    /// Watch every weld that appears in this folder, in the order of names, until interrupted
     #[arg(long, conflicts_with = "welds")]
     pub(crate) folder: Option<PathBuf>,
-    /// With --folder: stop when all welds that are there have been watched
+    /// With --folder: stop when all present welds have been watched
     #[arg(long, requires = "folder")]
     pub(crate) once: bool,
     /// Tell alarms to a web address (POST) or a topic of an MQTT broker: https://HOST/PATH, mqtt[s]://[USER@]HOST[:PORT]/TOPIC; behind the
     /// topic ?password-file=FILE or ?password-env=NAME, and for TLS &ca=FILE, the certificates to trust; may be repeated
     #[arg(long, value_name = "URL", requires = "calibration")]
     pub(crate) tell: Vec<String>,
-    /// How far a change may move seam points without being an alarm: 0.3mm; it is told as changed-within-tolerance, exit 0
+    /// Displacement of seam points below which a change is no alarm: 0.3mm; it is reported as changed-within-tolerance, exit 0
     #[arg(long, value_name = "LENGTH", value_parser = length_m, requires = "calibration")]
     pub(crate) tolerance: Option<f64>,
-    /// The fault was mended before this weld, by its number, name or path [default: the next one]; the welds from there on tell
+    /// The fault was repaired before this weld, by its number, name or path [default: the next one]; later welds verify it
     #[arg(long, value_name = "WELD", num_args = 0..=1, default_missing_value = "", requires = "calibration")]
     pub(crate) repaired: Option<String>,
-    /// Forget welds, but for the last 512 of each calibration, after so many days [default: never]
+    /// Delete welds after this number of days, except the last 512 of each calibration [default: never]
     #[arg(long, value_name = "DAYS", value_parser = number::days, requires = "calibration")]
     pub(crate) keep_days: Option<Duration>,
     #[command(flatten)]
     pub(crate) serve: ServeArgs,
-    /// Show this cell as well, by its memory; may be repeated
+    /// Show this cell too, by its state file; may be repeated
     #[arg(long, value_name = "STATE", requires = "serve")]
     pub(crate) also: Vec<PathBuf>,
-    /// Add one line of JSON for each weld to a file; what is in it stays; - is stdout
+    /// Append one line of JSON per weld to a file; - is stdout
     #[arg(long)]
     pub(crate) json: Option<PathBuf>,
-    /// Print no words but errors
+    /// Print nothing but errors
     #[arg(long)]
     pub(crate) quiet: bool,
 }

@@ -32,7 +32,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     }
     if args.target == TargetName::Poses {
         return Err(Failure::new(
-            "--target poses is for a dataset whose sensor.toml says `kind = \"poses\"`",
+            "--target poses needs a dataset whose sensor.toml has `kind = \"poses\"`",
             "write the target's poses as sightings.csv, or leave --target out",
         ));
     }
@@ -50,7 +50,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
         (true, 1) => clocks::align_recording(&mut opened.recording, &config, args.quiet)?,
         (true, _) => {
             return Err(Failure::new(
-                "`--align-clocks` is for one scan: several have several clocks",
+                "`--align-clocks` supports one scan: several scans have several clocks",
                 "align each by itself: `trueline import csv DATASET --align-clocks --out ALIGNED`",
             ));
         }
@@ -133,7 +133,7 @@ fn write_results(
         let datasets = names(&args.datasets);
         let before = if args.quiet { "not accepted: " } else { "" };
         output::words(&format!(
-            "{before}the probable cause: {mistake} (`trueline doctor {datasets} --fix MENDED`)"
+            "{before}probable cause: {mistake} (`trueline doctor {datasets} --fix MENDED`)"
         ));
     }
     if args.quiet {
@@ -194,7 +194,7 @@ fn check_sensor(args: &CalibrateArgs) -> Result<(), Failure> {
         _ => return Ok(()),
     };
     Err(Failure::new(
-        format!("`{option}`: the point-to-line residual takes the sensor for exact"),
+        format!("`{option}`: the point-to-line residual assumes an exact sensor"),
         "use it with --residual sheet",
     ))
 }
@@ -206,7 +206,7 @@ fn check_seam(args: &CalibrateArgs) -> Result<(), Failure> {
     let ignored = stated.into_iter().find(|(_, mm)| is_paper && mm.is_some_and(|mm| mm > 0.0));
     ignored.map_or(Ok(()), |(option, _)| {
         Err(Failure::new(
-            format!("`{option}`: the point-to-line residual takes the seam for straight, with a sharp edge"),
+            format!("`{option}`: the point-to-line residual assumes a straight seam with a sharp edge"),
             "use it with --residual sheet",
         ))
     })
@@ -217,7 +217,7 @@ fn seam_cad(args: &CalibrateArgs) -> Result<Option<SeamCad>, Failure> {
     let Some(file) = &args.seam_cad else { return Ok(None) };
     if args.target == TargetName::Line {
         return Err(Failure::new(
-            "`--seam-cad` is of a curve, and `--target line` asks for a straight seam",
+            "`--seam-cad` needs a curve, but `--target line` requires a straight seam",
             "leave one of the two out; `--drawn-line` holds a straight seam where a drawing has it",
         ));
     }
@@ -235,7 +235,7 @@ fn check_fixed(args: &CalibrateArgs) -> Result<(), Failure> {
         () => return Ok(()),
     };
     Err(Failure::new(
-        format!("`--fixed-sigma` speaks of the {missing}, which is not held"),
+        format!("`--fixed-sigma` names the {missing}, which is not held by --fix"),
         format!("add --fix {missing}"),
     ))
 }

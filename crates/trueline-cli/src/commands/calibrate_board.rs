@@ -93,7 +93,7 @@ pub(crate) fn guess(
     if args.fix.contains(&Hold::HandEye) {
         let hint = "hold the time offset alone: --fix time-offset";
         return Err(Failure::new(
-            "the hand-eye transform is what a board or a sighted target gives; it cannot be held",
+            "the hand-eye transform cannot be held: it is the result of a board or a sighted target",
             hint,
         ));
     }
@@ -101,7 +101,7 @@ pub(crate) fn guess(
     let beside = dataset.join("initial.toml");
     let file = args.initial.clone().or_else(|| beside.exists().then_some(beside));
     if holds_offset && file.is_none() && !args.at_stops {
-        let message = "`time-offset` is to be held fixed, but there is no initial value for it";
+        let message = "`time-offset` cannot be held fixed: there is no initial value for it";
         return Err(Failure::new(message, "give it in initial.toml or with --initial"));
     }
     let text = file.as_ref().map(|file| sensor_toml::read_text(file)).transpose()?;

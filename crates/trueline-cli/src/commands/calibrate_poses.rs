@@ -37,7 +37,7 @@ pub(crate) fn run(args: &CalibrateArgs, dataset: &Path) -> Result<ExitCode, Fail
     if let Some(option) = args.not_of_poses() {
         return Err(Failure::new(
             format!(
-                "`{option}` says nothing of pose sightings: {} has `kind = \"poses\"`",
+                "`{option}` does not apply to pose sightings: {} has `kind = \"poses\"`",
                 dataset.display()
             ),
             "leave it out; --initial, --fix time-offset, --offset-within, --at-stops, --robot-accuracy-mm and --json apply",

@@ -31,7 +31,7 @@ pub(crate) fn sensors(args: &CalibrateArgs) -> Result<Option<Vec<SensorFolder>>,
     ];
     if let Some((option, _)) = of_one.into_iter().find(|(_, is_asked)| *is_asked) {
         return Err(Failure::new(
-            format!("`{option}` is for one sensor, and this dataset has {}", sensors.len()),
+            format!("`{option}` supports one sensor, but this dataset has {}", sensors.len()),
             format!("calibrate one by itself: `trueline calibrate {}`", sensors[0].path.display()),
         ));
     }
@@ -77,13 +77,14 @@ fn why_not(together: Option<&Tied>) -> Option<Fact> {
     let (code, text, values) = match together {
         None => (
             "sensors-not-tied",
-            "not every seam is shown by each sensor, so that nothing ties them".to_owned(),
+            "the sensors have no common seams, so nothing ties them together".to_owned(),
             BTreeMap::new(),
         ),
         Some(tied) if tied.disagrees() => {
             let sigmas = tied.apart_sigmas;
             let text = format!(
-                "the sensors contradict each other about a seam, by {sigmas:.1} of their ±: does a line of one number mean the same seam for each?"
+                "the sensors contradict each other about a seam, by {sigmas:.1} σ: check that each line \
+                    number means the same seam for all"
             );
             ("sensors-disagree", text, BTreeMap::from([("sigmas".to_owned(), sigmas.into())]))
         }

@@ -249,15 +249,15 @@ impl Cloud {
 /// Both thicknesses, side by side.
 fn thickness(with: Option<Thickness>, without: Option<Thickness>) -> String {
     let Some(with) = with else {
-        return "thickness: no flat patch was scanned forth and back".to_owned();
+        return "thickness: no flat patch was scanned in both directions".to_owned();
     };
     let told = |thickness: Thickness| {
         let [thick, apart] = [thickness.thickness_m, thickness.apart_m].map(|m| m * 1e3);
         format!("{thick:.3} mm thick, passes {apart:.3} mm apart")
     };
-    let without = without.map_or_else(|| "no flat patch is left".to_owned(), told);
+    let without = without.map_or_else(|| "no flat patch remains".to_owned(), told);
     format!(
-        "thickness of {} flat patches scanned forth and back:\n  with the time offset: {}\n  without it: {without}",
+        "thickness of {} flat patches scanned in both directions:\n  with the time offset: {}\n  without it: {without}",
         with.patches,
         told(with)
     )

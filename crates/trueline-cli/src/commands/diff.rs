@@ -54,8 +54,8 @@ fn field(args: &DiffArgs, first: &ResultFile) -> Result<Field, Failure> {
     let used = first.at_torch.as_ref();
     let stand_off_mm = args.stand_off_mm.or(used.map(|used| used.stand_off_mm)).ok_or_else(|| {
         Failure::new(
-            format!("{} does not say how far the seam is from the sensor", args.first.display()),
-            "name it: --stand-off-mm 300",
+            format!("{} does not state the distance of the seam from the sensor", args.first.display()),
+            "state it: --stand-off-mm 300",
         )
     })?;
     let speed_mm_s = args.speed_mm_s.or(used.map(|used| used.speed_mm_s)).unwrap_or(0.0);
@@ -77,7 +77,7 @@ fn estimate(file: &Path, parameters: Guess, result: &ResultFile) -> Result<Estim
     comparison::estimate(parameters, result).map_err(|[row, column]| {
         Failure::new(
             format!("{}: there is no covariance of {row} and {column}", file.display()),
-            "what was held fixed, or not seen, cannot be compared",
+            "quantities held fixed or undetermined cannot be compared",
         )
     })
 }

@@ -33,7 +33,7 @@ pub(crate) fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
     }
     let is_well = found.findings.is_empty();
     if let (Some(out), true) = (&args.fix, is_well) {
-        output::words(&format!("{}: not written, for there is nothing to fix", out.display()));
+        output::words(&format!("{}: not written: there is nothing to fix", out.display()));
     } else if let Some(out) = &args.fix {
         let mended = found.mended(recording).ok_or_else(|| {
             let what = format!("{}: not written: no single mistake explains the fit", out.display());

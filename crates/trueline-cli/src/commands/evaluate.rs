@@ -29,8 +29,8 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
     let known = calibration.with_correction();
     if calibration.stamps_treated && !args.quiet {
         output::words(
-            "mind: that calibration was made with stamps that were dejittered or freed of a drift; here they are taken as \
-             recorded, as a robot that follows the seam would. Their jitter and drift are in the figures.",
+            "note: that calibration used stamps with jitter or drift removed; this evaluation uses them as \
+             recorded, as a robot that follows the seam would. The figures include their jitter and drift.",
         );
     }
     let stops = args.static_scan.as_deref().map(|scan| stops(scan, &calibration, args.quiet)).transpose()?;

@@ -56,15 +56,12 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
         output::words(&format!(
             "error: {}: the result was not accepted, so its time offset is not exported\n\nhint: {}",
             result.display(),
-            "the reasons are in it: mend their cause, and calibrate again"
+            "the result lists the reasons: remove their cause, and calibrate again"
         ));
         return Ok(ExitCode::from(1));
     }
     let text = format.text(&mounting).map_err(|error| {
-        Failure::new(
-            format!("{}: {error}", format.title),
-            "another form says the same: `trueline export --list`",
-        )
+        Failure::new(format!("{}: {error}", format.title), "choose another form: `trueline export --list`")
     })?;
     // Sentences are broken for the terminal; what a machine reads is not.
     if format.name == "time-offset" {
@@ -126,7 +123,11 @@ fn curve(args: &ExportArgs, file: &Path, form: &CurveForm) -> Result<ExitCode, F
         Some(found) if !found.points_mm.is_empty() => found,
         other => {
             let (why, hint) = if other.is_some() {
-                ("the scan does not show where its curve is", "its reasons say what the scan does not show")
+                (
+                    "the scan does not determine the position of its curve",
+                    "its reasons name what the scan \
+                    does not determine",
+                )
             } else {
                 (
                     "the result has no curve: its seam is straight",
@@ -152,8 +153,8 @@ fn exported_offset_s(calibration: &KnownCalibration) -> Option<f64> {
 /// What the exported pose and time offset belong to.
 fn explain(calibration: &KnownCalibration) {
     let rule = match (calibration.at_stops, calibration.accepted) {
-        (true, _) => "none, for the robot stood at each reading".to_owned(),
-        (false, Some(false)) => "not exported, for the result was not accepted".to_owned(),
+        (true, _) => "none: the robot stood still at each reading".to_owned(),
+        (false, Some(false)) => "not exported: the result was not accepted".to_owned(),
         (false, _) => time_offset::rule(calibration.known.parameters.time_offset_s),
     };
     output::words(&format!("time offset: {rule}"));

@@ -41,7 +41,7 @@ pub(crate) fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
     let kept = folder::replace_features(&args.dataset, &features)?;
     let kept = kept.into_iter().chain(folder::replace_stripes(&args.dataset, &scan.stripes())?);
     if !args.quiet {
-        kept.for_each(|kept| output::words(&format!("what was there before is now in {}", kept.display())));
+        kept.for_each(|kept| output::words(&format!("the previous content is now in {}", kept.display())));
     }
     if let Some(file) = &args.json {
         output::json(file, &format!("{:#}", scan.to_json()))?;
@@ -73,7 +73,10 @@ fn exit_code(shown: usize, of: usize, what: &str) -> ExitCode {
     if !is_rare(shown, of) {
         return ExitCode::SUCCESS;
     }
-    output::words(&format!("warning: this joint shows in {shown} of {of} {what}: is it another (--joint)?"));
+    output::words(&format!(
+        "warning: this joint was found in only {shown} of {of} {what}; check the joint \
+        type (--joint)"
+    ));
     ExitCode::from(1)
 }
 
@@ -142,7 +145,7 @@ fn of_profiles(args: &FeaturesArgs, profiles: &[Profile]) -> Result<ExitCode, Fa
     let kept = folder::replace_features(&args.dataset, &found.features)?;
     let kept = kept.into_iter().chain(folder::replace_stripes(&args.dataset, &found.stripes)?);
     if !args.quiet {
-        kept.for_each(|kept| output::words(&format!("what was there before is now in {}", kept.display())));
+        kept.for_each(|kept| output::words(&format!("the previous content is now in {}", kept.display())));
     }
     let shown = found.features.chunk_by(|one, next| one.stamp_ns == next.stamp_ns).count();
     Ok(exit_code(shown, profiles.len(), "profiles"))

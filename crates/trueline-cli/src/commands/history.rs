@@ -18,7 +18,7 @@ pub(crate) fn run(args: &HistoryArgs) -> Result<ExitCode, Failure> {
     let chosen = calibrations.iter().find(|row| Some(row.id) == wanted);
     let Some(chosen) = chosen else {
         return Err(Failure::new(
-            format!("{}: there is no such calibration in it", args.state.display()),
+            format!("{}: does not contain this calibration", args.state.display()),
             format!("there are {}; `trueline watch` adds them", calibrations.len()),
         ));
     };

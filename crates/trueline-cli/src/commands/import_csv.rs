@@ -209,9 +209,7 @@ fn with_mapping(error: Error, args: &ImportCsvArgs) -> Failure {
             let map = similar_names(name, found);
             Failure::new(
                 text,
-                format!(
-                    "which column is it? {option} '{map}', ours=theirs; the unit stands in our name{rate}"
-                ),
+                format!("map the column: {option} '{map}', ours=theirs; our name contains the unit{rate}"),
             )
         }
         Problem::NoRotation { found } if of_robot && found.contains("POS_FOR") => Failure::new(
@@ -226,7 +224,7 @@ fn with_mapping(error: Error, args: &ImportCsvArgs) -> Failure {
                 ref several => Failure::new(
                     text,
                     format!(
-                        "whose robot is it? --robot {}; --list-robots tells what each means",
+                        "state the maker: --robot {}; --list-robots explains each",
                         several.join(", or ")
                     ),
                 ),
@@ -316,7 +314,8 @@ fn timing(src: &Path, args: &ImportCsvArgs) -> Result<(Option<Timing>, Clock), F
     let Some(start) = &args.profile_start_s else {
         return Err(Failure::new(
             "`--profile-rate-hz`: when was the first profile taken?",
-            "say it by the robot's clock, to within a second or so: --profile-start-s 1.5, or --profile-start-s 14:03:12",
+            "give it by the robot's clock, to about 1 s: --profile-start-s 1.5, or --profile-start-s \
+                14:03:12",
         ));
     };
     let (first_ns, clock) = times::of_text(start).ok_or_else(|| {

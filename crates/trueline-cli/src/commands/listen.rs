@@ -74,7 +74,7 @@ fn nothing(report: &LinkReport, address: &LinkAddress) -> String {
         false => ip.to_string(),
     };
     format!(
-        "Nothing came to {bind}. The controller speaks first; what to look at, most frequent first:\n\
+        "Nothing arrived at {bind}. The controller sends first; check, most frequent cause first:\n\
          \x20 - the UDPUC device's remote address must be {pc}, its remote port {port}; restart the controller after a change\n\
          \x20 - RAPID must run, up to EGMStreamStart or EGMRunPose, with EGMSetupUC naming that device\n\
          \x20 - the PC's firewall must let UDP port {port} in; on RobotWare 7 the controller's, too, for UDPUC\n\

@@ -32,7 +32,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
     }
     if args.want.is_some() && args.criterion != Criterion::Worst {
         return Err(Failure::new(
-            "`--want` with `--criterion`: what is wanted is reached when the worst sigma is",
+            "`--want` cannot be combined with `--criterion`: it always uses the worst sigma",
             "leave out --criterion, or --want",
         ));
     }

@@ -65,12 +65,12 @@ pub(crate) fn run(args: &RecordArgs) -> Result<ExitCode, Failure> {
     let report = finished.watch.report(&link);
     live_cell::tell_recording(&finished, &report.to_string(), args.quiet)?;
     if !report.has_robot() {
-        output::words("no robot was heard: `trueline listen` says why");
+        output::words("no robot was heard: `trueline listen` shows why");
     }
     let heavy_loss = report.heavy_loss();
     if let Some(part) = heavy_loss {
         output::words(&format!(
-            "warning: {:.0} % of the robot's packets never came; is this PC busy, or the network?",
+            "warning: {:.0} % packet loss from the robot; check the load of this PC and of the network",
             100.0 * part
         ));
     }

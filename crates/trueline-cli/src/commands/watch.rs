@@ -22,7 +22,7 @@ pub(crate) fn run(args: &WatchArgs) -> Result<ExitCode, Failure> {
     {
         return Err(Failure::new(
             "there is no weld to watch",
-            "name welds, or a folder that fills: --folder FOLDER",
+            "name welds, or a folder in which they appear: --folder FOLDER",
         ));
     }
     let inputs: Vec<&Path> =
@@ -71,7 +71,7 @@ fn unreadable(folder: &Path, error: &std::io::Error) -> Failure {
 fn serve_only(args: &WatchArgs) -> Result<ExitCode, Failure> {
     if args.folder.is_some() || !args.welds.is_empty() {
         return Err(Failure::new(
-            "welds are compared with a calibration, and none is named",
+            "a calibration is needed to compare the welds with",
             "--calibration RESULT, the JSON of `trueline calibrate --json`",
         ));
     }
@@ -126,11 +126,9 @@ impl Welds<'_> {
     fn note_repair(&mut self, before: Option<&str>) -> Result<(), Failure> {
         let words = match self.watcher.repaired(before)? {
             Repair::Before(weld) => {
-                format!(
-                    "Noted: the fault was mended before weld {weld}. The welds from there on will show it."
-                )
+                format!("Noted: the fault was repaired before weld {weld}. The next welds will verify it.")
             }
-            Repair::NothingStands => "No change stands: there is nothing to mend.".to_owned(),
+            Repair::NothingStands => "No change is active: there is nothing to repair.".to_owned(),
         };
         if !self.args.quiet {
             output::words(&words);
@@ -186,7 +184,7 @@ impl Welds<'_> {
         if self.failed > 0 {
             return Err(Failure::new(
                 format!("{} welds could not be watched", self.failed),
-                "the reasons stand above; all other welds have been watched",
+                "the reasons are listed above; all other welds have been watched",
             ));
         }
         Ok(ExitCode::from(u8::from(self.watcher.is_alarm)))

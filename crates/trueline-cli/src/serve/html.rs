@@ -52,7 +52,7 @@ pub fn page_under(prefix: &str, title: &str, every_ms: u32, blocks: &str) -> Str
         "<!doctype html>\n<html lang=\"en\" data-every=\"{every_ms}\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>{title}</title>\
         <link rel=\"stylesheet\" href=\"{prefix}{STYLE_PATH}\"><script src=\"{prefix}{SCRIPT_PATH}\" defer></script></head>\
-         <body><p class=\"silence\" role=\"alert\">No answer: what stands here is old.</p>\
+         <body><p class=\"silence\" role=\"alert\">No connection: this page is outdated.</p>\
          <header><h1>{title}</h1></header><main>{blocks}</main>\
          <footer>trueline {version} · read-only</footer></body></html>\n"
     )

@@ -29,7 +29,7 @@ impl Entity<'_> {
             "ELLIPSE" => self.ellipse(pairs)?,
             "SPLINE" => self.spline(pairs)?,
             other => {
-                let what = format!("a drawing with {other} in it, which is no part of a curve");
+                let what = format!("a drawing with {other}, which is not part of a curve");
                 let hint =
                     "export the seam alone: lines, arcs, circles, ellipses, polylines and splines are read";
                 return Err(pairs.error(self.line, what, hint));

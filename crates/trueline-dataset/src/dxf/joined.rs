@@ -23,7 +23,8 @@ pub(super) fn one_curve(pairs: &Pairs<'_>, mut pieces: Vec<Piece>) -> Result<Vec
     if pieces.is_empty() || pieces.len() > MOST_PIECES {
         let what =
             if pieces.is_empty() { "a drawing with no curve in it" } else { "a drawing of too many pieces" };
-        let hint = "export the seam alone, as a polyline, arcs or a spline among the entities; blocks are not looked into";
+        let hint = "export the seam alone, as a polyline, arcs or a spline among the entities; blocks are \
+            ignored";
         return Err(pairs.file_error(what, hint));
     }
     let near = MEETS * size(&pieces);

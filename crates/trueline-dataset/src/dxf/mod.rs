@@ -48,7 +48,7 @@ fn unit(pairs: &mut Pairs<'_>) -> Result<Option<f64>, Error> {
         let number = pairs.whole(&value)?;
         let known = UNITS.iter().find(|(unit, _)| *unit == number);
         return known.map(|(_, unit_m)| Some(*unit_m)).ok_or_else(|| {
-            let what = format!("a drawing in unit {number} of $INSUNITS, which is not known");
+            let what = format!("a drawing in the unknown unit {number} of $INSUNITS");
             pairs.error(
                 value.line,
                 what,

@@ -50,7 +50,7 @@ impl<'a> Pairs<'a> {
             pairs.error(
                 at as u64 + 1,
                 what,
-                "is this a drawing in DXF? Its lines are a code and a value in turn",
+                "check that this is a DXF drawing: its lines are a code and a value in turn",
             )
         };
         let code: i64 = code

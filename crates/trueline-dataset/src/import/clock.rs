@@ -48,7 +48,7 @@ impl ClockReader {
     /// Nanoseconds of a cell.
     ///
     /// # Errors
-    /// A cell of another kind than the first one, and a date of which day and month cannot be told apart.
+    /// A cell of another kind than the first one, and a date whose day and month are ambiguous.
     pub(crate) fn ns(&mut self, cell: &str) -> Result<i64, Problem> {
         let other = || LogProblem::NotATime { text: cell.to_owned(), like: self.clock.words() };
         match (moment::parse(cell), self.clock) {
@@ -125,21 +125,23 @@ pub(crate) fn to_common(
         (Clock::Midnight, Clock::Midnight) => {
             let days = days_apart(middle(first_ns) - middle(second_ns));
             let said = (days != 0)
-                .then(|| "one log began before midnight and one after it: brought onto one day".into());
+                .then(|| "one log began before midnight and one after it: the dates are aligned".into());
             (days * DAY_NS, said)
         }
         (Clock::Midnight, clock) | (clock, Clock::Midnight) if dated(clock) => {
             let days = days_apart(middle(first_ns) - middle(second_ns));
-            let said =
-                "one log has dates and the other times of day: taken as those of the same day and zone";
+            let said = "one log has dates and the other times of day: the same day and time zone are assumed";
             (days * DAY_NS, Some(said.to_owned()))
         }
         (a, b) if dated(a) && dated(b) && a != b => (
             0,
-            Some("one log names its time zone and the other does not: the other is taken as UTC".to_owned()),
+            Some(
+                "one log names its time zone and the other does not: UTC is assumed for the other".to_owned(),
+            ),
         ),
         (a, b) if (a == Clock::Seconds) != (b == Clock::Seconds) => {
-            let said = "one log has clock times and the other seconds: if these count from something else, --align-clocks finds how far they are apart";
+            let said = "one log has clock times and the other seconds: if their origins differ, \
+                --align-clocks estimates the shift";
             (0, Some(said.to_owned()))
         }
         _ => (0, None),

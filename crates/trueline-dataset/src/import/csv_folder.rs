@@ -109,7 +109,7 @@ impl CsvFolder {
                 if let Some(range_m) = source.no_return_m {
                     let taken = no_return::take_out(&mut profiles, range_m);
                     notes.push(format!(
-                        "{}: {taken} points have no return, as you stated it",
+                        "{}: {taken} points have no return, by your statement",
                         source.file.display()
                     ));
                 }
@@ -190,7 +190,8 @@ impl CsvFolder {
             let camera = sensor_toml::parse_camera(&self.sensor, &text).ok();
             if let Some(camera) = camera.filter(|camera| camera.laser_plane_in_camera.is_none()) {
                 notes.push(format!(
-                    "{}: a camera without its laser plane: enough for pictures of a board (calibrate --target board), and not for a seam",
+                    "{}: a camera without its laser plane: sufficient for pictures of a board (calibrate \
+                        --target board), not for a seam",
                     self.sensor.display()
                 ));
                 let sensor = Sensor::Points { laser_plane_in_camera: None };
@@ -248,7 +249,8 @@ impl CsvFolder {
         );
         if let Some(Timing::Rate { .. }) = source.timing {
             notes.push(
-                "the profiles' stamps are the start and rate that you stated: the time offset holds for this recording only"
+                "the profiles' stamps come from the stated start and rate: the time offset holds for this \
+                    recording only"
                     .to_owned(),
             );
         }
@@ -351,7 +353,8 @@ impl CsvFolder {
         }
         if let Some(decimals @ ..=2) = table.angle_decimals {
             said.push(format!(
-                "angles have at most {decimals} decimals: 0.01° is 0.05 mm at a distance of 300 mm; log more if the robot can"
+                "angles have at most {decimals} decimals: 0.01° means 0.05 mm at a distance of 300 mm; log \
+                    more if possible"
             ));
         }
         notes.extend(said.iter().map(|words| format!("{}: {words}", file.display())));

@@ -291,10 +291,8 @@ impl TimeColumn {
         let Some((unit, step_ms)) = unit_of_steps(&first) else { return Self::Named };
         names[column] = Some(format!("time{unit}"));
         let theirs = &header[column];
-        let words = format!(
-            "`{theirs}` names no unit: read in {}, for its steps are then {step_ms:.3} ms",
-            &unit[1..]
-        );
+        let words =
+            format!("`{theirs}` has no unit: read in {}, which gives steps of {step_ms:.3} ms", &unit[1..]);
         Self::Steps(words)
     }
 
@@ -315,7 +313,7 @@ impl TimeColumn {
                 _ => "dates without a time zone, as seconds since 1970".to_owned(),
             }),
             Self::Rate(Rate { hz, start_s }) => {
-                Some(format!("{hz} rows a second from {start_s} s on, as you stated"))
+                Some(format!("{hz} rows per second from {start_s} s on, by your statement"))
             }
         }
     }

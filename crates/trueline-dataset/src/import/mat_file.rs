@@ -45,7 +45,7 @@ pub(super) fn arrays(bytes: &[u8]) -> Result<Vec<MatArray>, Fault> {
     let little = match bytes.get(ORDER..HEADER).ok_or("it is cut off in its header")? {
         b"IM" => true,
         b"MI" => false,
-        _ => return Err("its header does not say in which order bytes are"),
+        _ => return Err("its header does not state the byte order"),
     };
     let mut budget = FREE.max(GROWTH * bytes.len() as u64);
     let mut elements = Elements { bytes: &bytes[HEADER..], little };
@@ -119,12 +119,12 @@ fn array(bytes: &[u8], little: bool) -> Result<Option<MatArray>, Fault> {
     let [rows, others @ ..] = &size[..] else { return Err("an array without its size") };
     let columns = others.iter().try_fold(1_usize, |product, n| product.checked_mul(*n));
     let (SIGNED_BYTES, name) = parts.expect()? else { return Err("an array without a name") };
-    let name = String::from_utf8(name.to_vec()).map_err(|_| "a name that is no text")?;
+    let name = String::from_utf8(name.to_vec()).map_err(|_| "a name that is not text")?;
     let (kind, data) = parts.expect()?;
     let numbers = numbers(kind, data, little).ok_or("an array of an unknown type")?;
     match columns.filter(|columns| rows.checked_mul(*columns) == Some(numbers.len())) {
         Some(columns) => Ok(Some(MatArray { name, rows: *rows, columns, numbers })),
-        None => Err("an array with more or fewer numbers than its size says"),
+        None => Err("an array whose number of values contradicts its size"),
     }
 }
 
@@ -192,7 +192,7 @@ mod tests {
     fn a_size_that_lies_is_refused() {
         for size in [[3, 2], [0, 2], [u32::MAX, u32::MAX]] {
             let said = arrays(&big_endian(size, &[1, 2, 3, 4])).unwrap_err();
-            assert_eq!(said, "an array with more or fewer numbers than its size says");
+            assert_eq!(said, "an array whose number of values contradicts its size");
         }
         let whole = big_endian([2, 2], &[1, 2, 3, 4]);
         for cut in HEADER + 1..whole.len() {

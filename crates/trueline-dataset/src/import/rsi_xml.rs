@@ -51,11 +51,11 @@ pub(super) fn as_csv(file: &Path, bytes: &[u8], notes: &mut Vec<String>) -> Resu
     let step = steps.get(steps.len() / 2).copied().unwrap_or(0);
     notes.push(match step {
         // Simulators count cycles there.
-        0 | 1 => format!("{}: RSI, of which IPOC counts by {step}: it is no clock in ms", file.display()),
+        0 | 1 => format!("{}: RSI whose IPOC counts by {step}: it is not a clock in ms", file.display()),
         _ => format!("{}: RSI: RIst is the pose, IPOC the time in ms, in steps of {step}", file.display()),
     });
     if has_other_text {
-        notes.push(format!("{}: what stands between the elements of RSI is not used", file.display()));
+        notes.push(format!("{}: text between the elements of RSI is ignored", file.display()));
     }
     let time = if step > 1 { "time_ms" } else { "IPOC" };
     // By the names of the controller's own variables it is a log of KUKA, whether its maker is named or not.
@@ -112,7 +112,7 @@ fn read(file: &Path, text: &str) -> Result<Log, Error> {
             let mut error = Error::unreadable(
                 file,
                 format!("broken XML ({why})"),
-                "was the log cut off? Leave the line out",
+                "the log is probably cut off: leave the line out",
             );
             error.line = Some(line);
             error

@@ -67,7 +67,7 @@ impl CsvFolder {
         }
         if !unread.is_empty() {
             notes.push(format!(
-                "{}: {} stops without a reading are left out",
+                "{}: {} stops without a reading are ignored",
                 self.robot.display(),
                 unread.len()
             ));

@@ -52,7 +52,7 @@ const OTHERS: [(&[u8], &str, &str); 14] = [
     (
         b"SQLite format 3",
         "a data base of SQLite",
-        "is it a rosbag2? `trueline import rosbag2 FILE --out DIR` reads that",
+        "if it is a rosbag2, `trueline import rosbag2 FILE --out DIR` reads it",
     ),
     (
         b"#ROSBAG",
@@ -70,8 +70,8 @@ const OTHERS: [(&[u8], &str, &str); 14] = [
         "an HDF5 file",
         "export the table as CSV; of MATLAB save it in version 7: save('log.mat', '-v7')",
     ),
-    (b"<!DOCTYPE html", "a web page", "was it downloaded without signing in? Export the table as CSV"),
-    (b"<html", "a web page", "was it downloaded without signing in? Export the table as CSV"),
+    (b"<!DOCTYPE html", "a web page", "probably a login page: export the table as CSV"),
+    (b"<html", "a web page", "probably a login page: export the table as CSV"),
     (b"{", "JSON", "write one row a pose as CSV: time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz"),
     (b"[", "JSON", "write one row a pose as CSV: time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz"),
 ];
@@ -94,7 +94,7 @@ fn expect_table(file: &Path, bytes: &[u8]) -> Result<(), Error> {
         return Err(Error::unreadable(
             file,
             what,
-            "of XML the log of KUKA's RSI is read; export others as CSV",
+            "the only supported XML is the log of KUKA's RSI; export others as CSV",
         ));
     }
     let looked_at = &bytes[..bytes.len().min(4096)];
@@ -110,7 +110,7 @@ fn expect_table(file: &Path, bytes: &[u8]) -> Result<(), Error> {
         && !bytes.starts_with(b"ply")
     {
         let hint = "export it as CSV from the program that wrote it";
-        return Err(Error::unreadable(file, "no text but binary data", hint));
+        return Err(Error::unreadable(file, "binary data instead of text", hint));
     }
     Ok(())
 }

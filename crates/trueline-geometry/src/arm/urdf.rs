@@ -168,7 +168,7 @@ impl Chain {
                     joints.push(joint.in_arm(before, axis).map_err(wrong)?);
                     before = Pose::identity();
                 }
-                _ => return Err(wrong(format!("joint `{}` is not one that turns by itself", joint.name))),
+                _ => return Err(wrong(format!("joint `{}` is not an independent rotary joint", joint.name))),
             }
         }
         let count = joints.len();
@@ -243,7 +243,7 @@ fn joint(node: &Node<'_, '_>) -> Result<Joint, String> {
             Some(text) => text
                 .trim()
                 .parse()
-                .map_err(|_| format!("joint `{name}`: mimic {key}=\"{text}\" is no number")),
+                .map_err(|_| format!("joint `{name}`: mimic {key}=\"{text}\" is not a number")),
             None => Ok(usual),
         };
         let other =
@@ -274,7 +274,7 @@ fn limits(name: &str, node: Option<Node<'_, '_>>, is_continuous: bool) -> Result
     let number = |key: &str| match node.and_then(|node| node.attribute(key)) {
         Some(text) => {
             let number = text.trim().parse().ok().filter(|number: &f64| number.is_finite());
-            number.map(Some).ok_or_else(|| format!("joint `{name}`: limit {key}=\"{text}\" is no number"))
+            number.map(Some).ok_or_else(|| format!("joint `{name}`: limit {key}=\"{text}\" is not a number"))
         }
         None => Ok(None),
     };

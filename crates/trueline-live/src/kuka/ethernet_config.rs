@@ -23,7 +23,7 @@ pub struct EthernetConfig {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ConfigError {
     /// Not XML, or longer than any configuration.
-    #[error("it is no Ethernet configuration of RSI (XML with ROOT, CONFIG, SEND and RECEIVE)")]
+    #[error("it is not an Ethernet configuration of RSI (XML with ROOT, CONFIG, SEND and RECEIVE)")]
     NoConfig,
     /// An element that is needed.
     #[error("it has no {0} under CONFIG")]

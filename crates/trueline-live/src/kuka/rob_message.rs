@@ -85,7 +85,7 @@ impl Parts {
             return Err(PacketError::Text("not well-formed XML"));
         }
         if open.get(1).is_some_and(|name| name == "IPOC") {
-            return Err(PacketError::Text("an IPOC that is no number"));
+            return Err(PacketError::Text("an IPOC that is not a number"));
         }
         let (depth, name) = (open.len(), tag.name());
         match (depth, name.as_ref()) {
@@ -113,7 +113,7 @@ impl Parts {
     ) -> Result<(), PacketError> {
         let [_, name] = open else { return Ok(()) };
         if name == "IPOC" {
-            let ipoc = Ipoc::read(text.trim()).ok_or(PacketError::Text("an IPOC that is no number"))?;
+            let ipoc = Ipoc::read(text.trim()).ok_or(PacketError::Text("an IPOC that is not a number"))?;
             if self.ipoc.replace(ipoc).is_some() {
                 return Err(PacketError::Text("IPOC twice"));
             }
@@ -160,7 +160,7 @@ fn pose_figures(tag: &BytesStart<'_>) -> Result<[f64; 6], PacketError> {
 }
 
 fn figure(tag: &BytesStart<'_>, name: &str) -> Result<Option<f64>, PacketError> {
-    const NO_NUMBER: PacketError = PacketError::Text("a figure that is no number (decimal comma?)");
+    const NO_NUMBER: PacketError = PacketError::Text("a figure that is not a number (decimal comma?)");
     let attribute = tag.try_get_attribute(name).map_err(|_| PacketError::Text("not well-formed XML"))?;
     let Some(attribute) = attribute else { return Ok(None) };
     attribute.value.trim().parse().map(Some).map_err(|_| NO_NUMBER)

@@ -73,7 +73,7 @@ impl Rsi {
                 notes.push(format!("the messages have no {}: inputs are not recorded", self.inputs));
             }
             (Some(Inputs::Odd), _) => {
-                notes.push(format!("{} is no whole number: inputs are not recorded", self.inputs));
+                notes.push(format!("{} is not a whole number: inputs are not recorded", self.inputs));
             }
             _ => {}
         }

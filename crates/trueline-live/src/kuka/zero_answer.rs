@@ -75,7 +75,7 @@ impl ZeroAnswer {
     pub(crate) fn left_out(&self) -> Option<String> {
         let names = self.left_out.join(", ");
         (!names.is_empty())
-            .then(|| format!("no value is sent for {names}: HOLDON says what the controller does then"))
+            .then(|| format!("no value is sent for {names}: HOLDON sets the reaction of the controller"))
     }
 }
 

@@ -156,7 +156,7 @@ pub fn format(limits: &MotionLimits) -> String {
     let deg = |angle: f64| format!("{:.2}", angle.to_degrees());
     let axis = limits.tool_axis;
     format!(
-        "# What the robot may be told by `trueline scan --enable-motion`. Read every line before you allow it.\n\
+        "# Limits of the commands that `trueline scan --enable-motion` may send. Read every line before you allow it.\n\
          # These limits are not safety-rated: fence, enabling device, emergency stop and the controller's own\n\
          # supervision protect people; these protect the seam and the sensor.\n\n\
          [box] # the tool's origin stays within, robot base\n\

@@ -36,10 +36,7 @@ impl fmt::Display for PathSummary<'_> {
         self.motion(f)?;
         let rest_s = self.path.longest_rest_s();
         if rest_s > DWELL_S {
-            writeln!(
-                f,
-                "  warning      it rests for {rest_s:.1} s on the way: EGMRunPose may take that for the end"
-            )?;
+            writeln!(f, "  warning      it rests for {rest_s:.1} s on the way: EGMRunPose may end there")?;
         }
         Ok(())
     }

@@ -38,7 +38,7 @@ pub enum SessionError {
     #[error("the controller speaks neither version 2 nor 1 of RTDE")]
     Version,
     /// A field that cannot be done without.
-    #[error("the controller does not know the field {name}")]
+    #[error("the controller does not support the field {name}")]
     NotFound {
         /// Its name.
         name: &'static str,
@@ -224,7 +224,7 @@ impl Session {
             let known = names.into_iter().zip(&types).filter(|(_, kind)| !unknown(kind));
             self.asked = known.map(|(name, _)| name).collect();
             self.ask_for_fields(send);
-            return Ok(Some(Told::Odd("a controller that does not know all fields: the others are used")));
+            return Ok(Some(Told::Odd("a controller that does not support all fields: the others are used")));
         }
         // A test server of the maker's answers with the names; the types of these fields are known anyway.
         let echoed = types == names;

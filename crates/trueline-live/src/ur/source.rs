@@ -102,7 +102,7 @@ impl RtdeSource {
                 *controller = Some(format!("URControl {major}.{minor}.{bugfix}.{build}"));
             }
             Told::Text(level, words) => {
-                note(notes, format!("the controller says ({}): {words}", gravity(level)));
+                note(notes, format!("message of the controller ({}): {words}", gravity(level)));
             }
             Told::ToolChanged => {
                 order.begin_anew();

@@ -49,7 +49,7 @@ impl RecordedPictures {
             Ok(Content::Picture(picture)) => Ok(picture.picture),
             other => {
                 let why =
-                    other.err().map_or_else(|| "it is no picture".to_owned(), |error| error.to_string());
+                    other.err().map_or_else(|| "it is not a picture".to_owned(), |error| error.to_string());
                 Err(Error::in_file(&self.file(number), Problem::Picture { why }).into())
             }
         }

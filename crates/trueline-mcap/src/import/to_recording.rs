@@ -218,7 +218,7 @@ fn composed(
     }
     let count = composed.poses.len();
     let told = [
-        (composed.left_out, "stamps were left out, because not every transform is known there"),
+        (composed.left_out, "stamps were left out, because a transform is missing there"),
         (composed.interpolated, "poses have a transform that was interpolated between its own stamps"),
         (composed.repeated, "transforms repeated a stamp; of those the last one counts"),
     ];

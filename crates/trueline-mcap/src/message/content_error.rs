@@ -72,7 +72,7 @@ pub enum ContentError {
     #[error("the picture is a JPEG")]
     Jpeg,
     /// A cloud of points that are not in the sheet of a profiler.
-    #[error("the points are no profile: expected y = 0 in the sensor's frame, found {y_m} m")]
+    #[error("the points are not a profile: expected y = 0 in the sensor's frame, found {y_m} m")]
     NoProfile {
         /// What is there, m.
         y_m: f64,
@@ -116,7 +116,7 @@ impl ContentError {
                 "was the sender not ready yet? cut the recording, or choose another topic"
             }
             Self::Missing { .. } | Self::Stamp => "the sender does not fill the message",
-            _ => "is the recording damaged, or the type of the topic another than it says?",
+            _ => "check whether the recording is damaged, or the topic has another type",
         };
         text.to_owned()
     }

@@ -49,7 +49,7 @@ pub(super) fn decode(schema: &str, bytes: &[u8]) -> Result<Content, ContentError
 }
 
 /// The stamp of any of these messages, in its first field. The type of the foxglove crate reads seconds that it cannot hold as
-/// zero, and says nothing.
+/// zero, and has no information.
 #[derive(Clone, PartialEq, Message)]
 struct Stamp {
     #[prost(message, optional, tag = "1")]

@@ -104,14 +104,14 @@ impl fmt::Display for Damage {
             }
             Self::Record { offset, why } => write!(f, "a record at byte {offset} is damaged ({why})"),
             Self::Skipped { from, to, why } => {
-                write!(f, "bytes {from} to {to} are no records ({why})")
+                write!(f, "bytes {from} to {to} are not records ({why})")
             }
             Self::Truncated { offset, lost } => {
                 write!(f, "the recording was not finished; it can be read up to byte {offset}")?;
                 if *lost > 0 { write!(f, ", the {lost} bytes after it are lost") } else { Ok(()) }
             }
             Self::DataChecksum => write!(f, "the checksum of the file does not fit"),
-            Self::AboutChecksum => write!(f, "what the recording says about itself was altered"),
+            Self::AboutChecksum => write!(f, "the summary of the recording was altered"),
             Self::UnknownChannel { id, messages } => {
                 write!(f, "{messages} messages of topic number {id}, which nothing describes")
             }

@@ -33,7 +33,7 @@ pub enum Entry {
 pub(crate) const POINT_BYTES: usize = 16;
 
 impl Entry {
-    /// Whether it says something of the cell, and not only of this PC.
+    /// Whether it contains data of the cell, not only of this PC.
     pub(crate) fn is_of_cell(&self) -> bool {
         !matches!(self, Self::Clock(_) | Self::Note(_))
     }

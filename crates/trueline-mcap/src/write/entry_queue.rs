@@ -22,7 +22,7 @@ pub struct RecorderState {
     pub bytes: u64,
     /// Entries that are accepted and not written yet.
     pub waiting: u64,
-    /// Entries that were accepted and say something of the cell: all but clocks and notes.
+    /// Accepted entries with data of the cell: all but clocks and notes.
     pub of_cell: u64,
     /// Entries that are not in the file and will not be, for want of room or because writing failed.
     pub refused: u64,

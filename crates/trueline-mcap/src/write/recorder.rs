@@ -41,7 +41,7 @@ pub struct Recorded {
     pub file: PathBuf,
     /// Entries in it.
     pub written: u64,
-    /// Of these, or of those that could not be written, how many say something of the cell: all but clocks and notes.
+    /// Of these, or of those that could not be written, the number with data of the cell: all but clocks and notes.
     pub of_cell: u64,
     /// Its bytes.
     pub bytes: u64,

@@ -21,7 +21,7 @@ use nalgebra::{DMatrix, DVector, Vector1, Vector2};
 
 /// Cuts of the rounds, standard deviations: beyond it a frame does not count.
 const CUTS: [f64; 5] = [4.0, 4.5, 5.5, 5.5, 5.5];
-/// From this round on amplitudes follow the scan: before, outliers and tacks would be taken for them.
+/// From this round on amplitudes follow the scan: earlier, outliers and tacks would inflate them.
 const FIRST_OF_AMPLITUDES: usize = 1;
 /// Rounds in which the noise is looked for.
 const ROUNDS_OF_NOISE: [usize; 2] = [1, 2];
@@ -44,7 +44,7 @@ pub(crate) struct Adjustment<'a> {
     pub scan: Scan<'a>,
     /// How the detector counts tilts.
     pub tilt: TiltBias,
-    /// What is known of the sensor's shape, where it is estimated.
+    /// Prior of the sensor's shape, if it is estimated.
     pub shape_prior: Option<ShapePrior>,
     /// Unknowns, blocks and what is considered.
     pub columns: Columns,
@@ -54,7 +54,7 @@ pub(crate) struct Adjustment<'a> {
     pub coefficients: DVector<f64>,
     /// Standard deviation of the white noise of both directions, in units of what was expected.
     pub sigmas: [f64; 2],
-    /// What of the noise lasts.
+    /// Correlated noise.
     pub noise: [Coloured; 2],
     /// How much each frame counts.
     pub weights: Vec<f64>,
@@ -245,7 +245,7 @@ impl Adjustment<'_> {
         coefficients
     }
 
-    /// The white noise by what is left, over the freedom that is left.
+    /// White noise: remaining residuals over the remaining degrees of freedom.
     fn follow_sigmas(&mut self, sums: &[Sums; 2], solved: &Solved) {
         let prior = self.prior();
         let count = solved.step.len();
@@ -369,7 +369,7 @@ impl Likelihood<'_, '_> {
 const NORMAL: f64 = 1.4826;
 /// The root of the largest of [`AMPLITUDES`].
 const MOST_LASTING: f64 = 10.0;
-/// White noise is never taken for less than this part of what was expected: data without noise.
+/// Least white noise as a share of the expected noise: for data without noise.
 const LEAST_SIGMA: f64 = 1e-6;
 
 fn nearest(amplitude: f64) -> f64 {
@@ -390,7 +390,7 @@ fn is_small(step: &DVector<f64>, solved: &Solved, free: &[usize]) -> bool {
     free.iter().zip(sigmas).all(|(index, sigma)| step[*index].abs() < SMALL * sigma)
 }
 
-/// What is known beforehand of the free unknowns at a state, and of the blocks.
+/// Prior of the free unknowns at a state, and of the blocks.
 fn prior(at: &Parameters, free: &[usize], blocks: &[Block], shape_prior: Option<&ShapePrior>) -> Prior {
     let known = at.known(shape_prior);
     let dimension = at.dimension();

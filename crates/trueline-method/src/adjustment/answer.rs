@@ -32,7 +32,7 @@ pub(crate) const LAG_SIGMA_S: f64 = 0.01;
 const LEFT_OUT: f64 = 5.5 * 5.5;
 /// The robot is at most this many times as far off as its class …
 const WORST_ROBOT: f64 = 3.0;
-/// … or so far as arms are that nobody has calibrated, where a data sheet says less, m.
+/// … or as that of uncalibrated arms, where a data sheet states less, m.
 const WORST_ACCURACY_M: f64 = 1.5e-3;
 /// Part of a seam's points that may lie beyond either end of it: outliers.
 const BEYOND: f64 = 0.002;
@@ -43,7 +43,7 @@ pub(crate) struct Settings<'a> {
     pub fixed: &'a [usize],
     /// Those of them that are not known exactly, with their standard deviations, SI.
     pub held_sigmas: &'a [(usize, f64)],
-    /// How large errors are taken to be.
+    /// Assumed size of the errors.
     pub levels: SystematicLevels,
     /// Root mean square of the seam's form beyond its bow, as a first guess, m; 0 is none.
     pub waviness_m: f64,
@@ -59,12 +59,12 @@ pub(crate) struct Settings<'a> {
     pub threads: usize,
 }
 
-/// What was found of the errors.
+/// Estimated errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Amplitudes {
     /// White noise of both directions, in units of what was expected.
     pub white: [f64; 2],
-    /// What of it lasts.
+    /// Its correlated part.
     pub lasting: [Coloured; 2],
     /// Root mean square of the seam's form over the frames, m.
     pub form_m: f64,
@@ -86,7 +86,7 @@ pub struct Amplitudes {
     pub out: Outliers,
 }
 
-/// A step is one if it is so many of its standard deviations.
+/// Least size of a step in standard deviations.
 const STEP_SIGMAS: f64 = 4.0;
 
 impl Amplitudes {
@@ -119,7 +119,7 @@ impl Amplitudes {
     }
 }
 
-/// What lasts is no noise where it is so many times what was expected of noise.
+/// Correlated residuals are not noise beyond this multiple of the expected noise.
 const LARGEST_NOISE: f64 = 20.0;
 /// An arm moves a point by less than this along a scan, beyond what the hand-eye takes, m.
 const WORST_SHIFT_M: f64 = 1e-3;
@@ -136,7 +136,7 @@ pub(crate) struct Answer {
     pub shares: Vec<Share>,
     /// How far single unknowns are off beyond that, a column of the tangent: no seam point feels it.
     pub bends: Option<DVector<f64>>,
-    /// What was found of the errors.
+    /// Estimated errors.
     pub amplitudes: Amplitudes,
     /// The numbers of the external axes beyond those that they were taken to have.
     pub axes: Option<AxisStep>,
@@ -259,7 +259,7 @@ fn add_blocks(
     }
 }
 
-/// A form is never taken for less than this part of what is expected: zero has no logarithm.
+/// Least form as a share of the expected form: zero has no logarithm.
 const LEAST_FORM: f64 = 1e-3;
 
 fn mean_view(frames: &[Option<Frame>], line: usize) -> Vector3<f64> {

@@ -1,11 +1,11 @@
-//! What an adjustment says of the external axes.
+//! External axes estimated in an adjustment.
 
 use crate::adjustment::adjust::{Adjusted, Adjustment};
 use crate::adjustment::blocks::{Block, Kind};
 use crate::adjustment::columns::Considered;
 use nalgebra::{DMatrix, DVector};
 
-/// What a scan says of its external axes, beside what they were taken to be; six numbers each, in the order of the chain.
+/// Corrections of the external axes from a scan; six numbers each, in the order of the chain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisStep {
     /// By how much each number is another, SI.

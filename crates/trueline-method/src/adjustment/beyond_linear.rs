@@ -39,7 +39,7 @@ struct Worst {
 struct Side {
     /// How much the cost grows.
     growth: f64,
-    /// How far the free columns moved beside the rotation, beyond what the covariance says.
+    /// Motion of the free columns with the rotation, beyond that from the covariance.
     beyond: DVector<f64>,
 }
 

@@ -4,7 +4,7 @@
 use crate::assess::row_products::RowProducts;
 use nalgebra::DMatrix;
 
-/// How much of the noise lasts.
+/// Amount of correlated noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coloured {
     /// Its variance, in units of that of the white noise.
@@ -98,7 +98,7 @@ pub(crate) struct Tick {
     pub weight: f64,
 }
 
-/// Whitens rows of so many numbers each, in order of time.
+/// Whitens rows of equal length, in order of time.
 #[must_use]
 pub(crate) fn whiten(rows: &[f64], width: usize, ticks: &[Tick], noise: Coloured) -> Whitened {
     let mut filter = Filter::new(noise);

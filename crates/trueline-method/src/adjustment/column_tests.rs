@@ -58,7 +58,7 @@ fn moved(block: &Block, frame: &Frame, coefficients: &[f64]) -> Vector2<f64> {
     })
 }
 
-/// The place along the seam moves with every unknown as differences say.
+/// Derivatives of the place along the seam, against differences.
 #[test]
 fn a_point_slides_along_the_seam_as_differences_say() {
     let (observed, at) = cell();

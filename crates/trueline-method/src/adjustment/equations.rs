@@ -58,7 +58,7 @@ impl Equations {
         }
     }
 
-    /// Their solution with what is known beforehand; `None` where something is not known at all.
+    /// Their solution with the prior; `None` where something is not known at all.
     #[must_use]
     pub(crate) fn solve(&self, prior: &Prior) -> Option<Solved> {
         Some(self.solve_by((&self.of_scan + &prior.information).cholesky()?, prior))

@@ -59,7 +59,7 @@ fn the_restricted_likelihood_is_that_of_the_whole_covariance() {
     assert!((solved.step.rows(0, UNKNOWNS) - step).norm() < 1e-11);
 }
 
-/// The noise and what is known beforehand share the covariance between them.
+/// The noise and the prior share the covariance between them.
 #[test]
 fn shares_of_noise_and_prior_add_up_to_the_covariance() {
     let ticks: Vec<Tick> = (0..ROWS).map(|_| Tick { since_s: 0.1, weight: 0.8 }).collect();

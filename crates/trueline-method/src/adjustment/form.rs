@@ -7,13 +7,13 @@ pub(crate) struct Hats {
     first_m: f64,
     /// From one to the next, m.
     apart_m: f64,
-    /// How many there are.
+    /// Their number.
     pub count: usize,
 }
 
-/// More hats than this along all seams tell no more of them than fewer that are farther apart …
+/// More hats than this along all seams add no information to fewer that are farther apart …
 const MOST: usize = 80;
-/// … and a seam has so many at least.
+/// … and the least number of a seam.
 const LEAST: usize = 12;
 
 impl Hats {

@@ -15,7 +15,7 @@ use nalgebra::{Matrix2x3, Matrix3xX, SMatrix, SVector, Vector2, Vector3};
 use trueline_geometry::{Line, Pose};
 use trueline_model::Placement;
 
-/// Frames of all lines that take part: what the blocks leave is no white noise, so that more of them say no more.
+/// Frames of all lines that take part: the rest beside the blocks is not white noise, so more of them add no information.
 const MOST_FRAMES: usize = 1_000;
 
 /// Fewer frames of a line than this are taken whole.
@@ -23,7 +23,7 @@ const LEAST_FRAMES: usize = 300;
 /// The golden section: its multiples fall evenly between whole numbers, and keep step with no weave.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
-/// So many of a line's frames, one in each of as many equal stretches at a place that changes from one to the next.
+/// A number of a line's frames, one in each of equal stretches, at a changing place in them.
 fn some_of(line: &[usize], most: usize) -> Vec<usize> {
     if line.len() <= most {
         return line.to_vec();

@@ -68,7 +68,7 @@ impl Table {
         whiten(&self.rows[direction], self.width, &ticks, noise)
     }
 
-    /// What is left of each residual once the unknowns moved and the blocks are taken out; `None` where it cannot be evaluated.
+    /// Each residual after the step of the unknowns, without the blocks; `None` where it cannot be evaluated.
     #[must_use]
     pub(crate) fn left(&self, step: &DVector<f64>) -> Vec<Option<Vector2<f64>>> {
         let one = |k: usize, direction: usize| {

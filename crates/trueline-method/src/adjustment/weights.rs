@@ -10,7 +10,7 @@ const MOST_OUT: f64 = 0.45;
 pub(crate) struct Off {
     /// Which line.
     pub line: usize,
-    /// By how much.
+    /// Its size.
     pub sigmas: Option<f64>,
 }
 
@@ -48,7 +48,7 @@ mod tests {
             .map(|sigmas| Off { line: 0, sigmas: Some(sigmas) })
             .into();
         assert_eq!(weights(&frames, 5.5), [1.0, 1.0, 0.0, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0]);
-        // Another line's neighbours say nothing.
+        // Another line's neighbours have no information.
         let mut apart = frames;
         apart[4].line = 1;
         assert_eq!(weights(&apart, 5.5)[3], 1.0);

@@ -1,4 +1,4 @@
-//! The usual causes of residuals that are no noise.
+//! The usual causes of residuals that are not noise.
 
 use crate::assess::tilt_bias::BIAS;
 use std::ops::Range;
@@ -6,7 +6,7 @@ use std::ops::Range;
 /// A usual cause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CauseKind {
-    /// The arm gives way: the tool lags behind by so many metres for each m/s² (s²).
+    /// The arm bends: the tool lags in proportion to the acceleration (m for each m/s² = s²).
     Flex,
     /// Play in the robot: the tool follows only after the motion has taken it up (m).
     Backlash,
@@ -20,8 +20,8 @@ pub enum CauseKind {
     CommandedPose,
     /// The camera's distortion is not what its file states: k1, and k2 where the scan shows it (true minus stated).
     Lens,
-    /// The detector's point moves with the tilt (px per 10°): what the robot's errors look like too, so that it is said only
-    /// where it was estimated beside them.
+    /// The detector's point moves with the tilt (px per 10°): the robot's errors look similar, so it is reported only if it was
+    /// estimated beside them.
     TiltBias,
 }
 

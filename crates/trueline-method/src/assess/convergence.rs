@@ -10,7 +10,7 @@ use trueline_lsq::Iteration;
 
 /// Of more observations than this …
 const MOST: usize = 12_000;
-/// … some frames are followed, so that about so many are left: their root mean square is that of all to 1 %.
+/// … a subset of about this number of frames is followed: its root mean square is that of all to 1 %.
 const FOLLOWED: usize = 6_000;
 
 /// The solver's steps with the distances of those observations only that turned out to be no outliers: what is wild would hide how

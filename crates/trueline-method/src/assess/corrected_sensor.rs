@@ -20,14 +20,14 @@ pub struct CorrectedSensor {
     pub sensor: Sensor,
     /// The correction of its sheet, where it takes one.
     pub shape: Option<SheetShape>,
-    /// How well that correction is known: what is known of the sensor before another scan. `None` of a camera, whose numbers
-    /// a scan tells apart only with what was known of them before.
+    /// Uncertainty of that correction: the prior of the sensor for another scan. `None` of a camera, whose numbers a scan separates
+    /// only with their prior.
     pub uncertainty: Option<SensorUncertainty>,
     /// The frame in which it places points.
     pub frame: FileFrame,
 }
 
-/// How well a camera's numbers are taken to be known where its file does not say: focal lengths (part), principal point
+/// Assumed uncertainty of a camera's numbers if its file does not state it: focal lengths (part), principal point
 /// (px), plane (rad, m).
 const ASSUMED: (f64, f64, f64, f64) = (3e-3, 10.0, 3.5e-3, 0.3e-3);
 /// A number that is stated to be exact may still take this part of what is assumed otherwise, where nothing else can.

@@ -1,7 +1,7 @@
 //! Residuals that are correlated: as noise in time, or as the form of the seam.
 //!
 //! A real weld's residuals are alike from frame to frame. Either the detector errs alike for some frames, or the seam is
-//! there where it is: then the same place errs alike in every pass, and tells nothing of time or attitude. Both are an
+//! there where it is: then the same place errs alike in every pass, and has no information on time or attitude. Both are an
 //! Ornstein–Uhlenbeck process with white noise on top, of time or of the place on the seam, in each of the two directions
 //! across it. The restricted likelihood \[Patterson1971\] chooses, and generalised least squares with what it chose moves the
 //! estimate and says what it is worth.
@@ -18,14 +18,14 @@ use nalgebra::{DMatrix, DVector};
 pub enum Over {
     /// All of it.
     Scan,
-    /// The stretches in which the correlation was looked for, as if all were like them: enough to say how much larger the covariance is.
+    /// The stretches in which the correlation was tested, as representative of all: sufficient for the factor of the covariance.
     Stretches,
 }
 
 /// What the residuals are.
 #[derive(Clone, Debug)]
 pub enum Structure {
-    /// Too few to tell, or residuals that are not taken apart: the paper's.
+    /// Too few for a test, or residuals that are not separated: the paper's.
     Unknown,
     /// Independent from one to the next.
     White,
@@ -138,7 +138,7 @@ impl CorrelatedNoise {
     }
 }
 
-/// What is known beforehand, in the root's coordinates.
+/// The prior, in the root's coordinates.
 struct Known {
     information: DMatrix<f64>,
     gradient: DVector<f64>,

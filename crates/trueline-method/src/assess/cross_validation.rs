@@ -11,7 +11,7 @@ use crate::solve::fit::Fit;
 use nalgebra::{DMatrix, SVector};
 use trueline_lsq::Information;
 
-/// What one part says when it is left out.
+/// Result of leaving out one part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
     /// First and last stamp, s.
@@ -35,7 +35,7 @@ pub struct HeldOut {
     pub rms_m: f64,
     /// The fitted one of the same points, m.
     pub fitted_rms_m: f64,
-    /// What the first should be if nothing but noise is at work: fitted, and how well the rest knows the unknowns, m.
+    /// Expected value of the first by noise alone: fitted residual and uncertainty of the unknowns from the rest, m.
     pub expected_rms_m: f64,
 }
 
@@ -45,10 +45,10 @@ const BLOCKS: usize = 5;
 const PASS_PART: f64 = 0.3;
 /// A variance that grows by more than this without a part was that part's.
 const FAR_WIDER: f64 = 24.0;
-/// Features of less weight have no say.
+/// Features of less weight are ignored.
 const LEAST_WEIGHT: f64 = 1e-2;
 
-/// What the check needs of a finished fit.
+/// Inputs of the check from a finished fit.
 pub struct Subject<'a> {
     /// Observations.
     pub observations: &'a Observations,
@@ -60,7 +60,7 @@ pub struct Subject<'a> {
     pub rank_threshold: f64,
     /// For each component, whether its value means anything.
     pub seen: &'a [bool],
-    /// How much larger variances are than H⁻¹ says, for each sensor unknown.
+    /// Factor of the variances over H⁻¹, for each sensor unknown.
     pub inflation: SVector<f64, LINES>,
 }
 
@@ -151,7 +151,7 @@ fn squared_distances(
     list.iter().zip(carried).filter(|(_, carried)| **carried).filter_map(squared).collect()
 }
 
-/// Sum of the squared distances that a part's points have from the line because the rest knows the unknowns no better.
+/// Sum of the squared distances of a part's points from the line caused by the uncertainty of the unknowns from the rest.
 fn lever(
     subject: &Subject<'_>,
     list: &[Observation],
@@ -234,7 +234,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
 
-    /// Observations of images, so many each.
+    /// Observations of images, a number of each.
     fn observations(of_images: &[usize]) -> Vec<Observation> {
         let frames = of_images.iter().enumerate().flat_map(|(frame, count)| vec![frame as u32; *count]);
         let one = |frame| Observation {

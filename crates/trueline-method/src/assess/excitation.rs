@@ -1,7 +1,7 @@
-//! How much of what the scan seems to say is motion, and how much is noise of the robot's poses.
+//! Shares of motion and of robot noise in the information of a scan.
 //!
-//! A robot that is not tilted reports an attitude with noise. That noise is in the residuals and in the Jacobian
-//! alike, and a fit takes it for tilt and knows everything. A robot that runs along the line moves nothing across it,
+//! A robot that is not tilted reports an attitude with noise. That noise is in the residuals and in the Jacobian alike, so a fit
+//! mistakes it for tilt and seems to determine everything. A robot that runs along the line moves nothing across it,
 //! but noise of its positions makes a velocity, and with it a time offset that seems to be seen. So the path is taken
 //! twice, by every other sample: the motion is the same in both, the noise is not, and what two Jacobians have in
 //! common is motion.
@@ -41,7 +41,7 @@ impl SplitSampleInformation {
         let zeros = || DMatrix::zeros(n, n);
         let mut signal = Self { own: zeros(), common_attitude: zeros(), common: zeros() };
         let every = every(problem.list);
-        // What is known beforehand is no noise; as much of it as there is of the scan.
+        // The prior is not noise; as much of it as there is of the scan.
         let known = at.known(problem.shape_prior.as_ref()).information(n) / every as f64;
         signal.own += &known;
         signal.common_attitude += &known;
@@ -71,7 +71,7 @@ impl SplitSampleInformation {
         signal
     }
 
-    /// Part of what the scan seems to know of the time offset, beside all other unknowns, that is motion.
+    /// Share of motion in the information on the time offset, beside all other unknowns.
     ///
     /// A weave of one frequency moves the seam over the sheet as a turn and a shape of the sheet do: what is left for the time
     /// offset is then noise, however fast the robot moves. So it is asked for the combination of unknowns that the time

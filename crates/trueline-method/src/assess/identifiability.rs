@@ -24,7 +24,7 @@ pub(crate) struct Identifiability {
     pub information: Information,
     /// Part of the time offset's information that is motion, where it is seen; else 1.
     pub time_offset_share: f64,
-    /// What can be seen.
+    /// Observability of the unknowns.
     pub observability: Observability,
 }
 

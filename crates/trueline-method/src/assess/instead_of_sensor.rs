@@ -1,4 +1,4 @@
-//! What explains a scan as well as a sensor that is off: causes that a scan does not tell from its shape.
+//! Alternative causes: errors that a scan cannot separate from a wrong shape of the sensor.
 //!
 //! A seam that swings with one frequency has an acceleration in proportion to its place: an arm that lags behind its commands then
 //! widens or narrows what is seen as a wrong scale of the sensor does. So each cause is allowed for, as large as such causes are,
@@ -10,7 +10,7 @@ use crate::assess::sensor_shape::{SensorShape, WALD_LIMIT};
 use crate::problem::parameters::Parameters;
 use nalgebra::{DMatrix, SVector};
 
-/// A cause that a scan does not tell from a sensor that is off.
+/// A cause that a scan cannot separate from a wrong sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InsteadOfSensor {
     /// Which.
@@ -19,7 +19,7 @@ pub struct InsteadOfSensor {
     pub size: f64,
 }
 
-/// What leaves so much more of hᵀ C⁻¹ h than another cause is told from it: three standard deviations.
+/// Difference of hᵀ C⁻¹ h that separates two causes: three standard deviations.
 const TOLD_APART: f64 = 9.0;
 
 /// Less than this part of its usual size is none.

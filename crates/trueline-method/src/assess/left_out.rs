@@ -1,4 +1,4 @@
-//! The optimum without a part of a scan, from where sums over its parts say that it is.
+//! Optimum without a part of a scan, starting from the sums over its parts.
 //!
 //! At the optimum of all observations the normal equations of each part are summed once. Those of the rest are the sum of the others,
 //! and one step of Newton leads to the rest's optimum: of Newton, for with a loss that redescends a step of Gauss and Newton, whose
@@ -22,11 +22,11 @@ pub(crate) struct PartSums<'a, 'b> {
     at: &'b Parameters,
     fixed: &'b [usize],
     parts: Vec<(Range<usize>, Sums)>,
-    /// Of all, with what is known beforehand.
+    /// Of all, with the prior.
     all: Sums,
 }
 
-/// What a part of a scan says of the unknowns; what is known beforehand is left out.
+/// Information of a part of a scan on the unknowns, without the prior.
 #[derive(Clone)]
 struct Sums {
     /// The normal equations.

@@ -1,4 +1,4 @@
-//! What residuals that are no noise are made of: each usual cause leaves a pattern over the motion, and the one that
+//! What residuals that are not noise are made of: each usual cause leaves a pattern over the motion, and the one that
 //! explains nearly all of what any of them explains is named, with its size.
 //!
 //! Residuals that are alike from one to the next make that look more than it is, by (1 + ρ)/(1 − ρ).
@@ -27,9 +27,9 @@ pub struct MisfitCause {
     pub added_covariance: DMatrix<f64>,
 }
 
-/// Half of what k2 of a camera is known to beforehand: a scan that shows it no better does not tell it from k1.
+/// Half of the prior uncertainty of a camera's k2: a scan with no less cannot separate it from k1.
 const SHOWS_K2: f64 = 0.025;
-/// Fewer tell nothing.
+/// Fewer have no information.
 const LEAST: usize = 100;
 /// A cause must explain so much of the squares: 30 of χ²₃ is one scan in a million.
 const LEAST_GAIN: f64 = 30.0;

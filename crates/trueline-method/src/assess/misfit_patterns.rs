@@ -18,7 +18,7 @@ use trueline_model::Placement;
 
 /// Observations that are looked at.
 const SAMPLE: usize = 3000;
-/// A pattern of which the other unknowns leave less than this part cannot be told from them.
+/// A pattern whose remainder beside the other unknowns is less than this part cannot be separated from them.
 const LEAST_OWN: f64 = 1e-3;
 /// Accelerations are taken from poses so long before and after, s: long against the robot's noise, short against a weave, and none
 /// near the exposure, for that one's noise is in the residual and would look like an acceleration.

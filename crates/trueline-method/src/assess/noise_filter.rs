@@ -35,7 +35,7 @@ pub struct Whitened {
 }
 
 impl Whitened {
-    /// The sums of a series so many times as long.
+    /// The sums of a series that is longer by a factor.
     #[must_use]
     pub(crate) fn times(self, factor: f64) -> Self {
         Self {
@@ -117,7 +117,7 @@ pub struct Whitening {
 }
 
 impl Whitening {
-    /// Of rows of so many unknowns.
+    /// For rows of a number of unknowns.
     #[must_use]
     pub fn new(correlation: Correlation, unknowns: usize) -> Self {
         Self {

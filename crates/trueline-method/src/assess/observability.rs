@@ -1,4 +1,4 @@
-//! What the scan can tell and what it cannot, in words a user can act on.
+//! Observability of the unknowns, with advice for the user.
 
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION, line_index};
 use nalgebra::{DMatrix, Vector3};
@@ -21,7 +21,7 @@ const WHOLE: f64 = 1.2;
 /// No clock, sensor or mounting is known worse than to this before any scan, s, rad and m.
 const MOST_SIGMA_SI: f64 = 1.0;
 
-/// Which unknown.
+/// A group of unknowns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
     /// The time offset.
@@ -47,10 +47,10 @@ impl Group {
     }
 }
 
-/// What a scan does not show.
+/// An undetermined unknown of a scan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unobservable {
-    /// Which unknown.
+    /// A group of unknowns.
     pub group: Group,
     /// Unit directions: tool axes for the hand-eye, base axes for a line; none for the time offset, and none for what
     /// is known only together with something else.
@@ -69,25 +69,27 @@ impl Unobservable {
     }
 }
 
-/// What is not shown and which motion would show it.
+/// The undetermined unknown and the motion that determines it.
 impl fmt::Display for Unobservable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let axes = axis_names(&self.directions);
         match self.group {
             Group::TimeOffset => f.write_str(
-                "the time offset cannot be determined from this scan: sweep the sensor across the line, for example along an S-path of \
-                 ±10 mm at 0.5 Hz, or faster, and let the stand-off swing at another frequency than the sweep or not at all",
+                "the time offset cannot be determined from this scan. Sweep the sensor across the line, for \
+                 example along an S-path of ±10 mm at 0.5 Hz or faster; the stand-off must be constant or \
+                 swing at another frequency",
             ),
             Group::Rotation if axes.is_empty() => together(f, "the hand-eye rotation"),
             Group::Rotation => write!(
                 f,
-                "rotation about the tool's {axes} cannot be determined from this scan: let the seam sweep the field of view, along the stripe \
-                 and in range, while it is scanned"
+                "rotation about the tool's {axes} cannot be determined from this scan. Sweep the seam \
+                 through the field of view, along the stripe and in range"
             ),
             Group::Translation if axes.is_empty() => together(f, "the hand-eye translation"),
             Group::Translation => write!(
                 f,
-                "translation along the tool's {axes} cannot be determined from this scan: tilt the torch by at least ±10° about {}",
+                "translation along the tool's {axes} cannot be determined from this scan. Tilt the torch by \
+                at least ±10° about {}",
                 match self.directions.len() {
                     1 => "an axis perpendicular to it",
                     2 => "the axis perpendicular to both",
@@ -102,7 +104,7 @@ impl fmt::Display for Unobservable {
 impl std::error::Error for Unobservable {}
 
 fn together(f: &mut fmt::Formatter<'_>, what: &str) -> fmt::Result {
-    write!(f, "{what} is not independently observable; the motion above fixes this too")
+    write!(f, "{what} cannot be determined independently; the motion above also fixes this")
 }
 
 /// Directions in words: "x axis", "x, y and z axes", "direction (0.71, 0.71, 0.00)".
@@ -123,7 +125,7 @@ fn axis_names(directions: &[[f64; 3]]) -> String {
     }
 }
 
-/// What can be seen.
+/// Observability of the unknowns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observability {
     /// Directions seen.
@@ -161,7 +163,7 @@ impl Observability {
         self.unobservable.iter().all(|unseen| unseen.group != group)
     }
 
-    /// The same without what has no bound: a ± of metres, radians or seconds says that a number is not shown.
+    /// The same without unbounded unknowns: a ± of metres, radians or seconds means an undetermined number.
     #[must_use]
     pub(crate) fn bounded(mut self, covariance: &DMatrix<f64>) -> Self {
         let has_none = |k: usize| covariance[(k, k)].is_nan() || covariance[(k, k)] > MOST_SIGMA_SI.powi(2);

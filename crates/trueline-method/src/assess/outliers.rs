@@ -1,14 +1,14 @@
 //! How many of some measurements are outliers, and whether the others are a majority.
 
-/// The others outnumber the outliers by so many standard deviations of a fair coin's toss, or it may be chance that they agree.
+/// The others outnumber the outliers by this number of standard deviations of a fair coin's toss, or it may be chance that they agree.
 const MAJORITY_SIGMAS: f64 = 2.5;
 
 /// Outliers among measurements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Outliers {
-    /// How many.
+    /// Number.
     pub count: usize,
-    /// Of how many.
+    /// Total number.
     pub of: usize,
 }
 

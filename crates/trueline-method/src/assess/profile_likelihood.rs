@@ -1,4 +1,4 @@
-//! Where the curvature at the optimum does not tell the ±: the profile of the likelihood.
+//! Profile likelihood, where the curvature at the optimum does not give the ±.
 //!
 //! A scan that shows a turn of the sensor by half a degree or less well bends within its own ±. So the turn that is known least is
 //! moved by two standard deviations to either side, everything else is fitted again, and what the cost has grown by is compared
@@ -14,14 +14,14 @@ use trueline_lsq::LeastSquares;
 
 /// Turns that are known better than this behave as a quadratic, rad: 0.5°.
 const CURVED_RAD: f64 = 0.5 * std::f64::consts::PI / 180.0;
-/// So many standard deviations are gone to either side.
+/// Range of the profile to either side, in standard deviations.
 const SIGMAS: f64 = 2.0;
 /// A smaller widening is that of the last digits of two fits.
 const LEAST: f64 = 1.1;
-/// A side that hardly grows at all is not known: more than this is said of no ±, and where it comes to this the scan is refused.
+/// Largest factor of a ±: where the cost hardly grows, the rotation is undetermined, and the scan is refused.
 pub(crate) const MOST: f64 = 20.0;
 
-/// A ± that is larger than the curvature says.
+/// A ± that is larger than that from the curvature.
 #[derive(Clone, Debug)]
 pub(crate) struct Widening {
     /// One standard deviation by the curvature, as a step of all unknowns.

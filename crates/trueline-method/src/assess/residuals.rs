@@ -1,4 +1,4 @@
-//! What is left over: every feature's residual, and the figures that sum them up.
+//! Residual of every feature, and their summary.
 
 use crate::config::ResidualKind;
 use crate::input::observations::Observations;
@@ -101,7 +101,7 @@ pub(crate) fn why_not_placed(observations: &Observations, exposure_s: f64) -> Sk
     if exposure_s < start || exposure_s > end { Skip::Outside } else { Skip::Gap }
 }
 
-/// Less weight than this is none: the feature has no say in the estimate.
+/// Weight below which a feature does not count in the estimate.
 const LEAST_WEIGHT: f64 = 1e-2;
 
 /// Figures over the features; the root mean squares over those that carry weight in the estimate.

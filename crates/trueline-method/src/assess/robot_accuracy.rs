@@ -1,8 +1,8 @@
-//! How far the robot is off within the scan, as the residuals show it.
+//! Robot errors within the scan, estimated from the residuals.
 //!
 //! Beside all other unknowns the score of the robot's modes is u = Zᵀ W r, and with S = Zᵀ W Z − Zᵀ W J C₀ Jᵀ W Z and errors that are α
 //! times those the modes were made for, u ~ N(0, S + α² S²): α is where that is most likely, on a grid. Errors of position and of
-//! attitude are tried, each for itself. They are said only where they explain most of the residuals: noise that lasts, or a seam that
+//! attitude are tried, each for itself. They are reported only if they explain most of the residuals: noise that lasts, or a seam that
 //! wanders, moves the modes as well.
 
 use crate::assess::robot_field::{RobotField, RobotSigmas};
@@ -29,7 +29,7 @@ const TRIED: [f64; 12] = [0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0, 3
 /// Directions of which the other unknowns leave less than this part of the strongest are theirs: the robot's constant part is the
 /// hand-eye transform's.
 const LEAST: f64 = 1e-6;
-/// Variance over that of the noise with which the assumed errors must show along a direction to say how large they are. Where they
+/// Least ratio of the assumed errors' variance to that of the noise, for a direction that estimates their size. Where they
 /// hardly show, whatever else is wrong would decide that.
 const VISIBLE: f64 = 0.1;
 
@@ -60,7 +60,7 @@ impl Beside {
         self.0.iter().map(|(value, score)| score * score / value).sum()
     }
 
-    /// Of errors that are so many times those that are assumed.
+    /// For errors that are a multiple of the assumed ones.
     fn log_likelihood(&self, times: f64) -> f64 {
         let of = |(value, score): &(f64, f64)| {
             let variance = value + times * times * value * value;
@@ -88,7 +88,7 @@ impl Beside {
     }
 }
 
-/// Observations that are looked at; of more, every so many stand for the rest, for a robot's errors change slowly along the path.
+/// Observations that are looked at; of more, one in several represents the rest, for a robot's errors change slowly along the path.
 pub(crate) const SAMPLE: usize = 3000;
 
 /// Sums over the observations that are looked at.
@@ -98,7 +98,7 @@ pub(crate) struct Scores {
     /// Zᵀ W Z.
     own: DMatrix<f64>,
     /// L⁻¹ C½ᵀ (Jᵀ W r + P x): zero at the optimum, which that of some of the observations is not. L Lᵀ is what these observations and
-    /// what is known beforehand, P, tell of the other unknowns in the coordinates of C½: one where all are looked at.
+    /// the prior, P, tell of the other unknowns in the coordinates of C½: one where all are looked at.
     others: DVector<f64>,
     /// L⁻¹ C½ᵀ Jᵀ W Z.
     cross: DMatrix<f64>,
@@ -165,7 +165,7 @@ impl Scores {
         })
     }
 
-    /// What is left of the pull on the other unknowns, σ.
+    /// Remaining pull on the other unknowns, σ.
     #[cfg(test)]
     pub(crate) fn others(&self) -> &DVector<f64> {
         &self.others

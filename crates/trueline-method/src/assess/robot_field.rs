@@ -1,4 +1,4 @@
-//! Where a robot is not where it says: an error that depends on the pose and changes slowly with it.
+//! Position and attitude errors of a robot that depend on the pose and change slowly with it.
 //!
 //! It cannot be estimated from a scan (its constant part is the hand-eye's), and it does not average out. So it is a
 //! Gaussian process over the poses, with the accuracy of the robot's data sheet as its size, and all that the estimate

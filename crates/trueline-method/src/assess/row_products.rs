@@ -21,7 +21,7 @@ pub struct RowProducts {
 }
 
 impl RowProducts {
-    /// Of rows of so many numbers.
+    /// For rows of a given length.
     #[must_use]
     pub fn new(width: usize) -> Self {
         let stride = width.next_multiple_of(WIDTH);

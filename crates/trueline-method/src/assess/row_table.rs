@@ -12,7 +12,7 @@ pub(crate) struct RowTable {
 }
 
 impl RowTable {
-    /// None yet, of so many numbers each.
+    /// An empty table of rows of a given length.
     #[must_use]
     pub(crate) fn new(width: usize) -> Self {
         Self { width, values: Vec::new() }
@@ -65,7 +65,7 @@ impl RowTable {
         DMatrixView::from_slice(&self.values, self.width, self.len())
     }
 
-    /// How many there are.
+    /// Their number.
     pub(crate) fn len(&self) -> usize {
         self.values.len() / self.width.max(1)
     }

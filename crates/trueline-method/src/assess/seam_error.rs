@@ -27,7 +27,7 @@ pub struct SeamError {
     pub field_m: [f64; 2],
     /// Where it comes from; the squares add up.
     pub budget_m: SeamErrorBudget,
-    /// How large the errors that are no noise were taken to be.
+    /// How large the errors that are not noise were taken to be.
     pub levels: SystematicLevels,
     /// The direction in the tool in which it is largest (of length 1), and how large it is there, m; `None` where only its size is predicted.
     pub weakest: Option<([f64; 3], f64)>,
@@ -45,7 +45,7 @@ impl SeamError {
             ("the robot's accuracy", budget.robot),
             ("the seam's form", budget.seam_form),
             ("the detector's bias with the tilt", budget.feature_bias.hypot(budget.detector)),
-            ("what is held", budget.held),
+            ("the quantities held fixed", budget.held),
             ("the radius of the edge", budget.edge_radius),
             ("the robot's lag behind its poses", budget.pose_lag),
         ];
@@ -66,7 +66,7 @@ impl SeamError {
 pub struct SeamErrorBudget {
     /// Noise of features, robot and stamps from sample to sample.
     pub noise: f64,
-    /// What the stamps as a whole do not say of the time offset.
+    /// Uncertainty of the time offset from the stamps as a whole.
     pub stamps: f64,
     /// The sensor's own calibration.
     pub sensor: f64,
@@ -74,7 +74,7 @@ pub struct SeamErrorBudget {
     pub robot: f64,
     /// The seam's bow, and its form beyond that.
     pub seam_form: f64,
-    /// What is left of the features' bias with the tilt, where it is not a block of an adjustment.
+    /// Remaining bias of the features with the tilt, if it is not a block of an adjustment.
     pub feature_bias: f64,
     /// What was held and is not known exactly.
     pub held: f64,
@@ -116,7 +116,7 @@ impl SeamErrorBudget {
 pub(crate) enum ShareOf {
     /// Noise from sample to sample.
     Noise,
-    /// What the stamps as a whole do not say.
+    /// Uncertainty from the stamps as a whole.
     Stamps,
     /// The sensor's own calibration.
     Sensor,
@@ -202,7 +202,7 @@ pub fn predict(
     Some(SeamError { rms_m, field_m: field.size_m, budget_m: parts, levels: sources.levels, weakest: None })
 }
 
-/// What an adjustment says of it.
+/// Its values from an adjustment.
 pub(crate) struct SharedError<'a> {
     /// Covariance from noise.
     pub noise: &'a DMatrix<f64>,

@@ -1,4 +1,4 @@
-//! What the calibration means where it is used: how far off a seam point is that was measured in passing.
+//! Seam error in use: the error of a point measured while moving.
 //!
 //! Position in base of a point seen at p_C while the tool moves at v: p_B = R (R_EC p_C + p_EC) + p, so
 //! δp_B = R (−\[R_EC p_C\]× δ + δt) − v δt_d with the covariance of (δt_d, δ, δt).

@@ -20,11 +20,11 @@ pub enum Along {
     Seam,
 }
 
-/// Fewer frames tell no correlation.
+/// Fewest frames for an estimate of the correlation.
 const LEAST_FRAMES: usize = 100;
 /// Frames that are looked at …
 const MOST_FRAMES: usize = 20_000;
-/// … in stretches of so many, evenly spread: long against any correlation that is tried.
+/// … in evenly spread stretches of this length: long against any correlation that is tried.
 const STRETCH: usize = 1_000;
 
 /// Where an observation is.

@@ -1,4 +1,4 @@
-//! What the scan says of the sensor's own calibration.
+//! What the scan determines of the sensor's own calibration.
 
 use crate::assess::corrected_sensor::total;
 use crate::assess::misfit_cause::MisfitCause;
@@ -77,7 +77,7 @@ impl SensorShape {
         Self { wald_beside_cause, ..self }
     }
 
-    /// Whether the scan has told more of the shape than was known before.
+    /// Whether the scan has improved the prior of the shape.
     #[must_use]
     pub fn improved(&self) -> bool {
         (0..5).any(|k| !self.is_from_prior(k))
@@ -125,21 +125,21 @@ impl SensorShape {
         let reach_mm = REACH_M * 1e3;
         match k {
             0 | 1 => format!(
-                "{} are {percent} too {longer}: at {reach_mm:.0} mm from the middle {off_mm:.2} mm",
+                "{} are {percent} too {longer}: {off_mm:.2} mm at {reach_mm:.0} mm from the middle",
                 ["widths", "depths"][k]
             ),
             2 => format!(
-                "width shifts with depth by {percent}: at {reach_mm:.0} mm from the middle {off_mm:.2} mm"
+                "width shifts with depth by {percent}: {off_mm:.2} mm at {reach_mm:.0} mm from the middle"
             ),
             _ => format!(
-                "the scale changes by {percent} over {reach_mm:.0} mm {}: there {off_mm:.2} mm",
+                "the scale changes by {percent} over {reach_mm:.0} mm {}: {off_mm:.2} mm there",
                 ["along the stripe", "of depth"][k - 3]
             ),
         }
     }
 }
 
-/// hᵀ C⁻¹ h; what no sensor's file can say counts as not known: exact scans show a shape of 1e-15, which is rounding.
+/// hᵀ C⁻¹ h; values below the resolution of a sensor's file count as unknown: exact scans show a shape of 1e-15, which is rounding.
 fn wald(h: &SVector<f64, 5>, covariance: &SMatrix<f64, 5, 5>) -> Option<f64> {
     Some(h.dot(&(covariance + least_covariance()).cholesky()?.solve(h)))
 }

@@ -1,9 +1,9 @@
-//! What the estimate owes to errors that are not noise: the robot's, the sensor's where it is held, the feature's.
+//! Systematic errors of the estimate: the robot's, the sensor's if it is held fixed, the feature's.
 //!
 //! With whitened residuals r = J x + Z ξ and ξ of unit variance, an estimate that does not know of ξ is off by
 //! −C₀ Jᵀ W Z ξ: the consider covariance \[Schmidt1966\]. Each kind of error is a set of such columns C₀ Jᵀ W Z. The bias of
-//! the feature can be held so, or be estimated beside x: then x owes to it what is left of it, and to the others what both
-//! together make of them.
+//! the feature can be held so, or be estimated beside x: then x has the remaining error of the bias, and the errors of the others in x
+//! and the bias together.
 
 use crate::assess::robot_field::{RobotField, RobotSigmas};
 use crate::assess::tilt_bias::{BIAS, TiltBias};
@@ -29,7 +29,7 @@ pub struct Systematic {
     pub sensor: DMatrix<f64>,
     /// The shapes that go with the columns of `sensor` (5 × columns).
     pub sensor_shape: DMatrix<f64>,
-    /// By the feature's bias with the tilt, or what is left of it.
+    /// By the feature's bias with the tilt, or its remaining part.
     pub feature_bias: DMatrix<f64>,
     /// By what was held and is not known exactly; each column has that itself in its own row.
     pub held: DMatrix<f64>,
@@ -56,7 +56,7 @@ pub struct SystematicLevels {
     pub held_shape: Option<ShapeCovariance>,
 }
 
-/// Observations on which the robot's errors are looked at; of more, every so many stand for the rest, for these errors change
+/// Observations on which the robot's errors are looked at; of more, one in several represents the rest, for these errors change
 /// slowly along the path.
 const SAMPLE: usize = 800;
 
@@ -289,7 +289,7 @@ impl SystematicSums {
         &self.root * (self.root.transpose() * columns)
     }
 
-    /// What each kind of error makes of an estimate, as the levels say whether the bias was estimated.
+    /// Effect of each kind of error on an estimate; the levels state whether the bias was estimated.
     #[must_use]
     pub(crate) fn systematic(&self, levels: &SystematicLevels, inflation: f64) -> Systematic {
         self.with(&self.bias_error(levels, inflation))
@@ -308,7 +308,7 @@ impl SystematicSums {
         Some(self.with(&self.estimated_bias(inflation)?))
     }
 
-    /// How far off the bias is, as the levels say whether it was estimated.
+    /// Error of the bias; the levels state whether it was estimated.
     #[must_use]
     pub(crate) fn bias_error(&self, levels: &SystematicLevels, inflation: f64) -> BiasError {
         let estimated = levels.bias_is_estimated.then(|| self.estimated_bias(inflation)).flatten();
@@ -326,7 +326,7 @@ impl SystematicSums {
         }
     }
 
-    /// A bias that is taken for zero is missed whole.
+    /// A bias that is assumed zero is an error in full.
     fn held_bias(&self) -> BiasError {
         BiasError {
             own: DMatrix::identity(BIAS, BIAS) * -self.bias_level_px,
@@ -335,7 +335,7 @@ impl SystematicSums {
         }
     }
 
-    /// What is left of an estimated one: G(S b + u) − b, with u what noise, robot and sensor put into its score.
+    /// Remaining error of an estimated one: G(S b + u) − b, with u what noise, robot and sensor put into its score.
     fn estimated_bias(&self, inflation: f64) -> Option<BiasError> {
         let own = self.own_score();
         let gain = self.bias_gain(&own, inflation)?;

@@ -21,13 +21,13 @@ use trueline_geometry::Pose;
 
 /// The curve may become this many times as long in the joint fit: it may not shrink, and before the fit it cuts corners.
 const LENGTH_WITHIN: [f64; 2] = [0.8, 1.5];
-/// A hand-eye transform that is known beforehand is known to this, rad and m.
+/// Standard deviation of a hand-eye transform with a prior, rad and m.
 const KNOWN_TO: (f64, f64) = (2.0 * std::f64::consts::PI / 180.0, 10e-3);
 /// Held, it is known to this part of it.
 const HELD: f64 = 1e-3;
 /// With knots that do not follow the weave the residuals may be larger by this, or the curve is no such curve.
 const WORSE: f64 = 1.5;
-/// Points of the curve are given this far apart at least, m, and so many at most.
+/// Least distance of the points of the curve, m, and their largest number.
 const POINTS: (f64, usize) = (2e-3, 200);
 
 /// A curve that a scan went over.
@@ -51,9 +51,9 @@ pub struct CurveEstimate {
     pub sigma_m: Vec<f64>,
     /// Whether no place of it was seen twice.
     pub is_one_pass: bool,
-    /// How far the sensor goes in one period of its weave, m; `None` where it does not weave.
+    /// Length of one weave period, m; `None` without a weave.
     pub weave_m: Option<f64>,
-    /// Whether the curve needs knots that follow the weave: then the weave is not told from the curve.
+    /// Whether the curve needs knots that follow the weave: then weave and curve cannot be separated.
     pub is_near_weave: bool,
     /// Its length before the joint fit, m, where it shrank or grew too much to be believed.
     pub collapsed_from_m: Option<f64>,
@@ -76,14 +76,14 @@ pub struct CadEstimate {
     pub symmetry: Option<Symmetry>,
 }
 
-/// What is asked.
+/// The request.
 #[derive(Clone, Copy)]
 pub(crate) struct Asked<'a> {
     /// The search.
     pub search: Search<'a>,
-    /// How far the robot is off.
+    /// Robot errors.
     pub robot: RobotSigmas,
-    /// What is known of the cell.
+    /// Prior knowledge of the cell.
     pub known: &'a KnownOfCell,
 }
 
@@ -110,7 +110,7 @@ pub(crate) struct Answered {
 }
 
 impl Answered {
-    /// Rivals that the scan does not tell from the answer. In a single pass the curve follows each of them, so that all that explain it are.
+    /// Rivals that the scan cannot separate from the answer. In a single pass the curve follows each of them, so that all that explain it are.
     pub(crate) fn open(&self) -> impl Iterator<Item = &Rival> {
         let is_loose = self.curve.is_one_pass && !self.is_held;
         self.rivals.iter().filter(move |rival| rival.is_named() && (is_loose || !rival.test.decided()))

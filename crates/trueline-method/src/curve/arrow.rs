@@ -39,7 +39,7 @@ pub(crate) struct ArrowRoot {
 }
 
 impl Arrow {
-    /// Zero equations of a spline with so many unknowns of its form and of its place.
+    /// Zero equations of a spline, by the numbers of unknowns of its form and of its place.
     #[must_use]
     pub(crate) fn new(of_curve: usize, closed: bool, of_place: usize) -> Self {
         let banded = if closed { of_curve - WRAPPED } else { of_curve };

@@ -20,7 +20,7 @@ use std::cmp::Ordering;
 const STRAIGHT: f64 = 1e-3;
 /// Ends of a drawing that are nearer than this are one, m: programs write few decimals.
 const CLOSED_M: f64 = 0.1e-3;
-/// The scan's curve may be so many times the tolerance, and its own ±, off the drawing: its errors are alike all along it.
+/// The scan's curve may be this multiple of the tolerance, and its own ±, off the drawing: its errors are alike all along it.
 const OFF_SIGMAS: (f64, f64) = (3.0, 6.0);
 /// However little the scan shows of its curve, beyond this a drawing is another curve, m.
 const MOST_OFF_M: f64 = 5e-3;
@@ -38,7 +38,7 @@ const HELD: f64 = 1.0;
 /// The scan's curve is looked at in steps of this, m.
 const SCAN_STEP_M: f64 = 1e-3;
 
-/// A drawing that says something of a seam.
+/// A drawing that is usable for a seam.
 ///
 /// # Errors
 /// A straight line.

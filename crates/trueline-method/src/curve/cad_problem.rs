@@ -1,6 +1,6 @@
 //! Why a drawing of a seam is of no use to a scan.
 
-/// Why.
+/// Reason.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CadProblem {
     /// A straight line.
@@ -11,7 +11,7 @@ pub enum CadProblem {
     },
     /// Coordinates in another unit.
     #[error(
-        "the CAD curve fits the scan to {:.2} mm if it is taken {factor} times as large: {}",
+        "the CAD curve fits the scan to {:.2} mm if it is scaled by {factor}: {}",
         rms_m * 1e3, unit.words()
     )]
     OtherUnit {
@@ -32,7 +32,8 @@ pub enum CadProblem {
     },
     /// Another curve than that of the scan.
     #[error(
-        "the CAD curve does not fit the scan: at its best place it is {:.2} mm off (root mean square; {:.2} mm at most, with a tolerance of {} mm)",
+        "the CAD curve does not fit the scan: at its best place it is {:.2} mm off (RMS; {:.2} mm at most; \
+        tolerance {} mm)",
         rms_m * 1e3, worst_m * 1e3, tolerance_m * 1e3
     )]
     Off {
@@ -45,7 +46,8 @@ pub enum CadProblem {
     },
     /// A curve that fits the scan's, and the readings do not.
     #[error(
-        "the CAD curve does not fit the seam points: they are {times:.1} times as far from it as from a curve of unknown form, which it misses by {:.2} mm (tolerance {} mm)",
+        "the CAD curve does not fit the seam points: their residuals are {times:.1} times those from a free \
+        curve, and it is {:.2} mm off that curve (tolerance {} mm)",
         rms_m * 1e3, tolerance_m * 1e3
     )]
     NotTheReadings {
@@ -61,17 +63,17 @@ pub enum CadProblem {
 /// The unit that a drawing seems to be in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CadUnit {
-    /// Metres, taken for millimetres.
+    /// Metres read as millimetres.
     Metres,
-    /// Inches, taken for millimetres.
+    /// Inches read as millimetres.
     Inches,
-    /// Centimetres, taken for millimetres.
+    /// Centimetres read as millimetres.
     Centimetres,
-    /// Millimetres, taken for metres.
+    /// Millimetres read as metres.
     NotMetres,
-    /// Millimetres, taken for inches.
+    /// Millimetres read as inches.
     NotInches,
-    /// Millimetres, taken for centimetres.
+    /// Millimetres read as centimetres.
     NotCentimetres,
 }
 
@@ -88,18 +90,18 @@ impl CadUnit {
 
     fn words(self) -> &'static str {
         match self {
-            Self::Metres => "its numbers are metres, taken for millimetres",
-            Self::Inches => "its numbers are inches, taken for millimetres",
-            Self::Centimetres => "its numbers are centimetres, taken for millimetres",
-            Self::NotMetres => "its numbers are millimetres, and the file says metres",
-            Self::NotInches => "its numbers are millimetres, and the file says inches",
-            Self::NotCentimetres => "its numbers are millimetres, and the file says centimetres",
+            Self::Metres => "its numbers are metres, read as millimetres",
+            Self::Inches => "its numbers are inches, read as millimetres",
+            Self::Centimetres => "its numbers are centimetres, read as millimetres",
+            Self::NotMetres => "its numbers are millimetres, but the file states metres",
+            Self::NotInches => "its numbers are millimetres, but the file states inches",
+            Self::NotCentimetres => "its numbers are millimetres, but the file states centimetres",
         }
     }
 }
 
 impl CadProblem {
-    /// What can be done about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {
@@ -111,7 +113,8 @@ impl CadProblem {
             }
             Self::TooShort { .. } => "export the whole seam; is its unit right?",
             Self::Off { .. } | Self::NotTheReadings { .. } => {
-                "is it the drawing of this seam? If the part differs from it by that much, state it: --cad-tolerance-mm; or leave --seam-cad out"
+                "is this the drawing of this seam? If the part differs from it by that much, state \
+                --cad-tolerance-mm; otherwise leave --seam-cad out"
             }
         }
     }

@@ -208,7 +208,7 @@ pub(crate) fn add_prior(equations: &mut Arrow, state: &State) {
     }
 }
 
-/// Adds what is known beforehand.
+/// Adds the prior.
 pub(crate) fn add_known(equations: &mut Arrow, at: &Guess, known: &Known) {
     let (shared, step) = (equations.shared(), crate::curve::sight::step_between(at, &known.centre));
     let pull = known.information * step;

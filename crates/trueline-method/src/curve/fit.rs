@@ -19,12 +19,12 @@ pub(crate) enum Weighing {
     },
     /// By noise times a factor; beyond [`TUKEY_SIGMAS`] nothing counts.
     Noise {
-        /// How much larger the noise is than expected.
+        /// Noise factor: noise divided by the expected noise.
         factor: f64,
     },
     /// By noise times a factor and weights that stay as they are.
     Fixed {
-        /// How much larger the noise is than expected.
+        /// Noise factor: noise divided by the expected noise.
         factor: f64,
         /// Weight of each reading.
         weights: Vec<f64>,
@@ -44,7 +44,7 @@ const MOST_STEP: [f64; 3] = [0.05, 0.2, 0.05];
 /// The fit has converged where a step gains less than this part of the cost.
 pub(crate) const CONVERGED: f64 = 1e-7;
 
-/// What is minimised.
+/// Cost to minimise.
 pub(crate) struct Terms<'a> {
     /// The readings.
     pub readings: &'a Readings,
@@ -52,7 +52,7 @@ pub(crate) struct Terms<'a> {
     pub weighing: Weighing,
     /// Standard deviation of the curve's third differences, m.
     pub s3_m: f64,
-    /// What is known of the shared unknowns.
+    /// Prior of the shared unknowns.
     pub known: &'a Known,
     /// Steps at most.
     pub steps: usize,

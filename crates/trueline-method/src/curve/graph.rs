@@ -8,7 +8,7 @@ const RADIUS: (f64, usize) = (3.0, 6);
 /// … and at least this, m.
 const LEAST_RADIUS_M: f64 = 3e-3;
 /// A point with fewer neighbours than this part of the median is an outlier: the farthest point of a graph would be one, and be
-/// taken for the end of the curve.
+/// mistaken for the end of the curve.
 const LEAST_DEGREE: f64 = 0.35;
 
 /// The neighbour graph of some points.

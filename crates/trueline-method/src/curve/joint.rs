@@ -13,7 +13,7 @@ use trueline_dataset::Guess;
 
 /// Control points at most: a bad candidate asks for ninety thousand.
 pub(crate) const MOST_CONTROL: usize = 120;
-/// The curve is at most so many times as long as the robot's path.
+/// The curve is at most this multiple of the robot's path.
 const MOST_LENGTH: f64 = 3.0;
 /// Knots of the search, m. Coarser ones, or a growth from few knots, shrink the curve and take the lever with it.
 const SEARCH_KNOTS_M: f64 = 10e-3;
@@ -29,7 +29,7 @@ pub(crate) const GOOD: (f64, f64) = (0.62, 0.5e-3);
 const MOST_READINGS: usize = 700;
 /// An open curve goes on beyond its readings by this part of a knot.
 pub(crate) const BEYOND: f64 = 0.25;
-/// Directions of which the first curve says less than this part of what counts as seen are held meanwhile.
+/// Directions with less than this share of the required information from the first curve are held meanwhile.
 const HELD_MEANWHILE: f64 = 0.6;
 
 /// A curve that fits a scan roughly.
@@ -52,7 +52,7 @@ impl Rough {
 }
 
 impl Readings {
-    /// Every so many of them, that they are at most this many.
+    /// One in several of them, so that they are at most this number.
     #[must_use]
     pub(crate) fn thinned(&self, most: usize) -> Self {
         let every = self.list.len().div_ceil(most).max(1);
@@ -96,7 +96,7 @@ pub(crate) fn first_curve(readings: &Readings, at: &Guess) -> Option<State> {
     Some(State { at: *at, spline, u_m, placed: None })
 }
 
-/// The joint fit from an answer of the windows, with the hand-eye transform as it is known, if somebody says so; `None` where there is no curve, or it is hopeless.
+/// The joint fit from an answer of the windows, with the hand-eye transform as it is known, if stated; `None` where there is no curve, or it is hopeless.
 #[must_use]
 pub(crate) fn rough(readings: &Readings, at: &Guess, stated: Option<&Known>) -> Option<Rough> {
     let first = first_curve(readings, at)?;
@@ -156,7 +156,7 @@ pub(crate) fn spacing_for(spline: &Spline, wanted_m: f64) -> f64 {
     wanted_m.max(spline.length_m() / (MOST_CONTROL - 4) as f64)
 }
 
-/// The same state with other knots; an open curve is cut where its readings end, those that count if that is said.
+/// The same state with other knots; an open curve is cut where its readings end, those that count if requested.
 #[must_use]
 pub(crate) fn reknotted(state: &State, spacing_m: f64, counts: Option<&[f64]>) -> Option<State> {
     const PER_KNOT: usize = 16;

@@ -5,7 +5,7 @@ use crate::curve::spline::Spline;
 use nalgebra::Vector3;
 use trueline_lsq::Loss;
 
-/// Points that are ordered at most; of more, every so many.
+/// Points that are ordered at most; of more, one in several.
 const MOST_POINTS: usize = 500;
 /// The curve must connect this part of the points.
 const LEAST_CONNECTED: f64 = 0.6;
@@ -86,7 +86,7 @@ fn closed_at(
 ) -> Option<Ordered> {
     /// A cut that leaves this part of the points in one piece does not part the curve.
     const IN_ONE_PIECE: f64 = 0.95;
-    /// The beginning is looked for within so many radii of the cut.
+    /// Range of the search for the beginning around the cut, in radii.
     const BESIDE: f64 = 2.5;
     let off = |k: usize| points[k] - points[at];
     let ahead =

@@ -1,7 +1,7 @@
-//! How often the sensor went over the curve, and how it wove meanwhile.
+//! Passes of the sensor over the curve, and the weave.
 //!
-//! Where no place is seen twice, only the weave tells the curve from the hand-eye transform: then the hand-eye transform is not to be
-//! had, and the time offset only with knots that cannot follow the weave.
+//! If no place is seen twice, only the weave separates the curve from the hand-eye transform: then the hand-eye transform cannot be
+//! determined, and the time offset only with knots that cannot follow the weave.
 
 use crate::curve::equations::State;
 use crate::curve::readings::Readings;

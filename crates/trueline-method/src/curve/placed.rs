@@ -3,7 +3,7 @@
 //! P is the pose of the part in base, with six unknowns; a is the seam's distance from the drawing in the two normals of each control
 //! point, which turn with the part. How large a may be is the tolerance. A part that is larger all over by the tolerance is as likely as one
 //! that is off by it at one place: S is its size, of which the tolerance over the curve's radius is known. Without it the mean of many
-//! control points would say the size many times better than the tolerance does.
+//! control points would determine the size far beyond the tolerance.
 
 use crate::curve::arrow::Arrow;
 use crate::curve::spline::Spline;
@@ -103,7 +103,7 @@ fn middle_of(drawn: &Spline) -> Vector3<f64> {
     drawn.control.iter().sum::<Vector3<f64>>() / drawn.control.len() as f64
 }
 
-/// Adds what is known of the place of any part behind the unknowns of so many control points.
+/// Adds the prior of the place of any part behind the unknowns of the control points.
 pub(crate) fn add_loose_place(equations: &mut Arrow, control: usize) {
     add_place(equations, control, LOOSE);
 }

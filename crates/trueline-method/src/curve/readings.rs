@@ -1,4 +1,4 @@
-//! What the estimate of a curve is made of: seam points in the sheet, and the robot's motion.
+//! Inputs of a curve's estimate: seam points in the laser plane, and the robot's motion.
 
 use crate::curve::motion::Motion;
 use crate::input::noise_levels::NoiseLevels;

@@ -9,7 +9,7 @@ use trueline_geometry::{Polyline, Pose, se3, so3};
 
 /// Starts along the drawing are this far apart, m …
 const START_M: f64 = 2e-3;
-/// … and at most so many.
+/// … and at most this number.
 const MOST_STARTS: usize = 20_000;
 /// Points of the scan's curve that are paired at each start.
 const PAIRED: usize = 48;

@@ -21,7 +21,7 @@ pub(crate) struct Rival {
     pub rough: Rough,
     /// How it compares with the best.
     pub test: PairedTest,
-    /// How much larger its residuals are than expected.
+    /// Its noise factor: residuals divided by the expected noise.
     pub factor: f64,
 }
 
@@ -54,7 +54,7 @@ pub(crate) fn find(readings: &Readings, best: &Rough, within_s: f64, threads: us
     compared(readings, best, &candidates, None, threads)
 }
 
-/// The candidates that are another answer, compared with the best; the hand-eye transform as it is known, if somebody says so.
+/// The candidates that are another answer, compared with the best; the hand-eye transform as it is known, if stated.
 #[must_use]
 pub(crate) fn compared(
     readings: &Readings,

@@ -1,4 +1,4 @@
-//! What the answer owes to the robot: errors that follow its pose, as columns beside the unknowns \[Schmidt1966\].
+//! Effect of the robot on the answer: errors that follow its pose, as columns beside the unknowns \[Schmidt1966\].
 //!
 //! With r = J x + Z ξ the answer is off by M⁻¹ Jᵀ W Z ξ, with the prior of the curve in M. What all passes share goes into the
 //! curve and does no harm; what differs between them goes into clock and hand-eye transform.
@@ -12,7 +12,7 @@ use crate::curve::sight::moving;
 use nalgebra::{DMatrix, DVector, Vector2};
 use trueline_geometry::{Pose, se3, so3};
 
-/// Readings on which the robot's errors are looked at; of more, every so many stand for the rest, for these errors change slowly.
+/// Readings on which the robot's errors are looked at; of more, one in several represents the rest, for these errors change slowly.
 const SAMPLE: usize = 800;
 
 /// How far each mode of the robot's errors moves all unknowns: one column each, of unit variance.
@@ -62,7 +62,7 @@ pub(crate) fn columns(
     sums
 }
 
-/// Every so many readings that carry weight, with the robot's pose at each.
+/// One in several readings that carry weight, with the robot's pose at each.
 fn poses(readings: &Readings, fitted: &Fitted, every: usize) -> Vec<(usize, Pose)> {
     let carries = |k: &usize| fitted.weights[*k] > 0.0;
     let pose = |k: usize| {

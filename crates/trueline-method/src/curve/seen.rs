@@ -1,4 +1,4 @@
-//! What a scan over an unknown curve shows of clock and hand-eye transform: never more than its data say.
+//! Observability of clock and hand-eye transform from a scan over an unknown curve: only by its data, not by the prior.
 //!
 //! The prior of a curve is information about clock and hand-eye that is not there: a smaller curve is smoother, and the lever
 //! follows. So rank and ± are those of F, direction by direction the weaker of F₀, with the prior a million times weaker, and of F₁,
@@ -27,7 +27,7 @@ fn of_group<const N: usize>(sizes: [f64; 3]) -> SVector<f64, N> {
     SVector::from_fn(|k, _| sizes[usize::from(k > 0) + usize::from(k > 3)])
 }
 
-/// What a scan shows.
+/// Observability of a scan.
 #[derive(Clone, Debug)]
 pub(crate) struct Seen {
     /// Number of directions that are seen.
@@ -78,7 +78,7 @@ impl Seen {
         })
     }
 
-    /// Information that holds directions of which the scan says less than a part of what counts as seen.
+    /// Information that holds directions with less than a share of the required information.
     #[must_use]
     pub(crate) fn holding(&self, least: f64) -> Shared {
         /// Held directions are known to this part of what counts as seen.
@@ -144,7 +144,7 @@ const LEAST_PLACE: f64 = 1e-9;
 
 /// Direction by direction the weaker of two.
 fn weaker(first: &Shared, second: &Shared) -> Option<Shared> {
-    /// What the first must say at least, in units of what counts as seen: that it has a root.
+    /// Least information of the first, in units of the required information, for a root.
     const LEAST: f64 = 1e-9;
     let units = of_group::<SHARED>(SEEN);
     let scaled = |m: &Shared| Shared::from_fn(|i, j| m[(i, j)] * units[i] * units[j]);

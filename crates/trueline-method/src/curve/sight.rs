@@ -20,11 +20,11 @@ use trueline_dataset::Guess;
 use trueline_geometry::{se3, so3};
 use trueline_model::LaserSheet;
 
-/// A curve that runs along the sheet more than this (cosine to the sheet's normal) says nothing of where it crosses it.
+/// A curve that runs along the sheet more than this (cosine to the sheet's normal) has no information on where it crosses it.
 const LEAST_CROSSING: f64 = 0.2;
 /// Newton's steps, at most …
 const STEPS: usize = 8;
-/// … each at most so many knots …
+/// … each at most this number of knots …
 const MOST_KNOTS: f64 = 2.0;
 /// … until u moves by less, m.
 const CONVERGED_M: f64 = 1e-9;

@@ -1,4 +1,4 @@
-//! How much the curve bends: restricted maximum likelihood of the size of its third differences.
+//! Smoothness of the curve: restricted maximum likelihood of the size of its third differences.
 //!
 //! The curve is fitted loosely, its weights are kept, and then it is stiffened: with weights that follow, bends are thrown out
 //! as outliers. At a loose optimum all is quadratic in the curve, so every size is evaluated from one set of equations:
@@ -17,7 +17,7 @@ const STIFFEST_M: f64 = 0.3e-6;
 const BY_SPACING: (f64, f64) = (2.5, 10e-3);
 /// One size after the other, by this factor.
 const GRID: f64 = 3.0;
-/// So many worse in a row end the search.
+/// Number of failures in a row that ends the search.
 const WORSE: usize = 2;
 
 /// The loosest size for a spacing of the knots, m.
@@ -67,7 +67,7 @@ impl Parts {
         self.data.plus(&self.prior, s3_m.powi(-2)).plus(&self.known, 1.0)
     }
 
-    /// Without anything that is known beforehand but a prior of a size, m, that the equations have a solution.
+    /// Without any prior but that of a size, m, that the equations have a solution.
     #[must_use]
     pub(crate) fn of_data(&self, s3_m: f64) -> Arrow {
         self.data.plus(&self.prior, s3_m.powi(-2))
@@ -85,7 +85,7 @@ impl Parts {
         (left > 0.0 && freedom > 0.0).then(|| -0.5 * (freedom * (left / freedom).ln() + logs))
     }
 
-    /// ν: readings that are left to tell the noise.
+    /// ν: degrees of freedom of the noise.
     #[must_use]
     pub(crate) fn freedom(&self) -> f64 {
         self.readings - (SHARED + self.curve - self.penalties) as f64

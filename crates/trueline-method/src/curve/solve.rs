@@ -15,9 +15,9 @@ use trueline_dataset::Guess;
 
 /// Knots of the answer, m …
 const KNOTS_M: f64 = 5e-3;
-/// … with at least so many readings each.
+/// … with at least this number of readings each.
 pub(crate) const READINGS_PER_KNOT: usize = 5;
-/// A reading that is further off than this in the search does not say where the curve ends, m.
+/// A reading farther off than this in the search does not count for the end of the curve, m.
 const ENDS_WITHIN_M: f64 = 2e-3;
 /// Rounds of noise level and weights, and steps of each.
 const ROUNDS: usize = 4;
@@ -37,7 +37,7 @@ pub(crate) struct Search<'a> {
     pub readings: &'a Readings,
     /// Time offsets are looked for within plus and minus this, s.
     pub within_s: f64,
-    /// Where to begin, if somebody says so.
+    /// Where to begin, if stated.
     pub guess: Option<&'a Guess>,
     /// Threads.
     pub threads: usize,
@@ -110,9 +110,9 @@ pub(crate) struct Finished {
     pub effective: f64,
     /// Variance of the noise over that of the whiteners.
     pub variance: f64,
-    /// How much larger the noise is than expected.
+    /// Noise factor: noise divided by the expected noise.
     pub factor: f64,
-    /// What the scan shows.
+    /// Observability of the scan.
     pub seen: Seen,
     /// Length of the curve before the joint fit, m.
     pub first_length_m: f64,
@@ -132,7 +132,7 @@ pub(crate) fn knots_m(readings: &Readings, length_m: f64, least_m: f64) -> f64 {
     KNOTS_M.max(least_m).max(length_m / most as f64)
 }
 
-/// The answer from a rough one, with knots of at least `least_m` and more known of the shared unknowns, if somebody says so.
+/// The answer from a rough one, with knots of at least `least_m` and more known of the shared unknowns, if stated.
 #[must_use]
 pub(crate) fn finish(
     readings: &Readings,

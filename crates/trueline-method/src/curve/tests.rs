@@ -185,7 +185,7 @@ fn a_constant_attitude_does_not_show_the_lever() {
     assert!(!seen.components[4..].iter().all(|seen| *seen));
 }
 
-/// An outlier beyond a ring is its farthest point: with it the ring is cut elsewhere, or taken for open.
+/// An outlier beyond a ring is its farthest point: with it the ring is cut elsewhere, or mistaken for open.
 #[test]
 fn an_outlier_is_no_end_of_a_ring() {
     let mut points: Vec<Vector3<f64>> = (0..300)

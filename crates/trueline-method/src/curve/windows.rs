@@ -14,7 +14,7 @@ use trueline_lsq::Loss;
 
 type Shared = SMatrix<f64, SHARED, SHARED>;
 
-/// A window with fewer readings says nothing.
+/// A window with fewer readings has no information.
 const LEAST_READINGS: usize = 8;
 /// The principal direction of the points is the seam's if it is within 53° of the sheet's normal.
 const NEAR_COSINE: f64 = 0.6;
@@ -206,7 +206,7 @@ struct Frame {
 impl Frame {
     /// `None` where there is no direction, or no extent.
     fn of(placed: &[Placed], by_points: bool) -> Option<Self> {
-        /// A window that is shorter says nothing of its parabola, m.
+        /// A window that is shorter has no information on its parabola, m.
         const LEAST_HALF_M: f64 = 1e-6;
         let count = placed.len() as f64;
         let normal = placed.iter().map(|p| p.normal).sum::<Vector3<f64>>().try_normalize(1e-9)?;

@@ -29,22 +29,21 @@ pub struct ClockAlignment {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum AlignmentError {
     /// A stream is too short, or never overlaps for long enough.
-    #[error("the streams are too short to be aligned: {seconds:.1} s of overlap are needed")]
+    #[error("the streams are too short to align: {seconds:.1} s of overlap are needed")]
     TooShort {
         /// Least overlap, s.
         seconds: f64,
     },
     /// No shift makes the scan fit.
-    #[error(
-        "no shift of the clocks makes the scan fit; the best one explains {percent:.0} % of the seam's motion"
-    )]
+    #[error("no clock shift fits the scan; the best one explains {percent:.0} % of the seam's motion")]
     NoneFits {
         /// What the best explains, %.
         percent: f64,
     },
     /// Two shifts do.
     #[error(
-        "two shifts of the clocks fit alike: image stamps are {first_s:.3} s or {second_s:.3} s ahead of the robot's"
+        "two clock shifts fit equally well: image stamps are {first_s:.3} s or {second_s:.3} s ahead of the \
+        robot's"
     )]
     Ambiguous {
         /// One shift, s.
@@ -86,14 +85,14 @@ const CALIBRATED: usize = 400;
 const FITS: f64 = 5.0;
 /// Two candidates whose residuals are within this factor fit alike.
 const ALIKE: f64 = 1.3;
-/// A candidate whose quick fit leaves so many times the residuals of the best one is not calibrated.
+/// A candidate whose quick fit has this multiple of the best one's residuals is not calibrated.
 const HOPELESS: f64 = 4.0;
-/// A calibration takes as long as so many quick fits.
+/// Cost of a calibration in quick fits.
 const CALIBRATION_COSTS: usize = 4;
 /// Offsets within this are one answer, s.
 const SAME_S: f64 = 0.005;
 
-/// Searches the shift of the image stamps over every overlap of the two streams; `watch` is told of each candidate before it is tried.
+/// Searches the shift of the image stamps over every overlap of the two streams; `watch` is called before each candidate is tried.
 ///
 /// # Errors
 /// Streams that are too short, and scans that no shift or more than one makes fit.

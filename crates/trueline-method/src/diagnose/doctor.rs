@@ -1,5 +1,5 @@
-//! What is wrong with a recording that does not calibrate: what a calibration says of the data, what no robot does, and then the
-//! usual mistakes, each undone in turn: the one without which the scan fits is named.
+//! Diagnosis of a recording that does not calibrate: messages of a calibration, implausible motions, and then the usual mistakes, each
+//! undone in turn: the one without which the scan fits is named.
 
 use crate::calibrate::estimate;
 use crate::config::{Config, Target};
@@ -44,7 +44,7 @@ impl Diagnosis {
 /// Features that are looked at.
 const FEATURES: usize = 1500;
 
-/// Examines a recording; `watch` is told of each trial before it begins. After `longest` no further mistake is tried.
+/// Examines a recording; `watch` is called before each trial begins. After `longest` no further mistake is tried.
 pub fn diagnose(
     recording: &Recording,
     config: &Config,
@@ -107,7 +107,8 @@ pub fn diagnose(
     Diagnosis { as_recorded, calibration: result.ok(), trials: done, not_tried, explained_by, findings }
 }
 
-/// How mistakes are looked for. A shape of the sensor would take up part of what a mistake makes, and so would a curve; robot and bias only widen what is said.
+/// How mistakes are looked for. A shape of the sensor would take up part of what a mistake makes, and so would a curve; robot and bias
+/// only widen the ±.
 fn by_noise(config: &Config) -> Config {
     let noise_only = Config::noise_only();
     Config {
@@ -124,7 +125,7 @@ fn is_curve(calibration: &Calibration) -> bool {
     calibration.findings.curve.is_some() && calibration.status() == Status::Accepted
 }
 
-/// What calibrations say of the data and of the guess. Of a recording with a mistake in it that is known, what follows from it is not.
+/// Messages of calibrations about the data and the guess. Of a recording with a mistake in it that is known, what follows from it is not.
 fn told(
     recording: &Recording,
     by_noise: &Result<Calibration, Error>,
@@ -139,15 +140,16 @@ fn told(
     told
 }
 
-/// What to say where no mistake explains it.
+/// Message if no mistake explains the bad fit.
 fn unexplained(result: &Result<Calibration, Error>, not_tried: usize) -> String {
     match result {
         Err(error) => format!("{error}; {}", error.hint()),
         Ok(_) if not_tried > 0 => format!(
-            "none of the mistakes that were tried explains it; there was no time for {not_tried} others: `--longest-s 120` tries them"
+            "no mistake that was tried explains the bad fit; {not_tried} others were not tried for lack of time: `--longest-s 120` tries them"
         ),
-        Ok(_) => "none of the usual mistakes explains it: check that laser plane and camera belong together, that the \
-             line is straight and did not move, and that robot.csv and features.csv are of the same scan"
+        Ok(_) => "none of the usual mistakes explains the bad fit. Check that laser plane and camera belong \
+             together, that the line is straight and did not move, and that robot.csv and features.csv come \
+             from one scan"
             .to_owned(),
     }
 }

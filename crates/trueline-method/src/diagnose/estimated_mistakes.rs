@@ -1,4 +1,4 @@
-//! Mistakes with a number of their own, which the scan tells: how far a picture was cut out, by how much an axis is too long.
+//! Mistakes with a size that the scan determines: the corner of a region of interest, the scale of an axis.
 
 use crate::Calibration;
 use crate::config::Config;
@@ -22,7 +22,7 @@ pub enum Estimated {
         /// Longer than it is.
         factor: f64,
     },
-    /// Image stamps that were counted with another rate: their distances must be so many times as long.
+    /// Image stamps made with a wrong rate: their distances must be scaled by a factor.
     StampRate {
         /// Times.
         factor: f64,
@@ -47,8 +47,8 @@ impl Estimated {
     pub fn says(&self) -> String {
         match self {
             Self::Crop([u, v]) => format!(
-                "the pixels are of a picture that was cut out of the sensor's at about ({u:.0}, {v:.0}) px: add the corner of \
-                 the region of interest to them, or take it from the principal point"
+                "the pixels belong to a region of interest whose corner is at about ({u:.0}, {v:.0}) px: add \
+                 this to the pixels, or subtract it from the principal point"
             ),
             Self::AxisScale { axis, factor } => format!(
                 "the robot's {} is {:+.2} % too long: check its scale, and the calibration of that axis",
@@ -56,8 +56,9 @@ impl Estimated {
                 100.0 * (factor - 1.0)
             ),
             Self::StampRate { factor, stamped_hz } => format!(
-                "the image (or profile) stamps were made with a rate that is not the sensor's: it sends {:.2} Hz, {:.3} times as often \
-                 as the stamped {stamped_hz:.2} Hz; give the rate that it really has, or record a stamp with every image",
+                "the image (or profile) stamps were made with a wrong rate: the sensor runs at {:.2} Hz, \
+                 {:.3} times the stamped {stamped_hz:.2} Hz. Give the true rate, or record a stamp with \
+                 every image",
                 stamped_hz / factor,
                 1.0 / factor
             ),
@@ -116,7 +117,7 @@ pub(super) fn crop(recording: &Recording, config: &Config, budget: Budget) -> Op
     (is_crop && is_inside(recording, &corner)).then(|| Estimated::Crop(corner.map(f64::round).into()))
 }
 
-/// What is left of the residuals of a recording, squared, in units of noise; `None` where there is no result, or no time.
+/// Squared residuals of a recording, in units of noise; `None` where there is no result, or no time.
 pub(super) fn left(recording: &Recording, config: &Config, budget: Budget) -> Option<f64> {
     if budget.is_spent() {
         return None;

@@ -101,12 +101,14 @@ pub(crate) const MISTAKES: &[Mistake] = &[
     },
     Mistake {
         name: "pixels of binned images",
-        says: "the pixels are of images at half the resolution that sensor.toml states: scale them or the camera by 2",
+        says: "the pixels belong to images of half the resolution in sensor.toml: scale them or the camera \
+            by 2",
         mend: |r| with_pixels(r, |uv, _| uv.map(|x| 2.0 * (x + 0.5) - 0.5)),
     },
     Mistake {
         name: "pixels of full images",
-        says: "the pixels are of images at twice the resolution that sensor.toml states: scale them or the camera by 2",
+        says: "the pixels belong to images of twice the resolution in sensor.toml: scale them or the camera \
+            by 2",
         mend: |r| with_pixels(r, |uv, _| uv.map(|x| 0.5 * (x + 0.5) - 0.5)),
     },
     Mistake {

@@ -27,7 +27,7 @@ const SAMPLE: usize = 300;
 const NEAR: (usize, f64) = (12, 1e-3);
 /// The same further away.
 const FAR: (usize, f64) = (30, 0.04);
-/// Less placed observations than this say nothing of an offset.
+/// Fewer placed observations than this have no information on an offset.
 const LEAST_PLACED: usize = 30;
 
 /// The profile about a calibration, by rising offset. Each offset starts where its neighbour on the side of the optimum

@@ -8,7 +8,7 @@ use crate::{Calibration, Error, Reason};
 pub struct Outcome {
     /// How much larger the residuals are than noise explains; `None` if there is no result at all.
     pub noise_factor: Option<f64>,
-    /// Part of the features that is no outlier.
+    /// Share of inliers among the features.
     pub explained: f64,
     /// Why it was not accepted, or why there is no result; empty if it was.
     pub said: Vec<String>,
@@ -65,7 +65,7 @@ impl Outcome {
         self.noise_factor.is_some_and(|factor| factor < FITS) && self.explained > 0.5
     }
 
-    /// What is left of the residuals, where those that are explained are fewer the more is left: in units of noise.
+    /// Residuals in units of noise, increased if fewer features are explained.
     pub(super) fn left(&self) -> Option<f64> {
         Some(self.noise_factor? / self.explained.max(LEAST_EXPLAINED))
     }
@@ -75,7 +75,7 @@ impl Outcome {
         self.fits() && self.noise_factor.is_some_and(|factor| factor < NOISE)
     }
 
-    /// What may be left of the residuals, as a part of what is left as recorded, once a mistake that explains them is undone.
+    /// Largest share of the recorded residuals that may remain once the explaining mistake is undone.
     pub(super) fn explained_below(&self) -> f64 {
         match (self.fits(), self.is_noise()) {
             (false, _) => EXPLAINS,

@@ -14,7 +14,7 @@ const JUMP_M: f64 = 0.005;
 /// … nor turn further, rad, unless its frame was switched.
 const JUMP_RAD: f64 = 0.03;
 
-/// A jump is longer than so many usual steps.
+/// Least length of a jump in usual steps.
 const USUAL_STEPS: f64 = 10.0;
 
 /// What can be seen on the poses alone.
@@ -39,8 +39,8 @@ pub(super) fn implausible(recording: &Recording) -> Vec<String> {
     let typical = crate::order_statistics::median(turning.into_iter()).unwrap_or(0.0);
     if typical > FASTEST_TURN_RAD_S {
         findings.push(format!(
-            "the attitude turns at {typical:.0} rad/s, which no robot does: angles in degrees were taken for radians \
-             when the quaternions were made"
+            "the attitude turns at {typical:.0} rad/s, faster than any robot: the quaternions were made from \
+             degrees read as radians"
         ));
     }
     // In another unit every step is as large: what jumps does so once.
@@ -118,7 +118,7 @@ pub(super) fn wrong_guess(c: &Calibration, guess: &Guess) -> Vec<String> {
     } else if is(&with_rotation(reordered(&given.rotation))) {
         "the initial quaternion is x, y, z, w; it must be w, x, y, z".to_owned()
     } else if is(&with_rotation(so3::exp(&(so3::log(&given.rotation) * 1f64.to_degrees())))) {
-        "the initial rotation was made of radians taken for degrees".to_owned()
+        "the initial rotation was made from radians read as degrees".to_owned()
     } else {
         format!(
             "the scan fits, but the hand-eye transform is {:.0} mm and {:.1}° from the initial one: the robot stream \

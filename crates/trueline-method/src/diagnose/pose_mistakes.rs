@@ -34,12 +34,14 @@ pub(crate) const POSE_MISTAKES: &[Mistake] = &[
     },
     Mistake {
         name: "rotation vector taken for Euler angles",
-        says: "the attitude was made from a rotation vector (UR's rx, ry, rz) that was taken for Euler angles about x, y and z",
+        says: "the attitude was made from a rotation vector (UR's rx, ry, rz) that was read as Euler angles \
+            about x, y and z",
         mend: |r| Some(with_rotations(r, |p| so3::exp(&zyx_angles(&p.base_from_tool.rotation).into()))),
     },
     Mistake {
         name: "rotation vector taken for Euler angles, beyond 90°",
-        says: "the attitude was made from a rotation vector (UR's rx, ry, rz) that was taken for Euler angles about x, y and z",
+        says: "the attitude was made from a rotation vector (UR's rx, ry, rz) that was read as Euler angles \
+            about x, y and z",
         mend: |r| {
             Some(with_rotations(r, |p| {
                 so3::exp(&beyond_right_angle(zyx_angles(&p.base_from_tool.rotation)).into())
@@ -48,7 +50,7 @@ pub(crate) const POSE_MISTAKES: &[Mistake] = &[
     },
     Mistake {
         name: "Euler angles taken for a rotation vector",
-        says: "the attitude was made from Euler angles about x, y and z that were taken for a rotation vector",
+        says: "the attitude was made from Euler angles about x, y and z that were read as a rotation vector",
         mend: |r| Some(with_rotations(r, |p| zyx(so3::log(&p.base_from_tool.rotation).into()))),
     },
     Mistake {

@@ -19,7 +19,7 @@ use trueline_dataset::Recording;
 pub(crate) struct QuickFit {
     /// How much larger the residuals are than noise explains.
     pub noise_factor: f64,
-    /// Part of the features that is no outlier.
+    /// Share of inliers among the features.
     pub explained: f64,
 }
 

@@ -9,13 +9,14 @@ use trueline_model::BrownConrady;
 pub(crate) const SENSOR_MISTAKES: &[Mistake] = &[
     Mistake {
         name: "pixels already undistorted",
-        says: "the pixels are of undistorted images, and are undistorted again: give distortion = [0, 0, 0, 0, 0]",
+        says: "the pixels belong to undistorted images and are undistorted again: give distortion = [0, 0, \
+            0, 0, 0]",
         mend: |r| with_distortion(r, |_| BrownConrady::default()),
     },
     Mistake {
         name: "distortion of the wrong sign",
-        says: "the distortion has the wrong sign: its numbers are those of the inverse, from ideal to distorted pixels they are \
-               the other way round",
+        says: "the distortion has the wrong sign: its coefficients belong to the inverse model; they must \
+               map ideal to distorted pixels",
         mend: |r| {
             with_distortion(r, |BrownConrady { k1, k2, p1, p2, k3 }| BrownConrady {
                 k1: -k1,
@@ -28,12 +29,14 @@ pub(crate) const SENSOR_MISTAKES: &[Mistake] = &[
     },
     Mistake {
         name: "focal length half as large",
-        says: "the focal length in sensor.toml is half of what it is: is it of another resolution, or of another lens?",
+        says: "the focal length in sensor.toml is half the true one: does it belong to another resolution or \
+            lens?",
         mend: |r| with_focal_length_scaled(r, 2.0),
     },
     Mistake {
         name: "focal length twice as large",
-        says: "the focal length in sensor.toml is twice what it is: is it of another resolution, or of another lens?",
+        says: "the focal length in sensor.toml is twice the true one: does it belong to another resolution \
+            or lens?",
         mend: |r| with_focal_length_scaled(r, 0.5),
     },
     Mistake {
@@ -43,42 +46,42 @@ pub(crate) const SENSOR_MISTAKES: &[Mistake] = &[
     },
     Mistake {
         name: "profiler x 10 times too small",
-        says: "the profiler's x is 10 times too small: its unit is another one",
+        says: "the profiler's x is 10 times too small: check its unit",
         mend: |r| with_profile_scaled(r, [10.0, 1.0]),
     },
     Mistake {
         name: "profiler x 10 times too large",
-        says: "the profiler's x is 10 times too large: its unit is another one",
+        says: "the profiler's x is 10 times too large: check its unit",
         mend: |r| with_profile_scaled(r, [0.1, 1.0]),
     },
     Mistake {
         name: "profiler x half as large",
-        says: "the profiler's x is half as large as it is: its step is of every second point",
+        says: "the profiler's x is half the true size: its step belongs to every second point",
         mend: |r| with_profile_scaled(r, [2.0, 1.0]),
     },
     Mistake {
         name: "profiler x twice as large",
-        says: "the profiler's x is twice as large as it is: its step is of every second point",
+        says: "the profiler's x is twice the true size: its step belongs to every second point",
         mend: |r| with_profile_scaled(r, [0.5, 1.0]),
     },
     Mistake {
         name: "profiler z 10 times too small",
-        says: "the profiler's z is 10 times too small: its unit is another one",
+        says: "the profiler's z is 10 times too small: check its unit",
         mend: |r| with_profile_scaled(r, [1.0, 10.0]),
     },
     Mistake {
         name: "profiler z 10 times too large",
-        says: "the profiler's z is 10 times too large: its unit is another one",
+        says: "the profiler's z is 10 times too large: check its unit",
         mend: |r| with_profile_scaled(r, [1.0, 0.1]),
     },
     Mistake {
         name: "profiler z half as large",
-        says: "the profiler's z is half as large as it is: check its scale",
+        says: "the profiler's z is half the true size: check its scale",
         mend: |r| with_profile_scaled(r, [1.0, 2.0]),
     },
     Mistake {
         name: "profiler z twice as large",
-        says: "the profiler's z is twice as large as it is: check its scale",
+        says: "the profiler's z is twice the true size: check its scale",
         mend: |r| with_profile_scaled(r, [1.0, 0.5]),
     },
 ];

@@ -9,7 +9,7 @@ use trueline_geometry::{Pose, so3};
 const COORDINATES: usize = 6;
 /// They, and the two of the seam.
 const ALL: usize = COORDINATES + 2;
-/// A coordinate that varies less than this (m, rad) says nothing.
+/// A coordinate that varies less than this (m, rad) has no information.
 const MOVES: f64 = 1e-5;
 /// Seam points that a regression looks at.
 const POINTS: usize = 400;

@@ -24,7 +24,7 @@ pub struct CloudPath {
     shape: Option<SheetShape>,
 }
 
-/// What the ± of a point is made of beside the motion.
+/// Contributions to the ± of a point besides the motion.
 #[derive(Clone, Copy, Debug)]
 pub struct CloudNoise {
     /// Covariance of time offset (s), hand-eye rotation (rad) and translation (m).

@@ -37,7 +37,7 @@ pub struct Field {
     pub speed_m_s: f64,
 }
 
-/// What differs between two calibrations, second minus first.
+/// Difference of two calibrations, second minus first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
     /// Of the time offset, s.
@@ -50,7 +50,7 @@ pub struct Difference {
     pub sigma: SVector<f64, ANSWERS>,
     /// Root mean square shift of a seam point over the field at the working speed, m.
     pub seam_shift_rms_m: f64,
-    /// What chance alone makes of it, m.
+    /// Its standard deviation by noise, m.
     pub seam_shift_sigma_m: f64,
     /// Largest shift in the field, m.
     pub seam_shift_largest_m: f64,
@@ -125,7 +125,7 @@ fn deviate(squared: f64, freedom: usize) -> f64 {
     ((squared / freedom as f64).cbrt() - (1.0 - spread)) / spread.sqrt()
 }
 
-/// What a change does to the seam points of a field.
+/// Effect of a change on the seam points of a field.
 struct SeamShift {
     rms_m: f64,
     sigma_m: f64,

@@ -1,4 +1,4 @@
-//! How far measured seam points are from where they should be.
+//! Distances of measured seam points from a reference.
 
 use crate::config::Config;
 use crate::error::Error;
@@ -57,7 +57,7 @@ impl Figures {
 /// Whether points are near enough to their reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToleranceCheck {
-    /// How far a point may be, m.
+    /// Tolerance of a point, m.
     pub tolerance_m: f64,
     /// Points that are not further.
     pub near: usize,
@@ -66,21 +66,20 @@ pub struct ToleranceCheck {
     /// Features that gave no point where there should be one: off the image, or while the robot was not recorded. They count as far:
     /// what a robot could not follow is not within anything.
     pub lost: usize,
-    /// Points of which the reference says nothing, being beyond its ends.
+    /// Points beyond the ends of the reference.
     pub beyond_ends: usize,
-    /// Part of the points of which the reference must say something.
+    /// Share of the points that the reference must cover.
     pub needed_coverage: f64,
 }
 
 /// Part of the points that must be within a tolerance: the rest are wild points, as every sensor has them.
 pub const NEEDED_WITHIN: f64 = 0.95;
 
-/// Part of the scan of which a reference must say something, where nothing else is stated: a verdict on less than half is not one on
-/// the scan.
+/// Default share of the scan that a reference must cover: a verdict on less than half is not a verdict on the scan.
 pub const NEEDED_COVERAGE: f64 = 0.5;
 
 impl ToleranceCheck {
-    /// Points of which the reference says something, and lost ones.
+    /// Points within the reference, and lost ones.
     #[must_use]
     pub fn judged(&self) -> usize {
         self.near + self.far + self.lost
@@ -104,7 +103,7 @@ impl ToleranceCheck {
         self.within() >= NEEDED_WITHIN
     }
 
-    /// Whether the reference says something of enough of the scan.
+    /// Whether the reference covers enough of the scan.
     #[must_use]
     pub fn is_covered(&self) -> bool {
         self.coverage() >= self.needed_coverage
@@ -117,10 +116,10 @@ impl ToleranceCheck {
     }
 }
 
-/// What a calibration is worth on a scan.
+/// Evaluation of a calibration on a scan.
 #[derive(Clone, Debug)]
 pub struct Evaluation {
-    /// What the seams should look like.
+    /// Reference seams.
     pub references: Vec<ReferenceCurve>,
     /// Whether they were known, and not fitted to the calibrated points.
     pub known: bool,
@@ -141,7 +140,7 @@ impl Evaluation {
         (!self.known).then(|| Figures::of(self.calibrated.iter().map(|point| point.error_m)).median_m)
     }
 
-    /// The calibrated points against a tolerance, m; the reference must say something of this part of them.
+    /// The calibrated points against a tolerance, m; the reference must cover this part of them.
     #[must_use]
     pub fn check(&self, tolerance_m: f64, needed_coverage: f64) -> ToleranceCheck {
         let near = self.calibrated.iter().filter(|point| point.error_m.norm() <= tolerance_m).count();

@@ -7,7 +7,7 @@ use crate::{Calibration, Status};
 use trueline_dataset::{Guess, Recording};
 use trueline_geometry::se3;
 
-/// How far a scan's own calibration is from one that does not belong to it.
+/// Distance between a scan's own calibration and another one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OtherCell {
     /// Distance of the two sensors' places, m.
@@ -20,12 +20,12 @@ pub struct OtherCell {
     pub is_other_cell: bool,
 }
 
-/// How far two calibrations may be apart.
+/// Largest tolerated distance of two calibrations.
 struct Limits {
     shift_m: f64,
     turn_rad: f64,
     offset_s: f64,
-    /// The scan must know the difference so many times better than it is large.
+    /// The difference must be this multiple of its standard deviation.
     sigmas: f64,
 }
 
@@ -35,7 +35,7 @@ const OTHER_CELL: Limits = Limits { shift_m: 5e-3, turn_rad: 0.02, offset_s: 0.0
 /// More than this is worth a word: what cameras and robots of one cell drift by is less.
 const NOTABLE: Limits = Limits { shift_m: 1e-3, turn_rad: 3.5e-3, offset_s: 1e-3, sigmas: 5.0 };
 
-/// Points whose median distance is more than so many times what the scan's own calibration leaves (RMS) …
+/// Points whose median distance exceeds this multiple of the residual of the scan's own calibration (RMS) …
 const NOTABLE_RATIO: f64 = 2.0;
 /// … and this much more, m, are not as near as they could be, wherever that comes from.
 const NOTABLE_MEDIAN_M: f64 = 0.05e-3;

@@ -62,7 +62,7 @@ pub struct PlacedFeatures {
     pub robot_sigma_rad: f64,
     /// Whether the stamps could be treated as asked.
     pub dejittered: Dejittered,
-    /// How many are missing, and why.
+    /// Missing points by reason.
     pub skipped: BTreeMap<Skip, usize>,
 }
 

@@ -1,4 +1,4 @@
-//! What a seam should look like: a known line, circle or curve, or the one that fits best.
+//! Reference of a seam: a known line, circle or curve, or the best fit.
 
 use nalgebra::Vector3;
 use trueline_geometry::{Circle, Line, Plane, Polyline, fit};

@@ -30,7 +30,7 @@ pub struct SeamPoint {
 pub struct SeamPoints {
     /// By rising stamp.
     pub list: Vec<SeamPoint>,
-    /// How many are missing, and why.
+    /// Missing points by reason.
     pub skipped: BTreeMap<Skip, usize>,
 }
 

@@ -47,9 +47,7 @@ pub enum StandstillError {
     #[error(transparent)]
     Unplaced(#[from] Error),
     /// Too few stops.
-    #[error(
-        "on seam {line} the robot stood still at {found} places with a feature; {FEWEST_STOPS} are needed"
-    )]
+    #[error("seam {line} has {found} stops with a feature; {FEWEST_STOPS} are needed")]
     TooFewStops {
         /// Which seam.
         line: u32,
@@ -67,7 +65,7 @@ pub enum StandstillError {
 }
 
 impl StandstillError {
-    /// What to do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 const PATCH_M: f64 = 0.005;
 /// Fewest points of each pass in a patch.
 const FEWEST: f64 = 30.0;
-/// The points of a patch are a surface if those of each pass spread at least so many times as far along it as square to it.
+/// The points of a patch are a surface if those of each pass spread at least this many times farther along it than perpendicular to it.
 const FLAT: f64 = 5.0;
 /// … and at least as far as this, m: one row of points is no surface.
 const LEAST_SPREAD_M: f64 = 0.0003;

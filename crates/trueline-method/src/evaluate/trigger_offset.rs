@@ -1,4 +1,4 @@
-//! The time offset as it is measured: the camera's output that tells that it exposes, wired to an input of the robot.
+//! Measured time offset: the exposure output of the camera is wired to an input of the robot.
 //!
 //! The robot looks at its inputs when it samples its pose: an edge lies between two samples. With d the time offset, e half the
 //! exposure and s the image's stamp, the exposure began at s − d − e. With stamps that jitter by a logistic error of standard deviation σ and
@@ -62,12 +62,12 @@ impl fmt::Display for MeasuredOffset {
             self.edges
         )?;
         if self.agrees() {
-            return write!(f, "they agree, {:.1} sigma apart", self.z().abs());
+            return write!(f, "they agree ({:.1} σ apart)", self.z().abs());
         }
         write!(
             f,
-            "they contradict each other, {:.3} ms and {:.0} sigma apart: look for a filter or a delay of the input, for the other edge of \
-             the pulse, and at what the camera's output stands for",
+            "they contradict each other by {:.3} ms ({:.0} σ). Check the filter and delay of the input, the \
+             edge of the pulse, and the meaning of the camera's output",
             (measured_ms - estimated_ms).abs(),
             self.z().abs()
         )
@@ -78,7 +78,7 @@ impl fmt::Display for MeasuredOffset {
 const AGREES: f64 = 4.0;
 /// Fewer edges measure nothing.
 const LEAST_EDGES: usize = 10;
-/// An edge belongs to an image whose exposure began within so many of its periods by the estimate.
+/// An edge belongs to an image if the estimated start of its exposure is within this number of periods.
 const WITHIN_PERIODS: f64 = 0.5;
 /// Grids of the offset, over all that the edges allow, and of the jitter.
 const OFFSETS: usize = 801;
@@ -86,7 +86,7 @@ const JITTERS_S: [f64; 9] = [1e-5, 2e-5, 4e-5, 8e-5, 1.6e-4, 3.2e-4, 6.4e-4, 1.2
 
 /// Measures the time offset of a calibrated recording by edges; `None` with too few of them, and where no offset was estimated.
 ///
-/// Which exposure an edge belongs to is told by the estimate, so that an error by whole periods of the camera is not seen.
+/// The estimate assigns each edge to an exposure, so an error by whole periods of the camera is not detected.
 #[must_use]
 pub fn measured_offset(
     recording: &Recording,

@@ -1,4 +1,4 @@
-//! What is left of the rivals of a solution once the scan and what is known of the cell have spoken.
+//! Rivals of a solution that neither the scan nor the prior knowledge of the cell excludes.
 
 use crate::hypotheses::choice::{DecidedBy, Statement, statements_for};
 use crate::hypotheses::paired_test::{PairedTest, compare};
@@ -12,18 +12,18 @@ use crate::solve::solver::Solver;
 pub struct RunnerUp {
     /// Its time offset, s.
     pub time_offset_s: f64,
-    /// How much larger its residuals are than expected.
+    /// Its noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
     /// How it compares with the best.
     pub test: PairedTest,
 }
 
-/// A rival that the scan does not tell from the best: a complete answer.
+/// A rival that the scan cannot separate from the best: a complete answer.
 #[derive(Clone, Debug)]
 pub struct RivalAnswer {
     /// The answer.
     pub parameters: Parameters,
-    /// How much larger its residuals are than expected.
+    /// Its noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
     /// How it compares with the chosen answer.
     pub test: PairedTest,
@@ -33,16 +33,16 @@ pub struct RivalAnswer {
     pub statements: Vec<Statement>,
 }
 
-/// What else explains a scan.
+/// Rival solutions of a scan.
 #[derive(Clone, Debug, Default)]
 pub struct Ambiguity {
     /// The most dangerous rival; `None` if there is none within the searched range.
     pub runner_up: Option<RunnerUp>,
-    /// Rivals that the scan does not tell from the best.
+    /// Rivals that the scan cannot separate from the best.
     pub rivals: Vec<RivalAnswer>,
     /// Statements each of which would single out the answer given.
     pub statements: Vec<Statement>,
-    /// What decided between them; `None` if nothing did, or there was nothing to decide.
+    /// Reason for the decision between them; `None` without a decision.
     pub decided_by: Option<DecidedBy>,
     /// Whether the answer contradicts what is stated of the cell.
     pub contradicted: bool,
@@ -59,7 +59,7 @@ impl Ambiguity {
         Self { decided_by: self.decided_by, contradicted: self.contradicted, ..Self::default() }
     }
 
-    /// Whether nothing tells which of several answers is right, mirrored attitudes aside.
+    /// Whether several answers cannot be separated, mirrored attitudes aside.
     #[must_use]
     pub fn is_open(&self) -> bool {
         self.others().next().is_some() && self.decided_by.is_none()

@@ -1,4 +1,4 @@
-//! Which of several answers that a scan does not tell apart is meant: what a user says about the cell decides, nothing else.
+//! Choice between answers that a scan cannot separate: only the user's statements about the cell decide.
 
 use crate::problem::parameters::Parameters;
 use nalgebra::Vector3;
@@ -52,7 +52,7 @@ impl ToolAxis {
     }
 }
 
-/// What is known of the cell without the scan.
+/// Prior knowledge of the cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct KnownOfCell {
     /// The time offset is within plus and minus this, s.
@@ -79,7 +79,7 @@ impl std::fmt::Display for Statement {
     }
 }
 
-/// How far the view may be from the axis it is said to look along: 60°.
+/// Largest angle between the view and the stated axis: 60°.
 const LOOKS_COSINE: f64 = 0.5;
 /// A window is stated in whole steps of this, s, and only where the answers are this far apart.
 const WINDOW_STEP_S: f64 = 0.01;
@@ -121,12 +121,12 @@ pub fn statements_for(answer: usize, answers: &[&Parameters]) -> Vec<Statement> 
     within.into_iter().chain(looks.map(Statement::Looks)).collect()
 }
 
-/// What decided between answers that the scan does not tell apart.
+/// What decided between answers that the scan cannot separate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DecidedBy {
     /// The initial guess.
     Guess,
-    /// What was stated of the cell.
+    /// The user's statement about the cell.
     Statement,
 }
 

@@ -115,7 +115,7 @@ struct WithoutDrift {
     twice_negative_log_likelihood: f64,
 }
 
-/// The scan without its drift, if what is left says that there was one.
+/// The scan without its drift, if the remaining residuals confirm it.
 fn drift_out(solver: &Solver<'_>, fit: &Fit, rate_sigma_ppm: f64) -> Result<Option<WithoutDrift>, Error> {
     let (mut observations, mut fit) = (solver.observations.clone(), fit.clone());
     // Rates multiply: of a rate that is wrong by a fifth the sum of the rounds would be two per cent off.
@@ -149,7 +149,7 @@ struct WithoutStep {
     twice_negative_log_likelihood: f64,
 }
 
-/// The step that, taken out, leaves residuals that say that there was one.
+/// The step whose removal is confirmed by the residuals.
 fn step_out(solver: &Solver<'_>, fit: &Fit, rate_sigma_ppm: f64) -> Result<Option<WithoutStep>, Error> {
     let (mut observations, mut fit) = (solver.observations.clone(), fit.clone());
     let lasts_s = observations.list.last().map_or(0.0, |o| o.stamp_s)

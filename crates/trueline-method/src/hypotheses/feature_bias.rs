@@ -22,7 +22,7 @@ pub struct FeatureBias {
     pub sigma_px: [[f64; 2]; 3],
     /// χ²₆ for a detector without bias.
     pub wald: f64,
-    /// Whether it is more than chance, and explains nearly all of what residuals there were that are no noise.
+    /// Whether it is more than chance, and explains nearly all of what residuals there were that are not noise.
     pub is_found: bool,
 }
 
@@ -55,7 +55,7 @@ pub(crate) struct BiasFree {
     pub fit: Fit,
     /// What is known from it.
     pub information: Information,
-    /// What errors that are no noise make of it.
+    /// What errors that are not noise make of it.
     pub sums: SystematicSums,
     /// The bias.
     pub taken: TakenBias,
@@ -77,11 +77,11 @@ pub struct TakenBias {
 /// A bias and what is taken of the noise it is estimated in.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BiasHypothesis {
-    /// How large errors are taken to be.
+    /// Assumed size of the errors.
     pub levels: SystematicLevels,
     /// How much larger the noise's covariance is than that of white noise.
     pub inflation: f64,
-    /// Whether nothing else explains the residuals, so that a bias that is larger than was taken for possible is one.
+    /// Whether nothing else explains the residuals, so that a bias that is larger than was assumed possible is one.
     pub is_likely: bool,
 }
 
@@ -89,7 +89,7 @@ pub(crate) struct BiasHypothesis {
 const ROUNDS: usize = 4;
 /// What moves by less than this part of its ± is settled.
 const SETTLED: f64 = 0.05;
-/// Rounds in which a bias that is larger than was taken for possible finds its size.
+/// Rounds in which a bias that is larger than was assumed possible finds its size.
 const LEVEL_ROUNDS: usize = 5;
 
 /// A fit whose features may shift with the tilt.
@@ -167,7 +167,7 @@ impl<'a> BiasSearch<'a> {
     }
 }
 
-/// A bias that is plainly larger than was taken for possible is taken to be as large as it seems.
+/// A bias that is plainly larger than was assumed possible is taken to be as large as it seems.
 fn level_found(sums: &mut SystematicSums, stated_px: f64, inflation: f64) -> f64 {
     let mut level_px = stated_px;
     for _ in 0..LEVEL_ROUNDS {

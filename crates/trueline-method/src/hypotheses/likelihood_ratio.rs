@@ -1,6 +1,6 @@
-//! When data tell two explanations apart.
+//! When data separate two explanations.
 
-/// Difference in twice the log likelihood below which data do not tell two solutions apart: 5 σ.
+/// Difference in twice the log likelihood below which data cannot separate two solutions: 5 σ.
 pub(crate) const LIKELIHOOD_RATIO_LIMIT: f64 = 25.0;
 
 /// Twice the log likelihood of residuals that are `factor` times the expected noise over ones of `other_factor`, for n

@@ -17,7 +17,7 @@ pub(crate) enum MirrorComparison {
     Worse,
     /// It fits as well if the sensor may differ from its file, and worse if it may not.
     WorseIfSensorIsExact(Box<Fit>),
-    /// It fits as well: the scan does not tell which is right.
+    /// It fits equally well: the scan cannot separate them.
     Equal(Box<Fit>),
     /// It fits better.
     Better(Box<Fit>),

@@ -9,7 +9,7 @@
 //! latter speak for one side. So frames that only one of the two explains are counted as well: gross errors do not line up
 //! with another solution.
 //!
-//! What is known beforehand of the sensor's shape and the seam's bow counts as one more observation, so that a rival which
+//! The prior of the sensor's shape and the seam's bow counts as one more observation, so that a rival which
 //! bends the sensor to fit is charged for it.
 
 use crate::assess::residuals::OUTLIER_SQUARED;
@@ -40,7 +40,7 @@ const FEW: usize = 10;
 
 /// Fewer frames than this in common …
 const LEAST_FRAMES: usize = 30;
-/// … or a smaller part of all frames say nothing.
+/// … or a smaller part of all frames have no information.
 const LEAST_SHARE: f64 = 0.25;
 
 /// How a rival compares with the best solution, over the frames that both can place.
@@ -79,7 +79,7 @@ impl PairedTest {
     }
 }
 
-/// Whether so many features that one solution alone explains cannot be chance: its 18 unknowns fit nine gross errors.
+/// Whether this number of features explained by one solution alone cannot be chance: its 18 unknowns fit nine gross errors.
 fn outnumbers(many: usize, few: usize) -> bool {
     many >= LEAST_FRAMES && few * FEW <= many
 }

@@ -21,7 +21,7 @@ pub struct Found {
     pub fit: Fit,
     /// Whether a mirrored attitude fits as well.
     pub mirrored: Mirrored,
-    /// What else explains the scan, and what decided.
+    /// Rival solutions, and the decision between them.
     pub ambiguity: Ambiguity,
     /// A better one, where the guess led elsewhere.
     pub better: Option<BetterMinimum>,
@@ -32,7 +32,7 @@ pub struct Found {
 pub struct BetterMinimum {
     /// Its time offset, s.
     pub time_offset_s: f64,
-    /// How much larger its residuals are than expected.
+    /// Its noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
 }
 
@@ -45,16 +45,16 @@ impl BetterMinimum {
 /// Whether a mirrored attitude fits as well as the one found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mirrored {
-    /// The scan tells them apart, or a guess does.
+    /// The scan, or a guess, separates them.
     ToldApart,
-    /// They are told apart if the sensor is as its file says.
+    /// They are separable if the sensor agrees with its file.
     ToldApartBySensor,
-    /// Nothing tells them apart.
+    /// They cannot be separated.
     Equal,
 }
 
-/// Residuals this much larger than expected, or so many features out of reach, make a solution doubtful: it is then
-/// looked for further afield.
+/// Residuals this much larger than expected, or this share of features out of reach, make a solution doubtful: the search is then
+/// widened.
 const DOUBTFUL_FACTOR: f64 = 1.2;
 /// See [`DOUBTFUL_FACTOR`].
 const DOUBTFUL_UNPLACED: f64 = 0.1;
@@ -70,7 +70,7 @@ const SEARCHED_FROM_GUESS: [usize; 1] = [3_000];
 
 /// Finds the optimum from a guess, or from nothing.
 ///
-/// A scan of more than twice as many observations as are searched is searched among every so many of them, and fitted to all from
+/// A scan of more than twice as many observations as are searched is searched among one in several of them, and fitted to all from
 /// there. Only where these leave a question open are all asked.
 ///
 /// # Errors
@@ -195,7 +195,7 @@ fn settled(solver: &Solver<'_>, best: OfTwo, rivals: Vec<Rival>, guess_chooses: 
 struct OfTwo {
     fit: Fit,
     mirrored: Mirrored,
-    /// The other, where the scan alone does not tell them apart.
+    /// The other, where the scan alone cannot separate them.
     mirror: Option<Fit>,
 }
 

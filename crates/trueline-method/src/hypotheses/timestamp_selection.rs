@@ -68,9 +68,9 @@ pub(crate) fn with_best_stamps(
 
 /// A scan of more observations than this is asked in stretches first, where the robot's path would have to be made again …
 const MOST: usize = 48_000;
-/// … in so many of them …
+/// … in this number of them …
 const STRETCHES: usize = 20;
-/// … of so many observations each: long against all that makes neighbours alike.
+/// … of this number of observations each: long against all that makes neighbours alike.
 const STRETCH: usize = 1_200;
 /// The stretches speak against a treatment if this many standard deviations by their spread leave it no better: where it is not worse
 /// that happens once in several hundred scans, and then both leave as much.
@@ -116,7 +116,7 @@ fn is_no_better_in_stretches(
     Ok(speaks_against(&of_best, &of_tried, all.len()))
 }
 
-/// Whether the squared residuals of stretches leave the second no better than a chance for so many observations.
+/// Whether the squared residuals of stretches reject the second explanation, for a number of observations.
 fn speaks_against(of_best: &[f64], of_tried: &[f64], observations: usize) -> bool {
     let known: Vec<f64> = of_best.iter().copied().filter(|squared| !squared.is_nan()).collect();
     let variance = noise_factor(&known).powi(2);
@@ -158,7 +158,7 @@ fn noise_in_sheet(stamped: &Stamped, noise: &NoiseLevels) -> f64 {
 mod tests {
     use super::*;
 
-    /// Squared residuals of two numbers, of which the second explanation leaves so many times as much.
+    /// Squared residuals of two numbers, with a ratio between the explanations.
     fn squares(times: f64, phase: f64) -> Vec<f64> {
         let square = |k: usize| -2.0 * (1.0 - (k as f64 * 0.618_033_988_75 + phase).fract() * 0.999).ln();
         (0..STRETCHES * STRETCH).map(|k| square(k) * times).collect()

@@ -1,5 +1,5 @@
-//! The fit that is concluded from: to features that do not shift with the tilt, where that is estimated, and what is left of
-//! their residuals.
+//! The fit that is concluded from: to features that do not shift with the tilt, where that is estimated, and their remaining
+//! residuals.
 
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::correlated_noise::{Over, Structure};
@@ -19,7 +19,7 @@ use crate::solve::solver::Solver;
 use trueline_dataset::Recording;
 use trueline_lsq::Information;
 
-/// A fit to features that do not shift with the tilt, and what is left of their residuals.
+/// A fit to features that do not shift with the tilt, and their remaining residuals.
 pub struct Unbiased {
     /// The fit, at the optimum by noise as correlated as it was found to be.
     pub assessed: Assessed,
@@ -39,7 +39,7 @@ impl Unbiased {
         Self { assessed, structure: Structure::Unknown, cause, bias: None }
     }
 
-    /// How large the errors that are no noise are taken to be, `taken` being what was assumed of them.
+    /// How large the errors that are not noise are taken to be, `taken` being what was assumed of them.
     #[must_use]
     pub(crate) fn levels(&self, taken: SystematicLevels) -> SystematicLevels {
         let estimated = |bias: &TakenBias| SystematicLevels { bias_is_estimated: true, ..bias.levels };
@@ -56,8 +56,8 @@ impl Unbiased {
 /// Residuals that are alike by more than this once a bias is taken out are not those of a bias.
 const ALIKE_WITHOUT_BIAS: f64 = 0.2;
 
-/// The fit without a bias. Residuals that are alike from one to the next tell less of a bias than they seem to, and only
-/// without a bias it is seen whether they are.
+/// The fit without a bias. Correlated residuals have less information on a bias than they seem to, and the correlation shows only
+/// without a bias.
 ///
 /// # Errors
 /// As the solver's.
@@ -134,7 +134,7 @@ pub struct Assessed {
     pub drift_free: DriftFree,
     /// What is known from it.
     pub information: Information,
-    /// What the scan shows.
+    /// Observability of the scan.
     pub observability: Observability,
 }
 
@@ -175,7 +175,7 @@ impl Assessed {
     }
 }
 
-/// What the residuals are; where something is held at a guess, generalised least squares does not know of it.
+/// Structure of the residuals; generalised least squares ignores quantities held at a guess.
 fn structure(
     observations: &Observations,
     fit: &Fit,

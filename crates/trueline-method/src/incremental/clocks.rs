@@ -8,7 +8,7 @@ use crate::input::robot_motion::RobotMotion;
 use crate::input::timestamps::{Dejittered, Sampling, Stream};
 use trueline_dataset::Recording;
 
-/// Which stamps are taken as their clocks say, and those clocks' lines.
+/// Which stamps are taken by their clocks, and those clocks' lines.
 #[derive(Clone, Debug)]
 pub(super) struct Clocks {
     dejittered: Dejittered,
@@ -62,7 +62,7 @@ impl Clocks {
         [&self.robot, &self.images].into_iter().flatten().map(EvenClock::rate_variance).sum()
     }
 
-    /// Observations as recorded with the times of these clocks; exposures of which they do not know the time are left out.
+    /// Observations as recorded with the times of these clocks; exposures without a time are left out.
     pub(super) fn placed(
         &self,
         recording: &Recording,

@@ -8,7 +8,7 @@ use crate::input::clock_line::{FLOOR, HUBER_SIGMAS, LEAST_STEP_S, SILENCE_TICKS,
 use crate::order_statistics::{mad_sigma, median, quantile};
 use nalgebra::{Matrix2, Vector2};
 
-/// Stamps after a silence that tell whether the clock went on; fewer are not placed.
+/// Stamps after a silence needed to verify that the clock went on; fewer are not placed.
 const FEWEST: usize = 5;
 /// Of more stamps than these the middle wanders with what delays them, rather than with their noise.
 const INDEPENDENT: usize = 10;
@@ -138,12 +138,12 @@ impl EvenClock {
         self.since_s <= stamp.received_s
     }
 
-    /// Whether stamps have what its ticks are told by.
+    /// Whether stamps have the counters of its ticks.
     pub(super) fn can_place(&self, stamps: &[Stamp]) -> bool {
         self.device_s.is_none() || stamps.iter().all(|stamp| stamp.device_s.is_some())
     }
 
-    /// When samples with these stamps were taken, s since the scan's middle; `None` where this line does not say.
+    /// When samples with these stamps were taken, s since the scan's middle; `None` if this line does not determine it.
     pub(super) fn times_s(&self, stamps: &[Stamp]) -> Vec<Option<f64>> {
         let unsure_s = self.unsure.as_ref().and_then(|unsure| unsure.first()).map(|first| first.received_s);
         let is_known = |stamp: &Stamp| {

@@ -22,7 +22,7 @@ const LEAST_FITTING: f64 = 0.5;
 /// Fewer samples are not judged.
 const FEWEST: usize = 50;
 
-/// What a window of samples says beside all before it: `covariance` is theirs, `step` their estimate from the state of the sums,
+/// Innovation of a window of samples against all earlier ones: `covariance` is theirs, `step` their estimate from the state of the sums,
 /// `scale` how much larger the time offset's standard deviation is than by these sums.
 pub(super) fn change(
     window: &Sums,

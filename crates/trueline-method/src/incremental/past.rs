@@ -16,7 +16,7 @@ const WINDOW_NS: i64 = 20_000_000_000;
 /// As a calibration judges a drift.
 const DRIFT_SIGMAS: f64 = 5.0;
 
-/// What a stream says so far.
+/// Estimate of a stream so far.
 #[derive(Clone, Debug)]
 pub struct Estimate {
     /// The unknowns.
@@ -112,7 +112,7 @@ impl Past {
         self.change
     }
 
-    /// Adds the features of a recording after one stamp, the last of which has another; says how many were linearised.
+    /// Adds the features of a recording after one stamp, the last of which has another; returns the number of linearised ones.
     pub(super) fn add(
         &mut self,
         recording: &Recording,
@@ -182,7 +182,7 @@ impl Past {
         solve(&[self.free.as_slice(), &[drift]].concat()).filter(is_plain).or_else(|| solve(&self.free))
     }
 
-    /// What all samples say; `None` where their sums cannot be solved.
+    /// Estimate from all samples; `None` where their sums cannot be solved.
     pub(super) fn estimate(&mut self) -> Option<Estimate> {
         let mut sums = self.all_before_window();
         sums.add(&self.window);

@@ -1,4 +1,4 @@
-//! What of a stream is kept, when all of that is calibrated, and when new samples are only added.
+//! Kept part of a stream, and the decision between a new calibration and an update.
 
 use super::innovation::Change;
 use super::past::{Estimate, Past};
@@ -8,7 +8,7 @@ use crate::config::Config;
 use crate::error::Error;
 use trueline_dataset::{Feature, Recording, RobotSample};
 
-/// What of a stream is kept.
+/// Kept part of a stream.
 #[derive(Clone, Copy, Debug)]
 pub struct Extent {
     /// Samples are kept this long, ns: so long a stream is calibrated anew now and then. Of what is older only sums are left.
@@ -23,7 +23,7 @@ impl Default for Extent {
     }
 }
 
-/// What was done so far.
+/// State so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
     /// Calibrations of all that was kept.
@@ -53,7 +53,7 @@ pub struct Incremental {
     work: Work,
 }
 
-/// Once there are so many times the samples, all are calibrated anew: in all, three times the cost of one calibration.
+/// At this multiple of the samples all are calibrated anew: in total three times the cost of one calibration.
 const GROWTH: f64 = 1.5;
 /// The same while the scan does not show everything, or disagrees with itself.
 const GROWTH_UNSETTLED: f64 = 1.1;
@@ -61,8 +61,8 @@ const GROWTH_UNSETTLED: f64 = 1.1;
 const WAIT_NS: i64 = 500_000_000;
 
 impl Incremental {
-    /// Of a stream of which nothing has come: `empty` says what the sensor is. Its sums know of noise alone, so form and edge of the seam are in the
-    /// calibration of the whole scan only.
+    /// An empty stream: `empty` describes the sensor. Its sums include noise alone, so only the calibration of the whole scan includes
+    /// form and edge of the seam.
     #[must_use]
     pub fn new(empty: Recording, config: Config, extent: Extent) -> Self {
         let config = Config { edge_radius_m: Some(0.0), waviness_m: Some(0.0), ..config };
@@ -99,7 +99,7 @@ impl Incremental {
         self.seam_points
     }
 
-    /// What was done so far.
+    /// State so far.
     #[must_use]
     pub fn work(&self) -> Work {
         self.work
@@ -123,13 +123,13 @@ impl Incremental {
         self.past.as_ref().and_then(Past::change)
     }
 
-    /// Whether the estimate says more than the last calibration.
+    /// Whether the estimate has more information than the last calibration.
     #[must_use]
     pub fn is_ahead(&self) -> bool {
         self.is_ahead
     }
 
-    /// What all samples say; `None` while they do not show everything: then the last calibration says what is missing.
+    /// Estimate from all samples; `None` while it is incomplete: then the last calibration names what is missing.
     #[must_use]
     pub fn estimate(&mut self) -> Option<Estimate> {
         self.past.as_mut()?.estimate()

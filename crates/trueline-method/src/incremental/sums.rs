@@ -24,7 +24,7 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    /// Of nothing, for so many unknowns and the drift.
+    /// Empty sums for a number of unknowns and the drift.
     pub(super) fn zeros(dimension: usize) -> Self {
         Self {
             hessian: DMatrix::zeros(dimension + 1, dimension + 1),

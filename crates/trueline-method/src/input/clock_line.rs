@@ -63,11 +63,11 @@ const STEP_WINDOW: usize = 20;
 pub(crate) const LEAST_STEP_S: f64 = 1e-5;
 /// Stamps to either side over which a step must last.
 const STAY_WINDOW: usize = 200;
-/// The share of stamps that are quicker than what is taken for their floor.
+/// Share of stamps below their estimated floor.
 pub(crate) const FLOOR: f64 = 0.1;
 /// A step is this many standard deviations of the difference of two medians high.
 pub(crate) const STEP_SIGMAS: f64 = 8.0;
-/// A stamp further off than this says little about the period.
+/// A stamp further off than this has little information on the period.
 pub(crate) const HUBER_SIGMAS: f64 = 2.0;
 /// A silence is longer than this many ticks.
 pub(crate) const SILENCE_TICKS: f64 = 4.0;
@@ -226,7 +226,7 @@ pub(crate) fn middle(values: &[f64]) -> f64 {
 }
 
 /// The line below all stamps that is nearest to them: the edge of the lower convex hull above the middle tick. Stamps earlier than
-/// `earliest_s` about the line of `period_s` are of another tick than they are taken for, and are passed over.
+/// `earliest_s` about the line of `period_s` belong to another tick, and are skipped.
 pub(crate) fn along_lower_hull(
     stamps_s: &[f64],
     ticks: &[f64],

@@ -15,7 +15,7 @@ use crate::order_statistics::{mad_sigma, median};
 pub use crate::input::clock_count::missing;
 pub use crate::input::clock_line::{FitKind, StreamClock};
 
-/// What ticked evenly at the source.
+/// The regular clock of the source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ticks<'a> {
     /// Stamps of the device's own clock, s.
@@ -32,7 +32,7 @@ const MIN_STAMPS: usize = 20;
 const JITTER_LIMIT: f64 = 0.3;
 /// The same of a clock that wanders: samples triggered at will scatter by 0.26 of their mean period about the best such clock.
 const WANDERING_JITTER_LIMIT: f64 = 0.1;
-/// White jitter scatters as much about the grid as steps between stamps say; a source that does not tick evenly scatters more.
+/// White jitter scatters about the grid as the steps between stamps predict; an irregular source scatters more.
 const WANDER_LIMIT: f64 = 1.5;
 /// Ticks of which fewer than one in this many left a stamp are only what stamps are rounded to.
 const MOST_TICKS: f64 = 4.0;
@@ -80,7 +80,7 @@ fn by_counting(stamps_s: &[f64]) -> Option<StreamClock> {
 /// How the ticks are known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Index {
-    /// The source told them.
+    /// The source stated them.
     Known,
     /// They were counted between the stamps.
     Counted,
@@ -145,7 +145,7 @@ fn with_lateness(clock: StreamClock, stamps_s: &[f64]) -> StreamClock {
     StreamClock { jitter_s: root_mean_square(&about), lateness: Lateness::of(&about), ..clock }
 }
 
-/// Finer stamps say enough, µs.
+/// Finer stamps are sufficient, µs.
 const COARSE_US: i64 = 500;
 
 /// Standard deviation of rounding, if all stamps are whole multiples of what is coarse and shorter than half a step, s.

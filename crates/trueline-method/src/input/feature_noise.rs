@@ -17,14 +17,10 @@ pub enum NoiseUnused {
 impl std::fmt::Display for NoiseUnused {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
-            Self::FeaturesArePixels => {
-                "a noise of features is stated in mm, but these are pixels of a camera"
-            }
-            Self::FeaturesAreLengths => {
-                "a noise of features is stated in px, but this sensor reports lengths"
-            }
+            Self::FeaturesArePixels => "the feature noise is stated in mm, but this camera reports pixels",
+            Self::FeaturesAreLengths => "the feature noise is stated in px, but this sensor reports lengths",
             Self::EachHasItsOwn => {
-                "a noise of features is stated, but every feature comes with a standard deviation of its own"
+                "a feature noise is stated, but every feature has its own standard deviation"
             }
         })
     }

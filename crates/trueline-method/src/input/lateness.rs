@@ -28,7 +28,7 @@ const LEAST_ASYMMETRY: f64 = 0.25;
 const SHARP: f64 = 0.4;
 /// A late packet is this many standard deviations late; of a million Gaussian stamps one is later than 4.9.
 const LATE_SIGMAS: f64 = 6.0;
-/// So many late packets are no accident …
+/// This number of late packets is not chance …
 const FEWEST_LATE: usize = 4;
 /// … if those that are as early are a third at most: outliers to both sides are another matter.
 const EARLY_COUNTS: usize = 3;

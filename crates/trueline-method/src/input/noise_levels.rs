@@ -1,4 +1,4 @@
-//! How large a residual is expected to be: the covariance that whitens it.
+//! Expected size of a residual: the covariance that whitens it.
 //!
 //! Σ = Σ_feature + σ_r² B Bᵀ + σ_t² ṙ ṙᵀ: the feature's own noise, the robot's position noise carried into
 //! the sheet by B, and the stamp's jitter times the speed ṙ = ∂r/∂t_d at which the point crosses the sheet.

@@ -53,7 +53,7 @@ pub struct Observations {
     pub list: Vec<Observation>,
     /// Number of lines.
     pub line_count: usize,
-    /// Time between pictures where these are taken as their clock says, s.
+    /// Time between pictures where these are taken by their clock, s.
     pub image_tick_s: Option<f64>,
     /// Whether features are pixels.
     pub are_pixels: bool,
@@ -221,7 +221,7 @@ struct Image {
 }
 
 impl Image {
-    /// Whether an earlier row of the same image says the same.
+    /// Whether an earlier row of the same image is identical.
     fn repeats(&mut self, feature: &Feature) -> bool {
         if self.stamp_ns != Some(feature.stamp_ns) {
             self.said.clear();

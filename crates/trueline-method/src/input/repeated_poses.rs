@@ -12,7 +12,7 @@ use trueline_geometry::Pose;
 pub(crate) struct Updates {
     /// Indices of the samples to keep, rising.
     pub kept: Vec<usize>,
-    /// How many are left out.
+    /// Number of rows left out.
     pub repeated: usize,
     /// By how much the first of each is late on average, s.
     pub late_s: f64,

@@ -22,7 +22,7 @@ pub struct RobotMotion {
     pub period_s: f64,
     /// Noise of a recorded position, per axis, as measured on the stream, m.
     pub recorded_noise_m: f64,
-    /// What is left of it in the trajectory, m.
+    /// Remaining noise of the trajectory, m.
     pub noise_m: f64,
     /// Its correlation between two times.
     pub noise_correlation: NoiseCorrelation,
@@ -47,7 +47,7 @@ const UNSHARED: f64 = 0.8;
 /// For so long a robot's path is straight at most: at 2 m/s² it then bends by 2 · T²/8 = 6 µm.
 const STRAIGHT_S: f64 = 0.005;
 /// … and no longer than it bends by this, m. Straight pieces have corners at the same places of the path in every frame: small as they
-/// are, they are no noise, and a scan that tells the time offset from little else is drawn by them.
+/// are, they are not noise, and a scan that tells the time offset from little else is drawn by them.
 const LEAST_BEND_M: f64 = 0.5e-6;
 /// Shorter pieces are no use: at 10 m/s², which no arm reaches with a sensor, they bend by 0.3 µm.
 const SHORTEST_S: f64 = 0.0005;
@@ -146,7 +146,7 @@ impl RobotMotion {
         })
     }
 
-    /// What is left of the noise of the robot's attitudes in its path, rad per axis: as much of it as of the positions', and measured on the
+    /// Remaining noise of the robot's attitudes in its path, rad per axis: as much of it as of the positions', and measured on the
     /// same samples. `times_s` as for [`RobotMotion::of`].
     #[must_use]
     pub(crate) fn rotation_noise_rad(&self, recording: &Recording, times_s: &[f64]) -> f64 {
@@ -207,7 +207,7 @@ impl RobotMotion {
     }
 }
 
-/// The samples that say something new, and when they were taken; those without a value of an axis are left out.
+/// The samples with new poses, and their times; those without a value of an axis are left out.
 fn news(recording: &Recording, times_s: &[f64], axes: Option<&AxisChain>) -> (Vec<f64>, Vec<Pose>, Updates) {
     // Of several samples with one stamp the last counts.
     let last_of_each = |pair: &&[RobotSample]| pair[0].stamp_ns != pair[1].stamp_ns;
@@ -293,7 +293,7 @@ fn acceleration_m_s2(times: &[f64], poses: &[Pose]) -> f64 {
         let Some(last) = later(times, middle) else { break };
         let [before, now, after] = [first, middle, last].map(|k| poses[k] * lever);
         let (step, next) = (times[middle] - times[first], times[last] - times[middle]);
-        // A gap says nothing of the time in it.
+        // A gap has no information on the time in it.
         if step.max(next) < 2.0 * ACCELERATION_S {
             let change = (after - now) / next - (now - before) / step;
             sum += (change * (2.0 / (step + next))).norm_squared();

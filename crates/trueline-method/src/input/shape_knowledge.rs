@@ -1,4 +1,4 @@
-//! What is known of the sensor's shape before the scan, from what its file says of focal lengths and laser plane.
+//! Prior of the sensor's shape, from the uncertainties of focal lengths and laser plane in its file.
 //!
 //! Every property of the sensor that may be off moves the measured points by a field of displacements. What of it is a
 //! rigid motion belongs to the hand-eye transform; the rest is a change of shape (see `trueline_model::sheet_shape`).
@@ -15,23 +15,23 @@ use trueline_dataset::{Recording, Sensor};
 /// A covariance of h₁ … h₅.
 pub type ShapeCovariance = SMatrix<f64, 5, 5>;
 
-/// What is known of a sensor's shape.
+/// Prior of a sensor's shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeKnowledge {
     /// Covariance of h about 0.
     pub covariance: ShapeCovariance,
-    /// Whether the sensor's file says so; else it is assumed.
+    /// Whether the sensor's file states it; else it is assumed.
     pub stated: bool,
 }
 
 /// Assumed where nothing is stated: half a percent of width, depth and shear, and of scale over 30 mm.
 const ASSUMED_SIGMA: [f64; 5] = [5e-3, 5e-3, 5e-3, 0.15, 0.15];
-/// So wide that it says nothing: the sensor's file does not matter.
+/// So wide that it has no effect: the sensor's file is ignored.
 const FREE_SIGMA: [f64; 5] = [0.3, 0.3, 0.3, 10.0, 10.0];
 /// A shape is never known better than this: it keeps the covariance invertible.
 const LEAST_SIGMA: [f64; 5] = [1e-6, 1e-6, 1e-6, 1e-4, 1e-4];
 
-/// What of a shape is below all that a sensor's file can say: 0.03 µm at 30 mm.
+/// Size of a shape below the resolution of a sensor's file: 0.03 µm at 30 mm.
 pub(crate) fn least_covariance() -> SMatrix<f64, 5, 5> {
     diagonal(LEAST_SIGMA)
 }

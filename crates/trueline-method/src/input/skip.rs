@@ -42,11 +42,11 @@ impl fmt::Display for Skip {
         f.write_str(match self {
             Self::Gap => "exposed in a gap of the robot stream",
             Self::Outside => "exposed outside the robot recording",
-            Self::AlongPlane => "line runs along the laser sheet",
+            Self::AlongPlane => "line runs along the laser plane",
             Self::NoRay => "pixel outside the image or the lens model",
-            Self::NoIntersection => "ray does not meet the laser sheet",
-            Self::Repeated => "row repeats another of its image",
-            Self::RarePlate => "on a plate that hardly any frame shows",
+            Self::NoIntersection => "ray does not meet the laser plane",
+            Self::Repeated => "row repeats another row of its image",
+            Self::RarePlate => "on a plate that few frames show",
         })
     }
 }

@@ -30,7 +30,7 @@ const STOP_PART: f64 = 1e-3;
 pub enum Stops {
     /// The user states it, the recording pairs readings with poses, or the time offset of a robot that stands is held.
     Stated,
-    /// The robot stands at each reading, and nobody said so.
+    /// The robot stands still at each reading, without --at-stops.
     Recognised,
 }
 
@@ -56,7 +56,7 @@ pub fn of<'a>(
     Ok(Some((Cow::Owned(paired(recording)?), stops)))
 }
 
-/// The same options for stops: there is no time offset to be found, and nothing that a stamp could say.
+/// The same options for stops: there is no time offset, and stamps have no meaning.
 #[must_use]
 pub(crate) fn options(config: &Config) -> Config {
     let mut hold = config.hold.clone();

@@ -1,4 +1,4 @@
-//! When the samples of both streams were taken: as stamped, or as their clocks say.
+//! When the samples of both streams were taken: as stamped, or by their clocks.
 
 use crate::config::{Config, ResidualKind, Stamps};
 use crate::input::clock_line::SILENCE_TICKS;
@@ -32,7 +32,7 @@ pub struct Sampling {
     pub images: Stream,
 }
 
-/// Which streams are taken as their clocks say.
+/// Which streams are taken by their clocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dejittered {
     /// Robot poses.
@@ -41,7 +41,7 @@ pub struct Dejittered {
     pub images: bool,
 }
 
-/// What is known of a stream's stamps, and what was done with them.
+/// Properties of a stream's stamps, and their treatment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StampReport {
     /// Number of samples with a stamp of their own.
@@ -74,11 +74,11 @@ pub struct StampReport {
     pub step_taken_out: bool,
     /// All stamps are multiples of this, though the samples are not: what the stamps leave unsaid, s.
     pub grain_s: Option<f64>,
-    /// Whether the samples were taken as the clock says.
+    /// Whether the samples were taken by the clock.
     pub dejittered: bool,
 }
 
-/// Finer stamps say enough, s.
+/// Finer stamps are sufficient, s.
 const COARSE_GRAIN_NS: i64 = 500_000;
 
 /// Rows over which rounded stamps stay within a grain of an even tick, and ones with lost rows do not.
@@ -93,7 +93,7 @@ const MANY_GRAINS: i64 = 3;
 /// RMS distance from an even tick, in grains, where no rows can be lost: 0.29 of rounding, and jitter of up to half a grain.
 const STRAYS_RMS: f64 = 0.6;
 
-/// Steps of so many lengths, each of them one in a hundred, are no rows that are lost from an even tick.
+/// With this number of different step lengths, each of them 1 % or more, the steps are not lost rows of a regular clock.
 const MANY_STEPS: usize = 6;
 
 /// The multiple of which all stamps are, in ns, if it is coarse and rounding is why: the stamps are an even tick to
@@ -317,7 +317,7 @@ impl Stream {
 }
 
 /// Stamps (ns, rising) and counters of all pictures of a recording, where some of them show stripes and no seam point: a clock that is fitted
-/// to the seam points alone says little of these. `None` where there are none, or the device's stamps tell of the clock.
+/// to the seam points alone has little information on these. `None` where there are none, or the device's stamps tell of the clock.
 fn with_stripes_alone(recording: &Recording) -> Option<(Vec<i64>, Vec<Option<u64>>)> {
     if recording.stripes.is_empty() || recording.features.iter().any(|f| f.device_ns.is_some()) {
         return None;
@@ -401,13 +401,13 @@ impl Sampling {
         clock.map_or(&self.images.recorded_s, |clock| &clock.regular_s)
     }
 
-    /// Time between pictures where these are taken as their clock says, s.
+    /// Time between pictures where these are taken by their clock, s.
     #[must_use]
     pub(crate) fn image_tick_s(&self, dejittered: Dejittered) -> Option<f64> {
         self.images.clock.as_ref().filter(|_| dejittered.images).map(|clock| clock.period_s)
     }
 
-    /// The streams that are taken as their clocks say before anything is fitted: their stamps are surely of arrival.
+    /// The streams that are taken by their clocks before anything is fitted: their stamps are surely of arrival.
     #[must_use]
     pub fn of_arrival(&self, config: &Config) -> Dejittered {
         if config.stamps == Stamps::Auto && config.residual == ResidualKind::Sheet {

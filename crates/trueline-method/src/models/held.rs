@@ -1,4 +1,4 @@
-//! What is held, beside the same scan with it released: whether the scan contradicts it.
+//! Tests whether the scan contradicts a sensor or line that was held fixed, by refitting with it free.
 //!
 //! The error of a sensor or of a line that is held goes into the residuals, where it looks like a bad robot, another lens or a bent
 //! seam. So nothing else is concluded from these residuals: causes are looked for with sensor and lines released.
@@ -51,8 +51,7 @@ pub(crate) fn compare(config: &Config, checks: &mut Checks, released: &Calibrati
     }
 }
 
-/// The shape of a sensor that was held, or taken for as good as its file states; `None` where it was not, or the scan does not show
-/// it.
+/// Shape of a sensor that was held fixed, or had the uncertainty of its file; `None` if it was free, or the scan does not determine it.
 pub(crate) fn held_sensor(held: &Config, released: &Calibration) -> Option<SensorShape> {
     let unknowns = &released.findings.unknowns;
     let shape = unknowns.sensor.filter(|_| unknowns.observability.unobservable.is_empty())?;

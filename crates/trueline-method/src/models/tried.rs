@@ -7,7 +7,7 @@ use crate::problem::parameters::{ROTATION, TIME_OFFSET};
 use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
 
-/// What a group of unknowns was in a model.
+/// Treatment of a group of unknowns in a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// Estimated from the scan, with a prior where there is one.
@@ -30,7 +30,7 @@ impl Role {
     }
 }
 
-/// What the clock of the images does in a model.
+/// Image clock in a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Clock {
     /// One time offset for the whole scan.
@@ -72,7 +72,7 @@ pub enum Because {
     Asked,
     /// It tests whether the scan contradicts what the answer holds or takes from the sensor's file.
     TestsWhatIsHeld,
-    /// It knows of noise alone: an adjustment with all errors begins at its optimum.
+    /// It includes noise alone: an adjustment with all errors begins at its optimum.
     NoiseAlone,
     /// It tests whether the recorded poses were commanded: it is not plainly likelier, or no likelier than the same filter turned round in time.
     TestsLag,
@@ -133,7 +133,7 @@ pub enum Block {
     EdgeRadius,
     /// The robot, over its poses.
     Robot,
-    /// How far the robot lags behind its recorded poses.
+    /// Lag of the robot behind its recorded poses.
     PoseLag,
     /// Where external axes are.
     Axes,
@@ -174,7 +174,7 @@ impl Block {
     }
 }
 
-/// What the seam is in a model.
+/// Form of the seam in a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SeamModel {
     /// A line, with its bow and its form.
@@ -197,20 +197,20 @@ impl SeamModel {
 /// A model that was fitted to the seam points of a scan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelTried {
-    /// Why.
+    /// Reason.
     pub because: Because,
     /// The role of each block, in the order of [`Block::ALL`].
     pub roles: [Role; Block::ALL.len()],
-    /// What the seam is.
+    /// Form of the seam.
     pub target: SeamModel,
     /// The clock of the images.
     pub clock: Clock,
-    /// How far the robot lags behind its recorded poses, s.
+    /// Lag of the robot behind its recorded poses, s.
     pub robot_lag_s: f64,
     /// Logarithm of the likelihood of all features and of what was known beforehand, at the best fit, but for a constant; of an adjustment the
     /// restricted likelihood. Models of one kind, of the same features and stamps, compare by it.
     pub log_evidence: f64,
-    /// How much larger the residuals are than expected.
+    /// Noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
 }
 
@@ -252,7 +252,7 @@ impl ModelTried {
         place.map_or(Role::Held, |place| self.roles[place])
     }
 
-    /// The same with other roles of the blocks that something is said of.
+    /// The same with other roles of the named blocks.
     pub(crate) fn with(&self, of: impl Fn(Block) -> Option<Role>) -> Self {
         Self { roles: Block::ALL.map(|block| of(block).unwrap_or_else(|| self.role(block))), ..self.clone() }
     }

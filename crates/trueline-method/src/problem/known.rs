@@ -72,7 +72,7 @@ impl Known {
         0.5 * self.blocks.iter().map(|block| block.values.dot(&block.weighed())).sum::<f64>()
     }
 
-    /// P over so many unknowns.
+    /// P over a number of unknowns.
     #[must_use]
     pub(crate) fn information(&self, dimension: usize) -> DMatrix<f64> {
         let mut all = DMatrix::zeros(dimension, dimension);
@@ -80,7 +80,7 @@ impl Known {
         all
     }
 
-    /// P v over so many unknowns.
+    /// P v over a number of unknowns.
     #[must_use]
     pub(crate) fn gradient(&self, dimension: usize) -> DVector<f64> {
         let mut all = DVector::zeros(dimension);

@@ -36,7 +36,7 @@ pub struct LineProblem<'a> {
     pub unknowns: Unknowns,
     /// Directions held at a guess.
     pub prior: Option<Prior>,
-    /// What is known of the sensor's shape beforehand.
+    /// Prior of the sensor's shape.
     pub shape_prior: Option<ShapePrior>,
     /// Threads that share large scans; the result does not depend on it.
     pub threads: usize,
@@ -154,7 +154,7 @@ impl<'a> LineProblem<'a> {
         Scan { observations: self.observations, list: self.list, at, residual: self.residual }
     }
 
-    /// The same problem shared by so many threads where it is large.
+    /// The same problem, shared by a number of threads if it is large.
     #[must_use]
     pub fn with_threads(self, threads: usize) -> Self {
         Self { threads, ..self }

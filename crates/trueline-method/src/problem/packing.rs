@@ -1,7 +1,7 @@
 //! Samples that are kept from one sweep to the next.
 //!
 //! A solve sweeps a scan at time offsets that hardly differ, and gathering the samples is half of a sweep. So they are kept from
-//! the second sweep at nearly the same time offset on, or from the first where that is known beforehand. Of scans of more than one
+//! the second sweep at nearly the same time offset on, or from the first if that is known. Of scans of more than one
 //! chunk they would not stay in the processor's caches, and are gathered each time.
 
 use crate::problem::simd::{CHUNK, Gathering, Samples, Scan};

@@ -70,7 +70,7 @@ impl Unknowns {
         line_index(self.lines)
     }
 
-    /// Those of which something is known beforehand: bows and shape.
+    /// Unknowns with a prior: bows and shape.
     #[must_use]
     pub(crate) fn known_before(&self) -> Range<usize> {
         self.asked_for()..self.dimension()

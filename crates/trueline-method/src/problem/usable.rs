@@ -56,7 +56,7 @@ impl UsableObservations {
         }
     }
 
-    /// How many there are.
+    /// Their number.
     #[must_use]
     pub fn len(&self) -> usize {
         match self {

@@ -1,11 +1,11 @@
-//! Covariance of the estimates that means what it says.
+//! Calibrated covariance of the estimates.
 //!
 //! Were every residual independent and of the expected size, H⁻¹ would do. They are not: all features of
 //! a frame share the robot's error and the stamp's jitter, and neighbouring frames may be alike. So the
 //! scores (gradients) are summed frame by frame and their covariance, with neighbours up to a lag, takes
 //! the place of the expected one (cluster and autocorrelation consistent, \[Newey1987\]). That estimate is
 //! noisy, so it is drawn towards the expected one as far as its own noise demands \[Ledoit2004\]: where the
-//! data agree with the model the result is the model's. The model knows what the features of a frame share:
+//! data agree with the model the result is the model's. The model includes the common errors of the features of a frame:
 //! the robot's position error and the stamp's.
 
 use crate::assess::row_products::RowProducts;
@@ -43,8 +43,7 @@ struct Moments {
 /// The scores of all frames in the root's coordinates, and what the model expects of them.
 struct Scores {
     frames: RowTable,
-    /// Expected covariance of their sum; the unit matrix where every frame has one feature and nothing is known
-    /// beforehand.
+    /// Expected covariance of their sum; the unit matrix if every frame has one feature and there is no prior.
     expected: DMatrix<f64>,
     /// The part of the information that was known beforehand, in the same coordinates.
     known: DMatrix<f64>,

@@ -10,7 +10,7 @@ use trueline_lsq::{Loss, SolveOptions, solve};
 
 /// Observations that a search looks at, of all lines together: every line shows time offset and hand-eye …
 const SAMPLE: usize = 160;
-/// … but of each at least so many.
+/// … but at least this number of each.
 const LEAST_OF_LINE: usize = 60;
 /// A search takes features for no better than this, m: of those that are known to a micrometre a thousand σ are no part of the field of view.
 const SEARCHED_SIGMA_M: f64 = 10e-6;

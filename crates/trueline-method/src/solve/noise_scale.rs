@@ -2,8 +2,8 @@
 
 use crate::order_statistics::median;
 
-/// Squared whitened residual (two components) that good data exceed once in a thousand, χ²₂ at 99.9 %: up to here
-/// residuals tell how large the noise is.
+/// Squared whitened residual (two components) that good data exceed once in a thousand, χ²₂ at 99.9 %: residuals up to here estimate
+/// the noise.
 const ORDINARY_SQUARED: f64 = 13.816;
 
 /// How much larger the good residuals are than expected: the factor on all standard deviations.

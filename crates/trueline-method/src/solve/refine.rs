@@ -165,7 +165,7 @@ impl<'a> Rounds<'a> {
         (noise, self.modelled(state))
     }
 
-    /// The paper's residual knows straight lines and an exact sensor only. A bow is laid over its line once.
+    /// The paper's residual supports straight lines and an exact sensor only. A bow is laid over its line once.
     fn modelled(&self, mut state: Parameters) -> Parameters {
         let Solver { observations, settings } = self.solver;
         if state.curvatures.is_empty() {

@@ -29,7 +29,7 @@ impl<'a> Solver<'a> {
     }
 
     /// Twice the negative log likelihood of all features, those that are outliers or cannot be placed counting as such, and
-    /// of what is known beforehand.
+    /// of the prior.
     #[must_use]
     pub(crate) fn twice_negative_log_likelihood(&self, at: &Parameters) -> f64 {
         let criterion = Criterion { residual: self.settings.config.residual, loss: REJECTING };

@@ -94,8 +94,8 @@ pub fn from_nothing(
 
 /// The solution that looks alike while the attitude is constant: the sheet leans against the line the
 /// other way. Turned by half a turn about the line in base and about its own normal, the sheet keeps every
-/// offset square to the line and reverses those along it, which a line cannot show. Only tilting tells
-/// the two apart, so with little tilt a search can end in the wrong one.
+/// offset square to the line and reverses those along it, which a line cannot show. Only tilting separates the two, so with little tilt
+/// a search can end in the wrong one.
 #[must_use]
 pub(crate) fn mirrored(
     observations: &Observations,

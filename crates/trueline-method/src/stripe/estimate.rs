@@ -47,13 +47,13 @@ pub struct SeamEstimate<'a> {
     pub settings: &'a FitSettings<'a>,
     /// The fit.
     pub fit: &'a Fit,
-    /// What it says.
+    /// The answer.
     pub answer: Answer,
     /// Its covariance by noise alone.
     pub noise: &'a DMatrix<f64>,
-    /// What of its noise lasts.
+    /// Its correlated noise.
     pub lasting: Lasting,
-    /// What it owes to errors that are no noise.
+    /// Its systematic errors.
     pub systematic: &'a Systematic,
     /// Those errors.
     pub shared: SharedErrors<'a>,
@@ -140,7 +140,7 @@ fn skipped(
     skipped
 }
 
-/// Unasked, the stripes are the answer where they agree with the seam points and do not know clearly less.
+/// By default the stripe estimate is used if it agrees with the seam points and is not clearly less certain.
 fn decided(estimate: &StripeEstimate) -> Because {
     match estimate.sigmas_apart {
         Some(apart) if apart >= AGREEMENT_SIGMAS => Because::Disagreement,
@@ -222,7 +222,7 @@ fn shared_noise(seam: &SeamEstimate<'_>) -> SharedNoise {
     }
 }
 
-/// What of the information is noise of the robot's poses; of a stream too short to tell, nothing.
+/// Information that is noise of the robot's poses; zero for a stream too short for an estimate.
 fn pose_noise_information(fit: &StripeFit<'_>, halves: Option<&[Trajectory; 2]>) -> DMatrix<f64> {
     let size = fit.problem.unknowns.dimension();
     halves.map_or_else(|| DMatrix::zeros(size, size), |halves| motion_information::of_noise(fit, halves))
@@ -254,7 +254,7 @@ impl Explained {
     }
 }
 
-/// An answer in the words of a seam, and what it owes to noise and to errors that are no noise.
+/// An answer in the words of a seam, and what it owes to noise and to errors that are not noise.
 struct InSeam {
     answer: Answer,
     noise: DMatrix<f64>,
@@ -323,7 +323,7 @@ fn in_lengths(observations: &Observations, one: &Parameters, other: &Parameters)
     }
 }
 
-/// Files have stamps of a nanosecond and lengths of nanometres: answers are not told apart to less, s, rad and m.
+/// Files have stamps of a nanosecond and lengths of nanometres: answers cannot be separated to less, s, rad and m.
 const ROUNDING_SI: f64 = 1e-9;
 
 /// How far the answers are apart, σ. What the forms of the plates explain is no disagreement; what they do not explain is as large as it is.

@@ -29,28 +29,28 @@ pub struct StripeFit<'a> {
     pub problem: StripeProblem<'a>,
     /// Its optimum.
     pub solution: Solution<StripeState>,
-    /// How much larger the noise is than expected.
+    /// Noise factor: noise divided by the expected noise.
     pub noise_factor: f64,
-    /// What was looked at, and what does not belong to the rest.
+    /// Counts of used and rejected measurements.
     pub counts: OutlierCounts,
     /// Whether the weights have settled.
     pub is_settled: bool,
-    /// What the loss makes of the covariance.
+    /// Effect of the loss on the covariance.
     pub moments: RobustMoments,
 }
 
-/// What a fit is made of.
+/// Inputs of a fit.
 #[derive(Clone, Copy)]
 pub(crate) struct StripeSolver<'a> {
     /// Trajectory and sheet.
     pub observations: &'a Observations,
-    /// What the frames show.
+    /// Measurements of the frames.
     pub frames: &'a [StripeFrame],
-    /// What their residuals share.
+    /// Common errors of their residuals.
     pub shared: SharedNoise,
     /// The loss of a plate's stripe in a frame.
     pub loss: Loss,
-    /// What is known of the sensor's shape beforehand.
+    /// Prior of the sensor's shape.
     pub shape_prior: Option<ShapePrior>,
     /// Components that are held where they start.
     pub fixed: &'a [usize],

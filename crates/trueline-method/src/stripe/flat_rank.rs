@@ -1,15 +1,15 @@
-//! What the motion of a scan shows of its plates, as if they were flat.
+//! Observability of flat plates by the motion of a scan.
 //!
-//! Which directions are seen is a question to the motion: a target of unknown place hides every shift of the sensor that the attitudes do
-//! not tell from a shift of the target. Of flat plates that holds exactly. Estimated bows break it: a plate that is shifted in its own plane has
-//! other surface terms, of which something is known beforehand, and a shift of centimetres seems to be known by that alone.
+//! Which directions are seen is a question to the motion: a target of unknown place hides every shift of the sensor that the
+//! attitudes cannot separate from a shift of the target. Of flat plates that holds exactly. Estimated bows break it: a plate that is shifted in its own plane has
+//! other surface terms, that have a prior, and a shift of centimetres seems to be known by that alone.
 //!
 //! Noise of the reported attitudes turns the sensor a little in every frame, which is no motion either. How much of the information it makes follows from
 //! what is left unknown of each frame's attitude, P, once its residuals have had their say: N = Σ (∂J/∂ω)ᵀ P (∂J/∂ω) over the whitened
 //! Jacobians. Two halves of the path would tell it without a level of the noise, but where stripes show an attitude far better than the robot
 //! reports it, the halves are noisier than the poses that the fit takes, and directions that are seen seem to be noise.
 //!
-//! Of unknowns of which something is known beforehand nothing is asked: a direction is one of the others, and these follow.
+//! Of unknowns that have a prior nothing is asked: a direction is one of the others, and these follow.
 
 use crate::assess::observability::RANK_THRESHOLD;
 use crate::stripe::frame_residual::{FrameGradients, linearize_frame};
@@ -25,7 +25,7 @@ use trueline_lsq::{Information, LeastSquares, NormalEquations};
 /// Turn by which a derivative by the attitude is taken, rad: Jacobians are smooth over tenths.
 const SMALL_TURN_RAD: f64 = 1e-4;
 
-/// Frames that are looked at; of more, every so many stand for the rest.
+/// Frames that are looked at; of more, one in several represents the rest.
 const SAMPLE: usize = 400;
 
 /// The noise of the reported attitudes.

@@ -123,7 +123,7 @@ impl FrameRows {
         gradients: SMatrix::from_array_storage(ArrayStorage([[0.0; LOCAL_ALL]; ROWS])),
     };
 
-    /// Adds a share of what one surface says to the derivatives of a row.
+    /// Adds a share of one surface to the derivatives of a row.
     fn add(&mut self, row: usize, surface: usize, parts: &StripeJacobian, share: f64) {
         self.by_pose[row].add(&parts.by_pose, share);
         let gradient = &mut self.gradients.as_mut_slice()[LOCAL_ALL * row..][..LOCAL_ALL];
@@ -237,7 +237,7 @@ struct Crossing {
     inverse: Matrix2<f64>,
 }
 
-/// What one surface says of a point in the crossing.
+/// Contribution of one surface to a point of the crossing.
 struct Side {
     /// Of which of the two sides of the crossing.
     row: usize,

@@ -61,17 +61,17 @@ pub struct StripeFrame {
     pub stamp_s: f64,
     /// Which joint.
     pub joint: usize,
-    /// What it shows.
+    /// Its measurements.
     pub sight: Sight,
     /// Its seam point beside the stripes: where plates do not meet it is a point of the edge.
     pub edge: Option<SeamSight>,
-    /// The unit vector in the sheet along which the edge point counts: what moves it across its stripe does not move it along this. How
-    /// high it is says the stripe, of whose light it was made; that of a bowed plate leaves the straight line by which its end is measured.
+    /// The unit vector in the sheet along which the edge point counts: what moves it across its stripe does not move it along this. Its
+    /// height comes from the stripe, from whose light it is computed; that of a bowed plate leaves the straight line by which its end is measured.
     pub edge_axis: Vector2<f64>,
 }
 
 impl StripeFrame {
-    /// How many stripes it shows.
+    /// Number of its stripes.
     #[must_use]
     pub(crate) fn stripes(&self) -> usize {
         match &self.sight {
@@ -343,7 +343,7 @@ fn on_sheet(
 struct Stamps {
     /// Recorded stamp (ns) and the one that is used (s), rising.
     known: Vec<(i64, f64)>,
-    /// Time between pictures where these are taken as their clock says, s.
+    /// Time between pictures where these are taken by their clock, s.
     tick_s: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! How much of what the stripes say is motion, and how much is noise of the robot's poses.
+//! Share of motion and of robot noise in the information of the stripes.
 //!
 //! Residuals are taken at noisy poses, and their Jacobian J contains that noise: JᵀWJ is larger than that of the motion alone. Its
 //! pose noise is uncorrelated with the residuals in the mean, for derivatives are taken where the robot most likely was
@@ -22,7 +22,7 @@ use trueline_geometry::Trajectory;
 use trueline_lsq::Information;
 use trueline_model::Placement;
 
-/// Frames that are looked at; of more, every so many stand for the rest.
+/// Frames that are looked at; of more, one in several represents the rest.
 const SAMPLE: usize = 800;
 /// A direction that is noise by this part or more is not seen: a linear account of errors ends where they are as large as the motion.
 pub(crate) const MOST_NOISE: f64 = 0.5;
@@ -136,8 +136,8 @@ mod tests {
         (observations, sampling.robot_times_s(Dejittered::default()).to_vec())
     }
 
-    /// Along the true path of the same scan the information is that of the motion alone. One plate with its edge hardly shows a turn about
-    /// its stripe: a quarter of what the reported path seems to say of it is noise.
+    /// Along the true path of the same scan the information is that of the motion alone. One plate with its edge hardly determines a
+    /// rotation about its stripe: 25 % of its apparent information from the reported path is noise.
     #[test]
     fn what_motion_shows_is_the_information_along_the_true_path() {
         let scenario = |robot_position_noise_m: f64| {

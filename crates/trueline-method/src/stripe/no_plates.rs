@@ -16,9 +16,9 @@ pub enum NoPlates {
     NoPlane,
     /// Most stripes lie on no plate.
     Scattered {
-        /// How many.
+        /// Number.
         rejected: usize,
-        /// Of how many.
+        /// Total number.
         stripes: usize,
     },
     /// The search for the best plates did not come to an end.
@@ -42,13 +42,14 @@ impl fmt::Display for NoPlates {
                 f,
                 "line {line} has no stripes, or too few, on its plates: {unusable} lie outside the image or do not meet the laser plane"
             ),
-            Self::NoPlane => {
-                f.write_str("no plane fits the support points of a plate: they lie on one line, or anywhere")
-            }
+            Self::NoPlane => f.write_str(
+                "no plane fits the support points of a plate: they lie on one line, or are \
+                    scattered",
+            ),
             Self::Scattered { rejected, stripes } => {
                 write!(
                     f,
-                    "{rejected} of {stripes} stripes lie on none of the plates that fit the others best"
+                    "{rejected} of {stripes} stripes are outliers: they lie on none of the fitted plates"
                 )
             }
             Self::NotConverged => f.write_str("the fit of the plates did not converge"),
@@ -57,14 +58,15 @@ impl fmt::Display for NoPlates {
             ),
             Self::EdgeElsewhere { line } => write!(
                 f,
-                "the plates of line {line} meet in no line, and its seam points lie a millimetre or more beside them"
+                "the plates of line {line} do not meet in a line, and its seam points lie 1 mm or more \
+                beside them"
             ),
         }
     }
 }
 
 impl NoPlates {
-    /// The same, where so many stripes could not be used.
+    /// The same, with a number of unusable stripes.
     #[must_use]
     pub(crate) fn with_unusable(self, unusable: usize) -> Self {
         match self {
@@ -73,28 +75,34 @@ impl NoPlates {
         }
     }
 
-    /// What the user can do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {
             Self::Missing { unusable: 1.., .. } => {
-                "see whether stripes.csv and sensor.toml are of one camera and one region of the picture, or take --use seam"
+                "check that stripes.csv and sensor.toml belong to one camera and one region of the picture, \
+                or use --use seam"
             }
             Self::Missing { .. } => {
-                "number the plates 0 and 1 in stripes.csv, or take --use both: a line without plates then counts by its seam points"
+                "number the plates 0 and 1 in stripes.csv, or use --use both: a line without plates is then \
+                measured by its seam points"
             }
             Self::NoPlane => {
-                "let the robot move along the seam or tilt while it scans, and see whether stripes.csv is of this scan and in its units; otherwise take --use seam"
+                "move along the seam or tilt during the scan, and check that stripes.csv belongs to this \
+                scan and has its units; otherwise use --use seam"
             }
             Self::Scattered { .. } => {
-                "see whether stripes.csv is of this scan and this sensor, in its units, and each plate has one number in all frames; otherwise take --use seam"
+                "check that stripes.csv belongs to this scan and sensor, has its units, and numbers each \
+                plate alike in all frames; otherwise use --use seam"
             }
             Self::NotConverged => {
-                "see whether stripes.csv is of this scan and this sensor, and whether the seam points calibrate by themselves: --use seam"
+                "check that stripes.csv belongs to this scan and sensor, and try the seam points alone: \
+                --use seam"
             }
-            Self::Parallel => "of a lap or a step the edge is the seam: give its points in features.csv",
+            Self::Parallel => "for a lap or a step the edge is the seam: give its points in features.csv",
             Self::EdgeElsewhere { .. } => {
-                "a lap's seam is the edge of its upper plate or its foot on the lower one, and a plate has one number in all frames; otherwise take --use seam"
+                "a lap's seam is the edge of its upper plate or its foot on the lower one, and each plate \
+                has the same number in all frames; otherwise use --use seam"
             }
         }
     }

@@ -11,7 +11,7 @@ use crate::stripe::planes::{JointAngle, JointStep, PlaneEstimate};
 use nalgebra::DMatrix;
 use std::collections::BTreeMap;
 
-/// Part of the frames in which both plates must be seen for stripes to be used unasked.
+/// Share of the frames in which both plates must be seen for stripes to be used by default.
 pub const LEAST_SHARE: f64 = 0.8;
 
 /// Seam errors that differ by less than this factor are of the same kind: which errors an answer counts as estimated or assumed moves
@@ -73,7 +73,7 @@ pub struct Answer {
     pub covariance: DMatrix<f64>,
     /// The part of it that is noise.
     pub noise_covariance: DMatrix<f64>,
-    /// What is seen of it.
+    /// Visible parts.
     pub observability: Observability,
     /// Error of a seam point that is measured later; `None` if something of the hand-eye is not seen.
     pub seam_error: Option<SeamError>,
@@ -90,21 +90,21 @@ pub struct StripeEstimate {
     pub steps: Vec<JointStep>,
     /// How far both answers are apart, in sigma; `None` if nothing of them can be compared.
     pub sigmas_apart: Option<f64>,
-    /// How far, in what a user knows.
+    /// Distance in the user's quantities.
     pub apart: Apart,
-    /// How much larger the noise is than expected.
+    /// Noise factor: noise divided by the expected noise.
     pub noise_factor: f64,
-    /// What was looked at, and what does not belong to the rest.
+    /// Counts of used and rejected measurements.
     pub counts: OutlierCounts,
     /// Whether the plates' forms explain what seemed to be errors of the robot by the seam points.
     pub explains_robot: bool,
-    /// What the seam points say.
+    /// Answer of the seam points.
     pub seam: Answer,
-    /// What the stripes say.
+    /// Answer of the stripes.
     pub stripe: Answer,
 }
 
-/// How far two answers are apart.
+/// Distance of two answers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Apart {
     /// Time offset of the stripes less that of the seam points, s.
@@ -134,12 +134,12 @@ impl StripeEstimate {
     }
 }
 
-/// What became of the stripes of a recording.
+/// Outcome for the stripes of a recording.
 #[derive(Clone, Debug)]
 pub struct StripeOutcome {
-    /// What the answer was made of.
+    /// Measurements that the answer was computed from.
     pub used: Measurements,
-    /// Why.
+    /// Reason.
     pub because: Because,
     /// Frames with a seam point or a stripe.
     pub frames: usize,

@@ -1,4 +1,4 @@
-//! How many stripes and edge points were looked at, and how many were left out.
+//! Counts of used and rejected stripes and edge points.
 
 use crate::assess::outliers::Outliers;
 

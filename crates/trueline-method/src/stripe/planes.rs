@@ -1,4 +1,4 @@
-//! What the scan says of the plates themselves: where they are, how well that is known, and whether they are flat.
+//! Estimated plates: position, uncertainty and flatness.
 
 use crate::assess::observability::is_null;
 use crate::stripe::frames::{Sight, StripeFrame, StripeFrames};
@@ -13,7 +13,7 @@ use trueline_model::plate::{SURFACE_LENGTH_M, SURFACE_REACH_M, surface_terms};
 
 /// One plate: the plane that fits its visible surface best.
 ///
-/// The slope at the seam and a bow across the stripe are hard to tell apart; what the visible surface does as a whole is known
+/// The slope at the seam and a bow across the stripe are hard to separate; what the visible surface does as a whole is known
 /// far better than either.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlaneEstimate {
@@ -55,7 +55,7 @@ pub struct JointAngle {
     pub sigma_rad: f64,
 }
 
-/// How far one of two parallel plates lies below the other.
+/// Height step between two parallel plates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointStep {
     /// Number of the joint.
@@ -66,7 +66,7 @@ pub struct JointStep {
     pub sigma_m: f64,
 }
 
-/// What a scan says of its plates.
+/// Estimated plates of a scan.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Planes {
     /// The plates.
@@ -228,7 +228,7 @@ struct SeenPoint {
     from: Vector3<f64>,
 }
 
-/// Support points of a plate that are looked at; of more frames, every so many stand for the rest.
+/// Support points of a plate that are looked at; of more frames, one in several represents the rest.
 const MOST_FRAMES: usize = 5000;
 
 /// The support points of a plate.

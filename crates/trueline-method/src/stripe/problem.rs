@@ -1,4 +1,4 @@
-//! Frames → least-squares problem: the sums of their whitened residuals and what is known beforehand.
+//! Frames → least-squares problem: the sums of their whitened residuals and the prior.
 
 use crate::input::observations::Observations;
 use crate::input::shape_prior::ShapePrior;
@@ -19,7 +19,7 @@ pub struct StripeProblem<'a> {
     pub frames: Vec<WeighedFrame>,
     /// Its unknowns.
     pub unknowns: StripeUnknowns,
-    /// What is known of the sensor's shape beforehand.
+    /// Prior of the sensor's shape.
     pub shape_prior: Option<ShapePrior>,
 }
 
@@ -35,7 +35,7 @@ impl StripeProblem<'_> {
         linearize_frame(self.observations, &weighed.frame, at, &placement)
     }
 
-    /// What is known beforehand, with its pull at a state.
+    /// The prior, with its pull at a state.
     pub(crate) fn known_beforehand(&self, at: &StripeState) -> NormalEquations {
         let mut known = NormalEquations::zeros(self.unknowns.dimension());
         at.known(self.shape_prior.as_ref()).add_to(&mut known);

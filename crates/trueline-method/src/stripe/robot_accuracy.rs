@@ -1,7 +1,7 @@
 //! Whether the stripes show a robot as bad as the seam points seem to.
 //!
-//! A seam that is not straight and a robot that wanders move seam points alike. Stripes tell them apart: plates have the forms that
-//! [`crate::stripe::state::SURFACE_SIGMA_M`] allows them, and what these take up is left to nobody.
+//! A seam that is not straight and a robot that wanders move seam points alike. Stripes separate them: plates have the forms that
+//! [`crate::stripe::state::SURFACE_SIGMA_M`] allows them, and what these take up is not assigned to the robot.
 
 use crate::assess::robot_accuracy::{SAMPLE, Scores, modes};
 use crate::assess::robot_field::RobotSigmas;
@@ -76,7 +76,7 @@ mod tests {
     use crate::stripe::whitening::SharedNoise;
     use trueline_sim::{PlateForm, Plates, Preset, scan_plates};
 
-    /// At the optimum the rows pull the unknowns nowhere, together with what is known beforehand: as the solver ends with a step of
+    /// At the optimum the rows pull the unknowns nowhere, together with the prior: as the solver ends with a step of
     /// 1e-6 σ, the pull is as small in these coordinates. Bowed plates are held back by what is known of them, so that each of both
     /// pulls by a thousand times what is allowed.
     #[test]

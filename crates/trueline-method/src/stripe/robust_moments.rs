@@ -1,4 +1,4 @@
-//! What a robust loss makes of the covariance of the plates' estimate.
+//! Effect of a robust loss on the covariance of the plates' estimate.
 //!
 //! A frame's score is Jᵀ M r with M = Σ⁻¹ and Σ = D/w + S: the own noise D of each plate is inflated by the weight that its
 //! residual earns, the noise S that the plates share is not. As w depends on r, the score moves with the residual by
@@ -58,7 +58,7 @@ impl RobustMoments {
         }
     }
 
-    /// Variance of the scores by what their weights expect, and how much less the scores move with the residuals than these say.
+    /// Variance of the scores expected from their weights, and the reduced response of the scores to the residuals.
     #[must_use]
     pub(crate) fn variance_and_bend(&self) -> (f64, f64) {
         let weight = self.weight.max(f64::MIN_POSITIVE);

@@ -1,7 +1,7 @@
-//! What the plates' forms make of seam points that are the crossing of straight lines.
+//! Effect of the plates' forms on seam points computed as crossings of straight lines.
 //!
 //! A detector lays a straight line along each arm of a picture and takes their crossing. Of bowed plates that is beside the seam, by as much
-//! in all pictures of one attitude, and the seam points' answer does not know of it. How far it is moved says a fit to the same points
+//! in all pictures of one attitude, and the seam points' answer ignores it. How far it is moved says a fit to the same points
 //! without what the forms that the stripes show make of them.
 
 use crate::input::observations::Observations;

@@ -1,6 +1,6 @@
 //! Where the plates' problem begins: planes through the support points as they fall with a seam's answer. Where two of them meet they
 //! are the joint; parallel plates, and one alone, have an edge where the seam points are. A joint whose plates
-//! are not seen is any two planes that meet in its seam: how they lie about it is held, and says nothing.
+//! are not seen is any two planes that meet in its seam: how they lie about it is held, and has no information.
 
 use crate::input::observations::Observations;
 use crate::problem::parameters::Parameters;

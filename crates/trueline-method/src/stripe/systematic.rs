@@ -1,4 +1,4 @@
-//! Errors that are no noise, as the plates' estimate owes to them: the columns of [`Systematic`] in the tangent of the
+//! Errors that are not noise, as the plates' estimate owes to them: the columns of [`Systematic`] in the tangent of the
 //! plates.
 
 use crate::assess::robot_field::RobotField;
@@ -17,7 +17,7 @@ use trueline_model::{Placement, SheetShape};
 
 /// Errors that seam points and plates have in common: the columns of both estimates are of the same errors, one by one.
 pub struct SharedErrors<'a> {
-    /// How large they are taken to be.
+    /// Their assumed size.
     pub levels: SystematicLevels,
     /// The robot's; `None` for an ideal robot.
     pub field: Option<&'a RobotField>,
@@ -27,7 +27,7 @@ pub struct SharedErrors<'a> {
     pub bias: BiasError,
 }
 
-/// Frames that are looked at; of more, every so many stand for the rest.
+/// Frames that are looked at; of more, one in several represents the rest.
 const SAMPLE: usize = 800;
 
 /// How far each kind of error moves the estimate.

@@ -1,4 +1,4 @@
-//! What a scan sees of one joint: surfaces, and the line that is its seam.
+//! Target of one joint: surfaces, and the line that is its seam.
 //!
 //! | joint | plates | edge | the seam |
 //! |---|---|---|---|
@@ -9,7 +9,7 @@
 //!
 //! Parallel plates have no corner: across the seam only their edge is anything to be seen. An edge is a third surface, square to the
 //! plate that bears it, and the measured point of the edge, or of the middle of a gap, is one support point of it: along the stripe it says where the edge
-//! is, and across the stripe no more than the stripe itself, of whose light it was made.
+//! is, and across the stripe no more than the stripe itself, from whose light it is computed.
 
 use nalgebra::UnitVector3;
 use trueline_model::Plate;
@@ -20,7 +20,7 @@ pub const EDGE: usize = 2;
 /// The surfaces of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
-    /// The plates; one that is not seen is held where it is, and says nothing.
+    /// The plates; one that is not seen is held where it is, and has no information.
     pub plates: [Plate; 2],
     /// Whether each is seen.
     pub seen: [bool; 2],
@@ -33,7 +33,7 @@ pub struct Target {
 pub struct Edge {
     /// The surface square to the plate; how far it leans about the seam is held.
     pub surface: Plate,
-    /// What bears it.
+    /// Its carrier.
     pub on: Bearing,
 }
 
@@ -84,7 +84,7 @@ impl Target {
         self.plates.iter().chain(self.edge.as_ref().map(|edge| &edge.surface)).enumerate()
     }
 
-    /// The same with each surface moved by what is said of its number.
+    /// The same with each surface moved by the value of its number.
     #[must_use]
     pub(crate) fn moved(&self, by: impl Fn(usize, &Plate) -> Plate) -> Self {
         Self {

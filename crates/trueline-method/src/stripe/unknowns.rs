@@ -7,7 +7,7 @@
 //! | surfaces: β₁ … β₇ (m) of plate 0, of plate 1 and of the edge | 14 or 21 | for each joint |
 //! | shape h₁ … h₅ | 5 | unless the sensor is held |
 //!
-//! The first two are asked for; of the others something is known beforehand. Where one joint has an edge each has the numbers of one;
+//! The first two are asked for; the others have a prior. Where one joint has an edge each has the numbers of one;
 //! those of an edge that is not there are held.
 
 use crate::problem::layout::Layout;
@@ -85,7 +85,7 @@ impl StripeUnknowns {
         self.asked_for() + Plate::SURFACE * self.surfaces() * self.joints + shape
     }
 
-    /// Those of which something is known beforehand.
+    /// Unknowns with a prior.
     #[must_use]
     pub(crate) fn known_before(&self) -> Range<usize> {
         self.asked_for()..self.dimension()

@@ -8,7 +8,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 use trueline_geometry::so3;
 use trueline_model::Placement;
 
-/// What the residuals of a frame say of the errors that they share.
+/// Common errors estimated from the residuals of a frame.
 ///
 /// A derivative that shares an error with the residual is biased wherever little else varies it, as in every problem with errors
 /// in its variables. The foot of a stripe is free of the stripe's own error, but at the robot's reported pose it holds the

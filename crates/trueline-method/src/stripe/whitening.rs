@@ -1,4 +1,4 @@
-//! How large the residuals of a frame are expected to be, and which plates do not belong to the rest.
+//! Expected residuals of a frame, and outlier plates.
 //!
 //! Σ = D + σ_r² G Gᵀ + σ_ω² T Tᵀ + σ_t² ρ̇ ρ̇ᵀ over the residuals of a frame: each point's own noise, and the
 //! robot's position, its attitude and the stamp's jitter, which all of them share. A plate whose stripe is off (a reflection, a
@@ -35,11 +35,11 @@ pub struct SharedNoise {
 pub struct Weighed {
     /// Those that take part.
     pub frames: Vec<WeighedFrame>,
-    /// What was looked at, and what was left out.
+    /// Counts of used and rejected measurements.
     pub counts: OutlierCounts,
     /// The factor that was found.
     pub factor: f64,
-    /// What the loss makes of a covariance.
+    /// Effect of the loss on a covariance.
     pub moments: RobustMoments,
 }
 
@@ -125,8 +125,8 @@ fn edges(placed: &[(&StripeFrame, FrameResidual)], expected: &SharedNoise) -> Ve
 const ROUGHNESS_STEPS: usize = 50;
 const ROUGHNESS_FOUND: f64 = 1e-3;
 
-/// How many times rougher an edge is than its points are said to be, beside what all noise is larger by: burrs are on edges and not on
-/// plates, and robot and stamp have no part in them. No less than once.
+/// Factor by which an edge is rougher than the stated noise of its points, beyond the common noise factor: burrs are on edges and not
+/// on plates, and do not depend on robot and stamp. No less than once.
 fn edge_factor(edges: &[EdgePoint], factor: f64) -> f64 {
     let mut squared = 1.0;
     for _ in 0..ROUGHNESS_STEPS {

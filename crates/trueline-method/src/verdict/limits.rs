@@ -4,7 +4,7 @@
 pub(super) const NOISE_FACTOR: f64 = 3.0;
 /// Beyond this no edge, however bad, explains them, even if they look like noise: real welds reach some ten.
 pub(super) const MOST_NOISE_FACTOR: f64 = 20.0;
-/// Outside of these the noise is another than was expected, and the user should know.
+/// Outside of these the noise differs from the expected noise, which the user should know.
 pub(super) const USUAL_NOISE_FACTOR: [f64; 2] = [0.4, 1.2];
 /// A result that can use fewer of the features than this is of another scan …
 pub(super) const LEAST_USED: f64 = 0.5;
@@ -14,11 +14,11 @@ pub(super) const LEAST_USED_BADLY: (f64, f64) = (0.8, 1.5);
 pub(super) const MANY_SKIPPED: usize = 10;
 /// With more of the robot's samples missing than this, what it did between the others is not known well enough to go unsaid.
 pub(super) const MANY_MISSING: f64 = 0.1;
-/// With more robot rows that repeat a stamp the stamps are too coarse to tell when a pose was.
+/// With a larger share of repeated robot stamps the stamps are too coarse.
 pub(super) const COARSE_STAMPS: f64 = 0.1;
 /// With more outliers than this the majority no longer decides.
 pub(super) const OUTLIERS: f64 = 0.5;
-/// With more than this left out of an adjustment, what is left may be chance.
+/// With more than this left out of an adjustment, the rest may agree by chance.
 pub(super) const MOST_LEFT_OUT: f64 = 0.35;
 /// With more readings than this off a curve it may be another's: wrong curves reach 46 % of them.
 pub(super) const MOST_OFF_CURVE: f64 = 0.4;

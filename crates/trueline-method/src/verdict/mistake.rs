@@ -1,7 +1,7 @@
 //! Whether the data themselves are wrong: residuals far above the noise that no other cause explains.
 //!
-//! A wrong unit or order leaves residuals of hundreds of standard deviations. Whatever the fit says then (mirrored attitudes,
-//! rivals, what cannot be observed) is said of a model that the scan contradicts, and follows from the mistake.
+//! A wrong unit or order leaves residuals of hundreds of standard deviations. Other results of the fit (mirrored attitudes, rivals,
+//! unobservable unknowns) then belong to a model that the scan contradicts, and follow from the mistake.
 
 use super::limits::{MOST_NOISE_FACTOR, NOISE_FACTOR};
 use crate::findings::Findings;
@@ -11,21 +11,20 @@ pub(super) fn is_likely(f: &Findings) -> bool {
     residuals_are_too_large(f) && !others_leave(f).any(|left| left <= MOST_NOISE_FACTOR)
 }
 
-/// Whether so many measurements are outliers that the others are no majority, and no other minimum is better: what the fit says is said of
-/// a minority.
+/// Whether the inliers are no majority, and no other minimum is better: the fit describes a minority.
 pub(super) fn most_are_outliers(f: &Findings) -> bool {
     let outliers = f.outliers();
     2 * outliers.count > outliers.of && others_leave(f).next().is_none()
 }
 
-/// How much larger than expected the residuals are with each of the other explanations.
+/// Noise factors of the other explanations.
 fn others_leave(f: &Findings) -> impl Iterator<Item = f64> {
     let better = f.checks.better.map(|better| better.noise_factor);
     let rival = f.checks.ambiguity.runner_up.filter(|rival| rival.test.reversed());
     [better, rival.map(|rival| rival.noise_factor), f.clock.noise_factor_without_step].into_iter().flatten()
 }
 
-/// Residuals that are no noise: they follow the motion, or are larger than any edge explains.
+/// Residuals that are not noise: they follow the motion, or are larger than any edge explains.
 pub(crate) fn residuals_are_too_large(f: &Findings) -> bool {
     if f.checks.better_without_drawing_m.is_some() {
         // They are the error of a drawing, within its ±: without it they are not too large.

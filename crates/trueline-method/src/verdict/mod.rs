@@ -34,7 +34,7 @@ pub enum Status {
 pub struct Verdict {
     /// Why the result cannot be accepted; empty if it can.
     pub reasons: Vec<Reason>,
-    /// What to look at though it can be used.
+    /// Warnings.
     pub warnings: Vec<Warning>,
 }
 

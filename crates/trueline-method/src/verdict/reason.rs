@@ -18,7 +18,7 @@ use crate::stripe::outcome::Apart;
 use std::fmt;
 use trueline_lsq::Termination;
 
-/// One of several answers that a scan does not tell apart.
+/// One of several answers that a scan cannot separate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
     /// Its time offset, s.
@@ -32,9 +32,9 @@ pub struct Answer {
 pub enum Reason {
     /// The scan does not show an unknown.
     Unobservable(Unobservable),
-    /// The robot stands at each reading, and nobody said so.
+    /// The robot stands still at each reading, without --at-stops.
     AtStops {
-        /// How many stops there are.
+        /// Number of stops.
         stops: usize,
     },
     /// Two mirrored attitudes of the sensor fit equally well.
@@ -48,13 +48,13 @@ pub enum Reason {
     },
     /// From the guess the solve ended at a time offset that explains the scan worse than another.
     WrongTimeOffset {
-        /// Where it ended, s.
+        /// Estimated time offset, s.
         time_offset_s: f64,
-        /// What explains the scan better, s.
+        /// Time offset that explains the scan better, s.
         better_time_offset_s: f64,
-        /// Part of the features that this one explains.
+        /// Share of the features that this one explains.
         explains: f64,
-        /// Part of the features that the better one explains.
+        /// Share of the features that the better one explains.
         better_explains: f64,
     },
     /// A curve that shrank or grew during its fit: the scan does not show its size, nor the lever that goes with it.
@@ -75,12 +75,12 @@ pub enum Reason {
     StatementContradicted,
     /// The solver did not converge.
     NotConverged {
-        /// Why it ended.
+        /// Reason for the end.
         termination: Termination,
     },
     /// Residuals are larger than noise explains.
     ResidualsTooLarge {
-        /// How many times larger than expected.
+        /// Noise factor.
         noise_factor: f64,
         /// Whether time offset or hand-eye were held, which may be wrong instead of the data.
         is_held: bool,
@@ -89,20 +89,20 @@ pub enum Reason {
     },
     /// Too few of the features could be used.
     TooFewUsed {
-        /// How many could.
+        /// Number of usable features.
         used: usize,
-        /// Of how many.
+        /// Total number.
         features: usize,
         /// Why most of the others could not.
         mostly: Skip,
-        /// How many that is.
+        /// Their number.
         mostly_count: usize,
     },
     /// The sensor's own calibration is off, and it was held.
     SensorOff {
-        /// What it was found to be.
+        /// Its estimated shape.
         shape: Box<SensorShape>,
-        /// What may be there in its place.
+        /// Alternative causes.
         instead: Vec<InsteadOfSensor>,
         /// Whether it was estimated as well known as its file states; else it was held.
         beyond_stated: bool,
@@ -112,18 +112,18 @@ pub enum Reason {
         /// Which, and how far off.
         shift: DrawnLineShift,
     },
-    /// Robot stamps repeat so often that they do not tell when a pose was.
+    /// Robot stamps repeat too often to time the poses.
     CoarseRobotStamps {
         /// Rows that repeat the stamp of the row before.
         repeated: usize,
-        /// Of how many.
+        /// Total number.
         rows: usize,
     },
     /// The whole stripes and the seam points contradict each other.
     StripesContradict {
-        /// How far apart their answers are, in sigma.
+        /// Distance of both answers, σ.
         sigmas: f64,
-        /// In time and place.
+        /// The same in time and place.
         apart: Apart,
     },
     /// Most features are outliers.
@@ -142,7 +142,7 @@ pub enum Reason {
     OtherTimeOffset {
         /// First and last stamp, s.
         span_s: [f64; 2],
-        /// How much later images are there, s.
+        /// Additional delay of images there, s.
         step_s: f64,
     },
     /// The recorded pose stood still while the seam moved in the images.
@@ -154,22 +154,22 @@ pub enum Reason {
     ClockStep {
         /// When, s.
         at_s: f64,
-        /// By how much the time offset changes, s.
+        /// Change of the time offset, s.
         step_s: f64,
         /// Its standard deviation, s.
         sigma_s: f64,
         /// How many pictures that is, where it is a whole number of them.
         pictures: Option<u32>,
     },
-    /// A seam point is not known well enough.
+    /// The error of a seam point is too large.
     SeamErrorTooLarge {
         /// One standard deviation of a seam point that is measured later, m.
         rms_m: f64,
-        /// What it may be, m.
+        /// Its limit, m.
         ceiling_m: f64,
-        /// What most of it is owed to.
+        /// Largest contribution.
         mostly: &'static str,
-        /// That part of its variance.
+        /// Share of that contribution in the variance.
         share: f64,
         /// The direction in the tool in which it is largest, of length 1, and how large it is there, m.
         weakest: Option<([f64; 3], f64)>,
@@ -180,14 +180,14 @@ pub enum Reason {
         quantity: Quantity,
         /// Its standard deviation (largest of the axes) in the quantity's SI unit.
         sigma_si: f64,
-        /// What was required, in the same unit.
+        /// Required accuracy, in the same unit.
         required_si: f64,
     },
     /// A required accuracy is of something that is not observable.
     RequirementUnobservable {
         /// Of what.
         quantity: Quantity,
-        /// What was required, in the quantity's SI unit.
+        /// Required accuracy, in the quantity's SI unit.
         required_si: f64,
     },
 }
@@ -229,14 +229,13 @@ impl fmt::Display for Reason {
             Self::Unobservable(ref what) => what.to_string(),
             Self::AtStops { stops } => at_stops(stops),
             Self::MirrorAmbiguity => {
-                "two mirrored attitudes of the sensor fit equally well: tilt the torch by at least \
-                 ±10°, or give an initial guess of the hand-eye transform"
+                "two mirrored attitudes of the sensor fit equally well. Tilt the torch by at least ±10°, or \
+                 give an initial guess of the hand-eye transform"
                     .to_owned()
             }
             Self::UndeterminedTurn => {
-                "the scan fits hardly worse while the sensor is turned further and further about one axis, so that no ± can \
-                 be stated of this turn: tilt the torch by at least ±10°, or change the stand-off more; cure what the warnings \
-                 name"
+                "the rotation about one axis is nearly unconstrained. Tilt the torch by ±10° or more, or \
+                 change the stand-off more; fix the warnings first"
                     .to_owned()
             }
             Self::WorseMinimum { better_time_offset_s } => worse_minimum(better_time_offset_s),
@@ -246,8 +245,8 @@ impl fmt::Display for Reason {
             Self::CurveCollapsed { length_m, before_m } => curve_collapsed(length_m, before_m),
             Self::AmbiguousTimeOffset { ref answers, lasts_s } => ambiguous_time_offset(answers, lasts_s),
             Self::StatementContradicted => {
-                "the answer contradicts what was stated of the cell: the time offset is outside of the window, or the \
-                 sensor looks along another axis of the tool"
+                "the answer contradicts your statement about the cell: the time offset is outside the \
+                 window, or the sensor looks along another axis of the tool"
                     .to_owned()
             }
             Self::NotConverged { termination } => format!("the solver did not converge ({termination})"),
@@ -277,7 +276,7 @@ impl fmt::Display for Reason {
                 requirement_missed(quantity, sigma_si, required_si)
             }
             Self::RequirementUnobservable { quantity, required_si } => format!(
-                "{quantity}: an accuracy of {} {} is required, but it cannot be determined from this scan",
+                "{quantity}: ± {} {} is required, but this scan cannot determine it",
                 Significant(quantity.shown(required_si)),
                 quantity.unit()
             ),
@@ -293,19 +292,20 @@ fn ambiguous_time_offset(answers: &[Answer], lasts_s: f64) -> String {
     if answers.iter().all(|answer| answer.time_offset_s == 0.0) {
         // At stops, which have no time offset.
         return format!(
-            "{} attitudes of the sensor explain the readings equally well: give an initial guess, or tilt the tool by ±15° or more about two axes",
+            "{} attitudes of the sensor explain the readings equally well. Give an initial guess, or tilt \
+            the tool by ±15° or more about two axes",
             list.len()
         );
     }
     let (because, instead) = if lasts_s < SHORT_S {
-        let because = format!("it lasts {lasts_s:.1} s only, or its path repeats itself");
+        let because = format!("it lasts only {lasts_s:.1} s, or its path repeats itself");
         (because, "scan for 20 s, with frequencies that have no common multiple")
     } else {
         ("the path repeats itself".to_owned(), "scan with frequencies that have no common multiple")
     };
     format!(
-        "{} answers explain the scan equally well, because {because}: {}. State what is known of the cell, give an initial \
-         guess, or {instead}",
+        "{} answers explain the scan equally well, because {because}: {}. State what you know about the \
+         cell, give an initial guess, or {instead}",
         list.len(),
         list.join("; ")
     )

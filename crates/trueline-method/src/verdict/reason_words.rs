@@ -1,4 +1,4 @@
-//! Reasons that take more than a line to say.
+//! Reasons of more than one line.
 
 use super::quantity::{MM_PER_M, MS_PER_S, Quantity, Significant};
 use super::warning_words::how_far_apart;
@@ -8,8 +8,8 @@ use crate::input::skip::Skip;
 use crate::stripe::outcome::Apart;
 pub(super) fn curve_collapsed(length_m: f64, before_m: f64) -> String {
     format!(
-        "the curve changed its length from {:.0} to {:.0} mm during the fit: the scan does not show its size. Scan the whole seam two or three \
-         times and tilt the torch by ±10° about two axes",
+        "the scan does not determine the size of the curve: its length changed from {:.0} to {:.0} mm during \
+         the fit. Scan the whole seam two or three times and tilt the torch by ±10° about two axes",
         before_m * MM_PER_M,
         length_m * MM_PER_M
     )
@@ -17,23 +17,24 @@ pub(super) fn curve_collapsed(length_m: f64, before_m: f64) -> String {
 
 pub(super) fn at_stops(stops: usize) -> String {
     format!(
-        "the robot stands at each of the {stops} readings, so that the time offset cannot be determined. For a calibration \
-         without it, run again with --at-stops; for the time offset, record while the robot moves"
+        "the time offset cannot be determined, because the robot stands still at each of the {stops} \
+         readings. Use --at-stops to calibrate without it, or record while the robot moves"
     )
 }
 
 pub(super) fn stripes_contradict(sigmas: f64, apart: &Apart) -> String {
     format!(
-        "the whole stripes and the seam points give answers that are {}, so that one of them is wrong: see whether both tables \
-         are of one scan and one sensor; if you know which is right, say --use stripe or --use seam",
+        "the whole stripes and the seam points contradict each other: their answers are {}. Check that both \
+         tables come from one scan and one sensor; if you know which is right, choose --use stripe or --use \
+         seam",
         how_far_apart(sigmas, apart)
     )
 }
 
 pub(super) fn worse_minimum(better_s: f64) -> String {
     format!(
-        "from this guess the solve ends where the scan fits worse than with a time offset of {:.1} ms and another \
-         hand-eye transform: leave the guess out, or correct it",
+        "the initial guess leads to a worse fit than a time offset of {:.1} ms with another hand-eye \
+         transform. Leave the guess out, or correct it",
         better_s * MS_PER_S
     )
 }
@@ -42,9 +43,9 @@ pub(super) fn wrong_time_offset(offsets_s: [f64; 2], explain: [f64; 2]) -> Strin
     let ([found, better], [explains, better_explains]) =
         (offsets_s.map(|s| s * MS_PER_S), explain.map(|share| 100.0 * share));
     format!(
-        "the time offset comes to {found:.1} ms, but {better:.1} ms explains the scan better \
-         ({better_explains:.0} % of the features instead of {explains:.0} %): leave the initial guess out or correct it; if there \
-         was none, give one"
+        "the estimated time offset is {found:.1} ms, but {better:.1} ms explains the scan better \
+         ({better_explains:.0} % of the features instead of {explains:.0} %). Leave the initial guess out or \
+         correct it; if there was none, give one"
     )
 }
 
@@ -57,23 +58,25 @@ pub(super) fn residuals_too_large(noise_factor: f64, is_held: bool, few_stops: O
         );
     }
     format!(
-        "This looks like a mistake in the data{held}: run `trueline doctor`. The residuals are {noise_factor:.1} times larger than \
-         the stated noise. Wrong units, orders or frames, a wrong laser plane, another line, stamps of another time or outliers in \
-         more than half of the features do this. A sensor noisier than stated does it too"
+        "This looks like a mistake in the data{held}: run `trueline doctor`. The residuals are \
+         {noise_factor:.1} times larger than the stated noise. Possible causes: wrong units, orders or \
+         frames, a wrong laser plane, another line, wrong time stamps, more than half of the features \
+         outliers, or a sensor noisier than stated"
     )
 }
 
 pub(super) fn drawn_line_off(shift: &DrawnLineShift) -> String {
-    let beside = shift
-        .beside_m
-        .map(|(off, sigma)| format!("passes {:.2} ± {:.2} mm beside it", off * MM_PER_M, sigma * MM_PER_M));
-    let turned = shift.turned_rad.map(|(off, sigma)| {
-        format!("is turned from it by {:.2} ± {:.2}°", off.to_degrees(), sigma.to_degrees())
+    let beside = shift.beside_m.map(|(off, sigma)| {
+        format!("passes {:.2} ± {:.2} mm beside the drawing", off * MM_PER_M, sigma * MM_PER_M)
     });
+    let turned = shift
+        .turned_rad
+        .map(|(off, sigma)| format!("is rotated by {:.2} ± {:.2}°", off.to_degrees(), sigma.to_degrees()));
     let how: Vec<String> = [beside, turned].into_iter().flatten().collect();
     format!(
-        "line {} is not where it was drawn: without the drawing the scan's line {}. Are the two points in millimetres and in the \
-         robot's base frame, on the edge that was scanned, and is the part where the drawing has it?",
+        "line {} is not where it was drawn: fitted without the drawing, it {}. Check that the two points are \
+         in mm and in the robot's base frame, that they lie on the scanned edge, and that the part has not \
+         moved",
         shift.line,
         how.join(" and ")
     )
@@ -98,7 +101,8 @@ pub(super) fn too_many_outliers(outliers: Outliers) -> String {
     let share = 100.0 * outliers.share();
     if count > 0 && 2 * count < of {
         return format!(
-            "{count} of {of} measurements are outliers ({share:.0} %): that the others agree may be chance, so scan longer or see what disturbs these"
+            "{count} of {of} measurements are outliers ({share:.0} %), so the others may agree by chance. \
+            Scan longer, or remove what disturbs the detector"
         );
     }
     format!(
@@ -109,23 +113,23 @@ pub(super) fn too_many_outliers(outliers: Outliers) -> String {
 
 pub(super) fn coarse_robot_stamps(repeated: usize, rows: usize) -> String {
     format!(
-        "{repeated} of {rows} robot rows repeat the stamp of the row before: these stamps are too coarse to tell when a \
-         pose was; record the controller's own time in device_time_s, or stamp with a finer clock"
+        "{repeated} of {rows} robot rows repeat the previous stamp: the stamps are too coarse. Record the \
+         controller's own time in device_time_s, or stamp with a finer clock"
     )
 }
 
 pub(super) fn other_time_offset([from, to]: [f64; 2], step_s: f64) -> String {
     format!(
-        "from {from:.2} to {to:.2} s the time offset differs by {:+.2} ms: one of the clocks stepped, or images were \
-         queued there",
+        "the time offset differs by {:+.2} ms from {from:.2} to {to:.2} s: one of the clocks stepped, or \
+         images were queued",
         step_s * MS_PER_S
     )
 }
 
 pub(super) fn robot_stream_froze([from, to]: [f64; 2]) -> String {
     format!(
-        "from {from:.2} to {to:.2} s the recorded pose does not change while the seam moves in the images: the robot \
-         stream froze; cut the recording there"
+        "the robot stream froze from {from:.2} to {to:.2} s: the recorded pose does not change while the \
+         seam moves in the images. Cut the recording there"
     )
 }
 
@@ -134,14 +138,14 @@ pub(super) fn clock_step([at_s, step_s, sigma_s]: [f64; 3], pictures: Option<u32
     match pictures {
         None => {
             format!(
-                "the time offset is not the same all over the scan: at about {at_s:.3} s it changes by {by}. One of the clocks stepped there, or \
-                 is steered to and fro (as network time does); of stamps of arrival a small change may also be the load of the PC that recorded, which \
-                 delays them"
+                "the time offset changes by {by} at about {at_s:.3} s: one of the clocks stepped or is \
+                 adjusted by network time. With arrival stamps a small change may also be load on the \
+                 recording PC"
             )
         }
         Some(pictures) => format!(
-            "the time offset changes at about {at_s:.3} s by {by}, which is {pictures} picture(s): they are missing (or doubled) there, and the others were stamped by \
-             counting; or one of the clocks stepped"
+            "the time offset changes by {by} at about {at_s:.3} s, which is {pictures} picture(s): pictures \
+             are missing or doubled there and stamps were made by counting, or one of the clocks stepped"
         ),
     }
 }
@@ -155,9 +159,9 @@ pub(super) fn seam_error_too_large(
         format!(", {:.2} mm of it along ({x:.2}, {y:.2}, {z:.2}) in the tool", sigma_m * MM_PER_M)
     });
     format!(
-        "a seam point may be off by {:.2} mm (one standard deviation){along}, and {} mm is the limit. {:.0} % of the variance is owed to \
-         {mostly}. Scan longer, with tilts of ±10° or more and with more change of stand-off, or state what is known of the cell in \
-         sensor.toml",
+        "the seam error is {:.2} mm (1 σ){along}; the limit is {} mm. {:.0} % of the variance comes from \
+         {mostly}: scan longer, with tilts of ±10° or more and more change of stand-off, or state the \
+         accuracy of robot and sensor in sensor.toml",
         rms_m * MM_PER_M,
         Significant(ceiling_m * MM_PER_M),
         100.0 * share
@@ -167,8 +171,8 @@ pub(super) fn seam_error_too_large(
 pub(super) fn requirement_missed(quantity: Quantity, sigma_si: f64, required_si: f64) -> String {
     let unit = quantity.unit();
     format!(
-        "{quantity}: ± {} {unit} is more than the required {} {unit}: scan longer, or with more tilt and more change of \
-         stand-off",
+        "{quantity}: ± {} {unit} exceeds the required {} {unit}. Scan longer, or with more tilt and more \
+         change of stand-off",
         Significant(quantity.shown(sigma_si)),
         Significant(quantity.shown(required_si))
     )

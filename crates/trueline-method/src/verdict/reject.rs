@@ -22,7 +22,7 @@ use crate::input::timestamps::StampReport;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::stripe::outcome::StripeOutcome;
 
-/// A step is a whole number of pictures if it is one to within so many standard deviations …
+/// A step is a whole number of pictures if it is one to within this number of standard deviations …
 const WHOLE_SIGMAS: f64 = 4.0;
 /// … of at least this part of a picture …
 const LEAST_SPREAD: f64 = 0.01;
@@ -196,13 +196,13 @@ fn too_large(f: &Findings) -> Reason {
     Reason::ResidualsTooLarge { noise_factor, is_held, few_stops }
 }
 
-/// What is wrong with the robot's stamps whatever the fit says.
+/// Faults of the robot's stamps, independent of the fit.
 fn of_streams(f: &Findings) -> Option<Reason> {
     let (repeated, rows) = (f.streams.robot.doubles, f.streams.robot_rows);
     (repeated as f64 > COARSE_STAMPS * rows as f64).then_some(Reason::CoarseRobotStamps { repeated, rows })
 }
 
-/// Stripes that nobody has chosen and that say something else.
+/// Stripes that were not requested and that contradict the seam points.
 fn stripes_contradict(stripes: &StripeOutcome) -> Option<Reason> {
     let estimate = stripes.estimate.as_ref()?;
     let sigmas = estimate.contradicts(stripes.because)?;
@@ -214,7 +214,7 @@ pub(super) fn turn_is_undetermined(f: &Findings) -> bool {
     f.fit.widened_by.is_some_and(|by| by >= profile_likelihood::MOST)
 }
 
-/// What was held and is not so by the scan.
+/// Quantities held fixed that the scan contradicts.
 fn contradicted(f: &Findings) -> Vec<Reason> {
     let lines = f.checks.drawn_line_shifts.iter().map(|shift| Reason::DrawnLineOff { shift: *shift });
     let instead = &f.checks.instead_of_sensor;
@@ -291,7 +291,7 @@ fn whole_pictures(images: &StampReport, step: &Step) -> Option<u32> {
     (is_even && is_whole && pictures > MOST_SPREAD).then_some(pictures.round() as u32)
 }
 
-/// The answer given and those that the scan does not tell from it.
+/// The answer given and those that the scan cannot separate from it.
 fn answers(f: &Findings) -> Vec<Answer> {
     let ambiguity = &f.checks.ambiguity;
     let own = Answer {

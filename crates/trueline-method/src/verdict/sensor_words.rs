@@ -10,23 +10,25 @@ pub(super) fn sensor_off(shape: &SensorShape, instead: &[InsteadOfSensor]) -> St
     let found = shape.words().join("; ");
     if shape.stated {
         return format!(
-            "the sensor differs from its file, within what that states of it: {found}; this result corrects it, and holds for the corrected \
-             sensor only"
+            "the sensor differs from its file, within its stated uncertainty: {found}. This result corrects \
+             it, and holds only for the corrected sensor"
         );
     }
     if instead.is_empty() {
         return format!(
-            "the sensor's own calibration is off: {found}; this result corrects it, and holds for the corrected sensor only"
+            "the sensor's own calibration is off: {found}. This result corrects it, and holds only for the \
+            corrected sensor"
         );
     }
     format!(
-        "either the sensor's own calibration is off: {found}; or it is right, and {}. This scan does not tell: scan once more at another \
-         speed, or with a weave of another frequency. This result corrects the sensor, and holds for the corrected sensor only",
+        "either the sensor's own calibration is off: {found}; or it is right, and {}. To find out, scan \
+         again at another speed or weave frequency; this result corrects the sensor, and holds only for the \
+         corrected sensor",
         words(instead)
     )
 }
 
-/// Of a sensor that was held, or taken for as good as its file states.
+/// Of a sensor that was held fixed, or had the uncertainty of its file.
 pub(super) fn contradicted_sensor(
     shape: &SensorShape,
     instead: &[InsteadOfSensor],
@@ -36,14 +38,14 @@ pub(super) fn contradicted_sensor(
     let off = if beyond_stated {
         "the sensor's own calibration is off by more than its file states"
     } else {
-        "the sensor's own calibration is off, and it was held"
+        "the sensor's own calibration is off, and the sensor was held fixed"
     };
     if instead.is_empty() {
         return format!("{off}: {found}");
     }
     format!(
-        "either {off}: {found}; or it is right, and {}. This scan does not tell: scan once \
-         more at another speed, or with a weave of another frequency",
+        "either {off}: {found}; or it is right, and {}. To find out, scan again at another speed or weave \
+         frequency",
         words(instead)
     )
 }
@@ -55,31 +57,32 @@ fn words(instead: &[InsteadOfSensor]) -> String {
 fn word(InsteadOfSensor { kind, size }: &InsteadOfSensor) -> String {
     let (mm, ms) = (size.abs() * MM_PER_M, size.abs() * MS_PER_S);
     match kind {
-        CauseKind::Flex => format!("the arm gives way by about {mm:.2} mm for each m/s²"),
-        CauseKind::Backlash => format!("the robot has play of about {mm:.2} mm"),
+        CauseKind::Flex => format!("the arm bends by about {mm:.2} mm for each m/s²"),
+        CauseKind::Backlash => format!("the robot has backlash of about {mm:.2} mm"),
         CauseKind::AttitudeLag if *size < 0.0 => {
-            format!("the robot's attitude is reported about {ms:.1} ms earlier than its position")
+            format!("the robot reports its attitude about {ms:.1} ms earlier than its position")
         }
         CauseKind::AttitudeLag => {
-            format!("the robot's attitude is reported about {ms:.1} ms later than its position")
+            format!("the robot reports its attitude about {ms:.1} ms later than its position")
         }
         CauseKind::RollingShutter => {
-            format!("the rows of a picture are exposed one after the other, over about {ms:.0} ms")
+            format!("the camera has a rolling shutter of about {ms:.0} ms")
         }
         CauseKind::SideBias => {
             format!(
-                "the detector errs by about {:.1} px to different sides on the two halves of the picture",
+                "the detector has a bias of about {:.1} px with opposite signs in the two halves of the \
+                picture",
                 size.abs()
             )
         }
         CauseKind::CommandedPose => format!(
-            "the recorded poses are the commanded ones, which the arm follows with a time constant of about {:.0} ms (and the time offset \
-             contains that delay)",
+            "the recorded poses are commanded poses, which the arm follows with a time constant of about \
+             {:.0} ms (the time offset contains that delay)",
             size.max(0.0).sqrt() * MS_PER_S
         ),
-        CauseKind::Lens => "the distortion of the lens is not what sensor.toml states".to_owned(),
+        CauseKind::Lens => "the lens distortion differs from sensor.toml".to_owned(),
         CauseKind::TiltBias => {
-            format!("the detector's point moves with the tilt by about {:.1} px for each 10°", size.abs())
+            format!("the detector's point moves by about {:.1} px for each 10° of tilt", size.abs())
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What is worth a warning.
+//! Criteria of the warnings.
 
 use super::limits::{
     CROSS_VALIDATION_RATIO, CROSS_VALIDATION_SIGMAS, CROSS_VALIDATION_SURPLUS, MANY_MISSING, MANY_OUTLIERS,
@@ -26,7 +26,7 @@ use crate::stripe::agreement::AGREEMENT_SIGMAS;
 use crate::stripe::outcome::{Because, StripeOutcome};
 use trueline_geometry::AxisKind;
 
-/// What the user's statement decided; offsets are of stamps as they were recorded.
+/// Decision by the user's statement; offsets refer to the recorded stamps.
 fn decided_by_user(f: &Findings) -> Option<Warning> {
     let ambiguity = &f.checks.ambiguity;
     let recorded_s = |rival: &RivalAnswer| rival.parameters.time_offset_s + f.streams.images_ahead_s;
@@ -36,7 +36,7 @@ fn decided_by_user(f: &Findings) -> Option<Warning> {
     })
 }
 
-/// What to look at though the result can be used, in the order in which a user should read it.
+/// Warnings, in the order in which a user should read them.
 pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     let mut warnings = Vec::new();
     warnings.extend(decided_by_user(f));
@@ -126,7 +126,7 @@ fn axis_not_shown(f: &Findings, axis: &AxisFinding) -> Vec<Warning> {
     if axis.moves { all } else { all.into_iter().take(1).collect() }
 }
 
-/// What to look at of the answer of a curve.
+/// Warnings about the answer of a curve.
 fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Warning> {
     let mut warnings = Vec::new();
     warnings.extend(curve.is_one_pass.then_some(Warning::CurveFromOnePass));
@@ -138,7 +138,7 @@ fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Warning> {
     warnings
 }
 
-/// What an adjustment found of the cell: remarks, for the ± contain it.
+/// Findings of an adjustment about the cell; the ± include them.
 fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let wavy = amplitudes.form_m > WAVY_M;
@@ -210,7 +210,7 @@ fn all_seen(f: &Findings) -> bool {
     f.unknowns.observability.observable_components[..LINES].iter().all(|seen| *seen)
 }
 
-/// What the residuals, or the shape of the sensor, are due to.
+/// Cause of the residuals, or of the shape of the sensor.
 fn causes(f: &Findings) -> impl Iterator<Item = Warning> {
     // What is not seen of time offset and hand-eye is in the shape too.
     let off = f.unknowns.sensor.filter(|shape| shape.is_off() && all_seen(f));

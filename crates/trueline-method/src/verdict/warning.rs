@@ -1,4 +1,4 @@
-//! What to look at though a calibration can be used.
+//! Warnings about a calibration that can be used.
 
 use super::quantity::{Axis, MM_PER_M, Quantity};
 use super::sensor_words::sensor_off;
@@ -30,112 +30,112 @@ use std::fmt;
 pub enum Warning {
     /// Many features could not be used.
     FeaturesSkipped {
-        /// How many, by reason.
+        /// Counts by reason.
         skipped: BTreeMap<Skip, usize>,
     },
-    /// The scan alone does not tell the answer from others: a guess or a statement decided.
+    /// The scan alone cannot separate the answer from others: a guess or a statement decided.
     DecidedByUser {
         /// Which of the two.
         by: DecidedBy,
         /// Time offsets of the others, s.
         other_time_offsets_s: Vec<f64>,
     },
-    /// The recording states how well the sensor is known, and the paper's residual takes it for exact.
+    /// The recording states an uncertainty of the sensor, but the paper's residual treats it as exact.
     UncertaintyNotApplied,
-    /// The sensor's file was written from this scan: it is held as it says.
+    /// The sensor's file was derived from this scan: the sensor is held fixed.
     SensorOfItsOwnScan,
     /// The sensor's own calibration is off; the result corrects it.
     SensorOff {
-        /// What it was found to be.
+        /// Its estimated shape.
         shape: SensorShape,
-        /// What may be there in its place.
+        /// Alternative causes.
         instead: Vec<InsteadOfSensor>,
     },
     /// The lens is not what the sensor's file states.
     LensOff {
-        /// What it is beside that.
+        /// Its correction.
         lens: LensCorrection,
     },
     /// The scan shows a line better than the drawing that it was held by.
     DrawnLineNotNeeded {
-        /// How far off a seam point is with the drawing, m.
+        /// Seam error with the drawing, m.
         with_m: f64,
-        /// The same without, m.
+        /// Seam error without the drawing, m.
         without_m: f64,
     },
-    /// One usual cause explains nearly all that is left and is no noise.
+    /// One usual cause explains nearly all of the systematic residuals.
     LikelyCause {
         /// Which.
         kind: CauseKind,
-        /// Its size: s², m, s or px, as the kind says.
+        /// Its size: s², m, s or px, depending on the kind.
         size_si: f64,
         /// Its standard deviation by noise.
         sigma_si: f64,
         /// The length that counts as a pixel, m, where features are lengths.
         per_px_m: Option<f64>,
     },
-    /// The detector's point moves with the tilt; this was taken out.
+    /// The detector's point moves with the tilt; the result is corrected for it.
     FeatureBias {
-        /// By how much.
+        /// Its size.
         bias: FeatureBias,
         /// The length that counts as a pixel, m, where features are lengths.
         per_px_m: Option<f64>,
     },
-    /// A mirrored attitude is told apart only if the sensor is as its file says.
+    /// A mirrored attitude can be excluded only if the sensor is as in its file.
     MirrorBySensor,
-    /// What the scan does not show was held at the initial guess, as the user allowed.
+    /// Undetermined unknowns were held at the initial guess, as the user allowed.
     HeldAtGuess {
-        /// What was held.
+        /// The quantities held fixed.
         held: Vec<Unobservable>,
     },
     /// Many stripes could not be used.
     StripesSkipped {
-        /// How many, by reason.
+        /// Counts by reason.
         skipped: BTreeMap<Skip, usize>,
     },
-    /// There are stripes, and nothing could be made of them.
+    /// The stripes cannot be used.
     StripesUnused {
-        /// Why.
+        /// Reason.
         why: NoPlates,
     },
     /// The two tables stamp the same pictures differently.
     StripesStampedApart {
-        /// By how much stripes are stamped later where that is most, s.
+        /// Largest delay of the stripes' stamps, s.
         later_s: f64,
     },
     /// Whole stripes and seam points give different answers.
     StripesDisagree {
-        /// How far apart, in sigma.
+        /// Distance of both answers, σ.
         sigmas: f64,
-        /// How far apart in time and place.
+        /// Distance of both answers in time and place.
         apart: Apart,
         /// Whether the stripes' answer is used all the same.
         used: bool,
     },
-    /// The scan does not behave as a quadratic within its ±, and these were widened to what the likelihood says.
+    /// The cost is not quadratic within the ±, which were widened to the likelihood profile.
     WidenedByProfile {
-        /// How many times, along the turn that is known least.
+        /// Factor for the least certain rotation.
         by: f64,
     },
-    /// The residuals are those of a robot that is further off its poses than it was taken to be.
+    /// The robot's errors are larger than assumed, by the residuals.
     RobotWorse {
-        /// How far it is off within the scan by the residuals.
+        /// Robot errors within the scan, estimated from the residuals.
         seems: RobotSigmas,
-        /// What was taken.
+        /// Assumed errors.
         taken: RobotSigmas,
-        /// Whether somebody stated that.
+        /// Whether these were stated by the user.
         stated: bool,
     },
-    /// The scan alone leaves a seam point known badly.
+    /// A seam point has a large uncertainty from the scan alone.
     PoorlyKnown {
         /// One standard deviation of a seam point by the scan alone, m.
         scan_alone_m: f64,
         /// The same with the robot, the sensor and the bias that are assumed, m.
         all_m: f64,
     },
-    /// The stripes that the answer was made of are noisier, or less noisy, than is said of them.
+    /// The stripes of the answer are noisier, or less noisy, than stated.
     StripeNoise {
-        /// How many times.
+        /// Noise factor.
         noise_factor: f64,
     },
     /// In a stretch of the scan nearly all features lie on another line.
@@ -144,7 +144,7 @@ pub enum Warning {
         span_s: [f64; 2],
         /// Features in it.
         features: usize,
-        /// How far beside, m.
+        /// Distance from the seam, m.
         beside_m: f64,
     },
     /// In a stretch of the scan nearly all features are outliers.
@@ -156,14 +156,14 @@ pub enum Warning {
     },
     /// The residuals are larger or smaller than the stated noise explains.
     UnusualNoise {
-        /// How many times larger.
+        /// Noise factor.
         noise_factor: f64,
         /// Whether a cause is named that explains most of them.
         is_explained: bool,
         /// Whether the answer is that of the seam points, whose residuals they are.
         of_answer: bool,
     },
-    /// The residuals follow the motion: they are no noise.
+    /// The residuals follow the motion: they are not noise.
     StructuredResiduals {
         /// Correlation of neighbours once correlated noise is taken out.
         left: f64,
@@ -173,24 +173,24 @@ pub enum Warning {
         /// Root mean square over the scan, m.
         rms_m: f64,
     },
-    /// The arm is not where it says along this scan.
+    /// The arm is off its reported poses along this scan.
     RobotMoves {
         /// Root mean square over the scan, m.
         rms_m: f64,
     },
-    /// One of the clocks stepped; this was taken out.
+    /// One of the clocks stepped; the result is corrected for it.
     ClockStep {
         /// When, s.
         at_s: f64,
-        /// By how much the time offset changes, s.
+        /// Change of the time offset, s.
         step_s: f64,
     },
     /// Many features are outliers.
     ManyOutliers {
-        /// Part of the features.
+        /// Share of the features.
         share: f64,
     },
-    /// The image clock drifts; this was taken out.
+    /// The image clock drifts; the result is corrected for it.
     ClockDrift {
         /// Against the robot's clock, parts per million.
         ppm: f64,
@@ -201,21 +201,21 @@ pub enum Warning {
     },
     /// Many of the robot's samples are missing.
     RobotSamplesMissing {
-        /// How many.
+        /// Number.
         missing: usize,
-        /// Of how many that its clock ticked.
+        /// Total number of clock ticks.
         of: usize,
     },
     /// Robot rows that only repeat the pose before were left out.
     RepeatedPoses {
-        /// How many.
+        /// Number.
         repeated: usize,
-        /// Of how many.
+        /// Total number.
         rows: usize,
     },
     /// Robot rows repeat the stamp of the row before.
     RepeatedRobotStamps {
-        /// How many.
+        /// Number.
         repeated: usize,
     },
     /// Stamps are whole multiples of something coarse.
@@ -245,7 +245,7 @@ pub enum Warning {
     CrossValidationShift {
         /// First and last stamp of the part, s.
         span_s: [f64; 2],
-        /// What moves most.
+        /// The quantity that moves most.
         quantity: Quantity,
         /// About or along which axis of the tool; `None` for the time offset.
         axis: Option<Axis>,
@@ -258,9 +258,9 @@ pub enum Warning {
     AxisNotShown {
         /// Name of the axis.
         name: String,
-        /// What of it.
+        /// The undetermined part.
         part: AxisPart,
-        /// What would show it.
+        /// The motion that determines it.
         cure: &'static str,
     },
     /// No place of the curve was seen twice.
@@ -269,12 +269,12 @@ pub enum Warning {
     KnotsNearWeave {
         /// Distance of the knots, m.
         spacing_m: f64,
-        /// How far the sensor goes in one period of its weave, m.
+        /// Length of one weave period, m.
         weave_m: f64,
     },
     /// No error at the torch is predicted: no point of the laser plane below the scan is that far from the sensor.
     NoPointAtStandOff {
-        /// How far, m.
+        /// Stand-off, m.
         stand_off_m: f64,
     },
 }
@@ -327,24 +327,28 @@ impl Warning {
     }
 }
 
-const MIRROR_BY_SENSOR: &str = "a mirrored attitude of the sensor explains the scan as well if the sensor differs from \
-     its file by a percent or so; tilt the torch further, or give a guess";
+const MIRROR_BY_SENSOR: &str = "a mirrored attitude of the sensor explains the scan equally well if the \
+     sensor differs from its file by about 1 %. Tilt the torch further, or give an initial guess";
 
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&match *self {
             Self::FeaturesSkipped { ref skipped } => left_out("features", skipped),
             Self::DecidedByUser { by, ref other_time_offsets_s } => decided_by_user(by, other_time_offsets_s),
-            Self::SensorOfItsOwnScan => "sensor.toml was written from this scan, which counts once only: the sensor is held as the file says, and \
-                 the ± contain what the file states of it"
-                .to_owned(),
-            Self::UncertaintyNotApplied => "the sensor file states how well the sensor is known; the point-to-line residual \
-                 takes it for exact: the ± do not contain it"
+            Self::SensorOfItsOwnScan => {
+                "sensor.toml was derived from this scan, so it is not counted again; \
+                 the sensor is held fixed, and the ± include its stated uncertainty"
+                    .to_owned()
+            }
+            Self::UncertaintyNotApplied => "the ± do not include the stated uncertainty of the sensor: the \
+                 point-to-line residual assumes an exact sensor. Use --residual sheet"
                 .to_owned(),
             Self::SensorOff { ref shape, ref instead } => sensor_off(shape, instead),
             Self::LensOff { ref lens } => lens_off(lens),
             Self::DrawnLineNotNeeded { with_m, without_m } => drawn_line_not_needed([with_m, without_m]),
-            Self::LikelyCause { kind, size_si, sigma_si, per_px_m } => likely_cause(kind, [size_si, sigma_si], per_px_m),
+            Self::LikelyCause { kind, size_si, sigma_si, per_px_m } => {
+                likely_cause(kind, [size_si, sigma_si], per_px_m)
+            }
             Self::FeatureBias { ref bias, per_px_m } => feature_bias(bias, per_px_m),
             Self::MirrorBySensor => MIRROR_BY_SENSOR.to_owned(),
             Self::StripesSkipped { ref skipped } => left_out("stripes", skipped),
@@ -358,7 +362,10 @@ impl fmt::Display for Warning {
             Self::HeldAtGuess { ref held } => held_at_guess(held),
             Self::OtherLine { span_s, features, beside_m } => other_line(span_s, features, beside_m),
             Self::OutlierStretch { span_s: [from, to], features } => {
-                format!("from {from:.2} to {to:.2} s nearly all of the {features} features are outliers")
+                format!(
+                    "nearly all of the {features} features from {from:.2} to {to:.2} s are outliers. \
+                    Look at the pictures of that time"
+                )
             }
             Self::UnusualNoise { noise_factor, is_explained, of_answer } => {
                 unusual_noise(noise_factor, is_explained, of_answer)
@@ -367,12 +374,16 @@ impl fmt::Display for Warning {
             Self::WavySeam { rms_m } => wavy_seam(rms_m),
             Self::RobotMoves { rms_m } => robot_moves(rms_m),
             Self::ClockStep { at_s, step_s } => clock_step(at_s, step_s),
-            Self::ManyOutliers { share } => format!("{:.0} % of the measurements are outliers", 100.0 * share),
+            Self::ManyOutliers { share } => format!(
+                "{:.0} % of the measurements are outliers and are \
+                rejected. Check the detector",
+                100.0 * share
+            ),
             Self::ClockDrift { ppm, sigma_ppm, about_s } => clock_drift(ppm, sigma_ppm, about_s),
             Self::RobotSamplesMissing { missing, of } => robot_samples_missing(missing, of),
             Self::RepeatedPoses { repeated, rows } => format!(
-                "{repeated} of {rows} robot rows only repeat the pose before: the controller has news less often than \
-                 it is asked; the first of each is used"
+                "{repeated} of {rows} robot rows repeat the previous pose: the controller updates its pose \
+                 less often than it is polled. The first row of each is used"
             ),
             Self::RepeatedRobotStamps { repeated } => repeated_robot_stamps(repeated),
             Self::CoarseStamps { stream, grain_s } => coarse_stamps(stream, grain_s),
@@ -382,13 +393,13 @@ impl fmt::Display for Warning {
             Self::KnotsNearWeave { spacing_m, weave_m } => knots_near_weave(spacing_m, weave_m),
             Self::CrossValidationMisfit { rms_m, fitted_rms_m } => misfit(rms_m, fitted_rms_m),
             Self::CrossValidationShift { span_s: [from, to], quantity, axis, moved_si, sigmas } => format!(
-                "the parts of the scan disagree: without {from:.2} to {to:.2} s {}, {sigmas:.1} times what noise \
-                 explains",
+                "the parts of the scan disagree: without {from:.2} to {to:.2} s {}, {sigmas:.1} times more \
+                 than noise explains",
                 moves(quantity, axis, moved_si)
             ),
             Self::NoPointAtStandOff { stand_off_m } => format!(
-                "no error at the torch is predicted: no point of the laser sheet below the scan is {:.0} mm from the \
-                 sensor",
+                "no seam error is predicted: no point of the laser plane in the scanned range is {:.0} mm \
+                 from the sensor. Correct --stand-off-mm",
                 stand_off_m * MM_PER_M
             ),
         })

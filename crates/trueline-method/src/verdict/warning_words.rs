@@ -1,4 +1,4 @@
-//! Warnings that take more than a line to say.
+//! Warnings of more than one line.
 
 use super::quantity::{Axis, MM_PER_M, MS_PER_S, Quantity, Significant};
 use super::stream_name::StreamName;
@@ -18,59 +18,63 @@ pub(super) fn likely_cause(kind: CauseKind, [size, sigma]: [f64; 2], per_px_m: O
         (format!("{:.3} ± {:.3} mm", size * MM_PER_M, sigma * MM_PER_M), [size, sigma].map(|s| s * MS_PER_S));
     match kind {
         CauseKind::Flex => format!(
-            "the residuals are those of an arm that gives way: its tool lags behind by {mm} for each m/s² of acceleration; \
-             scan more slowly, or round the turns of the path"
+            "the tool lags by {mm} for each m/s² of acceleration: the arm bends. Scan more slowly, or round \
+             the turns of the path"
         ),
         CauseKind::Backlash => format!(
-            "the residuals are those of play in the robot: {mm} whenever the motion turns round; the time offset takes up a \
-             part of it. Scan so that the axes turn round less often"
+            "the robot has backlash of {mm} at each reversal, and the time offset absorbs a part of it. Scan \
+             so that the axes reverse less often"
         ),
         CauseKind::AttitudeLag => format!(
-            "the robot's attitude is reported {:.2} ± {:.2} ms later than its position; the ± do not contain it",
+            "the robot reports its attitude {:.2} ± {:.2} ms later than its position, and the ± do not \
+            include this. Log both from one message",
             ms[0], ms[1]
         ),
         CauseKind::RollingShutter => format!(
-            "the rows of a picture are exposed one after the other, {:.1} ± {:.1} ms from the first to the last; use the \
-             camera's global shutter, or scan more slowly",
+            "the camera has a rolling shutter: {:.1} ± {:.1} ms from the first row to the last. Use its \
+             global shutter, or scan more slowly",
             ms[0], ms[1]
         ),
         CauseKind::CommandedPose => {
             let constant_s = size.max(0.0).sqrt();
             format!(
-                "the recorded poses seem to be the commanded ones: the arm follows them with a time constant of {:.0} ± {:.0} ms, \
-                 and the time offset contains that delay; record the actual pose",
+                "the arm follows the recorded poses with a time constant of {:.0} ± {:.0} ms, and the time \
+                 offset contains that delay: they are probably commanded poses. Record the actual pose",
                 constant_s * MS_PER_S,
                 sigma / (2.0 * constant_s) * MS_PER_S
             )
         }
-        CauseKind::Lens => "the distortion of the lens is not what sensor.toml states".to_owned(),
+        CauseKind::Lens => "the lens distortion differs from sensor.toml".to_owned(),
         CauseKind::TiltBias => tilt_bias(size, sigma, per_px_m),
         CauseKind::SideBias => format!(
-            "the detector errs by {size:.2} ± {sigma:.2} px to different sides on the two halves of the picture; look at \
-             its features in the pictures"
+            "the detector's bias is {size:.2} ± {sigma:.2} px, with opposite signs in the two halves of the \
+             picture. Look at its features in the pictures"
         ),
     }
 }
 
 pub(super) fn other_line([from, to]: [f64; 2], features: usize, beside_m: f64) -> String {
     format!(
-        "from {from:.2} to {to:.2} s nearly all of the {features} features lie on another line, {:.2} mm beside: the \
-         detector followed something else; they are not used",
+        "from {from:.2} to {to:.2} s nearly all of the {features} features lie on another line, {:.2} mm \
+         beside the seam, and are not used. Restrict the detector to the seam",
         beside_m * MM_PER_M
     )
 }
 
 pub(super) fn wavy_seam(rms_m: f64) -> String {
-    format!("the seam is wavy by {:.2} mm; the ± contain it", rms_m * MM_PER_M)
+    format!("the seam is wavy by {:.2} mm RMS; the ± include this", rms_m * MM_PER_M)
 }
 
 pub(super) fn robot_moves(rms_m: f64) -> String {
-    format!("the arm is {:.2} mm off its poses along this scan; the ± contain it", rms_m * MM_PER_M)
+    format!(
+        "the arm is {:.2} mm RMS off its reported poses along this scan; the ± include this",
+        rms_m * MM_PER_M
+    )
 }
 
 pub(super) fn clock_step(at_s: f64, step_s: f64) -> String {
     format!(
-        "one of the clocks stepped at about {at_s:.2} s, by {:+.2} ms; this was taken out",
+        "one of the clocks stepped by {:+.2} ms at about {at_s:.2} s; the result is corrected for it",
         step_s * MS_PER_S
     )
 }
@@ -82,8 +86,8 @@ pub(super) fn lens_off(lens: &LensCorrection) -> String {
     };
     let numbers: Vec<String> = [number(0), number(1)].into_iter().flatten().collect();
     format!(
-        "the distortion of the lens is not what sensor.toml states: {}; write the sensor as the scan corrects it with \
-         --write-sensor, and calibrate with that file",
+        "the lens distortion differs from sensor.toml: {}. Write the corrected sensor with --write-sensor, \
+         and calibrate with that file",
         numbers.join(" and ")
     )
 }
@@ -91,14 +95,14 @@ pub(super) fn lens_off(lens: &LensCorrection) -> String {
 pub(super) fn drawn_line_not_needed(known_m: [f64; 2]) -> String {
     let [with, without] = known_m.map(|m| m * MM_PER_M);
     format!(
-        "the scan shows the seam better than the drawing does: without --drawn-line a seam point is known to ± {without:.2} mm, with it \
-         to ± {with:.2} mm. Leave it out, unless the drawing is known better than was stated"
+        "the drawing makes seam points less certain: ± {with:.2} mm with --drawn-line, ± {without:.2} mm \
+         without it. Leave it out, or state a smaller --drawn-line-sigma-mm"
     )
 }
 
 pub(super) fn feature_bias(bias: &FeatureBias, per_px_m: Option<f64>) -> String {
     let (px, sigma_px) = bias.clearest_px();
-    format!("{}; this is taken out", tilt_bias(px, sigma_px, per_px_m))
+    format!("{}; the result is corrected for it", tilt_bias(px, sigma_px, per_px_m))
 }
 
 fn tilt_bias(px: f64, sigma_px: f64, per_px_m: Option<f64>) -> String {
@@ -108,12 +112,12 @@ fn tilt_bias(px: f64, sigma_px: f64, per_px_m: Option<f64>) -> String {
         Some(m) => format!("{:.3} ± {:.3} mm", px * m * MM_PER_M, sigma_px * m * MM_PER_M),
     };
     format!(
-        "the detector's point moves with the tilt, by {by} for each 10° (a pass with the sensor spun by 180° about its view shows it \
-         best)"
+        "the detector's point moves by {by} for each 10° of tilt (a pass with the sensor spun by 180° about \
+         its view shows it best)"
     )
 }
 
-/// What could not be used, `features` or `stripes`.
+/// Counts of unusable `features` or `stripes`.
 pub(super) fn left_out(what: &str, skipped: &BTreeMap<Skip, usize>) -> String {
     let list: Vec<String> = skipped.iter().map(|(why, count)| format!("{count}: {why}")).collect();
     format!("{} {what} could not be used; {}", skipped.values().sum::<usize>(), list.join("; "))
@@ -121,8 +125,8 @@ pub(super) fn left_out(what: &str, skipped: &BTreeMap<Skip, usize>) -> String {
 
 pub(super) fn robot_samples_missing(missing: usize, of: usize) -> String {
     format!(
-        "{missing} of {of} samples of the robot are missing ({:.0} %): they were lost before they were recorded, and what it did \
-         between the others is not known",
+        "{missing} of {of} robot samples are missing ({:.0} %): they were lost before they were recorded. \
+         Check the load of the PC and the network, and record again",
         100.0 * missing as f64 / of as f64
     )
 }
@@ -134,17 +138,20 @@ pub(super) fn held_at_guess(held: &[Unobservable]) -> String {
 
 pub(super) fn unusual_noise(noise_factor: f64, is_explained: bool, of_answer: bool) -> String {
     let because = if is_explained {
-        "The cause named above makes most of them"
+        "The cause named above explains most of this"
     } else {
-        "Either the stated noise is wrong, or something is left that is no noise: the sensor's own calibration, a bent line, a \
-         robot that is off its path"
+        "Either the stated noise is wrong, or there is a systematic error: sensor calibration, a bent line, \
+         a robot off its path"
     };
     if of_answer {
-        format!("residuals are {noise_factor:.2} times the expected noise; the ± are scaled by it. {because}")
+        format!(
+            "residuals are {noise_factor:.2} times the expected noise, and the ± are scaled by this. \
+            {because}"
+        )
     } else {
         format!(
-            "residuals of the seam points are {noise_factor:.2} times the expected noise; the answer and its ± are those of the \
-             whole stripes, and not scaled by it. {because}"
+            "residuals of the seam points are {noise_factor:.2} times the expected noise; the answer and its \
+             ± come from the whole stripes and are not scaled by this. {because}"
         )
     }
 }
@@ -154,27 +161,28 @@ const WORST_CLOCK_PPM: f64 = 1000.0;
 
 pub(super) fn clock_drift(ppm: f64, sigma_ppm: f64, about_s: f64) -> String {
     let cause = if ppm.abs() > WORST_CLOCK_PPM {
-        "; no clock is that far off: the rate with which the stamps were made is not the sensor's"
+        ": no clock drifts this much, so the stated frame rate is wrong"
     } else {
         ""
     };
     format!(
-        "the image clock drifts by {ppm:+.1} ± {sigma_ppm:.1} ppm against the robot's{cause}; this is taken out, and the time \
-         offset holds at {about_s:.1} s"
+        "the image clock drifts by {ppm:+.1} ± {sigma_ppm:.1} ppm against the robot clock{cause}. The result \
+         is corrected for it, and the time offset holds at {about_s:.1} s"
     )
 }
 
 pub(super) fn widened(by: f64) -> String {
     format!(
-        "this scan shows a turn of the sensor so weakly that the usual ± would be too small: it is {by:.1} times as large there, as \
-         the likelihood says; tilt further, or change the stand-off more"
+        "the ± of one rotation are widened by {by:.1}, to the likelihood profile: the scan constrains that \
+         rotation only weakly. Tilt further, or change the stand-off more"
     )
 }
 
 pub(super) fn poorly_known(scan_alone_m: f64, all_m: f64) -> String {
     format!(
-        "a seam point is known to ± {:.1} mm only by this scan, and to ± {:.1} mm with the robot and the sensor that are assumed: scan for 20 s, tilt by 15° or more about two axes, and change the \
-         stand-off (`trueline plan` finds a path)",
+        "a seam point has ± {:.1} mm from this scan alone, and ± {:.1} mm with the assumed robot and sensor \
+         errors. Scan for 20 s, tilt by 15° or more about two axes, and change the stand-off (`trueline \
+         plan` finds a path)",
         scan_alone_m * MM_PER_M,
         all_m * MM_PER_M
     )
@@ -182,39 +190,39 @@ pub(super) fn poorly_known(scan_alone_m: f64, all_m: f64) -> String {
 
 pub(super) fn structured(left: f64) -> String {
     format!(
-        "the residuals are no noise: they follow the motion (neighbours correlate by {left:.2} once noise that lasts for some \
-         frames is taken out); the ± hold for noise. Flex, backlash or lag of the robot, or a detector whose point moves with speed \
-         or tilt, look like this"
+        "the ± are too small, because the residuals follow the motion and are not random noise (correlation \
+         of neighbours {left:.2} after removal of correlated noise). Causes are flex, backlash or lag of the \
+         robot, or a detector bias with speed or tilt: scan more slowly"
     )
 }
 
 pub(super) fn robot_worse(seems: RobotSigmas, taken: RobotSigmas, stated: bool) -> String {
     let off = if seems.attitude_rad > taken.attitude_rad {
         let [seems, taken] = [seems, taken].map(|sigmas| sigmas.attitude_rad.to_degrees());
-        format!("whose attitude is off by some {seems:.3}° within the scan ({taken:.3}°")
+        format!("in attitude by about {seems:.3}° within the scan ({taken:.3}°")
     } else {
         let [seems, taken] = [seems, taken].map(|sigmas| sigmas.position_m * MM_PER_M);
-        format!("whose position is off by some {seems:.2} mm within the scan ({taken:.2} mm")
+        format!("in position by about {seems:.2} mm within the scan ({taken:.2} mm")
     };
     format!(
-        "the residuals change with the robot's pose as those of a robot {off} {}); the ± take it for as bad as it shows itself. \
-         Is the tool's frame right, and is the robot calibrated? In a single pass a seam that is not straight looks the same",
+        "the robot errs {off} {}), and the uncertainties assume this larger error. Check the tool frame and \
+         the robot's calibration; in a single pass a seam that is not straight looks the same",
         if stated { "follow from its stated accuracy" } else { "were assumed" }
     )
 }
 
 pub(super) fn stripe_noise(noise_factor: f64) -> String {
     format!(
-        "the stripes are {noise_factor:.2} times as noisy as is said of them; the ± are scaled by it. Either their σ is wrong, or \
-         something is left that is no noise: plates that are rough or bent more than by 0.2 mm, reflections, a robot that is off \
-         its path"
+        "the stripes are {noise_factor:.2} times noisier than stated, and the ± are scaled by this. Either \
+         their σ is wrong, or there is a systematic error: rough plates, plates bent by more than 0.2 mm, \
+         reflections, a robot off its path"
     )
 }
 
 pub(super) fn stripes_stamped_apart(later_s: f64) -> String {
     format!(
-        "stripes.csv stamps the same pictures up to {:.2} ms {} than features.csv: the stamps of features.csv are used, and \
-         the time offset is off by as much if they are wrong",
+        "stripes.csv stamps the same pictures up to {:.2} ms {} than features.csv, whose stamps are used. If \
+         those are wrong, the time offset is off by as much: write one stamp for each picture into both",
         later_s.abs() * MS_PER_S,
         if later_s > 0.0 { "later" } else { "earlier" }
     )
@@ -222,17 +230,17 @@ pub(super) fn stripes_stamped_apart(later_s: f64) -> String {
 
 pub(super) fn stripes_disagree(sigmas: f64, apart: &Apart, used: bool) -> String {
     format!(
-        "the whole stripes and the seam points give answers that are {}: {}. Plates that are bent near the seam, or \
-         another edge than the plates' own look like this",
+        "the whole stripes and the seam points give answers {}: {}. Probable causes are plates bent near the \
+         seam, or features of another edge: look at the pictures",
         how_far_apart(sigmas, apart),
-        if used { "those of the stripes are used, as asked" } else { "the seam points are used" }
+        if used { "the stripes are used, as requested" } else { "the seam points are used" }
     )
 }
 
-/// How far two answers are apart.
+/// Distance of two answers.
 pub(super) fn how_far_apart(sigmas: f64, apart: &Apart) -> String {
     format!(
-        "{sigmas:.1} sigma apart ({} mm where the seam was seen, {} ms)",
+        "{sigmas:.1} σ apart ({} mm at the seam, {} ms)",
         Significant(apart.point_m * MM_PER_M),
         Significant(apart.time_offset_s.abs() * MS_PER_S)
     )
@@ -240,9 +248,8 @@ pub(super) fn how_far_apart(sigmas: f64, apart: &Apart) -> String {
 
 pub(super) fn coarse_stamps(stream: StreamName, grain_s: f64) -> String {
     format!(
-        "the {} stamps are whole multiples of {:.1} ms: if they were rounded down or up rather than to the nearest, the \
-         time offset is off by half of that, or by all of it where samples come in whole multiples of it; its ± allows for \
-         it",
+        "the {} stamps are rounded to multiples of {:.1} ms, which can shift the time offset by half of \
+         this, or by all of it where samples are that far apart; its ± includes this. Use a finer clock",
         stream.name(),
         grain_s * MS_PER_S
     )
@@ -258,10 +265,10 @@ pub(super) fn stamp_steps(stream: StreamName, steps: &[(f64, f64)], period_s: f6
         first.map(|(at_s, step_s)| format!("{:+.2} ms at {at_s:.3} s", step_s * MS_PER_S)).collect();
     let more = match steps.len().saturating_sub(MOST_STEPS) {
         0 => String::new(),
-        more => format!(" and {more} times more"),
+        more => format!(" and {more} more steps"),
     };
     format!(
-        "the {} stamps step by {}{more} (known up to whole periods of {:.2} ms)",
+        "the {} stamps step by {}{more} (up to whole periods of {:.2} ms)",
         stream.name(),
         list.join(", "),
         period_s * MS_PER_S
@@ -270,8 +277,9 @@ pub(super) fn stamp_steps(stream: StreamName, steps: &[(f64, f64)], period_s: f6
 
 pub(super) fn misfit(rms_m: f64, fitted_rms_m: f64) -> String {
     format!(
-        "the parts of the scan disagree: what the others predict of a part is {:.4} mm off, {:.2} times the fitted \
-         {:.4} mm. An edge that is not straight, a part that moved, or a detector whose point moves with the tilt does this",
+        "the parts of the scan disagree: each is predicted from the others with {:.4} mm RMS, {:.2} times \
+         the fitted {:.4} mm. Probable causes are an edge that is not straight, a part that moved, or a \
+         detector bias with the tilt",
         rms_m * MM_PER_M,
         rms_m / fitted_rms_m,
         fitted_rms_m * MM_PER_M
@@ -294,13 +302,13 @@ pub(super) fn decided_by_user(by: DecidedBy, other_time_offsets_s: &[f64]) -> St
         other_time_offsets_s.iter().map(|offset_s| format!("{:.1} ms", offset_s * MS_PER_S)).collect();
     let by = match by {
         DecidedBy::Guess => "the initial guess",
-        DecidedBy::Statement => "what was stated of the cell",
+        DecidedBy::Statement => "your statement about the cell",
     };
     if others.is_empty() {
-        return format!("the scan alone does not tell this answer from its mirror image: {by} decided");
+        return format!("the scan alone cannot separate this answer from its mirror image: {by} decided");
     }
     format!(
-        "the scan alone does not tell this answer from {} with {} of {}: {by} decided",
+        "the scan alone cannot separate this answer from {} with {} of {}: {by} decided",
         if others.len() == 1 { "another".to_owned() } else { format!("{} others", others.len()) },
         if others.len() == 1 { "a time offset" } else { "time offsets" },
         others.join(", ")
@@ -314,23 +322,24 @@ pub(super) fn axis_not_shown(name: &str, part: AxisPart, cure: &str) -> String {
         AxisPart::Place => "the place",
         AxisPart::TimeOffset => "the time offset",
     };
-    format!("the scan does not show {part} of axis {name}; {cure}")
+    format!("this scan does not determine {part} of axis {name}: {cure}")
 }
 
 /// No place of a curve was seen twice.
-pub(super) const CURVE_FROM_ONE_PASS: &str = "the scan goes over the curve once, so that its hand-eye transform is not told from the form of the curve; scan it \
-    two or three times, or state the hand-eye transform in initial.toml for the time offset alone";
+pub(super) const CURVE_FROM_ONE_PASS: &str = "the scan passes over the curve once, so the hand-eye transform \
+    cannot be separated from the form of the curve. Scan it two or three times, or give the hand-eye \
+    transform in initial.toml and calibrate the time offset alone";
 
 /// The curve needs knots that follow the weave.
 pub(super) fn knots_near_weave(spacing_m: f64, weave_m: f64) -> String {
     format!(
-        "the knots of the curve are {:.1} mm apart and the weave is {:.1} mm long, so that the curve follows the weave and the time offset is not \
-         determined; weave faster, or move slower along the seam",
+        "the curve follows the weave, so the time offset is not determined: its knots are {:.1} mm apart and \
+         the weave is {:.1} mm long. Weave faster, or move more slowly along the seam",
         spacing_m * MM_PER_M,
         weave_m * MM_PER_M
     )
 }
 
 pub(super) fn repeated_robot_stamps(repeated: usize) -> String {
-    format!("{repeated} robot rows repeat the stamp of the row before")
+    format!("{repeated} robot rows repeat the previous stamp")
 }

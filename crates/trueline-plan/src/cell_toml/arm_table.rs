@@ -63,7 +63,7 @@ pub(super) struct PlateTable {
     toward: Option<[f64; 3]>,
 }
 
-/// Where nobody says otherwise the wrist stays so far from its singularity, degrees.
+/// Default distance of the wrist from its singularity, degrees.
 const WRIST_DEG: f64 = 10.0;
 /// The wrist's axes are never more than square.
 const WRIST_RANGE: ([f64; 2], &str) = ([0.0, 80.0], "degrees from 0 to 80");

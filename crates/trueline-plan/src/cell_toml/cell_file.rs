@@ -165,7 +165,7 @@ pub fn parse(file: &Path, text: &str, sensor: Sensor) -> Result<Cell, Error> {
 pub fn parse_with_urdf(file: &Path, text: &str, sensor: Sensor, urdf: Option<&str>) -> Result<Cell, Error> {
     let wire = tables(file, text)?;
     if wire.axis.is_some() {
-        let expected = "no external axis: plans are for cells where table and track stand still";
+        let expected = "no external axis: plans need a table and track that stand still";
         return Err(Error::in_file(file, wrong("axis", expected, "one")));
     }
     cell_from(wire, sensor, urdf).map_err(|problem| Error::in_file(file, problem))

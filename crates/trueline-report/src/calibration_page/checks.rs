@@ -44,14 +44,14 @@ fn at_the_seam(shown: &Shown<'_>) -> Option<Chart> {
     let all = names(c.best_fit().lines.len());
     Some(Chart {
         id: "at-the-seam",
-        title: "What each uncertainty alone moves the seam by",
+        title: "Effect of each uncertainty on the seam",
         explanation: format!(
-            "One standard deviation of each unknown as millimetres at the seam, {:.0} mm from the sensor at {:.0} mm/s. Together they are less where they go together.",
+            "Effect of one standard deviation of each unknown at the seam, {:.0} mm from the sensor at {:.0} \
+            mm/s. Correlated effects partly cancel.",
             torch.stand_off_m * MM_PER_M,
             torch.speed_m_s * MM_PER_M
         ),
-        alternative: "Bars: millimetres that one standard deviation of each unknown moves the seam by"
-            .to_owned(),
+        alternative: "Bars: effect of one standard deviation of each unknown on the seam, mm".to_owned(),
         wide: false,
         drawn: Drawn::Bars {
             names: known.iter().map(|(k, _)| all[*k].clone()).collect(),
@@ -89,7 +89,8 @@ fn correlation(shown: &Shown<'_>) -> Option<Chart> {
     Some(Chart {
         id: "correlation",
         title: "Correlations",
-        explanation: "Correlation of the unknowns. Near ± 1 the scan tells two of them apart by little: more tilt about another axis does."
+        explanation: "Correlation of the unknowns. Near ±1 the scan cannot separate the two; tilt about \
+            another axis."
             .to_owned(),
         alternative: format!("Correlation matrix of {} unknowns, from −1 to 1", names.len()),
         wide: false,
@@ -112,16 +113,20 @@ fn spectrum(shown: &Shown<'_>) -> Chart {
         id: "spectrum",
         title: "Observability",
         explanation: format!(
-            "Singular values of the scaled problem, as parts of the largest: the longer the bar, the better a direction is determined. Each is named by the unknowns that dominate it. Below {RANK_THRESHOLD:.0e} it cannot be determined; {} of {} can.",
+            "Singular values of the scaled problem, relative to the largest. A longer bar means a better \
+            determined direction; its name lists the dominating unknowns. {} of {} are above the limit of \
+            {RANK_THRESHOLD:.0e} and can be determined.",
             observability.rank, observability.size
         ),
-        alternative: "Bars: singular values of the whitened, scaled Jacobian as parts of the largest, on a logarithmic axis".to_owned(),
+        alternative: "Bars: singular values of the whitened, scaled Jacobian relative to the largest, on a \
+            logarithmic axis"
+            .to_owned(),
         wide: false,
         drawn: Drawn::Bars {
             names: observability.composition.iter().map(name).collect(),
             // A logarithmic axis has no zero; what is below rounding is drawn at it.
             values: values.iter().map(|value| value.max(1e-16)).collect(),
-            axis: Axis::log("part of the largest"),
+            axis: Axis::log("relative to the largest"),
             mark: Some(Mark { name: "not determined below".to_owned(), at: RANK_THRESHOLD, upright: true }),
         },
     }
@@ -152,10 +157,10 @@ fn profile(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
         id: "offset-profile",
         title: "Other time offsets",
         explanation: format!(
-            "Typical residual every 40 ms, and every 1 ms near the estimate, all else solved anew. A path that repeats itself has several local minima; the estimate must be the only deep one.{}",
-            other.unwrap_or_else(|| {
-                " No other local minimum explains as much as a twentieth of the features.".to_owned()
-            })
+            "Typical residual every 40 ms, and every 1 ms near the estimate, with the other unknowns \
+            re-estimated. A path that repeats itself has several local minima; the estimate must be the only \
+            deep one.{}",
+            other.unwrap_or_else(|| { " No other local minimum explains 5 % of the features.".to_owned() })
         ),
         alternative:
             "Typical residual in standard deviations over the time offset in ms, on a logarithmic axis"
@@ -164,7 +169,7 @@ fn profile(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
         drawn: Drawn::Plot {
             x: Axis::of("time offset (ms)"),
             y: Axis::log("typical residual (σ)"),
-            series: vec![Series::steps("all else at its best", x, y, Colour::A)],
+            series: vec![Series::steps("other unknowns re-estimated", x, y, Colour::A)],
             marks,
         },
     })
@@ -186,9 +191,10 @@ fn held_out(shown: &Shown<'_>) -> Option<Chart> {
     let values = check.parts.iter().flat_map(|part| known.iter().map(|k| part.sigmas[*k])).collect();
     Some(Chart {
         id: "held-out",
-        title: "Leave-one-part-out check",
+        title: "Leave-one-out cross-validation",
         explanation: format!(
-            "How the estimate moves without each part, in standard deviations of what noise does. The rest predicts it to {:.4} mm; fitted it is {:.4} mm.",
+            "Change of the estimate without each part, in standard deviations. RMS residual of the left-out \
+            part: {:.4} mm predicted from the rest, {:.4} mm fitted.",
             check.rms_m * MM_PER_M,
             check.fitted_rms_m * MM_PER_M
         ),

@@ -48,5 +48,5 @@ fn changed_options(config: &Config) -> String {
         .filter(|(name, value)| default.get(*name) != Some(*value))
         .map(|(name, value)| format!("{name} = {value}"))
         .collect();
-    if changed.is_empty() { "all as they are by default".to_owned() } else { changed.join(", ") }
+    if changed.is_empty() { "all defaults".to_owned() } else { changed.join(", ") }
 }

@@ -66,7 +66,8 @@ fn distance(steps: &[&IterationRecord]) -> Curves {
     Curves {
         id: "convergence-rms",
         title: "Distance from the line",
-        explanation: "Root mean square over all usable features but outliers (the paper's Fig. 6 b). The steps shown follow the search for a start.",
+        explanation: "RMS over all usable features except outliers (the paper's Fig. 6 b). The search for a \
+            start is not shown.",
         y: Axis::log("RMS (mm)"),
         curves: vec![("RMS".to_owned(), all(steps, |step| step.rms_m * MM_PER_M))],
     }
@@ -76,7 +77,7 @@ fn time_offset(steps: &[&IterationRecord], c: &Calibration) -> Curves {
     let end_s = c.best_fit().time_offset_s;
     Curves {
         id: "convergence-offset",
-        title: "Time offset, off from where it ends",
+        title: "Time offset, distance from the result",
         explanation: "The paper's Fig. 6 a, as distance from the result.",
         y: Axis::log("off by (ms)"),
         curves: vec![(
@@ -95,7 +96,7 @@ fn translation(steps: &[&IterationRecord], c: &Calibration) -> Curves {
     };
     Curves {
         id: "convergence-translation",
-        title: "Hand-eye translation, off from where it ends",
+        title: "Hand-eye translation, distance from the result",
         explanation: "The paper's Fig. 8, as distance from the result.",
         y: Axis::log("off by (mm)"),
         curves: (0..3).map(|k| (AXES[k].to_owned(), off(k))).collect(),
@@ -112,7 +113,7 @@ fn rotation(steps: &[&IterationRecord], c: &Calibration) -> Curves {
     };
     Curves {
         id: "convergence-rotation",
-        title: "Hand-eye rotation, off from where it ends",
+        title: "Hand-eye rotation, distance from the result",
         explanation: "About the tool's axes.",
         y: Axis::log("off by (°)"),
         curves: (0..3).map(|k| (AXES[k].to_owned(), off(k))).collect(),
@@ -122,8 +123,9 @@ fn rotation(steps: &[&IterationRecord], c: &Calibration) -> Curves {
 fn lines(steps: &[&IterationRecord], c: &Calibration) -> Curves {
     Curves {
         id: "convergence-line",
-        title: "Lines, off from where they end",
-        explanation: "Angle between the directions, and distance at the result's middle (the paper's Fig. 7 has four numbers that depend on the base).",
+        title: "Lines, distance from the result",
+        explanation: "Angle between the directions, and distance at the middle of the result (the paper's \
+            Fig. 7 shows four numbers that depend on the base frame).",
         y: Axis::log("off by (mm, or mrad)"),
         curves: line_curves(steps, &c.best_fit().lines),
     }

@@ -26,11 +26,11 @@ pub(super) fn blocks(c: &Calibration) -> Vec<Block> {
     }
     let advice: Vec<String> =
         c.findings.unknowns.observability.unobservable.iter().map(ToString::to_string).collect();
-    // Of data with a mistake in them this says nothing.
+    // Data with a mistake in them make this meaningless.
     let is_of_data = matches!(c.reasons().first(), Some(Reason::ResidualsTooLarge { .. }));
     if !advice.is_empty() && !is_of_data {
         blocks.push(Block::Notice {
-            heading: "What could not be seen, and the motion that shows it",
+            heading: "Not determined, and the motion that determines it",
             items: advice,
             bad: true,
         });
@@ -69,7 +69,7 @@ fn use_of_offset(offset_s: f64) -> [Block; 2] {
     let label = "How to use the time offset, to copy";
     let snippet = |snippet: time_offset::Snippet| Form {
         name: snippet.language,
-        convention: "The pose at the true exposure, then the transform: a seam point in base.",
+        convention: "Interpolates the pose at the true exposure and transforms a seam point into base.",
         text: snippet.text,
     };
     let forms = time_offset::snippets(offset_s).into_iter().map(snippet).collect();
@@ -103,10 +103,11 @@ fn offset(c: &Calibration, offset_s: Option<f64>) -> Card {
         return Card { name: "Time offset", values: vec![value], meaning };
     }
     let meaning = format!(
-        "Use the robot's pose at the true exposure, not at the stamp: images are stamped {}.",
-        if ms >= 0.0 { "late" } else { "early: the robot's stamps are the late ones" }
+        "Use the robot's pose at the true exposure, not at the stamp. Images are stamped {}.",
+        if ms >= 0.0 { "late" } else { "early (the robot's stamps are late)" }
     );
-    Card { name: "Time offset", values: vec![value, time_offset::rule(offset_s)], meaning }
+    let rule = time_offset::rule_with(offset_s, c.sigma(TIME_OFFSET));
+    Card { name: "Time offset", values: vec![value, rule], meaning }
 }
 
 fn hand_eye(c: &Calibration) -> Card {
@@ -125,7 +126,7 @@ fn hand_eye(c: &Calibration) -> Card {
         name: "Hand-eye transform",
         values,
         meaning:
-            "From camera to tool. Angles about z, then the new y, then the new x; ± about the tool's x, y, z."
+            "From camera to tool. The rotation is about z, then the new y, then the new x; its ± are about the tool's x, y, z."
                 .to_owned(),
     }
 }
@@ -141,31 +142,29 @@ fn rotation(c: &Calibration) -> Vec<String> {
     let [z, y, x] = ZYX_INTRINSIC.angles(&c.file_tool_from_camera().rotation).map(f64::to_degrees);
     let known = match &sigmas {
         Some(sigmas) => {
-            let each: Vec<String> = sigmas.iter().map(|deg| format!("{deg:.0$}", digits_for(*deg))).collect();
+            let each: Vec<String> = sigmas.iter().map(|deg| format!("{deg:.digits$}")).collect();
             format!("± {}°", each.join(", "))
         }
         None => "held".to_owned(),
     };
-    vec![format!("z {z:.digits$}°, y {y:.digits$}°, x {x:.digits$}°"), known]
+    vec![format!("x {x:.digits$}°, y {y:.digits$}°, z {z:.digits$}°"), known]
 }
 
 /// How far off a seam point is that is measured later: by the scan alone, and with all that is assumed.
 fn seam_error_card(c: &Calibration) -> Card {
     let name = "Error of a seam point";
     let Some(error) = &c.findings.checks.seam_error else {
-        let meaning =
-            "Not predicted: something of the hand-eye transform cannot be determined from this scan."
-                .to_owned();
+        let meaning = "Not predicted: this scan does not determine the whole hand-eye transform.".to_owned();
         return Card { name, values: vec!["–".to_owned()], meaning };
     };
     let mut values = vec![format!("± {} by the scan alone", mm(error.scan_alone_m()))];
     let assumed = seam_error::assumed(c, error).map(|with| {
         values.push(format!("± {} in all", mm(error.rms_m)));
-        format!(" In all: with {with}.")
+        format!(" In all: including {with}.")
     });
     let meaning = format!(
-        "One standard deviation in space, over the part of the laser plane that the scan visited, at {:.0} mm/s.{} Every single \
-         point has its own noise besides: ± {}.",
+        "One standard deviation in space at {:.0} mm/s, over the scanned part of the laser plane.{} Each single point adds \
+         its own noise: ± {}.",
         c.findings.config.used_at.speed_m_s * MM_PER_M,
         assumed.unwrap_or_default(),
         mm(c.findings.fit.residuals.rms_m),
@@ -185,14 +184,9 @@ fn budget(c: &Calibration, error: &SeamError) -> Table {
         ])
     };
     Table {
-        head: [
-            "the error of a seam point comes from",
-            "one σ",
-            "share of the variance",
-            "what would shrink it",
-        ]
-        .map(str::to_owned)
-        .to_vec(),
+        head: ["source of the seam error", "1 σ", "share of the variance", "remedy"]
+            .map(str::to_owned)
+            .to_vec(),
         rows: seam_error::budget(error, c.findings.checks.robot_seems.is_some())
             .into_iter()
             .map(row)

@@ -69,13 +69,13 @@ pub fn page(source: &Source<'_>) -> Page {
         ("seam", "Seam", seam::blocks(&shown, columns)),
         ("plates", "Plates", plates::blocks(c)),
         ("residuals", "Residuals", residuals::blocks(&shown, columns)),
-        ("uncertainty", "What is known, and how well", checks::blocks(&shown, columns)),
-        ("motion", "The motion, and what it shows", motion::blocks(&shown, columns)),
+        ("uncertainty", "Result and uncertainty", checks::blocks(&shown, columns)),
+        ("motion", "Motion and information", motion::blocks(&shown, columns)),
         ("stamps", "Stamps", stamps::blocks(&shown, columns)),
         ("space", "In space", scene::blocks(&shown, columns)),
         ("outliers", "Outliers", outliers::blocks(&shown)),
         ("numbers", "All numbers", vec![crate::page::Block::Facts(numbers(c))]),
-        ("conventions", "Conventions, and how to make this again", conventions::blocks(source)),
+        ("conventions", "Conventions and reproduction", conventions::blocks(source)),
         ("developers", "For developers: every step of the solver", convergence::blocks(c, columns)),
     ];
     page.sections = sections

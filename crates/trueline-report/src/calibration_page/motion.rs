@@ -1,4 +1,4 @@
-//! The robot's motion: speed, turning and tilt over time, what each second tells about the time offset, and whether the tilt suffices.
+//! The robot's motion: speed, turning and tilt over time, the information of each second on the time offset, and whether the tilt suffices.
 
 use super::Shown;
 use crate::page::{Axis, Block, Chart, Colour, Columns, Drawn, Mark, Series, Table, TableRow};
@@ -39,7 +39,7 @@ impl Moment {
 pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     let moments = moments(&shown.source.recording.robot);
     if moments.is_empty() {
-        return vec![Block::Text("The robot's recording is too short for a motion.".to_owned())];
+        return vec![Block::Text("The robot's recording is too short to show a motion.".to_owned())];
     }
     let mut blocks = vec![Block::Table(coverage(&moments))];
     blocks.extend([speeds(&moments, columns), tilts(&moments, columns)].map(Block::Chart));
@@ -113,7 +113,7 @@ fn coverage(moments: &[Moment]) -> Table {
         if fastest > 2.0 * slowest { "● varies" } else { "○ hardly varies" }.to_owned(),
     ]));
     Table {
-        head: ["Coverage", "reached", "± 10° about two axes is plenty"].map(str::to_owned).to_vec(),
+        head: ["Coverage", "reached", "±10° about two axes is sufficient"].map(str::to_owned).to_vec(),
         rows,
     }
 }
@@ -125,9 +125,7 @@ fn speeds(moments: &[Moment], columns: &mut Columns) -> Chart {
     Chart {
         id: "speed",
         title: "Speed and turning of the tool",
-        explanation:
-            "The time offset is seen where the tool is fast, or turns: only a moving robot can be late."
-                .to_owned(),
+        explanation: "The time offset is determined where the tool is fast, or turns.".to_owned(),
         alternative: "Speed of the tool in mm/s and its turning in degrees a second over time".to_owned(),
         wide: false,
         drawn: Drawn::Plot {
@@ -153,8 +151,11 @@ fn tilts(moments: &[Moment], columns: &mut Columns) -> Chart {
     Chart {
         id: "tilt",
         title: "Attitude of the tool",
-        explanation: "Turn from the mean attitude. The hand-eye transform is seen by turning about two axes: ± 10° is plenty.".to_owned(),
-        alternative: "Turn of the tool about its x, y and z from its mean attitude in degrees over time".to_owned(),
+        explanation: "Rotation from the mean attitude. Tilts of ±10° about two axes determine the hand-eye \
+            transform."
+            .to_owned(),
+        alternative: "Turn of the tool about its x, y and z from its mean attitude in degrees over time"
+            .to_owned(),
         wide: false,
         drawn: Drawn::Plot {
             x: Axis::of("time since the first robot row (s)"),
@@ -165,7 +166,7 @@ fn tilts(moments: &[Moment], columns: &mut Columns) -> Chart {
     }
 }
 
-/// What each second tells about the time offset: the square of how far the seam moves in the laser plane during one standard
+/// Information of each second on the time offset: the square of how far the seam moves in the laser plane during one standard
 /// deviation of a point, summed; all else taken as known.
 fn information(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
     let used: Vec<&FeatureResidual> = shown.features.iter().filter(|f| !f.is_outlier()).copied().collect();
@@ -189,9 +190,10 @@ fn information(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
     let y = columns.add(seconds.iter().map(|second| 100.0 * second / all));
     Some(Chart {
         id: "information",
-        title: "What each second tells about the time offset",
-        explanation: "Its part of the information, all else taken as known. Seconds near zero could have been left out.".to_owned(),
-        alternative: "Part of the information about the time offset in each second of the scan, in per cent".to_owned(),
+        title: "Information on the time offset by second",
+        explanation: "Share of the information on the time offset. Seconds near zero add nothing.".to_owned(),
+        alternative: "Share of the information on the time offset in each second of the scan, in per cent"
+            .to_owned(),
         wide: false,
         drawn: Drawn::Plot {
             x: Axis::of("time since the first robot row (s)"),
@@ -218,11 +220,14 @@ fn over_tilt(shown: &Shown<'_>, moments: &[Moment], columns: &mut Columns) -> Op
     Some(Chart {
         id: "residual-tilt",
         title: "Residual over tilt",
-        explanation: "Length of the residual over the turn from the mean attitude. It should be level: if it grows with the tilt, the sensor's own calibration or the robot's kinematics are off.".to_owned(),
-        alternative: "Length of the residual in standard deviations over the tilt of the tool in degrees".to_owned(),
+        explanation: "Length of the residual over the rotation from the mean attitude. It should be level; \
+            growth with the tilt means an error of the sensor's calibration or of the robot's kinematics."
+            .to_owned(),
+        alternative: "Length of the residual in standard deviations over the tilt of the tool in degrees"
+            .to_owned(),
         wide: false,
         drawn: Drawn::Plot {
-            x: Axis::of("turn from the mean attitude (°)"),
+            x: Axis::of("rotation from the mean attitude (°)"),
             y: Axis::of("residual (σ)"),
             series: vec![Series::points("features", x, y, Colour::A)],
             marks: vec![Mark { name: "expected median".to_owned(), at: 1.177, upright: false }],

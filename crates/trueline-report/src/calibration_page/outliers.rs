@@ -19,11 +19,11 @@ pub(super) fn blocks(shown: &Shown<'_>) -> Vec<Block> {
         .filter(|(f, _)| f.is_outlier())
         .collect();
     if outliers.is_empty() {
-        return vec![Block::Text("None: every feature is within five standard deviations.".to_owned())];
+        return vec![Block::Text("None: all features are within 5 σ.".to_owned())];
     }
     outliers.sort_by(|a, b| b.0.normalised.total_cmp(&a.0.normalised));
     let mut blocks = vec![Block::Text(format!(
-        "{} of {} features are more than five standard deviations off. They carry little or no weight.{}",
+        "{} of {} features are more than 5 σ off and have little or no weight.{}",
         outliers.len(),
         c.findings.fit.features.len(),
         if outliers.len() > MOST {

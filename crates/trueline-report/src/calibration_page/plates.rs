@@ -50,7 +50,7 @@ fn side_by_side(estimate: &StripeEstimate) -> Table {
     let alone = |answer: &Answer| answer.seam_error.as_ref().map(|error| error.scan_alone_m());
     let all = |answer: &Answer| answer.seam_error.as_ref().map(|error| error.rms_m);
     Table {
-        head: ["of one scan", "by seam points", "by whole stripes", "stripes know it better by"]
+        head: ["of one scan", "by seam points", "by whole stripes", "gain by stripes"]
             .map(str::to_owned)
             .to_vec(),
         rows: vec![
@@ -58,7 +58,7 @@ fn side_by_side(estimate: &StripeEstimate) -> Table {
             row("rotation, all axes", &|a| root_sum(a, ROTATION..TRANSLATION), degrees, "°"),
             row("translation, all axes", &|a| root_sum(a, TRANSLATION..LINES), MM_PER_M, " mm"),
             row("seam error by the scan alone", &alone, MM_PER_M, " mm"),
-            row("seam error, everything counted", &all, MM_PER_M, " mm"),
+            row("seam error, total", &all, MM_PER_M, " mm"),
         ],
     }
 }
@@ -77,9 +77,9 @@ fn angles(estimate: &StripeEstimate) -> Vec<(String, String)> {
         Some((format!("{what} of plates {} and {}", 2 * joint, 2 * joint + 1), value))
     }));
     let apart = match estimate.sigmas_apart {
-        Some(sigmas) if sigmas < 1.0 => "less than 1 sigma apart: they agree".to_owned(),
-        Some(sigmas) => format!("{sigmas:.1} sigma apart; up to 3 they agree"),
-        None => "nothing of them can be compared".to_owned(),
+        Some(sigmas) if sigmas < 1.0 => "less than 1 σ apart: they agree".to_owned(),
+        Some(sigmas) => format!("{sigmas:.1} σ apart (they agree up to 3 σ)"),
+        None => "they cannot be compared".to_owned(),
     };
     facts.push(("both answers".to_owned(), apart));
     facts
@@ -104,7 +104,8 @@ fn map(plane: &PlaneEstimate, (id, title): (&'static str, &'static str)) -> Opti
         id,
         title,
         explanation: format!(
-            "Height of the stripe's support points above the best plane, on the sensor's side; the smooth surface that was fitted bows by {bow_mm:.0$} mm.",
+            "Height of the stripe's support points above the best-fit plane, positive on the sensor's side. \
+            The fitted smooth surface has a bow of {bow_mm:.0$} mm.",
             digits_for(bow_mm)
         ),
         alternative: format!("Map of a plate: heights above its best plane, at most {strongest:.3} mm"),

@@ -1,4 +1,4 @@
-//! What is left over: over time, along the line, over the image, over speed, and as a whole.
+//! Residuals over time, along the line, over the image, over speed, and as a whole.
 
 use super::Shown;
 use crate::page::{Axis, Block, Chart, Colour, Columns, Drawn, Heat, Histogram, Mark, Series};
@@ -14,13 +14,14 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     let mut blocks = Vec::new();
     if shown.stride > 1 {
         blocks.push(Block::Text(format!(
-            "One feature in {} is drawn, and every outlier; all numbers are of all features.",
+            "One feature in {} is drawn, and every outlier; all numbers include all features.",
             shown.stride
         )));
     }
     if stripes::are_the_answer(shown.calibration) {
         blocks.push(Block::Text(
-            "These are the residuals of the fit to the seam points alone. The answer is that of the whole stripes; theirs are shown with the plates."
+            "These residuals are from the fit to the seam points alone. The result comes from the whole \
+            stripes, whose residuals are shown with the plates."
                 .to_owned(),
         ));
     }
@@ -85,7 +86,7 @@ fn over_time(shown: &Shown<'_>, columns: &mut Columns) -> Chart {
         id: "residual-time",
         title: "Distance from the line over time",
         explanation:
-            "In two directions perpendicular to the line and to each other. Good is noise without a pattern."
+            "In two directions perpendicular to the line and to each other. Should look like random noise."
                 .to_owned(),
         alternative: "Offset of each seam point from the line in mm over time in s".to_owned(),
         wide: false,
@@ -110,13 +111,14 @@ fn along_curve_mm(curve: &CurveEstimate, point: &Vector3<f64>) -> f64 {
 const ALONG: [[&str; 4]; 2] = [
     [
         "Distance from the line along it",
-        "A bend or a step here is the edge's own: it is not straight.",
+        "A bend or a step here means that the edge is not straight.",
         "Offset of each seam point from the line in mm over its place along the line in mm",
         "along the line (mm)",
     ],
     [
         "Distance from the curve along its length",
-        "The curve is unrolled. Passes that disagree at a place show what neither curve nor calibration explains.",
+        "The curve is unrolled. Differences between passes are errors that neither curve nor calibration \
+        explains.",
         "Offset of each seam point from the curve in mm over its place along the unrolled curve in mm",
         "along the curve (mm)",
     ],
@@ -150,7 +152,7 @@ fn along_line(shown: &Shown<'_>, columns: &mut Columns) -> Chart {
 
 /// Cells along the longer side of what was visited of the view.
 const CELLS: f64 = 16.0;
-/// The mean of fewer residuals says nothing.
+/// The mean of fewer residuals has no information.
 const FEWEST: f64 = 3.0;
 
 /// What the view is measured in: its axes with their limits, the place of a feature in it, and its residual.
@@ -220,7 +222,9 @@ fn over_image(shown: &Shown<'_>) -> Option<Chart> {
     Some(Chart {
         id: "residual-image",
         title: "Residual over the field of view",
-        explanation: "Mean length of the residual in each part of the view. The scale ends at twice the typical one: a corner that is bright as a whole is a lens or a laser plane that is not as sensor.toml says. Only what was visited is drawn."
+        explanation: "Mean length of the residual in each part of the view; the scale ends at twice the \
+            typical value. A bright corner means a lens or laser plane that differs from sensor.toml. Only \
+            the scanned parts are drawn."
             .to_owned(),
         alternative: format!("Mean residual in {unit} over the field of view, in {} cells", cells.len()),
         wide: false,
@@ -287,7 +291,8 @@ fn vectors(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
         id: "residual-vectors",
         title: "Residual vectors",
         explanation: format!(
-            "Measured minus predicted, {scale} times as long, for {} features. Neighbours that point the same way mean a lens or a laser plane that is not as sensor.toml says; noise points everywhere.",
+            "Measured minus predicted, enlarged {scale} times, for {} features. Neighbours that point the \
+            same way mean a lens or laser plane that differs from sensor.toml; noise has no direction.",
             thinned.len()
         ),
         alternative: format!("{} residual vectors over the field of view", thinned.len()),
@@ -321,9 +326,10 @@ fn histogram(shown: &Shown<'_>) -> Chart {
     let expected = (0..bins).map(|k| within * BIN * normal(-REACH + (k as f64 + 0.5) * BIN)).collect();
     Chart {
         id: "histogram",
-        title: "Residuals against what noise should make of them",
+        title: "Residuals compared with the expected noise",
         explanation: format!(
-            "Both parts of every residual in standard deviations, and the normal curve of as many. {beyond} of {all} are beyond ± {REACH} σ and not drawn."
+            "Both components of every residual in standard deviations, with the expected normal \
+            distribution. {beyond} of {all} are beyond ±{REACH} σ and not drawn."
         ),
         alternative: "Histogram of residuals in standard deviations, with the expected normal curve"
             .to_owned(),
@@ -359,17 +365,18 @@ fn over_speed(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
     let ends = columns.add([0.0, fastest]);
     // Too little an offset takes the pose too late, when the seam is already further on: the measured point is behind it.
     let late = columns.add([0.0, -fastest * typical_ms * 1e-3]);
-    let mut slope = Series::line("what 0.1 ms too little would do", ends, late, Colour::Soft);
+    let mut slope = Series::line("effect of an error of 0.1 ms", ends, late, Colour::Soft);
     slope.dashed = true;
     Some(Chart {
         id: "residual-speed",
         title: "Residual along the motion over speed",
-        explanation: "How far each point is ahead of where it should be, in the direction in which the seam crosses the sheet. A slope means a wrong time offset; a widening cloud means time-stamp jitter."
+        explanation: "Residual of each point in the direction in which the seam crosses the laser plane. A \
+            slope means a wrong time offset; a widening cloud means time-stamp jitter."
             .to_owned(),
         alternative: "Residual in the direction of motion in mm over the speed at which the seam crosses the laser sheet in mm/s".to_owned(),
         wide: false,
         drawn: Drawn::Plot {
-            x: Axis::of("speed across the sheet (mm/s)"),
+            x: Axis::of("speed across the laser plane (mm/s)"),
             y: Axis::of("ahead by (mm)"),
             series: vec![Series::points("features", x, y, Colour::A), slope],
             marks: Vec::new(),
@@ -399,7 +406,7 @@ fn over_direction(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
             .filter(|(a, _)| *a >= low && *a < low + 360.0 / f64::from(sectors))
             .map(|(_, n)| *n)
             .collect();
-        // The median of a handful says nothing.
+        // The median of a handful has no information.
         let typical = if within.len() < 8 { None } else { median(within.into_iter()) };
         (low + 180.0 / f64::from(sectors), typical.unwrap_or(f64::NAN))
     };
@@ -410,12 +417,14 @@ fn over_direction(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
     Some(Chart {
         id: "residual-direction",
         title: "Residual over the direction of motion",
-        explanation: "Direction in which the seam crosses the sheet: 0° along the stripe, 90° in range. The medians should be level, at 1.18 σ."
+        explanation: "Direction in which the seam crosses the laser plane: 0° along the stripe, 90° in \
+            range. The medians should be level, at 1.18 σ."
             .to_owned(),
-        alternative: "Length of the residual in standard deviations over the direction of motion in degrees".to_owned(),
+        alternative: "Length of the residual in standard deviations over the direction of motion in degrees"
+            .to_owned(),
         wide: false,
         drawn: Drawn::Plot {
-            x: Axis::of("direction in the sheet (°)").between(-180.0, 180.0),
+            x: Axis::of("direction in the laser plane (°)").between(-180.0, 180.0),
             y: Axis::of("residual (σ)"),
             series: vec![
                 Series::points("features", x, y, Colour::A),

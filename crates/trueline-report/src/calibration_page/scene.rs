@@ -21,11 +21,12 @@ const POINTS: usize = 5000;
 const WORDS: [[&str; 2]; 2] = [
     [
         "Path of the tool, field of view and seam in base",
-        "Drag to turn; Ctrl and wheel, or + and −, zoom. Scales are alike; millimetres.",
+        "Drag to rotate; Ctrl and wheel, or + and −, to zoom. All axes have the same scale: millimetres.",
     ],
     [
         "Path of the tool, field of view, seam and plates in base",
-        "Drag to turn; Ctrl and wheel, or + and −, zoom. Scales are alike; millimetres. Colours say where a plate lies above or below its best plane, seen from the sensor.",
+        "Drag to rotate; Ctrl and wheel, or + and −, to zoom. All axes have the same scale: millimetres. \
+        Colours show the height of a plate above its best-fit plane, towards the sensor.",
     ],
 ];
 
@@ -47,7 +48,7 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
             .flat_map(|sample| outline(&(carrier(sample) * c.file_tool_from_camera()), &corners));
         let xyz = column(columns, views);
         parts.push(Part {
-            name: "field of view on the laser sheet".to_owned(),
+            name: "field of view on the laser plane".to_owned(),
             xyz,
             colour: Colour::B,
             line: true,
@@ -82,7 +83,11 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
         id: "scene",
         title,
         explanation: explanation.to_owned(),
-        alternative: "The tool's path, the field of view on the laser sheet at some places, the seam points, the line and, of whole stripes, their support points on the plates in the robot's base frame, in mm. Arrow keys turn the view.".to_owned(),
+        alternative:
+            "The tool's path, the field of view on the laser plane at some places, the seam points, \
+            the line and, of whole stripes, their support points on the plates in the robot's base frame, in \
+            mm. Arrow keys turn the view."
+                .to_owned(),
         wide: true,
         drawn: Drawn::Scene(parts),
     })]

@@ -36,7 +36,7 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
             let (x, y): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
             series.push(Series::points(name, columns.add(x), columns.add(y), colour));
         };
-        add("before: images taken as not late", before, Colour::Bad);
+        add("before: without the time offset", before, Colour::Bad);
         let after = shown.features.iter().filter(|f| !f.is_outlier()).map(|f| {
             let (along, across) = place(f.line, &f.point_in_base);
             (along, across[part])
@@ -46,7 +46,7 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
             id,
             title,
             explanation: format!(
-                "Seam points in base: as they would be if images were not late, and as calibrated. The line is at 0.{}",
+                "Seam points in base, without the time offset and as calibrated. The line is at 0.{}",
                 match shown.calibration.findings.fit.residuals.outliers {
                     0 => String::new(),
                     n => format!(" {n} outliers are left out of both."),

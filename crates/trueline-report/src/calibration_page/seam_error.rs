@@ -56,9 +56,11 @@ pub(super) fn map(shown: &Shown<'_>) -> Option<Chart> {
     let [x, y] = limits.map(|[low, high]| [low * MM_PER_M, high * MM_PER_M]);
     Some(Chart {
         id: "seam-error",
-        title: "What the calibration adds to the error of a seam point",
+        title: "Seam error from the calibration",
         explanation: format!(
-            "One standard deviation in space at {:.0} mm/s, over the laser plane: what was visited and a quarter more on each side, at least 60 mm by 40 mm. Without the noise of the point itself, the sensor's own calibration and the robot's kinematics.",
+            "One standard deviation in space at {:.0} mm/s, over the laser plane: the scanned part and 25 % \
+            more on each side, at least 60 mm by 40 mm. Excludes the noise of a single point, the sensor's \
+            own calibration and the robot's kinematics.",
             torch.speed_m_s * MM_PER_M
         ),
         alternative: format!(

@@ -23,7 +23,8 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
             id,
             title,
             explanation: format!(
-                "Time from each stamp to the next; {:.4} ms is typical. {gaps} are longer than {LONG} times that: lost samples, or pictures without a feature. {}",
+                "Time from each stamp to the next; the typical one is {:.4} ms. {gaps} are longer than \
+                {LONG} times this: lost samples, or pictures without a feature. {}",
                 period_s * 1e3,
                 about_the_clock(report)
             ),
@@ -50,10 +51,10 @@ fn about_the_clock(report: &StampReport) -> String {
         return "No constant sampling period was found.".to_owned();
     };
     let used =
-        if report.dejittered { "the clock's stamps were used" } else { "the stamps were used as recorded" };
+        if report.dejittered { "the regular stamps were used" } else { "the stamps were used as recorded" };
     let latest_s = report.lateness_s.map_or(0.0, |[_, most_s]| most_s);
     format!(
-        "An even tick of {:.4} ms lies behind them, with a jitter of {:.3} ms; the latest is {:.2} ms late; {used}.",
+        "The sampling period is {:.4} ms with a jitter of {:.3} ms; the largest delay is {:.2} ms; {used}.",
         period_s * 1e3,
         jitter_s * 1e3,
         latest_s * 1e3

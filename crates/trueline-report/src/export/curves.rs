@@ -36,7 +36,8 @@ pub const CURVES: [CurveForm; 3] = [
     CurveForm {
         name: "curve-csv",
         title: "Curve as CSV",
-        convention: "points along the seam in base, in mm, with one standard deviation of each square to the seam; `evaluate --reference` and `calibrate --seam-cad` read it",
+        convention: "points along the seam in base, in mm, each with one standard deviation perpendicular to \
+            the seam; `evaluate --reference` and `calibrate --seam-cad` read it",
         write: csv,
     },
     CurveForm {

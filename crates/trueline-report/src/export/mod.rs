@@ -1,8 +1,8 @@
 //! A calibration in the words of robots and programs.
 //!
 //! A [`Mounting`] (where the sensor sits, and how late its stamps are) becomes text in one of [`FORMATS`], each with its
-//! convention in words. All of them say the same: the pose of the sensor in the frame whose pose the robot reports,
-//! `p_tool = R p_sensor + t`. [`time_offset`] says what to do with the time offset.
+//! convention in words. All of them contain the same: the pose of the sensor in the frame whose pose the robot reports,
+//! `p_tool = R p_sensor + t`. [`time_offset`] explains the use of the time offset.
 //!
 //! ```
 //! use trueline_report::export::{Mounting, named};

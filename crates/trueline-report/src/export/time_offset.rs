@@ -1,6 +1,7 @@
 //! What to do with a time offset: the rule in one line, and the lines of a program that apply it.
 
 use crate::export::format::{Format, Group, Unsupported};
+use crate::number::digits_for;
 
 /// The rule, where it is entered, and the programs, as one text.
 pub const FORMAT: Format = Format {
@@ -34,21 +35,29 @@ pub fn rule(time_offset_s: f64) -> String {
     format!("true exposure = stamp {sign} {:.3} ms", size * 1e3)
 }
 
+/// The same rule, rounded as the time offset is beside its standard deviation.
+#[must_use]
+pub(crate) fn rule_with(time_offset_s: f64, sigma_s: Option<f64>) -> String {
+    let (sign, size) = if time_offset_s < 0.0 { ("+", -time_offset_s) } else { ("−", time_offset_s) };
+    // A time offset that was held has no standard deviation: as exact as `with_sigma` shows it.
+    let digits = sigma_s.map_or(4, |sigma_s| digits_for(sigma_s * 1e3));
+    format!("true exposure = stamp {sign} {:.digits$} ms", size * 1e3)
+}
+
 /// Where it is entered, and what voids it.
 #[must_use]
 pub fn advice(time_offset_s: f64) -> [String; 3] {
     let late = if time_offset_s < 0.0 { "earlier" } else { "later" };
     [
         format!(
-            "Each image is stamped {:.3} ms {late} than it was exposed. Look up the robot's pose at the true exposure, between the two samples \
-             around it; then multiply: p_base = base_from_tool(stamp − offset) · tool_from_camera · p_camera.",
-            time_offset_s.abs() * 1e3
+            "Each image is stamped {late} than it was exposed. Interpolate the robot's pose at the true exposure between the two samples \
+             around it; then multiply: p_base = base_from_tool(stamp − offset) · tool_from_camera · p_camera."
         ),
-        "If the sensor's driver or the robot's controller takes a delay, enter it there instead, once: a driver that shifts the stamps wants \
-         minus this value, a controller that asks how late the sensor is wants this value."
+        "If the sensor's driver or the robot's controller has a setting for the delay, enter it there instead, once: minus this value in a \
+         driver that shifts the stamps, this value in a controller that asks for the sensor's latency."
             .to_owned(),
-        "It holds as long as nothing changes that delays an image or a pose: exposure time, image size or region, frame rate, the stamp that \
-         is used, network and PC, filters of the controller. Then calibrate again."
+        "Calibrate again when anything changes that delays an image or a pose: exposure time, image size or region, frame rate, which stamp \
+         is used, network, PC, filters of the controller."
             .to_owned(),
     ]
 }

@@ -104,7 +104,7 @@ pub enum Block {
     Picture {
         /// Name in its address.
         id: String,
-        /// What it shows.
+        /// Its measurements.
         caption: String,
         /// The file's bytes.
         png: Vec<u8>,

@@ -181,10 +181,8 @@ fn table_html(table: &Table) -> String {
 
 /// All forms are on the page, so that it says the same without a script, and on paper.
 fn choice(label: &str, forms: &[Form]) -> String {
-    let mut out = format!(
-        "<div class=\"choice full\"><h3>{}</h3><div class=\"choose\"><div class=\"tabs\" role=\"tablist\" aria-label=\"Notation\"></div></div>",
-        escape(label)
-    );
+    let mut out =
+        format!("<div class=\"choice full\"><h3>{}</h3><div class=\"choose\"></div>", escape(label));
     for form in forms {
         let _ = write!(
             out,
@@ -212,6 +210,7 @@ fn figure(chart: &Chart, spans: bool) -> String {
             escape(chart.title)
         ),
     };
+    let is_scene = matches!(chart.drawn, super::Drawn::Scene(_) | super::Drawn::Film { .. });
     let slider = match chart.drawn {
         super::Drawn::Film { .. } => {
             "<div class=\"film\"><button data-play>Play</button><input type=\"range\" min=\"0\" value=\"0\" data-time \
@@ -220,14 +219,15 @@ fn figure(chart: &Chart, spans: bool) -> String {
         _ => "",
     };
     format!(
-        "<figure class=\"chart{0}\" aria-label=\"{1}\"><figcaption><h3>{1}</h3><span class=\"tools\">{tools}</span></figcaption>\
+        "<figure class=\"chart{0}{6}\" aria-label=\"{1}\"><figcaption><h3>{1}</h3><span class=\"tools\">{tools}</span></figcaption>\
          <p>{2}</p><div class=\"plot\" id=\"{3}\" role=\"application\" aria-roledescription=\"chart\" aria-label=\"{4}\"></div>{5}<div class=\"live\" aria-live=\"polite\"></div></figure>",
         if spans { " wide" } else { "" },
         escape(chart.title),
         escape(&chart.explanation),
         chart.id,
         escape(&chart.alternative),
-        slider
+        slider,
+        if is_scene { " scene" } else { "" }
     )
 }
 

@@ -12,7 +12,7 @@ pub enum BoardError {
     Folder {
         /// The folder.
         folder: PathBuf,
-        /// What the operating system says.
+        /// An error of the operating system.
         error: io::Error,
     },
     /// Nothing of that name.
@@ -67,7 +67,7 @@ pub enum BoardError {
 }
 
 impl BoardError {
-    /// What to do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> String {
         match self {
@@ -83,7 +83,8 @@ impl BoardError {
             }
             Self::Sizes { .. } => "all pictures must be of one camera and one setting".to_owned(),
             Self::OtherCamera { .. } => {
-                "is this the camera of the sensor's file, at the same setting?".to_owned()
+                "check that the pictures come from the camera of the sensor's file, at the same setting"
+                    .to_owned()
             }
             Self::Fixed(_) => "a board that stands still is for a camera on the robot".to_owned(),
             Self::File(error) => error.hint(),

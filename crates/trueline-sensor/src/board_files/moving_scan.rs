@@ -38,7 +38,7 @@ pub struct BoardScan {
     pub robot_noise_m: f64,
     /// Pictures that show no whole, sharp board, by reason.
     pub skipped: BTreeMap<String, usize>,
-    /// Whether the robot stood at each picture, and who says so.
+    /// Whether the robot stood still at each picture, and the source of that.
     pub stops: Option<Stops>,
     /// Whether the time offset is a result: at stops there is none, and what is held is none.
     pub shows_time_offset: bool,
@@ -55,7 +55,7 @@ pub struct BoardOptions {
     pub guess: Option<Guess>,
     /// Whether the time offset is held there.
     pub holds_offset: bool,
-    /// Absolute accuracy of the robot, m, of which poses at stops have their part; `None` is what the sensor's file says, or
+    /// Absolute accuracy of the robot, m, of which poses at stops have their part; `None` is the value in the sensor's file, or
     /// [`ASSUMED_ROBOT_ACCURACY_M`].
     pub robot_accuracy_m: Option<f64>,
 }

@@ -30,7 +30,7 @@ pub struct SightingOptions {
     pub holds_offset: bool,
     /// The time offset is within plus and minus this, s; `None` looks as far as usual.
     pub offset_within_s: Option<f64>,
-    /// Absolute accuracy of the robot, m; `None` is what the sensor's file says, or [`ASSUMED_ROBOT_ACCURACY_M`].
+    /// Absolute accuracy of the robot, m; `None` is the value in the sensor's file, or [`ASSUMED_ROBOT_ACCURACY_M`].
     pub robot_accuracy_m: Option<f64>,
 }
 
@@ -39,11 +39,11 @@ pub struct SightingOptions {
 pub struct PoseScan {
     /// What was found.
     pub fit: PoseFit,
-    /// Covariance of all that is accounted for: noise, and a robot that is not where it says.
+    /// Covariance of all modelled errors: noise, and position errors of the robot.
     pub covariance: SMatrix<f64, SIZE, SIZE>,
     /// Noise of a recorded position of the robot, per axis, m.
     pub robot_noise_m: f64,
-    /// Whether the robot stood at each sighting, and who says so.
+    /// Whether the robot stood still at each sighting, and the source of that.
     pub stops: Option<Stops>,
     /// Whether the time offset is among what was estimated.
     pub estimates_offset: bool,

@@ -13,7 +13,7 @@ use trueline_dataset::sensor_toml::CameraFile;
 /// What one picture gave.
 pub type Found = Result<BoardPicture, NoStripe>;
 
-/// The camera as its file knows it; without a covariance it is taken for exact.
+/// The camera as its file knows it; without a covariance it is treated as exact.
 #[must_use]
 pub fn known(file: &CameraFile) -> KnownCamera {
     let stated = file.setup.uncertainty.as_ref().and_then(|u| u.covariance.as_ref());

@@ -44,7 +44,7 @@ impl Hidden {
 }
 
 /// Hidden directions of an information matrix, and the covariance of all that is estimated, which is very large along them. `of_time` is the
-/// information about the time offset (s⁻², all else being known) that is no noise of the robot's rates.
+/// information about the time offset (s⁻², all else being known) that is not noise of the robot's rates.
 pub(crate) fn assess(
     information: &SMatrix<f64, SIZE, SIZE>,
     of_time: f64,

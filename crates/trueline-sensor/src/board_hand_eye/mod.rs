@@ -6,7 +6,7 @@
 //! ```
 //!
 //! At standstill there is no time offset to be seen. While the robot moves ([`moving`]), all three are estimated together:
-//! a reference for calibrations that know no board. Poses that any other detector or tracker reports ([`poses`]) go through the same joint
+//! a reference for calibrations without a board. Poses that any other detector or tracker reports ([`poses`]) go through the same joint
 //! estimate; of these the noise is estimated where none is stated, and what the motion does not show is named ([`hidden`]).
 
 pub mod closed_form;

@@ -38,7 +38,7 @@ const DECISIVE_Z: f64 = 5.0;
 /// Correlation of residuals is looked at over this part of all sightings.
 const LAG_PART: f64 = 0.25;
 
-/// What is known beforehand.
+/// The prior.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseOptions {
     /// The time offset is looked for within plus and minus this, s.

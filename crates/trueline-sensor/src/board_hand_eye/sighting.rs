@@ -108,7 +108,7 @@ impl BoardSighting {
 /// Pictures whose corners scatter this many times more than usual show no sharp board.
 const BLURRED: f64 = 3.0;
 
-/// What views of a board say of its pose.
+/// Pose of a board from its views.
 #[derive(Clone, Debug)]
 pub struct Sightings {
     /// One for each view; `None` where corners are missing, fix no pose, or scatter far more than usual.

@@ -1,4 +1,4 @@
-//! What the joint estimate seeks, and the noise that it is told.
+//! What the joint estimate seeks, and the noise that is reported.
 
 use trueline_geometry::Pose;
 

@@ -58,7 +58,7 @@ pub enum NoBoard {
         expected_rows: usize,
     },
     /// The board where another picture has it.
-    #[error("it shows the board where {of} does: the same picture again says nothing new")]
+    #[error("it shows the board at the same place as {of}: a repeated picture adds no information")]
     Repeated {
         /// The other picture.
         of: String,

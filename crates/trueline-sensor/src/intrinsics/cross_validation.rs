@@ -1,4 +1,4 @@
-//! Two cameras from two halves of the pictures: do they agree within what they say of themselves?
+//! Comparison of two cameras from two halves of the pictures, relative to their uncertainties.
 
 use super::distortion_model::DistortionModel;
 use super::field::{Field, Sensitivity};
@@ -21,7 +21,7 @@ pub struct CrossValidation {
     pub parameters: usize,
 }
 
-/// Halves that differ by more than so many times what they let expect are not explained by chance.
+/// Halves that differ by more than this multiple of the expected difference are not explained by chance.
 pub const AGREES: f64 = 1.5;
 
 /// Standard deviations that a normal number exceeds once in 1000.

@@ -31,7 +31,7 @@ const GENTLE_ROUNDS: usize = 4;
 /// σ of one axis from the median distance of a two-dimensional normal distribution: 1/√(2 ln 2).
 const SIGMA_FROM_MEDIAN_DISTANCE: f64 = 0.849_321_8;
 
-/// The fewest pictures that make a camera: with two, errors cannot be told from the model.
+/// Fewest pictures for a camera: with two, errors cannot be separated from the model.
 pub const FEWEST_PICTURES: usize = 3;
 
 /// A fitted camera and what it was fitted to.

@@ -70,7 +70,7 @@ fn pose(fit: &CameraFit, board: &Board, third: (i32, i32), tilt: (f64, f64), wid
     Some(se3::from_parts(rotation, ray * depth - rotation * board.middle()))
 }
 
-/// What a picture would tell of the camera.
+/// Information of a picture on the camera.
 fn information_of(
     fit: &CameraFit,
     board: &Board,

@@ -25,7 +25,7 @@ const WHOLE: f64 = 0.8;
 /// Pieces of which less than this part is where the stripe must be cross it.
 const ALONG: f64 = 0.5;
 
-/// A stripe of fewer pixels says nothing.
+/// A stripe of fewer pixels has no information.
 const FEWEST_PIXELS: usize = 8;
 
 /// A laser plane from pictures, and what became of each of them.

@@ -10,7 +10,7 @@ use crate::sheet_tilt;
 use nalgebra::{Matrix3, RowVector3, Vector3};
 use trueline_geometry::{Plane, fit};
 
-/// The fewest boards: three stripes fix a plane, and one more tells how well.
+/// Fewest boards: three stripes fix a plane, and one more gives its uncertainty.
 pub const FEWEST_BOARDS: usize = 4;
 
 /// A board is doubtful where its offset or slope is this many standard deviations from the plane.

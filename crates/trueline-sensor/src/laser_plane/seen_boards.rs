@@ -23,7 +23,7 @@ pub(crate) struct SeenBoards {
     pub boards: Vec<BoardState>,
 }
 
-/// What a known camera says of the boards.
+/// Poses of the boards from a known camera.
 ///
 /// # Errors
 /// A board without a pose.

@@ -90,7 +90,7 @@ const ENOUGH_CORNERS: usize = 12;
 const ON_LINE_PART: f64 = 0.5;
 const ON_LINE_PX: f64 = 2.0;
 
-/// A piece with fewer middles says nothing.
+/// A piece with fewer middles has no information.
 const FEWEST_MIDDLES: usize = 8;
 
 /// A piece is believed where its middles scatter by less than this part of its width.

@@ -59,10 +59,10 @@ const NOT_NEGATIVE: [&str; 13] = [
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FaultError {
     /// No fault has this name.
-    #[error("`{0}` is no fault")]
+    #[error("`{0}` is not a fault")]
     Name(String),
     /// A size is no finite number.
-    #[error("`{0}` is no number")]
+    #[error("`{0}` is not a number")]
     Number(String),
     /// A size that no cell has, or that nothing can be simulated with.
     #[error("`{name}`: expected a size from {least} to {largest}, found {found}")]
@@ -367,7 +367,7 @@ pub const FAULT_NAMES: [FaultName; 43] = [
         name: "uncounted-losses",
         units: "%",
         defaults: &[5.0],
-        description: "lost frames that the counter does not tell of",
+        description: "lost frames that the counter does not count",
         make: |v| Fault::Stream(StreamError::UncountedLosses { share: v[0] * PERCENT }),
     },
     FaultName {

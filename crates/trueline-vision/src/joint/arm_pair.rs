@@ -14,7 +14,7 @@ const FLATTEST: f64 = 0.1;
 const MOST_GAP: f64 = 0.5;
 const MOST_GAP_PX: f64 = 120.0;
 const BOTH_GAPS_PX: f64 = 160.0;
-/// An arm is as long as so many thicknesses of the stripe, and so many px where the stripe is thin.
+/// Minimum arm length, in stripe widths; in px for thin stripes.
 const NEEDED_PX: f64 = 80.0;
 const SHOWN_SIGMAS: f64 = 12.5;
 /// Distance along an arm at which its side is judged, px.
@@ -35,7 +35,7 @@ const MOST_SLOT_PX: f64 = 400.0;
 const MOST_SLOT: f64 = 1.0;
 const SLOT_EVEN: f64 = 2.0;
 
-/// How long a continuous stretch of stripe must be to be an arm: so many thicknesses of it, and so many px where it is thin.
+/// Minimum length of a continuous stretch of stripe for an arm: a multiple of its thickness, and a number of px for a thin stripe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeastArm {
     /// Thicknesses (standard deviations across the stripe).
@@ -92,8 +92,7 @@ pub(crate) fn is_long(continuous_px: f64, sigma_px: f64) -> bool {
     LeastArm::USUAL.admits(continuous_px, sigma_px)
 }
 
-/// Whether a continuous stretch is long enough to tell that there is another plate, on which nothing is measured: where it is
-/// brighter its stripe is thicker.
+/// Whether a continuous stretch is long enough to indicate another plate, which is not measured: a brighter stripe is thicker.
 #[must_use]
 pub(crate) fn shows_plate(continuous_px: f64, sigma_px: f64) -> bool {
     continuous_px + TILE as f64 >= (SHOWN_SIGMAS * sigma_px).max(NEEDED_PX)
@@ -127,7 +126,7 @@ impl ArmPair {
         self.weights[0] + self.weights[1] - 2.0 * self.against
     }
 
-    /// Whether the stripe is missing so far about the corner that only what is beside its arms can tell that they belong together.
+    /// Whether the gap of the stripe at the corner is so large that only the surroundings of its arms can connect them.
     #[must_use]
     pub(crate) fn is_open(&self) -> bool {
         self.gaps_px[0] + self.gaps_px[1] > BOTH_GAPS_PX

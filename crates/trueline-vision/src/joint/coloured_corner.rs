@@ -1,7 +1,7 @@
 //! A corner in daylight: of a colour picture the long arm is known by the laser's colour, and a short one begins where it ends.
 //!
-//! On a surface that is lit itself a stripe hardly stands out, and in a whole picture much else has ridges. Nothing but the laser has
-//! its colour: it says which long ridge is the stripe, so that no region must be stated. Where the long arm stands out by its levels,
+//! On a surface that is lit itself a stripe hardly stands out, and in a whole picture much else has ridges. Only the laser has its
+//! colour: it selects the long ridge that is the stripe, so no region must be stated. Where the long arm stands out by its levels,
 //! they have said all that there is to it.
 
 use crate::detection::Detection;

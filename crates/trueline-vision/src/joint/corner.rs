@@ -82,8 +82,7 @@ pub fn measure<L: Level>(
     Ok(Detection { plates: plates_in_order([&a, &b], &ideal, lens), ..Seam { gap_m, ..seam }.into() })
 }
 
-/// Whether a fit has moved its line so little at the corner that to repeat it would change nothing: what is
-/// left of a move m is of the order of m² over the stripe's thickness.
+/// Whether a fit has converged at the corner: after a move m the remaining error is of the order of m² over the stripe's thickness.
 fn settled(arm: &Line2, fit: &Fit) -> bool {
     let moved = fit.line.distance(&arm.point).abs();
     let sigma = fit.variance_at(fit.line.station(&arm.point)).sqrt();

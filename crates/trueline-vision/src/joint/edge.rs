@@ -17,7 +17,7 @@ const BORDER_PX: f64 = 60.0;
 /// A second segment with this part of the longest one's weight may be the plate as well.
 const RIVAL: f64 = 0.5;
 
-/// Finds the end of the heaviest segment that has one within the picture, or of all such ends that which is meant.
+/// Finds the end of the heaviest segment that ends within the picture, or the chosen one of all such ends.
 ///
 /// # Errors
 /// Why there is none.

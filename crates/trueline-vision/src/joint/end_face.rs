@@ -12,8 +12,8 @@ use nalgebra::Vector2;
 const BETWEEN: [f64; 2] = [0.3, 0.7];
 /// How far to both sides of the plates' ends the face is looked for, px.
 const AROUND_PX: f64 = 16.0;
-/// Where it is dark: on both sides of the face, half way between the stripes where these are so many thicknesses away; elsewhere
-/// beside the upper stripe, on the side where the lower one is not, px.
+/// Dark places: on both sides of the face, half way between the stripes if these are this many thicknesses away; else beside the upper
+/// stripe, opposite to the lower one, px.
 const CLEAR_SIGMAS: f64 = 4.0;
 const DARK_PX: f64 = 24.0;
 const DARK_ALONG_PX: f64 = 60.0;

@@ -34,7 +34,7 @@ impl Shoulders {
         self.corners[0].score() + self.corners[1].score()
     }
 
-    /// Weight of the segments that another pair of shoulders does not have: what both have tells nothing between them.
+    /// Weight of the segments that another pair of shoulders lacks: common segments do not separate them.
     fn weight_without(&self, other: &Self) -> f64 {
         let arms = self.corners.iter().flat_map(|pair| pair.segments.into_iter().zip(pair.weights));
         let shared = |number: usize| other.corners.iter().any(|pair| pair.segments.contains(&number));

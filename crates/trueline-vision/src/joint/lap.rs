@@ -24,7 +24,7 @@ const APART_PX: f64 = 400.0;
 /// The lower stripe lies at least this many thicknesses of the upper one beside it.
 const STEP_SIGMAS: f64 = 4.0;
 
-/// So many thicknesses of the lower stripe next to its beginning are left out, and no more than this of it is measured, px.
+/// Number of thicknesses of the lower stripe left out at its beginning, and largest measured length of it, px.
 const BESIDE_SIGMAS: f64 = 6.0;
 const MOST_PX: f64 = 1200.0;
 /// Least part of its sections that must show it.

@@ -34,10 +34,10 @@ const FOLLOWED_PX: f64 = 64.0;
 const MOST_STEPS: usize = 6;
 /// The shortest stretch along which a bent plate is fitted, px.
 const SHORTEST_PX: f64 = 80.0;
-/// How much of a plate says how high its end is, m: a bow of 0.2 mm at 25 mm from the end then leaves 0.006 mm, all of the plate
+/// Length of a plate used for the height of its end, m: a bow of 0.2 mm at 25 mm from the end then causes 0.006 mm, the whole plate
 /// 0.04 mm.
 const TIP_M: f64 = 8e-3;
-/// What next to the end says nothing of that, in blurs and in thicknesses of the stripe: an edge that crosses it at a slant takes one
+/// Pixels next to the end that are excluded, in blurs and in thicknesses of the stripe: an edge that crosses it at a slant takes one
 /// flank before the other.
 const CLEAR_BLURS: f64 = 2.0;
 const CLEAR_SIGMAS: f64 = 1.5;
@@ -79,7 +79,7 @@ pub(crate) struct EndSurroundings {
     template: Template,
     /// Where the plate begins, along the line.
     first: f64,
-    /// How much of it says how high its end is, px.
+    /// Length of it used for the height of its end, px.
     tip_px: f64,
     within: [f64; 2],
     band_px: f64,

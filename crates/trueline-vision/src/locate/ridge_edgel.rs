@@ -1,7 +1,7 @@
 //! Edgels of a thin stripe on a surface that is lit itself, in daylight: where a short bar is brighter than both of its sides.
 //!
-//! A window's moments see a stripe on dark ground. On bright ground they see the ground, its shades and its borders. What is
-//! left of a stripe there is its ridge: along a bar it is brighter than on *either* side, and so are neither shades nor borders.
+//! A window's moments see a stripe on dark ground. On bright ground they see the ground, its shades and its borders. The ridge of a
+//! stripe remains there: along a bar it is brighter than on *either* side, and so are neither shades nor borders.
 
 use crate::fastest::fastest;
 use crate::locate::edgel::Edgel;
@@ -23,7 +23,7 @@ const MOST_BESIDE: usize = 5;
 const SIDE: std::ops::Range<usize> = 4..8;
 /// How far beside a ridge the middle of a side lies, px.
 pub(crate) const MIDDLE_OF_SIDE_PX: f64 = 5.5;
-/// A bar must stand out from what bars elsewhere do by so many times their spread: most places show no stripe.
+/// A bar must exceed bars elsewhere by this multiple of their spread: most places show no stripe.
 const SPREADS: f32 = 3.5;
 
 /// A bar at one place, in the direction in which it stands out most.

@@ -1,4 +1,4 @@
-//! Sections through the stripe: what one column, or row, of the picture says of it.
+//! Sections through the stripe: its measurement in one column, or row, of the picture.
 
 use crate::measure::section_view::SectionView;
 use crate::measure::stripe_end::{BANDS, BandSection};
@@ -10,7 +10,7 @@ use crate::picture::Level;
 pub(crate) const BLOCK: usize = 16;
 /// Pixels beside the stripe from which the background is taken.
 pub(crate) const BESIDE: usize = 4;
-/// Of so many sections one is asked for the background.
+/// One in this number of sections measures the background.
 const ASKED: usize = 4;
 /// Sections to each side over which the amplitude is averaged.
 const SMOOTH: usize = 6;

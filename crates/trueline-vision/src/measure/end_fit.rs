@@ -236,7 +236,7 @@ impl EndLight<'_> {
         Some(Plate { light, contrast2, grain_px, grains, dark_variance })
     }
 
-    /// One step: what the light says of how far a guess is off.
+    /// One step: correction of a guess from the light.
     fn step(&self, plate: &Plate, at: &Guess, blur_before_px: f64, spacing: f64) -> Option<Step> {
         let grain_px =
             (at.blur_px * std::f64::consts::SQRT_2).clamp(plate.grain_px / GRAIN, plate.grain_px * GRAIN);

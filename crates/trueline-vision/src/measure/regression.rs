@@ -11,13 +11,13 @@ const PER_MEDIAN: f64 = 1.4826;
 const SAMPLED: usize = 300;
 /// A line is settled where it moves by less than this part of the spread: a hundredth of what a thousand shifts leave uncertain, ...
 const SETTLED: f64 = 3e-4;
-/// ... and one that only tells where to look where it moves by less than this.
+/// ... and one for a start value where it moves by less than this.
 const ROUGHLY_SETTLED: f64 = 1e-2;
 /// The spread about a line stays that about one beside it by this part of the spread: larger by 5 % at most.
 const SAME_SPREAD: f64 = 0.3;
-/// Of fewer independent shifts than this no variance can be told.
+/// Fewest independent shifts for an estimate of the variance.
 const FEWEST_INDEPENDENT: f64 = 3.0;
-/// A line with so many times the variance of lines like it is no matter of chance (χ² of eight over eight exceeds 3 once in 400).
+/// A line with this multiple of the variance of lines like it is not chance (χ² of eight over eight exceeds 3 once in 400).
 pub(crate) const OWN_NOISE: f64 = 3.0;
 /// Neighbours whose correlation is looked at.
 const LAGS: usize = 32;
@@ -31,8 +31,8 @@ pub struct Shift {
     pub shift_px: f64,
     /// Weight; zero where there is no stripe.
     pub weight: f64,
-    /// By how much this shift changes, on average, if the stripe moves by one px: a dark grain of speckle
-    /// tells less than a bright one.
+    /// By how much this shift changes, on average, if the stripe moves by one px: a dark grain of speckle has less information than a
+    /// bright one.
     pub response: f64,
 }
 
@@ -77,7 +77,7 @@ impl Regression {
         self
     }
 
-    /// The same with the noise of a line through more shifts of the same stripe: a few that share their speckle do not tell it. Where
+    /// The same with the noise of a line through more shifts of the same stripe: a few that share their speckle do not determine it. Where
     /// they scatter by so much more that this is no chance, they keep their own.
     pub(crate) fn with_noise_of(self, more: &Self) -> Self {
         match (self.noise(), more.noise()) {
@@ -187,7 +187,7 @@ impl Regressor {
         Some(centre)
     }
 
-    /// The line of the last shifts, with what they say of its noise.
+    /// The line of the last shifts, with its noise from them.
     fn regression(&mut self, shifts: &[Shift], line: &RobustLine) -> Option<Regression> {
         let RobustLine { centre, shift_px, slope, scale_px: sigma } = *line;
         self.residuals.clear();

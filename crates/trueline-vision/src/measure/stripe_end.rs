@@ -4,7 +4,7 @@
 //! beyond; since the edge may cross the stripe at a slant, its place may differ from band to band in
 //! proportion. Speckled light has a gamma distribution \[Goodman2007, §3\] whose shape is measured on the
 //! plate: a dark grain before the edge is no surprise, a bright one beyond it is. How far lens and plate blur the edge
-//! is not known either: an edge that is taken for too sharp moves outward by about its blur. Every place, slant and blur
+//! is not known either: an edge that is assumed too sharp moves outward by about its blur. Every place, slant and blur
 //! has a likelihood then, and the mean and spread of the places are the answer.
 
 use crate::fastest::fastest;
@@ -195,7 +195,7 @@ impl EndFinder {
         self.mean()
     }
 
-    /// Adds the costs of all places, and of every so many slants, of one blur. What a band says of a place does not depend on
+    /// Adds the costs of all places, and of a subset of slants, of one blur. What a band says of a place does not depend on
     /// the slant: it is found once, and looked up between two places for each.
     fn try_places(&mut self, used: [bool; BANDS], [from, to]: [f64; 2], every: usize, blur: &Blur) {
         let Blur { px: blur_px, step_px, prior, correlation } = *blur;

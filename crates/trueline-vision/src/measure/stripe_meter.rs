@@ -15,7 +15,7 @@ use crate::measure::track::Track;
 use crate::picture::{Level, Picture};
 use nalgebra::Vector2;
 
-/// Sections over which light is averaged to tell a gap from a dark grain of speckle.
+/// Sections over which light is averaged to separate a gap from a dark grain of speckle.
 const DARK_CUTS: usize = 5;
 /// A stripe is there if it has this part of its usual amplitude.
 const PRESENT: f64 = 0.25;
@@ -181,7 +181,7 @@ impl StripeMeter {
     }
 
     /// Stretches of the last sections, along the line, in which there is less than a part of the stripe's usual
-    /// light. Where sparks beside the stripe make its surroundings bright, it is not taken for dark.
+    /// light. Where sparks beside the stripe make its surroundings bright, it does not count as dark.
     pub(crate) fn dark_stretches(&mut self, part: f64) -> &[[f64; 2]] {
         let usual = self.usual_amplitude();
         self.sorted.clear();

@@ -24,7 +24,7 @@ const ONE: f64 = (1_u64 << ONE_BITS) as f64;
 const END: f64 = 0.002;
 /// Standard deviation that is assumed at least, as a part of the peak. Where there is no speckle, the pixel
 /// grid and the shape of the profile matter more than noise, and all of the flanks is used alike; where it is
-/// fully developed, the far flanks tell most, down to the noise of the camera.
+/// fully developed, the far flanks have the most information, down to the noise of the camera.
 const LEAST_SIGMA_CLEAN: f64 = 0.1;
 const LEAST_SIGMA: f64 = 0.005;
 /// What is assumed beside it where the ridge is saturated: what the lens strays of so much light is some hundredths of full scale, and not the

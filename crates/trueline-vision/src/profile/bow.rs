@@ -1,4 +1,4 @@
-//! The bow of a face: what its surface is other than a straight line, and how both are told apart over another stretch of it.
+//! The bow of a face: the deviation of its surface from a straight line, and their separation over another stretch of it.
 
 /// What was taken out of a face.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! The corner of a profile: where two straight faces meet.
 //!
-//! Every place where the profile could bend is tried: a robust line left of it, another right of it, and what is left over counted up
-//! to three standard deviations, so that spatter cannot buy a bend. The faces are then the points on either side of
+//! Every place where the profile could bend is tried: a robust line left of it, another right of it, and the residuals clipped at three
+//! standard deviations, so that spatter cannot buy a bend. The faces are then the points on either side of
 //! their own intersection, without the last millimetres before it.
 
 use super::face::{Face, LEAST_SIGMA_MM, RoughFace};

@@ -1,6 +1,7 @@
 //! The edge of a plate over nothing: the end of the only face.
 //!
-//! Every profile ends somewhere, most of them where the sensor's view does. One profile does not tell which end is the plate's; all profiles of a scan do: see
+//! Every profile ends somewhere, most of them where the sensor's view does. One profile does not determine which end is the plate's;
+//! all profiles of a scan do: see
 //! [`view`](super::view).
 
 use super::face_end::Outward;

@@ -1,4 +1,4 @@
-//! How much more the ends of faces scatter than their columns say.
+//! Scatter of the ends of faces beyond the noise of their columns.
 //!
 //! Where columns are lost, which of them see an edge, and how a rounded edge bends away differ from sensor to sensor. But an edge wanders smoothly
 //! through the view, and what does not is noise: of nine profiles that follow each other evenly, the eighth difference takes a weave of ± 10 mm at 2 Hz,
@@ -12,12 +12,12 @@ use crate::measure::regression::median;
 const EIGHTH: [f64; 9] = [1.0, -8.0, 28.0, -56.0, 70.0, -56.0, 28.0, -8.0, 1.0];
 /// Steps of time that differ by less than this part are even.
 const EVEN: f64 = 0.2;
-/// Fewest differences of which a scatter is told.
+/// Fewest differences for an estimate of the scatter.
 const FEWEST: usize = 30;
 /// Squares beyond this many times their median count as much as that: one wrong end spoils nine differences. Of normal ones a tenth of a percent.
 const MOST_MEDIANS: f64 = 25.0;
 
-/// Widens what ends are known to, by what those of all profiles scatter; each with its stamp, ns.
+/// Inflates the noise of edges to their scatter over all profiles; each with its stamp, ns.
 pub(super) fn widen(joints: &mut [(i64, &mut SeenJoint)]) {
     let steps = joints.windows(2).map(|pair| (pair[1].0 - pair[0].0) as f64);
     let mut steps: Vec<f64> = steps.collect();

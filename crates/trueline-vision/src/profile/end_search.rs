@@ -16,10 +16,10 @@ const NEXT_COLUMNS: f64 = 1.5;
 const BENT_COLUMNS: f64 = 4.5;
 /// A rounded edge of more is none, mm.
 const MOST_ROUNDED_MM: f64 = 1.0;
-/// A face whose last columns lean away from its line by more, and by so many standard deviations, bends before its end: 9°.
+/// A face whose last columns lean away from its line by more, and by this number of standard deviations, bends before its end: 9°.
 const MOST_LEAN: f64 = 0.15;
 const LEAN_SIGMAS: f64 = 4.0;
-/// Last columns that are looked at for that: those within so many mm, and no fewer than so many.
+/// Last columns used for that: those within this distance, mm, and at least this number.
 const LEANING_MM: f64 = 1.0;
 /// Columns from which their distance is taken.
 const PITCH_COLUMNS: usize = 41;

@@ -1,4 +1,4 @@
-//! A straight face of a profile, and all that it says.
+//! A straight face of a profile, and its measurement.
 
 use super::bow::{BeyondLine, Bow, Place};
 use super::straight_line::StraightLine;
@@ -8,8 +8,7 @@ use nalgebra::Vector2;
 /// Noise is not taken to be smaller, mm: profilers print 0.1 µm.
 pub(super) const LEAST_SIGMA_MM: f64 = 1e-4;
 
-/// All that a straight face says: two points of it, whose errors square to it are independent of each other and equally
-/// large.
+/// Measurement of a straight face: two points whose errors perpendicular to it are independent and equally large.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaceSupport {
     /// The points (x, z), the one nearer to the seam first, mm.
@@ -120,7 +119,7 @@ impl Face {
     /// The support points of the face, as of a stripe in a picture: errors of the line at two distances x, y from the middle of
     /// the regression covary by m₁₁ + m₁₂ (x + y) + m₂₂ x y, which vanishes for x, y = x₀ ± d with x₀ = −m₁₂/m₂₂ and
     /// d² = (m₁₁ − m₁₂²/m₂₂)/m₂₂. Of an even face with like errors they are ℓ/√3 from its middle, and where its bow was taken out they are put there: what the
-    /// errors scatter by in one profile would move them along the line, off the places where it meets the surface. A profile without any noise says nothing of
+    /// errors scatter by in one profile would move them along the line, off the places where it meets the surface. A profile without any noise has no information on
     /// it: then likewise.
     pub(super) fn support(&self, seam: &Vector2<f64>, half_length_mm: f64) -> FaceSupport {
         let Regression { centre, covariance, slope, .. } = &self.regression;

@@ -1,7 +1,7 @@
 //! Where a face ends before a seam: a bead, a throat or a rounded edge may lie between.
 //!
-//! Two millimetres are always left out. Where columns of what lies between are taken for the face, it is bent by them, or its last columns leave it: more and more is
-//! left out, until a straight face is left. A face that is bent alike all along is no straight one with something beside it: the bend of the stretch that is
+//! Two millimetres are always left out. If columns between the faces are assigned to a face, they bend it, or its last columns leave
+//! it: columns are left out until the face is straight. A face that is bent alike all along is no straight one with something beside it: the bend of the stretch that is
 //! left says which of them it is. Where no stretch is straight, the likelihood chooses: a column on the face has a normal error, of the size that is left there; one beyond
 //! the face's end may be anywhere; and one amid the face that may be anywhere is a false one, of which there are few.
 

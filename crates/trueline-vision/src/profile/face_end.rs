@@ -32,13 +32,13 @@ pub(super) struct FaceEnd {
     pub(super) behind_mm: [f64; 2],
     /// Distance of columns, mm.
     pub(super) pitch_mm: f64,
-    /// Whether a column right behind the end says where the face has ended at the latest.
+    /// Whether a column right behind the end limits the position of the end.
     pub(super) is_bounded: bool,
     /// How many of the columns before the end are lost.
     pub(super) lost: usize,
     /// Part of the columns that is lost there.
     pub(super) lost_part: f64,
-    /// How much more ends of this scan scatter than their columns say.
+    /// Scatter of ends in this scan beyond the noise of their columns.
     pub(super) scatter: f64,
 }
 
@@ -102,7 +102,7 @@ impl FaceEnd {
     }
 }
 
-/// The part that is lost where so many of so many are: never none or all (Jeffreys' prior).
+/// Estimated share of lost columns: never 0 or 1 (Jeffreys' prior).
 pub(super) fn lost_part([lost, of]: [usize; 2]) -> f64 {
     (lost as f64 + 0.5) / (of as f64 + 1.0)
 }

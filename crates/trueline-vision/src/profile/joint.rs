@@ -5,7 +5,7 @@ use crate::seam::Joint;
 /// A joint in profiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ProfileJoint {
-    /// Two faces that meet at an angle: fillet, V, corner. Which of them it is, is told by the way in which the sensor counts heights.
+    /// Two faces that meet at an angle: fillet, V, corner. The direction of the sensor's heights determines which of them it is.
     Meeting,
     /// Two parallel faces, one behind the other; the seam is the edge of the nearer one.
     Lap,
@@ -16,7 +16,7 @@ pub enum ProfileJoint {
 }
 
 impl ProfileJoint {
-    /// All of them, in the order in which they are told apart: the special ones before the general ones.
+    /// All of them, in the order in which they are tested: the special ones before the general ones.
     pub const ALL: [Self; 4] = [Self::Meeting, Self::Lap, Self::Butt, Self::Edge];
 
     /// The joint of a name; `None` for one that profiles are not searched for.

@@ -1,8 +1,8 @@
 //! Ends of faces that hardly move from one profile to the next.
 //!
 //! An edge is somewhere between two columns. Where it moves on through them, neighbouring profiles see it at other places between theirs, and their errors
-//! have nothing to do with each other. Where it stays, it is at the same place between the same columns in all of them, and they say where it is once; so
-//! do those in which one of the columns is lost. Of one that creeps through the columns that is less than they say.
+//! have nothing to do with each other. Where it stays, it lies between the same columns in all of them, and they measure it only once;
+//! so do those in which one of the columns is lost. For an edge that creeps through the columns this is less than their noise implies.
 
 use super::face_end::FaceEnd;
 use super::seen_joint::SeenJoint;
@@ -14,7 +14,7 @@ const PARTS: f64 = 10.0;
 /// An end that moves by less hardly does, parts of a column: one that stays seems to move by a column where one is lost.
 const HARDLY: u64 = 15;
 
-/// Widens what ends are known to that hardly move: those that are hardly anywhere else say together what one of them says.
+/// Inflates the noise of edges that stay in the same column: such readings are not independent.
 pub(super) fn count_once(joints: &mut [(i64, &mut SeenJoint)]) {
     for number in 0..2 {
         let mut ends: Vec<&mut FaceEnd> =

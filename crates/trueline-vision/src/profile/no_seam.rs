@@ -25,16 +25,16 @@ pub enum NoSeam {
     #[error("several gaps")]
     SeveralGaps,
     /// A gap that is not as wide as those of most of the profiles.
-    #[error("a gap of another width than most")]
+    #[error("the gap width differs from most profiles")]
     OddGap,
     /// A face that ends nowhere but where the view does.
-    #[error("the face ends where the sensor's view does")]
+    #[error("the face ends at the edge of the field of view")]
     EndOfView,
     /// A face of which both ends are in view.
     #[error("both ends of the face are in view, and one of them must be the edge")]
     BothEnds,
     /// An edge that is rounded over more than 1 mm.
-    #[error("the face bends away over more than 1 mm before it ends")]
+    #[error("the face curves over more than 1 mm before its end")]
     RoundedEnd,
     /// A face that bends as much everywhere as where it should meet the other one: pipe, bead, ball, groove.
     #[error("a round face (radius about {0}) and no corner")]

@@ -9,7 +9,7 @@ use super::no_seam::{NoSeam, RadiusUm};
 use super::straight_line::LEAST_ANGLE_SINE;
 use nalgebra::Vector2;
 
-/// A seam turns by so many times what the bend of the faces makes between them: a bend may be half as much again there.
+/// A seam turns by this multiple of the turn from the bend of the faces between them: a bend may be half as much again there.
 const CLEARLY: f64 = 3.0;
 
 /// A point of a face and its unit direction there.
@@ -44,7 +44,7 @@ impl Bend {
     }
 }
 
-/// A bent face that scatters by more times its noise about its bow bends otherwise than is told.
+/// A bent face with a larger scatter about its bow, in units of its noise, has another form.
 const KNOWN_BEND: f64 = 3.0;
 
 /// Why a face that is all of a profile is round, if it is.

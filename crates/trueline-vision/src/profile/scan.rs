@@ -35,7 +35,7 @@ impl ProfileSeams {
     }
 }
 
-/// The seam in every profile. Without a joint, that which most of them show is looked for. The result does not depend on the number of
+/// The seam in every profile. Without a joint, the most frequent one is detected. The result does not depend on the number of
 /// threads.
 #[must_use]
 pub fn seams(profiles: &[Profile], joint: Option<ProfileJoint>) -> ProfileSeams {

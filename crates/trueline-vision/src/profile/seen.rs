@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use trueline_dataset::Profile;
 use trueline_dataset::unit::MM_PER_M;
 
-/// What each profile shows of a joint; which end is a plate's, and which gap the joint's, is told from all of them.
+/// Measurement of a joint in each profile; all profiles determine which end is a plate's, and which gap the joint's.
 pub(super) fn seen(profiles: &[&Profile], joint: ProfileJoint) -> Vec<Result<SeenJoint, NoSeam>> {
     let sights: Vec<Result<Sight, NoSeam>> = profiles
         .par_iter()

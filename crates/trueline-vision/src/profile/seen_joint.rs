@@ -66,7 +66,7 @@ impl SeenJoint {
         }
     }
 
-    /// The seam and what each face says; `None` for faces that are parallel and should meet.
+    /// The seam and the measurement of each face; `None` for faces that are parallel and should meet.
     pub(super) fn seam(&self) -> Option<ProfileSeam> {
         let (point_mm, covariance_mm2) = self.point()?;
         let supports = [0, 1].map(|k| {

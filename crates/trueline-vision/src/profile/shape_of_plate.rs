@@ -1,8 +1,8 @@
 //! Shapes that are a matter of the plate, and not of one profile: a rounded end, a round face.
 //!
-//! Behind the last column on the face of a rounded plate others follow, further and further off, up to its end. Where a few of them are lost, or one sees
-//! something else, a profile ends there and says so to a column. Of a round face a few profiles see too little to tell it from two straight ones. Their neighbours
-//! know better.
+//! Behind the last column on the face of a rounded plate others follow, further and further off, up to its end. If a few of them are
+//! lost, or one sees another object, a profile seems to end there. Some profiles see too little of a round face to separate it from two
+//! straight ones. Their neighbours correct this.
 
 use super::no_seam::{NoSeam, RadiusUm};
 use super::seen_joint::SeenJoint;
@@ -65,7 +65,7 @@ fn usual_radius(seen: &[Option<NoSeam>]) -> RadiusUm {
     RadiusUm::of_mm(median(&mut seen.iter().filter_map(of).collect::<Vec<_>>()))
 }
 
-/// Where neighbours show an end that is rounded, the edge is nowhere known better than half of them say.
+/// If neighbours show a rounded end, the uncertainty of the edge is at least their median.
 pub(super) fn widen_rounded(joints: &mut [Result<SeenJoint, NoSeam>]) {
     for number in 0..2 {
         let behind_mm: Vec<Option<f64>> = joints

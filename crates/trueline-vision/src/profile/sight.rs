@@ -10,7 +10,7 @@ use super::seen_joint::{SeenJoint, SeenSeam};
 pub(super) enum Sight {
     /// The joint.
     Joint(SeenJoint),
-    /// One face with its ends; which of them is its edge only other profiles tell.
+    /// One face with its ends; only other profiles determine which of them is its edge.
     Face {
         /// The face.
         face: Face,
@@ -22,7 +22,7 @@ pub(super) enum Sight {
 }
 
 impl Sight {
-    /// The end of a face whose edge other profiles tell, to the left (0) or to the right (1).
+    /// The end of a face whose edge other profiles determine, to the left (0) or to the right (1).
     pub(super) fn end(&self, side: usize) -> Option<FaceEnd> {
         match self {
             Self::Joint(_) => None,

@@ -9,10 +9,10 @@ use super::scan::seams;
 use std::collections::BTreeMap;
 use trueline_dataset::{Feature, Profile};
 
-/// Looked at together are at least so many profiles, over at least so long, ns.
+/// Minimum number of profiles in a block, and its minimum duration, ns.
 const FEWEST: usize = 24;
 const LEAST_NS: i64 = 1_000_000_000;
-/// And at most so many, whatever their stamps say.
+/// Maximum number of profiles in a block.
 const MOST: usize = 4096;
 
 /// Profiles that still come.

@@ -1,4 +1,4 @@
-//! Where the sensor's view ends, told from the ends of faces in all profiles of a scan.
+//! Limits of the sensor's view, estimated from the ends of faces in all profiles of a scan.
 //!
 //! A plate that goes on beyond the view ends in the same place in one profile after the other: on one straight line, for a view is a rectangle or
 //! a trapezium, and in the same column. A plate's edge wanders through the view as the robot moves, and turns round smoothly where it comes nearest to

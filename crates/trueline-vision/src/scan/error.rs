@@ -8,13 +8,13 @@ pub enum ScanError {
     #[error(transparent)]
     Read(#[from] trueline_dataset::Error),
     /// Seams are found in pictures, and this sensor takes none.
-    #[error("features are found in the pictures of a camera_laser, and the sensor is of kind {kind}")]
+    #[error("features can be detected only in pictures of a camera_laser; this sensor is of kind {kind}")]
     NoCamera {
         /// The sensor's kind, as in `sensor.toml`.
         kind: &'static str,
     },
     /// A picture of another size than the sensor's.
-    #[error("{name}: the picture is {} x {} px, and sensor.toml says {} x {}", found[0], found[1], expected[0], expected[1])]
+    #[error("{name}: the picture has {} x {} px, sensor.toml states {} x {}", found[0], found[1], expected[0], expected[1])]
     WrongSize {
         /// The picture.
         name: String,

@@ -1,4 +1,4 @@
-//! The recipe: which joint the scan shows, its seam in every picture, and what the pictures say of each other.
+//! Detection in a scan: its joint, the seam in every picture, and the comparison of the pictures.
 
 use crate::detection::Detection;
 use crate::detector::Detector;
@@ -20,8 +20,8 @@ use trueline_dataset::{GrayImage, PictureSource, Pixels};
 /// Pictures that are examined to find out which joint they show.
 const SAMPLED: usize = 24;
 
-/// Finds the seam in all pictures of a scan with the threads of the current rayon pool. Without a joint, that which most
-/// pictures show is looked for.
+/// Finds the seam in all pictures of a scan with the threads of the current rayon pool. Without a joint, the most frequent one is
+/// detected.
 ///
 /// # Errors
 /// A picture that cannot be read, of another size than the camera's, or what the observer says.

@@ -28,9 +28,9 @@ pub struct ExaminedPicture<'a> {
     pub detector: &'a Detector,
 }
 
-/// Is told what happens, from several threads and in any order. Every method does nothing unless it is written.
+/// Receives events, from several threads and in any order. Every method does nothing unless it is written.
 pub trait ScanObserver: Sync {
-    /// A stage begins, in which so many pictures are examined.
+    /// A stage begins; `of` pictures are examined in it.
     fn begins(&self, _stage: Stage, _pictures: usize) {}
 
     /// One more picture is done with.

@@ -23,8 +23,8 @@ const THICK_PX: f64 = 10.0;
 pub enum PictureFault {
     /// Next to no light.
     #[error(
-        "underexposed: the brightest place is at {percent:.0} % of full scale; lengthen the exposure, open the aperture, raise the \
-         gain, or is the laser off?"
+        "underexposed: the brightest place is at {percent:.0} % of full scale; lengthen the exposure, open \
+         the aperture, raise the gain, or switch the laser on"
     )]
     Underexposed {
         /// The brightest place, percent of full scale.
@@ -58,7 +58,8 @@ pub enum PictureFault {
     },
     /// A stripe whose middle is cut off.
     #[error(
-        "the stripe is saturated: it typically is at {percent:.0} % of full scale; shorten the exposure, or lower the gain"
+        "the stripe is saturated: typically {percent:.0} % of full scale; shorten the exposure, or lower the \
+        gain"
     )]
     SaturatedStripe {
         /// The stripe, percent of full scale.
@@ -66,7 +67,8 @@ pub enum PictureFault {
     },
     /// A thick stripe.
     #[error(
-        "out of focus: the stripe is {sigma_px:.0} px thick (standard deviation), at most {most_px:.0} px are sharp; focus lens and laser on the seam"
+        "out of focus: the stripe has a width of {sigma_px:.0} px (standard deviation); a sharp one has at \
+        most {most_px:.0} px; focus lens and laser on the seam"
     )]
     OutOfFocus {
         /// Its thickness, px.

@@ -34,7 +34,7 @@ pub struct ScanFrame {
 /// Pictures that have no seam for one kind of reason.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkippedPictures {
-    /// How many.
+    /// Number.
     pub count: usize,
     /// The reason of the picture in the middle of them, by the number that decided.
     pub typical: NotFound,

@@ -16,8 +16,8 @@ impl fmt::Display for ScanSeams {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let how = match self.joint_source {
             JointSource::Given => "",
-            JointSource::Pictures => " (the pictures show it)",
-            JointSource::Default => " (looked for, since the pictures show no joint)",
+            JointSource::Pictures => " (detected in the pictures)",
+            JointSource::Default => " (default: the pictures show no joint)",
         };
         writeln!(f, "Joint            {}{how}", self.joint.name())?;
         writeln!(f, "Found            {} of {} pictures", self.detections().count(), self.frames.len())?;
@@ -35,12 +35,21 @@ impl fmt::Display for ScanSeams {
             )?;
         }
         if let Some([quality, _]) = self.median_and_p95(|seam| seam.quality) {
-            writeln!(f, "Quality          {quality:.2} of the weaker stripe beside the seam shows (median)")?;
+            writeln!(
+                f,
+                "Quality          {quality:.2} visible part of the weaker stripe beside the seam \
+                (median)"
+            )?;
         }
         if let Some(distance_px) = self.neighbour_distance_px {
             let is_doubtful = self.joint == Joint::Butt && distance_px > DOUBTFUL_PX;
-            let doubt = if is_doubtful { ": are these gaps the joint? look at the pictures" } else { "" };
-            writeln!(f, "From neighbours  {distance_px:.2} px (median){doubt}")?;
+            let doubt =
+                if is_doubtful { ": check in the pictures that these gaps are the joint" } else { "" };
+            writeln!(
+                f,
+                "Next picture     {distance_px:.0} px between seam points of successive pictures \
+                (median){doubt}"
+            )?;
         }
         for fault in &self.faults {
             writeln!(f, "Pictures         {fault}")?;
@@ -48,7 +57,8 @@ impl fmt::Display for ScanSeams {
         if let Some(distance_px) = self.second_place_px {
             writeln!(
                 f,
-                "Two places       the seam is found at two places in turn, {distance_px:.0} px apart: choose one of them"
+                "Two places       the seam alternates between two places {distance_px:.0} px apart: choose \
+                one of them"
             )?;
         }
         if let Some(gap_mm) = self.median_gap_mm() {
@@ -56,7 +66,7 @@ impl fmt::Display for ScanSeams {
         }
         write!(
             f,
-            "Time             {:.2} ms of one core a picture, without reading it",
+            "Time             {:.2} ms per picture on one core, without reading the file",
             self.ms_per_picture()
         )
     }

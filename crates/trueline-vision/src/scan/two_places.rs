@@ -25,7 +25,7 @@ const DIFFERS: f64 = 0.4;
 /// Part of the windows in which two tracks must be seen, and how many at least.
 const PART: f64 = 0.15;
 const LEAST_WINDOWS: usize = 3;
-/// A track with so many times the other's points is the right one.
+/// A track with this multiple of the other's points is the right one.
 const PREFERRED: usize = 3;
 
 /// Refuses the points of the less frequented of two tracks, or of both if neither is preferred. Returns how far the tracks

@@ -1,4 +1,4 @@
-//! What welds like these could not show, however many of them.
+//! Changes that welds like these cannot detect, however many.
 //!
 //! A change of the size that matters (one unit: 0.1 ms, 0.1 mm, 0.05°, 0.3 %, 1e-4 per mm) that adds less than 25 to the sum
 //! of squares of the longest window stays below five standard deviations of chance, where the limit of an alarm is: more often

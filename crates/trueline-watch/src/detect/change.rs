@@ -5,7 +5,7 @@ use crate::parameters::{Kind, UNITS};
 use crate::quadratic::Quadratic;
 use nalgebra::{DMatrix, DVector};
 
-/// Directions in which a piece says less than this do not show: a change of ten units would be one standard deviation, and
+/// Directions with less information of a piece than this are undetermined: a change of ten units would be one standard deviation, and
 /// what there is of information comes from noise in the derivatives.
 pub const VISIBLE: f64 = 0.01;
 
@@ -20,7 +20,7 @@ pub struct Change {
     pub sigma: Vec<Option<f64>>,
     /// Sum of squares that it explains.
     pub explained: f64,
-    /// Over so many dimensions.
+    /// Number of dimensions.
     pub dimensions: usize,
     /// log₁₀ of the probability that chance alone explains as much.
     pub p_log10: f64,
@@ -71,7 +71,7 @@ pub struct Confidence {
     pub noise_freedom: f64,
     /// Pieces that taught the scatter of the part.
     pub taught_by: usize,
-    /// Variance of single pieces over what they say.
+    /// Variance of single pieces relative to their evidence.
     pub dispersion: f64,
     /// Pieces in the window.
     pub pieces: usize,

@@ -17,7 +17,7 @@ pub const ALARM_P_LOG10: f64 = -6.25;
 /// Welds of one calibration in order of time; the last is judged.
 #[derive(Clone, Copy)]
 pub struct History<'a> {
-    /// What they say.
+    /// Their evidence.
     pub pieces: &'a [PieceInformation],
     /// What is known of the calibration itself.
     pub prior: &'a Quadratic,
@@ -40,7 +40,7 @@ impl History<'_> {
         self.sums((0..weld).filter(|weld| is_good(regimes, *weld)))
     }
 
-    /// Variance of single pieces over what they say about a kind.
+    /// Variance of single pieces relative to their evidence about a kind.
     pub(crate) fn dispersion(&self, part: usize, kind: Kind) -> f64 {
         self.scatters.get(part).and_then(Option::as_ref).map_or(1.0, |s| s.dispersion[kind as usize])
     }
@@ -114,7 +114,7 @@ impl Stretch<'_> {
     }
 }
 
-/// Lengths between the windows before and after one that was tried, at most so many.
+/// Lengths between the windows before and after a tried one, at most this number.
 pub(crate) fn near(length: usize, most: usize) -> Vec<usize> {
     (length / 2 + usize::from(length == 1)..=(2 * length).min(most)).collect()
 }

@@ -18,7 +18,7 @@ pub struct CutWeld<'a> {
     pub bow_prior: &'a Quadratic,
     /// Its part.
     pub part: &'a Part,
-    /// Variance of single pieces over what they say, by kind: see [`super::Scatter`].
+    /// Variance of single pieces relative to their evidence, by kind: see [`super::Scatter`].
     pub dispersion: [f64; 4],
     /// Degrees of freedom of its noise level.
     pub freedom: f64,

@@ -24,7 +24,7 @@ const CUT_MUST_GAIN: f64 = 2.0;
 /// [`over::OVER_ONCE_IN`].
 const TAKEN_BACK_P_LOG10: f64 = ALARM_P_LOG10 + 3.0;
 
-/// Two kinds are not told apart if the sums of squares they explain, less their dimensions, differ by less: three standard
+/// Two kinds cannot be separated if the sums of squares they explain, less their dimensions, differ by less: three standard
 /// deviations.
 const TOLD_APART: f64 = 9.0;
 
@@ -205,7 +205,7 @@ fn strongest(found: &[(Change, usize)]) -> Option<(&Change, usize)> {
     best.map(|(change, length)| (change, *length))
 }
 
-/// The change of a kind, its place found to a single piece, and what could be taken for it.
+/// The change of a kind, located to a single piece, and the kinds that it may be confused with.
 fn named(
     stretch: &Stretch<'_>,
     all: &[(Change, usize)],
@@ -235,7 +235,7 @@ fn named(
     Some((change, since, not_told_apart))
 }
 
-/// When something changed, if whole welds say that `first` was the first one after it. A weld in the middle of which something
+/// Time of a change, if `first` is the first whole weld after it. A weld in the middle of which something
 /// changed is like those before it or like those after it: what was found inside of it stays.
 fn since(dated: Option<Since>, first: usize) -> Since {
     let dated = dated.filter(|dated| dated.piece == first || dated.piece + 1 == first);

@@ -12,14 +12,14 @@ use super::regime::{Fault, Regime};
 use super::windows::{Sums, WINDOWS, WindowEvidence};
 use crate::quadratic::Quadratic;
 
-/// A: a change that stands is taken to be over wrongly once in so many welds at most. What is over wrongly is found again by the next
+/// A: an active change is cleared wrongly at most once in this number of welds. What is over wrongly is found again by the next
 /// welds, so it may be much less rare than a false alarm.
 pub(crate) const OVER_ONCE_IN: f64 = 1000.0;
 
 /// One standard deviation of the amount of a change, in units: 10 ms, 5°, 10 mm, 30 %, as good as unknown.
 const AMOUNT: f64 = 100.0;
 
-/// Every one of so many last welds is tried as the first good one; of those before, the beginnings of windows.
+/// Each of this number of last welds is tried as the first good one; of earlier ones, the beginnings of windows.
 const EVERY: usize = 16;
 
 /// The first weld after the change that stands: at the calibration again, or changed once more; `None` while it stands.
@@ -27,7 +27,7 @@ pub(crate) fn end(history: &History<'_>, regimes: &[Regime]) -> Option<usize> {
     let (first, fault) = regimes.last().and_then(|regime| Some((regime.first, regime.fault?)))?;
     let good = history.good_before(regimes, first);
     Standing { history, good: &good, first, fault }.mended().or_else(|| {
-        // The first weld of the change may have seen it happen: it says nothing of how large it is.
+        // The first weld of the change may have seen it happen: it has no information on how large it is.
         let part = history.pieces.last().map_or(0, |piece| piece.part);
         changed_again(&Stretch { history, good: good.clone(), first: first + 1, part, standing: Some(fault) })
     })
@@ -42,7 +42,7 @@ struct Standing<'a> {
 }
 
 impl Standing<'_> {
-    /// The most likely first good weld, if the sum over all of them says so.
+    /// The most likely first good weld, if the sum over all of them confirms it.
     fn mended(&self) -> Option<usize> {
         let end = self.history.pieces.len();
         let most = (end - self.first).checked_sub(1)?;

@@ -7,7 +7,7 @@ use crate::quadratic::Quadratic;
 use crate::reference::Part;
 use nalgebra::DMatrix;
 
-/// What a piece says about θ and about the mean place ψ of its part, in [`UNITS`].
+/// Evidence of a piece about θ and about the mean place ψ of its part, in [`UNITS`].
 #[derive(Clone, Debug)]
 pub struct PieceInformation {
     /// Which part it is.

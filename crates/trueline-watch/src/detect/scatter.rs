@@ -4,7 +4,7 @@
 //! each seam strays by itself, e ~ N(0, T) with one variance for turns and one for offsets. Measured is ℓ̂_i ~ N(ℓ_i, R_i).
 //! Ω and T by expectation and maximisation; P = A Ω Aᵀ + T.
 //!
-//! Beside it, how much more single pieces scatter than they say: whatever is alike within a weld and different in the next
+//! In addition, the scatter of single pieces beyond their evidence: whatever is alike within a weld and different in the next
 //! (the form of a seam, a warm robot) is no information about the calibration. It is learnt as one factor for each kind of
 //! change, never below one.
 
@@ -22,19 +22,19 @@ pub struct Scatter {
     pub covariance: DMatrix<f64>,
     /// How many pieces taught it.
     pub pieces: usize,
-    /// Variance of single pieces over what they say, by kind, in the order of [`Kind::ALL`]; at least one.
+    /// Variance of single pieces relative to their evidence, by kind, in the order of [`Kind::ALL`]; at least one.
     pub dispersion: [f64; 4],
 }
 
 /// Pieces after which scatter is learnt, and learnt again: twice as many each time.
 pub(crate) const LESSONS: [usize; 5] = [30, 60, 120, 240, 480];
 
-/// Scatter below this part of a unit (5 µm, 0.0025°) cannot be told from none.
+/// Scatter below this part of a unit (5 µm, 0.0025°) is treated as none.
 const FLOOR: f64 = 0.05;
 const ROUNDS: usize = 80;
 const SETTLED: f64 = 1e-3;
 
-/// How many of so many pieces the scatter is learnt from; `None` if there are too few.
+/// Number of pieces the scatter is learnt from; `None` if there are too few.
 #[must_use]
 pub(crate) fn lesson(pieces: usize) -> Option<usize> {
     LESSONS.into_iter().rev().find(|lesson| *lesson <= pieces)
@@ -151,7 +151,7 @@ impl Model {
     }
 }
 
-/// Scatter of single pieces in what they say by themselves, over what they should.
+/// Scatter of the estimates of single pieces, relative to the expected one.
 fn dispersion(pieces: &[&WeldStatistic]) -> [f64; 4] {
     let within: Vec<Quadratic> =
         pieces.iter().map(|p| p.evidence.marginal(CALIBRATION).in_units(&UNITS[..CALIBRATION])).collect();

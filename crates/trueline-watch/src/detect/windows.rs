@@ -37,7 +37,7 @@ pub struct Sums {
 pub(crate) struct Standing<'a> {
     /// The pieces since then that are not in the window.
     pub sums: &'a Sums,
-    /// What has changed.
+    /// Cause of a change, in words.
     pub kind: Kind,
     /// The part whose place it may be.
     pub part: usize,
@@ -56,7 +56,7 @@ pub(crate) struct WindowEvidence {
 }
 
 impl Sums {
-    /// Nothing of so many parts.
+    /// Zeros for a number of parts.
     #[must_use]
     pub fn nothing(parts: usize) -> Self {
         Self {
@@ -98,7 +98,7 @@ impl Sums {
         }
     }
 
-    /// What these pieces say about θ₀, with its prior, wherever their parts lie.
+    /// Evidence of these pieces about θ₀, with its prior, wherever their parts lie.
     #[must_use]
     pub fn level(&self, prior: &Quadratic) -> Quadratic {
         let mut sum = prior.clone();

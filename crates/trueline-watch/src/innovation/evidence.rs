@@ -1,7 +1,7 @@
 //! All features of a weld, summed: in stretches of time, so that a change inside the weld can be found.
 //!
 //! Features of one image share the robot's error and the stamp's; their covariance is that of the image as a whole. Its
-//! level is measured on this weld with every unknown free, so that a change of the calibration is no noise; where
+//! level is measured on this weld with every unknown free, so that a change of the calibration is not noise; where
 //! neighbouring residuals are alike, the information is less by (1 − ρ)/(1 + ρ).
 
 use super::linearized::{Seam, linearized};
@@ -31,7 +31,7 @@ pub struct Chunk {
     pub evidence: Quadratic,
 }
 
-/// What a weld says, whole and in stretches.
+/// Evidence of a weld, whole and in stretches.
 #[derive(Clone, Debug)]
 pub struct Evidence {
     /// The whole.
@@ -44,7 +44,7 @@ pub struct Evidence {
 
 /// Stretches of a weld: a change inside is dated to a sixteenth of it.
 pub(crate) const CHUNKS: usize = 16;
-/// Beyond this correlation residuals are no noise at all.
+/// Beyond this correlation residuals are not noise at all.
 const MOST_CORRELATION: f64 = 0.95;
 
 /// Sums a weld at the stored calibration and its own fitted seams, in the chart of its part.

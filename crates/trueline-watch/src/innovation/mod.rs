@@ -1,4 +1,4 @@
-//! One weld → what it says about the stored calibration.
+//! One weld → its evidence about the stored calibration.
 
 pub mod evidence;
 pub mod linearized;

@@ -81,7 +81,7 @@ struct JointView<'a> {
 /// Residuals of an image: two of each plate.
 const IMAGE: usize = 4;
 
-/// An image as its residuals are at the reported pose, with what they say of the errors in it.
+/// An image with its residuals at the reported pose, and the errors estimated from them.
 struct Errors {
     residual: SVector<f64, IMAGE>,
     shared: SMatrix<f64, IMAGE, SHARED>,

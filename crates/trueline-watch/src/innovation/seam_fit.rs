@@ -13,7 +13,7 @@ use trueline_method::solve::noise_scale::noise_factor;
 pub struct SeamFit {
     /// The seam, anchored in the middle of what was seen.
     pub seam: Seam,
-    /// How much larger the residuals are than expected.
+    /// Noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
 }
 

@@ -47,7 +47,7 @@ impl Weld {
         self.features.dejittered == wanted
     }
 
-    /// What the weld says, with its seams counted from those of its part.
+    /// Evidence of the weld, with its seams counted from those of its part.
     ///
     /// # Errors
     /// A seam of which too little is left.

@@ -1,13 +1,13 @@
-//! Why a weld says nothing.
+//! Why a weld cannot be used.
 
-/// Why a weld says nothing.
+/// Why a weld cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum WeldError {
     /// The recording cannot be used.
     #[error(transparent)]
     Recording(#[from] trueline_method::Error),
     /// A seam has too few features at places where the robot was recorded.
-    #[error("seam {line} has {usable} features that can be placed, and at least {needed} are needed")]
+    #[error("seam {line} has only {usable} usable features; at least {needed} are needed")]
     TooFewFeatures {
         /// Which seam.
         line: u32,
@@ -28,7 +28,7 @@ pub enum WeldError {
         off_m: f64,
     },
     /// The features of a seam lie on no line that crosses the laser plane.
-    #[error("the features of seam {line} lie on no straight line across the laser plane")]
+    #[error("the features of seam {line} do not lie on a straight line across the laser plane")]
     NoLine {
         /// Which seam.
         line: u32,
@@ -36,7 +36,7 @@ pub enum WeldError {
 }
 
 impl WeldError {
-    /// What to do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {
@@ -46,7 +46,8 @@ impl WeldError {
                 "watch a straight seam of the part, or a check scan over a straight edge: `trueline plan CELL --calibration RESULT --duration-s 5`"
             }
             Self::NoLine { .. } => {
-                "is it the calibration of this sensor? `trueline evaluate WELD --calibration RESULT` shows the points"
+                "check that the calibration belongs to this sensor; `trueline evaluate WELD --calibration \
+                RESULT` shows the points"
             }
         }
     }

@@ -3,7 +3,7 @@
 use crate::parameters::CALIBRATION;
 use crate::quadratic::Quadratic;
 
-/// What one weld says about the calibration and its own seams.
+/// Evidence of one weld about the calibration and its own seams.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WeldStatistic {
     /// Evidence about θ (SI) and, for each seam, its (θ₂, θ₃, δ₂, δ₃) from the part's; bows marginalised.
@@ -12,7 +12,7 @@ pub struct WeldStatistic {
     pub used: usize,
     /// Features that belong to no seam.
     pub outliers: usize,
-    /// How much larger the residuals are than expected.
+    /// Noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
     /// Correlation of neighbouring residuals, by which the information is reduced where it is positive.
     pub correlation: f64,

@@ -1,8 +1,8 @@
-//! Messages about alarms, kept beside the weld that they are about until every receiver has been told.
+//! Alarm messages, stored with their weld until every receiver has accepted them.
 //!
-//! A message is written in the transaction of its weld, so there is none without the other. Each receiver is told in order and
-//! at least once: it is behind by the messages after `told_up_to`. Whoever is about to tell it takes the message for a while
-//! (`next_try_s`), so that two programs do not tell it twice, and one that is killed meanwhile loses nothing. Of a receiver's
+//! A message is written in the transaction of its weld, so there is none without the other. Each receiver gets messages in order and at
+//! least once: those after `told_up_to` are pending. A sender reserves the message for a while (`next_try_s`), so two programs do not
+//! send it twice, and a killed sender loses nothing. Of a receiver's
 //! address, which may hold a secret, only a hash is kept.
 
 use super::schema::Store;
@@ -13,10 +13,10 @@ use sha2::{Digest, Sha256};
 /// Older files are read without being changed.
 const FIRST_WITH_RECEIVERS: i64 = 2;
 
-/// A message that a receiver has not been told yet.
+/// A message that a receiver has not accepted yet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Message {
-    /// Its number: a receiver that is told twice knows by it.
+    /// Its number, which identifies repeated messages.
     pub id: i64,
     /// JSON.
     pub body: String,
@@ -24,12 +24,12 @@ pub struct Message {
     pub tries: u32,
 }
 
-/// A receiver and how far it has been told.
+/// A receiver and its last accepted message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReceiverRow {
     /// Its name: the host.
     pub name: String,
-    /// Messages that it has not been told yet.
+    /// Messages that it has not accepted yet.
     pub waiting: usize,
     /// Why the last try failed, if it did.
     pub error: Option<String>,
@@ -46,7 +46,7 @@ impl Store {
         Ok(self.connection.last_insert_rowid())
     }
 
-    /// The number of a receiver by its address. A new one is told what happens from now on.
+    /// The number of a receiver by its address. A new one gets messages from now on.
     ///
     /// # Errors
     /// A database that cannot be written.
@@ -84,7 +84,7 @@ impl Store {
         Ok(found)
     }
 
-    /// A receiver has been told a message.
+    /// A receiver has accepted a message.
     ///
     /// # Errors
     /// A database that cannot be written.
@@ -93,7 +93,7 @@ impl Store {
         self.connection.execute(text, [receiver, message]).map(|_| ()).map_err(|e| self.failed(e))
     }
 
-    /// A receiver could not be told; the message is due again at `again_s` (s since 1970 UTC).
+    /// A message could not be sent; it is due again at `again_s` (s since 1970 UTC).
     ///
     /// # Errors
     /// A database that cannot be written.

@@ -99,7 +99,7 @@ impl Store {
         Ok(())
     }
 
-    /// The number of the weld before which a repair was reported, with no weld since then that tells.
+    /// Number of the weld before which a repair was reported, if no later weld has verified it.
     ///
     /// # Errors
     /// A database that cannot be read.

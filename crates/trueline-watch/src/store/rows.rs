@@ -39,7 +39,7 @@ pub struct HistoryRow {
     pub used: usize,
     /// Features that belong to no seam.
     pub outliers: usize,
-    /// How much larger the residuals are than expected.
+    /// Noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
     /// For each column of θ the change and its standard deviation (SI) if nothing else changed; then, if the row is not older than that,
     /// the same if nothing of another kind changed. `None` where this weld does not show it.
@@ -115,7 +115,7 @@ impl Store {
         self.connection.query_row(text, [], |row| row.get(0)).map_err(|e| self.failed(e))
     }
 
-    /// The last welds of a calibration in order of time, at most so many.
+    /// The last welds of a calibration in order of time, at most a given number.
     ///
     /// # Errors
     /// A database that cannot be read, or damaged rows.
@@ -162,7 +162,7 @@ impl Store {
         found.optional().map_err(|e| self.failed(e))
     }
 
-    /// What was told of the last weld of a calibration, a line of JSON, and when, s since 1970 UTC.
+    /// Report on the last weld of a calibration, a line of JSON, and its time, s since 1970 UTC.
     ///
     /// # Errors
     /// A database that cannot be read.

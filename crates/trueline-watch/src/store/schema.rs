@@ -56,7 +56,7 @@ CREATE TABLE alarms (
 ) STRICT;
 ";
 
-/// Messages about alarms and who has been told; alarms go with their weld, and may name one that is kept no more.
+/// Alarm messages and receivers; alarms are deleted with their weld, and may name a deleted one.
 const VERSION_2: &str = "
 CREATE TABLE alarms_2 (
     weld INTEGER PRIMARY KEY REFERENCES welds (id) ON DELETE CASCADE,

@@ -10,23 +10,23 @@ pub enum StoreError {
     Database {
         /// The state file.
         file: PathBuf,
-        /// Why.
+        /// Reason.
         source: rusqlite::Error,
     },
     /// A folder, a pipe or a device, which may never end.
-    #[error("{}: is no regular file", file.display())]
+    #[error("{}: is not a regular file", file.display())]
     NoFile {
         /// What was named.
         file: PathBuf,
     },
     /// There is no state to read.
-    #[error("{}: there is no such state file", file.display())]
+    #[error("{}: this state file does not exist", file.display())]
     Missing {
         /// The file.
         file: PathBuf,
     },
     /// Written by a newer program.
-    #[error("{}: has version {found} of the state, and this program knows {known}", file.display())]
+    #[error("{}: has state version {found}; this program supports {known}", file.display())]
     Newer {
         /// The state file.
         file: PathBuf,
@@ -54,7 +54,7 @@ pub enum StoreError {
 }
 
 impl StoreError {
-    /// What to do about it.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {

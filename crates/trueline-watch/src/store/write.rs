@@ -60,13 +60,13 @@ pub struct NewWeld {
     pub estimates: Vec<Option<[f64; 2]>>,
     /// log₁₀ probabilities by kind.
     pub p_log10: [f64; 4],
-    /// What was told of it, a line of JSON.
+    /// Its report, a line of JSON.
     pub line: String,
     /// What stands.
     pub alarm: Option<NewAlarm>,
 }
 
-/// What stands after a weld.
+/// State after a weld.
 #[derive(Clone, Copy, Debug)]
 pub struct NewAlarm {
     /// Its kind.
@@ -137,7 +137,7 @@ impl Store {
         self.connection.query_row(text, [], |row| row.get(0)).map_err(|e| self.failed(e))
     }
 
-    /// The row of a weld and the line that was told of it before, if it was watched.
+    /// The row of a weld and its earlier report, if it was watched.
     ///
     /// # Errors
     /// A database that cannot be read.

@@ -9,7 +9,7 @@ use std::sync::mpsc::{Receiver as Ear, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-/// Why a receiver cannot be told.
+/// Reason why messages cannot be sent.
 #[derive(Debug, thiserror::Error)]
 pub enum CourierError {
     /// The state cannot be used.
@@ -20,16 +20,16 @@ pub enum CourierError {
     Thread(std::io::Error),
 }
 
-/// A thread that tells one receiver.
+/// A thread that sends messages to one receiver.
 #[derive(Debug)]
 pub struct Courier {
-    /// Dropped to say that this is the end.
+    /// Dropped to end the thread.
     end: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Courier {
-    /// Tells a receiver, from now on, what is and will be in a state.
+    /// Sends present and future messages of a state to a receiver.
     ///
     /// # Errors
     /// A state that cannot be opened, or a system that has no thread left.
@@ -45,7 +45,7 @@ impl Courier {
 }
 
 impl Drop for Courier {
-    /// Tells what is due, once each, and ends: a receiver that is dead costs one try.
+    /// Sends due messages once each, and ends: a dead receiver costs one try.
     fn drop(&mut self) {
         drop(self.end.take());
         if let Some(thread) = self.thread.take() {
@@ -81,7 +81,7 @@ fn carry(store: &Store, id: i64, receiver: &dyn Receiver, ear: &Ear<()>, pace: P
     }
 }
 
-/// The message with its number, by which a receiver knows what it was told before.
+/// The message with its number, which identifies repeated messages.
 fn with_id(message: &Message) -> String {
     match message.body.strip_prefix('{') {
         Some(rest) => format!("{{\"id\":{},{rest}", message.id),

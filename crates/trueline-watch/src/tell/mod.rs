@@ -1,4 +1,4 @@
-//! Tells others of alarms: who is told ([`Receiver`]), and how nothing of it is lost ([`Courier`]).
+//! Sends alarms: to a [`Receiver`], without losses by the [`Courier`].
 
 mod address;
 pub mod courier;

@@ -1,4 +1,4 @@
-//! A topic of an MQTT broker, told by publishing at least once (QoS 1): told is what the broker has acknowledged.
+//! A topic of an MQTT broker: publishes at least once (QoS 1), until the broker acknowledges.
 
 use super::receiver::{Receiver, ReceiverError};
 use super::topic_address::TopicAddress;

@@ -23,7 +23,7 @@ impl Default for Pace {
 }
 
 impl Pace {
-    /// How long to wait after so many tries, s.
+    /// Waiting time after a number of tries, s.
     pub(super) fn wait_s(&self, tries: u32) -> i64 {
         (self.first_wait_s << tries.min(10)).min(LONGEST_WAIT_S)
     }

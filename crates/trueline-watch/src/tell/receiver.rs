@@ -1,4 +1,4 @@
-//! Who is told: a web address or a topic of an MQTT broker.
+//! Receiver of alarms: a web address or a topic of an MQTT broker.
 
 use std::path::PathBuf;
 
@@ -10,14 +10,14 @@ pub trait Receiver: Send {
     /// Its name for people: the host, without what may be secret.
     fn name(&self) -> String;
 
-    /// Tells it a message, JSON.
+    /// Sends it a JSON message.
     ///
     /// # Errors
-    /// A sentence that says why it has not surely been told.
+    /// A sentence with the reason why delivery is not certain.
     fn tell(&self, body: &str) -> Result<(), String>;
 }
 
-/// Why nobody can be told at an address.
+/// Reason why an address cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ReceiverError {
     /// Not an address of a kind that is known.
@@ -27,7 +27,7 @@ pub enum ReceiverError {
     #[error("the address has no {0}")]
     Missing(&'static str),
     /// Not an address at all.
-    #[error("it is no address: {0}")]
+    #[error("it is not an address: {0}")]
     Malformed(String),
     /// Every program of this PC can read the command line of every other.
     #[error("a password does not stand in an address")]

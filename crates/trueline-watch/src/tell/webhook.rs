@@ -1,4 +1,4 @@
-//! A web address that is told by POST.
+//! A web address that receives messages by POST.
 
 use super::receiver::{Receiver, ReceiverError};
 use std::time::Duration;
@@ -39,7 +39,7 @@ impl Receiver for Webhook {
         self.host.clone()
     }
 
-    /// What it answers is not read: the status says it all.
+    /// Only the status of the answer is used.
     fn tell(&self, body: &str) -> Result<(), String> {
         let sent = self.agent.post(&self.address).header("content-type", "application/json").send(body);
         let status = sent.map_err(|error| error.to_string())?.status();

@@ -1,4 +1,4 @@
-//! The detector for a dataset's sensor, with what its file says of where to look.
+//! The detector for a dataset's sensor, with the region of interest of its file.
 
 use trueline_dataset::SensorFile;
 use trueline_dataset::sensor_setup::RegionOfInterest;

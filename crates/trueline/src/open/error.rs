@@ -20,7 +20,7 @@ pub enum OpenError {
     #[error("{}: is a file of a dataset", .0.display())]
     PartOfDataset(PathBuf),
     /// A joint is named, and the seam is known already.
-    #[error("{}: its seam is known already, and a joint would change nothing", .0.display())]
+    #[error("{}: has its seam points already, so a joint has no effect", .0.display())]
     SeamKnown(PathBuf),
     /// No picture shows a seam.
     #[error("there is no seam in any of {0} pictures")]
@@ -72,10 +72,10 @@ impl OpenError {
                 return format!("{expected}{}", near.unwrap_or_default());
             }
             Self::PartOfDataset(file) => return format!("give its folder: `{}`", folder_of(file).display()),
-            Self::SeamKnown(_) => "without a joint the seam is taken as it is known",
+            Self::SeamKnown(_) => "without a joint the existing seam points are used",
             Self::NoSeamInPictures(_) => "look at some pictures with the overlay of what is seen in them",
             Self::NoSeamInProfiles { most: Some(NoSeam::RoundFace(_)), .. } => {
-                "scan two flat faces that meet: on a pipe, a ball or in a groove there is no line to calibrate by"
+                "scan two flat faces that meet: a pipe, a ball or a groove has no line for the calibration"
             }
             Self::NoSeamInProfiles { .. } => {
                 "name the joint: two faces that meet (fillet, v-groove, corner), a lap, a butt or an edge, which must move in the view"
@@ -92,7 +92,7 @@ impl OpenError {
             Self::Join(JoinError::TooLong { .. }) => {
                 "look for a stamp in another unit, or a wrong one, at the beginning or the end of a recording"
             }
-            Self::Join(JoinError::Again { .. }) => "name each scan once: the same twice tells nothing more",
+            Self::Join(JoinError::Again { .. }) => "name each scan once: a repeated scan adds no information",
             Self::Join(_) => "scans of different sensors, or set-ups, are calibrated one by one",
         };
         hint.to_owned()

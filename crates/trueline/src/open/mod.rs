@@ -6,7 +6,7 @@
 //!                                └─ whole profiles ───────▶ seam in every profile ────┘
 //! ```
 //!
-//! Nothing is written and nothing is printed: an [`OpenObserver`] is told.
+//! Nothing is written and nothing is printed: an [`OpenObserver`] receives all messages.
 //!
 //! ```
 //! use trueline::open::{How, open};

@@ -1,4 +1,4 @@
-//! What is told while a scan is opened.
+//! Messages while a scan is opened.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -33,7 +33,7 @@ pub enum Told<'a> {
         /// What was looked for.
         joint: ProfileJoint,
     },
-    /// So many seam points were found in the same pictures before.
+    /// Number of seam points found earlier in the same pictures.
     FoundBefore(usize),
     /// What was found in pictures could not be kept for the next time.
     NotKept(&'a io::Error),
@@ -46,7 +46,7 @@ pub enum Told<'a> {
     FixedSensor,
     /// All of the robot's positions lie within so few millimetres.
     SmallPath(f64),
-    /// So many scans are taken together.
+    /// Number of scans used together.
     Together(usize),
     /// So many scans are one with an external axis of this name: their seams are those of one part, by their numbers.
     OnAnAxis(usize, &'a str),
@@ -60,7 +60,11 @@ impl fmt::Display for Told<'_> {
             Self::Damage(text) => f.write_str(text),
             Self::StampMeaning(text) | Self::Note(text) => f.write_str(text),
             Self::Channel(channel) => {
-                write!(f, "colour pictures: {} is looked at, where the stripe stands out most", channel.name())
+                write!(
+                    f,
+                    "colour pictures: the channel {} is used, where the stripe is clearest",
+                    channel.name()
+                )
             }
             Self::SeamsInPictures(scan) => write!(f, "{scan}"),
             Self::SeamsInProfiles { found, of, without, joint } => {
@@ -77,25 +81,33 @@ impl fmt::Display for Told<'_> {
                 "{in_place_of} seam points are too few to calibrate by and are left out: where two stripes cross is one"
             ),
             Self::FixedSensor => f.write_str(
-                "the sensor stands beside the robot: what is called tool_from_camera is base_from_camera, and lines are in the \
-                 tool's frame",
+                "the sensor stands beside the robot: tool_from_camera is base_from_camera, and lines are in \
+                 the tool's frame",
             ),
             Self::SmallPath(shift_mm) => write!(
                 f,
-                "all positions of the robot lie within {shift_mm:.2} mm: are they in metres, under a name that says mm?"
+                "all positions of the robot lie within {shift_mm:.2} mm: check whether they are metres in a \
+                    column named mm"
             ),
             Self::OnAnAxis(count, axis) => {
-                write!(f, "{count} scans together: line 0 is the same seam in each, for axis `{axis}` moved what it lies on")
+                write!(
+                    f,
+                    "{count} scans together: line 0 is the same seam in each, for axis `{axis}` moved what it lies on"
+                )
             }
             Self::Together(count) => write!(f, "{count} scans together, each with its own lines"),
             Self::Shifted(path) => {
-                write!(f, "both streams of {} are shifted alike, to come after the scan before", path.display())
+                write!(
+                    f,
+                    "both streams of {} are shifted alike, to come after the scan before",
+                    path.display()
+                )
             }
         }
     }
 }
 
-/// Is told what happens while a scan is opened. Every method does nothing unless it is written.
+/// Receives messages while a scan is opened. Every method does nothing unless it is written.
 pub trait OpenObserver: Sync {
     /// Something worth knowing.
     fn told(&self, _told: &Told<'_>) {}
@@ -109,7 +121,7 @@ pub trait OpenObserver: Sync {
 /// Nobody looks on.
 impl OpenObserver for () {}
 
-/// Tells what became of a recording in MCAP or rosbag2.
+/// Reports the import of a recording in MCAP or rosbag2.
 pub fn told_of_import(imported: &Imported, observer: &dyn OpenObserver) {
     for damaged in &imported.damages {
         observer.told(&Told::Damage(damaged.to_string()));

@@ -24,7 +24,7 @@ use trueline_vision::{Joint, StripeChoice, find_seams};
 /// How a scan is opened.
 #[derive(Clone, Debug, Default)]
 pub struct How {
-    /// The joint that pictures or profiles show; without one, that which most of them show.
+    /// The joint in pictures or profiles; without one, the most frequent joint is used.
     pub joint: Option<Joint>,
     /// Where seams that were found in pictures are kept for the next time.
     pub cache: Option<FeatureCache>,
@@ -38,7 +38,7 @@ pub struct Opened {
     pub recording: Recording,
     /// Its pictures.
     pub pictures: Option<Box<dyn PictureSource>>,
-    /// What its stamps mean, where the recording says so.
+    /// Meaning of its stamps, if the recording states it.
     pub stamp_meaning: Option<String>,
     /// An input of the robot that follows the exposures, where one was recorded.
     pub trigger: Option<Trigger>,
@@ -95,7 +95,7 @@ fn read(path: &Path, how: &How, observer: &dyn OpenObserver) -> Result<Opened, O
     Ok(opened)
 }
 
-/// A scan is centimetres long at the least; metres that are taken for millimetres are less than this, m.
+/// A scan is centimetres long at the least; metres read as millimetres are less than this, m.
 const SMALL_PATH_M: f64 = 0.003;
 
 /// How far the robot goes from where it begins, m, if that is too little to be meant. One that stands still is another matter.

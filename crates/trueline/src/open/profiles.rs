@@ -6,7 +6,7 @@ use trueline_dataset::{FoundSeams, Profile};
 use trueline_vision::Joint;
 use trueline_vision::profile::{self, ProfileJoint};
 
-/// The seams of profiles; without a joint, of that which most of them show.
+/// The seams of profiles; without a joint, of the most frequent one.
 ///
 /// # Errors
 /// A joint that profiles are not searched for, and profiles of which none shows it.

@@ -1,4 +1,4 @@
-//! Which of the robot's digital inputs the camera's exposures drive, and what they say of the time offset.
+//! The robot's digital input that the camera's exposures drive, and the time offset measured by it.
 
 use std::cmp::Reverse;
 use std::fmt;

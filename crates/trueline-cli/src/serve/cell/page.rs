@@ -11,7 +11,7 @@ use trueline_cell::{CellState, Estimated, Progress, RobotBrief, SmallPicture};
 #[must_use]
 pub(super) fn blocks(shown: &Shown, picture: Option<&SmallPicture>, has_camera: bool) -> String {
     let Some(state) = &shown.state else {
-        return block("state", "<p class=\"state\">Nothing has come yet.</p>");
+        return block("state", "<p class=\"state\">Nothing received yet.</p>");
     };
     let mut out = block("state", &state_words(state, shown.at_s));
     let mut cards = card("Robot", "", &robot(shown));
@@ -44,19 +44,18 @@ fn state_words(state: &CellState, at_s: f64) -> String {
     };
     let (class, text) = match progress {
         Progress::Estimated(Estimated { is_enough: Some(true), .. }) => {
-            ("good", "Enough: the required accuracy is reached.")
+            ("good", "The required accuracy is reached.")
         }
         Progress::Estimated(e) if !e.advice.is_empty() => ("mind", "A motion is missing."),
         Progress::Estimated(Estimated { is_enough: Some(false), .. }) => {
             ("mind", "Not yet as accurate as required.")
         }
-        Progress::Estimated(_) => ("good", "Everything can be determined."),
+        Progress::Estimated(_) => ("good", "All unknowns can be determined."),
         Progress::Waiting { .. } => ("mind", "Too few seam points for an estimate yet."),
         Progress::Refused { .. } => ("bad", "No estimate."),
     };
     let missing = list(progress.advice().iter().cloned());
-    let missing =
-        if missing.is_empty() { missing } else { card("Which motion is missing", "alarm", &missing) };
+    let missing = if missing.is_empty() { missing } else { card("Missing motion", "alarm", &missing) };
     format!("<p class=\"state {class}\">{text}</p>{missing}{time}")
 }
 

@@ -152,7 +152,7 @@ async fn guarded(State(names): State<Arc<HostNames>>, request: Request, next: Ne
         next.run(request).await
     } else {
         let hint =
-            "this server answers to literal addresses, to localhost, and to names that it was started with";
+            "this server answers only to IP addresses, to localhost, and to the names it was started with";
         (StatusCode::MISDIRECTED_REQUEST, hint).into_response()
     };
     forbid(response.headers_mut());

@@ -1,4 +1,4 @@
-//! An alarm's numbers in words, from the line that was told of its weld.
+//! An alarm's numbers in words, from the report of its weld.
 
 use serde_json::Value;
 use trueline_watch::Kind;
@@ -44,7 +44,7 @@ pub(super) fn numbers(alarm: &Value) -> Vec<(&'static str, String)> {
     let mut rows: Vec<_> = shown.into_iter().filter_map(|(name, text)| Some((name, text?))).collect();
     if !hidden.is_empty() {
         let names: Vec<&str> = hidden.iter().map(|(name, _)| *name).collect();
-        rows.push(("these welds do not show", names.join(", ")));
+        rows.push(("not determined by these welds", names.join(", ")));
     }
     rows
 }

@@ -40,35 +40,32 @@ impl Numbers {
             registry.register(name, help, gauges.clone());
             gauges
         };
-        let welds = plain("welds", "Welds that are kept of the calibration in use");
-        let alarm = plain("alarm", "1 while an alarm of this kind stands");
-        let within = plain(
-            "changed_within_tolerance",
-            "1 while a change of this kind stands that is within the tolerance",
-        );
+        let welds = plain("welds", "Welds stored for the current calibration");
+        let alarm = plain("alarm", "1 while an alarm of this kind is active");
+        let within =
+            plain("changed_within_tolerance", "1 while a change of this kind within the tolerance is active");
         let evidence =
-            plain("evidence", "Minus log10 of the probability without a change; an alarm is at 6.25");
-        let noise = plain("noise_factor", "Residuals of the last weld over what was expected");
-        let waiting = plain("messages_waiting", "Messages about alarms that a receiver has not been told");
-        let blind =
-            plain("blind", "1 while welds like the last ones would not show such a change, however many");
+            plain("evidence", "Minus log10 of the probability without a change; the alarm limit is 6.25");
+        let noise = plain("noise_factor", "Residuals of the last weld, divided by the expected noise");
+        let waiting = plain("messages_waiting", "Alarm messages waiting for a receiver");
+        let blind = plain("blind", "1 while welds like the last ones cannot detect such a change");
         let mut lengths = |name: &str, help: &str| {
             let gauges = Gauges::default();
             registry.register_with_unit(name, help, Unit::Meters, gauges.clone());
             gauges
         };
         let seam_error_m =
-            lengths("seam_error", "How far seam points sit off by the change that stands; 0 without one");
+            lengths("seam_error", "Displacement of seam points by the active change; 0 without one");
         let seam_error_sigma_m = lengths("seam_error_sigma", "One standard deviation of it");
-        let tolerance_m =
-            lengths("tolerance", "How far seam points may sit off without an alarm, if that is set");
+        let tolerance_m = lengths("tolerance", "Tolerated displacement of seam points, if set");
         let mut seconds = |name: &str, help: &str| {
             let gauges = Gauges::default();
             registry.register_with_unit(name, help, Unit::Seconds, gauges.clone());
             gauges
         };
-        let last_weld_s = seconds("last_weld_timestamp", "When the last weld was watched, since 1970 UTC");
-        let time_offset_s = seconds("time_offset_change", "Change of the time offset by the last weld alone");
+        let last_weld_s = seconds("last_weld_timestamp", "Time of the last weld, since 1970 UTC");
+        let time_offset_s =
+            seconds("time_offset_change", "Change of the time offset from the last weld alone");
         let time_offset_sigma_s = seconds("time_offset_change_sigma", "One standard deviation of it");
         Self {
             registry,

@@ -47,7 +47,7 @@ fn inside(cell: &CellView, now_s: i64) -> String {
     for (heading, range, names) in charts {
         let trend = by_weld(&cell.history, range, names, heading);
         let shows = trend.series.iter().flat_map(|series| &series.points).any(|[_, y]| y.is_finite());
-        let not_shown = "<p class=\"soft\">These welds do not show it by itself.</p>".to_owned();
+        let not_shown = "<p class=\"soft\">Not determined alone by these welds.</p>".to_owned();
         cards += &card(heading, "", &if shows { trend.svg() } else { not_shown });
     }
     cards += &card("Noise: residuals over expected", "", &noise(&cell.history).svg());
@@ -70,8 +70,8 @@ fn state(cell: &CellView) -> String {
 }
 
 /// How the chart above it is read.
-const IMPROBABLE: &str = "<p class=\"soft\">3 is once in 1,000 welds, 6 once in a million, 20 as rare as that or rarer. Above the \
-     dashed line is an alarm.</p>";
+const IMPROBABLE: &str = "<p class=\"soft\">3 means once in 1,000 welds, 6 once in a million, 20 at most \
+     once in 10²⁰. Above the dashed line is an alarm.</p>";
 
 fn now(cell: &CellView, last: &HistoryRow, now_s: i64) -> String {
     let line = cell.last.as_ref().unwrap_or(&Value::Null);
@@ -94,7 +94,7 @@ fn now(cell: &CellView, last: &HistoryRow, now_s: i64) -> String {
     }
     for receiver in &cell.receivers {
         let waiting = match (receiver.waiting, &receiver.error) {
-            (0, _) => "has been told everything".to_owned(),
+            (0, _) => "has received everything".to_owned(),
             (n, None) => format!("{n} messages waiting"),
             (n, Some(why)) => format!("{n} messages wait: {why}"),
         };
@@ -103,16 +103,17 @@ fn now(cell: &CellView, last: &HistoryRow, now_s: i64) -> String {
     let mut out = facts(rows);
     // Where a part lies is the fixture's, and no scan of an edge shows it.
     if last.blind_to.iter().any(|what| what != Kind::Seam.name()) {
-        out += "<p class=\"soft\">A scan of 5 s over a fixed edge, moving and tilting, shows timing, bracket and sensor.</p>";
+        out += "<p class=\"soft\">A 5 s scan over a fixed edge, with motion and tilt, detects timing, \
+            bracket and sensor.</p>";
     }
     out
 }
 
 fn learning(pieces: u64, needed: u64) -> String {
     match pieces.cmp(&needed) {
-        Ordering::Less => format!("is being learnt: {pieces} of {needed} pieces"),
-        Ordering::Equal => format!("has been learnt from {pieces} pieces"),
-        Ordering::Greater => format!("could not be learnt from {pieces} pieces"),
+        Ordering::Less => format!("learning: {pieces} of {needed} parts"),
+        Ordering::Equal => format!("learnt from {pieces} parts"),
+        Ordering::Greater => format!("learning failed after {pieces} parts"),
     }
 }
 
@@ -130,9 +131,8 @@ fn alarm_card(line: &Value, at_s: i64, now_s: i64, state: State) -> String {
     ];
     rows.extend(evidence::numbers(alarm));
     let others = evidence::words(&alarm["not_told_apart"]);
-    let others = others
-        .into_iter()
-        .map(|kind| format!("it may also be the {kind}: these welds do not tell them apart"));
+    let others =
+        others.into_iter().map(|kind| format!("it may also be the {kind}: these welds cannot separate them"));
     let (heading, class) = match state {
         State::Alarm => ("Active alarm", "alarm"),
         State::WithinTolerance => ("Change within the tolerance", ""),
@@ -151,9 +151,7 @@ fn improbable(history: &[HistoryRow]) -> Trend {
         ..Series::default()
     };
     Trend {
-        alternative:
-            "How many zeros the number of welds has in which it comes once without a change, by weld and kind"
-                .to_owned(),
+        alternative: "How rare each weld is without a change (powers of ten), by kind".to_owned(),
         along: "weld",
         series: Kind::ALL.into_iter().enumerate().map(of).collect(),
         limits: vec![-ALARM_P_LOG10],

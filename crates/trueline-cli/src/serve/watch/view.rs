@@ -17,13 +17,13 @@ pub struct CellView {
     pub calibration: Option<CalibrationRow>,
     /// Its last welds in order of time.
     pub history: Vec<HistoryRow>,
-    /// What was told of the last weld.
+    /// Report on the last weld.
     pub last: Option<Value>,
-    /// What was told of the last weld with an alarm, and when, s since 1970 UTC.
+    /// Report on the last weld with an alarm, and its time, s since 1970 UTC.
     pub last_alarm: Option<(Value, i64)>,
     /// The receivers of alarms.
     pub receivers: Vec<ReceiverRow>,
-    /// The number of the weld before which a repair was reported, if no weld has told since then.
+    /// The number of the weld before which a repair was reported, if no weld has verified it since.
     pub repaired: Option<i64>,
 }
 

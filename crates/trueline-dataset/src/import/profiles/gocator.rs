@@ -70,7 +70,7 @@ fn without_profiles(file: &Path, sections: &[&str]) -> Error {
     match sections.iter().find(|name| SURFACES.contains(name)) {
         Some(name) => Error::unreadable(
             file,
-            format!("a Gocator surface (section `{name}`), whose rows have no time each"),
+            format!("a Gocator surface (section `{name}`), whose rows have no time stamps"),
             "record in the mode Profile instead of Surface, and export the profiles: each has its stamp there",
         ),
         None if sections.is_empty() => Error::in_file(file, Problem::NoRows),

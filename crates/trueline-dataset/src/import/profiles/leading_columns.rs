@@ -102,7 +102,7 @@ impl LeadingColumns {
                 let lost = lost(&self.frames);
                 let lost =
                     if lost > 0 { format!("; {lost} profiles are missing in it") } else { String::new() };
-                format!("the first column{named} counts the profiles: it is no height{lost}")
+                format!("the first column{named} counts the profiles and is not a height{lost}")
             }
             Kind::Clock => {
                 self.times = table.words_of(0).map(str::to_owned).collect();

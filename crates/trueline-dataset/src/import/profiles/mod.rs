@@ -268,7 +268,7 @@ pub fn left_out_words(profiles: &[RawProfile]) -> Option<String> {
     let points: usize = profiles.iter().map(|profile| profile.points.len()).sum();
     let empty = profiles.iter().filter(|profile| profile.points.is_empty()).count();
     let share = 100.0 * left_out as f64 / (left_out + points).max(1) as f64;
-    let words = format!("{left_out} of {} values ({share:.1} %) are no point", left_out + points);
+    let words = format!("{left_out} of {} values ({share:.1} %) are not points", left_out + points);
     (left_out > 0).then(|| if empty > 0 { format!("{words}; {empty} profiles have none") } else { words })
 }
 

@@ -81,8 +81,9 @@ pub(super) fn read(file: &Path, bytes: Vec<u8>) -> Result<NumberTable, Error> {
         }
     }
     if rows.is_empty() {
-        let what = format!("no table of numbers (it begins with `{}`)", beginning(&text));
-        let hint = "is it the file of the sensor? Export its profiles as CSV; `--profile-format` names how they are written";
+        let what = format!("not a table of numbers (it begins with `{}`)", beginning(&text));
+        let hint = "check that it is the sensor's file. Export its profiles as CSV; `--profile-format` names \
+            their format";
         return Err(match text.trim().is_empty() {
             true => Error::in_file(file, Problem::NoRows),
             false => Error::unreadable(file, what, hint),

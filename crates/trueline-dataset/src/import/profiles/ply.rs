@@ -46,9 +46,8 @@ pub fn read(file: &Path, bytes: &[u8]) -> Result<Vec<RawProfile>, Error> {
     let z = place(&["z"]).ok_or_else(|| refuse("there is no property z"))?;
     let time = place(&["time", "time_s", "timestamp"]);
     let apart = time.or_else(|| place(&["frame", "scan", "profile"])).or_else(|| place(&["y"]));
-    let apart =
-        apart.ok_or_else(|| refuse("there is no property time, frame or y that tells profiles apart"))?;
-    let rows = rows(&header, &bytes[header.data..]).ok_or_else(|| refuse("it is cut off or no number"))?;
+    let apart = apart.ok_or_else(|| refuse("there is no property time, frame or y to separate profiles"))?;
+    let rows = rows(&header, &bytes[header.data..]).ok_or_else(|| refuse("it is cut off or not a number"))?;
     let mut profiles: Vec<RawProfile> = Vec::new();
     let mut last: Option<f64> = None;
     for row in rows {
@@ -71,7 +70,7 @@ fn header(bytes: &[u8]) -> Result<Header, String> {
     const END: &[u8] = b"end_header";
     let end = bytes.windows(END.len()).position(|window| window == END).ok_or("the header does not end")?;
     let line_end = bytes[end..].iter().position(|&byte| byte == b'\n').ok_or("the header does not end")?;
-    let text = std::str::from_utf8(&bytes[..end]).map_err(|_| "the header is no text")?;
+    let text = std::str::from_utf8(&bytes[..end]).map_err(|_| "the header is not text")?;
     let mut found =
         Header { encoding: Encoding::Ascii, vertices: 0, properties: Vec::new(), data: end + line_end + 1 };
     let mut element = "";
@@ -87,7 +86,7 @@ fn header(bytes: &[u8]) -> Result<Header, String> {
                 }
             }
             ["element", "vertex", count] => {
-                found.vertices = count.parse().map_err(|_| "the number of vertices is no number")?;
+                found.vertices = count.parse().map_err(|_| "the number of vertices is not a number")?;
                 element = "vertex";
             }
             ["element", other, _] if found.vertices == 0 => {
@@ -99,7 +98,7 @@ fn header(bytes: &[u8]) -> Result<Header, String> {
                 found.properties.push(Property { name: name.to_lowercase(), kind: kind_of(kind)? });
             }
             ["comment", ..] if line.split_whitespace().any(|word| word.trim_matches(',') == "metres") => {
-                return Err("it says that it is in metres, and profiles are in millimetres".to_owned());
+                return Err("it is stated in metres, but profiles are in millimetres".to_owned());
             }
             _ => {}
         }

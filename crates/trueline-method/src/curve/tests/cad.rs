@@ -33,7 +33,7 @@ fn anywhere() -> Pose {
     )
 }
 
-/// A curve that was placed somewhere else, in even steps; reversed if that is said.
+/// A curve that was placed somewhere else, in even steps; reversed if requested.
 fn elsewhere(cad: &SeamCad, pose: &Pose, reversed: bool) -> Evenly {
     let at = |point: &Vector3<f64>| pose.rotation * point + pose.translation.vector;
     let mut points: Vec<Vector3<f64>> = cad.curve.points().iter().map(at).collect();

@@ -1,4 +1,4 @@
-//! Where four lines meet their sheets, and what is left between that and the measurement.
+//! Intersections of four lines with their laser planes, and the residuals.
 
 use super::displacement_rows::{FullRows, InSheetRows};
 use super::lanes::{Lanes, Vectors, WIDTH};

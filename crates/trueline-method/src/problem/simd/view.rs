@@ -63,7 +63,7 @@ impl Mounting {
     }
 }
 
-/// What four samples say about the line and the unknowns; `B` are the residual's rows. What a scan does not model is zero, and costs
+/// Derivatives of four samples by the line and the unknowns; `B` are the residual's rows. What a scan does not model is zero, and costs
 /// nothing: what a visitor does not use is not computed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen<const FUSED: bool, B> {
@@ -162,7 +162,7 @@ pub(crate) trait Modelled {
     /// Whether the sensor's sheet has a shape.
     const SHAPED: bool;
 
-    /// Where four lines meet their sheets, and what is left between that and the measurement.
+    /// Intersections of four lines with their laser planes, and the residuals.
     fn located<const FUSED: bool>(
         measured: Vectors<FUSED>,
         anchor: Vectors<FUSED>,
@@ -275,7 +275,7 @@ pub(crate) struct Seam<'a> {
     pub shape: Option<&'a SheetShape>,
 }
 
-/// Everything four samples of a line have to say.
+/// All quantities of four samples of a line.
 #[inline(always)]
 pub(super) fn see<const FUSED: bool, M: Modelled>(
     mounting: &Mounting,

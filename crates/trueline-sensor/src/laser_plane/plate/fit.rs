@@ -16,7 +16,7 @@ use trueline_geometry::{Plane, Pose};
 use trueline_lsq::{LeastSquares, NormalEquations, SolveOptions, solve};
 use trueline_model::Camera;
 
-/// The fewest stops: six fix twelve unknowns, and some more tell how well.
+/// Fewest stops: six fix twelve unknowns, and more give their uncertainty.
 pub const FEWEST_STOPS: usize = 8;
 
 /// States that are tried as a start, from each part of the stops.
