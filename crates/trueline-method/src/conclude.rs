@@ -10,7 +10,7 @@ use crate::assess::instead_of_sensor::{self, InsteadOfSensor};
 use crate::assess::misfit_patterns::Patterns;
 use crate::assess::observability::{Group, RANK_THRESHOLD};
 use crate::assess::profile_likelihood::{self, Widening};
-use crate::assess::residuals::{self, FeatureResidual};
+use crate::assess::residuals::{self, FeatureResidual, ResidualSummary};
 use crate::assess::seam_error::{self, SeamError, SeamErrorSources};
 use crate::assess::sensor_shape::SensorShape;
 use crate::assess::systematic::{Systematic, SystematicSums};
@@ -76,22 +76,10 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         Some(FeatureBias::new(&estimate, taken.is_plain))
     });
     let streams = streams(from, skipped.get(&Skip::Repeated).copied().unwrap_or(0));
-    let stamp_of = |f: &FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
+    let summary = residuals::summarise(&features, skipped);
     let findings = Findings {
         unknowns,
-        fit: FitFindings {
-            residuals: residuals::summarise(&features, skipped),
-            feature_stamps_ns: features.iter().map(stamp_of).collect(),
-            noise_factor: fit.noise.factor,
-            structure: from.structure.clone(),
-            widened_by: widening.map(|widening| widening.by),
-            covariance_model_share: uncertainty.model_share,
-            termination: fit.solution.termination,
-            iterations: convergence::steps(&fit.iterations, observations, &features),
-            sheet_fit_rms_m: observations.sheet_fit_rms_m,
-            features,
-            amplitudes: None,
-        },
+        fit: fit_findings(from, summary, features, (&uncertainty, widening)),
         checks,
         clock: clock(&from.assessed.drift_free),
         streams,
@@ -112,6 +100,30 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         lasting: Lasting::NOT,
     };
     judged(from, findings, (&problem, &errors))
+}
+
+/// What the fit of noise alone left.
+fn fit_findings(
+    from: &Concluded<'_>,
+    residuals: ResidualSummary,
+    features: Vec<FeatureResidual>,
+    (uncertainty, widening): (&Uncertainty, Option<Widening>),
+) -> FitFindings {
+    let (fit, observations) = (&from.assessed.drift_free.fit, &from.assessed.drift_free.observations);
+    let stamp_of = |f: &FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
+    FitFindings {
+        residuals,
+        feature_stamps_ns: features.iter().map(stamp_of).collect(),
+        noise_factor: fit.noise.factor,
+        structure: from.structure.clone(),
+        widened_by: widening.map(|widening| widening.by),
+        covariance_model_share: uncertainty.model_share,
+        termination: fit.solution.termination,
+        iterations: convergence::steps(&fit.iterations, observations, &features),
+        sheet_fit_rms_m: observations.sheet_fit_rms_m,
+        features,
+        amplitudes: None,
+    }
 }
 
 /// Other causes that could explain an apparent sensor error.

@@ -6,9 +6,9 @@ use super::stream_name::StreamName;
 use super::warning_words::{
     CURVE_FROM_ONE_PASS, axis_not_shown, clock_drift, clock_step, coarse_stamps, decided_by_user,
     drawn_line_not_needed, feature_bias, held_at_guess, knots_near_weave, left_out, lens_off, likely_cause,
-    misfit, moves, other_line, poorly_known, repeated_robot_stamps, robot_moves, robot_samples_missing,
-    robot_worse, stamp_steps, stripe_noise, stripes_disagree, stripes_stamped_apart, structured,
-    unusual_noise, wavy_seam, widened,
+    many_outliers, misfit, moves, other_line, outlier_stretch, poorly_known, repeated_poses,
+    repeated_robot_stamps, robot_moves, robot_samples_missing, robot_worse, stamp_steps, stripe_noise,
+    stripes_disagree, stripes_stamped_apart, structured, unusual_noise, wavy_seam, widened,
 };
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::instead_of_sensor::InsteadOfSensor;
@@ -330,19 +330,18 @@ impl Warning {
 const MIRROR_BY_SENSOR: &str = "a mirrored attitude of the sensor explains the scan equally well if the \
      sensor differs from its file by about 1 %. Tilt the torch further, or give an initial guess";
 
+const SENSOR_OF_ITS_OWN_SCAN: &str = "sensor.toml was derived from this scan, so it is not counted again; the \
+     sensor is held fixed, and the ± include its stated uncertainty";
+const UNCERTAINTY_NOT_APPLIED: &str = "the ± do not include the stated uncertainty of the sensor: the \
+     point-to-line residual assumes an exact sensor. Use --residual sheet";
+
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&match *self {
             Self::FeaturesSkipped { ref skipped } => left_out("features", skipped),
             Self::DecidedByUser { by, ref other_time_offsets_s } => decided_by_user(by, other_time_offsets_s),
-            Self::SensorOfItsOwnScan => {
-                "sensor.toml was derived from this scan, so it is not counted again; \
-                 the sensor is held fixed, and the ± include its stated uncertainty"
-                    .to_owned()
-            }
-            Self::UncertaintyNotApplied => "the ± do not include the stated uncertainty of the sensor: the \
-                 point-to-line residual assumes an exact sensor. Use --residual sheet"
-                .to_owned(),
+            Self::SensorOfItsOwnScan => SENSOR_OF_ITS_OWN_SCAN.to_owned(),
+            Self::UncertaintyNotApplied => UNCERTAINTY_NOT_APPLIED.to_owned(),
             Self::SensorOff { ref shape, ref instead } => sensor_off(shape, instead),
             Self::LensOff { ref lens } => lens_off(lens),
             Self::DrawnLineNotNeeded { with_m, without_m } => drawn_line_not_needed([with_m, without_m]),
@@ -361,12 +360,7 @@ impl fmt::Display for Warning {
             Self::StripeNoise { noise_factor } => stripe_noise(noise_factor),
             Self::HeldAtGuess { ref held } => held_at_guess(held),
             Self::OtherLine { span_s, features, beside_m } => other_line(span_s, features, beside_m),
-            Self::OutlierStretch { span_s: [from, to], features } => {
-                format!(
-                    "nearly all of the {features} features from {from:.2} to {to:.2} s are outliers. \
-                    Look at the pictures of that time"
-                )
-            }
+            Self::OutlierStretch { span_s, features } => outlier_stretch(span_s, features),
             Self::UnusualNoise { noise_factor, is_explained, of_answer } => {
                 unusual_noise(noise_factor, is_explained, of_answer)
             }
@@ -374,17 +368,10 @@ impl fmt::Display for Warning {
             Self::WavySeam { rms_m } => wavy_seam(rms_m),
             Self::RobotMoves { rms_m } => robot_moves(rms_m),
             Self::ClockStep { at_s, step_s } => clock_step(at_s, step_s),
-            Self::ManyOutliers { share } => format!(
-                "{:.0} % of the measurements are outliers and are \
-                rejected. Check the detector",
-                100.0 * share
-            ),
+            Self::ManyOutliers { share } => many_outliers(share),
             Self::ClockDrift { ppm, sigma_ppm, about_s } => clock_drift(ppm, sigma_ppm, about_s),
             Self::RobotSamplesMissing { missing, of } => robot_samples_missing(missing, of),
-            Self::RepeatedPoses { repeated, rows } => format!(
-                "{repeated} of {rows} robot rows repeat the previous pose: the controller updates its pose \
-                 less often than it is polled. The first row of each is used"
-            ),
+            Self::RepeatedPoses { repeated, rows } => repeated_poses(repeated, rows),
             Self::RepeatedRobotStamps { repeated } => repeated_robot_stamps(repeated),
             Self::CoarseStamps { stream, grain_s } => coarse_stamps(stream, grain_s),
             Self::StampSteps { stream, ref steps, period_s } => stamp_steps(stream, steps, period_s),

@@ -343,3 +343,19 @@ pub(super) fn knots_near_weave(spacing_m: f64, weave_m: f64) -> String {
 pub(super) fn repeated_robot_stamps(repeated: usize) -> String {
     format!("{repeated} robot rows repeat the previous stamp")
 }
+
+pub(super) fn outlier_stretch([from, to]: [f64; 2], features: usize) -> String {
+    format!(
+        "nearly all of the {features} features from {from:.2} to {to:.2} s are outliers. Look at the pictures of that time"
+    )
+}
+
+pub(super) fn many_outliers(share: f64) -> String {
+    format!("{:.0} % of the measurements are outliers and are rejected. Check the detector", 100.0 * share)
+}
+
+pub(super) fn repeated_poses(repeated: usize, rows: usize) -> String {
+    format!(
+        "{repeated} of {rows} robot rows repeat the previous pose: the controller updates its pose less often than it is polled. The first row of each is used"
+    )
+}
