@@ -27,10 +27,16 @@ const OURS: &str = "trueline";
 const LINE_BEGINS: &str = "{\"time\":\"";
 
 static VERBOSE: OnceLock<bool> = OnceLock::new();
+static QUIET: OnceLock<bool> = OnceLock::new();
 
 /// Whether details are wanted.
 pub(crate) fn is_verbose() -> bool {
     VERBOSE.get().copied().unwrap_or(false)
+}
+
+/// Whether words are wanted that say nothing of an error.
+pub(crate) fn is_quiet() -> bool {
+    QUIET.get().copied().unwrap_or(false)
 }
 
 /// Logs words that a user is told.
@@ -47,7 +53,7 @@ pub(crate) fn told(text: &str) {
 /// Begins to log what the options and `RUST_LOG` ask for; without these, nothing is logged and it costs nothing.
 pub(crate) fn start(args: &GlobalArgs) -> Result<(), Failure> {
     // A process runs one command.
-    let _ = VERBOSE.set(args.verbose);
+    let (_, _) = (VERBOSE.set(args.verbose), QUIET.set(args.quiet));
     let chosen = chosen();
     let file = args.log_file.as_deref().map(LogFile::open).transpose()?;
     let on_stderr = args.verbose || chosen.is_some() && file.is_none();
