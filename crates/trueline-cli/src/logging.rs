@@ -27,10 +27,16 @@ const OURS: &str = "trueline";
 const LINE_BEGINS: &str = "{\"time\":\"";
 
 static VERBOSE: OnceLock<bool> = OnceLock::new();
+static QUIET: OnceLock<bool> = OnceLock::new();
 
 /// Whether details are wanted.
 pub(crate) fn is_verbose() -> bool {
     VERBOSE.get().copied().unwrap_or(false)
+}
+
+/// Whether words are wanted that say nothing of an error.
+pub(crate) fn is_quiet() -> bool {
+    QUIET.get().copied().unwrap_or(false)
 }
 
 /// Logs words that a user is told.
@@ -47,7 +53,7 @@ pub(crate) fn told(text: &str) {
 /// Begins to log what the options and `RUST_LOG` ask for; without these, nothing is logged and it costs nothing.
 pub(crate) fn start(args: &GlobalArgs) -> Result<(), Failure> {
     // A process runs one command.
-    let _ = VERBOSE.set(args.verbose);
+    let (_, _) = (VERBOSE.set(args.verbose), QUIET.set(args.quiet));
     let chosen = chosen();
     let file = args.log_file.as_deref().map(LogFile::open).transpose()?;
     let on_stderr = args.verbose || chosen.is_some() && file.is_none();
@@ -107,9 +113,11 @@ fn text(entry: &Entry<'_>) -> String {
         Some(duration_s) => format!("{}: {duration_s:.2} s", entry.span),
         None => format!("{level}{}", entry.message),
     };
+    let mut before = if entry.duration_s.is_some() { ", " } else { ": " };
     for (name, value) in entry.fields {
         let shown = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-        let _ = write!(out, ", {name} {shown}");
+        let _ = write!(out, "{before}{name} {shown}");
+        before = ", ";
     }
     out
 }
@@ -207,7 +215,7 @@ mod tests {
         assert!(event["time"].as_str().unwrap().parse::<jiff::Timestamp>().is_ok());
         assert_eq!(event["fields"]["file"], "a\n\"b");
         assert_eq!((&event["level"], &event["message"]), (&"INFO".into(), &"written".into()));
-        assert_eq!(text(&entry(&fields[1..], None)), "written, bytes 12");
+        assert_eq!(text(&entry(&fields[1..], None)), "written: bytes 12");
         let end: serde_json::Value = serde_json::from_str(&json(&entry(&[], Some(0.25)))).unwrap();
         assert_eq!((end["duration_s"].as_f64(), &end["span"]), (Some(0.25), &"calibrate/search".into()));
         assert_eq!(text(&entry(&fields[1..], Some(0.251))), "calibrate/search: 0.25 s, bytes 12");

@@ -21,6 +21,13 @@ pub(crate) fn words(text: &str) {
     stderr::words(text);
 }
 
+/// The same, unless all is to be quiet.
+pub(crate) fn note(text: &str) {
+    if !logging::is_quiet() {
+        words(text);
+    }
+}
+
 /// Data for the next program: stdout.
 pub(crate) fn data(text: &str) -> Result<(), Failure> {
     // Colours go to terminals that want them, and to nothing else.

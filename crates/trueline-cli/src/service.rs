@@ -1,6 +1,7 @@
 //! What systemd is told of a service (`sd_notify`): that it is ready, that it is alive, that it stops. Where systemd did not start the program, nobody
 //! is told.
 
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// A program that runs until it is stopped.
@@ -30,6 +31,27 @@ impl Service {
 impl Drop for Service {
     fn drop(&mut self) {
         notify::stopping();
+    }
+}
+
+/// Rounds of a thread that must go on.
+#[derive(Default)]
+pub(crate) struct Rounds {
+    count: AtomicU64,
+    seen: AtomicU64,
+}
+
+impl Rounds {
+    /// One more; always true.
+    pub(crate) fn one(&self) -> bool {
+        self.count.fetch_add(1, Ordering::Relaxed);
+        true
+    }
+
+    /// Whether there were any since this was asked before.
+    pub(crate) fn have_grown(&self) -> bool {
+        let count = self.count.load(Ordering::Relaxed);
+        self.seen.swap(count, Ordering::Relaxed) != count
     }
 }
 

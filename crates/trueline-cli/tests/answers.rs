@@ -273,7 +273,7 @@ fn reasons_are_told_with_quiet_and_more_with_verbose_and_no_line_is_long() {
     assert!(code == 1 && out.is_empty() && words.contains("not accepted: translation along"), "{words}");
     succeeds(dir.path(), "simulate -p quick -o scan -q");
     let (said, words) = succeeds(dir.path(), "calibrate scan -v -j result.json");
-    for part in ["read: ", "calibrated: ", "written: result.json"] {
+    for part in ["read: ", "calibrate: ", "written: file result.json"] {
         assert!(words.contains(part), "{part}: {words}");
     }
     assert!(said.lines().all(|line| line.chars().count() <= 100), "{said}");

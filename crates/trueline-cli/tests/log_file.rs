@@ -126,6 +126,19 @@ fn a_log_that_cannot_be_written_ends_it_and_other_files_stay_as_they_are() {
     assert_eq!(fs::read(folder.join("scan/robot.csv")).unwrap(), robot);
 }
 
+#[test]
+fn quiet_is_an_option_of_every_command_before_or_behind_its_name() {
+    let place = tempfile::tempdir().unwrap();
+    for command in [
+        &["-q", "man", "--out", "a"][..],
+        &["man", "--out", "b", "--quiet"],
+        &["-q", "simulate", "--out", "c"],
+    ] {
+        let output = trueline(place.path(), command);
+        assert_eq!((code(&output), words(&output).as_str(), output.stdout.len()), (0, "", 0), "{command:?}");
+    }
+}
+
 /// Help of a command names global options once, below.
 #[test]
 fn global_options_stand_in_the_help_of_the_program_alone() {

@@ -15,7 +15,7 @@ pub(crate) fn run(args: &ManArgs) -> Result<ExitCode, Failure> {
     let count = write(&command, "trueline", &args.out)?;
     #[cfg(feature = "live")]
     let count = count + write(&crate::args::testbench(), "trueline-testbench", &args.out)?;
-    output::words(&format!("{}: {count} pages; read one with `man ./{}`", args.out.display(), "trueline.1"));
+    output::note(&format!("{}: {count} pages; read one with `man ./{}`", args.out.display(), "trueline.1"));
     Ok(ExitCode::SUCCESS)
 }
 

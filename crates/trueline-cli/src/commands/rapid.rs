@@ -32,7 +32,7 @@ pub(crate) fn run(args: &RapidArgs) -> Result<ExitCode, Failure> {
         Mode::Stream => "start `trueline record`, then run it",
         Mode::Guidance => "start `trueline scan --enable-motion`, then run it",
     };
-    output::words(&format!(
+    output::note(&format!(
         "{}: written. No real controller has tried such a module here: check it in RobotStudio, run it in manual\n\
          reduced speed first. Load it into the task {}, {then}.",
         args.out.display(),

@@ -6,11 +6,10 @@ use crate::live_cell::{self, LiveCell};
 use crate::live_page::CellPage;
 use crate::live_screen::LiveScreen;
 use crate::live_watch::LiveWatch;
-use crate::service::Service;
+use crate::service::{Rounds, Service};
 use crate::{interrupt, output};
 use std::process::ExitCode;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
 use trueline_cell::{CellRecording, RobotBrief, Until, record_robot};
 use trueline_live::HostClock;
 
@@ -26,12 +25,9 @@ pub(crate) fn run(args: &RecordArgs) -> Result<ExitCode, Failure> {
     let mut recording =
         CellRecording::create(cell.recording(&args.out, &args.tool, args.link.stamps()), clock)?;
     let (handle, shown) = (recording.handle(), Mutex::new(RobotBrief::default()));
-    // Asked each time round by the thread that records: while this grows, it goes on.
-    let (rounds, mut rounds_before) = (AtomicU64::new(0), 0);
-    let stop = || {
-        rounds.fetch_add(1, Ordering::Relaxed);
-        interrupt::times() > 0
-    };
+    // The thread that records asks each time round.
+    let rounds = Rounds::default();
+    let stop = || rounds.one() && interrupt::times() > 0;
     let until = Until { longest: args.for_s, stop: &stop };
     let mut service = Service::ready("records a robot");
     let screen = LiveScreen::new(args.quiet);
@@ -43,8 +39,7 @@ pub(crate) fn run(args: &RecordArgs) -> Result<ExitCode, Failure> {
             let robot = brief.to_string();
             screen.show(&robot, state);
             page.show(&robot, brief, state);
-            let rounds_now = rounds.load(Ordering::Relaxed);
-            if std::mem::replace(&mut rounds_before, rounds_now) != rounds_now {
+            if rounds.have_grown() {
                 service.alive();
             }
             if let Some(watched) = &mut watched {

@@ -19,9 +19,9 @@ pub(crate) fn run(args: &RobotProgramArgs) -> Result<ExitCode, Failure> {
     whole_folder::make_empty(&args.out)?;
     for file in &files {
         output::file(&args.out.join(file.name), &file.text)?;
-        output::words(&format!("{}: for {}", args.out.join(file.name).display(), file.goes_to));
+        output::note(&format!("{}: for {}", args.out.join(file.name).display(), file.goes_to));
     }
-    output::words(
+    output::note(
         "No real controller has run these: check them in the maker's simulation, run them at reduced speed first.",
     );
     Ok(ExitCode::SUCCESS)
