@@ -75,10 +75,7 @@ fn one_log_in_six_writings_is_one_motion() {
 #[test]
 fn what_cannot_be_read_is_named_for_what_it_is() {
     let Some(Err(error)) = read_case("no-header", Some("abb"), "") else { return };
-    assert!(
-        error.to_string().ends_with("no header line: the file begins with a row of 8"),
-        "{error}"
-    );
+    assert!(error.to_string().ends_with("no header line: the file begins with a row of 8"), "{error}");
     assert!(error.hint().contains("--columns"), "{}", error.hint());
     let Some(folder) = case("log-formats") else { return };
     let file = folder.join("gocator-surface/surface.csv");
@@ -337,7 +334,11 @@ fn a_counter_before_the_heights_is_none_of_them() {
         let frames: Vec<_> = imported.profiles.iter().map(|profile| profile.frame).collect();
         assert_eq!(frames, [Some(0), Some(1), Some(3)]);
         let said = |words: &str| imported.notes.iter().any(|note| note.contains(words));
-        assert!(said("counts the profiles and is not a height; 1 profiles are missing"), "{:?}", imported.notes);
+        assert!(
+            said("counts the profiles and is not a height; 1 profiles are missing"),
+            "{:?}",
+            imported.notes
+        );
     }
     // No counter, and one value more than there is room for.
     let text = "10.5,10.0,10.1,10.2,10.3\n10.5,10.0,10.1,10.2,10.3\n10.5,10.0,10.1,10.2,10.3\n";

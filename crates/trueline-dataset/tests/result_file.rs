@@ -53,7 +53,9 @@ fn a_result_of_schema_1_is_read_with_reasons_that_have_no_code() {
 fn a_result_of_a_later_schema_is_refused_with_both_versions() {
     let mut new = full();
     new["schema_version"] = json!(4);
-    assert!(refusal(&new.to_string()).ends_with("has schema version 4; this program supports versions up to 3"));
+    assert!(
+        refusal(&new.to_string()).ends_with("has schema version 4; this program supports versions up to 3")
+    );
 }
 
 #[test]
