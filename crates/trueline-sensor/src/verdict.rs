@@ -377,7 +377,7 @@ pub fn stripes_left_out(fit: &JointFit) -> Vec<Remark> {
     (fit.left_out > 0).then_some(Remark::PicturesLeftOut { count: fit.left_out }).into_iter().collect()
 }
 
-/// Boards that lie off the plane by more than chance makes.
+/// Boards that lie off the plane by more than noise explains.
 #[must_use]
 pub fn doubtful_boards(fit: &PlaneFit) -> Vec<Remark> {
     let worst = |z: [f64; 2]| if z[0].abs() > z[1].abs() { z[0] } else { z[1] };
