@@ -43,7 +43,7 @@ fn a_page_tells_state_alarm_and_evidence_of_every_cell() {
         "blind to",
         "fixture",
         "learning: 4 of 30 parts",
-        "plc.example: 1 messages",
+        "plc.example: 1 message",
         "missing",
         "cannot be read",
     ] {

@@ -307,7 +307,7 @@ fn a_receiver_that_is_not_there_changes_nothing_and_is_named() {
     assert_eq!(watched.status.code(), Some(1), "an alarm: {}", words(&watched));
     let said = words(&watched);
     assert!(
-        said.contains("127.0.0.1 has not received 1 alarm messages") && !said.contains("secret"),
+        said.contains("127.0.0.1 has not received 1 alarm message (") && !said.contains("secret"),
         "{said}"
     );
     let wrong = run(&["watch", "--state", "cell.sqlite", "--calibration", "x", "--tell", "ftp://a/b"]);

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use trueline_method::diagnose::doctor::Diagnosis;
 use trueline_method::diagnose::outcome::Outcome;
 
-/// The diagnosis in a few lines of plain text; `all` lists what was tried in vain as well.
+/// The diagnosis in a few lines of plain text; `all` also lists the mistakes that were ruled out.
 #[must_use]
 pub fn text(d: &Diagnosis, all: bool) -> String {
     let mut out = String::new();

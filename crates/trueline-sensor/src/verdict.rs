@@ -172,23 +172,14 @@ impl fmt::Display for Remark {
                     pictures are sharp"
                 )
             }
-            Self::HalvesDisagree { ratio } => write!(
-                f,
-                "two halves of the pictures differ {ratio:.1} times more than their uncertainty explains. The lens was refocused between the \
-                 pictures, or the board is wavy: glue it on something flat, and take all pictures in one session"
-            ),
+            Self::HalvesDisagree { ratio } => halves_disagree(f, *ratio),
             Self::PicturesLeftOut { count: 1 } => {
                 write!(f, "one picture is an outlier and was left out")
             }
             Self::PicturesLeftOut { count } => {
                 write!(f, "{count} pictures are outliers and were left out")
             }
-            Self::NormalUncertain { sigma_rad } => write!(
-                f,
-                "the plane's normal has a large uncertainty: ± {:.2} degrees. Put the board at more \
-                distances and tilts",
-                sigma_rad.to_degrees()
-            ),
+            Self::NormalUncertain { sigma_rad } => normal_uncertain(f, sigma_rad.to_degrees()),
             Self::OffsetUncertain { sigma_m } => {
                 write!(
                     f,
@@ -202,28 +193,16 @@ impl fmt::Display for Remark {
             }
             Self::PointsOffPlane { rms_m } => points_off_plane(f, *rms_m),
             Self::BoardNeverWhole { stated, seen } => board_never_whole(f, *stated, *seen),
-            Self::FewBoardPictures { count } => write!(
-                f,
-                "only {count} pictures are usable; at least {LEAST_BOARD_PICTURES} and half of all are \
-                needed. Keep the whole board in view"
-            ),
+            Self::FewBoardPictures { count } => few_board_pictures(f, *count),
             Self::AtStops { stops } => write!(
                 f,
                 "the time offset cannot be determined, because the robot stands still at each of the {stops} \
                  pictures. Use --at-stops to calibrate without it, or take pictures while the robot moves"
             ),
-            Self::BoardAndRobotDisagree { factor } => write!(
-                f,
-                "board and robot disagree {factor:.1} times more than their noise explains. Check that the \
-                board stood still and that its square has the stated length"
-            ),
-            Self::HandEyeUncertain { rotation_rad, translation_m } => write!(
-                f,
-                "the hand-eye transform has a large uncertainty: ± {:.3} degrees and ± {:.2} mm. Turn the \
-                tool further, about all axes",
-                rotation_rad.to_degrees(),
-                translation_m * 1e3
-            ),
+            Self::BoardAndRobotDisagree { factor } => board_and_robot_disagree(f, *factor),
+            Self::HandEyeUncertain { rotation_rad, translation_m } => {
+                hand_eye_uncertain(f, rotation_rad.to_degrees(), translation_m * 1e3)
+            }
             Self::TimeOffsetUncertain { sigma_s } => write!(
                 f,
                 "the time offset has a large uncertainty: ± {:.2} ms. Move faster, and change speed and \
@@ -232,6 +211,44 @@ impl fmt::Display for Remark {
             ),
         }
     }
+}
+
+fn halves_disagree(f: &mut fmt::Formatter<'_>, ratio: f64) -> fmt::Result {
+    write!(
+        f,
+        "two halves of the pictures differ {ratio:.1} times more than their uncertainty explains. The lens was refocused between the \
+         pictures, or the board is wavy: glue it on something flat, and take all pictures in one session"
+    )
+}
+
+fn normal_uncertain(f: &mut fmt::Formatter<'_>, sigma_deg: f64) -> fmt::Result {
+    write!(
+        f,
+        "the plane's normal has a large uncertainty: ± {sigma_deg:.2} degrees. Put the board at more distances and tilts"
+    )
+}
+
+fn few_board_pictures(f: &mut fmt::Formatter<'_>, count: usize) -> fmt::Result {
+    write!(
+        f,
+        "only {count} pictures are usable; at least {LEAST_BOARD_PICTURES} and half of all are needed. Keep the whole board in view"
+    )
+}
+
+fn board_and_robot_disagree(f: &mut fmt::Formatter<'_>, factor: f64) -> fmt::Result {
+    write!(
+        f,
+        "board and robot disagree {factor:.1} times more than their noise explains. Check that the board stood still and that its square \
+         has the stated length"
+    )
+}
+
+fn hand_eye_uncertain(f: &mut fmt::Formatter<'_>, rotation_deg: f64, translation_mm: f64) -> fmt::Result {
+    write!(
+        f,
+        "the hand-eye transform has a large uncertainty: ± {rotation_deg:.3} degrees and ± {translation_mm:.2} mm. Turn the tool further, \
+         about all axes"
+    )
 }
 
 fn too_little_tilt(f: &mut fmt::Formatter<'_>, [first_deg, second_deg]: [f64; 2]) -> fmt::Result {
@@ -377,7 +394,7 @@ pub fn stripes_left_out(fit: &JointFit) -> Vec<Remark> {
     (fit.left_out > 0).then_some(Remark::PicturesLeftOut { count: fit.left_out }).into_iter().collect()
 }
 
-/// Boards that lie off the plane by more than chance makes.
+/// Boards that lie off the plane by more than noise explains.
 #[must_use]
 pub fn doubtful_boards(fit: &PlaneFit) -> Vec<Remark> {
     let worst = |z: [f64; 2]| if z[0].abs() > z[1].abs() { z[0] } else { z[1] };

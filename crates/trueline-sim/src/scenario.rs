@@ -162,7 +162,7 @@ pub struct Disturbance {
     pub frame_jitter_s: f64,
     /// Drift of the camera clock against the robot's, parts per million.
     pub clock_drift_ppm: f64,
-    /// Part of the features that is anywhere in the field of view.
+    /// Fraction of outliers, anywhere in the field of view.
     pub outlier_fraction: f64,
     /// Part of the frames that is lost.
     pub drop_fraction: f64,

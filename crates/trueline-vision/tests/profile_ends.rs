@@ -273,7 +273,7 @@ fn the_end_of_the_view_is_no_edge() {
     let found = seams(&profiles, Some(ProfileJoint::Edge));
     assert_eq!(found.found.features.len(), 0, "{:?}", found.reasons());
     assert_eq!(found.reasons().keys().collect::<Vec<_>>(), [&NoSeam::EndOfView]);
-    // Unasked it is no joint either.
+    // By default it is no joint either.
     assert_eq!(seams(&profiles, None).joint, ProfileJoint::Meeting);
     // The edge leaves the view now and then.
     let (profiles, shifts) = weave(&Scene::of([[-FAR, 16.0], NONE]), 400, 8.0, 16);

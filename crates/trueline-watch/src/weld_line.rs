@@ -65,7 +65,7 @@ pub struct WeldLine {
     pub noise_factor: f64,
     /// What welds like these would not show.
     pub blind_to: Vec<String>,
-    /// Whether that and what is being learnt is worth words: at the first weld of a shift, and where it is something else than after
+    /// Whether that and the state of learning are reported: at the first weld of a shift, and where it is something else than after
     /// the weld before.
     pub blindness_is_news: bool,
     /// What changed, be it within the tolerance or not.

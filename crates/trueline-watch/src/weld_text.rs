@@ -145,10 +145,11 @@ fn alarm_text(weld: &str, told: &Told) -> String {
 #[must_use]
 pub fn not_told(receiver: &ReceiverRow) -> String {
     format!(
-        "warning: {} has not received {} alarm messages ({}). They are kept; the next program with the same \
-         --state and --tell sends them",
+        "warning: {} has not received {} alarm {} ({}). They are kept; the next program with the same --state \
+         and --tell sends them",
         receiver.name,
         receiver.waiting,
+        if receiver.waiting == 1 { "message" } else { "messages" },
         receiver.error.as_deref().unwrap_or("not sent yet")
     )
 }

@@ -15,7 +15,7 @@ pub struct Change {
     pub fitting: f64,
 }
 
-/// A change of the offset that chance makes in one window of 1e11: a stream of a year has 1.6 million of 20 s.
+/// A change of the offset that noise causes in one window of 1e11: a stream of a year has 1.6 million of 20 s.
 const SIGMAS: f64 = 7.0;
 /// Where fewer fit than this, most samples of a window are outliers.
 const LEAST_FITTING: f64 = 0.5;

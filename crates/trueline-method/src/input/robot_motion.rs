@@ -67,7 +67,7 @@ const LEAST_SHIFT_M: f64 = 1e-4;
 const LEAST_TURN_RAD: f64 = 2e-4;
 
 impl RobotMotion {
-    /// The motion over `times_s`, one for each sample with a stamp of its own.
+    /// The motion over `times_s`, one for each distinct stamp.
     ///
     /// # Errors
     /// A robot stream that is no trajectory, or does not move.

@@ -28,7 +28,7 @@ pub const AGREES: f64 = 1.5;
 const ONCE_IN_1000: f64 = 3.09;
 
 impl CrossValidation {
-    /// Whether chance makes such a difference of all parameters less than once in 1000: χ² by the cube root that is nearly normal
+    /// Whether the probability of such a difference of all parameters by noise is below 1 in 1000: χ² by the cube root that is nearly normal
     /// \[WilsonHilferty1931\]. Few pictures differ by twice what they let expect now and then.
     #[must_use]
     pub fn is_beyond_chance(&self) -> bool {

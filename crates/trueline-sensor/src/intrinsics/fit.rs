@@ -41,7 +41,7 @@ pub struct CameraFit {
     pub state: BundleState,
     /// The distortion that was fitted.
     pub model: DistortionModel,
-    /// Whether the board's sheet is bent or stretched by more than chance makes it seem; else it is held flat.
+    /// Whether the board's sheet is bent or stretched by more than noise explains; else it is held flat.
     pub is_sheet_free: bool,
     /// How far the sheet rises from its middle to the corner of the squares that is farthest off, m; positive away from the camera.
     pub sheet_rise_m: f64,

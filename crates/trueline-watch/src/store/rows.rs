@@ -59,7 +59,7 @@ pub struct AlarmRow {
     pub kind: String,
     /// Number of the first weld after the change.
     pub since: i64,
-    /// How improbable without a change, log₁₀.
+    /// Probability without a change, log₁₀.
     pub p_log10: f64,
     /// Whether the change is within the tolerance.
     pub is_within: bool,

@@ -95,8 +95,10 @@ fn now(cell: &CellView, last: &HistoryRow, now_s: i64) -> String {
     for receiver in &cell.receivers {
         let waiting = match (receiver.waiting, &receiver.error) {
             (0, _) => "has received everything".to_owned(),
+            (1, None) => "1 message waiting".to_owned(),
             (n, None) => format!("{n} messages waiting"),
-            (n, Some(why)) => format!("{n} messages wait: {why}"),
+            (1, Some(why)) => format!("1 message waiting: {why}"),
+            (n, Some(why)) => format!("{n} messages waiting: {why}"),
         };
         rows.push(("alarms to", format!("{}: {waiting}", receiver.name)));
     }

@@ -30,7 +30,7 @@ pub(super) fn freedom(of: &[Measured]) -> f64 {
     of.iter().map(|m| 1.0 - m.leverage).sum()
 }
 
-/// The spread with which the weighted squares are what chance makes of them, by halving (\[Paule1982\]); zero where the noise
+/// The spread with which the weighted squares have their expected value, by halving (\[Paule1982\]); zero where the noise
 /// of the pixels explains all.
 pub(super) fn spread_m(of: &[Measured]) -> f64 {
     let excess = |spread_m: f64| -> f64 {
