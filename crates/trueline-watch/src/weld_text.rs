@@ -177,7 +177,7 @@ fn noun(kind: Kind) -> &'static str {
 fn numbers(change: &Change) -> Vec<String> {
     let one = |k: usize, factor: f64, unit: &str| match (change.value[k], change.sigma[k]) {
         (Some(value), Some(sigma)) => format!("{:+.3} ± {:.3} {unit}", value * factor, sigma * factor),
-        _ => format!("cannot be determined"),
+        _ => "cannot be determined".to_owned(),
     };
     let is_shown = |first: usize| (first..first + 3).any(|k| change.value[k].is_some());
     let three = |first: usize, factor: f64, unit: &str| {

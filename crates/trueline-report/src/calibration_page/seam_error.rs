@@ -57,12 +57,7 @@ pub(super) fn map(shown: &Shown<'_>) -> Option<Chart> {
     Some(Chart {
         id: "seam-error",
         title: "Seam error from the calibration",
-        explanation: format!(
-            "One standard deviation in space at {:.0} mm/s, over the laser plane: the scanned part and 25 % \
-            more on each side, at least 60 mm by 40 mm. Excludes the noise of a single point, the sensor's \
-            own calibration and the robot's kinematics.",
-            torch.speed_m_s * MM_PER_M
-        ),
+        explanation: explanation(torch.speed_m_s * MM_PER_M),
         alternative: format!(
             "Map of the laser plane: one standard deviation of a seam point, at most {strongest:.3} mm"
         ),
@@ -79,6 +74,13 @@ pub(super) fn map(shown: &Shown<'_>) -> Option<Chart> {
             equal: false,
         })),
     })
+}
+
+fn explanation(speed_mm_s: f64) -> String {
+    format!(
+        "One standard deviation in space at {speed_mm_s:.0} mm/s, over the laser plane: the scanned part and 25 % more on each side, at least 60 mm by \
+         40 mm. Excludes the noise of a single point, the sensor's own calibration and the robot's kinematics."
+    )
 }
 
 /// The laser plane, and where in it the seam was seen, m.
