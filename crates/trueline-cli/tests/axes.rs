@@ -332,7 +332,6 @@ fn an_axis_is_found_at_stops() {
         pose[3..].iter_mut().for_each(|q| *q /= norm);
         stops += &format!("{stop},{}\n", pose.map(|number| number.to_string()).join(","));
         features += &format!("{stop},{rest}\n");
-        // The rows of a table of stops come in any order.
         let angle = between(&axis_s, &angles, exposed_s + axis_late_s);
         values.insert_str("stop,table_deg\n".len(), &format!("{stop},{angle}\n"));
     }
@@ -357,7 +356,6 @@ fn an_axis_is_found_at_stops() {
     let applied = trueline(folder, &["apply", "stops", "--calibration", "result.json", "--out", "seam.csv"]);
     assert_eq!(code(&applied), 0, "{}", words(&applied));
 
-    // A stop without a value is none that can be used.
     let (kept, _) = values.trim_end().rsplit_once('\n').unwrap();
     fs::write(folder.join("stops/axes.csv"), format!("{kept}\n")).unwrap();
     let output = trueline(folder, &["calibrate", "stops"]);
@@ -427,7 +425,6 @@ fn a_robot_that_keeps_its_attitude_hides_the_axis_by_name() {
         let angle = 20.0 * (0.6 * t).sin();
         let sway =
             [30.0 * (2.1 * t).sin() + 12.0 * (3.7 * t).sin(), 15.0 * t - 150.0, 25.0 * (1.3 * t).cos()];
-        // Tool x, y, z are base x, −y, −z.
         robot += &format!("{t},{},{},{},0,1,0,0\n", 800.0 + sway[0], 300.0 + sway[1], 250.0 + sway[2]);
         axes += &format!("{t},{angle}\n");
         if k % 10 == 5 {
