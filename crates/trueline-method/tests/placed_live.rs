@@ -1,5 +1,5 @@
 //! Points are where the estimate's own interpolation puts them.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::Vector3;
 use trueline_dataset::{AxisRecord, Carries, Measured, Recording, Sensor};
