@@ -52,7 +52,7 @@ fn placer(axes: Vec<ExternalAxis>) -> Placer {
 /// A pose that goes and shakes by some 10 µm, so that the local fit is at work.
 fn pose(k: i64) -> Pose {
     let shake = 1e-5 * ((k * 7919) % 13 - 6) as f64 / 4.0;
-    Pose::translation(1e-4 * (k % 10_000) as f64 + shake, shake, 0.3)
+    Pose::translation(0.5 * (2e-4 * k as f64).sin() + shake, shake, 0.3)
 }
 
 fn main() {

@@ -14,6 +14,8 @@ One address for a cell: the first scan step by step, with the command line of ea
 every .sqlite in the folder; the last welds; /metrics for Prometheus. The folder holds what the steps write: link.json, sensor.toml, \
 cell.toml, plan, scans, result.json.
 
+Without --serve the pages are at http://127.0.0.1:8080/, on this PC alone.
+
 Read-only: no request starts a command, changes a file or reaches the robot. There is no password: put a proxy before it for one.
 
 Exit code: 0 ended by Ctrl-C, 2 could not serve.")]
