@@ -33,7 +33,7 @@ pub enum AxisProblem {
         in_s: f64,
     },
     /// A reading while nothing is known of an axis.
-    #[error("axis `{name}` has values from {from_s} s to {to_s} s, and something was read at {at_s} s")]
+    #[error("axis `{name}` has values from {from_s} s to {to_s} s only, but there is a reading at {at_s} s")]
     WithoutValue {
         /// Its name.
         name: String,

@@ -175,7 +175,9 @@ pub(crate) fn of_all(recording: &Recording, lines: &[Line], found: Option<&AxisS
             let first = AXIS * k;
             SMatrix::<f64, AXIS, AXIS>::from_fn(|i, j| found.covariance[(first + i, first + j)])
         });
-        let is_hidden = record.holds_time_offset && !recording.at_stops;
+        // Where it stands while something is read it runs along with nothing.
+        let stamps_ns = recording.features.iter().map(|feature| feature.stamp_ns);
+        let is_hidden = record.holds_time_offset && !recording.at_stops && record.stands(stamps_ns).is_none();
         let covariance = first_order.map(|own| if is_hidden { widened(&own, WITH_A_BOW) } else { own });
         let step = found.map_or_else(SVector::zeros, |found| {
             SVector::<f64, AXIS>::from_fn(|i, _| found.step[AXIS * k + i])
