@@ -2,11 +2,12 @@
 
 use crate::assess::file_frame::{FileFrame, HandEyeOfFile};
 use crate::assess::residuals::{self, FeatureResidual};
-use crate::assess::robot_field::RobotSigmas;
 use crate::assess::seam_error::{self, SeamError, Share, ShareOf, SharedError};
+use crate::assess::systematic::SystematicLevels;
 use crate::calibration::Calibration;
-use crate::config::{ASSUMED_ROBOT_ACCURACY_M, Config, Measurements, ResidualKind, Target};
+use crate::config::{Config, Measurements, ResidualKind, SensorMode, Target};
 use crate::curve::answer::{Answered, Asked};
+use crate::curve::considered::{Errors, ShapeError};
 use crate::curve::fit::{CONVERGED, TUKEY_SIGMAS};
 use crate::curve::readings::Readings;
 use crate::curve::registration::bends_m;
@@ -19,6 +20,7 @@ use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Unknowns};
 use crate::hypotheses::search::Mirrored;
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::{Observations, observe_by, origin_ns};
+use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::input::skip::Skip;
 use crate::input::timestamps::{Dejittered, Sampling};
 use crate::models::tried::{Because, Block, ModelTried, Role, SeamModel};
@@ -86,6 +88,8 @@ pub(crate) fn answered(
 fn unsupported(config: &Config, line: &Calibration) -> Option<&'static str> {
     if config.residual == ResidualKind::PointToLine {
         Some("the point-to-line residual knows straight lines only")
+    } else if config.sensor == SensorMode::Free {
+        Some("a curve does not show the sensor's shape: a free one is estimated on straight seams")
     } else if config.at_stops || line.findings.stops.is_some() {
         Some(AT_STOPS)
     } else if !config.hold.is_empty() || !config.drawn_lines.is_empty() {
@@ -168,22 +172,21 @@ fn of_curve(line: &ModelTried, answer: &Answered, because: Because) -> ModelTrie
         robot_lag_s: 0.0,
         log_evidence: answer.curve.log_evidence[0],
         noise_factor: answer.finished.factor,
-        ..line.with(|block| Some(role_beside_curve(block)))
+        ..line.with(|block| Some(role_beside_curve(block, answer)))
     }
 }
 
-fn role_beside_curve(block: Block) -> Role {
-    match block {
-        Block::TimeOffset | Block::HandEye | Block::SeamForm => Role::Estimated,
-        Block::Robot => Role::Considered,
-        Block::Line
-        | Block::Bow
-        | Block::Sensor
-        | Block::Detector
-        | Block::EdgeRadius
-        | Block::PoseLag
-        | Block::Axes => Role::Held,
-    }
+fn role_beside_curve(block: Block, answer: &Answered) -> Role {
+    let of = match block {
+        Block::TimeOffset | Block::HandEye | Block::SeamForm => return Role::Estimated,
+        Block::Line | Block::Bow | Block::PoseLag | Block::Axes => return Role::Held,
+        Block::Robot => ShareOf::Robot,
+        Block::Sensor => ShareOf::Sensor,
+        Block::Detector => ShareOf::Detector,
+        Block::EdgeRadius => ShareOf::EdgeRadius,
+    };
+    let is_considered = |share: &Share| share.of == of && share.columns.ncols() > 0;
+    if answer.shares.iter().any(is_considered) { Role::Considered } else { Role::Held }
 }
 
 /// A scan as an estimate of a curve takes it.
@@ -192,7 +195,7 @@ struct Scan {
     readings: Readings,
     /// Variance of the time offset that the stamps add to it, s².
     stamps_s2: f64,
-    robot: RobotSigmas,
+    levels: SystematicLevels,
 }
 
 impl Scan {
@@ -205,17 +208,25 @@ impl Scan {
             stamp_sigma_s: sampling.stamp_sigma_s(config, dejittered),
             factor: 1.0,
         };
-        let accuracy_m = config.robot_accuracy_m.or(recording.setup.robot_accuracy_m);
         let readings = Readings::of(&observations, noise);
         let stamps_s = sampling.phase_sigma_s(dejittered).hypot(observations.robot.late_sigma_s);
-        let robot = RobotSigmas::of_accuracy(accuracy_m.unwrap_or(ASSUMED_ROBOT_ACCURACY_M));
-        Some(Self { observations, readings, stamps_s2: stamps_s.powi(2), robot })
+        let knowledge = ShapeKnowledge::of(recording, &observations);
+        // What of these a curve does not know it does not say.
+        let of_cell = SystematicLevels::of(recording, config, &knowledge, true);
+        let levels = SystematicLevels { edge_radius_m: 0.0, feature_bias_px: 0.0, ..of_cell };
+        Some(Self { observations, readings, stamps_s2: stamps_s.powi(2), levels })
     }
 
     fn asked<'a>(&'a self, guess: Option<&'a Guess>, config: &'a Config) -> Asked<'a> {
         let (within_s, threads) = (config.offset_search_s, config.threads);
         let search = Search { readings: &self.readings, within_s, guess, threads };
-        Asked { search, robot: self.robot, known: &config.known }
+        Asked { search, errors: self.errors(), known: &config.known }
+    }
+
+    fn errors(&self) -> Errors {
+        let origin_m = self.observations.shape_origin_m.into();
+        let shape = self.levels.held_shape.map(|covariance| ShapeError { covariance, origin_m });
+        Errors { robot: self.levels.robot, shape }
     }
 
     /// The calibration, with what the line's says of the streams.
@@ -264,7 +275,7 @@ impl Scan {
         let mut noise = DMatrix::from_fn(LINES, LINES, |i, j| answer.noise[(i, j)]);
         noise[(TIME_OFFSET, TIME_OFFSET)] += self.stamps_s2;
         let own = |columns: &DMatrix<f64>| columns * columns.transpose();
-        let covariance = &noise + own(&answer.robot) + own(&answer.held);
+        let covariance = answer.shares.iter().fold(noise.clone(), |sum, share| sum + own(&share.columns));
         let of_file = HandEyeOfFile::of(FileFrame::of_estimate(), &parameters, &covariance, &noise);
         Unknowns {
             observability: observability(answer, &parameters),
@@ -338,12 +349,9 @@ impl Scan {
                     if i < LINES && j < LINES { answer.noise[(i, j)] } else { 0.0 }
                 },
             );
-        let share = |of: ShareOf, columns: &DMatrix<f64>| Share {
-            of,
-            columns: columns.clone().resize_vertically(size, 0.0),
-            shape: None,
-        };
-        let levels = findings.checks.seam_error.map_or_else(|| self.levels(), |error| error.levels);
+        let with_line =
+            |share: &Share| Share { columns: share.columns.clone().resize_vertically(size, 0.0), ..share.clone() };
+        let shares: Vec<Share> = answer.shares.iter().map(with_line).collect();
         seam_error::of_shares(
             &self.observations,
             &self.observations.list,
@@ -351,24 +359,11 @@ impl Scan {
             &SharedError {
                 noise: &noise,
                 stamps_variance_s2: self.stamps_s2,
-                shares: &[share(ShareOf::Robot, &answer.robot), share(ShareOf::Held, &answer.held)],
-                levels,
+                shares: &shares,
+                levels: self.levels,
                 speed_m_s: findings.config.used_at.speed_m_s,
             },
         )
-    }
-
-    fn levels(&self) -> crate::assess::systematic::SystematicLevels {
-        crate::assess::systematic::SystematicLevels {
-            robot_accuracy_m: ASSUMED_ROBOT_ACCURACY_M,
-            robot: self.robot,
-            robot_is_stated: false,
-            edge_radius_m: 0.0,
-            edge_is_stated: false,
-            feature_bias_px: 0.0,
-            bias_is_estimated: false,
-            held_shape: None,
-        }
     }
 
     fn checks(
@@ -391,7 +386,7 @@ impl Scan {
             better_without_drawing_m: None,
             cause: None,
             lens: None,
-            robot_taken: self.robot,
+            robot_taken: self.levels.robot,
             robot_seems: None,
             feature_bias: None,
             seam_point_error: None,

@@ -1,8 +1,8 @@
 //! The estimator on scans cast by the simulator: exact data, noise, constant attitude, and each trap with and without its cure.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use crate::assess::robot_field::RobotSigmas;
 use crate::curve::answer::{Answered, Asked, squared_sigmas};
+use crate::curve::considered::Errors;
 use crate::curve::equations::{Known, State, add_prior, add_sights, bends, sights, stepped};
 use crate::curve::fit::{Terms, Weighing};
 use crate::curve::graph::Graph;
@@ -56,7 +56,7 @@ fn readings(recording: &Recording, is_exact: bool) -> (Readings, Guess) {
 fn answered(readings: &Readings) -> Option<Answered> {
     let search = Search { readings, within_s: 0.6, guess: None, threads: 2 };
     let known = KnownOfCell::default();
-    Asked { search, robot: RobotSigmas::default(), known: &known }.answer()
+    Asked { search, errors: Errors::NONE, known: &known }.answer()
 }
 
 /// The state of a scan at the truth, with a curve through its points.
