@@ -17,6 +17,7 @@ use crate::curve::spline::{LEAST_CONTROL, square_to};
 use crate::curved_checks::{ambiguity, observability};
 use crate::error::Error;
 use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Unknowns};
+use crate::hypotheses::drift_and_step::Drift;
 use crate::hypotheses::search::Mirrored;
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::{Observations, observe_by, origin_ns};
@@ -73,6 +74,9 @@ pub(crate) fn answered(
         const WHY: &str = "no curve explains most of the seam points to within half a millimetre";
         return if is_forced { Err(Error::NoCurve { why: WHY }) } else { Ok(line) };
     };
+    let free = scan.asked(guess, config).without_drift(answer, scan.rate_sigma_ppm);
+    let scan = scan.dated(free.readings);
+    let (clock, answer) = (clock(free.drift, free.drifted), free.answer);
     let answer = match &config.seam_cad {
         Some(cad) => scan.asked(guess, config).by_cad(answer, cad)?,
         None => answer,
@@ -81,7 +85,11 @@ pub(crate) fn answered(
     if !is_taken {
         return Ok(with_curve_refused(line, &answer));
     }
-    Ok(scan.calibration(recording, guess, line, &answer))
+    Ok(scan.calibration(recording, guess, (line, clock), &answer))
+}
+
+fn clock(drift: Option<Drift>, drifted: Option<Drift>) -> ClockFindings {
+    ClockFindings { drift, drifted, step: None, stepped: None, noise_factor_without_step: None }
 }
 
 /// What of the options a curve does not know; `None` where it knows all.
@@ -196,6 +204,8 @@ struct Scan {
     /// Variance of the time offset that the stamps add to it, s².
     stamps_s2: f64,
     levels: SystematicLevels,
+    /// How well the rates of the stamps' clocks are known, parts per million.
+    rate_sigma_ppm: f64,
 }
 
 impl Scan {
@@ -214,7 +224,19 @@ impl Scan {
         // What of these a curve does not know it does not say.
         let of_cell = SystematicLevels::of(recording, config, &knowledge, true);
         let levels = SystematicLevels { edge_radius_m: 0.0, feature_bias_px: 0.0, ..of_cell };
-        Some(Self { observations, readings, stamps_s2: stamps_s.powi(2), levels })
+        let rate_sigma_ppm = sampling.rate_sigma_ppm(dejittered);
+        Some(Self { observations, readings, stamps_s2: stamps_s.powi(2), levels, rate_sigma_ppm })
+    }
+
+    /// The same with readings that were dated again, if they were.
+    fn dated(mut self, readings: Option<Readings>) -> Self {
+        if let Some(readings) = readings {
+            for (observation, reading) in self.observations.list.iter_mut().zip(&readings.list) {
+                observation.stamp_s = reading.stamp_s;
+            }
+            self.readings = readings;
+        }
+        self
     }
 
     fn asked<'a>(&'a self, guess: Option<&'a Guess>, config: &'a Config) -> Asked<'a> {
@@ -234,7 +256,7 @@ impl Scan {
         &self,
         recording: &Recording,
         guess: Option<&Guess>,
-        line: Calibration,
+        (line, clock): (Calibration, ClockFindings),
         answer: &Answered,
     ) -> Calibration {
         let mut findings = line.findings;
@@ -257,13 +279,7 @@ impl Scan {
         let is_seen = answer.components.iter().all(|seen| *seen);
         let seam_error = is_seen.then(|| self.seam_error(answer, &findings)).flatten();
         findings.checks = self.checks(answer, guess, &findings, seam_error);
-        findings.clock = ClockFindings {
-            drift: None,
-            drifted: None,
-            step: None,
-            stepped: None,
-            noise_factor_without_step: None,
-        };
+        findings.clock = clock;
         findings.stripes = None;
         findings.models_tried = models(&findings, answer);
         findings.curve = Some(answer.curve.clone());

@@ -13,6 +13,7 @@ pub(crate) mod arrow;
 pub(crate) mod cad;
 pub mod cad_problem;
 pub(crate) mod considered;
+pub(crate) mod drift;
 pub(crate) mod equations;
 pub(crate) mod fit;
 pub(crate) mod graph;

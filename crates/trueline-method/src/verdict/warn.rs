@@ -123,6 +123,7 @@ fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Warning> {
     warnings.extend(weave_m.map(|weave_m| Warning::KnotsNearWeave { spacing_m: curve.spacing_m, weave_m }));
     let share = f.outliers().share();
     warnings.extend((share > MANY_OUTLIERS).then_some(Warning::ManyOutliers { share }));
+    warnings.extend(clock_drift(f));
     warnings.extend(stamps(f));
     warnings
 }
