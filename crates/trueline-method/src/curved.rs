@@ -26,6 +26,7 @@ use crate::input::skip::Skip;
 use crate::input::timestamps::{Dejittered, Sampling};
 use crate::models::tried::{Because, Block, ModelTried, Role, SeamModel};
 use crate::problem::parameters::{LINES, Parameters, TIME_OFFSET};
+use crate::verdict::mistake::others_leave;
 use crate::verdict::{self, Reason};
 use nalgebra::{DMatrix, UnitVector3, Vector2};
 use std::collections::BTreeMap;
@@ -39,6 +40,8 @@ const BOWED_M: f64 = 5e-3;
 const SMALLER: f64 = 0.8;
 /// … or where it explains so much more of the scan: of a corner a line explains one side as well as a curve does.
 const MORE_OF_IT: f64 = 0.15;
+/// A line with residuals so many times as large as those of another is that of a wrong start.
+const BY_FAR: f64 = 3.0;
 /// Why stops are no scan over a curve.
 pub(crate) const AT_STOPS: &str = "the robot stands at each reading";
 /// A curve that became so many times longer or shorter during the fit is none.
@@ -155,8 +158,13 @@ fn is_better(line: &Calibration, answer: &Answered) -> bool {
     let [length_m, before_m] =
         [answer.curve.length_m, answer.curve.collapsed_from_m.unwrap_or(answer.curve.length_m)];
     let is_of_size = length_m.max(before_m) < ANOTHER_SIZE * length_m.min(before_m);
+    let (own, best) = (alone(line), others_leave(&line.findings).fold(f64::INFINITY, f64::min));
+    if BY_FAR * best < own {
+        // The line that a bad guess led to is no measure of a curve: the best line is.
+        return is_of_size && answer.finished.factor < SMALLER * best;
+    }
     let explains_more = line.findings.outliers().share() > answer.share_off() + MORE_OF_IT;
-    is_of_size && (explains_more || answer.finished.factor < SMALLER * alone(line))
+    is_of_size && (explains_more || answer.finished.factor < SMALLER * own)
 }
 
 /// How much larger than expected the residuals of the line are beside noise alone.
