@@ -61,7 +61,9 @@ pub fn calibrate(
         return Err(Error::NoCurve { why: curved::AT_STOPS });
     }
     let guess = guess.map(stops::guess);
-    Ok(over_time(&by_stops, guess.as_ref(), &stops::options(config))?.at_stops(stops))
+    let answer = over_time(&by_stops, guess.as_ref(), &stops::options(config))?.at_stops(stops);
+    let is_line = config.target == Target::Line;
+    Ok(if is_line { answer } else { curved::untried(answer, curved::AT_STOPS) })
 }
 
 /// The same over the time of the recording's stamps.

@@ -62,11 +62,15 @@ pub(crate) fn answered(
         return Ok(line);
     }
     let is_forced = config.target == Target::Curve || config.seam_cad.is_some();
-    let unsupported = unsupported(config, &line);
+    let unused = unused(config);
+    let unsupported = unsupported(config, &line).or(unused.first().map(|(_, why)| *why).filter(|_| is_forced));
     if let (Some(why), true) = (unsupported, is_forced) {
         return Err(Error::NoCurve { why });
     }
-    if unsupported.is_some() || !(is_forced || is_refused(&line) || is_bowed(&line)) {
+    if let Some(why) = unsupported {
+        return Ok(untried(line, why));
+    }
+    if !(is_forced || is_refused(&line) || is_bowed(&line)) {
         return Ok(line);
     }
     let Some(scan) = Scan::of(recording, config) else { return Ok(line) };
@@ -88,11 +92,30 @@ pub(crate) fn answered(
     if !is_taken {
         return Ok(with_curve_refused(line, &answer));
     }
-    Ok(scan.calibration(recording, guess, (line, clock), &answer))
+    let mut answer = scan.calibration(recording, guess, (line, clock), &answer);
+    answer.findings.unused_on_curve = unused.iter().map(|(option, _)| *option).collect();
+    Ok(Calibration { verdict: verdict::of(&answer.findings), ..answer })
 }
 
 fn clock(drift: Option<Drift>, drifted: Option<Drift>) -> ClockFindings {
     ClockFindings { drift, drifted, step: None, stepped: None, noise_factor_without_step: None }
+}
+
+/// The answer of a line with why a curve was not tried, where that is refused by its structure.
+pub(crate) fn untried(line: Calibration, why: &'static str) -> Calibration {
+    if !is_refused(&line) {
+        return line;
+    }
+    let findings = Findings { curve_untried: Some(why), ..line.findings };
+    Calibration { verdict: verdict::of(&findings), findings }
+}
+
+/// Options that have no part in the answer of a curve, with why.
+fn unused(config: &Config) -> Vec<(&'static str, &'static str)> {
+    let waviness = config.waviness_m.filter(|waviness_m| *waviness_m > 0.0);
+    let waviness = waviness.map(|_| ("--waviness-mm", "the scan shows how much a curve bends: leave --waviness-mm out"));
+    let loss = config.loss.map(|_| ("--loss", "a curve has a loss of its own: leave --loss out"));
+    waviness.into_iter().chain(loss).collect()
 }
 
 /// What of the options a curve does not know; `None` where it knows all.
