@@ -2,12 +2,12 @@
 
 use crate::assess::file_frame::{FileFrame, HandEyeOfFile};
 use crate::assess::residuals::{self, FeatureResidual};
-use crate::assess::seam_error::{self, SeamError, Share, ShareOf, SharedError};
+use crate::assess::seam_error::{self, SeamError, Share, SharedError};
 use crate::assess::systematic::SystematicLevels;
 use crate::calibration::Calibration;
 use crate::config::{Config, Measurements, ResidualKind, SensorMode, Target};
 use crate::curve::answer::{Answered, Asked};
-use crate::curve::considered::{Errors, ShapeError};
+use crate::curve::considered::{DetectorError, EdgeError, Errors, ShapeError};
 use crate::curve::fit::{CONVERGED, TUKEY_SIGMAS};
 use crate::curve::readings::Readings;
 use crate::curve::registration::bends_m;
@@ -15,6 +15,7 @@ use crate::curve::sight::{in_base, moving};
 use crate::curve::solve::{READINGS_PER_KNOT, Search};
 use crate::curve::spline::{LEAST_CONTROL, square_to};
 use crate::curved_checks::{ambiguity, observability};
+use crate::curved_models::{models, of_curve};
 use crate::error::Error;
 use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Unknowns};
 use crate::hypotheses::drift_and_step::Drift;
@@ -24,7 +25,7 @@ use crate::input::observations::{Observations, observe_by, origin_ns};
 use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::input::skip::Skip;
 use crate::input::timestamps::{Dejittered, Sampling};
-use crate::models::tried::{Because, Block, ModelTried, Role, SeamModel};
+use crate::models::tried::Because;
 use crate::problem::parameters::{LINES, Parameters, TIME_OFFSET};
 use crate::verdict::mistake::others_leave;
 use crate::verdict::{self, Reason};
@@ -204,30 +205,6 @@ fn with_curve_refused(mut line: Calibration, answer: &Answered) -> Calibration {
     line
 }
 
-fn of_curve(line: &ModelTried, answer: &Answered, because: Because) -> ModelTried {
-    ModelTried {
-        because,
-        target: SeamModel::Curve,
-        robot_lag_s: 0.0,
-        log_evidence: answer.curve.log_evidence[0],
-        noise_factor: answer.finished.factor,
-        ..line.with(|block| Some(role_beside_curve(block, answer)))
-    }
-}
-
-fn role_beside_curve(block: Block, answer: &Answered) -> Role {
-    let of = match block {
-        Block::TimeOffset | Block::HandEye | Block::SeamForm => return Role::Estimated,
-        Block::Line | Block::Bow | Block::PoseLag | Block::Axes => return Role::Held,
-        Block::Robot => ShareOf::Robot,
-        Block::Sensor => ShareOf::Sensor,
-        Block::Detector => ShareOf::Detector,
-        Block::EdgeRadius => ShareOf::EdgeRadius,
-    };
-    let is_considered = |share: &Share| share.of == of && share.columns.ncols() > 0;
-    if answer.shares.iter().any(is_considered) { Role::Considered } else { Role::Held }
-}
-
 /// A scan as an estimate of a curve takes it.
 struct Scan {
     observations: Observations,
@@ -252,9 +229,7 @@ impl Scan {
         let readings = Readings::of(&observations, noise);
         let stamps_s = sampling.phase_sigma_s(dejittered).hypot(observations.robot.late_sigma_s);
         let knowledge = ShapeKnowledge::of(recording, &observations);
-        // What of these a curve does not know it does not say.
-        let of_cell = SystematicLevels::of(recording, config, &knowledge, true);
-        let levels = SystematicLevels { edge_radius_m: 0.0, feature_bias_px: 0.0, ..of_cell };
+        let levels = SystematicLevels::of(recording, config, &knowledge, true);
         let rate_sigma_ppm = sampling.rate_sigma_ppm(dejittered);
         Some(Self { observations, readings, stamps_s2: stamps_s.powi(2), levels, rate_sigma_ppm })
     }
@@ -276,10 +251,13 @@ impl Scan {
         Asked { search, errors: self.errors(), known: &config.known }
     }
 
-    fn errors(&self) -> Errors {
+    fn errors(&self) -> Errors<'_> {
         let origin_m = self.observations.shape_origin_m.into();
         let shape = self.levels.held_shape.map(|covariance| ShapeError { covariance, origin_m });
-        Errors { robot: self.levels.robot, shape }
+        let SystematicLevels { robot, edge_radius_m, feature_bias_px: px, .. } = self.levels;
+        let edge = EdgeError { radius_m: edge_radius_m, from_origin: self.observations.are_pixels };
+        let detector = DetectorError { px, observations: &self.observations };
+        Errors { robot, shape, edge, detector: (px > 0.0).then_some(detector) }
     }
 
     /// The calibration, with what the line's says of the streams.
@@ -439,20 +417,4 @@ impl Scan {
             seam_point_error: None,
         }
     }
-}
-
-fn models(findings: &Findings, answer: &Answered) -> Vec<ModelTried> {
-    let lines = findings.models_tried.iter();
-    let mut lines: Vec<ModelTried> = lines
-        .map(|line| {
-            let because = if line.because.is_taken() { Because::LineRefused } else { line.because };
-            ModelTried { because, ..line.clone() }
-        })
-        .collect();
-    if let Some(first) = lines.first_mut() {
-        first.log_evidence = answer.curve.log_evidence[1];
-        let curve = of_curve(first, answer, Because::CurveExplains);
-        lines.insert(0, curve);
-    }
-    lines
 }

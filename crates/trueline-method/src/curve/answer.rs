@@ -82,7 +82,7 @@ pub(crate) struct Asked<'a> {
     /// The search.
     pub search: Search<'a>,
     /// What is considered beside noise.
-    pub errors: Errors,
+    pub errors: Errors<'a>,
     /// What is known of the cell.
     pub known: &'a KnownOfCell,
 }
@@ -316,6 +316,8 @@ fn estimate(
     let length_m = spline.length_m();
     let count = ((length_m / POINTS.0).ceil() as usize).clamp(2, POINTS.1);
     let inverse = finished.root.inverse() * finished.variance;
+    // The curve is that of the points that are seen, whatever the radius of their edge.
+    let of_curve = || shares.iter().filter(|share| share.of != ShareOf::EdgeRadius);
     let (mut points_m, mut sigma_m) = (Vec::new(), Vec::new());
     for k in 0..=count {
         let basis = spline.basis(spline.span_m() * k as f64 / count as f64);
@@ -325,7 +327,7 @@ fn estimate(
             for (i, a) in weights {
                 for (j, b) in weights {
                     let own = |share: &Share| share.columns.row(*i).dot(&share.columns.row(*j));
-                    variance += a * b * (inverse[(*i, *j)] + shares.iter().map(own).sum::<f64>());
+                    variance += a * b * (inverse[(*i, *j)] + of_curve().map(own).sum::<f64>());
                 }
             }
         }
