@@ -21,6 +21,9 @@ const NOTHING: f64 = 0.1;
 /// An offset of which the other unknowns leave less than this part does not show its drift.
 const LEAST_LEFT: f64 = 1e-6;
 
+/// Beside what robot, sensor and detector may be off a drift is one from this many standard deviations on: their sizes are no chance from scan to scan.
+const BESIDE_ERRORS: f64 = 3.0;
+
 /// An answer whose time offset does not drift.
 pub(crate) struct DriftFree {
     /// The answer.
@@ -36,6 +39,8 @@ pub(crate) struct DriftFree {
 /// An estimate of the drift.
 struct Estimate {
     drift: Drift,
+    /// Its standard deviation by noise alone, parts per million.
+    by_noise_ppm: f64,
     /// How far the answer moves with an error of the drift of one standard deviation.
     moves: SMatrix<f64, SHARED, 1>,
 }
@@ -49,9 +54,14 @@ impl Asked<'_> {
             estimate(readings, finished, &self.errors.at(readings, &finished.fitted))
         };
         let with_rates = |d: Drift| Drift { sigma_ppm: d.sigma_ppm.hypot(rate_sigma_ppm), ..d };
+        let is_shown_by = |drift: &Drift, by_noise_ppm: f64| {
+            let by_noise = with_rates(Drift { sigma_ppm: by_noise_ppm, ..*drift });
+            is_significant(&by_noise) && drift.ppm.abs() > BESIDE_ERRORS * drift.sigma_ppm
+        };
         let first = is_shown.then(|| estimate(self.search.readings, &answer.finished)).flatten();
         let drift = first.as_ref().map(|first| with_rates(first.drift));
-        if !drift.as_ref().is_some_and(is_significant) {
+        let shown = drift.zip(first.as_ref()).filter(|(drift, first)| is_shown_by(drift, first.by_noise_ppm));
+        if shown.is_none() {
             return DriftFree { answer, readings: None, drift, drifted: None };
         }
         let mut readings = self.search.readings.clone();
@@ -76,7 +86,7 @@ impl Asked<'_> {
         };
         let ppm = (1.0 / (kept * (1.0 - left.drift.ppm * 1e-6)) - 1.0) * 1e6;
         let drifted = with_rates(Drift { ppm, ..left.drift });
-        if !is_significant(&drifted) {
+        if !is_shown_by(&drifted, left.by_noise_ppm) {
             return DriftFree { answer, readings: None, drift: Some(drifted), drifted: None };
         }
         let search = Search { readings: &readings, ..self.search };
@@ -108,11 +118,13 @@ fn estimate(readings: &Readings, finished: &Finished, considered: &[Considered])
         score += fitted.weights[k] * alone.dot(&(fitted.whiteners[k] * seen.residual));
         information += fitted.weights[k] * alone.dot(&by);
     }
-    let before: f64 = all.iter().zip(&readings.list).map(|(own, r)| own * (r.stamp_s - about_s).powi(2)).sum();
+    let before: f64 =
+        all.iter().zip(&readings.list).map(|(own, r)| own * (r.stamp_s - about_s).powi(2)).sum();
     if information.is_nan() || information <= LEAST_LEFT * before {
         return None;
     }
-    let mut variance = finished.variance / information;
+    let by_noise = finished.variance / information;
+    let mut variance = by_noise;
     for one in considered {
         let mut sums = vec![0.0; one.moves.errors];
         for (k, moved) in &one.moves.readings {
@@ -127,7 +139,7 @@ fn estimate(readings: &Readings, finished: &Finished, considered: &[Considered])
     let drift = Drift { ppm: score / information * 1e6, sigma_ppm: variance.sqrt() * 1e6, about_s };
     let shared = beside.moved.len() - SHARED;
     let moves = SMatrix::<f64, 7, 1>::from_fn(|k, _| -beside.moved[shared + k] * variance.sqrt());
-    Some(Estimate { drift, moves })
+    Some(Estimate { drift, by_noise_ppm: by_noise.sqrt() * 1e6, moves })
 }
 
 /// The rate beside the other unknowns.
