@@ -64,7 +64,8 @@ pub(crate) fn answered(
     }
     let is_forced = config.target == Target::Curve || config.seam_cad.is_some();
     let unused = unused(config);
-    let unsupported = unsupported(config, &line).or(unused.first().map(|(_, why)| *why).filter(|_| is_forced));
+    let unsupported =
+        unsupported(config, &line).or(unused.first().map(|(_, why)| *why).filter(|_| is_forced));
     if let (Some(why), true) = (unsupported, is_forced) {
         return Err(Error::NoCurve { why });
     }
@@ -114,7 +115,8 @@ pub(crate) fn untried(line: Calibration, why: &'static str) -> Calibration {
 /// Options that have no part in the answer of a curve, with why.
 fn unused(config: &Config) -> Vec<(&'static str, &'static str)> {
     let waviness = config.waviness_m.filter(|waviness_m| *waviness_m > 0.0);
-    let waviness = waviness.map(|_| ("--waviness-mm", "the scan shows how much a curve bends: leave --waviness-mm out"));
+    let waviness =
+        waviness.map(|_| ("--waviness-mm", "the scan shows how much a curve bends: leave --waviness-mm out"));
     let loss = config.loss.map(|_| ("--loss", "a curve has a loss of its own: leave --loss out"));
     waviness.into_iter().chain(loss).collect()
 }
@@ -374,8 +376,10 @@ impl Scan {
                     if i < LINES && j < LINES { answer.noise[(i, j)] } else { 0.0 }
                 },
             );
-        let with_line =
-            |share: &Share| Share { columns: share.columns.clone().resize_vertically(size, 0.0), ..share.clone() };
+        let with_line = |share: &Share| Share {
+            columns: share.columns.clone().resize_vertically(size, 0.0),
+            ..share.clone()
+        };
         let shares: Vec<Share> = answer.shares.iter().map(with_line).collect();
         seam_error::of_shares(
             &self.observations,

@@ -19,11 +19,16 @@ fn scanned(kind: CurveKind) -> (Recording, Guess) {
 fn a_bad_guess_makes_no_curve_of_a_straight_seam() {
     let (recording, _) = scanned(CurveKind::Straight);
     let turn = so3::exp(&Vector3::new(std::f64::consts::PI, 0.0, 0.0));
-    let far = Guess { time_offset_s: 2.5, tool_from_camera: se3::from_parts(turn, Vector3::new(0.9, 0.9, -0.9)) };
+    let far =
+        Guess { time_offset_s: 2.5, tool_from_camera: se3::from_parts(turn, Vector3::new(0.9, 0.9, -0.9)) };
     let config = Config { threads: 2, ..Config::default() };
     let answer = calibrate(&recording, Some(&far), &config).unwrap();
     assert!(answer.findings.curve.is_none(), "{:?}", answer.reasons());
-    assert!(answer.reasons().iter().any(|reason| matches!(reason, Reason::WorseMinimum { .. })), "{:?}", answer.reasons());
+    assert!(
+        answer.reasons().iter().any(|reason| matches!(reason, Reason::WorseMinimum { .. })),
+        "{:?}",
+        answer.reasons()
+    );
 }
 
 #[test]

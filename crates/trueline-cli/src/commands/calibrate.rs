@@ -198,7 +198,9 @@ fn with_written_sensor(
 /// A curve does not show the shape of the sensor.
 fn of_curve(option: &str) -> Failure {
     Failure::new(
-        format!("`{option}`: a curved seam does not show the sensor's shape, which is taken as its file says"),
+        format!(
+            "`{option}`: a curved seam does not show the sensor's shape, which is taken as its file says"
+        ),
         "scan a straight seam to correct the sensor",
     )
 }

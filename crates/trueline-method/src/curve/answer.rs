@@ -305,12 +305,7 @@ fn time_alone(finished: &Finished) -> (SMatrix<f64, SHARED, SHARED>, DMatrix<f64
     (noise, held)
 }
 
-fn estimate(
-    finished: &Finished,
-    shares: &[Share],
-    course: &Course,
-    is_near_weave: bool,
-) -> CurveEstimate {
+fn estimate(finished: &Finished, shares: &[Share], course: &Course, is_near_weave: bool) -> CurveEstimate {
     let state = &finished.fitted.state;
     let spline = &state.spline;
     let length_m = spline.length_m();

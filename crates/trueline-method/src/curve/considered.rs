@@ -76,13 +76,12 @@ impl Considered {
 impl Errors<'_> {
     /// Noise alone.
     #[cfg(test)]
-    pub(crate) const NONE: Self =
-        Self {
-            robot: RobotSigmas { position_m: 0.0, attitude_rad: 0.0 },
-            shape: None,
-            edge: EdgeError { radius_m: 0.0, from_origin: false },
-            detector: None,
-        };
+    pub(crate) const NONE: Self = Self {
+        robot: RobotSigmas { position_m: 0.0, attitude_rad: 0.0 },
+        shape: None,
+        edge: EdgeError { radius_m: 0.0, from_origin: false },
+        detector: None,
+    };
 
     /// All of them at a fit.
     #[must_use]

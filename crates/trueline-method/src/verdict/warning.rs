@@ -4,11 +4,11 @@ use super::quantity::{Axis, MM_PER_M, Quantity};
 use super::sensor_words::sensor_off;
 use super::stream_name::StreamName;
 use super::warning_words::{
-    CURVE_FROM_ONE_PASS, curve_untried, unused_on_curve, axis_not_shown, clock_drift, clock_step, coarse_stamps, decided_by_user,
-    drawn_line_not_needed, feature_bias, held_at_guess, knots_near_weave, left_out, lens_off, likely_cause,
-    misfit, moves, other_line, poorly_known, repeated_robot_stamps, robot_moves, robot_samples_missing,
-    robot_worse, stamp_steps, stripe_noise, stripes_disagree, stripes_stamped_apart, structured,
-    unusual_noise, wavy_seam, widened,
+    CURVE_FROM_ONE_PASS, axis_not_shown, clock_drift, clock_step, coarse_stamps, curve_untried,
+    decided_by_user, drawn_line_not_needed, feature_bias, held_at_guess, knots_near_weave, left_out,
+    lens_off, likely_cause, misfit, moves, other_line, poorly_known, repeated_robot_stamps, robot_moves,
+    robot_samples_missing, robot_worse, stamp_steps, stripe_noise, stripes_disagree, stripes_stamped_apart,
+    structured, unused_on_curve, unusual_noise, wavy_seam, widened,
 };
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::instead_of_sensor::InsteadOfSensor;

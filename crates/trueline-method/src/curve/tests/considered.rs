@@ -28,7 +28,8 @@ fn a_sensor_that_is_off_moves_the_answer_as_its_column_says() {
     let places = || readings.list.iter().map(|reading| reading.in_sheet);
     let origin_m = places().sum::<Vector2<f64>>() / readings.list.len() as f64;
     let sigmas = SVector::<f64, 5>::from([1e-3, 1e-3, 1e-3, 0.03, 0.03]);
-    let shape = Some(ShapeError { covariance: nalgebra::Matrix5::from_diagonal(&sigmas.map(|s| s * s)), origin_m });
+    let shape =
+        Some(ShapeError { covariance: nalgebra::Matrix5::from_diagonal(&sigmas.map(|s| s * s)), origin_m });
     let exact = answered_with(&readings, &truth, Errors { shape, ..Errors::NONE });
     let expected = columns(&exact, ShareOf::Sensor);
     let moved_by = |answer: &Answered| step_between(&exact.at(), &answer.at());
@@ -46,7 +47,8 @@ fn a_sensor_that_is_off_moves_the_answer_as_its_column_says() {
         let expected = expected.column(error);
         // The curve's stiffness is that of other readings, and the linear part that of an exact scan: a third of the largest of each kind.
         for (from, count) in [(0, 1), (1, 3), (4, 3)] {
-            let of = |v: &dyn Fn(usize) -> f64| (from..from + count).map(|k| v(k).powi(2)).sum::<f64>().sqrt();
+            let of =
+                |v: &dyn Fn(usize) -> f64| (from..from + count).map(|k| v(k).powi(2)).sum::<f64>().sqrt();
             let (size, off) = (of(&|k| expected[k]), of(&|k| moved[k] - expected[k]));
             let least = [1e-5, 1e-5, 5e-6][usize::from(from > 0) + usize::from(from > 3)];
             assert!(off < 0.33 * size + least, "{error} {from}: {moved} {expected}");
