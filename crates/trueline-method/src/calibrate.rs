@@ -11,7 +11,7 @@ use crate::axes::estimate::calibrated;
 use crate::calibration::Calibration;
 use crate::conclude::conclude;
 use crate::concluded::Concluded;
-use crate::config::{ASSUMED_EDGE_RADIUS_M, ASSUMED_ROBOT_ACCURACY_M, Config, Hold, SensorMode, Target};
+use crate::config::{Config, Hold, SensorMode, Target};
 use crate::curve::cad::checked;
 use crate::curved;
 use crate::error::Error;
@@ -80,7 +80,9 @@ pub(crate) fn estimate(
         return Err(Error::NoCurve { why: curved::AT_STOPS });
     }
     let guess = guess.map(stops::guess);
-    Ok(over_time(&by_stops, guess.as_ref(), &stops::options(config))?.at_stops(stops))
+    let answer = over_time(&by_stops, guess.as_ref(), &stops::options(config))?.at_stops(stops);
+    let is_line = config.target == Target::Line;
+    Ok(if is_line { answer } else { curved::untried(answer, curved::AT_STOPS) })
 }
 
 /// The same in a cell with external axes. Where the robot stands at each reading nobody recognises it: the axes may move.
@@ -168,7 +170,7 @@ fn with_stated_lens(
         let halves = halves(&drift_free, recording, sampling.robot_times_s(stamped.dejittered));
         assess_identifiability(&drift_free, &settings, guess, found.mirrored, halves.as_ref())?
     };
-    let levels = systematic_levels(recording, &settings, &knowledge);
+    let levels = SystematicLevels::of(recording, config, &knowledge, settings.shape_prior.is_none());
     let assessed = Assessed { drift_free: DriftFree { fit, ..drift_free }, information, observability };
     let (unbiased, seems) = alone(assessed, recording, &settings, &levels)?;
     let levels = unbiased.levels(levels);
@@ -242,40 +244,6 @@ fn robot_seems(unbiased: &Unbiased, settings: &FitSettings<'_>, taken: RobotSigm
     }
     let problem = fit.problem(&assessed.drift_free.observations, settings.config);
     robot_accuracy::shown(&problem, fit.parameters(), assessed.information.covariance_root(), taken)
-}
-
-/// Assumed size of the systematic errors.
-fn systematic_levels(
-    recording: &Recording,
-    settings: &FitSettings<'_>,
-    knowledge: &ShapeKnowledge,
-) -> SystematicLevels {
-    let config = settings.config;
-    let stated = recording.setup.robot_accuracy_m;
-    // A sensor that is held is still only as good as in its file, or as such sensors are.
-    let is_held = settings.shape_prior.is_none();
-    let is_doubted = knowledge.stated || config.sensor != SensorMode::Fixed;
-    let robot_accuracy_m = config.robot_accuracy_m.or(stated).unwrap_or(ASSUMED_ROBOT_ACCURACY_M);
-    let edge_radius_m = config.edge_radius_m.or(recording.setup.edge_radius_m);
-    SystematicLevels {
-        robot_accuracy_m,
-        robot: if config.used_at.by_another_robot {
-            RobotSigmas::for_another(robot_accuracy_m)
-        } else {
-            RobotSigmas::of_accuracy(robot_accuracy_m)
-        },
-        robot_is_stated: config.robot_accuracy_m.or(stated).is_some(),
-        // Where two fitted lines cross, no edge is seen.
-        edge_radius_m: edge_radius_m.unwrap_or(if recording.stripes.is_empty() {
-            ASSUMED_EDGE_RADIUS_M
-        } else {
-            0.0
-        }),
-        edge_is_stated: edge_radius_m.is_some(),
-        feature_bias_px: config.feature_bias_px,
-        bias_is_estimated: false,
-        held_shape: (is_held && is_doubted).then_some(knowledge.covariance),
-    }
 }
 
 fn check_overlap(observations: &Observations, config: &Config) -> Result<(), Error> {

@@ -85,6 +85,8 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         streams,
         stripes: None,
         curve: None,
+        curve_untried: None,
+        unused_on_curve: Vec::new(),
         axes: axes::of_all(from.recording, &[], None),
         stops: config.at_stops.then_some(Stops::Stated),
         sensor_of_its_own_scan: false,

@@ -2,11 +2,12 @@
 
 use crate::assess::file_frame::{FileFrame, HandEyeOfFile};
 use crate::assess::residuals::{self, FeatureResidual};
-use crate::assess::robot_field::RobotSigmas;
-use crate::assess::seam_error::{self, SeamError, Share, ShareOf, SharedError};
+use crate::assess::seam_error::{self, SeamError, Share, SharedError};
+use crate::assess::systematic::SystematicLevels;
 use crate::calibration::Calibration;
-use crate::config::{ASSUMED_ROBOT_ACCURACY_M, Config, Measurements, ResidualKind, Target};
+use crate::config::{Config, Measurements, ResidualKind, SensorMode, Target};
 use crate::curve::answer::{Answered, Asked};
+use crate::curve::considered::{DetectorError, EdgeError, Errors, ShapeError};
 use crate::curve::fit::{CONVERGED, TUKEY_SIGMAS};
 use crate::curve::readings::Readings;
 use crate::curve::registration::bends_m;
@@ -14,15 +15,19 @@ use crate::curve::sight::{in_base, moving};
 use crate::curve::solve::{READINGS_PER_KNOT, Search};
 use crate::curve::spline::{LEAST_CONTROL, square_to};
 use crate::curved_checks::{ambiguity, observability};
+use crate::curved_models::{models, of_curve};
 use crate::error::Error;
 use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Unknowns};
+use crate::hypotheses::drift_and_step::Drift;
 use crate::hypotheses::search::Mirrored;
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::{Observations, observe_by, origin_ns};
+use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::input::skip::Skip;
 use crate::input::timestamps::{Dejittered, Sampling};
-use crate::models::tried::{Because, Block, ModelTried, Role, SeamModel};
+use crate::models::tried::Because;
 use crate::problem::parameters::{LINES, Parameters, TIME_OFFSET};
+use crate::verdict::mistake::others_leave;
 use crate::verdict::{self, Reason};
 use nalgebra::{DMatrix, UnitVector3, Vector2};
 use std::collections::BTreeMap;
@@ -36,6 +41,8 @@ const BOWED_M: f64 = 5e-3;
 const SMALLER: f64 = 0.8;
 /// … or where it explains so much more of the scan: of a corner a line explains one side as well as a curve does.
 const MORE_OF_IT: f64 = 0.15;
+/// A line with residuals so many times as large as those of another is that of a wrong start.
+const BY_FAR: f64 = 3.0;
 /// Why stops are no scan over a curve.
 pub(crate) const AT_STOPS: &str = "the robot stands still at each reading";
 /// A curve that became this many times longer or shorter during the fit is rejected.
@@ -56,11 +63,16 @@ pub(crate) fn answered(
         return Ok(line);
     }
     let is_forced = config.target == Target::Curve || config.seam_cad.is_some();
-    let unsupported = unsupported(config, &line);
+    let unused = unused(config);
+    let unsupported =
+        unsupported(config, &line).or(unused.first().map(|(_, why)| *why).filter(|_| is_forced));
     if let (Some(why), true) = (unsupported, is_forced) {
         return Err(Error::NoCurve { why });
     }
-    if unsupported.is_some() || !(is_forced || is_refused(&line) || is_bowed(&line)) {
+    if let Some(why) = unsupported {
+        return Ok(untried(line, why));
+    }
+    if !(is_forced || is_refused(&line) || is_bowed(&line)) {
         return Ok(line);
     }
     let Some(scan) = Scan::of(recording, config) else { return Ok(line) };
@@ -72,6 +84,9 @@ pub(crate) fn answered(
         const WHY: &str = "no curve explains most of the seam points to within half a millimetre";
         return if is_forced { Err(Error::NoCurve { why: WHY }) } else { Ok(line) };
     };
+    let free = scan.asked(guess, config).without_drift(answer, scan.rate_sigma_ppm);
+    let scan = scan.dated(free.readings);
+    let (clock, answer) = (clock(free.drift, free.drifted), free.answer);
     let answer = match &config.seam_cad {
         Some(cad) => scan.asked(guess, config).by_cad(answer, cad)?,
         None => answer,
@@ -80,13 +95,39 @@ pub(crate) fn answered(
     if !is_taken {
         return Ok(with_curve_refused(line, &answer));
     }
-    Ok(scan.calibration(recording, guess, line, &answer))
+    let mut answer = scan.calibration(recording, guess, (line, clock), &answer);
+    answer.findings.unused_on_curve = unused.iter().map(|(option, _)| *option).collect();
+    Ok(Calibration { verdict: verdict::of(&answer.findings), ..answer })
+}
+
+fn clock(drift: Option<Drift>, drifted: Option<Drift>) -> ClockFindings {
+    ClockFindings { drift, drifted, step: None, stepped: None, noise_factor_without_step: None }
+}
+
+/// The answer of a line with why a curve was not tried, where that is refused by its structure.
+pub(crate) fn untried(line: Calibration, why: &'static str) -> Calibration {
+    if !is_refused(&line) {
+        return line;
+    }
+    let findings = Findings { curve_untried: Some(why), ..line.findings };
+    Calibration { verdict: verdict::of(&findings), findings }
+}
+
+/// Options that have no part in the answer of a curve, with why.
+fn unused(config: &Config) -> Vec<(&'static str, &'static str)> {
+    let waviness = config.waviness_m.filter(|waviness_m| *waviness_m > 0.0);
+    let waviness =
+        waviness.map(|_| ("--waviness-mm", "the scan shows how much a curve bends: leave --waviness-mm out"));
+    let loss = config.loss.map(|_| ("--loss", "a curve has a loss of its own: leave --loss out"));
+    waviness.into_iter().chain(loss).collect()
 }
 
 /// First option that a curve does not support; `None` if all are supported.
 fn unsupported(config: &Config, line: &Calibration) -> Option<&'static str> {
     if config.residual == ResidualKind::PointToLine {
         Some("the point-to-line residual supports straight lines only")
+    } else if config.sensor == SensorMode::Free {
+        Some("a curve does not show the sensor's shape: a free one is estimated on straight seams")
     } else if config.at_stops || line.findings.stops.is_some() {
         Some(AT_STOPS)
     } else if !config.hold.is_empty() || !config.drawn_lines.is_empty() {
@@ -144,8 +185,13 @@ fn is_better(line: &Calibration, answer: &Answered) -> bool {
     let [length_m, before_m] =
         [answer.curve.length_m, answer.curve.collapsed_from_m.unwrap_or(answer.curve.length_m)];
     let is_of_size = length_m.max(before_m) < ANOTHER_SIZE * length_m.min(before_m);
+    let (own, best) = (alone(line), others_leave(&line.findings).fold(f64::INFINITY, f64::min));
+    if BY_FAR * best < own {
+        // The line that a bad guess led to is no measure of a curve: the best line is.
+        return is_of_size && answer.finished.factor < SMALLER * best;
+    }
     let explains_more = line.findings.outliers().share() > answer.share_off() + MORE_OF_IT;
-    is_of_size && (explains_more || answer.finished.factor < SMALLER * alone(line))
+    is_of_size && (explains_more || answer.finished.factor < SMALLER * own)
 }
 
 /// Noise factor of the line's residuals.
@@ -162,38 +208,15 @@ fn with_curve_refused(mut line: Calibration, answer: &Answered) -> Calibration {
     line
 }
 
-fn of_curve(line: &ModelTried, answer: &Answered, because: Because) -> ModelTried {
-    ModelTried {
-        because,
-        target: SeamModel::Curve,
-        robot_lag_s: 0.0,
-        log_evidence: answer.curve.log_evidence[0],
-        noise_factor: answer.finished.factor,
-        ..line.with(|block| Some(role_beside_curve(block)))
-    }
-}
-
-fn role_beside_curve(block: Block) -> Role {
-    match block {
-        Block::TimeOffset | Block::HandEye | Block::SeamForm => Role::Estimated,
-        Block::Robot => Role::Considered,
-        Block::Line
-        | Block::Bow
-        | Block::Sensor
-        | Block::Detector
-        | Block::EdgeRadius
-        | Block::PoseLag
-        | Block::Axes => Role::Held,
-    }
-}
-
 /// A scan as an estimate of a curve takes it.
 struct Scan {
     observations: Observations,
     readings: Readings,
     /// Variance of the time offset that the stamps add to it, s².
     stamps_s2: f64,
-    robot: RobotSigmas,
+    levels: SystematicLevels,
+    /// How well the rates of the stamps' clocks are known, parts per million.
+    rate_sigma_ppm: f64,
 }
 
 impl Scan {
@@ -206,17 +229,45 @@ impl Scan {
             stamp_sigma_s: sampling.stamp_sigma_s(config, dejittered),
             factor: 1.0,
         };
-        let accuracy_m = config.robot_accuracy_m.or(recording.setup.robot_accuracy_m);
         let readings = Readings::of(&observations, noise);
         let stamps_s = sampling.phase_sigma_s(dejittered).hypot(observations.robot.late_sigma_s);
-        let robot = RobotSigmas::of_accuracy(accuracy_m.unwrap_or(ASSUMED_ROBOT_ACCURACY_M));
-        Some(Self { observations, readings, stamps_s2: stamps_s.powi(2), robot })
+        let knowledge = ShapeKnowledge::of(recording, &observations);
+        let levels = SystematicLevels::of(recording, config, &knowledge, true);
+        // Over a line what is assumed is estimated too, and hardly widens the ±. A curve only considers it: there nothing is assumed that nobody states.
+        let is_stated = config.feature_bias_px != Config::default().feature_bias_px;
+        let levels = SystematicLevels {
+            held_shape: levels.held_shape.filter(|_| knowledge.stated),
+            feature_bias_px: if is_stated { levels.feature_bias_px } else { 0.0 },
+            ..levels
+        };
+        let rate_sigma_ppm = sampling.rate_sigma_ppm(dejittered);
+        Some(Self { observations, readings, stamps_s2: stamps_s.powi(2), levels, rate_sigma_ppm })
+    }
+
+    /// The same with readings that were dated again, if they were.
+    fn dated(mut self, readings: Option<Readings>) -> Self {
+        if let Some(readings) = readings {
+            for (observation, reading) in self.observations.list.iter_mut().zip(&readings.list) {
+                observation.stamp_s = reading.stamp_s;
+            }
+            self.readings = readings;
+        }
+        self
     }
 
     fn asked<'a>(&'a self, guess: Option<&'a Guess>, config: &'a Config) -> Asked<'a> {
         let (within_s, threads) = (config.offset_search_s, config.threads);
         let search = Search { readings: &self.readings, within_s, guess, threads };
-        Asked { search, robot: self.robot, known: &config.known }
+        Asked { search, errors: self.errors(), known: &config.known }
+    }
+
+    fn errors(&self) -> Errors<'_> {
+        let origin_m = self.observations.shape_origin_m.into();
+        let shape = self.levels.held_shape.map(|covariance| ShapeError { covariance, origin_m });
+        let SystematicLevels { robot, edge_radius_m, feature_bias_px: px, .. } = self.levels;
+        let edge = EdgeError { radius_m: edge_radius_m, from_origin: self.observations.are_pixels };
+        let detector = DetectorError { px, observations: &self.observations };
+        Errors { robot, shape, edge, detector: (px > 0.0).then_some(detector) }
     }
 
     /// The calibration, with the streams of the line's calibration.
@@ -224,7 +275,7 @@ impl Scan {
         &self,
         recording: &Recording,
         guess: Option<&Guess>,
-        line: Calibration,
+        (line, clock): (Calibration, ClockFindings),
         answer: &Answered,
     ) -> Calibration {
         let mut findings = line.findings;
@@ -247,13 +298,7 @@ impl Scan {
         let is_seen = answer.components.iter().all(|seen| *seen);
         let seam_error = is_seen.then(|| self.seam_error(answer, &findings)).flatten();
         findings.checks = self.checks(answer, guess, &findings, seam_error);
-        findings.clock = ClockFindings {
-            drift: None,
-            drifted: None,
-            step: None,
-            stepped: None,
-            noise_factor_without_step: None,
-        };
+        findings.clock = clock;
         findings.stripes = None;
         findings.models_tried = models(&findings, answer);
         findings.curve = Some(answer.curve.clone());
@@ -265,7 +310,7 @@ impl Scan {
         let mut noise = DMatrix::from_fn(LINES, LINES, |i, j| answer.noise[(i, j)]);
         noise[(TIME_OFFSET, TIME_OFFSET)] += self.stamps_s2;
         let own = |columns: &DMatrix<f64>| columns * columns.transpose();
-        let covariance = &noise + own(&answer.robot) + own(&answer.held);
+        let covariance = answer.shares.iter().fold(noise.clone(), |sum, share| sum + own(&share.columns));
         let of_file = HandEyeOfFile::of(FileFrame::of_estimate(), &parameters, &covariance, &noise);
         Unknowns {
             observability: observability(answer, &parameters),
@@ -339,12 +384,11 @@ impl Scan {
                     if i < LINES && j < LINES { answer.noise[(i, j)] } else { 0.0 }
                 },
             );
-        let share = |of: ShareOf, columns: &DMatrix<f64>| Share {
-            of,
-            columns: columns.clone().resize_vertically(size, 0.0),
-            shape: None,
+        let with_line = |share: &Share| Share {
+            columns: share.columns.clone().resize_vertically(size, 0.0),
+            ..share.clone()
         };
-        let levels = findings.checks.seam_error.map_or_else(|| self.levels(), |error| error.levels);
+        let shares: Vec<Share> = answer.shares.iter().map(with_line).collect();
         seam_error::of_shares(
             &self.observations,
             &self.observations.list,
@@ -352,24 +396,11 @@ impl Scan {
             &SharedError {
                 noise: &noise,
                 stamps_variance_s2: self.stamps_s2,
-                shares: &[share(ShareOf::Robot, &answer.robot), share(ShareOf::Held, &answer.held)],
-                levels,
+                shares: &shares,
+                levels: self.levels,
                 speed_m_s: findings.config.used_at.speed_m_s,
             },
         )
-    }
-
-    fn levels(&self) -> crate::assess::systematic::SystematicLevels {
-        crate::assess::systematic::SystematicLevels {
-            robot_accuracy_m: ASSUMED_ROBOT_ACCURACY_M,
-            robot: self.robot,
-            robot_is_stated: false,
-            edge_radius_m: 0.0,
-            edge_is_stated: false,
-            feature_bias_px: 0.0,
-            bias_is_estimated: false,
-            held_shape: None,
-        }
     }
 
     fn checks(
@@ -392,26 +423,10 @@ impl Scan {
             better_without_drawing_m: None,
             cause: None,
             lens: None,
-            robot_taken: self.robot,
+            robot_taken: self.levels.robot,
             robot_seems: None,
             feature_bias: None,
             seam_point_error: None,
         }
     }
-}
-
-fn models(findings: &Findings, answer: &Answered) -> Vec<ModelTried> {
-    let lines = findings.models_tried.iter();
-    let mut lines: Vec<ModelTried> = lines
-        .map(|line| {
-            let because = if line.because.is_taken() { Because::LineRefused } else { line.because };
-            ModelTried { because, ..line.clone() }
-        })
-        .collect();
-    if let Some(first) = lines.first_mut() {
-        first.log_evidence = answer.curve.log_evidence[1];
-        let curve = of_curve(first, answer, Because::CurveExplains);
-        lines.insert(0, curve);
-    }
-    lines
 }

@@ -52,6 +52,10 @@ pub struct Findings {
     pub stripes: Option<StripeOutcome>,
     /// The curve, where that is the answer and there is no line.
     pub curve: Option<CurveEstimate>,
+    /// Why a curve was not tried where the answer of a line is refused by its structure; `None` where it was, or need not be.
+    pub curve_untried: Option<&'static str>,
+    /// What was asked for that has no part in the answer of a curve.
+    pub unused_on_curve: Vec<&'static str>,
     /// The external axes, in the order of the cell.
     pub axes: Vec<AxisFinding>,
     /// Whether the recording states how well the sensor is known, which the ± do not contain.

@@ -34,6 +34,7 @@ pub mod config;
 pub mod curve;
 mod curved;
 mod curved_checks;
+mod curved_models;
 pub mod diagnose;
 pub mod error;
 pub mod evaluate;

@@ -124,6 +124,8 @@ fn of_adjustment(warning: &Warning) -> Value {
         Warning::KnotsNearWeave { spacing_m, weave_m } => {
             json!({ "spacing_mm": spacing_m * MM_PER_M, "weave_mm": weave_m * MM_PER_M })
         }
+        Warning::CurveUntried { why } => json!({ "why": why }),
+        Warning::UnusedOnCurve { ref options } => json!({ "options": options }),
         _ => json!({}),
     }
 }
@@ -179,7 +181,9 @@ fn warning_values(warning: &Warning) -> Value {
         | Warning::WavySeam { .. }
         | Warning::RobotMoves { .. }
         | Warning::ClockStep { .. }
-        | Warning::KnotsNearWeave { .. } => of_adjustment(warning),
+        | Warning::KnotsNearWeave { .. }
+        | Warning::CurveUntried { .. }
+        | Warning::UnusedOnCurve { .. } => of_adjustment(warning),
         Warning::UnusualNoise { noise_factor, .. } => json!({ "noise_factor": noise_factor }),
         Warning::StructuredResiduals { left } => json!({ "neighbour_correlation": left }),
         Warning::ManyOutliers { share } => json!({ "share": share }),

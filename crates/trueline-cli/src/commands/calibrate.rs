@@ -161,7 +161,11 @@ fn with_written_sensor(
         output::words(&format!("{}: not written, because the calibration is not accepted", file.display()));
         return Ok(calibration);
     }
+    let is_curve = calibration.findings.curve.is_some();
     let missing = || {
+        if is_curve {
+            return of_curve("--write-sensor");
+        }
         Failure::new(
             "`--write-sensor`: this scan gives no corrected sensor",
             "`trueline doctor DATASET` looks for the reason",
@@ -177,6 +181,16 @@ fn with_written_sensor(
     calibration.for_corrected_sensor(written).ok_or_else(missing)
 }
 
+/// A curve does not show the shape of the sensor.
+fn of_curve(option: &str) -> Failure {
+    Failure::new(
+        format!(
+            "`{option}`: a curved seam does not show the sensor's shape, which is taken as its file says"
+        ),
+        "scan a straight seam to correct the sensor",
+    )
+}
+
 /// The paper's residual takes the sensor for exact, and so does a sensor that is held.
 fn check_sensor(args: &CalibrateArgs) -> Result<(), Failure> {
     let papers = args.residual == ResidualKind::PointToLine;
@@ -187,6 +201,10 @@ fn check_sensor(args: &CalibrateArgs) -> Result<(), Failure> {
             format!("`{option}`: with `--sensor fixed` nothing is corrected"),
             "use --sensor prior or --sensor free",
         ));
+    }
+    let is_curve = args.target == TargetName::Curve || args.seam_cad.is_some();
+    if let (Some(option), true) = (asked, is_curve) {
+        return Err(of_curve(option));
     }
     let option = match (args.sensor, asked) {
         (SensorMode::Free, _) if papers => "--sensor free",

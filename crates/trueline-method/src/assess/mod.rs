@@ -12,6 +12,7 @@ pub(crate) mod identifiability;
 pub mod instead_of_sensor;
 pub(crate) mod left_out;
 pub mod lens;
+pub(crate) mod levels;
 pub mod misfit_cause;
 pub(crate) mod misfit_patterns;
 pub mod noise_filter;

@@ -1,13 +1,13 @@
 //! The answer to a scan over a curve: the best of all, what else explains it, and what it shows.
 
-use crate::assess::robot_field::RobotSigmas;
+use crate::assess::seam_error::{Share, ShareOf};
 use crate::curve::arrow::SHARED;
+use crate::curve::considered::{Considered, Errors, of_shared};
 use crate::curve::equations::{Known, State};
 use crate::curve::joint::Rough;
 use crate::curve::passes::Course;
 use crate::curve::registration::Symmetry;
 use crate::curve::rivals::{Rival, compared, find};
-use crate::curve::robot;
 #[cfg(test)]
 use crate::curve::sight::step_between;
 use crate::curve::solve::{Finished, Search, finish};
@@ -81,8 +81,8 @@ pub struct CadEstimate {
 pub(crate) struct Asked<'a> {
     /// The search.
     pub search: Search<'a>,
-    /// Robot errors.
-    pub robot: RobotSigmas,
+    /// What is considered beside noise.
+    pub errors: Errors<'a>,
     /// Prior knowledge of the cell.
     pub known: &'a KnownOfCell,
 }
@@ -99,10 +99,8 @@ pub(crate) struct Answered {
     pub is_held: bool,
     /// Covariance by noise.
     pub noise: SMatrix<f64, SHARED, SHARED>,
-    /// By the robot: columns of unit variance.
-    pub robot: DMatrix<f64>,
-    /// By a hand-eye transform that was held: likewise.
-    pub held: DMatrix<f64>,
+    /// By everything else.
+    pub shares: Vec<Share>,
     /// Other answers, the most dangerous first.
     pub rivals: Vec<Rival>,
     /// How the scan went along the curve.
@@ -216,8 +214,10 @@ impl Asked<'_> {
         (is_near_weave, held_at): (bool, Option<&Guess>),
     ) -> Answered {
         let readings = self.search.readings;
-        let columns = robot::columns(readings, &finished.fitted, &finished.root, self.robot);
-        let curve = estimate(&finished, &columns, course, is_near_weave);
+        let considered = self.errors.at(readings, &finished.fitted);
+        let share = |one: &Considered| one.share(&finished.fitted, &finished.root);
+        let of_all: Vec<Share> = considered.iter().map(share).collect();
+        let curve = estimate(&finished, &of_all, course, is_near_weave);
         let is_collapsed = curve.collapsed_from_m.is_some();
         let mut components = finished.seen.components;
         if course.is_one_pass || is_collapsed {
@@ -225,8 +225,7 @@ impl Asked<'_> {
         }
         // Without a hand-eye transform that is known the time offset of a single pass goes with it.
         components[0] &= !course.is_one_pass && !is_near_weave && !is_collapsed;
-        let shared = columns.nrows() - SHARED;
-        let robot = columns.rows(shared, SHARED).into_owned();
+        let mut shares: Vec<Share> = of_all.iter().map(of_shared).collect();
         let (noise, held) = match held_at {
             // A drawing says how much the curve bends.
             None if finished.fitted.state.placed.is_some() => {
@@ -239,8 +238,9 @@ impl Asked<'_> {
             let known = noise[(0, 0)].sqrt().hypot(held.row(0).norm());
             components[0] = known < TIME_SEEN_S && !is_near_weave && !is_collapsed;
         }
+        shares.push(Share { of: ShareOf::Held, columns: held, shape: None });
         let is_held = held_at.is_some();
-        Answered { curve, components, is_held, noise, robot, held, rivals, finished, course: *course }
+        Answered { curve, components, is_held, noise, shares, rivals, finished, course: *course }
     }
 }
 
@@ -305,17 +305,14 @@ fn time_alone(finished: &Finished) -> (SMatrix<f64, SHARED, SHARED>, DMatrix<f64
     (noise, held)
 }
 
-fn estimate(
-    finished: &Finished,
-    columns: &DMatrix<f64>,
-    course: &Course,
-    is_near_weave: bool,
-) -> CurveEstimate {
+fn estimate(finished: &Finished, shares: &[Share], course: &Course, is_near_weave: bool) -> CurveEstimate {
     let state = &finished.fitted.state;
     let spline = &state.spline;
     let length_m = spline.length_m();
     let count = ((length_m / POINTS.0).ceil() as usize).clamp(2, POINTS.1);
     let inverse = finished.root.inverse() * finished.variance;
+    // The curve is that of the points that are seen, whatever the radius of their edge.
+    let of_curve = || shares.iter().filter(|share| share.of != ShareOf::EdgeRadius);
     let (mut points_m, mut sigma_m) = (Vec::new(), Vec::new());
     for k in 0..=count {
         let basis = spline.basis(spline.span_m() * k as f64 / count as f64);
@@ -324,7 +321,8 @@ fn estimate(
         for weights in &across(state, &basis) {
             for (i, a) in weights {
                 for (j, b) in weights {
-                    variance += a * b * (inverse[(*i, *j)] + columns.row(*i).dot(&columns.row(*j)));
+                    let own = |share: &Share| share.columns.row(*i).dot(&share.columns.row(*j));
+                    variance += a * b * (inverse[(*i, *j)] + of_curve().map(own).sum::<f64>());
                 }
             }
         }

@@ -10,6 +10,20 @@ const LEAST_RADIUS_M: f64 = 3e-3;
 /// A point with fewer neighbours than this part of the median is an outlier: the farthest point of a graph would be one, and be
 /// mistaken for the end of the curve.
 const LEAST_DEGREE: f64 = 0.35;
+/// A part with fewer of the points is a heap of outliers.
+const LEAST_PART: f64 = 0.08;
+/// Parts are one curve if the gap between their ends is less than this part of the shorter of them …
+const SHORT_GAP: f64 = 0.3;
+/// … and both ends lead into it (cosine): the ends of two seams side by side do not.
+const FACING: f64 = 0.5;
+
+/// A connected part.
+struct Part {
+    /// Its ends, each with the direction in which it leads.
+    ends: [(usize, Vector3<f64>); 2],
+    /// Distance of its ends along the graph, m.
+    length_m: f64,
+}
 
 /// The neighbour graph of some points.
 #[derive(Clone, Debug)]
@@ -51,6 +65,67 @@ impl Graph {
     pub(crate) fn with_all(mut self) -> Self {
         self.kept.fill(true);
         self
+    }
+
+    /// The same with parts joined whose ends face each other across a short gap: there the seam was not seen.
+    #[must_use]
+    pub(crate) fn bridged(mut self, points: &[Vector3<f64>]) -> Self {
+        while let Some((from, to, length_m)) = self.bridge(points) {
+            self.edges[from].push((to, length_m));
+            self.edges[to].push((from, length_m));
+        }
+        self
+    }
+
+    /// The shortest gap that may be bridged.
+    fn bridge(&self, points: &[Vector3<f64>]) -> Option<(usize, usize, f64)> {
+        let parts = self.parts(points);
+        let mut best: Option<(usize, usize, f64)> = None;
+        for (k, one) in parts.iter().enumerate() {
+            for other in &parts[k + 1..] {
+                for (from, leads_from) in &one.ends {
+                    for (to, leads_to) in &other.ends {
+                        let gap = points[*to] - points[*from];
+                        let length_m = gap.norm();
+                        let is_short = length_m < SHORT_GAP * one.length_m.min(other.length_m);
+                        let faces = leads_from.dot(&gap) > FACING * length_m
+                            && -leads_to.dot(&gap) > FACING * length_m;
+                        if is_short && faces && best.is_none_or(|(_, _, best_m)| length_m < best_m) {
+                            best = Some((*from, *to, length_m));
+                        }
+                    }
+                }
+            }
+        }
+        best
+    }
+
+    /// The connected parts that are no heaps of outliers.
+    fn parts(&self, points: &[Vector3<f64>]) -> Vec<Part> {
+        let mut seen = vec![false; self.kept.len()];
+        let mut parts = Vec::new();
+        for start in 0..self.kept.len() {
+            if !self.kept[start] || seen[start] {
+                continue;
+            }
+            let Some((first, distances_m)) = self.farthest(start) else { continue };
+            let reached = distances_m.iter().map(|d| d.is_finite());
+            let size = reached.clone().filter(|reached| *reached).count();
+            reached.zip(&mut seen).for_each(|(own, seen)| *seen |= own);
+            if size as f64 >= LEAST_PART * points.len() as f64
+                && let Some((last, distances_m)) = self.farthest(first)
+            {
+                let ends = [first, last].map(|end| (end, self.leads(points, end)));
+                parts.push(Part { ends, length_m: distances_m[last] });
+            }
+        }
+        parts
+    }
+
+    /// Where the curve leads at an end: away from the neighbours.
+    fn leads(&self, points: &[Vector3<f64>], end: usize) -> Vector3<f64> {
+        let away: Vector3<f64> = self.neighbours(end).map(|k| points[end] - points[k]).sum();
+        away.try_normalize(0.0).unwrap_or_default()
     }
 
     /// The same with the largest connected part alone.

@@ -32,7 +32,7 @@ pub(crate) struct Ordered {
 /// The order of points, m; `None` where they are no one curve.
 #[must_use]
 pub(crate) fn ordered(points: &[Vector3<f64>]) -> Option<Ordered> {
-    let graph = Graph::of(points)?.largest_part();
+    let graph = Graph::of(points)?.bridged(points).largest_part();
     if (graph.size() as f64) < LEAST_CONNECTED * points.len() as f64 {
         return None;
     }

@@ -154,6 +154,22 @@ pub(crate) fn finish(
     let cut = reknotted(&placed, state.spline.spacing_m, Some(&counts))?.spline;
     let spacing_m = spacing_for(&cut, knots_m(readings, cut.length_m(), least_m));
     let state = reknotted(&placed, spacing_m, Some(&counts))?;
+    settled(readings, state, stated, from.first.spline.length_m())
+}
+
+/// The answer with the knots of another, of readings that were dated again.
+#[must_use]
+pub(crate) fn refined(readings: &Readings, other: &Finished) -> Option<Finished> {
+    settled(readings, other.fitted.state.clone(), None, other.first_length_m)
+}
+
+/// The optimum with knots as they are: noise level and weights loosely, then the size of the third differences.
+fn settled(
+    readings: &Readings,
+    state: State,
+    stated: Option<&Known>,
+    first_length_m: f64,
+) -> Option<Finished> {
     let s3_m = loosest_m(state.spline.spacing_m);
     let mut known = stated.cloned().unwrap_or_else(|| Known::of_any_sensor(&state.at));
     let (mut fitted, mut factor) = (None::<Fitted>, 0.0);
@@ -174,7 +190,7 @@ pub(crate) fn finish(
         }
         fitted = Some(found);
     }
-    stiffened(readings, fitted?, factor, &known, from.first.spline.length_m())
+    stiffened(readings, fitted?, factor, &known, first_length_m)
 }
 
 pub(crate) fn first_factor(readings: &Readings, state: &State) -> f64 {

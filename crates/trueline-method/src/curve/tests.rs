@@ -1,8 +1,8 @@
 //! The estimator on scans cast by the simulator: exact data, noise, constant attitude, and each trap with and without its cure.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use crate::assess::robot_field::RobotSigmas;
 use crate::curve::answer::{Answered, Asked, squared_sigmas};
+use crate::curve::considered::Errors;
 use crate::curve::equations::{Known, State, add_prior, add_sights, bends, sights, stepped};
 use crate::curve::fit::{Terms, Weighing};
 use crate::curve::graph::Graph;
@@ -23,6 +23,7 @@ use trueline_model::LaserSheet;
 use trueline_sim::curves::{CurveKind, CurveScan, scan_curve};
 
 mod cad;
+mod considered;
 mod traps;
 
 /// A scan as the estimate takes it, with its truth; without noise the path is as it was cast.
@@ -56,7 +57,7 @@ fn readings(recording: &Recording, is_exact: bool) -> (Readings, Guess) {
 fn answered(readings: &Readings) -> Option<Answered> {
     let search = Search { readings, within_s: 0.6, guess: None, threads: 2 };
     let known = KnownOfCell::default();
-    Asked { search, robot: RobotSigmas::default(), known: &known }.answer()
+    Asked { search, errors: Errors::NONE, known: &known }.answer()
 }
 
 /// The state of a scan at the truth, with a curve through its points.
@@ -201,6 +202,25 @@ fn an_outlier_is_no_end_of_a_ring() {
     let with_all = Graph::of(&points).unwrap().with_all().largest_part();
     let spoilt = ordered_by(&with_all, &points).unwrap();
     assert!(!spoilt.closed && spoilt.along_m[300].is_some());
+}
+
+/// A stretch that was not seen parts no seam; two seams side by side are two.
+#[test]
+fn a_short_gap_is_bridged_and_two_seams_are_not_joined() {
+    let point = |k: usize, aside_m: f64| {
+        let x = 0.3e-3 * (k / 2) as f64;
+        Vector3::new(x, 0.01 * (20.0 * x).sin() + aside_m, 0.1e-3 * (k % 2) as f64)
+    };
+    let seam = |from: usize, to: usize, aside_m: f64| (from..to).map(move |k| point(k, aside_m));
+    // 240 mm with 24 mm left out of them.
+    let points: Vec<_> = seam(0, 800, 0.0).chain(seam(960, 1600, 0.0)).collect();
+    let found = ordered(&points).unwrap();
+    assert!(!found.closed && found.along_m.iter().all(Option::is_some));
+    let straight_m = (points[1439] - points[0]).norm();
+    assert!(found.length_m > straight_m && found.length_m < 1.1 * straight_m, "{}", found.length_m);
+    // Beside each other the parts are half of the points each, and none is most of them.
+    let points: Vec<_> = seam(0, 800, 0.0).chain(seam(0, 800, 0.03)).collect();
+    assert!(ordered(&points).is_none());
 }
 
 /// The entry of the time offset is the sum of its whitened squares.

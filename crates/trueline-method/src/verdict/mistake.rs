@@ -18,7 +18,7 @@ pub(super) fn most_are_outliers(f: &Findings) -> bool {
 }
 
 /// Noise factors of the other explanations.
-fn others_leave(f: &Findings) -> impl Iterator<Item = f64> {
+pub(crate) fn others_leave(f: &Findings) -> impl Iterator<Item = f64> {
     let better = f.checks.better.map(|better| better.noise_factor);
     let rival = f.checks.ambiguity.runner_up.filter(|rival| rival.test.reversed());
     [better, rival.map(|rival| rival.noise_factor), f.clock.noise_factor_without_step].into_iter().flatten()

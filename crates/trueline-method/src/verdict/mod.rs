@@ -1,7 +1,7 @@
 //! Whether a calibration can be accepted: facts with a code, values and a sentence each.
 
 mod limits;
-mod mistake;
+pub(crate) mod mistake;
 mod quantity;
 mod reason;
 mod reason_words;

@@ -42,6 +42,7 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     warnings.extend(decided_by_user(f));
     warnings.extend(f.uncertainty_ignored.then_some(Warning::UncertaintyNotApplied));
     warnings.extend(f.sensor_of_its_own_scan.then_some(Warning::SensorOfItsOwnScan));
+    warnings.extend(f.curve_untried.map(|why| Warning::CurveUntried { why }));
     if let Some(curve) = &f.curve {
         warnings.extend(of_curve(f, curve));
         return warnings;
@@ -132,8 +133,11 @@ fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Warning> {
     warnings.extend(curve.is_one_pass.then_some(Warning::CurveFromOnePass));
     let weave_m = curve.weave_m.filter(|_| curve.is_near_weave);
     warnings.extend(weave_m.map(|weave_m| Warning::KnotsNearWeave { spacing_m: curve.spacing_m, weave_m }));
+    let options = f.unused_on_curve.clone();
+    warnings.extend((!options.is_empty()).then_some(Warning::UnusedOnCurve { options }));
     let share = f.outliers().share();
     warnings.extend((share > MANY_OUTLIERS).then_some(Warning::ManyOutliers { share }));
+    warnings.extend(clock_drift(f));
     warnings.extend(stamps(f));
     warnings
 }

@@ -4,11 +4,12 @@ use super::quantity::{Axis, MM_PER_M, Quantity};
 use super::sensor_words::sensor_off;
 use super::stream_name::StreamName;
 use super::warning_words::{
-    CURVE_FROM_ONE_PASS, axis_not_shown, clock_drift, clock_step, coarse_stamps, decided_by_user,
-    drawn_line_not_needed, feature_bias, held_at_guess, knots_near_weave, left_out, lens_off, likely_cause,
-    many_outliers, misfit, moves, other_line, outlier_stretch, poorly_known, repeated_poses,
-    repeated_robot_stamps, robot_moves, robot_samples_missing, robot_worse, stamp_steps, stripe_noise,
-    stripes_disagree, stripes_stamped_apart, structured, unusual_noise, wavy_seam, widened,
+    CURVE_FROM_ONE_PASS, axis_not_shown, clock_drift, clock_step, coarse_stamps, curve_untried,
+    decided_by_user, drawn_line_not_needed, feature_bias, held_at_guess, knots_near_weave, left_out,
+    lens_off, likely_cause, many_outliers, misfit, moves, other_line, outlier_stretch, poorly_known,
+    repeated_poses, repeated_robot_stamps, robot_moves, robot_samples_missing, robot_worse, stamp_steps,
+    stripe_noise, stripes_disagree, stripes_stamped_apart, structured, unused_on_curve, unusual_noise,
+    wavy_seam, widened,
 };
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::instead_of_sensor::InsteadOfSensor;
@@ -272,6 +273,16 @@ pub enum Warning {
         /// Length of one weave period, m.
         weave_m: f64,
     },
+    /// No straight line explains the scan, and a curve was not tried.
+    CurveUntried {
+        /// Why not.
+        why: &'static str,
+    },
+    /// Options that have no part in the answer of a curve.
+    UnusedOnCurve {
+        /// Their names.
+        options: Vec<&'static str>,
+    },
     /// No error at the torch is predicted: no point of the laser plane below the scan is that far from the sensor.
     NoPointAtStandOff {
         /// Stand-off, m.
@@ -320,6 +331,8 @@ impl Warning {
             Self::AxisNotShown { .. } => "axis-not-shown",
             Self::CurveFromOnePass => "curve-from-one-pass",
             Self::KnotsNearWeave { .. } => "knots-near-weave",
+            Self::CurveUntried { .. } => "curve-untried",
+            Self::UnusedOnCurve { .. } => "unused-on-curve",
             Self::CrossValidationMisfit { .. } => "cross-validation-misfit",
             Self::CrossValidationShift { .. } => "cross-validation-shift",
             Self::NoPointAtStandOff { .. } => "no-point-at-stand-off",
@@ -378,6 +391,8 @@ impl fmt::Display for Warning {
             Self::AxisNotShown { ref name, part, cure } => axis_not_shown(name, part, cure),
             Self::CurveFromOnePass => CURVE_FROM_ONE_PASS.to_owned(),
             Self::KnotsNearWeave { spacing_m, weave_m } => knots_near_weave(spacing_m, weave_m),
+            Self::CurveUntried { why } => curve_untried(why),
+            Self::UnusedOnCurve { ref options } => unused_on_curve(options),
             Self::CrossValidationMisfit { rms_m, fitted_rms_m } => misfit(rms_m, fitted_rms_m),
             Self::CrossValidationShift { span_s: [from, to], quantity, axis, moved_si, sigmas } => format!(
                 "the parts of the scan disagree: without {from:.2} to {to:.2} s {}, {sigmas:.1} times more \

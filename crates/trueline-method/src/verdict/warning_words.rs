@@ -340,6 +340,19 @@ pub(super) fn knots_near_weave(spacing_m: f64, weave_m: f64) -> String {
     )
 }
 
+/// A curve was not tried.
+pub(super) fn curve_untried(why: &str) -> String {
+    format!("no straight line explains the scan; a curve was not tried, because {why}")
+}
+
+/// Options that a curve does not use.
+pub(super) fn unused_on_curve(options: &[&str]) -> String {
+    format!(
+        "the seam is curved, and {} has no part in its answer: form and noise of a curve are those that the scan shows",
+        options.join(" and ")
+    )
+}
+
 pub(super) fn repeated_robot_stamps(repeated: usize) -> String {
     format!("{repeated} robot rows repeat the previous stamp")
 }

@@ -13,7 +13,7 @@ use trueline_geometry::{Polyline, Pose, se3};
 fn asked(readings: &Readings) -> Asked<'_> {
     const KNOWN: &KnownOfCell = &KnownOfCell { offset_within_s: None, looks: None };
     let search = Search { readings, within_s: 0.6, guess: None, threads: 2 };
-    Asked { search, robot: RobotSigmas::default(), known: KNOWN }
+    Asked { search, errors: Errors::NONE, known: KNOWN }
 }
 
 /// The drawing of a kind of seam, a micrometre true, times a factor.

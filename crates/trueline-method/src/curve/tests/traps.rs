@@ -15,7 +15,7 @@ fn a_curve_that_shrank_shows_nothing() {
     finished.first_length_m = 2.0 * length_m;
     let known = KnownOfCell::default();
     let search = Search { readings: &readings, within_s: 0.6, guess: None, threads: 1 };
-    let asked = Asked { search, robot: RobotSigmas::default(), known: &known };
+    let asked = Asked { search, errors: Errors::NONE, known: &known };
     let shrunk = asked.concluded(finished, Vec::new(), &course, (false, None));
     assert_eq!(shrunk.curve.collapsed_from_m, Some(2.0 * length_m));
     assert!(shrunk.components.iter().all(|seen| !*seen));

@@ -1,0 +1,43 @@
+//! How large the errors that are no noise are taken to be: as stated, or as such cells are.
+
+use crate::assess::robot_field::RobotSigmas;
+use crate::assess::systematic::SystematicLevels;
+use crate::config::{ASSUMED_EDGE_RADIUS_M, ASSUMED_ROBOT_ACCURACY_M, Config, SensorMode};
+use crate::input::shape_knowledge::ShapeKnowledge;
+use trueline_dataset::Recording;
+
+impl SystematicLevels {
+    /// Of a recording, with what is known of its sensor, whose shape may be held by the estimate.
+    #[must_use]
+    pub(crate) fn of(
+        recording: &Recording,
+        config: &Config,
+        knowledge: &ShapeKnowledge,
+        is_held: bool,
+    ) -> Self {
+        let stated = recording.setup.robot_accuracy_m;
+        // A sensor that is held is still only as good as its file says, or as such sensors are.
+        let is_doubted = knowledge.stated || config.sensor != SensorMode::Fixed;
+        let robot_accuracy_m = config.robot_accuracy_m.or(stated).unwrap_or(ASSUMED_ROBOT_ACCURACY_M);
+        let edge_radius_m = config.edge_radius_m.or(recording.setup.edge_radius_m);
+        Self {
+            robot_accuracy_m,
+            robot: if config.used_at.by_another_robot {
+                RobotSigmas::for_another(robot_accuracy_m)
+            } else {
+                RobotSigmas::of_accuracy(robot_accuracy_m)
+            },
+            robot_is_stated: config.robot_accuracy_m.or(stated).is_some(),
+            // Where two fitted lines cross, no edge is seen.
+            edge_radius_m: edge_radius_m.unwrap_or(if recording.stripes.is_empty() {
+                ASSUMED_EDGE_RADIUS_M
+            } else {
+                0.0
+            }),
+            edge_is_stated: edge_radius_m.is_some(),
+            feature_bias_px: config.feature_bias_px,
+            bias_is_estimated: false,
+            held_shape: (is_held && is_doubted).then_some(knowledge.covariance),
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! What the answer owes to errors that it does not estimate, as columns beside the unknowns.
+
+use crate::assess::robot_field::RobotSigmas;
+use crate::assess::seam_error::{Share, ShareOf};
+use crate::assess::tilt_bias::{BIAS, TiltBias};
+use crate::curve::arrow::{ArrowRoot, SHARED};
+use crate::curve::fit::Fitted;
+use crate::curve::moved::Moves;
+use crate::curve::readings::{Reading, Readings};
+use crate::curve::robot;
+use crate::curve::sight::moving;
+use crate::input::observations::Observations;
+use crate::input::shape_knowledge::ShapeCovariance;
+use crate::problem::parameters::Parameters;
+use crate::problem::placement::placement;
+use nalgebra::{DMatrix, Matrix2xX, SMatrix, Vector2};
+use trueline_geometry::Pose;
+use trueline_model::{Placement, SheetShape};
+
+/// The errors that are considered.
+#[derive(Clone, Copy)]
+pub(crate) struct Errors<'a> {
+    /// How far the robot is off.
+    pub robot: RobotSigmas,
+    /// The shape of the sensor; `None` of an exact one.
+    pub shape: Option<ShapeError>,
+    /// The edge that is seen.
+    pub edge: EdgeError,
+    /// The detector; `None` of one without bias.
+    pub detector: Option<DetectorError<'a>>,
+}
+
+/// The radius of an edge of which the detector sees the outermost point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EdgeError {
+    /// The radius, m.
+    pub radius_m: f64,
+    /// Whether it is seen from the camera's origin; else along the range of a profiler.
+    pub from_origin: bool,
+}
+
+/// A detector whose point moves with the tilt.
+#[derive(Clone, Copy)]
+pub(crate) struct DetectorError<'a> {
+    /// By how much for 10° of tilt, px.
+    pub px: f64,
+    /// What it detected: one for each reading.
+    pub observations: &'a Observations,
+}
+
+/// How well the shape of a sensor is known.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ShapeError {
+    /// Covariance of its five numbers.
+    pub covariance: ShapeCovariance,
+    /// The point of the sheet about which they are counted, m.
+    pub origin_m: Vector2<f64>,
+}
+
+/// One of them at a fit.
+pub(crate) struct Considered {
+    of: ShareOf,
+    /// How it moves the readings.
+    pub moves: Moves,
+    shape: Option<DMatrix<f64>>,
+}
+
+impl Considered {
+    /// What it makes of all unknowns.
+    #[must_use]
+    pub(crate) fn share(&self, fitted: &Fitted, root: &ArrowRoot) -> Share {
+        Share { of: self.of, columns: self.moves.columns(fitted, root), shape: self.shape.clone() }
+    }
+}
+
+impl Errors<'_> {
+    /// Noise alone.
+    #[cfg(test)]
+    pub(crate) const NONE: Self = Self {
+        robot: RobotSigmas { position_m: 0.0, attitude_rad: 0.0 },
+        shape: None,
+        edge: EdgeError { radius_m: 0.0, from_origin: false },
+        detector: None,
+    };
+
+    /// All of them at a fit.
+    #[must_use]
+    pub(crate) fn at(&self, readings: &Readings, fitted: &Fitted) -> Vec<Considered> {
+        let moves = robot::moves(readings, fitted, self.robot);
+        let robot = Considered { of: ShareOf::Robot, moves, shape: None };
+        let shape = self.shape.as_ref().and_then(|shape| shape.at(readings));
+        let edge = (self.edge.radius_m > 0.0).then(|| self.edge.at(readings, fitted));
+        let detector = self.detector.as_ref().map(|detector| detector.at(fitted));
+        std::iter::once(robot).chain(shape).chain(edge).chain(detector).collect()
+    }
+}
+
+impl EdgeError {
+    /// The point that is seen is nearer to the sensor by the radius, square to the curve.
+    fn at(&self, readings: &Readings, fitted: &Fitted) -> Considered {
+        let at = &fitted.state.at;
+        let camera = at.tool_from_camera.rotation.to_rotation_matrix().into_inner();
+        let by_reading = |(k, reading): (usize, &Reading)| {
+            let seen = fitted.sights[k].as_ref()?;
+            let range = readings.sheet.axes().column(1).into_owned();
+            let view = if self.from_origin { -reading.point } else { range };
+            let towards = moving(readings, reading, at)?.attitude * camera * view;
+            let square = (towards - seen.tangent * seen.tangent.dot(&towards)).try_normalize(0.0)?;
+            Some((k, Matrix2xX::from_column_slice((seen.by_point * square * self.radius_m).as_slice())))
+        };
+        let list = readings.list.iter().enumerate().filter_map(by_reading).collect();
+        Considered { of: ShareOf::EdgeRadius, moves: Moves { errors: 1, readings: list }, shape: None }
+    }
+}
+
+impl DetectorError<'_> {
+    fn at(&self, fitted: &Fitted) -> Considered {
+        let at = Parameters::straight(&fitted.state.at, Vec::new());
+        let places = self.observations.list.iter().map(|o| placement(self.observations, o, &at));
+        let places: Vec<Option<Placement>> = places.collect();
+        let poses: Vec<Pose> = places.iter().flatten().map(|place| place.base_from_tool).collect();
+        let tilt = TiltBias::about(&poses);
+        let by_reading = |(k, place): (usize, &Option<Placement>)| {
+            let by = tilt.slopes(&self.observations.list[k], &at, place.as_ref()?) * self.px;
+            Some((k, Matrix2xX::from_column_slice(by.as_slice())))
+        };
+        let list = places.iter().enumerate().filter_map(by_reading).collect();
+        Considered { of: ShareOf::Detector, moves: Moves { errors: BIAS, readings: list }, shape: None }
+    }
+}
+
+impl ShapeError {
+    /// `None` where the covariance has no root.
+    fn at(&self, readings: &Readings) -> Option<Considered> {
+        let half: SMatrix<f64, 5, 5> = self.covariance.cholesky()?.l();
+        let exact = SheetShape::exact_about(&self.origin_m);
+        let by_reading = |(k, reading): (usize, &Reading)| {
+            let by = exact.d_corrected_d_shape(&reading.in_sheet)? * half;
+            Some((k, Matrix2xX::from_column_slice(by.as_slice())))
+        };
+        let list = readings.list.iter().enumerate().filter_map(by_reading).collect();
+        Some(Considered {
+            of: ShareOf::Sensor,
+            moves: Moves { errors: half.ncols(), readings: list },
+            shape: Some(DMatrix::from_column_slice(5, 5, half.as_slice())),
+        })
+    }
+}
+
+/// The part of a share in the clock and the hand-eye transform.
+#[must_use]
+pub(crate) fn of_shared(share: &Share) -> Share {
+    let shared = share.columns.nrows() - SHARED;
+    Share { columns: share.columns.rows(shared, SHARED).into_owned(), ..share.clone() }
+}

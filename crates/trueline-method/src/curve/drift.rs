@@ -1,0 +1,182 @@
+//! A clock that drifts beside a curve: one more unknown, whose column is that of the time offset times the time since the middle.
+//!
+//! Taken out of the stamps, as of a scan over a line: the drift is estimated by one step at the optimum, the readings are dated again, and all is
+//! fitted again. A single pass says nothing of it, for its curve follows every drift.
+
+use crate::curve::answer::{Answered, Asked};
+use crate::curve::arrow::SHARED;
+use crate::curve::considered::Considered;
+use crate::curve::equations::{self, COLUMNS};
+use crate::curve::fit::Fitted;
+use crate::curve::readings::Readings;
+use crate::curve::solve::{Finished, Search, refined};
+use crate::hypotheses::clock_drift::is_significant;
+use crate::hypotheses::drift_and_step::Drift;
+use nalgebra::{DVector, SMatrix, Vector2, Vector3};
+
+/// Rounds of taking out: each is for what the linear estimate before left.
+const ROUNDS: usize = 5;
+/// What is left and less than this part of its standard deviation is nothing.
+const NOTHING: f64 = 0.1;
+/// An offset of which the other unknowns leave less than this part does not show its drift.
+const LEAST_LEFT: f64 = 1e-6;
+
+/// Beside what robot, sensor and detector may be off a drift is one from this many standard deviations on: their sizes are no chance from scan to scan.
+const BESIDE_ERRORS: f64 = 3.0;
+
+/// An answer whose time offset does not drift.
+pub(crate) struct DriftFree {
+    /// The answer.
+    pub answer: Answered,
+    /// Its readings where they were dated again.
+    pub readings: Option<Readings>,
+    /// Estimated drift, even if it is not significant.
+    pub drift: Option<Drift>,
+    /// The drift that was taken out.
+    pub drifted: Option<Drift>,
+}
+
+/// An estimate of the drift.
+struct Estimate {
+    drift: Drift,
+    /// Its standard deviation by noise alone, parts per million.
+    by_noise_ppm: f64,
+    /// How far the answer moves with an error of the drift of one standard deviation.
+    moves: SMatrix<f64, SHARED, 1>,
+}
+
+impl Asked<'_> {
+    /// The answer without a significant drift of the image clock; `rate_sigma_ppm` is how well the rates of the stamps' clocks are known.
+    #[must_use]
+    pub(crate) fn without_drift(&self, answer: Answered, rate_sigma_ppm: f64) -> DriftFree {
+        let is_shown = !answer.curve.is_one_pass && !answer.is_held;
+        let estimate = |readings: &Readings, finished: &Finished| {
+            estimate(readings, finished, &self.errors.at(readings, &finished.fitted))
+        };
+        let with_rates = |d: Drift| Drift { sigma_ppm: d.sigma_ppm.hypot(rate_sigma_ppm), ..d };
+        let is_shown_by = |drift: &Drift, by_noise_ppm: f64| {
+            let by_noise = with_rates(Drift { sigma_ppm: by_noise_ppm, ..*drift });
+            is_significant(&by_noise) && drift.ppm.abs() > BESIDE_ERRORS * drift.sigma_ppm
+        };
+        let first = is_shown.then(|| estimate(self.search.readings, &answer.finished)).flatten();
+        let drift = first.as_ref().map(|first| with_rates(first.drift));
+        let shown = drift.zip(first.as_ref()).filter(|(drift, first)| is_shown_by(drift, first.by_noise_ppm));
+        if shown.is_none() {
+            return DriftFree { answer, readings: None, drift, drifted: None };
+        }
+        let mut readings = self.search.readings.clone();
+        let mut finished: Option<Finished> = None;
+        // Rates multiply: of a rate that is wrong by a fifth the sum of the rounds would be two per cent off.
+        let (mut kept, mut left) = (1.0, first);
+        for _ in 0..ROUNDS {
+            let Some(found) = left.as_ref().map(|left| left.drift) else { break };
+            if found.ppm.abs() < NOTHING * found.sigma_ppm {
+                break;
+            }
+            kept *= 1.0 - found.ppm * 1e-6;
+            for reading in &mut readings.list {
+                // The stamps run fast about the middle, where they are right.
+                reading.stamp_s -= found.ppm * 1e-6 * (reading.stamp_s - found.about_s);
+            }
+            finished = refined(&readings, finished.as_ref().unwrap_or(&answer.finished));
+            left = finished.as_ref().and_then(|finished| estimate(&readings, finished));
+        }
+        let (Some(finished), Some(left)) = (finished, left) else {
+            return DriftFree { answer, readings: None, drift, drifted: None };
+        };
+        let ppm = (1.0 / (kept * (1.0 - left.drift.ppm * 1e-6)) - 1.0) * 1e6;
+        let drifted = with_rates(Drift { ppm, ..left.drift });
+        if !is_shown_by(&drifted, left.by_noise_ppm) {
+            return DriftFree { answer, readings: None, drift: Some(drifted), drifted: None };
+        }
+        let search = Search { readings: &readings, ..self.search };
+        let how = (answer.curve.is_near_weave, None);
+        let mut answer = Asked { search, ..*self }.concluded(finished, answer.rivals, &answer.course, how);
+        answer.noise += left.moves * left.moves.transpose();
+        DriftFree { answer, readings: Some(readings), drift: Some(drifted), drifted: Some(drifted) }
+    }
+}
+
+/// How the time offset changes over the scan at a fit, with the errors that are considered in its ±; `None` where that is not shown.
+fn estimate(readings: &Readings, finished: &Finished, considered: &[Considered]) -> Option<Estimate> {
+    let fitted = &finished.fitted;
+    let by_time = |k: usize| {
+        let seen = fitted.sights[k].as_ref().filter(|_| fitted.weights[k] > 0.0)?;
+        Some(fitted.whiteners[k] * seen.by_shared.column(0))
+    };
+    let own = |k: usize| by_time(k).map_or(0.0, |by: Vector2<f64>| by.norm_squared() * fitted.weights[k]);
+    let all: Vec<f64> = (0..readings.list.len()).map(own).collect();
+    // About the centre of what is known of the offset the two are nearly independent.
+    let stamps = all.iter().zip(&readings.list).map(|(own, reading)| own * reading.stamp_s);
+    let about_s = stamps.sum::<f64>() / all.iter().sum::<f64>();
+    let by_rate = |k: usize| Some(by_time(k)? * (readings.list[k].stamp_s - about_s));
+    let beside = Beside::of(finished, by_rate);
+    let (mut score, mut information) = (0.0, 0.0);
+    for k in 0..readings.list.len() {
+        let (Some(by), Some(alone)) = (by_rate(k), beside.alone(fitted, k, &by_rate)) else { continue };
+        let seen = fitted.sights[k].as_ref()?;
+        score += fitted.weights[k] * alone.dot(&(fitted.whiteners[k] * seen.residual));
+        information += fitted.weights[k] * alone.dot(&by);
+    }
+    let before: f64 =
+        all.iter().zip(&readings.list).map(|(own, r)| own * (r.stamp_s - about_s).powi(2)).sum();
+    if information.is_nan() || information <= LEAST_LEFT * before {
+        return None;
+    }
+    let by_noise = finished.variance / information;
+    let mut variance = by_noise;
+    for one in considered {
+        let mut sums = vec![0.0; one.moves.errors];
+        for (k, moved) in &one.moves.readings {
+            let Some(alone) = beside.alone(fitted, *k, &by_rate) else { continue };
+            let row = fitted.whiteners[*k].tr_mul(&alone) * fitted.weights[*k];
+            for (sum, column) in sums.iter_mut().zip(moved.column_iter()) {
+                *sum += row.dot(&column) / information;
+            }
+        }
+        variance += sums.iter().map(|sum| sum * sum).sum::<f64>();
+    }
+    let drift = Drift { ppm: score / information * 1e6, sigma_ppm: variance.sqrt() * 1e6, about_s };
+    let shared = beside.moved.len() - SHARED;
+    let moves = SMatrix::<f64, 7, 1>::from_fn(|k, _| -beside.moved[shared + k] * variance.sqrt());
+    Some(Estimate { drift, by_noise_ppm: by_noise.sqrt() * 1e6, moves })
+}
+
+/// The rate beside the other unknowns.
+struct Beside {
+    /// How they follow it, M⁻¹ Jᵀ W d, but for the sign.
+    moved: DVector<f64>,
+    normals: Vec<[Vector3<f64>; 2]>,
+}
+
+impl Beside {
+    fn of(finished: &Finished, by_rate: impl Fn(usize) -> Option<Vector2<f64>>) -> Self {
+        let fitted = &finished.fitted;
+        let normals = fitted.state.normals();
+        let size = 2 * fitted.state.spline.control.len() + fitted.state.of_place() + SHARED;
+        let (mut sums, mut found) = (DVector::zeros(size), [(0, Vector2::zeros()); COLUMNS]);
+        for (k, weight) in fitted.weights.iter().enumerate() {
+            let (Some(by), Some(seen)) = (by_rate(k), &fitted.sights[k]) else { continue };
+            let count = equations::columns(&fitted.state, &normals, (seen, &fitted.whiteners[k]), &mut found);
+            for (index, own) in &found[..count] {
+                sums[*index] += own.dot(&by) * weight;
+            }
+        }
+        Self { moved: finished.root.solve(&sums), normals }
+    }
+
+    /// What the rate alone makes of a reading: its column without what the other unknowns make up for.
+    fn alone(
+        &self,
+        fitted: &Fitted,
+        k: usize,
+        by_rate: &impl Fn(usize) -> Option<Vector2<f64>>,
+    ) -> Option<Vector2<f64>> {
+        let mut found = [(0, Vector2::zeros()); COLUMNS];
+        let (by, seen) = (by_rate(k)?, fitted.sights[k].as_ref()?);
+        let whitener = &fitted.whiteners[k];
+        let count = equations::columns(&fitted.state, &self.normals, (seen, whitener), &mut found);
+        let others: Vector2<f64> = found[..count].iter().map(|(index, own)| own * self.moved[*index]).sum();
+        Some(by - others)
+    }
+}

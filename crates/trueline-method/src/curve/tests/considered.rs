@@ -1,0 +1,100 @@
+//! Errors that are considered beside a curve, and a drift that is taken out.
+
+use super::*;
+use crate::assess::seam_error::ShareOf;
+use crate::curve::considered::{EdgeError, ShapeError};
+use crate::curve::moved::Moves;
+use nalgebra::SVector;
+use trueline_model::SheetShape;
+
+/// The answer to a scan from near its truth, with some errors.
+fn answered_with(readings: &Readings, truth: &Guess, errors: Errors<'_>) -> Answered {
+    Asked { search: near(readings, truth), errors, known: &KnownOfCell::default() }.answer().unwrap()
+}
+
+fn near<'a>(readings: &'a Readings, truth: &'a Guess) -> Search<'a> {
+    Search { readings, within_s: 0.2, guess: Some(truth), threads: 2 }
+}
+
+fn columns(answer: &Answered, of: ShareOf) -> nalgebra::DMatrix<f64> {
+    answer.shares.iter().find(|share| share.of == of).unwrap().columns.clone()
+}
+
+/// A sensor that is off by a shape moves the answer as its column says.
+#[test]
+fn a_sensor_that_is_off_moves_the_answer_as_its_column_says() {
+    let (recording, _) = scan_curve(&CurveScan::good(CurveKind::Free).exact(), 3);
+    let (readings, truth) = readings(&recording, true);
+    let places = || readings.list.iter().map(|reading| reading.in_sheet);
+    let origin_m = places().sum::<Vector2<f64>>() / readings.list.len() as f64;
+    let sigmas = SVector::<f64, 5>::from([1e-3, 1e-3, 1e-3, 0.03, 0.03]);
+    let shape =
+        Some(ShapeError { covariance: nalgebra::Matrix5::from_diagonal(&sigmas.map(|s| s * s)), origin_m });
+    let exact = answered_with(&readings, &truth, Errors { shape, ..Errors::NONE });
+    let expected = columns(&exact, ShareOf::Sensor);
+    let moved_by = |answer: &Answered| step_between(&exact.at(), &answer.at());
+    for error in [1, 2] {
+        // What is used is 1 σ more than what is true.
+        let mut step = SVector::<f64, 5>::zeros();
+        step[error] = -sigmas[error];
+        let true_shape = SheetShape::exact_about(&origin_m).retract(&step);
+        let mut spoilt = readings.clone();
+        for reading in &mut spoilt.list {
+            reading.in_sheet = true_shape.reported(&reading.in_sheet).reported;
+            reading.point = Vector3::new(reading.in_sheet.x, 0.0, reading.in_sheet.y);
+        }
+        let moved = moved_by(&answered_with(&spoilt, &truth, Errors::NONE));
+        let expected = expected.column(error);
+        // The curve's stiffness is that of other readings, and the linear part that of an exact scan: a third of the largest of each kind.
+        for (from, count) in [(0, 1), (1, 3), (4, 3)] {
+            let of =
+                |v: &dyn Fn(usize) -> f64| (from..from + count).map(|k| v(k).powi(2)).sum::<f64>().sqrt();
+            let (size, off) = (of(&|k| expected[k]), of(&|k| moved[k] - expected[k]));
+            let least = [1e-5, 1e-5, 5e-6][usize::from(from > 0) + usize::from(from > 3)];
+            assert!(off < 0.33 * size + least, "{error} {from}: {moved} {expected}");
+        }
+    }
+}
+
+/// A sensor that is nearer by the radius sees the same: along its range, and only there.
+#[test]
+fn the_radius_of_an_edge_is_a_shift_along_the_range() {
+    let (recording, _) = scan_curve(&CurveScan::good(CurveKind::Free), 3);
+    let (readings, truth) = readings(&recording, false);
+    let edge = EdgeError { radius_m: 0.3e-3, from_origin: false };
+    let answer = answered_with(&readings, &truth, Errors { edge, ..Errors::NONE });
+    let moved = columns(&answer, ShareOf::EdgeRadius);
+    let along = answer.at().tool_from_camera.rotation * Vector3::z();
+    let shift = Vector3::new(moved[(4, 0)], moved[(5, 0)], moved[(6, 0)]);
+    // Square to the seam it is longer by 1/cos of the tilt, of 18° at most, less than 5 %; the turns that go with that move it by a part of it.
+    assert!((shift.dot(&along).abs() - 0.3e-3).abs() < 0.06e-3, "{moved}");
+    let none = answered_with(&readings, &truth, Errors::NONE);
+    assert!(none.shares.iter().all(|share| share.of != ShareOf::EdgeRadius));
+    assert_eq!(Moves::default().columns(&none.finished.fitted, &none.finished.root).ncols(), 0);
+}
+
+/// A clock that runs fast is found, and without it the answer is that of a clock that does not.
+#[test]
+fn a_drift_of_the_clock_is_taken_out() {
+    let (recording, _) = scan_curve(&CurveScan::good(CurveKind::Free), 3);
+    let (mut readings, truth) = readings(&recording, false);
+    let known = KnownOfCell::default();
+    let still = Asked { search: near(&readings, &truth), errors: Errors::NONE, known: &known };
+    let free = still.without_drift(still.answer().unwrap(), 0.0);
+    assert!(free.drifted.is_none() && free.readings.is_none());
+    let own = free.drift.unwrap();
+    assert!(own.ppm.abs() < 4.0 * own.sigma_ppm, "{own:?}");
+    let middle_s = own.about_s;
+    for reading in &mut readings.list {
+        reading.stamp_s += 1e-3 * (reading.stamp_s - middle_s);
+    }
+    let drifting = Asked { search: near(&readings, &truth), errors: Errors::NONE, known: &known };
+    let free = drifting.without_drift(drifting.answer().unwrap(), 0.0);
+    let drift = free.drifted.unwrap();
+    assert!((drift.ppm - 1000.0).abs() < 4.0 * drift.sigma_ppm && drift.sigma_ppm < 100.0, "{drift:?}");
+    // Where the offset is reported, the stamps are off by the drift since the middle.
+    let expected_s = truth.time_offset_s + 1e-3 * (drift.about_s - middle_s);
+    let off_s = (free.answer.at().time_offset_s - expected_s).abs();
+    assert!(off_s < 4.0 * free.answer.noise[(0, 0)].sqrt(), "{off_s}");
+    assert!(free.readings.is_some());
+}

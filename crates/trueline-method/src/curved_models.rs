@@ -1,0 +1,50 @@
+//! The models that were tried of a scan over a curve.
+
+use crate::assess::seam_error::{Share, ShareOf};
+use crate::curve::answer::Answered;
+use crate::findings::Findings;
+use crate::models::tried::{Because, Block, ModelTried, Role, SeamModel};
+
+/// That of a curve beside a line's.
+#[must_use]
+pub(crate) fn of_curve(line: &ModelTried, answer: &Answered, because: Because) -> ModelTried {
+    ModelTried {
+        because,
+        target: SeamModel::Curve,
+        robot_lag_s: 0.0,
+        log_evidence: answer.curve.log_evidence[0],
+        noise_factor: answer.finished.factor,
+        ..line.with(|block| Some(role_beside_curve(block, answer)))
+    }
+}
+
+fn role_beside_curve(block: Block, answer: &Answered) -> Role {
+    let of = match block {
+        Block::TimeOffset | Block::HandEye | Block::SeamForm => return Role::Estimated,
+        Block::Line | Block::Bow | Block::PoseLag | Block::Axes => return Role::Held,
+        Block::Robot => ShareOf::Robot,
+        Block::Sensor => ShareOf::Sensor,
+        Block::Detector => ShareOf::Detector,
+        Block::EdgeRadius => ShareOf::EdgeRadius,
+    };
+    let is_considered = |share: &Share| share.of == of && share.columns.ncols() > 0;
+    if answer.shares.iter().any(is_considered) { Role::Considered } else { Role::Held }
+}
+
+/// All of them, that of the curve first.
+#[must_use]
+pub(crate) fn models(findings: &Findings, answer: &Answered) -> Vec<ModelTried> {
+    let lines = findings.models_tried.iter();
+    let mut lines: Vec<ModelTried> = lines
+        .map(|line| {
+            let because = if line.because.is_taken() { Because::LineRefused } else { line.because };
+            ModelTried { because, ..line.clone() }
+        })
+        .collect();
+    if let Some(first) = lines.first_mut() {
+        first.log_evidence = answer.curve.log_evidence[1];
+        let curve = of_curve(first, answer, Because::CurveExplains);
+        lines.insert(0, curve);
+    }
+    lines
+}

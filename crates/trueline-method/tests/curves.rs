@@ -1,0 +1,61 @@
+//! Scans over curves beside what else a user may state: a bad guess, what is held, a free sensor, options without effect.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use nalgebra::Vector3;
+use trueline_dataset::{Guess, Recording};
+use trueline_geometry::{se3, so3};
+use trueline_lsq::Loss;
+use trueline_method::verdict::{Reason, Warning};
+use trueline_method::{Config, Error, Hold, SensorMode, Target, calibrate};
+use trueline_sim::curves::{CurveKind, CurveScan, scan_curve};
+
+fn scanned(kind: CurveKind) -> (Recording, Guess) {
+    let (recording, _) = scan_curve(&CurveScan::good(kind), 3);
+    let truth = recording.truth.as_ref().unwrap().parameters;
+    (recording, truth)
+}
+
+#[test]
+fn a_bad_guess_makes_no_curve_of_a_straight_seam() {
+    let (recording, _) = scanned(CurveKind::Straight);
+    let turn = so3::exp(&Vector3::new(std::f64::consts::PI, 0.0, 0.0));
+    let far =
+        Guess { time_offset_s: 2.5, tool_from_camera: se3::from_parts(turn, Vector3::new(0.9, 0.9, -0.9)) };
+    let config = Config { threads: 2, ..Config::default() };
+    let answer = calibrate(&recording, Some(&far), &config).unwrap();
+    assert!(answer.findings.curve.is_none(), "{:?}", answer.reasons());
+    assert!(
+        answer.reasons().iter().any(|reason| matches!(reason, Reason::WorseMinimum { .. })),
+        "{:?}",
+        answer.reasons()
+    );
+}
+
+#[test]
+fn a_curve_that_is_not_tried_is_said_to_be_none() {
+    let (recording, truth) = scanned(CurveKind::Pipe);
+    let config = Config { hold: vec![Hold::TimeOffset], threads: 2, ..Config::default() };
+    let answer = calibrate(&recording, Some(&truth), &config).unwrap();
+    assert!(!answer.reasons().is_empty() && answer.findings.curve.is_none());
+    let untried = |warning: &Warning| matches!(warning, Warning::CurveUntried { .. });
+    assert!(answer.warnings().iter().any(untried), "{:?}", answer.warnings());
+    // A straight seam is none of it.
+    let (recording, truth) = scanned(CurveKind::Straight);
+    let answer = calibrate(&recording, Some(&truth), &config).unwrap();
+    assert!(!answer.warnings().iter().any(untried), "{:?}", answer.warnings());
+}
+
+#[test]
+fn what_has_no_part_in_a_curve_is_refused_or_named() {
+    let (recording, truth) = scanned(CurveKind::Pipe);
+    let base = Config { threads: 2, ..Config::default() };
+    let loss = Config { loss: Some(Loss::Huber { scale: 2.0 }), ..base.clone() };
+    let forced = Config { target: Target::Curve, ..loss.clone() };
+    assert!(matches!(calibrate(&recording, Some(&truth), &forced), Err(Error::NoCurve { .. })));
+    let free = Config { target: Target::Curve, sensor: SensorMode::Free, ..base };
+    assert!(matches!(calibrate(&recording, Some(&truth), &free), Err(Error::NoCurve { .. })));
+    let answer = calibrate(&recording, Some(&truth), &loss).unwrap();
+    assert!(answer.findings.curve.is_some(), "{:?}", answer.reasons());
+    let named = |warning: &Warning| *warning == Warning::UnusedOnCurve { options: vec!["--loss"] };
+    assert!(answer.warnings().iter().any(named), "{:?}", answer.warnings());
+}
