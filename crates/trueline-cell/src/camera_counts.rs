@@ -124,7 +124,7 @@ mod tests {
     fn a_camera_of_which_nothing_came_is_doubtful_and_its_trigger_is_asked_for() {
         let none = CameraCounts { is_triggered: true, ..CameraCounts::default() };
         assert!(
-            none.is_doubtful() && none.losses()[0].contains("is the trigger wired"),
+            none.is_doubtful() && none.losses()[0].contains("the trigger is wired"),
             "{:?}",
             none.losses()
         );

@@ -43,7 +43,7 @@ fn streams_without_a_common_clock_are_aligned_and_the_offset_is_that_of_the_reco
 
     let (out, words) =
         succeeds(dir.path(), "calibrate scan --align-clocks --json result.json --report page.html");
-    assert!(words.contains("image stamps are 1234.5"), "{words}");
+    assert!(words.contains("the image clock is 1234.5"), "{words}");
     let result = json(&dir.path().join("result.json"));
     let truth_s = recording.truth.unwrap().parameters.time_offset_s;
     let off_s = result["time_offset_s"].as_f64().unwrap() - (1234.5 + truth_s);
@@ -343,7 +343,7 @@ fn mistakes_with_files_are_told_as_what_they_are() {
     changed("metres", "robot.csv", &|k, line| scaled(line, if k > 0 { 1e-3 } else { 1.0 }, 1..4, 0.0));
     changed("late", "features.csv", &|k, line| scaled(line, 1.0, 0..1, if k > 0 { 500.0 } else { 0.0 }));
     for (line, words, hint) in [
-        ("calibrate swapped", "robot.csv, line 1: has the columns of features.csv", "swapped?"),
+        ("calibrate swapped", "robot.csv, line 1: has the columns of features.csv", "are swapped"),
         ("calibrate headless", "robot.csv, line 1: there is no header", "the first line names the columns"),
         ("calibrate latin", "sensor.toml: is not UTF-8 text", "save it as UTF-8"),
         ("calibrate typo", "sensor.toml, line 4: column 1: unknown field `widht`", "compare with a file"),

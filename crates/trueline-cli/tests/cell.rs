@@ -389,7 +389,7 @@ fn a_trigger_that_is_not_wired_is_asked_for_and_what_cannot_be_set_is_refused() 
     let _robot = cell.robot(dir.path(), &["--rest-s", "1"]);
     let recorded = cell.record(dir.path(), &["--trigger", "Line2", "--for-s", "3"]);
     assert_eq!(recorded.status.code(), Some(1), "{}", words(&recorded));
-    assert!(words(&recorded).contains("is the trigger wired"), "{}", words(&recorded));
+    assert!(words(&recorded).contains("the trigger is wired"), "{}", words(&recorded));
     assert!(words(&recorded).contains("no picture yet: it waits for its trigger"), "{}", words(&recorded));
 }
 

@@ -111,7 +111,7 @@ fn what_the_motion_hides_is_null_and_named_and_the_exit_code_is_1() {
     let hidden = result["observability"]["unobservable"].as_array().unwrap();
     assert!(hidden.iter().all(|entry| entry["parameter"] == "hand_eye_translation"), "{hidden:?}");
     assert_eq!(hidden.len(), 3);
-    assert!(hidden[0]["advice"].as_str().unwrap().contains("turn the tool"), "{hidden:?}");
+    assert!(hidden[0]["advice"].as_str().unwrap().contains("Turn the tool"), "{hidden:?}");
     assert_eq!(result["tool_from_camera"]["translation_mm"], serde_json::json!([null, null, null]));
     assert_eq!(result["sigma"]["translation_mm"], serde_json::json!([null, null, null]));
     assert_eq!(result["reasons"][0]["code"], "unobservable");

@@ -118,7 +118,7 @@ fn another_sensor_file_is_said(folder: &Path) {
     let watched = trueline(folder, &other);
     assert_eq!(lines(&watched)[0]["sensor_file_differs"], true);
     assert!(
-        words(&watched).contains("sensor.toml is not the file that the calibration"),
+        words(&watched).contains("sensor.toml differs from the file of the calibration"),
         "{}",
         words(&watched)
     );

@@ -264,7 +264,7 @@ mod tests {
             join(vec![recording(0), other])
                 .unwrap_err()
                 .to_string()
-                .contains("recording 1 is of another sensor")
+                .contains("recording 1 has another sensor")
         );
         assert_eq!(join(Vec::new()).unwrap_err(), JoinError::Nothing);
     }

@@ -173,7 +173,7 @@ mod tests {
             ["2026-03-04_09_15_01_864.png", "2026-03-04_09_15_02_4.png"],
             ["04-03-2026_09_15_01_864.png", "04-03-2026_09_15_02_044.png"],
         ] {
-            assert!(read(&names).unwrap_err().contains("several changing numbers"), "{names:?}");
+            assert!(read(&names).unwrap_err().contains("several numbers that change"), "{names:?}");
         }
     }
 }

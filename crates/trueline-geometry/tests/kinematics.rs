@@ -233,7 +233,7 @@ fn a_urdf_without_limits_or_with_other_joints_is_refused() {
     assert!(refusal("").contains("`a3` has no limit of its range"));
     assert!(refusal("<limit lower=\"-1\" upper=\"1\"/>").contains("`a3` has no limit of its speed"));
     assert!(refusal("<limit lower=\"1\" upper=\"1\" velocity=\"1\"/>").contains("leave nothing"));
-    assert!(refusal("<limit lower=\"nan\" upper=\"1\" velocity=\"1\"/>").contains("no number"));
+    assert!(refusal("<limit lower=\"nan\" upper=\"1\" velocity=\"1\"/>").contains("not a number"));
     let five =
         Chain::of(&urdf("<limit lower=\"-1\" upper=\"1\" velocity=\"1\"/>"), Some("l1"), None).unwrap();
     assert!(matches!(five.arm(), Err(UrdfError::Unusable { why }) if why.contains("this has 5")));

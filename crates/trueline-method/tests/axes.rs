@@ -103,7 +103,8 @@ fn every_axis_is_found_from_nothing_as_well_as_is_said() {
     }
 }
 
-/// What is left of a scan without noise are the pieces of straight path between samples, below a micrometre.
+/// What is left of a scan without noise are the pieces of straight path between samples, below a micrometre. An offset is as much as the table turns in it: at
+/// 19°/s and 0.3 m 0.1 ms are 10 µm.
 #[test]
 fn a_scan_without_noise_gives_the_axis_to_a_few_micrometres() {
     let mut scenario = scenario(5);
@@ -113,7 +114,7 @@ fn a_scan_without_noise_gives_the_axis_to_a_few_micrometres() {
     let calibration = calibrate(&recording, None, &Config::default()).unwrap();
     let [direction_rad, place_m, offset_s] = errors(&calibration.findings.axes[0].axis, &axis.axis);
     assert!(
-        direction_rad < 1e-4 && place_m < 3e-5 && offset_s < 5e-5,
+        direction_rad < 1e-4 && place_m < 3e-5 && offset_s < 1e-4,
         "{direction_rad:e} {place_m:e} {offset_s:e}"
     );
 }
