@@ -67,9 +67,7 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     warnings.extend(causes(f));
     let widened_by = f.fit.widened_by.filter(|_| !turn_is_undetermined(f));
     warnings.extend(widened_by.map(|by| Warning::WidenedByProfile { by }));
-    let known = f.checks.seam_error.map(|error| (error.scan_alone_m(), error.rms_m));
-    let poorly = known.filter(|(scan_alone_m, all_m)| *scan_alone_m > POORLY_KNOWN_M || *all_m > USELESS_M);
-    warnings.extend(poorly.map(|(scan_alone_m, all_m)| Warning::PoorlyKnown { scan_alone_m, all_m }));
+    warnings.extend(poorly_known(f));
     let bias = f.checks.feature_bias.filter(|bias| bias.is_found);
     warnings.extend(bias.map(|bias| Warning::FeatureBias { bias, per_px_m: f.length_per_px_m() }));
     if f.checks.mirrored == Mirrored::ToldApartBySensor {
@@ -100,6 +98,13 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
         warnings.push(Warning::NoPointAtStandOff { stand_off_m });
     }
     warnings
+}
+
+/// A seam point that is known worse than a user expects.
+fn poorly_known(f: &Findings) -> Option<Warning> {
+    let (scan_alone_m, all_m) = f.checks.seam_error.map(|error| (error.scan_alone_m(), error.rms_m))?;
+    let is_poor = scan_alone_m > POORLY_KNOWN_M || all_m > USELESS_M;
+    is_poor.then_some(Warning::PoorlyKnown { scan_alone_m, all_m })
 }
 
 /// What the scan does not show of an axis. One that stands all the while has no direction, no place and no time offset that matter.
