@@ -76,6 +76,9 @@ def test_profiles_as_arrays_calibrate_as_their_folder_does(tmp_path: Path) -> No
         feature_correlation=found.correlation,
         stripes=found.stripes,
         use="stripe",
+        # As the simulated folder's sensor.toml states.
+        edge_radius_mm=0.0,
+        waviness_mm=0.0,
     )
     found_by_program(folder)
     by_folder = trueline.calibrate(folder, use="stripe")

@@ -445,7 +445,7 @@ fn images_of_one_instant_are_refused() {
     let first_ns = recording.features[0].stamp_ns;
     recording.features.iter_mut().for_each(|f| f.stamp_ns = first_ns);
     let error = calibrate(&recording, None, &Config::default()).unwrap_err();
-    assert!(error.to_string().contains("1 image(s)"), "{error}");
+    assert!(error.to_string().contains("1 distinct image time stamp"), "{error}");
 }
 
 /// Half of what the others predict of a part of a short scan is how little they know: no disagreement.
