@@ -104,9 +104,11 @@ fn clock(drift: Option<Drift>, drifted: Option<Drift>) -> ClockFindings {
     ClockFindings { drift, drifted, step: None, stepped: None, noise_factor_without_step: None }
 }
 
-/// The answer of a line with why a curve was not tried, where that is refused by its structure.
+/// The answer of a line with why a curve was not tried, where the line does not fit. What a motion hides a curve hides too.
 pub(crate) fn untried(line: Calibration, why: &'static str) -> Calibration {
-    if !is_refused(&line) {
+    let is_misfit =
+        |reason: &Reason| matches!(reason, Reason::ResidualsTooLarge { .. } | Reason::TooManyOutliers { .. });
+    if !line.reasons().iter().any(is_misfit) {
         return line;
     }
     let findings = Findings { curve_untried: Some(why), ..line.findings };
