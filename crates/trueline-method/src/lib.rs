@@ -49,6 +49,7 @@ pub mod problem;
 pub mod several_sensors;
 pub mod solve;
 pub mod stripe;
+mod thinning;
 pub mod verdict;
 
 pub use calibrate::calibrate;

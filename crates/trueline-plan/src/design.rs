@@ -91,12 +91,12 @@ const STRIPE: f64 = 0.577;
 /// nothing.
 const LEAST_LENGTH_M: f64 = 0.05;
 /// Of a short seam this part will do, for its ends may be elsewhere.
-const LEAST_SHARE: f64 = 1.0 / 3.0;
+const PART_OF_SHORT_SEAM: f64 = 1.0 / 3.0;
 
 /// The least part of a seam that is scanned.
 #[must_use]
 pub(crate) fn least_share(seam: &Seam) -> f64 {
-    (LEAST_LENGTH_M / seam.length_m()).min(LEAST_SHARE)
+    (LEAST_LENGTH_M / seam.length_m()).min(PART_OF_SHORT_SEAM)
 }
 
 /// Numbers of a design: ramp, share and centre of the seam; for each sweep its reach, how its two harmonics share that,

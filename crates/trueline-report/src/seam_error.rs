@@ -102,7 +102,7 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
 }
 
 /// Smaller parts of the variance are not listed.
-const LEAST_SHARE: f64 = 5e-3;
+const LEAST_LISTED: f64 = 5e-3;
 
 /// A part of the seam error.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -197,7 +197,7 @@ pub fn budget(error: &SeamError, robot_is_doubted: bool) -> Vec<BudgetPart> {
     let share = |sigma_m: f64| (sigma_m / error.rms_m).powi(2);
     list.into_iter()
         .map(|(name, sigma_m, cure)| BudgetPart { name, sigma_m, share: share(sigma_m), cure })
-        .filter(|part| part.share > LEAST_SHARE)
+        .filter(|part| part.share > LEAST_LISTED)
         .collect()
 }
 

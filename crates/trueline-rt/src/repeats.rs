@@ -6,7 +6,7 @@
 const REST_S: f64 = 0.15;
 /// Part of the samples in motion that must be repetitions before any is left out: a robot that turns around stands still for a sample
 /// or two as well.
-const LEAST_SHARE: f64 = 0.1;
+const LEAST_REPEATED: f64 = 0.1;
 /// Runs of one pose over which the share is averaged.
 const RUNS: f64 = 32.0;
 
@@ -24,7 +24,7 @@ pub(crate) struct Repeats {
 impl Repeats {
     /// Whether the stream repeats its poses.
     pub(crate) fn is_repeating(&self) -> bool {
-        self.share >= LEAST_SHARE
+        self.share >= LEAST_REPEATED
     }
 
     /// Moves the origin of times later by so much, s.

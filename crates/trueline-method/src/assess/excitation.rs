@@ -11,6 +11,7 @@ use crate::problem::layout::Layout;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{Parameters, TIME_OFFSET};
 use crate::problem::placement::placement_at;
+use crate::thinning::stride;
 use nalgebra::DMatrix;
 use trueline_geometry::Trajectory;
 use trueline_lsq::{Information, LeastSquares};
@@ -26,9 +27,9 @@ pub(crate) struct SplitSampleInformation {
 }
 
 /// Observations that are looked at.
-const SAMPLE: usize = 1000;
+const MOST_OBSERVATIONS: usize = 1000;
 /// A direction with a smaller part of motion is not seen: noise draws its unknown towards zero by the other part.
-const LEAST_SHARE: f64 = 0.9;
+const LEAST_MOTION: f64 = 0.9;
 /// The same for the time offset, whose column's noise is not in the residual and so only makes it look better known,
 /// which can be allowed for.
 pub(crate) const LEAST_TIME_OFFSET_SHARE: f64 = 0.25;
@@ -99,7 +100,7 @@ impl SplitSampleInformation {
         let inverse = factor.l().solve_lower_triangular(&DMatrix::identity(root.ncols(), root.ncols()));
         let Some(inverse) = inverse else { return information.clone() };
         let eigen = (&inverse * in_root(&self.common_attitude) * inverse.transpose()).symmetric_eigen();
-        let moved: Vec<usize> = (0..root.ncols()).filter(|k| eigen.eigenvalues[*k] >= LEAST_SHARE).collect();
+        let moved: Vec<usize> = (0..root.ncols()).filter(|k| eigen.eigenvalues[*k] >= LEAST_MOTION).collect();
         if moved.len() == root.ncols() {
             return information.clone();
         }
@@ -116,7 +117,7 @@ pub(crate) fn times_looked_at_s(list: &[Observation], time_offset_s: f64) -> Vec
 }
 
 fn every(list: &[Observation]) -> usize {
-    list.len().div_ceil(SAMPLE).max(1)
+    stride(list.len(), MOST_OBSERVATIONS)
 }
 
 /// Whole images, so that no line is passed over.

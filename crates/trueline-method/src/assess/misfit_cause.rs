@@ -34,7 +34,7 @@ const LEAST: usize = 100;
 /// A cause must explain so much of the squares: 30 of χ²₃ is one scan in a million.
 const LEAST_GAIN: f64 = 30.0;
 /// … and this part of what all causes together explain: else it is something that is not among them.
-const LEAST_SHARE: f64 = 0.7;
+const LEAST_OF_EXPLAINED: f64 = 0.7;
 
 /// Finds it; `None` where nothing is left to explain, or none of them explains it.
 #[must_use]
@@ -59,7 +59,7 @@ pub(crate) fn find(patterns: &Patterns) -> Option<MisfitCause> {
         columns = LENS..LENS + 1;
         solved = patterns.solve(columns.clone())?;
     }
-    if solved.gain < LEAST_GAIN || solved.gain < LEAST_SHARE * gain(&possible) {
+    if solved.gain < LEAST_GAIN || solved.gain < LEAST_OF_EXPLAINED * gain(&possible) {
         return None;
     }
     let alike = patterns.neighbours(&solved).max(0.0);

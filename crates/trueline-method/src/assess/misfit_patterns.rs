@@ -11,13 +11,14 @@ use crate::input::noise_levels::Whitener;
 use crate::input::observations::Observation;
 use crate::problem::line_problem::{LineProblem, LocalJacobian};
 use crate::problem::parameters::{Parameters, TIME_OFFSET};
+use crate::thinning::stride;
 use nalgebra::{DMatrix, DVector, Point3, SMatrix, SVector, Vector2, Vector3};
 use trueline_dataset::{Measured, Recording, Sensor};
 use trueline_geometry::Pose;
 use trueline_model::Placement;
 
 /// Observations that are looked at.
-const SAMPLE: usize = 3000;
+const MOST_OBSERVATIONS: usize = 3000;
 /// A pattern whose remainder beside the other unknowns is less than this part cannot be separated from them.
 const LEAST_OWN: f64 = 1e-3;
 /// Accelerations are taken from poses so long before and after, s: long against the robot's noise, short against a weave, and none
@@ -57,7 +58,7 @@ impl Patterns {
         at: &Parameters,
         root: &DMatrix<f64>,
     ) -> Self {
-        let every = problem.list.len().div_ceil(SAMPLE).max(1);
+        let every = stride(problem.list.len(), MOST_OBSERVATIONS);
         // Of one in so many observations the unknowns are known that much worse.
         let root = root * (every as f64).sqrt();
         let rows = rows(recording, problem, at, &root, every);

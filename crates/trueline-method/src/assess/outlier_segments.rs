@@ -8,6 +8,7 @@ use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{Parameters, TIME_OFFSET, line_index};
 use crate::problem::placement::placement;
 use crate::solve::noise_scale::noise_factor;
+use crate::thinning::stride;
 use std::collections::BTreeSet;
 use trueline_geometry::{Line, fit};
 use trueline_lsq::{Loss, SolveOptions, solve};
@@ -47,7 +48,7 @@ const EXPLAINED: f64 = 2.5;
 /// Offsets tried for a stretch are this far apart, s.
 const OFFSET_STEP_S: f64 = 0.002;
 /// Observations of a stretch that are looked at.
-const SAMPLE: usize = 80;
+const MOST_OF_STRETCH: usize = 80;
 
 /// Finds the stretches, longest first, and explains them.
 #[must_use]
@@ -147,7 +148,7 @@ fn other_offset(
     noise: &NoiseLevels,
     offset_search_s: f64,
 ) -> Option<f64> {
-    let thin: Vec<Observation> = list.iter().step_by(list.len().div_ceil(SAMPLE)).copied().collect();
+    let thin: Vec<Observation> = list.iter().step_by(stride(list.len(), MOST_OF_STRETCH)).copied().collect();
     let problem =
         LineProblem::coarse(observations, &thin, Loss::GemanMcClure { scale: 10.0 }, noise, at.unknowns());
     let with_offset = |time_offset_s: f64| Parameters { time_offset_s, ..at.clone() };

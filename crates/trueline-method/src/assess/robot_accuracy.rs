@@ -12,6 +12,7 @@ use crate::config::ASSUMED_ROBOT_ACCURACY_M;
 use crate::problem::layout::Layout;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
+use crate::thinning::stride;
 use nalgebra::{DMatrix, DVector, DVectorViewMut};
 use trueline_geometry::Pose;
 use trueline_lsq::NormalEquations;
@@ -89,7 +90,7 @@ impl Beside {
 }
 
 /// Observations that are looked at; of more, one in several represents the rest, for a robot's errors change slowly along the path.
-pub(crate) const SAMPLE: usize = 3000;
+pub(crate) const MOST_OBSERVATIONS: usize = 3000;
 
 /// Sums over the observations that are looked at.
 pub(crate) struct Scores {
@@ -108,7 +109,7 @@ pub(crate) struct Scores {
 
 impl Scores {
     fn of(problem: &LineProblem<'_>, at: &Parameters, root: &DMatrix<f64>) -> Option<Self> {
-        let every = problem.list.len().div_ceil(SAMPLE).max(1);
+        let every = stride(problem.list.len(), MOST_OBSERVATIONS);
         let placed: Vec<_> = problem
             .selected()
             .step_by(every)

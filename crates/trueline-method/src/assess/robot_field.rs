@@ -4,6 +4,7 @@
 //! Gaussian process over the poses, with the accuracy of the robot's data sheet as its size, and all that the estimate
 //! owes to it goes into the covariance.
 
+use crate::thinning::stride;
 use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 use trueline_geometry::Pose;
 
@@ -67,7 +68,7 @@ impl RobotField {
         if sigmas == RobotSigmas::default() || path.is_empty() {
             return None;
         }
-        let poses: Vec<Pose> = path.iter().step_by(path.len().div_ceil(POSES)).copied().collect();
+        let poses: Vec<Pose> = path.iter().step_by(stride(path.len(), POSES)).copied().collect();
         let kernel = DMatrix::from_fn(poses.len(), poses.len(), |i, j| alike(&poses[i], &poses[j]));
         let eigen = SymmetricEigen::new(kernel);
         let least = LEAST_MODE * eigen.eigenvalues.max();

@@ -16,6 +16,7 @@ use crate::problem::parameters::Parameters;
 use crate::problem::simd::WhitenedRow;
 use crate::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED};
 use crate::solve::seam_chart::with_shape;
+use crate::thinning::stride;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
 use trueline_geometry::{Pose, so3};
 use trueline_model::Placement;
@@ -58,7 +59,7 @@ pub struct SystematicLevels {
 
 /// Observations on which the robot's errors are looked at; of more, one in several represents the rest, for these errors change
 /// slowly along the path.
-const SAMPLE: usize = 800;
+const MOST_OBSERVATIONS: usize = 800;
 
 /// Poses from which the mean attitude of a scan and the robot's modes are taken.
 const POSES: usize = 3_000;
@@ -204,7 +205,7 @@ impl SystematicSums {
 
     /// Adds the features of another problem of the same robot, sensor and seam at the same state.
     pub(crate) fn add(&mut self, problem: &LineProblem<'_>, at: &Parameters) {
-        let every = problem.list.len().div_ceil(SAMPLE).max(1);
+        let every = stride(problem.list.len(), MOST_OBSERVATIONS);
         let with_shape = with_shape(problem.observations, at.clone());
         let field = self.field.take();
         let mut by_line = vec![LineSums::default(); at.lines.len()];
@@ -414,7 +415,7 @@ fn fixed(matrix: &DMatrix<f64>) -> SMatrix<f64, BIAS, BIAS> {
 
 /// Poses of a scan, some of them where there are many.
 fn poses(problem: &LineProblem<'_>, at: &Parameters) -> Vec<Pose> {
-    let some = problem.list.iter().step_by(problem.list.len().div_ceil(POSES).max(1));
+    let some = problem.list.iter().step_by(stride(problem.list.len(), POSES));
     some.filter_map(|o| Some(problem.placement(o, at)?.base_from_tool)).collect()
 }
 

@@ -6,6 +6,7 @@ use crate::error::Error;
 use crate::input::axis_chain::AxisChain;
 use crate::input::observations::{observe_by, origin_ns};
 use crate::input::timestamps::Sampling;
+use crate::thinning::stride;
 use nalgebra::{Vector2, Vector3};
 use std::collections::BTreeMap;
 use trueline_dataset::{AxisRecord, Recording};
@@ -103,7 +104,7 @@ impl AxisScan {
     /// So many of its readings at most, evenly.
     #[must_use]
     pub(super) fn some(&self, most: usize) -> Vec<Reading> {
-        let step = self.readings.len().div_ceil(most).max(1);
+        let step = stride(self.readings.len(), most);
         self.readings.iter().step_by(step).copied().collect()
     }
 

@@ -18,7 +18,7 @@ const WEAVES_HZ: (f64, f64, f64) = (0.6, 8.0, 0.02);
 /// A weave is most of what the seam does in the sheet within this time, s …
 const SWAYS_S: f64 = 1.5;
 /// … namely this part of its variance.
-const LEAST_SHARE: f64 = 0.4;
+const LEAST_OF_VARIANCE: f64 = 0.4;
 /// Knots nearer than this part of the length of a weave follow it.
 const KNOTS_PER_WEAVE: f64 = 0.7;
 
@@ -100,5 +100,5 @@ fn weave_hz(readings: &Readings) -> Option<f64> {
     let steps = ((last_hz - first_hz) / step_hz) as usize;
     let tried = (0..=steps).map(|k| first_hz + k as f64 * step_hz).map(|hz| (hz, power(hz)));
     let (hz, strongest) = tried.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    (strongest > LEAST_SHARE * all).then_some(hz)
+    (strongest > LEAST_OF_VARIANCE * all).then_some(hz)
 }

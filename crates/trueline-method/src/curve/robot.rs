@@ -11,12 +11,12 @@ use nalgebra::Matrix2xX;
 use trueline_geometry::{Pose, se3, so3};
 
 /// Readings on which the robot's errors are looked at; of more, one in several represents the rest, for these errors change slowly.
-const SAMPLE: usize = 800;
+const MOST_READINGS: usize = 800;
 
 /// How each mode of the robot's errors moves the readings, of unit variance.
 #[must_use]
 pub(crate) fn moves(readings: &Readings, fitted: &Fitted, sigmas: RobotSigmas) -> Moves {
-    let every = readings.list.len().div_ceil(SAMPLE).max(1);
+    let every = readings.list.len().div_ceil(MOST_READINGS).max(1);
     let poses = poses(readings, fitted, every);
     let path: Vec<Pose> = poses.iter().map(|(_, pose)| *pose).collect();
     let Some(field) = RobotField::new(sigmas, &path) else { return Moves::default() };

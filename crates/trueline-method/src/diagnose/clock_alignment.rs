@@ -11,6 +11,7 @@ use crate::config::Config;
 use crate::diagnose::quick_fit::quick_fit;
 use crate::diagnose::shift_regression::{ShiftRegression, places};
 use crate::diagnose::steps::{Step, Steps};
+use crate::thinning::stride;
 use trueline_dataset::Recording;
 
 /// The shift that was found.
@@ -74,7 +75,7 @@ const STEP_S: f64 = 0.02;
 /// Least overlap, s.
 const LEAST_OVERLAP_S: f64 = 3.0;
 /// Least part of the images that overlaps.
-const LEAST_SHARE: f64 = 0.5;
+const LEAST_OVERLAP: f64 = 0.5;
 /// Maxima nearer to each other than this are one, s: the search of calibration reaches further.
 const APART_S: f64 = 0.4;
 /// Shifts that are calibrated.
@@ -108,7 +109,7 @@ pub fn align(
     let between_ns = images.stamp_ns - robot.stamp_ns;
     let places = places(&recording.features);
     let regression =
-        ShiftRegression::new(recording, places, LEAST_SHARE, LEAST_OVERLAP_S).ok_or(too_short)?;
+        ShiftRegression::new(recording, places, LEAST_OVERLAP, LEAST_OVERLAP_S).ok_or(too_short)?;
     let mut peaks = peaks(&regression);
     peaks.truncate(CANDIDATES);
     if peaks.is_empty() {
@@ -247,7 +248,7 @@ fn peaks(regression: &ShiftRegression) -> Vec<Peak> {
 
 /// Every so-many-th image, whole.
 fn thinned(recording: &Recording) -> Recording {
-    let every = recording.features.len().div_ceil(CALIBRATED).max(1);
+    let every = stride(recording.features.len(), CALIBRATED);
     let mut thin = recording.clone();
     let (mut index, mut last) = (0, None);
     thin.features.retain(|feature| {

@@ -10,6 +10,7 @@ use crate::diagnose::steps::{Budget, Step, Steps};
 use crate::diagnose::told;
 use crate::diagnose::trials::{CALIBRATION_COSTS, FEW, Trial, Trials, explanations};
 use crate::input::stops;
+use crate::thinning::stride;
 use crate::{Calibration, Error, Status};
 use std::time::Duration;
 use tracing::field;
@@ -156,7 +157,7 @@ fn unexplained(result: &Result<Calibration, Error>, not_tried: usize) -> String 
 
 /// Every so-many-th image, so that about `features` are left.
 fn thinned(recording: &Recording, features: usize) -> Recording {
-    let every = recording.features.len().div_ceil(features).max(1);
+    let every = stride(recording.features.len(), features);
     let mut index = 0;
     let mut last_stamp = None;
     let mut thin = recording.clone();

@@ -9,6 +9,7 @@ use crate::order_statistics::median;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{Parameters, TIME_OFFSET};
 use crate::problem::usable::UsableObservations;
+use crate::thinning::stride;
 use trueline_dataset::Recording;
 use trueline_lsq::{Loss, SolveOptions, solve};
 
@@ -22,7 +23,7 @@ pub struct AtOffset {
 }
 
 /// Observations that are looked at.
-const SAMPLE: usize = 300;
+const MOST_OBSERVATIONS: usize = 300;
 /// Offsets to either side that are near the optimum, and their distance, s.
 const NEAR: (usize, f64) = (12, 1e-3);
 /// The same further away.
@@ -41,7 +42,7 @@ pub fn around(recording: &Recording, calibration: &Calibration) -> Result<Vec<At
     }
     let sampling = Sampling::of(recording, observations::origin_ns(recording));
     let mut observations = observe(recording, &sampling, &calibration.findings.config)?;
-    let stride = observations.list.len().div_ceil(SAMPLE).max(1);
+    let stride = stride(observations.list.len(), MOST_OBSERVATIONS);
     observations.list = observations.list.into_iter().step_by(stride).collect();
     let noise = NoiseLevels { robot_sigma_m: observations.robot.noise_m, stamp_sigma_s: 0.0, factor: 1.0 };
     let best = calibration.best_fit().time_offset_s;

@@ -1,6 +1,7 @@
 //! How much of the seam's motion in the sheet the robot's motion explains, if image stamps are shifted.
 
 use crate::order_statistics::median;
+use crate::thinning::stride;
 use nalgebra::{SMatrix, SVector, Vector3};
 use trueline_dataset::{Feature, Measured, Recording};
 use trueline_geometry::{Pose, so3};
@@ -169,7 +170,7 @@ pub(super) fn places(features: &[Feature]) -> Vec<Place> {
             },
         })
         .collect();
-    let every = raw.len().div_ceil(POINTS).max(1);
+    let every = stride(raw.len(), POINTS);
     let middle = |k: usize, axis: usize| {
         let around = raw[k.saturating_sub(3)..(k + 4).min(raw.len())].iter();
         median(around.map(|place| place.at[axis])).unwrap_or(raw[k].at[axis])

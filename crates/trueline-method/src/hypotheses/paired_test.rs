@@ -41,7 +41,7 @@ const FEW: usize = 10;
 /// Fewer frames than this in common …
 const LEAST_FRAMES: usize = 30;
 /// … or a smaller part of all frames have no information.
-const LEAST_SHARE: f64 = 0.25;
+const LEAST_COMMON: f64 = 0.25;
 
 /// How a rival compares with the best solution, over the frames that both can place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -127,7 +127,7 @@ pub(crate) fn tested(
     }
     let differences: Vec<f64> = differences.into_iter().flatten().collect();
     let common = differences.len();
-    if common < LEAST_FRAMES || (common as f64) < LEAST_SHARE * f64::from(frames) {
+    if common < LEAST_FRAMES || (common as f64) < LEAST_COMMON * f64::from(frames) {
         return None;
     }
     let [best_explains, explains] = explained.map(|count| count as f64 / features as f64);

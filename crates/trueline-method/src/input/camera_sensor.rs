@@ -1,5 +1,6 @@
 //! A camera and its laser plane as they are calibrated, and how each of their numbers moves what they measure.
 
+use crate::thinning::stride;
 use nalgebra::{DMatrix, Matrix3, SMatrix, Unit, Vector2, Vector3};
 use trueline_dataset::sensor_setup::{SensorParameter, SensorUncertainty};
 use trueline_dataset::{Measured, Recording};
@@ -7,7 +8,7 @@ use trueline_geometry::Plane;
 use trueline_model::{Camera, LaserSheet};
 
 /// Points of the scan over which displacements are compared.
-const SAMPLE: usize = 60;
+const COMPARED_POINTS: usize = 60;
 
 /// A camera and its laser plane as they are calibrated.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +23,7 @@ impl CameraSensor {
     /// Some pixels of a recording that meet the laser plane.
     #[must_use]
     pub(crate) fn sample(&self, recording: &Recording) -> Vec<Vector2<f64>> {
-        let every = recording.features.len().div_ceil(SAMPLE).max(1);
+        let every = stride(recording.features.len(), COMPARED_POINTS);
         let pixel = |feature: &trueline_dataset::Feature| match feature.measured {
             Measured::Pixel(pixel) => Some(Vector2::from(pixel)),
             _ => None,

@@ -24,7 +24,7 @@ pub(crate) struct Updates {
 const REST_S: f64 = 0.15;
 /// Part of the samples in motion that must be repetitions before any is left out: a robot that turns around stands
 /// still for a sample or two as well.
-const LEAST_SHARE: f64 = 0.1;
+const LEAST_REPEATED: f64 = 0.1;
 /// Controller and poll run in step if this part of the poses is repeated equally often.
 const IN_STEP: f64 = 0.98;
 
@@ -49,7 +49,7 @@ pub(crate) fn updates(times_s: &[f64], poses: &[Pose]) -> Updates {
         }
         start = end;
     }
-    if (repeated as f64) < LEAST_SHARE * moving as f64 {
+    if (repeated as f64) < LEAST_REPEATED * moving as f64 {
         return Updates { kept: (0..poses.len()).collect(), repeated: 0, late_s: 0.0, late_sigma_s: 0.0 };
     }
     let poll_s = median(times_s.windows(2).map(|w| w[1] - w[0])).unwrap_or(0.0);

@@ -9,7 +9,7 @@ use crate::problem::parameters::Parameters;
 use trueline_lsq::{Loss, SolveOptions, solve};
 
 /// Observations that a search looks at, of all lines together: every line shows time offset and hand-eye …
-const SAMPLE: usize = 160;
+const LOOKED_AT: usize = 160;
 /// … but at least this number of each.
 const LEAST_OF_LINE: usize = 60;
 /// A search takes features for no better than this, m: of those that are known to a micrometre a thousand σ are no part of the field of view.
@@ -96,7 +96,7 @@ impl<'a> Narrowing<'a> {
 /// The observations that a search looks at.
 #[must_use]
 pub(crate) fn sample(observations: &Observations) -> Vec<Observation> {
-    thin(observations, (SAMPLE / observations.line_count.max(1)).max(LEAST_OF_LINE))
+    thin(observations, (LOOKED_AT / observations.line_count.max(1)).max(LEAST_OF_LINE))
 }
 
 /// Every n-th observation of each line, so that about `wanted` of each are left.

@@ -20,7 +20,7 @@ use crate::stripe::frames::{StripeFrames, frames};
 use crate::stripe::freed::without_bias;
 use crate::stripe::lasting::Lasting;
 use crate::stripe::no_plates::NoPlates;
-use crate::stripe::outcome::{Answer, Apart, Because, LEAST_SHARE, StripeEstimate, StripeOutcome};
+use crate::stripe::outcome::{Answer, Apart, Because, LEAST_WITH_BOTH, StripeEstimate, StripeOutcome};
 use crate::stripe::outlier_counts::OutlierCounts;
 use crate::stripe::planes::Planes;
 use crate::stripe::seam_of_straight_lines::moved_without_forms;
@@ -114,7 +114,7 @@ pub fn estimate(seam: &SeamEstimate<'_>) -> Result<Option<StripeOutcome>, Error>
         Err(why) if is_asked => return Err(Error::NoPlates { why }),
         Err(why) => return Ok(Some(kept(Because::Plates(why), None))),
     };
-    let enough = frames.with_both as f64 >= LEAST_SHARE * frames.total as f64;
+    let enough = frames.with_both as f64 >= LEAST_WITH_BOTH * frames.total as f64;
     let because = match (is_asked, enough) {
         (true, _) => Because::Asked,
         (false, false) => Because::TooFewFrames,

@@ -18,6 +18,7 @@ use crate::stripe::motion_information::MOST_NOISE;
 use crate::stripe::problem::StripeProblem;
 use crate::stripe::state::StripeState;
 use crate::stripe::weighed_frame::WeighedFrame;
+use crate::thinning::stride;
 use nalgebra::{DMatrix, Matrix3, SVector, Vector3};
 use trueline_geometry::so3;
 use trueline_lsq::{Information, LeastSquares, NormalEquations};
@@ -26,7 +27,7 @@ use trueline_lsq::{Information, LeastSquares, NormalEquations};
 const SMALL_TURN_RAD: f64 = 1e-4;
 
 /// Frames that are looked at; of more, one in several represents the rest.
-const SAMPLE: usize = 400;
+const MOST_FRAMES: usize = 400;
 
 /// The noise of the reported attitudes.
 #[derive(Clone, Copy, Debug)]
@@ -56,7 +57,7 @@ pub fn shown(
 
 /// What of the information is noise of the attitudes that the fit takes, over all unknowns.
 fn of_attitudes(problem: &StripeProblem<'_>, at: &StripeState, noise: AttitudeNoise) -> DMatrix<f64> {
-    let every = problem.frames.len().div_ceil(SAMPLE).max(1);
+    let every = stride(problem.frames.len(), MOST_FRAMES);
     let mut sums = FrameSums::new(problem.unknowns);
     for weighed in problem.frames.iter().step_by(every) {
         for pose_noise in pose_noise_gradients(problem, weighed, at, noise).into_iter().flatten() {

@@ -17,13 +17,14 @@ use crate::stripe::frame_sums::FrameSums;
 use crate::stripe::problem::StripeProblem;
 use crate::stripe::state::StripeState;
 use crate::stripe::weighed_frame::WeighedFrame;
+use crate::thinning::stride;
 use nalgebra::{DMatrix, DVector, SVector};
 use trueline_geometry::Trajectory;
 use trueline_lsq::Information;
 use trueline_model::Placement;
 
 /// Frames that are looked at; of more, one in several represents the rest.
-const SAMPLE: usize = 800;
+const MOST_FRAMES: usize = 800;
 /// A direction that is noise by this part or more is not seen: a linear account of errors ends where they are as large as the motion.
 pub(crate) const MOST_NOISE: f64 = 0.5;
 
@@ -35,7 +36,7 @@ pub fn times_looked_at_s(problem: &StripeProblem<'_>, at: &StripeState) -> Vec<f
 }
 
 fn every(problem: &StripeProblem<'_>) -> usize {
-    problem.frames.len().div_ceil(SAMPLE).max(1)
+    stride(problem.frames.len(), MOST_FRAMES)
 }
 
 fn looked_at<'a>(problem: &'a StripeProblem<'_>) -> impl Iterator<Item = &'a WeighedFrame> {

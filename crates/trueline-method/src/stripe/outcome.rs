@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 use std::collections::BTreeMap;
 
 /// Share of the frames in which both plates must be seen for stripes to be used by default.
-pub const LEAST_SHARE: f64 = 0.8;
+pub const LEAST_WITH_BOTH: f64 = 0.8;
 
 /// Seam errors that differ by less than this factor are of the same kind: which errors an answer counts as estimated or assumed moves
 /// them by as much.

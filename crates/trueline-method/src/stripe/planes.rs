@@ -4,6 +4,7 @@ use crate::assess::observability::is_null;
 use crate::stripe::frames::{Sight, StripeFrame, StripeFrames};
 use crate::stripe::state::StripeState;
 use crate::stripe::target::{Bearing, Target};
+use crate::thinning::stride;
 use crate::{
     input::observations::Observations, order_statistics::quantile, stripe::frame_residual::placement,
 };
@@ -239,7 +240,7 @@ fn seen_points(
     (joint, number): (usize, usize),
 ) -> Vec<SeenPoint> {
     let mut seen = Vec::new();
-    let every = frames.len().div_ceil(MOST_FRAMES).max(1);
+    let every = stride(frames.len(), MOST_FRAMES);
     for frame in frames.iter().filter(|frame| frame.joint == joint).step_by(every) {
         let Sight::Stripes(stripes) = &frame.sight else { continue };
         let Some(placement) = placement(observations, frame.stamp_s, at) else { continue };

@@ -3,13 +3,14 @@
 //! A seam that is not straight and a robot that wanders move seam points alike. Stripes separate them: plates have the forms that
 //! [`crate::stripe::state::SURFACE_SIGMA_M`] allows them, and what these take up is not assigned to the robot.
 
-use crate::assess::robot_accuracy::{SAMPLE, Scores, modes};
+use crate::assess::robot_accuracy::{MOST_OBSERVATIONS, Scores, modes};
 use crate::assess::robot_field::RobotSigmas;
 use crate::assess::row_products::RowProducts;
 use crate::problem::layout::Layout;
 use crate::stripe::fit::StripeFit;
 use crate::stripe::frame_residual::{ROWS, linearize_frame};
 use crate::stripe::systematic::robot_columns;
+use crate::thinning::stride;
 use nalgebra::DVectorViewMut;
 use trueline_geometry::Pose;
 use trueline_lsq::Information;
@@ -27,7 +28,7 @@ pub(crate) fn shown(
 
 fn scores(fit: &StripeFit<'_>, information: &Information) -> Option<Scores> {
     let (problem, at) = (&fit.problem, fit.state());
-    let every = problem.frames.len().div_ceil(SAMPLE).max(1);
+    let every = stride(problem.frames.len(), MOST_OBSERVATIONS);
     let placed: Vec<_> = problem
         .frames
         .iter()
@@ -88,7 +89,7 @@ mod tests {
         let sampling = Sampling::of(&recording, origin_ns(&recording));
         let observations = observe(&recording, &sampling, &config).unwrap();
         let frames = frames(&recording, &observations, Measurements::Stripe, &config).unwrap();
-        assert!(frames.list.len() < SAMPLE, "all are looked at");
+        assert!(frames.list.len() < MOST_OBSERVATIONS, "all are looked at");
         let truth = recording.truth.as_ref().unwrap();
         let like = Parameters::straight(&truth.parameters, truth.lines.clone());
         let begin = start::start(&observations, &frames, &like, None).unwrap();

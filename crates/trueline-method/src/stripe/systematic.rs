@@ -11,6 +11,7 @@ use crate::stripe::frames::{Sight, StripeFrame};
 use crate::stripe::state::StripeState;
 use crate::stripe::unknowns::{LOCAL_ALL, LOCAL_SHAPE, StripeUnknowns};
 use crate::stripe::weighed_frame::WeighedFrame;
+use crate::thinning::stride;
 use nalgebra::{DMatrix, SMatrix};
 use trueline_lsq::Information;
 use trueline_model::{Placement, SheetShape};
@@ -28,7 +29,7 @@ pub struct SharedErrors<'a> {
 }
 
 /// Frames that are looked at; of more, one in several represents the rest.
-const SAMPLE: usize = 800;
+const MOST_FRAMES: usize = 800;
 
 /// How far each kind of error moves the estimate.
 #[must_use]
@@ -39,7 +40,7 @@ pub(crate) fn systematic(
 ) -> Systematic {
     let SharedErrors { levels, field, tilt, bias: bias_error } = shared;
     let (problem, root) = (&fit.problem, information.covariance_root());
-    let every = problem.frames.len().div_ceil(SAMPLE).max(1);
+    let every = stride(problem.frames.len(), MOST_FRAMES);
     let at = with_shape(fit);
     let seen: Vec<(&WeighedFrame, Placement)> = problem
         .frames

@@ -27,7 +27,7 @@ const LEAST_QUALITY: f64 = 0.9;
 const MOST_SIGMA_PX: f64 = 2.5;
 /// Part of the weight of all ridges that lies on lines through the corner, and how near to it these pass, px. Corners that a person
 /// sees have 0.7 and more, accidental ones of chessboards and furniture 0.4 and less.
-const LEAST_SHARE: f64 = 0.6;
+const LEAST_THROUGH_CORNER: f64 = 0.6;
 const THROUGH_PX: f64 = 5.0;
 
 /// Finds such corners; keeps its memory from one picture to the next.
@@ -97,7 +97,7 @@ impl PlainCornerFinder {
         let all: f32 = self.edgels.iter().map(|edgel| (edgel.brightness / brightest).sqrt()).sum();
         let is_through = |segment: &&LineSegment| segment.line.distance(&ideal).abs() < THROUGH_PX;
         let through = self.segments[..seen].iter().filter(is_through).map(LineSegment::weight);
-        through.sum::<f64>() >= LEAST_SHARE * f64::from(all)
+        through.sum::<f64>() >= LEAST_THROUGH_CORNER * f64::from(all)
     }
 }
 

@@ -17,7 +17,7 @@ pub struct Trigger {
 }
 
 /// An input is the camera's if it rises for at least this share of the pictures, and for no more than twice as many.
-const LEAST_SHARE: f64 = 0.3;
+const LEAST_RISES: f64 = 0.3;
 
 /// The input of a recording that rises about as often as pictures were taken; `None` if there is none.
 pub(crate) fn of(imported: &Imported, frames: usize) -> Option<Trigger> {
@@ -28,7 +28,7 @@ fn of_inputs(changes: &[InputsEntry], exposure_s: f64, frames: usize) -> Option<
     let rising = (0..u64::BITS).map(|input| (input, rising(changes, input)));
     let likely = rising.filter(|(_, edges)| {
         let share = edges.len() as f64 / frames.max(1) as f64;
-        (LEAST_SHARE..=2.0).contains(&share)
+        (LEAST_RISES..=2.0).contains(&share)
     });
     // Of several that rise as often (a number with a sign repeats its highest bit) the first.
     let (input, between_ns) = likely.max_by_key(|(input, edges)| (edges.len(), Reverse(*input)))?;
