@@ -3,10 +3,10 @@
 use crate::adjusted::{Adjusted, Unsolved, adjusted, residuals_of};
 use crate::answered::{Answered, beside_cause, with_sensor};
 use crate::assess::cause_kind::CauseKind;
+use crate::assess::confounded_causes::{self, ConfoundedCause};
 use crate::assess::convergence;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::{self, Subject};
-use crate::assess::instead_of_sensor::{self, InsteadOfSensor};
 use crate::assess::misfit_patterns::Patterns;
 use crate::assess::observability::{Group, RANK_THRESHOLD};
 use crate::assess::profile_likelihood::{self, Widening};
@@ -70,7 +70,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         checks.seam_error = seam_error(from, &uncertainty, &systematic);
     }
     checks.cause = from.cause.clone();
-    checks.instead_of_sensor = instead_of_sensor(from, &problem, &unknowns);
+    checks.confounded_causes = confounded_causes(from, &problem, &unknowns);
     checks.feature_bias = from.bias.as_ref().and_then(|taken| {
         let estimate = sums.bias(&taken.px, from.inflation())?;
         Some(FeatureBias::new(&estimate, taken.is_plain))
@@ -129,17 +129,17 @@ fn fit_findings(
 }
 
 /// Other causes that could explain an apparent sensor error.
-fn instead_of_sensor(
+fn confounded_causes(
     from: &Concluded<'_>,
     problem: &LineProblem<'_>,
     unknowns: &Unknowns,
-) -> Vec<InsteadOfSensor> {
+) -> Vec<ConfoundedCause> {
     let is_open =
         |shape: &SensorShape| shape.is_off() && from.cause.is_none() && from.assessed.all_observable();
     let Some(shape) = unknowns.sensor.filter(is_open) else { return Vec::new() };
     let at = &unknowns.parameters;
     let patterns = Patterns::of(from.recording, problem, at, from.assessed.information.covariance_root());
-    let mut instead = instead_of_sensor::find(&patterns, &shape, at, &unknowns.covariance);
+    let mut instead = confounded_causes::find(&patterns, &shape, at, &unknowns.covariance);
     // What has no picture has no two halves of one.
     let has_picture = matches!(from.recording.sensor, Sensor::CameraLaser { .. });
     instead.retain(|cause| has_picture || cause.kind != CauseKind::SideBias);
@@ -327,7 +327,7 @@ fn take_adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>, findings: &mut
         with_sensor(from, Answered { parameters: answer.at, covariance, noise_covariance, observability });
     findings.unknowns.sensor = beside_cause(from, &findings.unknowns);
     if !findings.unknowns.sensor.is_some_and(|shape| shape.is_off()) {
-        findings.checks.instead_of_sensor.clear();
+        findings.checks.confounded_causes.clear();
     }
 }
 
@@ -391,7 +391,7 @@ fn checks(
         ),
         seam_error: None,
         held_sensor: None,
-        instead_of_sensor: Vec::new(),
+        confounded_causes: Vec::new(),
         drawn_line_shifts: Vec::new(),
         better_without_drawing_m: None,
         cause: None,

@@ -420,7 +420,7 @@ impl Scan {
             outlier_segments: Vec::new(),
             seam_error,
             held_sensor: None,
-            instead_of_sensor: Vec::new(),
+            confounded_causes: Vec::new(),
             drawn_line_shifts: Vec::new(),
             better_without_drawing_m: None,
             cause: None,

@@ -1,12 +1,12 @@
 //! Everything that was found of a scan, before it is judged.
 
 use crate::adjustment::answer::Amplitudes;
+use crate::assess::confounded_causes::ConfoundedCause;
 use crate::assess::corrected_sensor::CorrectedSensor;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::HeldOut;
 use crate::assess::drawn_line_shift::DrawnLineShift;
 use crate::assess::file_frame::{FileFrame, HandEyeOfFile, StatedSensor};
-use crate::assess::instead_of_sensor::InsteadOfSensor;
 use crate::assess::lens::LensCorrection;
 use crate::assess::misfit_cause::MisfitCause;
 use crate::assess::observability::Observability;
@@ -234,7 +234,7 @@ pub struct Checks {
     /// Estimated shape of a sensor that was held fixed; `None` if it was estimated, or cannot be.
     pub held_sensor: Option<SensorShape>,
     /// Causes that the scan cannot separate from a sensor that is off, where it seems so.
-    pub instead_of_sensor: Vec<InsteadOfSensor>,
+    pub confounded_causes: Vec<ConfoundedCause>,
     /// Lines that are not where they were drawn and held.
     pub drawn_line_shifts: Vec<DrawnLineShift>,
     /// Seam error without the drawn lines, m, if smaller than with them.

@@ -3,7 +3,7 @@
 
 use trueline_dataset::{Recording, Sensor};
 use trueline_method::assess::cause_kind::CauseKind;
-use trueline_method::assess::instead_of_sensor::InsteadOfSensor;
+use trueline_method::assess::confounded_causes::ConfoundedCause;
 use trueline_method::{Calibration, Config, Reason, SensorMode, Status, Warning, calibrate};
 use trueline_sim::{Preset, Scenario, random_cell, simulate_with_faults};
 
@@ -54,7 +54,7 @@ fn good_robot() -> Config {
 /// A seam that swings with one frequency: its acceleration goes as its place, and a lag of the arm is a scale of the sensor.
 #[test]
 fn a_lag_that_a_scan_does_not_tell_from_the_sensor_is_named_beside_it() {
-    let lag = |instead: &[InsteadOfSensor]| {
+    let lag = |instead: &[ConfoundedCause]| {
         instead.iter().find(|c| c.kind == CauseKind::CommandedPose).map(|c| c.size)
     };
     for preset in [Preset::Quick, Preset::Paper, Preset::TwoLines] {

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use trueline_dataset::result_file::Fact;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::assess::cause_kind::CauseKind;
+use trueline_method::assess::confounded_causes::ConfoundedCause;
 use trueline_method::assess::drawn_line_shift::DrawnLineShift;
-use trueline_method::assess::instead_of_sensor::InsteadOfSensor;
 use trueline_method::assess::lens::LensCorrection;
 use trueline_method::assess::observability::{Group, Unobservable};
 use trueline_method::assess::robot_field::RobotSigmas;
@@ -234,7 +234,7 @@ fn lens_off(lens: &LensCorrection) -> Value {
     json!({ "k1": k1, "k2": k2, "sigma_k1": sigma_k1, "sigma_k2": sigma_k2 })
 }
 
-fn sensor_off(shape: &SensorShape, instead: &[InsteadOfSensor]) -> Value {
+fn sensor_off(shape: &SensorShape, instead: &[ConfoundedCause]) -> Value {
     let [h1, h2, h3, h4, h5] = shape.found.h;
     let found = [h1, h2, h3, h4 / MM_PER_M, h5 / MM_PER_M];
     let instead = instead.iter().map(|cause| {

@@ -1,7 +1,7 @@
 //! Whether the parts of a scan agree: each pass over the line, or block of time, is left out in turn, and the
 //! rest must predict it.
 
-use crate::assess::left_out::{LeftOut, PartSums};
+use crate::assess::leave_one_out::{LeftOut, PartSums};
 use crate::config::Config;
 use crate::input::observations::{Observation, Observations};
 use crate::problem::line_problem::{Criterion, LineProblem};

@@ -1,6 +1,7 @@
 //! What the optimum is worth: identifiability, residuals, cross-validation, outlier segments, seam point error.
 
 pub mod cause_kind;
+pub mod confounded_causes;
 pub mod convergence;
 pub mod corrected_sensor;
 pub mod correlated_noise;
@@ -9,8 +10,7 @@ pub mod drawn_line_shift;
 pub(crate) mod excitation;
 pub mod file_frame;
 pub(crate) mod identifiability;
-pub mod instead_of_sensor;
-pub(crate) mod left_out;
+pub(crate) mod leave_one_out;
 pub mod lens;
 pub(crate) mod levels;
 pub mod misfit_cause;

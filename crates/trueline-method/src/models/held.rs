@@ -41,7 +41,7 @@ pub(crate) fn freed(config: &Config, as_stated: &Calibration) -> Option<Config> 
 /// What is held against the same scan with it released; what the scan contradicts leaves no accuracy to be claimed.
 pub(crate) fn compare(config: &Config, checks: &mut Checks, released: &Calibration) {
     checks.held_sensor = held_sensor(config, released);
-    checks.instead_of_sensor = released.findings.checks.instead_of_sensor.clone();
+    checks.confounded_causes = released.findings.checks.confounded_causes.clone();
     checks.drawn_line_shifts = shifted_lines(config, released);
     checks.lens = released.findings.checks.lens;
     checks.better_without_drawing_m = better_without_drawing_m(config, checks, released);

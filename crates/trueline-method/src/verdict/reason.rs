@@ -7,8 +7,8 @@ use super::reason_words::{
     stripes_contradict, too_few_used, too_many_outliers, worse_minimum, wrong_time_offset,
 };
 use super::sensor_words::contradicted_sensor;
+use crate::assess::confounded_causes::ConfoundedCause;
 use crate::assess::drawn_line_shift::DrawnLineShift;
-use crate::assess::instead_of_sensor::InsteadOfSensor;
 use crate::assess::observability::Unobservable;
 use crate::assess::outliers::Outliers;
 use crate::assess::sensor_shape::SensorShape;
@@ -103,7 +103,7 @@ pub enum Reason {
         /// Its estimated shape.
         shape: Box<SensorShape>,
         /// Alternative causes.
-        instead: Vec<InsteadOfSensor>,
+        instead: Vec<ConfoundedCause>,
         /// Whether it was estimated as well known as its file states; else it was held.
         beyond_stated: bool,
     },

@@ -217,7 +217,7 @@ pub(super) fn turn_is_undetermined(f: &Findings) -> bool {
 /// Quantities held fixed that the scan contradicts.
 fn contradicted(f: &Findings) -> Vec<Reason> {
     let lines = f.checks.drawn_line_shifts.iter().map(|shift| Reason::DrawnLineOff { shift: *shift });
-    let instead = &f.checks.instead_of_sensor;
+    let instead = &f.checks.confounded_causes;
     let sensor = f.checks.held_sensor.filter(SensorShape::is_off);
     let beyond_stated = f.config.sensor != SensorMode::Fixed;
     let sensor = sensor.map(|shape| Reason::SensorOff {

@@ -2,11 +2,11 @@
 
 use super::quantity::{MM_PER_M, MS_PER_S};
 use crate::assess::cause_kind::CauseKind;
-use crate::assess::instead_of_sensor::InsteadOfSensor;
+use crate::assess::confounded_causes::ConfoundedCause;
 use crate::assess::sensor_shape::SensorShape;
 
 /// Of a sensor that was corrected.
-pub(super) fn sensor_off(shape: &SensorShape, instead: &[InsteadOfSensor]) -> String {
+pub(super) fn sensor_off(shape: &SensorShape, instead: &[ConfoundedCause]) -> String {
     let found = shape.words().join("; ");
     if shape.stated {
         return format!(
@@ -31,7 +31,7 @@ pub(super) fn sensor_off(shape: &SensorShape, instead: &[InsteadOfSensor]) -> St
 /// Of a sensor that was held fixed, or had the uncertainty of its file.
 pub(super) fn contradicted_sensor(
     shape: &SensorShape,
-    instead: &[InsteadOfSensor],
+    instead: &[ConfoundedCause],
     beyond_stated: bool,
 ) -> String {
     let found = shape.words().join("; ");
@@ -50,11 +50,11 @@ pub(super) fn contradicted_sensor(
     )
 }
 
-fn words(instead: &[InsteadOfSensor]) -> String {
+fn words(instead: &[ConfoundedCause]) -> String {
     instead.iter().map(word).collect::<Vec<_>>().join(", or ")
 }
 
-fn word(InsteadOfSensor { kind, size }: &InsteadOfSensor) -> String {
+fn word(ConfoundedCause { kind, size }: &ConfoundedCause) -> String {
     let (mm, ms) = (size.abs() * MM_PER_M, size.abs() * MS_PER_S);
     match kind {
         CauseKind::Flex => format!("the arm bends by about {mm:.2} mm for each m/s²"),

@@ -164,7 +164,7 @@ fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Warning> {
     warnings.extend(f.axes.iter().flat_map(|axis| axis_not_shown(f, axis)));
     warnings.extend(drawn_line_not_needed(f));
     let off = f.unknowns.sensor.filter(|shape| shape.is_off() && all_seen(f));
-    let instead = &f.checks.instead_of_sensor;
+    let instead = &f.checks.confounded_causes;
     warnings.extend(off.map(|shape| Warning::SensorOff { shape, instead: instead.clone() }));
     warnings.extend(f.checks.lens.map(|lens| Warning::LensOff { lens }));
     if f.checks.mirrored == Mirrored::ToldApartBySensor {
@@ -223,7 +223,7 @@ fn all_seen(f: &Findings) -> bool {
 fn causes(f: &Findings) -> impl Iterator<Item = Warning> {
     // What is not seen of time offset and hand-eye is in the shape too.
     let off = f.unknowns.sensor.filter(|shape| shape.is_off() && all_seen(f));
-    let instead = &f.checks.instead_of_sensor;
+    let instead = &f.checks.confounded_causes;
     let off = off.map(|shape| Warning::SensorOff { shape, instead: instead.clone() });
     let lens = f.checks.lens.map(|lens| Warning::LensOff { lens });
     let cause = likely_cause(f);

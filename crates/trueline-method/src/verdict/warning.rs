@@ -12,7 +12,7 @@ use super::warning_words::{
     wavy_seam, widened,
 };
 use crate::assess::cause_kind::CauseKind;
-use crate::assess::instead_of_sensor::InsteadOfSensor;
+use crate::assess::confounded_causes::ConfoundedCause;
 use crate::assess::lens::LensCorrection;
 use crate::assess::observability::Unobservable;
 use crate::assess::robot_field::RobotSigmas;
@@ -50,7 +50,7 @@ pub enum Warning {
         /// Its estimated shape.
         shape: SensorShape,
         /// Alternative causes.
-        instead: Vec<InsteadOfSensor>,
+        instead: Vec<ConfoundedCause>,
     },
     /// The lens is not what the sensor's file states.
     LensOff {

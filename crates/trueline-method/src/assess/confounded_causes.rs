@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, SVector};
 
 /// A cause that a scan cannot separate from a wrong sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct InsteadOfSensor {
+pub struct ConfoundedCause {
     /// Which.
     pub kind: CauseKind,
     /// How large it would be, in the unit of its kind; of several numbers the largest.
@@ -33,11 +33,11 @@ pub(crate) fn find(
     shape: &SensorShape,
     at: &Parameters,
     covariance: &DMatrix<f64>,
-) -> Vec<InsteadOfSensor> {
+) -> Vec<ConfoundedCause> {
     let first = at.unknowns().shape().start;
     let own = covariance.fixed_view::<5, 5>(first, first).into_owned();
     let h = SVector::<f64, 5>::from(shape.found.h);
-    let mut found: Vec<(f64, InsteadOfSensor)> = CauseKind::ALL
+    let mut found: Vec<(f64, ConfoundedCause)> = CauseKind::ALL
         .into_iter()
         .filter_map(|kind| {
             let allowed = patterns.allowed_for(kind, usual_sizes(kind))?;
@@ -51,7 +51,7 @@ pub(crate) fn find(
             let usual = usual_sizes(kind).first().copied().unwrap_or_default();
             let is_possible = (size > 0.0 || !kind.is_one_sided()) && size.abs() > WORTH_NAMING * usual;
             let wald = beside.dot(&solved);
-            (wald < WALD_LIMIT && is_possible).then_some((wald, InsteadOfSensor { kind, size }))
+            (wald < WALD_LIMIT && is_possible).then_some((wald, ConfoundedCause { kind, size }))
         })
         .collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
