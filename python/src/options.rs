@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use trueline::{Config, Hold, ResidualKind, Stamps};
 use trueline_dataset::cad_file;
 use trueline_lsq::Loss;
-use trueline_method::hypotheses::choice::{KnownOfCell, ToolAxis};
+use trueline_method::config::known_of_cell::{KnownOfCell, ToolAxis};
 use trueline_method::{DrawnLine, HeldSigma, Measurements, Requirement, SeamCad, SensorMode, Target};
 
 /// Keywords of `calibrate`; what is `None` keeps its default.

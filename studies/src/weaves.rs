@@ -6,8 +6,8 @@ use crate::arguments::number;
 use nalgebra::DVector;
 use std::collections::{BTreeMap, BTreeSet};
 use trueline_dataset::{Guess, Recording};
+use trueline_method::config::known_of_cell::KnownOfCell;
 use trueline_method::config::{ASSUMED_EDGE_RADIUS_M, ASSUMED_WAVINESS_M};
-use trueline_method::hypotheses::choice::KnownOfCell;
 use trueline_method::{Calibration, Config, Reason, Status, calibrate};
 use trueline_sim::{Preset, Weave, random_cell, simulate};
 

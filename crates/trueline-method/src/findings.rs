@@ -26,7 +26,7 @@ use crate::hypotheses::feature_bias::FeatureBias;
 use crate::hypotheses::search::{BetterMinimum, Mirrored};
 use crate::input::stops::Stops;
 use crate::input::timestamps::StampReport;
-use crate::models::tried::ModelTried;
+use crate::models::ModelTried;
 use crate::problem::parameters::{Parameters, TIME_OFFSET};
 use crate::solve::iteration_record::IterationRecord;
 use crate::stripe::outcome::{StripeEstimate, StripeOutcome};

@@ -21,20 +21,13 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod adjusted;
 pub mod adjustment;
-mod answered;
 pub mod assess;
 pub mod axes;
 pub mod calibrate;
 pub mod calibration;
-mod conclude;
-mod concluded;
 pub mod config;
 pub mod curve;
-mod curved;
-mod curved_checks;
-mod curved_models;
 pub mod diagnose;
 pub mod error;
 pub mod evaluate;

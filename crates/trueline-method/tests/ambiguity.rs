@@ -4,7 +4,8 @@
 use nalgebra::DVector;
 use trueline_dataset::{Guess, Recording};
 use trueline_method::assess::observability::Group;
-use trueline_method::hypotheses::choice::{DecidedBy, KnownOfCell, Statement, ToolAxis, statements_for};
+use trueline_method::config::known_of_cell::{KnownOfCell, ToolAxis};
+use trueline_method::hypotheses::choice::{DecidedBy, Statement, statements_for};
 use trueline_method::{Calibration, Config, Parameters, Reason, SensorMode, Status, Warning, calibrate};
 use trueline_sim::{Preset, Weave, random_cell, simulate};
 

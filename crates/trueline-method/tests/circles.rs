@@ -214,6 +214,30 @@ fn no_circle_of_files_in_any_crate() {
     assert!(circles.is_empty(), "files use each other in a circle:\n{}", circles.join("\n"));
 }
 
+/// The folders and single files at the top of a crate, and what each uses of the others.
+fn folder_edges(modules: &Modules) -> BTreeMap<String, BTreeSet<String>> {
+    let top = |name: &str| name.split("::").next().unwrap_or_default().to_owned();
+    let mut edges: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for name in modules.keys().filter(|name| !name.is_empty()) {
+        let own = top(name);
+        let used = uses(name, modules);
+        let others = used.iter().map(|to| top(to)).filter(|to| !to.is_empty() && *to != own);
+        edges.entry(own.clone()).or_default().extend(others);
+    }
+    edges
+}
+
+#[test]
+fn no_circle_of_folders_in_the_method() {
+    let modules = modules(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/src")));
+    let circle = circle(&folder_edges(&modules));
+    assert!(
+        circle.is_none(),
+        "folders use each other in a circle: {}",
+        circle.unwrap_or_default().join(" → ")
+    );
+}
+
 #[test]
 fn circles_of_every_form_are_found() {
     let of = |files: &[(&str, &str)]| -> Modules {
@@ -255,5 +279,10 @@ fn circles_of_every_form_are_found() {
             "// use crate::m::X;\nuse std::b::x;\n#[cfg(test)]\n#[allow(x)]\nmod tests { use crate::m::X; }"
         )
     ]));
+    // Folders may form a circle where no files do.
+    let folders =
+        [("a::x", "use crate::b::y::Y;"), ("a::z", ""), ("b::y", ""), ("b::w", "use crate::a::z::Z;")];
+    assert!(!is_circular(&folders));
+    assert!(circle(&folder_edges(&of(&folders))).is_some());
     assert!(is_circular(&[("a", "use crate::b::B;"), ("b", "#[cfg(test)]\nuse crate::a::A;\nmod c;")]));
 }

@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 use trueline_dataset::Recording;
-use trueline_method::models::tried::{Because, Block, Clock, Role};
+use trueline_method::models::{Because, Block, Clock, Role};
 use trueline_method::{Calibration, Config, DrawnLine, Reason, SensorMode, calibrate};
 use trueline_sim::noise::Noise;
 use trueline_sim::{Preset, simulate_with_faults};

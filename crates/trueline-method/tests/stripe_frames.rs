@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 use trueline_dataset::{Recording, RobotSample};
+use trueline_method::error::no_plates::NoPlates;
 use trueline_method::input::skip::Skip;
-use trueline_method::stripe::no_plates::NoPlates;
 use trueline_method::stripe::outcome::{Because, StripeEstimate};
 use trueline_method::{Calibration, Config, Error, Measurements, Stamps, Status, calibrate};
 use trueline_sim::{PlatePair, Plates, Preset, scan_plates};

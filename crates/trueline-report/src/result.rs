@@ -14,7 +14,7 @@ use trueline_geometry::Line;
 use trueline_method::adjustment::answer::Amplitudes;
 use trueline_method::assess::observability::{Group, RANK_THRESHOLD, Unobservable};
 use trueline_method::hypotheses::ambiguity::RivalAnswer;
-use trueline_method::models::tried::{Block, ModelTried, Role};
+use trueline_method::models::{Block, ModelTried, Role};
 use trueline_method::problem::parameters::{self, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_method::solve::iteration_record::IterationRecord;
 use trueline_method::verdict::Axis;

@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use trueline_lsq::Loss;
-use trueline_method::hypotheses::choice::{KnownOfCell, ToolAxis};
+use trueline_method::config::known_of_cell::{KnownOfCell, ToolAxis};
 use trueline_method::{
     Config, DrawnLine, HeldSigma, Hold, Measurements, Requirement, ResidualKind, SensorMode, Stamps, Target,
     Use,

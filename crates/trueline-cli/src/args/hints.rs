@@ -1,6 +1,6 @@
 //! Which options of the program help with what a calibration says.
 
-use trueline_method::input::feature_noise::NoiseUnused;
+use trueline_method::error::noise_unused::NoiseUnused;
 use trueline_method::{Calibration, Error, Reason, Warning};
 
 /// What the user can try next, once each.

@@ -14,7 +14,7 @@ use crate::assess::seam_error::{Share, ShareOf};
 use crate::assess::systematic::SystematicLevels;
 use crate::assess::tilt_bias::TiltBias;
 use crate::config::ASSUMED_WAVINESS_M;
-use crate::models::tried as models;
+use crate::models;
 use crate::order_statistics::quantile;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;

@@ -4,7 +4,7 @@ use crate::adjustment::form::Hats;
 use crate::adjustment::frames::Frame;
 use crate::assess::robot_field::RobotField;
 use crate::assess::tilt_bias::BIAS;
-use crate::models::tried as models;
+use crate::models;
 use crate::problem::unknowns::TIME_OFFSET;
 use nalgebra::{DVector, Vector3};
 use std::ops::Range;

@@ -1,7 +1,7 @@
 //! Noise that lasts from frame to frame: white noise with two Ornstein–Uhlenbeck processes on top \[Uhlenbeck1930\], a short and a long one, filtered out of
 //! rows in order of time \[Kalman1960\].
 
-use crate::assess::row_products::RowProducts;
+use crate::problem::row_products::RowProducts;
 use nalgebra::DMatrix;
 
 /// Amount of correlated noise.

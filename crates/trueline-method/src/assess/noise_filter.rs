@@ -4,7 +4,7 @@
 //! cov(y(a), y(b)) = (1 − w) ρ^(|a − b|/step) + w δ_ab, in units of the variance. The filter turns values in rising order
 //! into innovations of unit variance; run over residual and Jacobian alike it multiplies both by V^(−½).
 
-use crate::assess::row_products::RowProducts;
+use crate::problem::row_products::RowProducts;
 use nalgebra::{DMatrix, DVector};
 
 /// Correlation of neighbours, and the part of the variance that is white.

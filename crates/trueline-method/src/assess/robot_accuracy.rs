@@ -6,12 +6,12 @@
 //! wanders, moves the modes as well.
 
 use crate::assess::robot_field::{RobotField, RobotSigmas};
-use crate::assess::row_products::RowProducts;
 use crate::assess::systematic::robot_columns;
 use crate::config::ASSUMED_ROBOT_ACCURACY_M;
 use crate::problem::layout::Layout;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
+use crate::problem::row_products::RowProducts;
 use crate::thinning::stride;
 use nalgebra::{DMatrix, DVector, DVectorViewMut};
 use trueline_geometry::Pose;

@@ -4,12 +4,12 @@
 //! |---|---|
 //! | `start` | attitudes, offsets and directions on a grid, with a linear problem each |
 //! | `refine` | all unknowns of the best of them, robustly |
-//! | `estimate` | the calibration about these, repeated until the axes stay where they are |
 //! | `finding` | what is said of an axis |
+//!
+//! [`crate::calibrate`] calibrates about these, and again until the axes stay where they are.
 
-pub(crate) mod estimate;
 pub mod finding;
-mod refine;
-mod scan;
-mod start;
-mod state;
+pub(crate) mod refine;
+pub(crate) mod scan;
+pub(crate) mod start;
+pub(crate) mod state;

@@ -13,7 +13,7 @@ const LOOSE: f64 = 30.0;
 
 /// Where a refinement has led.
 #[derive(Clone, Debug)]
-pub(super) struct Refined {
+pub(crate) struct Refined {
     /// Mean loss, between 0 for no residual and 1 for outliers.
     pub loss: f64,
     /// The unknowns.
@@ -22,7 +22,7 @@ pub(super) struct Refined {
 
 /// Follows a start through scales of the loss, m; `None` where hardly anything has a place.
 #[must_use]
-pub(super) fn follow(
+pub(crate) fn follow(
     scan: &AxisScan,
     readings: &[Reading],
     start: State,

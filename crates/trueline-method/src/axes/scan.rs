@@ -14,7 +14,7 @@ use trueline_geometry::{AxisKind, Pose, Trajectory};
 
 /// A reading of a seam.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Reading {
+pub(crate) struct Reading {
     /// Its stamp, s.
     pub stamp_s: f64,
     /// The measured point in the camera frame, m.
@@ -22,7 +22,7 @@ pub(super) struct Reading {
 }
 
 /// A scan without its axes.
-pub(super) struct AxisScan {
+pub(crate) struct AxisScan {
     /// The robot's path, as the controller reports it.
     pub path: Trajectory,
     /// The axes, where they are taken to be.
@@ -39,7 +39,7 @@ pub(super) struct AxisScan {
 
 /// The line that was read most often: the search looks at its readings.
 #[must_use]
-pub(super) fn most_read(recording: &Recording) -> Option<u32> {
+pub(crate) fn most_read(recording: &Recording) -> Option<u32> {
     let mut counts = BTreeMap::new();
     recording.features.iter().for_each(|feature| *counts.entry(feature.line).or_insert(0_usize) += 1);
     counts.into_iter().max_by_key(|(_, count)| *count).map(|(line, _)| line)
@@ -52,7 +52,7 @@ const EVEN_M: f64 = 1e-3;
 
 /// Whether an axis runs evenly all the while something is read: a shift of its clock turns or shifts all that it carries alike, so that nothing shows it.
 #[must_use]
-pub(super) fn runs_evenly(record: &AxisRecord, recording: &Recording) -> bool {
+pub(crate) fn runs_evenly(record: &AxisRecord, recording: &Recording) -> bool {
     let stamps = || recording.features.iter().map(|feature| feature.stamp_ns);
     let (Some(first), Some(last)) = (stamps().min(), stamps().max()) else { return false };
     let read = record.values.iter().filter(|value| (first..=last).contains(&value.stamp_ns));
@@ -72,7 +72,7 @@ impl AxisScan {
     ///
     /// # Errors
     /// Streams that are no scan.
-    pub(super) fn of(recording: &Recording, chain: AxisChain, config: &Config) -> Result<Self, Error> {
+    pub(crate) fn of(recording: &Recording, chain: AxisChain, config: &Config) -> Result<Self, Error> {
         let plain = Recording { axes: Vec::new(), ..recording.clone() };
         let sampling = Sampling::of(&plain, origin_ns(&plain));
         let observations = observe_by(sampling.of_arrival(config), &plain, &sampling, config)?;
@@ -91,7 +91,7 @@ impl AxisScan {
 
     /// The same scan with other axes.
     #[must_use]
-    pub(super) fn with_chain(&self, chain: AxisChain) -> Self {
+    pub(crate) fn with_chain(&self, chain: AxisChain) -> Self {
         Self {
             chain,
             path: self.path.clone(),
@@ -103,14 +103,14 @@ impl AxisScan {
 
     /// So many of its readings at most, evenly.
     #[must_use]
-    pub(super) fn some(&self, most: usize) -> Vec<Reading> {
+    pub(crate) fn some(&self, most: usize) -> Vec<Reading> {
         let step = stride(self.readings.len(), most);
         self.readings.iter().step_by(step).copied().collect()
     }
 
     /// How far a reading is off the seam in both directions square to it, m; `None` where the robot or an axis has no place then.
     #[must_use]
-    pub(super) fn off_m(&self, at: &State, reading: &Reading) -> Option<Vector2<f64>> {
+    pub(crate) fn off_m(&self, at: &State, reading: &Reading) -> Option<Vector2<f64>> {
         let time_s = reading.stamp_s - at.time_offset_s;
         let lines_from_carrier: Pose = at.chain.lines_from_carrier(&self.path.pose_at(time_s)?, time_s)?;
         let point = lines_from_carrier * (at.tool_from_camera * nalgebra::Point3::from(reading.point));

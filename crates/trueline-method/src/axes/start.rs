@@ -43,7 +43,7 @@ const RIDGE: f64 = 1e-6;
 
 /// The state that explains most readings, with one axis placed anew and the others where they are; `None` where nothing explains them.
 #[must_use]
-pub(super) fn from_nothing(scan: &AxisScan, sought: usize, within_s: f64, threads: usize) -> Option<Refined> {
+pub(crate) fn from_nothing(scan: &AxisScan, sought: usize, within_s: f64, threads: usize) -> Option<Refined> {
     let steps = (within_s / OFFSET_STEP_S).ceil() as i32;
     let offsets: Vec<f64> = (-steps..=steps).map(|k| f64::from(k) * OFFSET_STEP_S).collect();
     let mut best: Option<Refined> = None;

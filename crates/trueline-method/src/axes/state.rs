@@ -6,13 +6,13 @@ use trueline_geometry::axis::{AXIS, AXIS_POINT, AXIS_SCALE, AXIS_TIME_OFFSET};
 use trueline_geometry::{AxisKind, Line, Pose, se3};
 
 /// Numbers of time offset, hand-eye transform and line.
-pub(super) const OWN: usize = 11;
+pub(crate) const OWN: usize = 11;
 /// Stamps of an axis are no later than this as a rule, s: of one that runs evenly nothing else says how late they are.
 const USUAL_OFFSET_S: f64 = 0.1;
 
 /// One value of all unknowns.
 #[derive(Clone, Debug)]
-pub(super) struct State {
+pub(crate) struct State {
     /// Time offset of the readings, s.
     pub time_offset_s: f64,
     /// Hand-eye transform.
@@ -25,7 +25,7 @@ pub(super) struct State {
 
 impl State {
     /// Numbers of the axes that are estimated: all but scales, points of linear ones, and time offsets that nothing shows.
-    pub(super) fn of_axes(&self) -> Vec<(usize, usize)> {
+    pub(crate) fn of_axes(&self) -> Vec<(usize, usize)> {
         let is_free = |link: &Link, number: usize| match number {
             AXIS_SCALE => false,
             AXIS_TIME_OFFSET => !link.holds_time_offset,
@@ -39,13 +39,13 @@ impl State {
     }
 
     /// Twice the cost of the time offsets of the axes by what is usual.
-    pub(super) fn unusual(&self) -> f64 {
+    pub(crate) fn unusual(&self) -> f64 {
         let square = |link: &Link| (link.axis.time_offset_s / USUAL_OFFSET_S).powi(2);
         self.chain.links.iter().filter(|link| !link.holds_time_offset).map(square).sum()
     }
 
     /// A time offset of each axis by what is usual, and its weight there; of the other numbers nothing is known.
-    pub(super) fn known(&self, (link, number): (usize, usize)) -> [f64; 2] {
+    pub(crate) fn known(&self, (link, number): (usize, usize)) -> [f64; 2] {
         let weight = USUAL_OFFSET_S.powi(-2);
         if number == AXIS_TIME_OFFSET {
             [weight * self.chain.links[link].axis.time_offset_s, weight]
@@ -54,7 +54,7 @@ impl State {
         }
     }
 
-    pub(super) fn moved(&self, free: &[(usize, usize)], step: &DVector<f64>) -> Self {
+    pub(crate) fn moved(&self, free: &[(usize, usize)], step: &DVector<f64>) -> Self {
         let three = |k: usize| Vector3::new(step[k], step[k + 1], step[k + 2]);
         let mut chain = self.chain.clone();
         for (k, link) in chain.links.iter_mut().enumerate() {

@@ -1,6 +1,7 @@
 //! The answer to a scan over a curve: the best of all, what else explains it, and what it shows.
 
 use crate::assess::seam_error::{Share, ShareOf};
+use crate::config::known_of_cell::KnownOfCell;
 use crate::curve::arrow::SHARED;
 use crate::curve::considered::{Considered, Errors, of_shared};
 use crate::curve::equations::{Known, State};
@@ -13,7 +14,6 @@ use crate::curve::sight::step_between;
 use crate::curve::solve::{Finished, Search, finish};
 use crate::curve::spline::Basis;
 use crate::curve::starts::{Candidate, offsets_s, sifted_by};
-use crate::hypotheses::choice::KnownOfCell;
 use crate::problem::parameters::Parameters;
 use nalgebra::{DMatrix, SMatrix, Vector3};
 use trueline_dataset::Guess;

@@ -3,7 +3,6 @@
 
 use crate::config::SeamCad;
 use crate::curve::answer::{Answered, Asked, CadEstimate, held_at};
-use crate::curve::cad_problem::{CadProblem, CadUnit};
 use crate::curve::equations::{Known, State};
 use crate::curve::fit::{Fitted, Terms, Weighing};
 use crate::curve::joint::{BEYOND, MOST_CONTROL};
@@ -13,6 +12,7 @@ use crate::curve::seen::Seen;
 use crate::curve::smoothness::Parts;
 use crate::curve::solve::{Finished, first_factor, of_all};
 use crate::curve::spline::Spline;
+use crate::error::cad_problem::{CadProblem, CadUnit};
 use nalgebra::Vector3;
 use std::cmp::Ordering;
 

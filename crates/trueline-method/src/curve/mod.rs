@@ -11,7 +11,6 @@
 pub mod answer;
 pub(crate) mod arrow;
 pub(crate) mod cad;
-pub mod cad_problem;
 pub(crate) mod considered;
 pub(crate) mod drift;
 pub(crate) mod equations;

@@ -1,6 +1,7 @@
 //! The estimator on scans cast by the simulator: exact data, noise, constant attitude, and each trap with and without its cure.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+use crate::config::known_of_cell::KnownOfCell;
 use crate::curve::answer::{Answered, Asked, squared_sigmas};
 use crate::curve::considered::Errors;
 use crate::curve::equations::{Known, State, add_prior, add_sights, bends, sights, stepped};
@@ -14,7 +15,6 @@ use crate::curve::seen::Seen;
 use crate::curve::sight::{moved, sight, step_between};
 use crate::curve::smoothness::{Parts, loosest_m};
 use crate::curve::solve::Search;
-use crate::hypotheses::choice::KnownOfCell;
 use crate::input::noise_levels::NoiseLevels;
 use nalgebra::{DVector, SMatrix, Vector2, Vector3};
 use trueline_dataset::{Guess, Measured, Recording};

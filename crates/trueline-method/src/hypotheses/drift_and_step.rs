@@ -4,10 +4,10 @@
 //! solution one Gauss–Newton step of that unknown, all others following, is its estimate; and since only sums
 //! over the observations are needed, a step can be tried at every frame in linear time.
 
-use crate::assess::row_table::RowTable;
 use crate::problem::layout::Layout;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
+use crate::problem::row_table::RowTable;
 use crate::problem::simd::WhitenedRow;
 use crate::problem::unknowns::{LOCAL_ALL, TIME_OFFSET};
 use nalgebra::{DMatrix, DVector, SVector};

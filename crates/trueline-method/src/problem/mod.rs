@@ -7,6 +7,8 @@ pub(crate) mod packing;
 pub mod parameters;
 pub mod placement;
 pub mod prior;
+pub mod row_products;
+pub(crate) mod row_table;
 pub mod scalar_sums;
 pub(crate) mod simd;
 pub mod unknowns;

@@ -8,12 +8,12 @@
 //! data agree with the model the result is the model's. The model includes the common errors of the features of a frame:
 //! the robot's position error and the stamp's.
 
-use crate::assess::row_products::RowProducts;
-use crate::assess::row_table::RowTable;
 use crate::input::noise_levels::NoiseLevels;
 use crate::problem::layout::Layout;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
+use crate::problem::row_products::RowProducts;
+use crate::problem::row_table::RowTable;
 use crate::problem::simd::WhitenedRow;
 use crate::problem::unknowns::{LOCAL_ALL, Unknowns};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};

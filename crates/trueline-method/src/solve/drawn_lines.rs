@@ -1,7 +1,7 @@
 //! Lines that are held where a drawing, or a measurement of the part, has them.
 //!
 //! Only a target of known place shows a translation at a constant attitude. How well the place is known goes into every ± as for
-//! all that is held (the consider covariance of [`crate::assess::systematic`]). A scan whose tilts show the line better than the
+//! all that is held (its consider covariance). A scan whose tilts show the line better than the
 //! drawing does is better off without it.
 
 use crate::config::DrawnLine;

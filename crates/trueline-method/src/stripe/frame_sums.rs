@@ -1,7 +1,7 @@
 //! Sums of the products of whitened residuals and their gradients, Σ (J | r)ᵀ (J | r), over the frames of each joint.
 
-use crate::assess::row_products::RowProducts;
 use crate::problem::layout::Layout;
+use crate::problem::row_products::RowProducts;
 use crate::stripe::frame_residual::{FrameGradients, ROWS};
 use crate::stripe::unknowns::StripeUnknowns;
 use crate::stripe::weighed_frame::WeighedFrame;

@@ -22,7 +22,6 @@ pub mod frames;
 pub mod freed;
 pub mod lasting;
 pub mod motion_information;
-pub mod no_plates;
 pub mod outcome;
 pub mod outlier_counts;
 pub mod planes;

@@ -3,9 +3,9 @@
 use crate::assess::observability::Observability;
 use crate::assess::seam_error::SeamError;
 use crate::config::Measurements;
+use crate::error::no_plates::NoPlates;
 use crate::input::skip::Skip;
 use crate::problem::parameters::Parameters;
-use crate::stripe::no_plates::NoPlates;
 use crate::stripe::outlier_counts::OutlierCounts;
 use crate::stripe::planes::{JointAngle, JointStep, PlaneEstimate};
 use nalgebra::DMatrix;

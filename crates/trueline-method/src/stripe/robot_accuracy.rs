@@ -5,8 +5,8 @@
 
 use crate::assess::robot_accuracy::{MOST_OBSERVATIONS, Scores, modes};
 use crate::assess::robot_field::RobotSigmas;
-use crate::assess::row_products::RowProducts;
 use crate::problem::layout::Layout;
+use crate::problem::row_products::RowProducts;
 use crate::stripe::fit::StripeFit;
 use crate::stripe::frame_residual::{ROWS, linearize_frame};
 use crate::stripe::systematic::robot_columns;

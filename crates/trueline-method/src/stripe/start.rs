@@ -2,11 +2,11 @@
 //! are the joint; parallel plates, and one alone, have an edge where the seam points are. A joint whose plates
 //! are not seen is any two planes that meet in its seam: how they lie about it is held, and has no information.
 
+use crate::error::no_plates::NoPlates;
 use crate::input::observations::Observations;
 use crate::problem::parameters::Parameters;
 use crate::stripe::frame_residual::placement;
 use crate::stripe::frames::{Sight, StripeFrame, StripeFrames};
-use crate::stripe::no_plates::NoPlates;
 use crate::stripe::state::StripeState;
 use crate::stripe::target::{Bearing, EDGE, Edge, Target};
 use nalgebra::{Unit, Vector3};

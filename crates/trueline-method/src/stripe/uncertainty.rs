@@ -4,9 +4,9 @@
 //! alike. The model knows the correlation of the robot's noise between them: its path is made of many samples; and it knows that the
 //! Jacobian contains the noise of the robot's poses ([`motion_information`](crate::stripe::motion_information)).
 
-use crate::assess::row_table::RowTable;
 use crate::input::path_noise::NoiseCorrelation;
 use crate::problem::layout::Layout;
+use crate::problem::row_table::RowTable;
 use crate::solve::covariance::blend;
 use crate::stripe::fit::StripeFit;
 use crate::stripe::frame_residual::{FrameGradients, FrameResidual};

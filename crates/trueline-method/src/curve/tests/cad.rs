@@ -3,10 +3,10 @@
 use super::*;
 use crate::config::SeamCad;
 use crate::curve::cad::checked;
-use crate::curve::cad_problem::{CadProblem, CadUnit};
 use crate::curve::equations::{COLUMNS, columns};
 use crate::curve::placed::{PLACE, Placed};
 use crate::curve::registration::{Evenly, laid};
+use crate::error::cad_problem::{CadProblem, CadUnit};
 use nalgebra::{Matrix2, UnitQuaternion};
 use trueline_geometry::{Polyline, Pose, se3};
 

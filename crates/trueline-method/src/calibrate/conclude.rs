@@ -1,7 +1,5 @@
 //! Conclusions from a fit: findings and verdict.
 
-use crate::adjusted::{Adjusted, Unsolved, adjusted, residuals_of};
-use crate::answered::{Answered, beside_cause, with_sensor};
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::confounded_causes::{self, ConfoundedCause};
 use crate::assess::convergence;
@@ -16,8 +14,12 @@ use crate::assess::sensor_shape::SensorShape;
 use crate::assess::systematic::{Systematic, SystematicSums};
 use crate::assess::{outlier_segments, seam_point_error};
 use crate::axes::finding as axes;
+use crate::calibrate::adjusted::{Adjusted, Unsolved, adjusted, residuals_of};
+use crate::calibrate::answered::{Answered, beside_cause, with_sensor};
+use crate::calibrate::asked::asked;
+use crate::calibrate::concluded::Concluded;
+use crate::calibrate::held::compare;
 use crate::calibration::Calibration;
-use crate::concluded::Concluded;
 use crate::config::Measurements;
 use crate::error::Error;
 use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Streams, Unknowns};
@@ -27,8 +29,7 @@ use crate::hypotheses::search::Mirrored;
 use crate::input::observations::origin_ns;
 use crate::input::skip::Skip;
 use crate::input::stops::Stops;
-use crate::models::held::compare;
-use crate::models::tried::{ModelTried, of_adjustment};
+use crate::models::of_adjustment;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::solve::covariance::{self, Uncertainty};
@@ -93,7 +94,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         uncertainty_ignored: from.ignores_uncertainty(),
         inputs: from.recording.inputs.clone(),
         config: config.clone(),
-        models_tried: vec![ModelTried::asked(from.settings, &from.levels, &from.assessed.drift_free)],
+        models_tried: vec![asked(from.settings, &from.levels, &from.assessed.drift_free)],
     };
     let errors = SeamErrors {
         sums: &sums,

@@ -4,7 +4,7 @@ use crate::assess::corrected_sensor::CorrectedSensor;
 use crate::assess::file_frame::{FileFrame, HandEyeOfFile, StatedSensor};
 use crate::assess::observability::Observability;
 use crate::assess::sensor_shape::SensorShape;
-use crate::concluded::Concluded;
+use crate::calibrate::concluded::Concluded;
 use crate::findings::Unknowns;
 use crate::problem::parameters::{LINES, Parameters, ROTATION};
 use nalgebra::DMatrix;

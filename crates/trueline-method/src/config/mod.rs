@@ -1,6 +1,8 @@
 //! What a user may choose; every field has a sensible default.
 
-use crate::hypotheses::choice::KnownOfCell;
+pub mod known_of_cell;
+
+use crate::config::known_of_cell::KnownOfCell;
 use nalgebra::{UnitVector3, Vector3};
 use trueline_geometry::{Line, Polyline};
 use trueline_lsq::Loss;

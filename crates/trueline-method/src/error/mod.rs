@@ -1,8 +1,12 @@
 //! Why there is no calibration at all.
 
-use crate::curve::cad_problem::CadProblem;
-use crate::input::feature_noise::NoiseUnused;
-use crate::stripe::no_plates::NoPlates;
+pub mod cad_problem;
+pub mod no_plates;
+pub mod noise_unused;
+
+use crate::error::cad_problem::CadProblem;
+use crate::error::no_plates::NoPlates;
+use crate::error::noise_unused::NoiseUnused;
 use trueline_dataset::Carries;
 use trueline_dataset::picture_rows::PicturesDisagree;
 use trueline_dataset::unit::MM_PER_M;

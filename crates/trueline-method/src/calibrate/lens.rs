@@ -9,7 +9,7 @@ use crate::assess::lens::{self, LensCorrection};
 use crate::assess::misfit_cause::MisfitCause;
 use crate::calibration::Calibration;
 use crate::error::Error;
-use crate::models::tried::{Because, beside};
+use crate::models::{Because, beside};
 use crate::verdict;
 use trueline_dataset::{Guess, Recording, Sensor};
 

@@ -1,9 +1,14 @@
 //! A scan over a seam that is no straight line: when a curve is asked for, and its answer as a calibration.
 
+mod checks;
+mod models;
+
 use crate::assess::file_frame::{FileFrame, HandEyeOfFile};
 use crate::assess::residuals::{self, FeatureResidual};
 use crate::assess::seam_error::{self, SeamError, Share, SharedError};
 use crate::assess::systematic::SystematicLevels;
+use crate::calibrate::curved::checks::{ambiguity, observability};
+use crate::calibrate::curved::models::{models, of_curve};
 use crate::calibration::Calibration;
 use crate::config::{Config, Measurements, ResidualKind, SensorMode, Target};
 use crate::curve::answer::{Answered, Asked};
@@ -14,8 +19,6 @@ use crate::curve::registration::bends_m;
 use crate::curve::sight::{in_base, moving};
 use crate::curve::solve::{READINGS_PER_KNOT, Search};
 use crate::curve::spline::{LEAST_CONTROL, square_to};
-use crate::curved_checks::{ambiguity, observability};
-use crate::curved_models::{models, of_curve};
 use crate::error::Error;
 use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Unknowns};
 use crate::hypotheses::drift_and_step::Drift;
@@ -25,7 +28,7 @@ use crate::input::observations::{Observations, observe_by, origin_ns};
 use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::input::skip::Skip;
 use crate::input::timestamps::{Dejittered, Sampling};
-use crate::models::tried::Because;
+use crate::models::Because;
 use crate::problem::parameters::{LINES, Parameters, TIME_OFFSET};
 use crate::verdict::mistake::others_leave;
 use crate::verdict::{self, Reason};

@@ -5,7 +5,7 @@ use crate::assess::residuals::{self, FeatureResidual};
 use crate::assess::seam_error::{self, SeamError, SharedError};
 use crate::assess::systematic::SystematicLevels;
 use crate::axes::finding::{self, sigmas_before};
-use crate::concluded::Concluded;
+use crate::calibrate::concluded::Concluded;
 use crate::config::{ASSUMED_WAVINESS_M, Config, ResidualKind};
 use crate::hypotheses::ambiguity::RivalAnswer;
 use crate::hypotheses::clock_drift::DriftFree;

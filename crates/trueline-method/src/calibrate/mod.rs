@@ -1,19 +1,29 @@
 //! The recipe: a recording in, a calibration out.
 
-use crate::adjusted;
+mod about_axes;
+mod adjusted;
+mod answered;
+mod asked;
+mod conclude;
+mod concluded;
+mod curved;
+mod held;
+pub(crate) mod identifiability;
+mod lens;
+
 use crate::assess::correlated_noise::Structure;
 use crate::assess::excitation;
-use crate::assess::identifiability::{Identifiability, assess_identifiability};
 use crate::assess::robot_accuracy;
 use crate::assess::robot_field::RobotSigmas;
 use crate::assess::systematic::SystematicLevels;
-use crate::axes::estimate::calibrated;
+use crate::calibrate::about_axes::calibrated;
+use crate::calibrate::conclude::conclude;
+use crate::calibrate::concluded::Concluded;
+use crate::calibrate::held::{freed, held_sensor, released};
+use crate::calibrate::identifiability::{Identifiability, assess_identifiability};
 use crate::calibration::Calibration;
-use crate::conclude::conclude;
-use crate::concluded::Concluded;
 use crate::config::{Config, Hold, SensorMode, Target};
 use crate::curve::cad::checked;
-use crate::curved;
 use crate::error::Error;
 use crate::hypotheses::clock_drift::{DriftFree, remove_drift};
 use crate::hypotheses::search;
@@ -25,9 +35,7 @@ use crate::input::observations::{MIN_IMAGES, Observations, observe_by, origin_ns
 use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::input::stops;
 use crate::input::timestamps::Sampling;
-use crate::models::held::{freed, held_sensor, released};
-use crate::models::lens;
-use crate::models::tried::{Because, beside};
+use crate::models::{Because, beside};
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET};
 use crate::solve::drawn_lines;
 use crate::solve::settings::FitSettings;

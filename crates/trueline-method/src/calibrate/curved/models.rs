@@ -3,7 +3,7 @@
 use crate::assess::seam_error::{Share, ShareOf};
 use crate::curve::answer::Answered;
 use crate::findings::Findings;
-use crate::models::tried::{Because, Block, ModelTried, Role, SeamModel};
+use crate::models::{Because, Block, ModelTried, Role, SeamModel};
 
 /// That of a curve beside a line's.
 #[must_use]

@@ -1,12 +1,5 @@
 //! A record of each model of a scan that was fitted, and of why it is the answer or not.
 
-use crate::assess::systematic::SystematicLevels;
-use crate::config::HeldSigma;
-use crate::hypotheses::clock_drift::DriftFree;
-use crate::problem::parameters::{ROTATION, TIME_OFFSET};
-use crate::solve::settings::FitSettings;
-use crate::solve::solver::Solver;
-
 /// Treatment of a group of unknowns in a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
@@ -52,15 +45,6 @@ impl Clock {
             Self::Drifts => "drifts",
             Self::Steps => "steps",
             Self::None => "none",
-        }
-    }
-
-    fn of(settings: &FitSettings<'_>, found: &DriftFree) -> Self {
-        match (found.stepped, found.drifted) {
-            _ if settings.config.at_stops => Self::None,
-            (Some(_), _) => Self::Steps,
-            (None, Some(_)) => Self::Drifts,
-            (None, None) => Self::Even,
         }
     }
 }
@@ -215,36 +199,6 @@ pub struct ModelTried {
 }
 
 impl ModelTried {
-    /// The model that was asked for, as it was fitted to noise alone.
-    pub(crate) fn asked(settings: &FitSettings<'_>, levels: &SystematicLevels, found: &DriftFree) -> Self {
-        let solver = Solver { observations: &found.observations, settings: *settings };
-        let config = settings.config;
-        let is_free = |component: usize| !settings.fixed.contains(&component);
-        let role = |block: Block| match block {
-            Block::TimeOffset => role(is_free(TIME_OFFSET), config.held_sigma.time_s.is_some()),
-            Block::HandEye => {
-                let HeldSigma { rotation_rad, translation_m, .. } = config.held_sigma;
-                role(is_free(ROTATION), rotation_rad.is_some() || translation_m.is_some())
-            }
-            Block::Line => role(config.drawn_lines.is_empty(), true),
-            Block::Bow => role(!found.fit.parameters().curvatures.is_empty(), false),
-            Block::Sensor => role(settings.shape_prior.is_some(), levels.held_shape.is_some()),
-            Block::Detector => role(levels.bias_is_estimated, levels.feature_bias_px > 0.0),
-            Block::Robot => role(false, levels.robot_accuracy_m > 0.0),
-            Block::EdgeRadius => role(false, levels.edge_radius_m > 0.0),
-            Block::SeamForm | Block::PoseLag | Block::Axes => Role::Held,
-        };
-        Self {
-            because: Because::Asked,
-            roles: Block::ALL.map(role),
-            target: SeamModel::Line,
-            clock: Clock::of(settings, found),
-            robot_lag_s: 0.0,
-            log_evidence: -0.5 * solver.twice_negative_log_likelihood(found.fit.parameters()),
-            noise_factor: found.fit.noise.factor,
-        }
-    }
-
     /// The role of a block.
     #[must_use]
     pub fn role(&self, block: Block) -> Role {
@@ -289,7 +243,8 @@ pub(crate) fn of_adjustment(
     models
 }
 
-fn role(is_estimated: bool, is_considered: bool) -> Role {
+/// The role of what is estimated, or considered, or neither.
+pub(crate) fn role(is_estimated: bool, is_considered: bool) -> Role {
     match (is_estimated, is_considered) {
         (true, _) => Role::Estimated,
         (false, true) => Role::Considered,
