@@ -9,6 +9,7 @@ pub use crate::separator::Separator;
 use crate::separator::{GROUPS, fields};
 use crate::source_file;
 use crate::table_start;
+use encoding_rs::{SHIFT_JIS, WINDOWS_1252};
 use std::borrow::Cow;
 use std::fmt;
 use std::path::Path;
@@ -23,7 +24,9 @@ pub enum Encoding {
     /// UTF-16, most significant byte first.
     Utf16Be,
     /// One byte a character, as Windows in western Europe writes.
-    Latin1,
+    Windows1252,
+    /// As Windows in Japan writes.
+    ShiftJis,
 }
 
 /// How a table was written.
@@ -58,7 +61,8 @@ impl fmt::Display for Dialect {
         match self.encoding {
             Encoding::Utf8 => {}
             Encoding::Utf16Le | Encoding::Utf16Be => write!(f, "UTF-16, ")?,
-            Encoding::Latin1 => write!(f, "Latin-1, ")?,
+            Encoding::Windows1252 => write!(f, "Windows-1252, ")?,
+            Encoding::ShiftJis => write!(f, "Shift JIS, ")?,
         }
         let decimal = if self.decimal_comma { "commas" } else { "points" };
         write!(f, "{} between columns, decimal {decimal}", self.separator)?;
@@ -114,9 +118,19 @@ pub fn decode(file: &Path, bytes: Vec<u8>) -> Result<(String, Encoding), Error> 
     }
     match String::from_utf8(bytes) {
         Ok(text) => Ok((text, Encoding::Utf8)),
-        // The first 256 characters of Unicode are those of Latin-1.
-        Err(error) => Ok((error.as_bytes().iter().map(|&byte| char::from(byte)).collect(), Encoding::Latin1)),
+        Err(error) => Ok(of_windows(error.as_bytes())),
     }
+}
+
+/// Text of a Windows that does not write Unicode. Japanese text has kana of two bytes, the first of which western text hardly ever has.
+fn of_windows(bytes: &[u8]) -> (String, Encoding) {
+    let (japanese, is_broken) = SHIFT_JIS.decode_without_bom_handling(bytes);
+    let is_kana = |c: char| matches!(c, '\u{3041}'..='\u{30fa}');
+    if !is_broken && japanese.contains(is_kana) {
+        return (japanese.into_owned(), Encoding::ShiftJis);
+    }
+    let (western, _) = WINDOWS_1252.decode_without_bom_handling(bytes);
+    (western.into_owned(), Encoding::Windows1252)
 }
 
 /// A table as plain CSV with decimal points, line by line, and how it was written. A separator that the user named is used as it is.
