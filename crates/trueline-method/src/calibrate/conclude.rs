@@ -35,8 +35,8 @@ use crate::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::solve::covariance::{self, Uncertainty};
 use crate::solve::solver::Solver;
 use crate::stripe::estimate::{self, SeamEstimate};
-use crate::stripe::lasting::Lasting;
 use crate::stripe::outcome::{Answer, StripeOutcome};
+use crate::stripe::shared_amplitudes::SharedAmplitudes;
 use crate::stripe::systematic::SharedErrors;
 use crate::verdict;
 use nalgebra::{DMatrix, SVector};
@@ -100,7 +100,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         sums: &sums,
         systematic: &systematic,
         noise: &uncertainty.covariance,
-        lasting: Lasting::NOT,
+        amplitudes: SharedAmplitudes::EXPECTED,
     };
     judged(from, findings, (&problem, &errors))
 }
@@ -180,7 +180,7 @@ struct SeamErrors<'a> {
     sums: &'a SystematicSums,
     systematic: &'a Systematic,
     noise: &'a DMatrix<f64>,
-    lasting: Lasting,
+    amplitudes: SharedAmplitudes,
 }
 
 /// With every error adjusted, with what the stripes say, and the verdict.
@@ -194,9 +194,8 @@ fn judged(
         // The errors of both answers are the same in part, and are told apart by none of its columns: their difference is taken for less sure than it is.
         let noise = findings.unknowns.covariance.clone();
         let systematic = errors.systematic.of_nothing();
-        // What lasts in the seam points lasts in the stripes of the same frames.
-        let lasting = Lasting::of(amplitudes, &findings.unknowns.noise_covariance, errors.noise);
-        let of_adjusted = SeamErrors { noise: &noise, systematic: &systematic, lasting, ..*errors };
+        let amplitudes = SharedAmplitudes::of(amplitudes, &findings.unknowns.noise_covariance, errors.noise);
+        let of_adjusted = SeamErrors { noise: &noise, systematic: &systematic, amplitudes, ..*errors };
         add_stripes(from, &mut findings, &of_adjusted)?;
     } else {
         add_stripes(from, &mut findings, errors)?;
@@ -230,7 +229,7 @@ fn add_stripes(from: &Concluded<'_>, findings: &mut Findings, errors: &SeamError
             seam_error: findings.checks.seam_error,
         },
         noise: errors.noise,
-        lasting: errors.lasting,
+        amplitudes: errors.amplitudes,
         systematic: errors.systematic,
         shared: SharedErrors {
             levels: from.levels,

@@ -19,11 +19,11 @@ use crate::stripe::fit::{StripeFit, StripeSolver};
 use crate::stripe::flat_rank::AttitudeNoise;
 use crate::stripe::frames::{StripeFrames, frames};
 use crate::stripe::freed::without_bias;
-use crate::stripe::lasting::Lasting;
 use crate::stripe::outcome::{Answer, Apart, Because, LEAST_WITH_BOTH, StripeEstimate, StripeOutcome};
 use crate::stripe::outlier_counts::OutlierCounts;
 use crate::stripe::planes::Planes;
 use crate::stripe::seam_of_straight_lines::moved_without_forms;
+use crate::stripe::shared_amplitudes::SharedAmplitudes;
 use crate::stripe::systematic::SharedErrors;
 use crate::stripe::whitening::SharedNoise;
 use crate::stripe::{
@@ -51,8 +51,8 @@ pub struct SeamEstimate<'a> {
     pub answer: Answer,
     /// Its covariance by noise alone.
     pub noise: &'a DMatrix<f64>,
-    /// Its correlated noise.
-    pub lasting: Lasting,
+    /// Sizes of the errors that its stripes share.
+    pub amplitudes: SharedAmplitudes,
     /// Its systematic errors.
     pub systematic: &'a Systematic,
     /// Those errors.
@@ -118,7 +118,7 @@ pub fn estimate(seam: &SeamEstimate<'_>) -> Result<Option<StripeOutcome>, Error>
     let because = match (is_asked, enough) {
         (true, _) => Because::Asked,
         (false, false) => Because::TooFewFrames,
-        (false, true) if seam.lasting.is_most => Because::NoiseLasts,
+        (false, true) if seam.amplitudes.noise_lasts => Because::NoiseLasts,
         (false, true) => decided(&estimate),
     };
     let used =
@@ -181,13 +181,14 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     let attitudes = AttitudeNoise { sigma_rad: shared.robot_sigma_rad, factor: fit.noise_factor };
     let seen = flat_rank::shown(&fit.problem, fit.state(), attitudes, &fixed);
     let seen = seen.ok_or(NoPlates::NoPlane)?;
-    let noise =
-        uncertainty::assess(&fit, (&information, &pose_noise), &shared).covariance * seam.lasting.variance;
-    let errors = systematic::systematic(&fit, &information, &seam.shared).with_held(
+    let noise = uncertainty::assess(&fit, (&information, &pose_noise), &shared).covariance
+        * seam.amplitudes.noise_variance;
+    let mut errors = systematic::systematic(&fit, &information, &seam.shared).with_held(
         &fit.solution.equations.hessian,
         information.covariance_root(),
         seam.held_sigmas,
     );
+    errors.robot *= seam.amplitudes.robot;
     let explained = Explained { taken, levels: seam.shared.levels };
     let InSeam { answer: stripe, noise: noise_of_seam, errors: errors_of_seam } =
         answer(seam, &fit, (&information, &seen), (&noise, &errors), &explained).ok_or(NoPlates::Parallel)?;
