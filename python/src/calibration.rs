@@ -43,6 +43,7 @@ impl Calibration {
             recording: &self.recording,
             title: &format!("Calibration of {}", self.title),
             command: "trueline.calibrate(…)",
+            probable_cause: None,
             frames: &[],
         })
     }

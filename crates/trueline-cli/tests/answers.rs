@@ -76,7 +76,12 @@ fn doctor_writes_the_dataset_without_the_mistake() {
     robot_csv::write(&mut csv, &recording.robot).unwrap();
     fs::write(dir.path().join("scan/robot.csv"), csv).unwrap();
     // A refusal begins with the cause.
-    let (code, _, words) = told(dir.path(), "calibrate scan --quiet");
+    let (code, _, words) =
+        told(dir.path(), "calibrate scan --json refused.json --report refused.html --quiet");
+    let refused = fs::read_to_string(dir.path().join("refused.json")).unwrap();
+    assert!(refused.contains("\"probable_cause\": \"the poses are tool_from_base"), "{refused:.2000}");
+    let page = fs::read_to_string(dir.path().join("refused.html")).unwrap();
+    assert!(page.contains("Probable cause") && page.contains("the poses are tool_from_base"));
     assert!(
         code == 1 && words.starts_with("not accepted: probable cause: the poses are tool_from_base"),
         "{words}"

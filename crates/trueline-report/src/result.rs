@@ -32,6 +32,7 @@ pub fn of(c: &Calibration) -> ResultFile {
             Status::NotAccepted => result_file::Status::NotAccepted,
         }),
         reasons: c.reasons().iter().map(facts::reason).collect(),
+        probable_cause: None,
         warnings: c.warnings().iter().map(facts::warning).collect(),
         time_offset_s,
         time_offset_use: time_offset_s.filter(|_| c.status() == Status::Accepted).map(time_offset_use),

@@ -11,7 +11,7 @@ use trueline_report::page::{Block, Drawn, Page, Series};
 use trueline_sim::{PlateForm, Plates, Preset, scan_plates, simulate};
 
 fn page_of(recording: &Recording, calibration: &Calibration) -> Page {
-    page(&Source { calibration, recording, title: "t", command: "c", frames: &[] })
+    page(&Source { calibration, recording, title: "t", command: "c", probable_cause: None, frames: &[] })
 }
 
 fn series<'a>(page: &'a Page, id: &str) -> &'a [Series] {
@@ -76,6 +76,7 @@ fn what_is_said_cannot_end_the_page() {
         recording: &recording,
         title: evil,
         command: evil,
+        probable_cause: Some(evil),
         frames: &[],
     });
     assert!(!text.contains("<script>alert") && text.contains("&lt;script&gt;alert(1)"));
@@ -92,11 +93,15 @@ fn what_is_said_cannot_end_the_page() {
     // A constant attitude is refused with the motion that cures it, first thing on the page.
     let verdict =
         text.find("class=\"verdict bad\">Not accepted: the sensor was tilted too little. Tilt it").unwrap();
+    let cause = text.find("Probable cause").unwrap();
     let (advice, drawing) = (
         text.find("Tilt the torch by at least ±10°").unwrap(),
         text.find("<figure class=\"wide drawing\">").unwrap(),
     );
-    assert!(verdict < advice && advice < drawing);
+    assert!(
+        verdict < cause && cause < advice && advice < drawing,
+        "the cause comes before what follows from it"
+    );
     assert_eq!(text.matches("by at least ±10° about two different axes").count(), 1, "a reason is told once");
 }
 

@@ -104,6 +104,7 @@ fn write_results(
     if let Some(file) = &args.json {
         let mut result = result::of(calibration);
         result.stamps.meaning = opened.stamp_meaning.clone();
+        result.probable_cause = mistake.map(str::to_owned);
         if opened.recording.setup.mounted == Mounted::Fixed {
             result.mounted = Some("fixed".to_owned());
         }
@@ -114,6 +115,7 @@ fn write_results(
         recording: &opened.recording,
         title: &format!("Calibration of {}", names(&args.datasets)),
         command: &output::command_line(),
+        probable_cause: mistake,
         frames: &match args.report {
             Some(_) => trueline::open::outlier_pictures(opened, calibration)?
                 .into_iter()

@@ -41,6 +41,7 @@ pub(crate) fn run(args: &DemoArgs) -> Result<ExitCode, Failure> {
         recording: &recording,
         title: "Demo: a simulated 20 s scan",
         command: &output::command_line(),
+        probable_cause: None,
         frames: &[],
     };
     output::file(&report, &calibration_page::html(&source))?;

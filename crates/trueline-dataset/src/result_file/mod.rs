@@ -67,6 +67,9 @@ pub struct ResultFile {
     /// Why it is not accepted; empty if it is.
     #[serde(default)]
     pub reasons: Vec<Fact>,
+    /// The mistake in the data that explains these; absent where none was found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probable_cause: Option<String>,
     /// Usable, but look here.
     #[serde(default)]
     pub warnings: Vec<Fact>,

@@ -13,9 +13,11 @@ use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLA
 use trueline_method::{Calibration, Reason, Status};
 
 /// What a reader sees first.
-pub(super) fn blocks(c: &Calibration) -> Vec<Block> {
+pub(super) fn blocks(c: &Calibration, probable_cause: Option<&str>) -> Vec<Block> {
     let offset_s = c.is_known(TIME_OFFSET).then(|| c.recorded_time_offset_s());
-    let mut blocks = Vec::new();
+    let cause =
+        |words: &str| Block::Notice { heading: "Probable cause", items: vec![words.to_owned()], bad: true };
+    let mut blocks: Vec<Block> = probable_cause.map(cause).into_iter().collect();
     if !c.reasons().is_empty() {
         // What could not be seen has a box of its own.
         let others = c.reasons().iter().filter(|reason| !matches!(reason, Reason::Unobservable(_)));

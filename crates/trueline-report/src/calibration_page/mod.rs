@@ -43,6 +43,8 @@ pub struct Source<'a> {
     pub title: &'a str,
     /// How to make it again.
     pub command: &'a str,
+    /// The mistake in the data that explains why it is not accepted, if one was found.
+    pub probable_cause: Option<&'a str>,
     /// Pictures of outliers, where there are pictures.
     pub frames: &'a [FramePicture],
 }
@@ -65,7 +67,7 @@ pub fn page(source: &Source<'_>) -> Page {
     };
     let columns = &mut page.columns;
     let sections = [
-        ("answers", "", first_screen::blocks(c)),
+        ("answers", "", first_screen::blocks(c, source.probable_cause)),
         ("seam", "Seam", seam::blocks(&shown, columns)),
         ("plates", "Plates", plates::blocks(c)),
         ("residuals", "Residuals", residuals::blocks(&shown, columns)),
