@@ -1,10 +1,30 @@
 //! How large the errors that are no noise are taken to be: as stated, or as such cells are.
 
 use crate::assess::robot_field::RobotSigmas;
-use crate::assess::systematic::SystematicLevels;
 use crate::config::{ASSUMED_EDGE_RADIUS_M, ASSUMED_ROBOT_ACCURACY_M, Config, SensorMode};
-use crate::input::shape_knowledge::ShapeKnowledge;
+use crate::input::shape_knowledge::{ShapeCovariance, ShapeKnowledge};
 use trueline_dataset::Recording;
+
+/// How large the errors are taken to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SystematicLevels {
+    /// Absolute accuracy of the robot, m.
+    pub robot_accuracy_m: f64,
+    /// How far it is off within a scan: as such a robot is, or as its residuals show.
+    pub robot: RobotSigmas,
+    /// Whether somebody stated it; else it is assumed.
+    pub robot_is_stated: bool,
+    /// Radius of the seam's edge, m.
+    pub edge_radius_m: f64,
+    /// Whether somebody stated it; else it is assumed.
+    pub edge_is_stated: bool,
+    /// Bias of the feature per 10° of tilt, along and across the picture's rows, px.
+    pub feature_bias_px: f64,
+    /// Whether the bias was estimated, with that as what was known of it beforehand.
+    pub bias_is_estimated: bool,
+    /// Covariance of the shape of a sensor that is held; `None` where it is estimated, or exact.
+    pub held_shape: Option<ShapeCovariance>,
+}
 
 impl SystematicLevels {
     /// Of a recording, with what is known of its sensor, whose shape may be held by the estimate.

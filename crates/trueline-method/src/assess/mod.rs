@@ -11,7 +11,7 @@ pub(crate) mod excitation;
 pub mod file_frame;
 pub(crate) mod leave_one_out;
 pub mod lens;
-pub(crate) mod levels;
+pub mod levels;
 pub mod misfit_cause;
 pub(crate) mod misfit_patterns;
 pub mod noise_filter;

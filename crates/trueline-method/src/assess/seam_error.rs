@@ -6,7 +6,8 @@
 //! covariance C of all unknowns a point's variance is the trace of Y C Yᵀ; where the sensor is held, its shape moves the
 //! estimate and the point alike, and the two are added before they are squared \[Schmidt1966\].
 
-use crate::assess::systematic::{Systematic, SystematicLevels};
+use crate::assess::levels::SystematicLevels;
+use crate::assess::systematic::Systematic;
 use crate::input::observations::{Observation, Observations};
 use crate::order_statistics::quantile;
 use crate::problem::parameters::{Parameters, ROTATION, TIME_OFFSET, TRANSLATION};

@@ -5,11 +5,11 @@
 //! the feature can be held so, or be estimated beside x: then x has the remaining error of the bias, and the errors of the others in x
 //! and the bias together.
 
-use crate::assess::robot_field::{RobotField, RobotSigmas};
+use crate::assess::levels::SystematicLevels;
+use crate::assess::robot_field::RobotField;
 use crate::assess::tilt_bias::{BIAS, TiltBias};
 use crate::input::noise_levels::Whitener;
 use crate::input::observations::Observation;
-use crate::input::shape_knowledge::ShapeCovariance;
 use crate::problem::layout::Layout;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
@@ -34,27 +34,6 @@ pub struct Systematic {
     pub feature_bias: DMatrix<f64>,
     /// By what was held and is not known exactly; each column has that itself in its own row.
     pub held: DMatrix<f64>,
-}
-
-/// How large the errors are taken to be.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SystematicLevels {
-    /// Absolute accuracy of the robot, m.
-    pub robot_accuracy_m: f64,
-    /// How far it is off within a scan: as such a robot is, or as its residuals show.
-    pub robot: RobotSigmas,
-    /// Whether somebody stated it; else it is assumed.
-    pub robot_is_stated: bool,
-    /// Radius of the seam's edge, m.
-    pub edge_radius_m: f64,
-    /// Whether somebody stated it; else it is assumed.
-    pub edge_is_stated: bool,
-    /// Bias of the feature per 10° of tilt, along and across the picture's rows, px.
-    pub feature_bias_px: f64,
-    /// Whether the bias was estimated, with that as what was known of it beforehand.
-    pub bias_is_estimated: bool,
-    /// Covariance of the shape of a sensor that is held; `None` where it is estimated, or exact.
-    pub held_shape: Option<ShapeCovariance>,
 }
 
 /// Observations on which the robot's errors are looked at; of more, one in several represents the rest, for these errors change

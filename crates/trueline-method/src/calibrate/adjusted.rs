@@ -1,29 +1,36 @@
 //! The answer of the seam points, adjusted together with every error that is not noise.
 
 use crate::adjustment::answer::{Answer, Settings, adjust};
+use crate::assess::levels::SystematicLevels;
+use crate::assess::observability::Group;
 use crate::assess::residuals::{self, FeatureResidual};
 use crate::assess::seam_error::{self, SeamError, SharedError};
-use crate::assess::systematic::SystematicLevels;
+use crate::assess::{outlier_segments, seam_point_error};
+use crate::axes::finding as axes;
 use crate::axes::finding::{self, sigmas_before};
+use crate::calibrate::answered::{Answered, beside_cause, with_sensor};
 use crate::calibrate::concluded::Concluded;
 use crate::config::{ASSUMED_WAVINESS_M, Config, ResidualKind};
+use crate::findings::Findings;
 use crate::hypotheses::ambiguity::RivalAnswer;
 use crate::hypotheses::clock_drift::DriftFree;
-use crate::hypotheses::search::BetterMinimum;
+use crate::hypotheses::search::{BetterMinimum, Mirrored};
 use crate::input::noise_levels::Whitener;
 use crate::input::observations::{Observation, Observations};
 use crate::input::robot_motion::RobotMotion;
 use crate::input::skip::Skip;
+use crate::models::of_adjustment;
 use crate::problem::line_problem::LineProblem;
-use crate::problem::parameters::{Parameters, TIME_OFFSET};
+use crate::problem::parameters::{Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::solve::fit::Fit;
 use std::collections::BTreeMap;
 use trueline_dataset::Recording;
 use trueline_geometry::trajectory::TrajectoryError;
 use trueline_geometry::{Trajectory, lag};
+use trueline_lsq::Termination;
 
 /// An adjusted answer and what a seam point owes to it.
-pub(crate) struct Adjusted {
+struct Adjusted {
     /// The answer.
     pub answer: Answer,
     /// Predicted error of a later seam point; `None` if the field is empty.
@@ -59,10 +66,7 @@ fn waviness_m(recording: &Recording, config: &Config) -> f64 {
 ///
 /// # Errors
 /// [`Unsolved`] where there would be, and the equations have no solution.
-pub(crate) fn adjusted(
-    from: &Concluded<'_>,
-    problem: &LineProblem<'_>,
-) -> Result<Option<Adjusted>, Unsolved> {
+fn adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>) -> Result<Option<Adjusted>, Unsolved> {
     let (config, fit) = (from.settings.config, &from.assessed.drift_free.fit);
     if !applies(from.recording, config, fit, &from.levels) {
         return Ok(None);
@@ -103,7 +107,7 @@ fn with_axes(from: &Concluded<'_>, answer: &Answer) -> Option<Observations> {
 }
 
 /// Residuals of an answer, with the external axes where they were found.
-pub(crate) fn residuals_of(
+fn residuals_of(
     problem: &LineProblem<'_>,
     with_axes: Option<&Observations>,
     at: &Parameters,
@@ -115,7 +119,7 @@ pub(crate) fn residuals_of(
 
 /// The equations of an adjustment have no solution.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Unsolved;
+struct Unsolved;
 
 fn seam_error(from: &Concluded<'_>, answer: &Answer) -> Option<SeamError> {
     let (observations, fit) = (&from.assessed.drift_free.observations, &from.assessed.drift_free.fit);
@@ -279,4 +283,69 @@ fn lagging(from: &Concluded<'_>, settings: &Settings<'_>, as_recorded: Answer) -
     let beside_ahead = ahead.map_or(0.0, |ahead| ahead - likeliest.comparable());
     let is_taken = is_credible && gain > LAG_GAIN && beside_ahead > LAG_GAIN.max(OF_LAG * gain);
     (if is_taken { likeliest } else { as_recorded }, models)
+}
+
+/// Takes the answer of the seam points as it is adjusted with all errors: residuals, checks and ± are its own.
+pub(crate) fn take_adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>, findings: &mut Findings) {
+    if findings.fit.residuals.used == 0 {
+        return;
+    }
+    let adjusted = match adjusted(from, problem) {
+        Ok(Some(adjusted)) => adjusted,
+        Ok(None) => return,
+        // The ± of noise alone is not that of this cell.
+        Err(Unsolved) => {
+            findings.fit.termination = Termination::NoSolution;
+            return;
+        }
+    };
+    let Adjusted { answer, seam_error, is_open, tried, better, with_axes } = adjusted;
+    findings.checks.better = findings.checks.better.or(better);
+    let mut mirrors = from.ambiguity.rivals.iter().zip(&is_open).filter(|(rival, _)| rival.is_mirror);
+    let is_told_apart = mirrors.next().is_some_and(|(_, is_open)| !is_open);
+    if findings.checks.mirrored == Mirrored::Equal && is_told_apart {
+        findings.checks.mirrored = Mirrored::ToldApart;
+        // It was the mirror alone that left the rotation open.
+        let seen = &mut findings.unknowns.observability;
+        if seen.shows(Group::Rotation) {
+            seen.observable_components[ROTATION..TRANSLATION].fill(true);
+        }
+    }
+    let mut is_open = is_open.into_iter();
+    findings.checks.ambiguity.rivals.retain(|_| is_open.next().unwrap_or(true));
+    let begun = findings.models_tried.remove(0);
+    let models = of_adjustment(&begun, &answer.blocks, &tried, answer.amplitudes.lag_s);
+    findings.models_tried.splice(0..0, models);
+    // Its own covariance needs no widening, and its own blocks leave nothing for parts of the scan to disagree about.
+    (findings.fit.widened_by, findings.checks.held_out) = (None, None);
+    let noise_covariance = from.with_time_offset_widened(answer.noise.clone());
+    let covariance = answer.covariance() - &answer.noise + &noise_covariance;
+    findings.axes = axes::of_all(from.recording, &answer.at.lines, answer.axes.as_ref());
+    let observability = findings.unknowns.observability.clone().bounded(&covariance);
+    let (config, observations) = (from.settings.config, &from.assessed.drift_free.observations);
+    let list = from.assessed.drift_free.fit.placed.of(observations);
+    let torch = || seam_point_error::predict(observations, list, &answer.at, &covariance, &config.used_at);
+    findings.checks.seam_point_error = observability.shows_all().then(torch).flatten();
+    findings.checks.seam_error = seam_error.filter(|_| observability.shows_all());
+    let (features, skipped) = residuals_of(problem, with_axes.as_ref(), &answer.at);
+    findings.fit.residuals = residuals::summarise(&features, skipped);
+    findings.checks.outlier_segments = outlier_segments::find(
+        observations,
+        &features,
+        &answer.at,
+        &from.assessed.drift_free.fit.noise,
+        config.offset_search_s,
+    );
+    // What is explained is no stretch apart.
+    findings.checks.outlier_segments.retain(|segment| answer.leaves_out(segment.span_s));
+    let stamp_of = |f: &FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
+    findings.fit.feature_stamps_ns = features.iter().map(stamp_of).collect();
+    findings.fit.features = features;
+    findings.fit.amplitudes = Some(answer.amplitudes);
+    findings.unknowns =
+        with_sensor(from, Answered { parameters: answer.at, covariance, noise_covariance, observability });
+    findings.unknowns.sensor = beside_cause(from, &findings.unknowns);
+    if !findings.unknowns.sensor.is_some_and(|shape| shape.is_off()) {
+        findings.checks.confounded_causes.clear();
+    }
 }

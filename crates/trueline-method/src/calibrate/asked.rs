@@ -1,6 +1,6 @@
 //! The record of the model that a user asked for.
 
-use crate::assess::systematic::SystematicLevels;
+use crate::assess::levels::SystematicLevels;
 use crate::config::HeldSigma;
 use crate::hypotheses::clock_drift::DriftFree;
 use crate::models::{Because, Block, Clock, ModelTried, Role, SeamModel, role};

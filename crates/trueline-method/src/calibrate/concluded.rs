@@ -1,9 +1,9 @@
 //! Inputs of `conclude`.
 
 use crate::assess::correlated_noise::Structure;
+use crate::assess::levels::SystematicLevels;
 use crate::assess::misfit_cause::MisfitCause;
 use crate::assess::robot_field::RobotSigmas;
-use crate::assess::systematic::SystematicLevels;
 use crate::calibration::Calibration;
 use crate::config::{HeldSigma, ResidualKind};
 use crate::hypotheses::ambiguity::Ambiguity;

@@ -10,12 +10,14 @@ mod curved;
 mod held;
 pub(crate) mod identifiability;
 mod lens;
+mod noise_alone;
+mod with_stripes;
 
 use crate::assess::correlated_noise::Structure;
 use crate::assess::excitation;
+use crate::assess::levels::SystematicLevels;
 use crate::assess::robot_accuracy;
 use crate::assess::robot_field::RobotSigmas;
-use crate::assess::systematic::SystematicLevels;
 use crate::calibrate::about_axes::calibrated;
 use crate::calibrate::conclude::conclude;
 use crate::calibrate::concluded::Concluded;

@@ -1,9 +1,10 @@
 //! A feature that shifts with the tilt: estimated with what is known of it beforehand, where a seam point is then known
 //! better than with the bias held at zero, or where it is plainly there.
 
+use crate::assess::levels::SystematicLevels;
 use crate::assess::observability::RANK_THRESHOLD;
 use crate::assess::seam_error::{self, SeamErrorSources};
-use crate::assess::systematic::{BiasEstimate, Systematic, SystematicLevels, SystematicSums};
+use crate::assess::systematic::{BiasEstimate, Systematic, SystematicSums};
 use crate::assess::tilt_bias::{BIAS, TiltBias};
 use crate::error::Error;
 use crate::input::observations::Observations;

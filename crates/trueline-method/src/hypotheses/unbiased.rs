@@ -3,10 +3,10 @@
 
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::correlated_noise::{Over, Structure};
+use crate::assess::levels::SystematicLevels;
 use crate::assess::misfit_cause::{self, MisfitCause};
 use crate::assess::misfit_patterns::Patterns;
 use crate::assess::observability::Observability;
-use crate::assess::systematic::SystematicLevels;
 use crate::config::Config;
 use crate::error::Error;
 use crate::hypotheses::clock_drift::DriftFree;

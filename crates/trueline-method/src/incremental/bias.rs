@@ -2,7 +2,8 @@
 
 use super::sums::root;
 use crate::assess::correlated_noise::Structure;
-use crate::assess::systematic::{SystematicLevels, SystematicSums};
+use crate::assess::levels::SystematicLevels;
+use crate::assess::systematic::SystematicSums;
 use crate::assess::tilt_bias::BIAS;
 use crate::calibration::Calibration;
 use crate::config::Config;

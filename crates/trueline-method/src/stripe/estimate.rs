@@ -1,9 +1,10 @@
 //! The plates' estimate beside that of the seam points, and which is the answer.
 
+use crate::assess::levels::SystematicLevels;
 use crate::assess::observability::RANK_THRESHOLD;
 use crate::assess::robot_field::RobotSigmas;
 use crate::assess::seam_error::{self, SeamErrorSources};
-use crate::assess::systematic::{Systematic, SystematicLevels};
+use crate::assess::systematic::Systematic;
 use crate::config::{Measurements, ResidualKind};
 use crate::error::Error;
 use crate::error::no_plates::NoPlates;

@@ -1,8 +1,9 @@
 //! Errors that are not noise, as the plates' estimate owes to them: the columns of [`Systematic`] in the tangent of the
 //! plates.
 
+use crate::assess::levels::SystematicLevels;
 use crate::assess::robot_field::RobotField;
-use crate::assess::systematic::{BiasError, Systematic, SystematicLevels};
+use crate::assess::systematic::{BiasError, Systematic};
 use crate::assess::tilt_bias::{BIAS, TiltBias};
 use crate::problem::layout::Layout;
 use crate::stripe::fit::StripeFit;

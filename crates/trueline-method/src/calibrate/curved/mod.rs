@@ -4,9 +4,9 @@ mod checks;
 mod models;
 
 use crate::assess::file_frame::{FileFrame, HandEyeOfFile};
+use crate::assess::levels::SystematicLevels;
 use crate::assess::residuals::{self, FeatureResidual};
 use crate::assess::seam_error::{self, SeamError, Share, SharedError};
-use crate::assess::systematic::SystematicLevels;
 use crate::calibrate::curved::checks::{ambiguity, observability};
 use crate::calibrate::curved::models::{models, of_curve};
 use crate::calibration::Calibration;
