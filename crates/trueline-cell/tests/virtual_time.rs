@@ -25,6 +25,7 @@ use trueline_live::controller::settings::Convergence;
 use trueline_live::controller::{
     Controller, ControllerSettings, GuidanceEnd, Network, NetworkSettings, Task, VirtualTime,
 };
+use trueline_live::egm::Message;
 use trueline_live::guide::{self, Answer};
 use trueline_live::host_clock::Reading;
 use trueline_live::motion::{
@@ -123,7 +124,7 @@ impl Pc {
         self.state = state;
         let reference = reference?;
         self.answers += 1;
-        let bytes = guide::message(self.answers, arrival_ns, &reference).encode();
+        let bytes = guide::message(self.answers, arrival_ns, &reference).encode_to_vec();
         let (to, sequence) = (robot(), self.answers);
         let answer = Answer {
             bytes: bytes.clone(),

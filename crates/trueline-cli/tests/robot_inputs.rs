@@ -9,7 +9,9 @@ use std::path::Path;
 use trueline::open::{How, MeasuredByInput, open};
 use trueline_cell::{ARRIVAL, CellRecording, RecordingSettings};
 use trueline_dataset::{FrameSignals, Recording, RobotSample, SensorFile, sensor_toml};
-use trueline_live::egm::{EgmPose, Header, MessageKind, RapidData, RobotMessage, RobotState};
+use trueline_live::egm::{
+    EgmClock, EgmFeedBack, EgmHeader, EgmPose, EgmRobot, Message, MessageType, RapidData,
+};
 use trueline_live::fanuc::stream_motion_packets::words;
 use trueline_live::fanuc::stream_motion_sim::StreamMotionController;
 use trueline_live::fanuc::{Hspo, StreamMotion, hspo_sim};
@@ -50,21 +52,17 @@ fn hear<P: DatagramProtocol>(
 }
 
 fn egm(sample: &RobotSample, k: u64, input: bool) -> Vec<u8> {
-    RobotMessage {
-        header: Some(Header {
-            sequence: Some(k as u32),
-            sent_ms: Some(4 * k as u32),
-            kind: Some(MessageKind::Data),
-        }),
-        feedback: Some(RobotState {
+    EgmRobot {
+        header: Some(EgmHeader::new(k as u32, 4 * k as u32, MessageType::Data)),
+        feed_back: Some(EgmFeedBack {
             cartesian: Some(EgmPose::full(&sample.base_from_tool)),
-            time_s_us: Some((4 * k / 1000, 4 * k % 1000 * 1000)),
-            ..RobotState::default()
+            time: Some(EgmClock { sec: Some(4 * k / 1000), usec: Some(4 * k % 1000 * 1000) }),
+            ..EgmFeedBack::default()
         }),
-        rapid_data: Some(RapidData { digital: Some(input), ..RapidData::default() }),
-        ..RobotMessage::default()
+        rapid_data: Some(RapidData::default().with_flag(Some(input))),
+        ..EgmRobot::default()
     }
-    .encode()
+    .encode_to_vec()
 }
 
 /// All packets of a robot, into the recording.

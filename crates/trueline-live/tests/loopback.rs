@@ -7,7 +7,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 use trueline_geometry::Pose;
 use trueline_live::controller::{Controller, ControllerSettings, Network, NetworkSettings, RealTime, Task};
-use trueline_live::egm::{EgmPose, Header, MessageKind, RobotMessage, RobotState};
+use trueline_live::egm::{EgmClock, EgmFeedBack, EgmHeader, EgmPose, EgmRobot, Message, MessageType};
 use trueline_live::{Endpoint, HostClock, LinkWatch, SequenceStatus};
 
 fn endpoint() -> (Endpoint, SocketAddr) {
@@ -17,16 +17,16 @@ fn endpoint() -> (Endpoint, SocketAddr) {
 }
 
 fn frame(sequence: u32) -> Vec<u8> {
-    RobotMessage {
-        header: Some(Header { sequence: Some(sequence), sent_ms: Some(0), kind: Some(MessageKind::Data) }),
-        feedback: Some(RobotState {
+    EgmRobot {
+        header: Some(EgmHeader::new(sequence, 0, MessageType::Data)),
+        feed_back: Some(EgmFeedBack {
             cartesian: Some(EgmPose::full(&Pose::identity())),
-            time_s_us: Some((7, u64::from(sequence) * 4000)),
-            ..RobotState::default()
+            time: Some(EgmClock { sec: Some(7), usec: Some(u64::from(sequence) * 4000) }),
+            ..EgmFeedBack::default()
         }),
-        ..RobotMessage::default()
+        ..EgmRobot::default()
     }
-    .encode()
+    .encode_to_vec()
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 use trueline_dataset::{AxisRecord, Carries};
 use trueline_geometry::AxisKind;
-use trueline_live::egm::{RobotMessage, RobotState};
+use trueline_live::egm::{EgmFeedBack, EgmRobot, Message};
 use trueline_mcap::{Choice, Entry, ImportError, PacketEntry, Recorder, RobotEntry, import};
 
 fn with_axes(axes: &[&str]) -> Choice {
@@ -37,8 +37,8 @@ fn external_joints_of_egm_are_axes() {
     let (file, out) = (dir.path().join("r.mcap"), dir.path().join("out"));
     let entry = |k: u32| {
         let external_joints = Some([0.5 * f64::from(k), 10.0 * f64::from(k), 0.0, 0.0, 0.0, 0.0].into());
-        let feedback = Some(RobotState { external_joints, ..RobotState::default() });
-        let datagram = RobotMessage { feedback, ..RobotMessage::default() }.encode();
+        let feed_back = Some(EgmFeedBack { external_joints, ..EgmFeedBack::default() });
+        let datagram = EgmRobot { feed_back, ..EgmRobot::default() }.encode_to_vec();
         Entry::Robot(RobotEntry { datagram, ..robot(k) })
     };
     own(&file, (0..20).map(entry).collect());
