@@ -220,10 +220,7 @@ impl CellRecording {
             self.poses_of_welds.extend(sample);
         }
         if is_kept {
-            self.keep(match packet {
-                LinkPacket::Egm(received) => entries::datagram(received),
-                LinkPacket::Other(packet) => entries::packet(packet),
-            });
+            self.keep(entries::packet(packet));
         }
     }
 

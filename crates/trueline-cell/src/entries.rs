@@ -5,52 +5,43 @@ use trueline_camera::{CameraFrame, FrameStatus, LatchSample};
 use trueline_dataset::{RobotSample, gray_png};
 use trueline_live::guide::Answer;
 use trueline_live::host_clock::Reading;
-use trueline_live::{LinkPacket, Received, RobotAnswer, RobotPacket};
+use trueline_live::robot_source::RobotPose;
+use trueline_live::{LinkPacket, Received, RobotAnswer, RobotFrame, RobotPacket};
 use trueline_mcap::{
-    AnswerEntry, COMPLETE, ClockEntry, Entry, FrameEntry, NoteEntry, NoteLevel, PacketEntry, ProfileEntry,
-    RejectedEntry, RobotEntry,
+    AnswerEntry, COMPLETE, ClockEntry, Entry, FrameEntry, NoteEntry, NoteLevel, ProfileEntry, RejectedEntry,
+    RobotEntry,
 };
 
-/// A datagram, used or not.
+/// A packet of a robot, used or not.
 #[must_use]
-pub fn datagram(heard: &Received<'_>) -> Entry {
-    let datagram = &heard.datagram;
-    let (bytes, from, steady_ns) = (datagram.bytes.to_vec(), datagram.from, datagram.arrival.steady_ns);
-    match heard.judged {
-        Ok((frame, _)) => Entry::Robot(RobotEntry {
-            datagram: bytes,
-            from,
-            steady_ns,
-            kernel_wall_ns: datagram.arrival.kernel_wall_ns,
-            read_wall_ns: datagram.arrival.read.wall_ns,
-            sequence: frame.sequence,
-            device_ns: frame.device_ns,
-            ptp_ns: frame.ptp_ns,
-            base_from_tool: frame.base_from_tool,
-        }),
-        Err(reason) => {
-            Entry::Rejected(RejectedEntry { datagram: bytes, from, steady_ns, reason: reason.to_string() })
+pub fn packet(packet: LinkPacket<'_>) -> Entry {
+    let (bytes, from, arrival, judged) = match packet {
+        LinkPacket::Egm(Received { datagram, judged }) => {
+            let told =
+                |frame: RobotFrame| (frame.sequence, frame.device_ns, frame.ptp_ns, frame.base_from_tool);
+            (datagram.bytes, datagram.from, datagram.arrival, judged.map(|(frame, _)| told(frame)))
         }
-    }
-}
-
-/// A packet of a robot of any make, used or not.
-#[must_use]
-pub fn packet(packet: &RobotPacket<'_>) -> Entry {
-    let (bytes, from, steady_ns) = (packet.bytes.to_vec(), packet.from, packet.arrival.steady_ns);
-    match packet.judged {
-        Ok((pose, _)) => Entry::Packet(PacketEntry {
-            packet: bytes,
+        LinkPacket::Other(packet) => {
+            let told = |pose: RobotPose| (pose.sequence, pose.device_ns, None, pose.base_from_tool);
+            (packet.bytes, packet.from, packet.arrival, packet.judged.map(|(pose, _)| told(pose)))
+        }
+    };
+    let (datagram, steady_ns) = (bytes.to_vec(), arrival.steady_ns);
+    match judged {
+        Ok((sequence, device_ns, ptp_ns, base_from_tool)) => Entry::Robot(RobotEntry {
+            is_egm: matches!(packet, LinkPacket::Egm(_)),
+            datagram,
             from,
             steady_ns,
-            kernel_wall_ns: packet.arrival.kernel_wall_ns,
-            read_wall_ns: packet.arrival.read.wall_ns,
-            sequence: pose.sequence,
-            device_ns: pose.device_ns,
-            base_from_tool: pose.base_from_tool,
+            kernel_wall_ns: arrival.kernel_wall_ns,
+            read_wall_ns: arrival.read.wall_ns,
+            sequence,
+            device_ns,
+            ptp_ns,
+            base_from_tool,
         }),
         Err(reason) => {
-            Entry::Rejected(RejectedEntry { datagram: bytes, from, steady_ns, reason: reason.to_string() })
+            Entry::Rejected(RejectedEntry { datagram, from, steady_ns, reason: reason.to_string() })
         }
     }
 }

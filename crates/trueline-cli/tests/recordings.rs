@@ -39,6 +39,7 @@ fn robot_entry(k: usize, sample: &trueline_dataset::RobotSample) -> Entry {
         ..EgmRobot::default()
     };
     Entry::Robot(RobotEntry {
+        is_egm: true,
         datagram: message.encode_to_vec(),
         from: "192.0.2.1:6510".parse().unwrap(),
         steady_ns: sample.stamp_ns,

@@ -12,7 +12,7 @@ use prost_types::field_descriptor_proto::Type;
 use prost_types::{DescriptorProto, FileDescriptorSet};
 use std::collections::{BTreeMap, BTreeSet};
 use trueline_live::egm::{EgmFeedBack, EgmHeader, EgmPose, EgmSensor, EgmSpeedRef, MessageType};
-use trueline_mcap::{AnswerEntry, Entry, Item, PacketEntry, RobotEntry};
+use trueline_mcap::{AnswerEntry, Entry, Item, RobotEntry};
 
 /// All messages of a set by their full name.
 fn messages(set: &[u8]) -> BTreeMap<String, DescriptorProto> {
@@ -78,19 +78,7 @@ fn every_field_is_described() {
     let mut all = entries(16);
     for k in 0..2 {
         all.push(Entry::Robot(RobotEntry { datagram: full_datagram(k), ..robot(k) }));
-        let RobotEntry { datagram: packet, from, steady_ns, read_wall_ns, sequence, device_ns, .. } =
-            robot(k);
-        let (kernel_wall_ns, base_from_tool) = (Some(7), common::pose(k));
-        all.push(Entry::Packet(PacketEntry {
-            packet,
-            from,
-            steady_ns,
-            kernel_wall_ns,
-            read_wall_ns,
-            sequence,
-            device_ns,
-            base_from_tool,
-        }));
+        all.push(Entry::Robot(RobotEntry { is_egm: false, kernel_wall_ns: Some(7), ..robot(k) }));
         let [joints, speed, joint_speed] = [1.0, 2.0, 3.0].map(|value| Some([value; 6].into()));
         let answer = EgmSensor {
             header: Some(EgmHeader::new(1, 2, MessageType::Correction)),
