@@ -5,8 +5,7 @@ use trueline_camera::{CameraFrame, FrameStatus, LatchSample};
 use trueline_dataset::{RobotSample, gray_png};
 use trueline_live::guide::Answer;
 use trueline_live::host_clock::Reading;
-use trueline_live::robot_source::RobotPose;
-use trueline_live::{LinkPacket, Received, RobotAnswer, RobotFrame, RobotPacket};
+use trueline_live::{RobotAnswer, RobotPacket, RobotPose};
 use trueline_mcap::{
     AnswerEntry, COMPLETE, ClockEntry, Entry, FrameEntry, NoteEntry, NoteLevel, ProfileEntry, RejectedEntry,
     RobotEntry,
@@ -14,31 +13,21 @@ use trueline_mcap::{
 
 /// A packet of a robot, used or not.
 #[must_use]
-pub fn packet(packet: LinkPacket<'_>) -> Entry {
-    let (bytes, from, arrival, judged) = match packet {
-        LinkPacket::Egm(Received { datagram, judged }) => {
-            let told =
-                |frame: RobotFrame| (frame.sequence, frame.device_ns, frame.ptp_ns, frame.base_from_tool);
-            (datagram.bytes, datagram.from, datagram.arrival, judged.map(|(frame, _)| told(frame)))
-        }
-        LinkPacket::Other(packet) => {
-            let told = |pose: RobotPose| (pose.sequence, pose.device_ns, None, pose.base_from_tool);
-            (packet.bytes, packet.from, packet.arrival, packet.judged.map(|(pose, _)| told(pose)))
-        }
-    };
+pub fn packet(packet: &RobotPacket<'_>) -> Entry {
+    let RobotPacket { bytes, from, arrival, judged, egm } = *packet;
     let (datagram, steady_ns) = (bytes.to_vec(), arrival.steady_ns);
     match judged {
-        Ok((sequence, device_ns, ptp_ns, base_from_tool)) => Entry::Robot(RobotEntry {
-            is_egm: matches!(packet, LinkPacket::Egm(_)),
+        Ok((pose, _)) => Entry::Robot(RobotEntry {
+            is_egm: egm.is_some(),
             datagram,
             from,
             steady_ns,
             kernel_wall_ns: arrival.kernel_wall_ns,
             read_wall_ns: arrival.read.wall_ns,
-            sequence,
-            device_ns,
-            ptp_ns,
-            base_from_tool,
+            sequence: pose.sequence,
+            device_ns: pose.device_ns,
+            ptp_ns: egm.and_then(|received| received.judged.ok()).and_then(|(frame, _)| frame.ptp_ns),
+            base_from_tool: pose.base_from_tool,
         }),
         Err(reason) => {
             Entry::Rejected(RejectedEntry { datagram, from, steady_ns, reason: reason.to_string() })
@@ -48,17 +37,9 @@ pub fn packet(packet: LinkPacket<'_>) -> Entry {
 
 /// A good packet of a robot as a sample of a recording, stamped by its arrival.
 #[must_use]
-pub(crate) fn robot_sample(packet: LinkPacket<'_>) -> Option<RobotSample> {
-    let (stamp_ns, device_ns, base_from_tool) = match packet {
-        LinkPacket::Egm(Received { datagram, judged: Ok((frame, _)) }) => {
-            (datagram.arrival.steady_ns, frame.device_ns, frame.base_from_tool)
-        }
-        LinkPacket::Other(RobotPacket { arrival, judged: Ok((pose, _)), .. }) => {
-            (arrival.steady_ns, pose.device_ns, pose.base_from_tool)
-        }
-        LinkPacket::Egm(_) | LinkPacket::Other(_) => return None,
-    };
-    Some(RobotSample { stamp_ns, device_ns: Some(device_ns), base_from_tool })
+pub(crate) fn robot_sample(packet: &RobotPacket<'_>) -> Option<RobotSample> {
+    let (RobotPose { device_ns, base_from_tool, .. }, _) = packet.judged.ok()?;
+    Some(RobotSample { stamp_ns: packet.arrival.steady_ns, device_ns: Some(device_ns), base_from_tool })
 }
 
 /// An answer to the robot.

@@ -32,7 +32,7 @@ use trueline_live::motion::{
     CheckedPath, EndReason, Gate, GateState, Input, MotionLimits, OperatorCommand, Phase, ReceivedFrame,
 };
 use trueline_live::stamped_socket::{Arrival, Datagram};
-use trueline_live::{FrameFilter, HostClock, LinkPacket, Received, SequenceStatus};
+use trueline_live::{FrameFilter, HostClock, Received, RobotPacket, SequenceStatus};
 use trueline_mcap::{Choice, import};
 use trueline_method::problem::parameters::{ROTATION, TRANSLATION};
 use trueline_method::{Config, Status};
@@ -112,7 +112,7 @@ impl Pc {
         let read = Reading { steady_ns: arrival_ns, wall_ns: arrival_ns };
         let arrival = Arrival { steady_ns: arrival_ns, is_of_reading: false, kernel_wall_ns: None, read };
         let datagram = Datagram { bytes, from: robot(), arrival, dropped_by_kernel: 0 };
-        self.recording.packet(LinkPacket::Egm(&Received { datagram, judged }));
+        self.recording.packet(&RobotPacket::from(&Received { datagram, judged }));
         let (frame, status) = judged.ok()?;
         if status == SequenceStatus::Late {
             return None;

@@ -19,7 +19,7 @@ use trueline_live::host_clock::Reading;
 use trueline_live::kuka::{Rsi, rsi_sim};
 use trueline_live::stamped_socket::{Arrival, Datagram};
 use trueline_live::udp_source::DatagramProtocol;
-use trueline_live::{FrameFilter, HostClock, LinkPacket, Received, RobotPacket};
+use trueline_live::{FrameFilter, HostClock, Received, RobotPacket};
 use trueline_mcap::{Entry, FeaturesEntry, FrameEntry};
 use trueline_method::{Config, calibrate};
 use trueline_sim::{Preset, simulate};
@@ -48,7 +48,7 @@ fn hear<P: DatagramProtocol>(
     let judged = filter.judge_as(bytes, robot(), arrival.steady_ns, |bytes| protocol.decode(bytes));
     protocol.notice(bytes, arrival.steady_ns);
     let judged = judged.map(|(raw, status)| protocol.place(raw, status));
-    recording.packet(LinkPacket::Other(&RobotPacket { bytes, from: robot(), arrival, judged }));
+    recording.packet(&RobotPacket { bytes, from: robot(), arrival, judged, egm: None });
 }
 
 fn egm(sample: &RobotSample, k: u64, input: bool) -> Vec<u8> {
@@ -87,7 +87,7 @@ fn stream(name: &str, scan: &Recording, inputs: &[bool], recording: &mut CellRec
                 let bytes = egm(sample, k, *input);
                 let judged = filter.judge(&bytes, robot(), arrival.steady_ns);
                 let datagram = Datagram { bytes: &bytes, from: robot(), arrival, dropped_by_kernel: 0 };
-                recording.packet(LinkPacket::Egm(&Received { datagram, judged }));
+                recording.packet(&RobotPacket::from(&Received { datagram, judged }));
             }
             "hspo" => {
                 // The input is the fifth of its word here.

@@ -62,6 +62,6 @@ pub use protocol::{LinkAddress, LinkError, LinkOptions, Protocol};
 pub use reply_times::ReplyTimes;
 pub use robot_answer::RobotAnswer;
 pub use robot_frame::RobotFrame;
-pub use robot_link::{LinkPacket, RobotLink, StreamBrief, StreamReport, StreamWatch};
+pub use robot_link::{RobotLink, StreamBrief, StreamReport, StreamWatch};
 pub use robot_source::{RobotPacket, RobotPose, RobotSource};
 pub use source_watch::SourceWatch;
