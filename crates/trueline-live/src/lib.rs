@@ -46,6 +46,7 @@ pub mod robot_source;
 mod source_report;
 pub mod source_watch;
 pub mod stamped_socket;
+pub mod stream_counts;
 pub mod stream_sim;
 pub mod udp_sim;
 pub mod udp_source;

@@ -195,12 +195,8 @@ impl StreamReport {
     /// The part of the robot's packets that never came, where that is more than a path through the others bears: a tenth.
     #[must_use]
     pub fn heavy_loss(&self) -> Option<f64> {
-        let (came, lost) = match self {
-            Self::Egm(report) => (report.frames, report.lost),
-            Self::Other(report, _) => (report.frames, report.lost),
-        };
-        let part = lost as f64 / (came.saturating_add(lost)).max(1) as f64;
-        (part > MOST_LOST_PART).then_some(part)
+        let (Self::Egm(LinkReport { stream, .. }) | Self::Other(SourceReport { stream, .. }, _)) = self;
+        Some(stream.lost_part()).filter(|part| *part > MOST_LOST_PART)
     }
 
     /// The report for programs.

@@ -109,12 +109,16 @@ fn a_simulated_controller_is_heard_as_what_it_is() {
     }
     let (sent, lost) = robot.join().unwrap();
     let report = watch.report();
-    assert_eq!(report.frames, sent, "what was sent arrived");
+    assert_eq!(report.stream.frames, sent, "what was sent arrived");
     // Losses after the last frame that came are not seen.
-    assert!(lost > 0 && report.lost <= lost && report.lost + 3 >= lost, "{} of {lost}", report.lost);
-    let timing = report.timing.unwrap();
+    assert!(
+        lost > 0 && report.stream.lost <= lost && report.stream.lost + 3 >= lost,
+        "{} of {lost}",
+        report.stream.lost
+    );
+    let timing = report.stream.timing.unwrap();
     assert!((timing.period_s - 0.004_032).abs() < 2e-6);
-    assert_eq!(report.sessions, 1);
+    assert_eq!(report.stream.sessions, 1);
     let (from, frame) = report.robot.unwrap();
     assert_eq!(report.talkers[&from].accepted, sent);
     assert!((frame.base_from_tool.translation.vector.x - 0.8).abs() < 1e-3);
