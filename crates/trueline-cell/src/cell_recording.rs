@@ -12,7 +12,7 @@ use std::sync::Arc;
 use trueline_dataset::RobotSample;
 use trueline_live::guide::Answer;
 use trueline_live::host_clock::StepWatch;
-use trueline_live::{HostClock, LinkPacket, RobotAnswer, StreamWatch};
+use trueline_live::{HostClock, RobotAnswer, RobotPacket, StreamWatch};
 use trueline_mcap::{About, Entry, NoteEntry, NoteLevel, RecordError, Recorder, RecorderHandle};
 
 /// Name of the recording in its folder.
@@ -200,12 +200,12 @@ impl CellRecording {
     }
 
     /// Keeps a packet.
-    pub fn packet(&mut self, packet: LinkPacket<'_>) {
+    pub fn packet(&mut self, packet: &RobotPacket<'_>) {
         self.watch.note(packet);
         // Nothing is wrong with what the robot sends beside its poses, and some come of it (static transforms): it is kept however much
         // there is. What strangers send is bounded.
-        let is_needless = matches!(packet, LinkPacket::Other(other)
-            if other.judged.is_err_and(|why| why.is_needless()) && self.watch.other.is_robot(other.from));
+        let is_needless =
+            packet.judged.is_err_and(|why| why.is_needless()) && self.watch.other.is_robot(packet.from);
         let sample = entries::robot_sample(packet);
         self.rejected += u64::from(sample.is_none() && !is_needless);
         self.last = sample.or(self.last);
@@ -220,10 +220,7 @@ impl CellRecording {
             self.poses_of_welds.extend(sample);
         }
         if is_kept {
-            self.keep(match packet {
-                LinkPacket::Egm(received) => entries::datagram(received),
-                LinkPacket::Other(packet) => entries::packet(packet),
-            });
+            self.keep(entries::packet(packet));
         }
     }
 

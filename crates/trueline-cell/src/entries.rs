@@ -5,69 +5,41 @@ use trueline_camera::{CameraFrame, FrameStatus, LatchSample};
 use trueline_dataset::{RobotSample, gray_png};
 use trueline_live::guide::Answer;
 use trueline_live::host_clock::Reading;
-use trueline_live::{LinkPacket, Received, RobotAnswer, RobotPacket};
+use trueline_live::{RobotAnswer, RobotPacket, RobotPose};
 use trueline_mcap::{
-    AnswerEntry, COMPLETE, ClockEntry, Entry, FrameEntry, NoteEntry, NoteLevel, PacketEntry, ProfileEntry,
-    RejectedEntry, RobotEntry,
+    AnswerEntry, COMPLETE, ClockEntry, Entry, FrameEntry, NoteEntry, NoteLevel, ProfileEntry, RejectedEntry,
+    RobotEntry,
 };
 
-/// A datagram, used or not.
-#[must_use]
-pub fn datagram(heard: &Received<'_>) -> Entry {
-    let datagram = &heard.datagram;
-    let (bytes, from, steady_ns) = (datagram.bytes.to_vec(), datagram.from, datagram.arrival.steady_ns);
-    match heard.judged {
-        Ok((frame, _)) => Entry::Robot(RobotEntry {
-            datagram: bytes,
-            from,
-            steady_ns,
-            kernel_wall_ns: datagram.arrival.kernel_wall_ns,
-            read_wall_ns: datagram.arrival.read.wall_ns,
-            sequence: frame.sequence,
-            device_ns: frame.device_ns,
-            ptp_ns: frame.ptp_ns,
-            base_from_tool: frame.base_from_tool,
-        }),
-        Err(reason) => {
-            Entry::Rejected(RejectedEntry { datagram: bytes, from, steady_ns, reason: reason.to_string() })
-        }
-    }
-}
-
-/// A packet of a robot of any make, used or not.
+/// A packet of a robot, used or not.
 #[must_use]
 pub fn packet(packet: &RobotPacket<'_>) -> Entry {
-    let (bytes, from, steady_ns) = (packet.bytes.to_vec(), packet.from, packet.arrival.steady_ns);
-    match packet.judged {
-        Ok((pose, _)) => Entry::Packet(PacketEntry {
-            packet: bytes,
+    let RobotPacket { bytes, from, arrival, judged, egm } = *packet;
+    let (datagram, steady_ns) = (bytes.to_vec(), arrival.steady_ns);
+    match judged {
+        Ok((pose, _)) => Entry::Robot(RobotEntry {
+            is_egm: egm.is_some(),
+            datagram,
             from,
             steady_ns,
-            kernel_wall_ns: packet.arrival.kernel_wall_ns,
-            read_wall_ns: packet.arrival.read.wall_ns,
+            kernel_wall_ns: arrival.kernel_wall_ns,
+            read_wall_ns: arrival.read.wall_ns,
             sequence: pose.sequence,
             device_ns: pose.device_ns,
+            ptp_ns: egm.and_then(|received| received.judged.ok()).and_then(|(frame, _)| frame.ptp_ns),
             base_from_tool: pose.base_from_tool,
         }),
         Err(reason) => {
-            Entry::Rejected(RejectedEntry { datagram: bytes, from, steady_ns, reason: reason.to_string() })
+            Entry::Rejected(RejectedEntry { datagram, from, steady_ns, reason: reason.to_string() })
         }
     }
 }
 
 /// A good packet of a robot as a sample of a recording, stamped by its arrival.
 #[must_use]
-pub(crate) fn robot_sample(packet: LinkPacket<'_>) -> Option<RobotSample> {
-    let (stamp_ns, device_ns, base_from_tool) = match packet {
-        LinkPacket::Egm(Received { datagram, judged: Ok((frame, _)) }) => {
-            (datagram.arrival.steady_ns, frame.device_ns, frame.base_from_tool)
-        }
-        LinkPacket::Other(RobotPacket { arrival, judged: Ok((pose, _)), .. }) => {
-            (arrival.steady_ns, pose.device_ns, pose.base_from_tool)
-        }
-        LinkPacket::Egm(_) | LinkPacket::Other(_) => return None,
-    };
-    Some(RobotSample { stamp_ns, device_ns: Some(device_ns), base_from_tool })
+pub(crate) fn robot_sample(packet: &RobotPacket<'_>) -> Option<RobotSample> {
+    let (RobotPose { device_ns, base_from_tool, .. }, _) = packet.judged.ok()?;
+    Some(RobotSample { stamp_ns: packet.arrival.steady_ns, device_ns: Some(device_ns), base_from_tool })
 }
 
 /// An answer to the robot.

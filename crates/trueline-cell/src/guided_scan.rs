@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use trueline_camera::CameraError;
 use trueline_live::guide::{Answer, Observer, Outcome};
 use trueline_live::motion::{EndReason, GateState, OperatorCommand, Phase};
-use trueline_live::{Guide, LinkPacket, Received, ReplyTimes, priority};
+use trueline_live::{Guide, Received, ReplyTimes, priority};
 
 /// How a scan is doing; its `Display` is half a line.
 #[derive(Clone, Copy, Debug, Default)]
@@ -100,7 +100,7 @@ struct Watching<'a> {
 
 impl Observer for Watching<'_> {
     fn received(&mut self, received: &Received<'_>) {
-        self.recording.packet(LinkPacket::Egm(received));
+        self.recording.packet(&received.into());
     }
 
     fn answered(&mut self, answer: &Answer) {

@@ -1,6 +1,6 @@
 //! Changes of the robot's digital inputs from one of its packets to the next.
 
-use trueline_live::{LinkPacket, Received, RobotPacket, SequenceStatus};
+use trueline_live::{RobotPacket, RobotPose, SequenceStatus};
 use trueline_mcap::InputsEntry;
 
 /// Looks at the inputs in every packet that is used.
@@ -19,23 +19,15 @@ struct Seen {
 impl InputWatch {
     /// What changed with a packet; nothing with the first of a session, with one that was overtaken by newer ones, and with robots
     /// that do not tell their inputs.
-    pub(crate) fn change(&mut self, packet: LinkPacket<'_>) -> Option<InputsEntry> {
-        let (arrival, device_ns, bits, status) = match packet {
-            LinkPacket::Egm(Received { datagram, judged: Ok((frame, status)) }) => {
-                (datagram.arrival, frame.device_ns, frame.digital.map(u64::from), *status)
-            }
-            LinkPacket::Other(RobotPacket { arrival, judged: Ok((pose, status)), .. }) => {
-                (*arrival, pose.device_ns, pose.inputs, *status)
-            }
-            LinkPacket::Egm(_) | LinkPacket::Other(_) => return None,
-        };
+    pub(crate) fn change(&mut self, packet: &RobotPacket<'_>) -> Option<InputsEntry> {
+        let (RobotPose { device_ns, inputs, .. }, status) = packet.judged.ok()?;
         match status {
             SequenceStatus::First => self.last = None,
             SequenceStatus::Newest { .. } => {}
             // What it says is older than what the last one said.
             SequenceStatus::Late => return None,
         }
-        let now = Seen { steady_ns: arrival.steady_ns, device_ns, bits: bits? };
+        let now = Seen { steady_ns: packet.arrival.steady_ns, device_ns, bits: inputs? };
         let before = self.last.replace(now).filter(|before| before.bits != now.bits)?;
         Some(InputsEntry {
             between_ns: [before.steady_ns, now.steady_ns],
@@ -53,7 +45,6 @@ mod tests {
     use trueline_live::host_clock::Reading;
     use trueline_live::robot_source::RobotStatus;
     use trueline_live::stamped_socket::Arrival;
-    use trueline_live::{RobotPose, SequenceStatus};
 
     /// The changes of packets, each with its device time in ms, what it says and its status, which come a ms apart.
     fn changes(packets: &[(i64, Option<u64>, SequenceStatus)]) -> Vec<([i64; 2], [u64; 2])> {
@@ -78,8 +69,9 @@ mod tests {
                     read,
                 },
                 judged: Ok((pose, *status)),
+                egm: None,
             };
-            let change = watch.change(LinkPacket::Other(&packet));
+            let change = watch.change(&packet);
             found.extend(change.map(|change| (change.device_ns.map(|ns| ns / 1_000_000), change.bits)));
         }
         found

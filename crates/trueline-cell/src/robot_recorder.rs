@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::thread;
 use std::time::{Duration, Instant};
 use trueline_live::robot_source::SourceError;
-use trueline_live::{LinkPacket, RobotLink, SequenceStatus};
+use trueline_live::{RobotLink, RobotPacket, SequenceStatus};
 use trueline_mcap::NoteLevel;
 
 /// A robot that sends nothing for so long has ended its program.
@@ -70,8 +70,8 @@ pub fn record_robot(
     None
 }
 
-fn keep(packet: LinkPacket<'_>, recording: &mut CellRecording) {
-    if let LinkPacket::Other(packet) = packet
+fn keep(packet: &RobotPacket<'_>, recording: &mut CellRecording) {
+    if packet.egm.is_none()
         && let Ok((_, SequenceStatus::First)) = packet.judged
     {
         recording.note(NoteLevel::Info, format!("the stream of {} begins", packet.from));

@@ -174,7 +174,7 @@ impl Ros2Source {
                     )
                 })
                 .map_err(Into::into);
-            each(&RobotPacket { bytes: &change.sample, from: self.address(), arrival, judged });
+            each(&RobotPacket { bytes: &change.sample, from: self.address(), arrival, judged, egm: None });
             count += 1;
         }
     }
@@ -198,7 +198,8 @@ impl Ros2Source {
                     Arrival { steady_ns: read.steady_ns, is_of_reading: false, kernel_wall_ns: None, read };
                 let bytes = &change.sample;
                 let mut tell = |arrival, judged: Result<_, PacketError>| {
-                    each(&RobotPacket { bytes, from: address, arrival, judged: judged.map_err(Into::into) });
+                    let judged = judged.map_err(Into::into);
+                    each(&RobotPacket { bytes, from: address, arrival, judged, egm: None });
                 };
                 count += 1;
                 let Ok(Content::Transforms(list)) = decode(&message, "cdr", bytes) else {

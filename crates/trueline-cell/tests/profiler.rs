@@ -7,7 +7,7 @@ use std::time::Duration;
 use trueline_camera::{CameraError, CameraFrame, FrameSource, FrameStatus, RangeProfile, SourceAbout};
 use trueline_cell::{CameraRecorder, Cell, LiveEstimate, Progress, StampChoice};
 use trueline_dataset::{FrameSignals, Profile, Recording, RobotSample};
-use trueline_mcap::{About, Choice, Entry, Imported, PacketEntry, Recorder, import};
+use trueline_mcap::{About, Choice, Entry, Imported, Recorder, RobotEntry, import};
 use trueline_method::Config;
 use trueline_sim::{Plates, Preset, ProfileLook, scan_profiles};
 use trueline_vision::{Joint, profile};
@@ -58,14 +58,16 @@ fn frames(profiles: &[Profile]) -> Vec<CameraFrame> {
 }
 
 fn packet(sample: &RobotSample, sequence: u32) -> Entry {
-    Entry::Packet(PacketEntry {
-        packet: Vec::new(),
+    Entry::Robot(RobotEntry {
+        is_egm: false,
+        datagram: Vec::new(),
         from: "127.0.0.1:1".parse().unwrap(),
         steady_ns: sample.stamp_ns,
         kernel_wall_ns: None,
         read_wall_ns: 0,
         sequence,
         device_ns: sample.device_ns.unwrap_or(sample.stamp_ns),
+        ptp_ns: None,
         base_from_tool: sample.base_from_tool,
     })
 }

@@ -25,13 +25,14 @@ use trueline_live::controller::settings::Convergence;
 use trueline_live::controller::{
     Controller, ControllerSettings, GuidanceEnd, Network, NetworkSettings, Task, VirtualTime,
 };
+use trueline_live::egm::Message;
 use trueline_live::guide::{self, Answer};
 use trueline_live::host_clock::Reading;
 use trueline_live::motion::{
     CheckedPath, EndReason, Gate, GateState, Input, MotionLimits, OperatorCommand, Phase, ReceivedFrame,
 };
 use trueline_live::stamped_socket::{Arrival, Datagram};
-use trueline_live::{FrameFilter, HostClock, LinkPacket, Received, SequenceStatus};
+use trueline_live::{FrameFilter, HostClock, Received, RobotPacket, SequenceStatus};
 use trueline_mcap::{Choice, import};
 use trueline_method::problem::parameters::{ROTATION, TRANSLATION};
 use trueline_method::{Config, Status};
@@ -111,7 +112,7 @@ impl Pc {
         let read = Reading { steady_ns: arrival_ns, wall_ns: arrival_ns };
         let arrival = Arrival { steady_ns: arrival_ns, is_of_reading: false, kernel_wall_ns: None, read };
         let datagram = Datagram { bytes, from: robot(), arrival, dropped_by_kernel: 0 };
-        self.recording.packet(LinkPacket::Egm(&Received { datagram, judged }));
+        self.recording.packet(&RobotPacket::from(&Received { datagram, judged }));
         let (frame, status) = judged.ok()?;
         if status == SequenceStatus::Late {
             return None;
@@ -123,7 +124,7 @@ impl Pc {
         self.state = state;
         let reference = reference?;
         self.answers += 1;
-        let bytes = guide::message(self.answers, arrival_ns, &reference).encode();
+        let bytes = guide::message(self.answers, arrival_ns, &reference).encode_to_vec();
         let (to, sequence) = (robot(), self.answers);
         let answer = Answer {
             bytes: bytes.clone(),

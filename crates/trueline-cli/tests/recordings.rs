@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use trueline_dataset::{FrameFile, FrameSignals, Recording, folder, images};
-use trueline_live::egm::{EgmPose, Header, MessageKind, RobotMessage, RobotState};
+use trueline_live::egm::{EgmClock, EgmFeedBack, EgmHeader, EgmPose, EgmRobot, Message, MessageType};
 use trueline_mcap::{About, Entry, FeaturesEntry, FrameEntry, Recorder, RecorderHandle, RobotEntry};
 
 fn calibrated(folder: &Path, dataset: &str) -> (i32, Value, String) {
@@ -28,17 +28,19 @@ fn offer(handle: &RecorderHandle, entry: Entry) {
 
 fn robot_entry(k: usize, sample: &trueline_dataset::RobotSample) -> Entry {
     let device_ns = sample.stamp_ns + 5_000_000_000;
-    let message = RobotMessage {
-        header: Some(Header { sequence: Some(k as u32), sent_ms: Some(0), kind: Some(MessageKind::Data) }),
-        feedback: Some(RobotState {
+    let (sec, usec) = (device_ns / 1_000_000_000, device_ns % 1_000_000_000 / 1000);
+    let message = EgmRobot {
+        header: Some(EgmHeader::new(k as u32, 0, MessageType::Data)),
+        feed_back: Some(EgmFeedBack {
             cartesian: Some(EgmPose::full(&sample.base_from_tool)),
-            time_s_us: Some(((device_ns / 1_000_000_000) as u64, (device_ns % 1_000_000_000 / 1000) as u64)),
-            ..RobotState::default()
+            time: Some(EgmClock { sec: Some(sec as u64), usec: Some(usec as u64) }),
+            ..EgmFeedBack::default()
         }),
-        ..RobotMessage::default()
+        ..EgmRobot::default()
     };
     Entry::Robot(RobotEntry {
-        datagram: message.encode(),
+        is_egm: true,
+        datagram: message.encode_to_vec(),
         from: "192.0.2.1:6510".parse().unwrap(),
         steady_ns: sample.stamp_ns,
         kernel_wall_ns: Some(sample.stamp_ns + 77),

@@ -9,7 +9,9 @@ use std::path::Path;
 use trueline::open::{How, MeasuredByInput, open};
 use trueline_cell::{ARRIVAL, CellRecording, RecordingSettings};
 use trueline_dataset::{FrameSignals, Recording, RobotSample, SensorFile, sensor_toml};
-use trueline_live::egm::{EgmPose, Header, MessageKind, RapidData, RobotMessage, RobotState};
+use trueline_live::egm::{
+    EgmClock, EgmFeedBack, EgmHeader, EgmPose, EgmRobot, Message, MessageType, RapidData,
+};
 use trueline_live::fanuc::stream_motion_packets::words;
 use trueline_live::fanuc::stream_motion_sim::StreamMotionController;
 use trueline_live::fanuc::{Hspo, StreamMotion, hspo_sim};
@@ -17,7 +19,7 @@ use trueline_live::host_clock::Reading;
 use trueline_live::kuka::{Rsi, rsi_sim};
 use trueline_live::stamped_socket::{Arrival, Datagram};
 use trueline_live::udp_source::DatagramProtocol;
-use trueline_live::{FrameFilter, HostClock, LinkPacket, Received, RobotPacket};
+use trueline_live::{FrameFilter, HostClock, Received, RobotPacket};
 use trueline_mcap::{Entry, FeaturesEntry, FrameEntry};
 use trueline_method::{Config, calibrate};
 use trueline_sim::{Preset, simulate};
@@ -46,25 +48,21 @@ fn hear<P: DatagramProtocol>(
     let judged = filter.judge_as(bytes, robot(), arrival.steady_ns, |bytes| protocol.decode(bytes));
     protocol.notice(bytes, arrival.steady_ns);
     let judged = judged.map(|(raw, status)| protocol.place(raw, status));
-    recording.packet(LinkPacket::Other(&RobotPacket { bytes, from: robot(), arrival, judged }));
+    recording.packet(&RobotPacket { bytes, from: robot(), arrival, judged, egm: None });
 }
 
 fn egm(sample: &RobotSample, k: u64, input: bool) -> Vec<u8> {
-    RobotMessage {
-        header: Some(Header {
-            sequence: Some(k as u32),
-            sent_ms: Some(4 * k as u32),
-            kind: Some(MessageKind::Data),
-        }),
-        feedback: Some(RobotState {
+    EgmRobot {
+        header: Some(EgmHeader::new(k as u32, 4 * k as u32, MessageType::Data)),
+        feed_back: Some(EgmFeedBack {
             cartesian: Some(EgmPose::full(&sample.base_from_tool)),
-            time_s_us: Some((4 * k / 1000, 4 * k % 1000 * 1000)),
-            ..RobotState::default()
+            time: Some(EgmClock { sec: Some(4 * k / 1000), usec: Some(4 * k % 1000 * 1000) }),
+            ..EgmFeedBack::default()
         }),
-        rapid_data: Some(RapidData { digital: Some(input), ..RapidData::default() }),
-        ..RobotMessage::default()
+        rapid_data: Some(RapidData::default().with_flag(Some(input))),
+        ..EgmRobot::default()
     }
-    .encode()
+    .encode_to_vec()
 }
 
 /// All packets of a robot, into the recording.
@@ -89,7 +87,7 @@ fn stream(name: &str, scan: &Recording, inputs: &[bool], recording: &mut CellRec
                 let bytes = egm(sample, k, *input);
                 let judged = filter.judge(&bytes, robot(), arrival.steady_ns);
                 let datagram = Datagram { bytes: &bytes, from: robot(), arrival, dropped_by_kernel: 0 };
-                recording.packet(LinkPacket::Egm(&Received { datagram, judged }));
+                recording.packet(&RobotPacket::from(&Received { datagram, judged }));
             }
             "hspo" => {
                 // The input is the fifth of its word here.

@@ -8,19 +8,28 @@ use telegenic::gige::proto::gvsp::{GvspView, ImageLeader};
 use trueline_camera::genicam::{ChunkNames, ChunkOrder, chunks};
 use trueline_camera::{PixelFormat, gray_image};
 use trueline_dataset::{Channel, Pixels};
-use trueline_live::SequenceStatus;
-use trueline_live::egm::{RobotMessage, SensorMessage};
+use trueline_live::egm::{EgmRobot, EgmSensor, Message};
 use trueline_live::fanuc::{Hspo, stream_motion_packets};
 use trueline_live::kuka::{InputElement, rob_message};
 use trueline_live::robot_source::RobotPose;
 use trueline_live::udp_source::DatagramProtocol;
 use trueline_live::ur::session::{Session, Told};
+use trueline_live::{RobotFrame, SequenceStatus};
 
 pub(crate) fn egm(bytes: &[u8]) {
-    if let Ok(message) = RobotMessage::decode(bytes) {
-        drop(format!("{message:?}"));
+    match EgmRobot::read(bytes) {
+        Ok(message) => {
+            drop(format!("{message:?}"));
+            if let Ok(frame) = RobotFrame::of(&message) {
+                assert!(frame.base_from_tool.translation.vector.iter().all(|x| x.is_finite()), "no pose");
+            }
+            // What was understood is written and understood again.
+            let bytes = message.encode_to_vec();
+            assert_eq!(EgmRobot::read(&bytes).map(|again| again.encode_to_vec()), Ok(bytes));
+        }
+        Err(error) => assert!(!error.to_string().is_empty()),
     }
-    if let Ok(message) = SensorMessage::decode(bytes) {
+    if let Ok(message) = EgmSensor::decode(bytes) {
         drop(format!("{message:?}"));
     }
 }

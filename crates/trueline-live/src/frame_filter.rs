@@ -1,6 +1,6 @@
 //! Which datagrams are the robot's: everything else is counted with its reason, and nothing more.
 
-use crate::egm::{RobotMessage, WireError};
+use crate::egm::{EgmRobot, WireError};
 use crate::robot_frame::{FrameError, RobotFrame};
 use crate::stamped_socket::LONGEST_BYTES;
 use std::collections::BTreeMap;
@@ -146,7 +146,7 @@ impl FrameFilter {
         steady_ns: i64,
     ) -> Result<(RobotFrame, SequenceStatus), Rejection> {
         self.judge_as(bytes, from, steady_ns, |bytes| {
-            let frame = RobotFrame::of(&RobotMessage::decode(bytes)?)?;
+            let frame = RobotFrame::of(&EgmRobot::read(bytes)?)?;
             Ok((frame.sequence, frame))
         })
     }

@@ -3,7 +3,7 @@
 //! Nothing in it waits for anybody but the robot. Who looks on (recorder, display) is called with what was received and sent;
 //! should they panic, the scan is stopped smoothly all the same.
 
-use crate::egm::{Axes, EgmPose, Header, MessageKind, SensorMessage};
+use crate::egm::{Axes, EgmFeedBack, EgmHeader, EgmPose, EgmSensor, EgmSpeedRef, Message, MessageType};
 use crate::endpoint::{Endpoint, Newest, Received};
 use crate::motion::{EndReason, Gate, GateState, Input, OperatorCommand, Phase, ReceivedFrame, Reference};
 use std::io;
@@ -175,7 +175,7 @@ impl Guide {
         self.sequence = self.sequence.wrapping_add(1);
         let clock = self.endpoint.clock();
         let message = message(self.sequence, clock.read().steady_ns, reference);
-        let bytes = message.encode();
+        let bytes = message.encode_to_vec();
         if self.endpoint.send(to, &bytes).is_err() {
             self.unsent += 1;
             return None;
@@ -209,18 +209,19 @@ fn watched(panicked: &mut bool, call: impl FnOnce()) {
 /// A reference as EGM wants it: mm, mm/s and degrees/s in base; the attitude as a quaternion alone, for Euler angles beside it
 /// would count in its stead.
 #[must_use]
-pub fn message(sequence: u32, steady_ns: i64, reference: &Reference) -> SensorMessage {
+pub fn message(sequence: u32, steady_ns: i64, reference: &Reference) -> EgmSensor {
     let v = reference.velocity_m_s * 1e3;
     let w = reference.angular_velocity_rad_s.map(f64::to_degrees);
-    SensorMessage {
-        header: Some(Header {
-            sequence: Some(sequence),
-            // A counter of ms that wraps, as the controller's does.
-            sent_ms: Some((steady_ns / 1_000_000) as u32),
-            kind: Some(MessageKind::Correction),
+    EgmSensor {
+        // A counter of ms that wraps, as the controller's does.
+        header: Some(EgmHeader::new(sequence, (steady_ns / 1_000_000) as u32, MessageType::Correction)),
+        planned: Some(EgmFeedBack {
+            cartesian: Some(EgmPose::with_quaternion(&reference.base_from_tool)),
+            ..EgmFeedBack::default()
         }),
-        pose: Some(EgmPose::with_quaternion(&reference.base_from_tool)),
-        speed: Some(Axes::from([v.x, v.y, v.z, w.x, w.y, w.z])),
-        ..SensorMessage::default()
+        speed_ref: Some(EgmSpeedRef {
+            cartesians: Some(Axes::from([v.x, v.y, v.z, w.x, w.y, w.z])),
+            ..EgmSpeedRef::default()
+        }),
     }
 }

@@ -2,7 +2,8 @@
 
 use crate::RobotFrame;
 use crate::egm::{MciState, MotorState, RapidState};
-use crate::link_watch::{Brief, LinkReport, Timing};
+use crate::link_watch::{Brief, LinkReport};
+use crate::stream_counts::Timing;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -47,15 +48,16 @@ fn by_reason(report: &LinkReport) -> BTreeMap<&str, (u64, Vec<SocketAddr>)> {
 }
 
 fn robot_lines(f: &mut fmt::Formatter<'_>, report: &LinkReport, frame: &RobotFrame) -> fmt::Result {
-    timing_lines(f, "frames", report.frames, report.timing)?;
-    let share = 100.0 * report.lost as f64 / (report.frames + report.lost).max(1) as f64;
+    let stream = &report.stream;
+    timing_lines(f, "frames", stream.frames, stream.timing)?;
+    let share = 100.0 * stream.lost_part();
     writeln!(
         f,
         "  lost     {} ({share:.2} %); overtaken {}, repeated {}; longest silence {:.0} ms",
-        report.lost,
-        report.late,
+        stream.lost,
+        stream.late,
         report.repeated,
-        report.longest_gap_s * 1e3
+        stream.longest_gap_s * 1e3
     )?;
     writeln!(f, "  state    {}", state(frame))?;
     let p = frame.base_from_tool.translation.vector * 1e3;
@@ -124,6 +126,7 @@ fn state(frame: &RobotFrame) -> String {
 
 /// What the user should know.
 fn warnings(report: &LinkReport, frame: &RobotFrame) -> Vec<String> {
+    let stream = &report.stream;
     let mut warnings = Vec::new();
     let mut warn = |when: bool, text: String| {
         if when {
@@ -131,8 +134,8 @@ fn warnings(report: &LinkReport, frame: &RobotFrame) -> Vec<String> {
         }
     };
     warn(
-        report.sessions > 1,
-        format!("the stream began {} times: the controller was restarted, or fell silent", report.sessions),
+        stream.sessions > 1,
+        format!("the stream began {} times: the controller was restarted, or fell silent", stream.sessions),
     );
     warn(
         report.contradictions > 0,
@@ -159,6 +162,7 @@ fn warnings(report: &LinkReport, frame: &RobotFrame) -> Vec<String> {
 
 /// The link as JSON.
 pub(crate) fn json(report: &LinkReport) -> Value {
+    let stream = &report.stream;
     let talkers: Vec<Value> = report
         .talkers
         .iter()
@@ -177,18 +181,18 @@ pub(crate) fn json(report: &LinkReport) -> Value {
         json!({
             "address": from.to_string(),
             "robotware": frame.generation.to_string(),
-            "frames": report.frames,
-            "lost": report.lost,
-            "overtaken": report.late,
+            "frames": stream.frames,
+            "lost": stream.lost,
+            "overtaken": stream.late,
             "repeated": report.repeated,
-            "sessions": report.sessions,
-            "longest_silence_s": report.longest_gap_s,
-            "rate_hz": report.timing.map(|t| t.rate_hz),
-            "period_s": report.timing.map(|t| t.period_s),
-            "delay_above_quickest_s": report.timing.map(|t| json!({
+            "sessions": stream.sessions,
+            "longest_silence_s": stream.longest_gap_s,
+            "rate_hz": stream.timing.map(|t| t.rate_hz),
+            "period_s": stream.timing.map(|t| t.period_s),
+            "delay_above_quickest_s": stream.timing.map(|t| json!({
                 "median": t.delay_s[0], "p99": t.delay_s[1], "max": t.delay_s[2],
             })),
-            "clock_drift_ppm": report.timing.map(|t| t.drift_ppm),
+            "clock_drift_ppm": stream.timing.map(|t| t.drift_ppm),
             "state": state(frame),
             "position_mm": [p.x, p.y, p.z],
             "rotation_wxyz": [q.w, q.i, q.j, q.k],

@@ -1,6 +1,6 @@
 //! A datagram of the robot that can be relied on.
 
-use crate::egm::{Generation, MciState, MessageKind, MotorState, PoseError, RapidState, RobotMessage};
+use crate::egm::{EgmRobot, Generation, MciState, MessageType, MotorState, PoseError, RapidState};
 use trueline_geometry::Pose;
 
 /// What one message of the controller says, checked.
@@ -52,8 +52,8 @@ pub enum FrameError {
     /// The pose is not one.
     #[error(transparent)]
     Pose(#[from] PoseError),
-    /// A time that does not fit.
-    #[error("its time is out of range")]
+    /// A time of which a part is missing, or that does not fit.
+    #[error("its time is not whole, or out of range")]
     Time,
 }
 
@@ -62,28 +62,28 @@ impl RobotFrame {
     ///
     /// # Errors
     /// What is missing or senseless.
-    pub fn of(message: &RobotMessage) -> Result<Self, FrameError> {
+    pub fn of(message: &EgmRobot) -> Result<Self, FrameError> {
         let header = message.header.ok_or(FrameError::NotData)?;
-        if header.kind != Some(MessageKind::Data) {
+        if header.mtype() != MessageType::Data {
             return Err(FrameError::NotData);
         }
-        let feedback = message.feedback.ok_or(FrameError::NoFeedback)?;
+        let feedback = message.feed_back.ok_or(FrameError::NoFeedback)?;
         let pose = feedback.cartesian.ok_or(FrameError::NoFeedback)?;
-        let (time_s, time_us) = feedback.time_s_us.ok_or(FrameError::OldRobotWare)?;
+        let time = feedback.time.ok_or(FrameError::OldRobotWare)?;
         Ok(Self {
-            sequence: header.sequence.ok_or(FrameError::NoSequence)?,
+            sequence: header.seqno.ok_or(FrameError::NoSequence)?,
             base_from_tool: pose.pose()?,
-            device_ns: nanoseconds(time_s, time_us, 1_000).ok_or(FrameError::Time)?,
-            ptp_ns: feedback.ptp_s_ns.and_then(|(s, ns)| nanoseconds(s, ns, 1)),
-            motors: message.motors.unwrap_or(MotorState::Undefined),
-            mci: message.mci.unwrap_or(MciState::Undefined),
-            rapid: message.rapid.unwrap_or(RapidState::Undefined),
-            utilization_percent: message.utilization_percent.filter(|u| !u.is_nan()),
-            converged: message.converged == Some(true),
-            collided: message.collision.is_some_and(|c| c.triggered == Some(true)),
+            device_ns: nanoseconds(time.sec, time.usec, 1_000).ok_or(FrameError::Time)?,
+            ptp_ns: feedback.time_stamp.and_then(|stamp| nanoseconds(stamp.sec, stamp.nsec, 1)),
+            motors: message.motor_state.unwrap_or_default().state(),
+            mci: message.mci_state.unwrap_or_default().state(),
+            rapid: message.rapid_exec_state.unwrap_or_default().state(),
+            utilization_percent: message.utilization_rate.filter(|u| !u.is_nan()),
+            converged: message.mci_convergence_met == Some(true),
+            collided: message.collision_info.is_some_and(|collision| collision.flag == Some(true)),
             generation: Generation::of(message),
             attitudes_differ: pose.contradicts_itself(),
-            digital: message.rapid_data.and_then(|data| data.digital),
+            digital: message.rapid_data.and_then(|data| data.flag),
         })
     }
 
@@ -95,7 +95,7 @@ impl RobotFrame {
     }
 }
 
-fn nanoseconds(whole_s: u64, part: u64, part_ns: i64) -> Option<i64> {
-    let whole_ns = i64::try_from(whole_s).ok()?.checked_mul(1_000_000_000)?;
-    whole_ns.checked_add(i64::try_from(part).ok()?.checked_mul(part_ns)?)
+fn nanoseconds(whole_s: Option<u64>, part: Option<u64>, part_ns: i64) -> Option<i64> {
+    let whole_ns = i64::try_from(whole_s?).ok()?.checked_mul(1_000_000_000)?;
+    whole_ns.checked_add(i64::try_from(part?).ok()?.checked_mul(part_ns)?)
 }

@@ -1,6 +1,6 @@
 //! A robot's stream, whatever it speaks: ABB's with all that EGM says, the others' poses.
 
-use crate::endpoint::{Endpoint, Received};
+use crate::endpoint::Endpoint;
 use crate::link_report;
 use crate::link_watch::{Brief, LinkReport, LinkWatch};
 use crate::priority;
@@ -21,15 +21,6 @@ pub enum RobotLink {
     Other(Box<dyn RobotSource>),
 }
 
-/// A packet and what became of it.
-#[derive(Clone, Copy, Debug)]
-pub enum LinkPacket<'a> {
-    /// Of an ABB robot.
-    Egm(&'a Received<'a>),
-    /// Of a robot of another make.
-    Other(&'a RobotPacket<'a>),
-}
-
 /// A network or a PC that loses more of a robot's packets than this is to be mended: lone ones are bridged, runs of four periods are gaps.
 const MOST_LOST_PART: f64 = 0.1;
 
@@ -43,6 +34,20 @@ impl RobotLink {
         Self::Other(Box::new(source))
     }
 
+    fn source(&self) -> &dyn RobotSource {
+        match self {
+            Self::Egm(endpoint) => endpoint.as_ref(),
+            Self::Other(source) => source.as_ref(),
+        }
+    }
+
+    fn source_mut(&mut self) -> &mut dyn RobotSource {
+        match self {
+            Self::Egm(endpoint) => endpoint.as_mut(),
+            Self::Other(source) => source.as_mut(),
+        }
+    }
+
     /// Waits for the robot, and hands over every packet that is there.
     ///
     /// # Errors
@@ -50,46 +55,26 @@ impl RobotLink {
     pub fn receive(
         &mut self,
         timeout: Duration,
-        each: &mut dyn FnMut(LinkPacket<'_>),
+        each: &mut dyn FnMut(&RobotPacket<'_>),
     ) -> Result<(), SourceError> {
-        match self {
-            Self::Egm(endpoint) => {
-                match endpoint.receive(timeout, |received| each(LinkPacket::Egm(received))) {
-                    Ok(_) => Ok(()),
-                    Err(error) => {
-                        let address = endpoint.local_address().unwrap_or_else(|_| ([0; 4], 0).into());
-                        Err(SourceError::Io { address, error })
-                    }
-                }
-            }
-            Self::Other(source) => source.receive(timeout, &mut |packet| each(LinkPacket::Other(packet))),
-        }
+        self.source_mut().receive(timeout, each)
     }
 
     /// What it speaks, and what its poses are, as far as is known by now.
     #[must_use]
     pub fn about(&self) -> SourceAbout {
-        match self {
-            Self::Egm(endpoint) => endpoint.about(),
-            Self::Other(source) => source.about(),
-        }
+        self.source().about()
     }
 
     /// Whether the robot waits for answers; then this thread asks for real-time priority. `Some(false)`: it was not granted.
     #[must_use]
     pub fn prepare_to_answer(&self) -> Option<bool> {
-        match self {
-            Self::Other(source) if source.must_answer() => Some(priority::request_real_time()),
-            Self::Egm(_) | Self::Other(_) => None,
-        }
+        self.source().must_answer().then(priority::request_real_time)
     }
 
     /// Answers that were sent since this was last asked.
     pub fn take_answers(&mut self) -> Vec<RobotAnswer> {
-        match self {
-            Self::Egm(_) => Vec::new(),
-            Self::Other(source) => source.take_answers(),
-        }
+        self.source_mut().take_answers()
     }
 
     /// Listens as long as `goes_on` says so. A robot that is not there yet, or went away, is called again. Returns what went
@@ -129,10 +114,10 @@ pub struct StreamWatch {
 
 impl StreamWatch {
     /// Takes notice of a packet.
-    pub fn note(&mut self, packet: LinkPacket<'_>) {
-        match packet {
-            LinkPacket::Egm(received) => self.egm.note(received),
-            LinkPacket::Other(packet) => self.other.note(packet),
+    pub fn note(&mut self, packet: &RobotPacket<'_>) {
+        match packet.egm {
+            Some(received) => self.egm.note(received),
+            None => self.other.note(packet),
         }
     }
 
@@ -210,12 +195,8 @@ impl StreamReport {
     /// The part of the robot's packets that never came, where that is more than a path through the others bears: a tenth.
     #[must_use]
     pub fn heavy_loss(&self) -> Option<f64> {
-        let (came, lost) = match self {
-            Self::Egm(report) => (report.frames, report.lost),
-            Self::Other(report, _) => (report.frames, report.lost),
-        };
-        let part = lost as f64 / (came.saturating_add(lost)).max(1) as f64;
-        (part > MOST_LOST_PART).then_some(part)
+        let (Self::Egm(LinkReport { stream, .. }) | Self::Other(SourceReport { stream, .. }, _)) = self;
+        Some(stream.lost_part()).filter(|part| *part > MOST_LOST_PART)
     }
 
     /// The report for programs.

@@ -48,6 +48,8 @@ pub struct RobotPacket<'a> {
     pub arrival: Arrival,
     /// Where the robot was, or why the packet is not used.
     pub judged: Result<(RobotPose, SequenceStatus), Rejection>,
+    /// All that EGM says, where the robot is ABB's.
+    pub egm: Option<&'a Received<'a>>,
 }
 
 /// Where a robot was.
@@ -162,7 +164,7 @@ impl RobotSource for Endpoint {
         timeout: Duration,
         each: &mut dyn FnMut(&RobotPacket<'_>),
     ) -> Result<(), SourceError> {
-        let heard = Self::receive(self, timeout, |received| each(&packet(received)));
+        let heard = Self::receive(self, timeout, |received| each(&received.into()));
         match (heard, self.local_address()) {
             (Err(error), Ok(address)) => Err(SourceError::Io { address, error }),
             _ => Ok(()),
@@ -180,18 +182,26 @@ impl RobotSource for Endpoint {
     }
 }
 
-fn packet<'a>(received: &Received<'a>) -> RobotPacket<'a> {
-    let judged = received.judged.map(|(frame, status)| {
-        let ready = if frame.is_guided() { RobotStatus::Ready } else { RobotStatus::Unknown };
-        let pose = RobotPose {
-            sequence: frame.sequence,
-            device_ns: frame.device_ns,
-            base_from_tool: frame.base_from_tool,
-            status: ready,
-            inputs: frame.digital.map(u64::from),
-        };
-        (pose, status)
-    });
-    let datagram = received.datagram;
-    RobotPacket { bytes: datagram.bytes, from: datagram.from, arrival: datagram.arrival, judged }
+impl<'a> From<&'a Received<'a>> for RobotPacket<'a> {
+    fn from(received: &'a Received<'a>) -> Self {
+        let judged = received.judged.map(|(frame, status)| {
+            let ready = if frame.is_guided() { RobotStatus::Ready } else { RobotStatus::Unknown };
+            let pose = RobotPose {
+                sequence: frame.sequence,
+                device_ns: frame.device_ns,
+                base_from_tool: frame.base_from_tool,
+                status: ready,
+                inputs: frame.digital.map(u64::from),
+            };
+            (pose, status)
+        });
+        let datagram = received.datagram;
+        Self {
+            bytes: datagram.bytes,
+            from: datagram.from,
+            arrival: datagram.arrival,
+            judged,
+            egm: Some(received),
+        }
+    }
 }

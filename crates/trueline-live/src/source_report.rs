@@ -8,22 +8,23 @@ use std::fmt;
 
 /// The stream in some lines.
 pub(crate) fn text(f: &mut fmt::Formatter<'_>, report: &SourceReport, about: &SourceAbout) -> fmt::Result {
+    let stream = &report.stream;
     if let Some((from, pose)) = &report.robot {
         writeln!(f, "Robot at {from}: {}", about.protocol)?;
         if let Some(controller) = &about.controller {
             writeln!(f, "  software {controller}")?;
         }
-        timing_lines(f, "poses", report.frames, report.timing)?;
-        let share = 100.0 * report.lost as f64 / (report.frames + report.lost).max(1) as f64;
-        let gap_ms = report.longest_gap_s * 1e3;
-        let (lost, late) = (report.lost, report.late);
+        timing_lines(f, "poses", stream.frames, stream.timing)?;
+        let share = 100.0 * stream.lost_part();
+        let gap_ms = stream.longest_gap_s * 1e3;
+        let (lost, late) = (stream.lost, stream.late);
         writeln!(f, "  lost     {lost} ({share:.2} %); overtaken {late}; longest silence {gap_ms:.0} ms")?;
         writeln!(f, "  state    {}", pose.status)?;
         let p = pose.base_from_tool.translation.vector * 1e3;
         writeln!(f, "  pose     x {:.2}  y {:.2}  z {:.2} mm: {}", p.x, p.y, p.z, about.pose)?;
     }
-    if report.sessions > 1 {
-        writeln!(f, "  warning: the stream began {} times", report.sessions)?;
+    if stream.sessions > 1 {
+        writeln!(f, "  warning: the stream began {} times", stream.sessions)?;
     }
     about.notes.iter().try_for_each(|note| writeln!(f, "  note: {}", plain(note)))?;
     if !report.unused.is_empty() {
@@ -45,6 +46,7 @@ fn plain(words: &str) -> String {
 
 /// The same for programs.
 pub(crate) fn json(report: &SourceReport, about: &SourceAbout) -> Value {
+    let stream = &report.stream;
     let robot = report.robot.map(|(from, pose)| {
         let p = pose.base_from_tool.translation.vector * 1e3;
         let q = pose.base_from_tool.rotation.quaternion();
@@ -65,14 +67,14 @@ pub(crate) fn json(report: &SourceReport, about: &SourceAbout) -> Value {
         "pose": about.pose.to_string(),
         "controller": about.controller,
         "robot": robot,
-        "poses": report.frames,
-        "lost": report.lost,
-        "overtaken": report.late,
-        "sessions": report.sessions,
-        "longest_silence_s": report.longest_gap_s,
-        "rate_hz": report.timing.map(|t| t.rate_hz),
-        "period_s": report.timing.map(|t| t.period_s),
-        "drift_ppm": report.timing.map(|t| t.drift_ppm),
+        "poses": stream.frames,
+        "lost": stream.lost,
+        "overtaken": stream.late,
+        "sessions": stream.sessions,
+        "longest_silence_s": stream.longest_gap_s,
+        "rate_hz": stream.timing.map(|t| t.rate_hz),
+        "period_s": stream.timing.map(|t| t.period_s),
+        "drift_ppm": stream.timing.map(|t| t.drift_ppm),
         "not_used": unused,
         "notes": about.notes,
     })

@@ -1,22 +1,16 @@
 //! How a robot's stream is, whatever it speaks: who sends, how regularly, what is lost and what is not used.
 
 use crate::frame_filter::{Rejection, SequenceStatus};
-use crate::link_watch::{RECENT, Timing, timing};
 use crate::robot_source::{RobotPacket, RobotPose};
-use std::collections::{BTreeMap, VecDeque};
+use crate::stream_counts::{StreamCounts, StreamSummary};
+use std::collections::BTreeMap;
 use std::net::SocketAddr;
 
 /// Listens along.
 #[derive(Clone, Debug, Default)]
 pub struct SourceWatch {
     robot: Option<(SocketAddr, RobotPose)>,
-    recent: VecDeque<(i64, i64)>,
-    frames: u64,
-    skipped: u64,
-    late: u64,
-    sessions: u64,
-    last_ns: Option<i64>,
-    longest_gap_ns: i64,
+    counts: StreamCounts,
     unused: BTreeMap<(String, SocketAddr), u64>,
     unlisted: u64,
 }
@@ -26,18 +20,8 @@ pub struct SourceWatch {
 pub struct SourceReport {
     /// The robot, and the last that it said.
     pub robot: Option<(SocketAddr, RobotPose)>,
-    /// Good poses.
-    pub frames: u64,
-    /// Poses that the controller counted and that never came.
-    pub lost: u64,
-    /// Poses overtaken by newer ones.
-    pub late: u64,
-    /// How often the stream began.
-    pub sessions: u64,
-    /// Longest time without a pose between two, s.
-    pub longest_gap_s: f64,
-    /// Rate and delays of the last minute; `None` with fewer than ten poses.
-    pub timing: Option<Timing>,
+    /// Its good poses.
+    pub stream: StreamSummary,
     /// Packets that were not used, by reason and sender.
     pub unused: BTreeMap<(String, SocketAddr), u64>,
     /// Packets not used of further senders.
@@ -65,7 +49,7 @@ impl SourceWatch {
     /// Good poses so far.
     #[must_use]
     pub fn frames(&self) -> u64 {
-        self.frames
+        self.counts.frames()
     }
 
     fn note_unused(&mut self, reason: Rejection, from: SocketAddr) {
@@ -78,27 +62,10 @@ impl SourceWatch {
     }
 
     fn note_pose(&mut self, packet: &RobotPacket<'_>, pose: RobotPose, status: SequenceStatus) {
-        let steady_ns = packet.arrival.steady_ns;
-        self.frames += 1;
-        match status {
-            SequenceStatus::First => {
-                self.sessions += 1;
-                // Another session may have another clock.
-                self.recent.clear();
-            }
-            SequenceStatus::Newest { skipped } => self.skipped += u64::from(skipped),
-            SequenceStatus::Late => self.late += 1,
-        }
-        if let Some(last_ns) = self.last_ns.replace(steady_ns) {
-            self.longest_gap_ns = self.longest_gap_ns.max(steady_ns - last_ns);
-        }
+        self.counts.note(pose.device_ns, packet.arrival.steady_ns, status);
         if status != SequenceStatus::Late {
             self.robot = Some((packet.from, pose));
         }
-        if self.recent.len() == RECENT {
-            self.recent.pop_front();
-        }
-        self.recent.push_back((pose.device_ns, steady_ns));
     }
 
     /// What there is to tell.
@@ -106,12 +73,7 @@ impl SourceWatch {
     pub fn report(&self) -> SourceReport {
         SourceReport {
             robot: self.robot,
-            frames: self.frames,
-            lost: self.skipped.saturating_sub(self.late),
-            late: self.late,
-            sessions: self.sessions,
-            longest_gap_s: self.longest_gap_ns as f64 * 1e-9,
-            timing: timing(&self.recent),
+            stream: self.counts.summary(),
             unused: self.unused.clone(),
             unlisted: self.unlisted,
         }

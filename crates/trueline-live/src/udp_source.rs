@@ -162,7 +162,7 @@ fn judge<'a, P: DatagramProtocol>(
         protocol.notice(bytes, arrival.steady_ns);
     }
     let judged = judged.map(|(raw, status)| protocol.place(raw, status));
-    RobotPacket { bytes, from, arrival, judged }
+    RobotPacket { bytes, from, arrival, judged, egm: None }
 }
 
 impl<P: DatagramProtocol> RobotSource for UdpSource<P> {

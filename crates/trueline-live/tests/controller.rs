@@ -9,7 +9,8 @@ use trueline_live::controller::{
     Controller, ControllerSettings, Event, GuidanceEnd, Network, NetworkSettings, Task, VirtualTime,
 };
 use trueline_live::egm::{
-    Axes, EgmPose, Generation, Header, MciState, MessageKind, MotorState, RobotMessage, SensorMessage,
+    Axes, EgmFeedBack, EgmHeader, EgmPose, EgmQuaternion, EgmRobot, EgmSensor, EgmSpeedRef, Generation,
+    MciState, Message, MessageType, MotorState,
 };
 
 const START: [f64; 3] = [1.2, 0.1, 0.9];
@@ -31,19 +32,23 @@ fn perfect(settings: ControllerSettings) -> VirtualTime {
 }
 
 fn frame(datagram: &[u8]) -> RobotFrame {
-    RobotFrame::of(&RobotMessage::decode(datagram).unwrap()).unwrap()
+    RobotFrame::of(&EgmRobot::read(datagram).unwrap()).unwrap()
+}
+
+fn planned(pose: EgmPose) -> EgmFeedBack {
+    EgmFeedBack { cartesian: Some(pose), ..EgmFeedBack::default() }
 }
 
 fn answer(x_m: f64, speed_m_s: Option<f64>) -> Vec<u8> {
     let mut pose = start();
     pose.translation.vector.x += x_m;
-    SensorMessage {
-        header: Some(Header { sequence: Some(1), sent_ms: None, kind: Some(MessageKind::Correction) }),
-        pose: Some(EgmPose::with_quaternion(&pose)),
-        speed: speed_m_s.map(|v| Axes::from([v * 1e3, 0.0, 0.0, 0.0, 0.0, 0.0])),
-        ..SensorMessage::default()
+    let cartesians = speed_m_s.map(|v| Axes::from([v * 1e3, 0.0, 0.0, 0.0, 0.0, 0.0]));
+    EgmSensor {
+        header: Some(EgmHeader::new(1, 0, MessageType::Correction)),
+        planned: Some(planned(EgmPose::with_quaternion(&pose))),
+        speed_ref: cartesians.map(|speed| EgmSpeedRef { cartesians: Some(speed), ..EgmSpeedRef::default() }),
     }
-    .encode()
+    .encode_to_vec()
 }
 
 /// Lag, s, and amplitude of the robot behind a sine of 20 mm.
@@ -172,11 +177,16 @@ fn ends_when_it_rests_at_its_reference() {
 #[test]
 fn refuses_what_a_controller_refuses() {
     let bad = [f64::NAN, f64::INFINITY].map(|x| answer(x, None));
-    let mut zero = SensorMessage::decode(&answer(0.0, None)).unwrap();
-    zero.pose.as_mut().unwrap().quaternion_wxyz = Some([0.0; 4]);
-    let mut pose_only = zero;
-    pose_only.pose.as_mut().unwrap().quaternion_wxyz = None;
-    for bytes in bad.into_iter().chain([zero.encode(), pose_only.encode(), vec![0xff; 9], Vec::new()]) {
+    let with_attitude = |orient| {
+        let good = EgmSensor::decode(answer(0.0, None).as_slice()).unwrap();
+        let pose = EgmPose { orient, ..good.planned.unwrap().cartesian.unwrap() };
+        EgmSensor { planned: Some(planned(pose)), ..good }.encode_to_vec()
+    };
+    let [u0, u1, u2, u3] = [Some(0.0); 4];
+    let zero = with_attitude(Some(EgmQuaternion { u0, u1, u2, u3 }));
+    let not_whole = with_attitude(Some(EgmQuaternion { u0: Some(1.0), ..EgmQuaternion::default() }));
+    let none = with_attitude(None);
+    for bytes in bad.into_iter().chain([zero, not_whole, none, vec![0xff; 9], Vec::new()]) {
         let mut cell = perfect(guided());
         let mut farthest_m = 0.0_f64;
         cell.run(1.0, |_, datagram| {
@@ -338,10 +348,12 @@ fn joint_references_are_refused_by_name_and_a_pc_that_is_late_is_waited_for() {
         robot.run_cycle();
     }
     assert_eq!(robot.ended(), None, "four seconds without a PC, twenty times the timeout");
-    let header = Header { sequence: Some(1), sent_ms: Some(1), kind: Some(MessageKind::Correction) };
-    let joints =
-        SensorMessage { header: Some(header), joints_deg: Some([1.0; 6].into()), ..SensorMessage::default() };
-    robot.receive(&joints.encode(), from);
+    let joints = EgmSensor {
+        header: Some(EgmHeader::new(1, 1, MessageType::Correction)),
+        planned: Some(EgmFeedBack { joints: Some([1.0; 6].into()), ..EgmFeedBack::default() }),
+        speed_ref: None,
+    };
+    robot.receive(&joints.encode_to_vec(), from);
     robot.run_cycle();
     let (taken, refused) = robot.answers();
     assert_eq!(taken, 0);

@@ -14,7 +14,7 @@ use trueline_live::controller::settings::Convergence;
 use trueline_live::controller::{
     Controller, ControllerSettings, Event, GuidanceEnd, Network, NetworkSettings, RealTime, Task, VirtualTime,
 };
-use trueline_live::egm::SensorMessage;
+use trueline_live::egm::{EgmCartesian, EgmSensor, Message};
 use trueline_live::guide::{self, Answer, Observer, Patience};
 use trueline_live::motion::{
     CheckedPath, EndReason, Gate, GateState, Input, OperatorCommand, Phase, ReceivedFrame,
@@ -79,7 +79,7 @@ impl Pc {
             self.highest_m_s = self.highest_m_s.max(reference.velocity_m_s.norm());
         }
         self.sequence += 1;
-        Some(guide::message(self.sequence, at_ns, &reference).encode())
+        Some(guide::message(self.sequence, at_ns, &reference).encode_to_vec())
     }
 
     fn end_reason(&self) -> Option<EndReason> {
@@ -162,8 +162,9 @@ fn an_emergency_stop_ends_the_scan_and_motors_on_do_not_begin_it_again() {
         cell.run(6.0, |at_ns, datagram| {
             let answer = pc.receive(at_ns, datagram, robot());
             if let (Some(answer), true) = (&answer, at_ns > 3_200_000_000) {
-                let pose = SensorMessage::decode(answer).unwrap().pose.unwrap();
-                positions.push(Vector3::from(pose.position_mm.unwrap()));
+                let planned = EgmSensor::decode(answer.as_slice()).unwrap().planned.unwrap();
+                let EgmCartesian { x, y, z } = planned.cartesian.unwrap().pos.unwrap();
+                positions.push(Vector3::from([x, y, z].map(Option::unwrap)));
             }
             answer
         });
@@ -264,8 +265,8 @@ fn lead(
 }
 
 fn is_rest(answer: &Answer) -> bool {
-    let message = SensorMessage::decode(&answer.bytes).unwrap();
-    message.speed.unwrap().as_slice().iter().all(|v| *v == 0.0)
+    let message = EgmSensor::decode(answer.bytes.as_slice()).unwrap();
+    message.speed_ref.unwrap().cartesians.unwrap().as_slice().iter().all(|v| *v == 0.0)
 }
 
 /// The three ways to end are tests of their own, which take their 1.5 to 3 s of real time side by side.

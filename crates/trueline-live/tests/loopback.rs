@@ -7,7 +7,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 use trueline_geometry::Pose;
 use trueline_live::controller::{Controller, ControllerSettings, Network, NetworkSettings, RealTime, Task};
-use trueline_live::egm::{EgmPose, Header, MessageKind, RobotMessage, RobotState};
+use trueline_live::egm::{EgmClock, EgmFeedBack, EgmHeader, EgmPose, EgmRobot, Message, MessageType};
 use trueline_live::{Endpoint, HostClock, LinkWatch, SequenceStatus};
 
 fn endpoint() -> (Endpoint, SocketAddr) {
@@ -17,16 +17,16 @@ fn endpoint() -> (Endpoint, SocketAddr) {
 }
 
 fn frame(sequence: u32) -> Vec<u8> {
-    RobotMessage {
-        header: Some(Header { sequence: Some(sequence), sent_ms: Some(0), kind: Some(MessageKind::Data) }),
-        feedback: Some(RobotState {
+    EgmRobot {
+        header: Some(EgmHeader::new(sequence, 0, MessageType::Data)),
+        feed_back: Some(EgmFeedBack {
             cartesian: Some(EgmPose::full(&Pose::identity())),
-            time_s_us: Some((7, u64::from(sequence) * 4000)),
-            ..RobotState::default()
+            time: Some(EgmClock { sec: Some(7), usec: Some(u64::from(sequence) * 4000) }),
+            ..EgmFeedBack::default()
         }),
-        ..RobotMessage::default()
+        ..EgmRobot::default()
     }
-    .encode()
+    .encode_to_vec()
 }
 
 #[test]
@@ -109,12 +109,16 @@ fn a_simulated_controller_is_heard_as_what_it_is() {
     }
     let (sent, lost) = robot.join().unwrap();
     let report = watch.report();
-    assert_eq!(report.frames, sent, "what was sent arrived");
+    assert_eq!(report.stream.frames, sent, "what was sent arrived");
     // Losses after the last frame that came are not seen.
-    assert!(lost > 0 && report.lost <= lost && report.lost + 3 >= lost, "{} of {lost}", report.lost);
-    let timing = report.timing.unwrap();
+    assert!(
+        lost > 0 && report.stream.lost <= lost && report.stream.lost + 3 >= lost,
+        "{} of {lost}",
+        report.stream.lost
+    );
+    let timing = report.stream.timing.unwrap();
     assert!((timing.period_s - 0.004_032).abs() < 2e-6);
-    assert_eq!(report.sessions, 1);
+    assert_eq!(report.stream.sessions, 1);
     let (from, frame) = report.robot.unwrap();
     assert_eq!(report.talkers[&from].accepted, sent);
     assert!((frame.base_from_tool.translation.vector.x - 0.8).abs() < 1e-3);

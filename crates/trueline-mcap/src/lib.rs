@@ -51,7 +51,7 @@ pub use wire::about::About;
 pub use write::cloud::{CLOUD_TOPIC, CloudFile};
 pub use write::entry::{
     AnswerEntry, COMPLETE, ClockEntry, Entry, FeaturesEntry, FrameEntry, InputsEntry, NoteEntry, NoteLevel,
-    PacketEntry, ProfileEntry, RejectedEntry, RobotEntry,
+    ProfileEntry, RejectedEntry, RobotEntry,
 };
 pub use write::log_writer;
 pub use write::record_error::RecordError;

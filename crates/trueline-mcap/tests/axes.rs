@@ -3,13 +3,13 @@
 
 mod common;
 
-use common::{T0, about, pose, profiler, robot, unpack};
+use common::{T0, about, profiler, robot, unpack};
 use std::f64::consts::PI;
 use std::path::Path;
 use trueline_dataset::{AxisRecord, Carries};
 use trueline_geometry::AxisKind;
-use trueline_live::egm::{RobotMessage, RobotState};
-use trueline_mcap::{Choice, Entry, ImportError, PacketEntry, Recorder, RobotEntry, import};
+use trueline_live::egm::{EgmFeedBack, EgmRobot, Message};
+use trueline_mcap::{Choice, Entry, ImportError, Recorder, RobotEntry, import};
 
 fn with_axes(axes: &[&str]) -> Choice {
     Choice { axes: axes.iter().map(|axis| axis.parse().unwrap()).collect(), ..Choice::default() }
@@ -37,8 +37,8 @@ fn external_joints_of_egm_are_axes() {
     let (file, out) = (dir.path().join("r.mcap"), dir.path().join("out"));
     let entry = |k: u32| {
         let external_joints = Some([0.5 * f64::from(k), 10.0 * f64::from(k), 0.0, 0.0, 0.0, 0.0].into());
-        let feedback = Some(RobotState { external_joints, ..RobotState::default() });
-        let datagram = RobotMessage { feedback, ..RobotMessage::default() }.encode();
+        let feed_back = Some(EgmFeedBack { external_joints, ..EgmFeedBack::default() });
+        let datagram = EgmRobot { feed_back, ..EgmRobot::default() }.encode_to_vec();
         Entry::Robot(RobotEntry { datagram, ..robot(k) })
     };
     own(&file, (0..20).map(entry).collect());
@@ -66,19 +66,8 @@ fn external_axes_of_rsi_are_axes() {
     let dir = tempfile::tempdir().unwrap();
     let file = dir.path().join("r.mcap");
     let entry = |k: u32| {
-        let RobotEntry { from, steady_ns, read_wall_ns, sequence, device_ns, .. } = robot(k);
         let text = format!("<Rob Type=\"KUKA\"><EIPos E1=\"{}\" E2=\"0.0\"/><IPOC>{k}</IPOC></Rob>", 2 * k);
-        let (packet, kernel_wall_ns, base_from_tool) = (text.into_bytes(), None, pose(k));
-        Entry::Packet(PacketEntry {
-            packet,
-            from,
-            steady_ns,
-            kernel_wall_ns,
-            read_wall_ns,
-            sequence,
-            device_ns,
-            base_from_tool,
-        })
+        Entry::Robot(RobotEntry { is_egm: false, datagram: text.into_bytes(), ..robot(k) })
     };
     own(&file, (0..20).map(entry).collect());
     let imported = import(&file, &with_axes(&["table_deg=E1,robot"])).unwrap();

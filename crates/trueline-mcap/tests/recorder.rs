@@ -308,7 +308,8 @@ impl Sink for Full {
 fn a_full_disk_costs_what_was_not_written_and_nothing_else() {
     let whole = recorded(entries(4000)).len();
     let start = recorded(Vec::new()).len();
-    for room in (start..whole).step_by((whole - start) / 9) {
+    // How the file is cut into chunks depends on when they are flushed: room for nearly all may be room for all.
+    for room in (start..whole).step_by((whole - start) / 9).take(9) {
         let memory = Memory::default();
         let sink = Full { memory: memory.clone(), room };
         let recorder = Recorder::onto(sink, Path::new("disk"), &about()).unwrap();

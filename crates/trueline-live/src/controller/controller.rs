@@ -3,9 +3,10 @@
 use super::arm::{Arm, Target};
 use super::joints;
 use super::settings::{ControllerSettings, Event, StopMode, Task};
+use crate::egm::messages::{EgmMciState, EgmMotorState, EgmRapidCtrlExecState};
 use crate::egm::{
-    Axes, Collision, EgmPose, Generation, Header, MciState, MeasuredForce, MessageKind, MotorState,
-    RapidData, RapidState, RobotMessage, RobotState, SensorMessage,
+    Axes, Collision, EgmClock, EgmFeedBack, EgmHeader, EgmPose, EgmRobot, EgmSensor, EgmTimestamp,
+    Generation, MciState, Message, MessageType, MotorState, RapidData, RapidState,
 };
 use nalgebra::{Vector3, Vector6};
 use rand::SeedableRng;
@@ -179,7 +180,7 @@ impl Controller {
         }
         let message = self.message(now_ns);
         self.sequence = self.sequence.wrapping_add(1);
-        Some(message.encode())
+        Some(message.encode_to_vec())
     }
 
     fn let_happen(&mut self, now_ns: i64) {
@@ -314,7 +315,7 @@ impl Controller {
         }
     }
 
-    fn message(&mut self, now_ns: i64) -> RobotMessage {
+    fn message(&mut self, now_ns: i64) -> EgmRobot {
         let generation = self.settings.generation;
         let measured_ns = now_ns - (self.settings.feedback.age_s * 1e9) as i64;
         let measured = self.true_pose(measured_ns).unwrap_or(self.start);
@@ -323,27 +324,27 @@ impl Controller {
         let controller_ns = self.settings.clock.at_ns(now_ns);
         let lag_ns = (self.settings.feedback.servo_lag_s * 1e9) as i64;
         let is_7 = generation >= Generation::From7;
-        RobotMessage {
-            header: Some(Header {
-                sequence: Some(self.sequence),
-                sent_ms: Some((self.settings.clock.at_ns(now_ns) / 1_000_000) as u32),
-                kind: Some(MessageKind::Data),
-            }),
-            feedback: Some(state(&measured, controller_ns, generation)),
+        let motors = if self.motors_on { MotorState::On } else { MotorState::Off };
+        let rapid = if self.rapid_runs { RapidState::Running } else { RapidState::Stopped };
+        EgmRobot {
+            header: Some(EgmHeader::new(
+                self.sequence,
+                (controller_ns / 1_000_000) as u32,
+                MessageType::Data,
+            )),
+            feed_back: Some(state(&measured, controller_ns, generation)),
             planned: Some(state(&planned, controller_ns + lag_ns, generation)),
-            motors: Some(if self.motors_on { MotorState::On } else { MotorState::Off }),
-            mci: Some(self.mci()),
-            converged: Some(self.is_near()),
-            rapid: Some(if self.rapid_runs { RapidState::Running } else { RapidState::Stopped }),
-            force: Some(MeasuredForce { active: is_7.then_some(false), force: Axes::from([0.0; 6]) }),
-            utilization_percent: (generation >= Generation::From6_10)
-                .then_some(100.0 * self.arm.utilization()),
+            motor_state: Some(EgmMotorState { state: Some(motors.into()) }),
+            mci_state: Some(EgmMciState { state: Some(self.mci().into()) }),
+            mci_convergence_met: Some(self.is_near()),
+            test_signals: None,
+            rapid_exec_state: Some(EgmRapidCtrlExecState { state: Some(rapid.into()) }),
+            measured_force: Some(Axes::from([0.0; 6]).with_flag(is_7.then_some(false))),
+            utilization_rate: (generation >= Generation::From6_10).then_some(100.0 * self.arm.utilization()),
             move_index: is_7.then_some(1),
-            collision: is_7
-                .then(|| Collision { triggered: Some(self.collided), quota: Axes::from([0.0; 6]) }),
-            rapid_data: is_7.then(|| RapidData { digital: self.digital, ..RapidData::default() }),
-            unread: 0,
-            torque_reference: (generation >= Generation::From7_16).then(|| Axes::from([0.0; 6])),
+            collision_info: is_7.then(|| Collision::from([0.0; 6]).with_flag(Some(self.collided))),
+            rapid_data: is_7.then(|| RapidData::default().with_flag(self.digital)),
+            torque_ref: (generation >= Generation::From7_16).then(|| Axes::from([0.0; 6])),
         }
     }
 
@@ -368,15 +369,17 @@ impl Controller {
     }
 }
 
-fn state(pose: &Pose, controller_ns: i64, generation: Generation) -> RobotState {
+fn state(pose: &Pose, controller_ns: i64, generation: Generation) -> EgmFeedBack {
     let time_ns = controller_ns.max(0) as u64;
-    let (seconds, rest_ns) = (time_ns / 1_000_000_000, time_ns % 1_000_000_000);
-    RobotState {
-        joints_deg: Some(Axes::from(joints::angles_deg(pose))),
+    let (sec, nsec) = (Some(time_ns / 1_000_000_000), time_ns % 1_000_000_000);
+    let clock = EgmClock { sec, usec: Some(nsec / 1000) };
+    let stamp = EgmTimestamp { sec, nsec: Some(nsec) };
+    EgmFeedBack {
+        joints: Some(Axes::from(joints::angles_deg(pose))),
         cartesian: Some(EgmPose::full(pose)),
         external_joints: None,
-        time_s_us: (generation >= Generation::From6_07).then_some((seconds, rest_ns / 1000)),
-        ptp_s_ns: (generation >= Generation::From7_16).then_some((seconds, rest_ns)),
+        time: (generation >= Generation::From6_07).then_some(clock),
+        time_stamp: (generation >= Generation::From7_16).then_some(stamp),
     }
 }
 
@@ -384,16 +387,16 @@ fn target_of(bytes: &[u8]) -> Result<Target, String> {
     if bytes.is_empty() {
         return Err("empty".to_owned());
     }
-    let message = SensorMessage::decode(bytes).map_err(|error| error.to_string())?;
-    let kind = message.header.and_then(|header| header.kind);
-    if kind != Some(MessageKind::Correction) {
+    let message = EgmSensor::decode(bytes).map_err(|error| error.to_string())?;
+    if message.header.unwrap_or_default().mtype() != MessageType::Correction {
         return Err("mtype is not CORRECTION".to_owned());
     }
-    let by_joints = message.joints_deg.is_some();
+    let planned = message.planned.unwrap_or_default();
+    let by_joints = planned.joints.is_some();
     let no_pose = if by_joints { "joint references: not simulated, only EGMRunPose is" } else { "no pose" };
-    let pose = message.pose.ok_or(no_pose)?.pose().map_err(|error| error.to_string())?;
+    let pose = planned.cartesian.ok_or(no_pose)?.pose().map_err(|error| error.to_string())?;
     let mut velocity = Vector6::zeros();
-    if let Some(speed) = message.speed {
+    if let Some(speed) = message.speed_ref.and_then(|speed| speed.cartesians) {
         let speed = speed.as_slice();
         if speed.iter().any(|v| !v.is_finite()) {
             return Err("speedRef is not finite".to_owned());

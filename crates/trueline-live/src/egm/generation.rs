@@ -1,6 +1,6 @@
 //! Which RobotWare sent a message, told by what it fills.
 
-use super::robot_message::RobotMessage;
+use super::messages::EgmRobot;
 use std::fmt;
 
 /// A generation of RobotWare, as far as its messages show it.
@@ -21,19 +21,19 @@ pub enum Generation {
 impl Generation {
     /// The oldest generation that could have sent this.
     #[must_use]
-    pub fn of(message: &RobotMessage) -> Self {
-        let feedback = message.feedback.as_ref();
-        let is_7 = message.force.is_some_and(|f| f.active.is_some())
+    pub fn of(message: &EgmRobot) -> Self {
+        let feedback = message.feed_back;
+        let is_7 = message.measured_force.is_some_and(|force| force.flag.is_some())
             || message.move_index.is_some()
-            || message.collision.is_some()
+            || message.collision_info.is_some()
             || message.rapid_data.is_some();
-        if feedback.is_some_and(|f| f.ptp_s_ns.is_some()) || message.torque_reference.is_some() {
+        if feedback.is_some_and(|f| f.time_stamp.is_some()) || message.torque_ref.is_some() {
             Self::From7_16
         } else if is_7 {
             Self::From7
-        } else if feedback.is_none_or(|f| f.time_s_us.is_none()) {
+        } else if feedback.is_none_or(|f| f.time.is_none()) {
             Self::Before6_07
-        } else if message.utilization_percent.is_some() {
+        } else if message.utilization_rate.is_some() {
             Self::From6_10
         } else {
             Self::From6_07

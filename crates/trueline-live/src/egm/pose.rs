@@ -1,25 +1,14 @@
 //! Poses as EGM writes them: millimetres, and an attitude in one of two forms.
 
-use super::wire::{Numbers, WireError, Writer, read};
+use super::messages::{EgmCartesian, EgmEuler, EgmPose, EgmQuaternion};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use trueline_geometry::Pose;
-
-/// `EgmPose`, as received.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct EgmPose {
-    /// `pos`, mm.
-    pub position_mm: Option<[f64; 3]>,
-    /// `orient`, (w, x, y, z).
-    pub quaternion_wxyz: Option<[f64; 4]>,
-    /// `euler`: angles about x, y and z, deg; the rotation is Rz·Ry·Rx.
-    pub euler_xyz_deg: Option<[f64; 3]>,
-}
 
 /// Why an `EgmPose` is not a pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PoseError {
-    /// No position, or no attitude in either form.
-    #[error("position or attitude is missing")]
+    /// No position, no attitude in either form, or a coordinate of one left out.
+    #[error("position or attitude is missing, or not whole")]
     Missing,
     /// Not a number, or infinite.
     #[error("a coordinate is not finite")]
@@ -40,17 +29,20 @@ impl EgmPose {
     #[must_use]
     pub fn full(pose: &Pose) -> Self {
         let (roll, pitch, yaw) = pose.rotation.euler_angles();
-        Self { euler_xyz_deg: Some([roll, pitch, yaw].map(f64::to_degrees)), ..Self::with_quaternion(pose) }
+        let [x, y, z] = [roll, pitch, yaw].map(|angle| Some(angle.to_degrees()));
+        Self { euler: Some(EgmEuler { x, y, z }), ..Self::with_quaternion(pose) }
     }
 
     /// Position and quaternion: unlike Euler angles, these have one meaning for every receiver.
     #[must_use]
     pub fn with_quaternion(pose: &Pose) -> Self {
-        let (p, q) = (pose.translation.vector * 1e3, pose.rotation.quaternion());
+        let [x, y, z] = <[f64; 3]>::from(pose.translation.vector * 1e3).map(Some);
+        let q = pose.rotation.quaternion();
+        let [u0, u1, u2, u3] = [q.w, q.i, q.j, q.k].map(Some);
         Self {
-            position_mm: Some([p.x, p.y, p.z]),
-            quaternion_wxyz: Some([q.w, q.i, q.j, q.k]),
-            euler_xyz_deg: None,
+            pos: Some(EgmCartesian { x, y, z }),
+            orient: Some(EgmQuaternion { u0, u1, u2, u3 }),
+            euler: None,
         }
     }
 
@@ -60,9 +52,10 @@ impl EgmPose {
     /// # Errors
     /// What is missing or senseless.
     pub fn pose(&self) -> Result<Pose, PoseError> {
-        let position_mm = finite(self.position_mm.ok_or(PoseError::Missing)?)?;
-        let by_quaternion = self.quaternion_wxyz.map(rotation_of).transpose()?;
-        let by_euler = self.euler_xyz_deg.map(rotation_of_euler).transpose()?;
+        let EgmCartesian { x, y, z } = self.pos.ok_or(PoseError::Missing)?;
+        let position_mm = whole([x, y, z])?;
+        let by_quaternion = self.orient.map(rotation_of).transpose()?;
+        let by_euler = self.euler.map(rotation_of_euler).transpose()?;
         let rotation = by_euler.or(by_quaternion).ok_or(PoseError::Missing)?;
         Ok(Pose::from_parts((Vector3::from(position_mm) * 1e-3).into(), rotation))
     }
@@ -70,46 +63,25 @@ impl EgmPose {
     /// Whether there are two attitudes and they differ by more than their digits.
     #[must_use]
     pub(crate) fn contradicts_itself(&self) -> bool {
-        let (Some(Ok(q)), Some(Ok(e))) =
-            (self.quaternion_wxyz.map(rotation_of), self.euler_xyz_deg.map(rotation_of_euler))
+        let (Some(Ok(q)), Some(Ok(e))) = (self.orient.map(rotation_of), self.euler.map(rotation_of_euler))
         else {
             return false;
         };
         q.angle_to(&e) > ATTITUDES_AGREE_RAD
     }
-
-    pub(super) fn decode(bytes: &[u8]) -> Result<Self, WireError> {
-        let mut pose = Self::default();
-        read("EgmPose", bytes, |field, found| {
-            match field {
-                1 => pose.position_mm = Some(whole("EgmCartesian", found.bytes()?)?),
-                2 => pose.quaternion_wxyz = Some(whole("EgmQuaternion", found.bytes()?)?),
-                3 => pose.euler_xyz_deg = Some(whole("EgmEuler", found.bytes()?)?),
-                _ => {}
-            }
-            Ok(())
-        })?;
-        Ok(pose)
-    }
-
-    pub(super) fn encode(&self, out: &mut Writer) {
-        let mut part = |field, values: Option<&[f64]>| {
-            if let Some(values) = values {
-                out.message(field, |out| out.doubles(1, values));
-            }
-        };
-        part(1, self.position_mm.as_ref().map(<[f64; 3]>::as_slice));
-        part(2, self.quaternion_wxyz.as_ref().map(<[f64; 4]>::as_slice));
-        part(3, self.euler_xyz_deg.as_ref().map(<[f64; 3]>::as_slice));
-    }
 }
 
-fn finite<const N: usize>(values: [f64; N]) -> Result<[f64; N], PoseError> {
-    if values.iter().all(|v| v.is_finite()) { Ok(values) } else { Err(PoseError::NotFinite) }
+/// Coordinates that are all there, and numbers.
+fn whole<const N: usize>(coordinates: [Option<f64>; N]) -> Result<[f64; N], PoseError> {
+    if coordinates.contains(&None) {
+        return Err(PoseError::Missing);
+    }
+    let whole = coordinates.map(|coordinate| coordinate.unwrap_or(f64::NAN));
+    if whole.iter().all(|v| v.is_finite()) { Ok(whole) } else { Err(PoseError::NotFinite) }
 }
 
-fn rotation_of(wxyz: [f64; 4]) -> Result<UnitQuaternion<f64>, PoseError> {
-    let [w, x, y, z] = finite(wxyz)?;
+fn rotation_of(EgmQuaternion { u0, u1, u2, u3 }: EgmQuaternion) -> Result<UnitQuaternion<f64>, PoseError> {
+    let [w, x, y, z] = whole([u0, u1, u2, u3])?;
     let quaternion = Quaternion::new(w, x, y, z);
     if (quaternion.norm() - 1.0).abs() > NORM_TOLERANCE {
         return Err(PoseError::NotUnit);
@@ -117,32 +89,7 @@ fn rotation_of(wxyz: [f64; 4]) -> Result<UnitQuaternion<f64>, PoseError> {
     Ok(UnitQuaternion::new_normalize(quaternion))
 }
 
-fn rotation_of_euler(xyz_deg: [f64; 3]) -> Result<UnitQuaternion<f64>, PoseError> {
-    let [x, y, z] = finite(xyz_deg)?.map(f64::to_radians);
+fn rotation_of_euler(EgmEuler { x, y, z }: EgmEuler) -> Result<UnitQuaternion<f64>, PoseError> {
+    let [x, y, z] = whole([x, y, z])?.map(f64::to_radians);
     Ok(UnitQuaternion::from_euler_angles(x, y, z))
-}
-
-/// `N` coordinates in fields 1 to `N`, all of them.
-fn whole<const N: usize>(message: &'static str, bytes: &[u8]) -> Result<[f64; N], WireError> {
-    let mut values = [None; N];
-    read(message, bytes, |field, found| {
-        if let Some(place) = (field as usize).checked_sub(1).and_then(|k| values.get_mut(k)) {
-            *place = Some(found.double()?);
-        }
-        Ok(())
-    })?;
-    let mut whole = [0.0; N];
-    for (place, value) in whole.iter_mut().zip(values) {
-        *place = value.ok_or(WireError::Incomplete { message, field: "coordinates" })?;
-    }
-    Ok(whole)
-}
-
-/// Angles of the joints, deg, of at most six axes.
-pub type Axes = Numbers<6>;
-
-pub(super) fn axes(message: &'static str, bytes: &[u8]) -> Result<Axes, WireError> {
-    let mut axes = Axes::default();
-    read(message, bytes, |field, found| if field == 1 { axes.add(&found) } else { Ok(()) })?;
-    Ok(axes)
 }

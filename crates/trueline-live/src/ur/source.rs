@@ -96,7 +96,7 @@ impl RtdeSource {
                 // Packages that were read at once came one after the other: no two have one stamp.
                 arrival.steady_ns += 1;
                 let judged = judged.map(|pose| order.place(pose)).map_err(Rejection::from);
-                each(&RobotPacket { bytes, from: address, arrival, judged });
+                each(&RobotPacket { bytes, from: address, arrival, judged, egm: None });
             }
             Told::Controller([major, minor, bugfix, build]) => {
                 *controller = Some(format!("URControl {major}.{minor}.{bugfix}.{build}"));

@@ -6,8 +6,7 @@ use crate::wire::topics::{
     ANSWER, CLOCK, FEATURES, FRAME, IMAGE, INPUTS, LOG, PACKET, POINTS, REJECTED, ROBOT, TF,
 };
 use crate::write::entry::{
-    Entry, FeaturesEntry, FrameEntry, NoteEntry, NoteLevel, POINT_BYTES, PacketEntry, ProfileEntry,
-    RobotEntry,
+    Entry, FeaturesEntry, FrameEntry, NoteEntry, NoteLevel, POINT_BYTES, ProfileEntry, RobotEntry,
 };
 use foxglove::messages::{
     CompressedImage, FrameTransform, Log, PackedElementField, PointCloud, Quaternion, Timestamp, Vector3,
@@ -40,7 +39,6 @@ impl Outgoing {
 pub(crate) fn messages(entry: Entry) -> Vec<Outgoing> {
     match entry {
         Entry::Robot(robot) => robot_messages(robot).into(),
-        Entry::Packet(packet) => packet_messages(packet).into(),
         Entry::Rejected(rejected) => {
             let message = proto::RejectedDatagram {
                 datagram: rejected.datagram,
@@ -89,25 +87,10 @@ fn transform(base_from_tool: &Pose, steady_ns: i64) -> FrameTransform {
     }
 }
 
-fn packet_messages(robot: PacketEntry) -> [Outgoing; 2] {
-    let pose = transform(&robot.base_from_tool, robot.steady_ns);
-    let packet = proto::RobotPacket {
-        packet: robot.packet,
-        source: robot.from.to_string(),
-        kernel_wall_ns: robot.kernel_wall_ns,
-        read_wall_ns: robot.read_wall_ns,
-        steady_ns: robot.steady_ns,
-        device_ns: robot.device_ns,
-    };
-    let pose = Outgoing::at(TF, robot.steady_ns, &pose);
-    [
-        Outgoing { publish_ns: robot.device_ns, ..pose }.numbered(robot.sequence),
-        Outgoing::at(PACKET, robot.steady_ns, &packet).numbered(robot.sequence),
-    ]
-}
-
 fn robot_messages(robot: RobotEntry) -> [Outgoing; 2] {
     let pose = transform(&robot.base_from_tool, robot.steady_ns);
+    // A `RobotPacket` is the same as long as no IEEE 1588 time is told.
+    let topic = if robot.is_egm { ROBOT } else { PACKET };
     let datagram = proto::RobotDatagram {
         robot: robot.datagram,
         source: robot.from.to_string(),
@@ -115,12 +98,12 @@ fn robot_messages(robot: RobotEntry) -> [Outgoing; 2] {
         read_wall_ns: robot.read_wall_ns,
         steady_ns: robot.steady_ns,
         device_ns: robot.device_ns,
-        ptp_ns: robot.ptp_ns,
+        ptp_ns: robot.ptp_ns.filter(|_| robot.is_egm),
     };
     let pose = Outgoing::at(TF, robot.steady_ns, &pose);
     [
         Outgoing { publish_ns: robot.device_ns, ..pose }.numbered(robot.sequence),
-        Outgoing::at(ROBOT, robot.steady_ns, &datagram).numbered(robot.sequence),
+        Outgoing::at(topic, robot.steady_ns, &datagram).numbered(robot.sequence),
     ]
 }
 

@@ -3,7 +3,6 @@
 //! A file tells its topics once, in its first chunk. If just that is damaged and the program was killed before it wrote the
 //! summary, every message would be lost for want of a name; so the reader knows these numbers.
 
-use crate::wire::schemas::own_descriptors;
 use foxglove::Encode;
 use foxglove::messages::{CompressedImage, FrameTransform, Log, PointCloud};
 use std::borrow::Cow;
@@ -48,14 +47,17 @@ pub(crate) struct Topic {
 /// How messages are encoded, and their descriptors.
 pub(crate) const ENCODING: &str = "protobuf";
 
+/// A `FileDescriptorSet` with all of trueline's messages and what they use: viewers read a recording by it. `robot` is described as
+/// an `abb.egm.EgmRobot`, which it is, and read as bytes, so that the datagram stays as it came.
+const OWN_DESCRIPTORS: &[u8] = include_bytes!("../../proto/recording.bin");
+
 /// All topics.
 pub(crate) static TOPICS: LazyLock<Vec<Topic>> = LazyLock::new(|| {
-    let own = own_descriptors();
     let own = |id, name, schema: &str| Topic {
         id,
         name,
         schema: format!("trueline.{schema}"),
-        descriptors: own.clone().into(),
+        descriptors: OWN_DESCRIPTORS.into(),
     };
     vec![
         standard::<FrameTransform>(TF, "/tf"),

@@ -9,8 +9,6 @@ use trueline_geometry::Pose;
 pub enum Entry {
     /// The robot said where it is.
     Robot(RobotEntry),
-    /// A robot that does not speak EGM said where it is.
-    Packet(PacketEntry),
     /// A datagram came that is not used.
     Rejected(RejectedEntry),
     /// The robot was answered.
@@ -48,9 +46,11 @@ impl Entry {
     }
 }
 
-/// A datagram of the robot, and the pose in it.
+/// A datagram or packet of the robot, and the pose in it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotEntry {
+    /// Whether it is EGM's, which viewers are told the fields of. What another robot speaks is told by a note.
+    pub is_egm: bool,
     /// As it came.
     pub datagram: Vec<u8>,
     /// The sender.
@@ -67,27 +67,6 @@ pub struct RobotEntry {
     pub device_ns: i64,
     /// IEEE 1588 time when the robot was there, ns, where the controller is synchronised.
     pub ptp_ns: Option<i64>,
-    /// Where the robot was, m.
-    pub base_from_tool: Pose,
-}
-
-/// A packet of a robot that does not speak EGM, and the pose in it. What it speaks is told by a note.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PacketEntry {
-    /// As it came.
-    pub packet: Vec<u8>,
-    /// The sender.
-    pub from: SocketAddr,
-    /// When it came by the steady clock, ns: the stamp that calibration uses.
-    pub steady_ns: i64,
-    /// When it came by the kernel's wall clock, ns since 1970, where the kernel stamps.
-    pub kernel_wall_ns: Option<i64>,
-    /// When it was read by the wall clock, ns since 1970.
-    pub read_wall_ns: i64,
-    /// Counts the controller's cycles.
-    pub sequence: u32,
-    /// The controller's clock when the robot was there, ns.
-    pub device_ns: i64,
     /// Where the robot was, m.
     pub base_from_tool: Pose,
 }

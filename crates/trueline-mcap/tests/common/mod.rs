@@ -41,6 +41,7 @@ pub(crate) fn robot(k: u32) -> RobotEntry {
         x as u8
     };
     RobotEntry {
+        is_egm: true,
         // A field that no EgmRobot has yet, with anything in it.
         datagram: [0x7a, 90].into_iter().chain(std::iter::repeat_with(noise).take(90)).collect(),
         from: "192.168.125.1:6510".parse().unwrap(),

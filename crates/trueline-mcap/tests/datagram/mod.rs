@@ -1,36 +1,37 @@
 //! A datagram with every field that RobotWare has.
 
 use crate::common::pose;
+use trueline_live::egm::messages::{EgmMciState, EgmMotorState, EgmRapidCtrlExecState};
 use trueline_live::egm::{
-    Axes, Collision, EgmPose, Header, MciState, MeasuredForce, MessageKind, MotorState, RapidData,
-    RapidState, RobotMessage, RobotState,
+    Axes, Collision, EgmClock, EgmFeedBack, EgmHeader, EgmPose, EgmRobot, EgmTimestamp, MciState, Message,
+    MessageType, MotorState, RapidData, RapidState,
 };
 
 /// `measuredForce` in the form of RobotWare 6 or 7, by turns.
 pub(crate) fn full_datagram(k: u32) -> Vec<u8> {
-    let axes = Axes::from([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
-    let state = RobotState {
-        joints_deg: Some(axes),
+    let axes = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+    let state = EgmFeedBack {
+        joints: Some(axes.into()),
         cartesian: Some(EgmPose::full(&pose(k))),
-        external_joints: Some(axes),
-        time_s_us: Some((7, 8)),
-        ptp_s_ns: Some((9, 10)),
+        external_joints: Some(axes.into()),
+        time: Some(EgmClock { sec: Some(7), usec: Some(8) }),
+        time_stamp: Some(EgmTimestamp { sec: Some(9), nsec: Some(10) }),
     };
-    RobotMessage {
-        header: Some(Header { sequence: Some(k), sent_ms: Some(2), kind: Some(MessageKind::Data) }),
-        feedback: Some(state),
+    EgmRobot {
+        header: Some(EgmHeader::new(k, 2, MessageType::Data)),
+        feed_back: Some(state),
         planned: Some(state),
-        motors: Some(MotorState::On),
-        mci: Some(MciState::Running),
-        converged: Some(true),
-        rapid: Some(RapidState::Running),
-        force: Some(MeasuredForce { active: k.is_multiple_of(2).then_some(true), force: axes }),
-        utilization_percent: Some(3.0),
+        motor_state: Some(EgmMotorState { state: Some(MotorState::On.into()) }),
+        mci_state: Some(EgmMciState { state: Some(MciState::Running.into()) }),
+        mci_convergence_met: Some(true),
+        test_signals: Some(axes.into()),
+        rapid_exec_state: Some(EgmRapidCtrlExecState { state: Some(RapidState::Running.into()) }),
+        measured_force: Some(Axes::from(axes).with_flag(k.is_multiple_of(2).then_some(true))),
+        utilization_rate: Some(3.0),
         move_index: Some(4),
-        collision: Some(Collision { triggered: Some(false), quota: axes }),
-        rapid_data: Some(RapidData { digital: Some(true), numbers: [0.5; 40].into() }),
-        torque_reference: Some(axes),
-        unread: 0,
+        collision_info: Some(Collision::from(axes).with_flag(Some(false))),
+        rapid_data: Some(RapidData::from([0.5; 40]).with_flag(Some(true))),
+        torque_ref: Some(axes.into()),
     }
-    .encode()
+    .encode_to_vec()
 }
