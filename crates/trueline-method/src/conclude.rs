@@ -78,6 +78,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     let streams = streams(from, skipped.get(&Skip::Repeated).copied().unwrap_or(0));
     let summary = residuals::summarise(&features, skipped);
     let findings = Findings {
+        sensor_kind: from.recording.sensor.kind(),
         unknowns,
         fit: fit_findings(from, summary, features, (&uncertainty, widening)),
         checks,
@@ -204,7 +205,7 @@ fn judged(
     if let Some(released) =
         from.released.filter(|released| !verdict::residuals_are_too_large(&released.findings))
     {
-        compare(&findings.config, &mut findings.checks, released);
+        compare(&findings.config, &findings.unknowns.parameters, &mut findings.checks, released);
     }
     let verdict = verdict::of(&findings);
     Ok(Calibration { findings, verdict })
@@ -392,6 +393,7 @@ fn checks(
         seam_error: None,
         held_sensor: None,
         instead_of_sensor: Vec::new(),
+        held_off: Vec::new(),
         drawn_line_shifts: Vec::new(),
         better_without_drawing_m: None,
         cause: None,

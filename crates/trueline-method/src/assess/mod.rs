@@ -8,6 +8,7 @@ pub mod cross_validation;
 pub mod drawn_line_shift;
 pub(crate) mod excitation;
 pub mod file_frame;
+pub mod held_off;
 pub(crate) mod identifiability;
 pub mod instead_of_sensor;
 pub(crate) mod left_out;
