@@ -137,8 +137,7 @@ pub(crate) fn is_trusted(file: &Path, calibration: &KnownCalibration) -> bool {
 
 /// The same where it meets a recording; one of a sensor that something else carries is refused.
 pub(crate) fn fits(file: &Path, known: &KnownCalibration, on: &Recording) -> Result<bool, Failure> {
-    known.check_mounting(file, on.setup.mounted)?;
-    known.check_axes(file, on)?;
+    known.check_recording(file, on)?;
     if known.at_stops && !on.at_stops && !stand_at_readings(on) {
         return Err(Failure::new(
             format!(

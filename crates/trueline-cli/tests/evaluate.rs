@@ -182,3 +182,23 @@ fn the_papers_experiments_are_one_command() {
     }
     assert_eq!(code(&trueline(dir.path(), &["reproduce", "--out", "paper"])), 2, "nothing is overwritten");
 }
+
+#[test]
+fn a_calibration_of_another_kind_of_sensor_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| trueline(dir.path(), arguments);
+    for preset in ["good", "profiler"] {
+        assert_eq!(code(&run(&["simulate", "--preset", preset, "--out", preset, "--quiet"])), 0);
+        let result = format!("{preset}.json");
+        assert_eq!(code(&run(&["calibrate", preset, "--json", &result, "--quiet"])), 0);
+    }
+    for (scan, other) in [("good", "profiler.json"), ("profiler", "good.json")] {
+        let apply = ["apply", scan, "--calibration", other, "--out", "points.csv"];
+        for arguments in [&apply[..], &["evaluate", scan, "--calibration", other]] {
+            let refused = run(arguments);
+            assert_eq!(code(&refused), 2, "{arguments:?}");
+            assert!(words(&refused).contains("but the recording is of a"), "{}", words(&refused));
+        }
+    }
+    assert!(!dir.path().join("points.csv").exists());
+}

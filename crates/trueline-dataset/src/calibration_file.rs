@@ -31,6 +31,8 @@ pub struct KnownCalibration {
     pub seam_error_m: Option<f64>,
     /// The correction of the sensor's sheet beyond what the transform of [`Self::known`] contains of it.
     pub correction: Option<SheetCorrection>,
+    /// The kind of sensor that was calibrated, as in `sensor.toml`, where the result tells.
+    pub sensor_kind: Option<String>,
     /// The sensor file that the transform belongs to, where the result tells.
     pub sensor_file: Option<SensorFileEntry>,
     /// Whether it was accepted, where the file tells.
@@ -96,6 +98,7 @@ fn parse(file: &Path, text: &str) -> Result<KnownCalibration, Error> {
         line_sigma: None,
         seam_error_m: None,
         correction: None,
+        sensor_kind: None,
         sensor_file: None,
         accepted: None,
         mounted: None,
@@ -158,6 +161,7 @@ fn known(file: &Path, result: &ResultFile) -> Result<KnownCalibration, Error> {
         line_sigma: line_sigma(&result.covariance),
         seam_error_m: result.seam_error.as_ref().map(|error| error.rms_mm / MM_PER_M),
         correction: correction_of(&result.sensor),
+        sensor_kind: result.sensor.kind.clone(),
         sensor_file: result.sensor.file.clone().or_else(|| stated_file(result)),
         accepted: result.status.map(|status| status == Status::Accepted),
         mounted: Some(match result.mounted.as_deref() {
@@ -212,11 +216,36 @@ impl KnownCalibration {
         }
     }
 
-    /// Checks that a recording has the axes that this calibration places seam points with.
+    /// Refuses a recording that this calibration cannot place: of a sensor with another frame or on something else, or without an axis
+    /// that it needs. The error names `file`, that of the calibration.
     ///
     /// # Errors
-    /// An axis of the calibration that the recording lacks.
-    pub fn check_axes(&self, file: &Path, recording: &Recording) -> Result<(), Error> {
+    /// The first difference of these.
+    pub fn check_recording(&self, file: &Path, recording: &Recording) -> Result<(), Error> {
+        self.check_mounting(file, recording.setup.mounted)?;
+        self.check_frame(file, recording.sensor.kind())?;
+        self.check_axes(file, recording)
+    }
+
+    /// The frame of a profiler lies in its sheet, that of a camera in its lens. Points may be in either.
+    fn check_frame(&self, file: &Path, recorded: &'static str) -> Result<(), Error> {
+        const PROFILER: &str = "profiler";
+        const POINTS: &str = "points";
+        let is_other = |calibrated: &str| {
+            let either = calibrated == POINTS || recorded == POINTS;
+            !either && (calibrated == PROFILER) != (recorded == PROFILER)
+        };
+        match &self.sensor_kind {
+            Some(calibrated) if is_other(calibrated) => {
+                let calibrated = calibrated.clone();
+                Err(Error::in_file(file, Problem::OtherSensor { calibrated, recorded }))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Checks that a recording has the axes that this calibration places seam points with.
+    fn check_axes(&self, file: &Path, recording: &Recording) -> Result<(), Error> {
         let is_there = |name: &String| recording.axes.iter().any(|axis| axis.name == *name);
         match self.axes.iter().find(|(name, _)| !is_there(name)) {
             Some((name, _)) => Err(Error::in_file(file, Problem::AxisNotRecorded { name: name.clone() })),

@@ -1,5 +1,7 @@
 //! What can be wrong with the log of another program, and what to do about it.
 
+use crate::unit::MM_PER_M;
+
 /// Why a log of another program cannot be used as it is.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -103,6 +105,12 @@ pub enum LogProblem {
     /// A YAML file of a camera without the size of its pictures.
     #[error("is a camera without the size of its pictures")]
     CameraWithoutSize,
+    /// Positions that no robot has.
+    #[error("the positions lie up to {} from the origin of the base", length(*furthest_m))]
+    Reach {
+        /// Distance of the furthest, m.
+        furthest_m: f64,
+    },
     /// Pictures whose names have several numbers that change.
     #[error("the names have several numbers that change, and their orders differ: `{one}`, `{other}`")]
     SeveralNumbers {
@@ -165,9 +173,21 @@ impl LogProblem {
                 "add two lines with the size in px of the pictures that it was calibrated with: `image_width: WIDTH` and `image_height: HEIGHT`"
                     .to_owned()
             }
+            Self::Reach { furthest_m } => {
+                let [is, read_as] = if *furthest_m > 1.0 { ["mm", "m"] } else { ["m", "mm"] };
+                format!(
+                    "they were read as {read_as} and are probably {is}: write the unit into the header (x_{is}, y_{is}, z_{is}), or name it: \
+                     --robot-map x_{is}=x,y_{is}=y,z_{is}=z"
+                )
+            }
             Self::SeveralNumbers { .. } => {
                 "rename them so that the stamp is the last number, or write images/index.csv: time_s,file".to_owned()
             }
         }
     }
+}
+
+/// A length that may be far from usual, in the unit that suits it.
+fn length(m: f64) -> String {
+    if m > 1.0 { format!("{m:.0} m") } else { format!("{:.2} mm", m * MM_PER_M) }
 }

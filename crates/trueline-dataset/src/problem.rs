@@ -37,6 +37,14 @@ pub enum Problem {
         /// What carried the one of the recording.
         recorded: &'static str,
     },
+    /// A calibration of a sensor whose frame is another.
+    #[error("is the calibration of a `{calibrated}` sensor, but the recording is of a `{recorded}` sensor")]
+    OtherSensor {
+        /// The kind that was calibrated, as in `sensor.toml`.
+        calibrated: String,
+        /// That of the recording.
+        recorded: &'static str,
+    },
     /// A folder that is to be replaced has something else in it.
     #[error("`{other}` in this folder would be lost")]
     NotOurs {

@@ -60,6 +60,7 @@ impl Problem {
             | Self::MissingReference
             | Self::NoResult(_)
             | Self::OtherMounting { .. }
+            | Self::OtherSensor { .. }
             | Self::NewerResult { .. }
             | Self::NotCalibrated { .. } => self.calibration_hint(),
             Self::Value { key: "stop" | "picture", .. } => {
@@ -168,6 +169,9 @@ impl Problem {
             Self::OtherMounting { .. } => {
                 "correct `mounted` in sensor.toml, which states what carries the sensor, or use the \
                     calibration of this cell"
+            }
+            Self::OtherSensor { .. } => {
+                "a camera's hand-eye transform and a profiler's are of different frames: name the result of this sensor"
             }
             Self::NewerResult { .. } => "a newer trueline wrote it: use that, or calibrate again",
             _ => "calibrate from a scan that determines everything: `trueline plan` finds one",

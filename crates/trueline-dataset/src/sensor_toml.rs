@@ -355,10 +355,25 @@ fn camera_from(wire: &CameraTable) -> Result<Camera, Problem> {
     }
     Ok(Camera {
         size: [wire.width, wire.height],
-        focal: Vector2::new(positive("camera.fx", wire.fx)?, positive("camera.fy", wire.fy)?),
+        focal: Vector2::new(
+            in_px("camera.fx", positive("camera.fx", wire.fx)?, wire.width)?,
+            in_px("camera.fy", positive("camera.fy", wire.fy)?, wire.height)?,
+        ),
         centre: Vector2::new(finite("camera.cx", wire.cx)?, finite("camera.cy", wire.cy)?),
         distortion: BrownConrady::from_opencv(wire.distortion),
     })
+}
+
+/// A focal length in px is no less than this part of the picture: it would see 170°.
+const LEAST_FOCAL_PART: f64 = 0.05;
+
+/// A focal length, unless it is one in mm.
+fn in_px(key: &'static str, focal: f64, pixels: u32) -> Result<f64, Problem> {
+    if focal < LEAST_FOCAL_PART * f64::from(pixels) {
+        let expected = "a focal length in px, which is that in mm divided by the size of a pixel";
+        return Err(Problem::Value { key, expected, found: focal.to_string() });
+    }
+    Ok(focal)
 }
 
 fn camera_to(camera: &Camera) -> CameraTable {

@@ -5,7 +5,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-/// Writes beside the file and gives it its name when it is complete.
+/// Links in a row that are followed, as many as Linux follows.
+const MOST_LINKS: usize = 40;
+
+/// Writes beside the file and gives it its name when it is complete. A link keeps naming the file, and the file keeps its permissions.
 ///
 /// # Errors
 /// What the operating system says; the file is as it was then, and nothing is left beside it.
@@ -14,8 +17,11 @@ pub fn write(path: &Path, content: &[u8]) -> io::Result<()> {
     if fs::metadata(path).is_ok_and(|meta| !meta.is_file()) {
         return fs::write(path, content);
     }
-    let unfinished = unfinished(path);
-    let written = write_to_disk(&unfinished, content).and_then(|()| fs::rename(&unfinished, path));
+    let path = followed(path);
+    let unfinished = unfinished(&path);
+    let written = write_to_disk(&unfinished, content)
+        .and_then(|()| keep_permissions(&path, &unfinished))
+        .and_then(|()| fs::rename(&unfinished, &path));
     if written.is_err() {
         // Why it cannot be written is told; that the rest of it cannot be removed would say nothing more.
         drop(fs::remove_file(&unfinished));
@@ -28,6 +34,21 @@ fn write_to_disk(path: &Path, content: &[u8]) -> io::Result<()> {
     let mut file = fs::File::create(path)?;
     file.write_all(content)?;
     file.sync_all()
+}
+
+/// The file that a chain of links names; it need not be there.
+fn followed(path: &Path) -> PathBuf {
+    let mut at = path.to_owned();
+    for _ in 0..MOST_LINKS {
+        let Ok(named) = fs::read_link(&at) else { break };
+        at = at.parent().map_or_else(|| named.clone(), |folder| folder.join(&named));
+    }
+    at
+}
+
+/// Gives a new file the permissions of the one that it replaces.
+fn keep_permissions(replaced: &Path, by: &Path) -> io::Result<()> {
+    fs::metadata(replaced).map_or(Ok(()), |meta| fs::set_permissions(by, meta.permissions()))
 }
 
 /// A file that is being written beside the one that it will be; without [`Unfinished::finish`] nothing is left of it.
@@ -48,9 +69,10 @@ impl Unfinished {
         if fs::metadata(path).is_ok_and(|meta| !meta.is_file()) {
             return Err(io::Error::new(io::ErrorKind::InvalidInput, "only a file can be written in parts"));
         }
-        let at = unfinished(path);
+        let path = followed(path);
+        let at = unfinished(&path);
         let file = fs::File::options().read(true).write(true).create(true).truncate(true).open(&at)?;
-        Ok(Self { file, at, path: path.to_owned(), is_finished: false })
+        Ok(Self { file, at, path, is_finished: false })
     }
 
     /// The file.
@@ -65,6 +87,7 @@ impl Unfinished {
     /// What the operating system says; what was there before stays.
     pub fn finish(mut self) -> io::Result<()> {
         self.file.sync_all()?;
+        keep_permissions(&self.path, &self.at)?;
         fs::rename(&self.at, &self.path)?;
         self.is_finished = true;
         Ok(())
@@ -127,5 +150,32 @@ mod tests {
         let left: Vec<_> =
             fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
         assert_eq!(left.len(), 2, "{left:?}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_and_the_permissions_behind_it_stay() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("results")).unwrap();
+        fs::write(at("results/real.json"), "first").unwrap();
+        fs::set_permissions(at("results/real.json"), fs::Permissions::from_mode(0o640)).unwrap();
+        symlink("results/real.json", at("near")).unwrap();
+        symlink(at("near"), at("far")).unwrap();
+        write(&at("far"), b"second").unwrap();
+        let parts = Unfinished::create(&at("near")).unwrap();
+        assert_eq!(fs::read(at("results/real.json")).unwrap(), b"second");
+        parts.file().write_all(b"third").unwrap();
+        parts.finish().unwrap();
+        assert_eq!(fs::read(at("results/real.json")).unwrap(), b"third");
+        assert_eq!(fs::metadata(at("results/real.json")).unwrap().permissions().mode() & 0o777, 0o640);
+        assert!(fs::symlink_metadata(at("far")).unwrap().is_symlink());
+        // A link to a file that is not there yet, and one in a circle.
+        symlink("results/new.json", at("new")).unwrap();
+        write(&at("new"), b"new").unwrap();
+        assert_eq!(fs::read(at("results/new.json")).unwrap(), b"new");
+        symlink("circle", at("circle")).unwrap();
+        write(&at("circle"), b"lost").unwrap_err();
     }
 }

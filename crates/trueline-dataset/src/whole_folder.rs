@@ -67,6 +67,22 @@ impl WholeFolder {
         Ok(Self { target: target.to_owned(), unfinished, finished: false })
     }
 
+    /// Begins a folder of files of any name, which must not exist or be empty. One that is there stays the same folder, for it may be the
+    /// one that the user works in, or a disk of its own.
+    ///
+    /// # Errors
+    /// A target that is in use; what cannot be made.
+    pub fn begin_new(target: &Path) -> Result<Self, Error> {
+        let is_used = fs::read_dir(target).is_ok_and(|mut entries| entries.next().is_some());
+        if is_used || target.is_file() {
+            return Err(Error::in_file(target, Problem::AlreadyExists));
+        }
+        let name = format!("{}.unfinished", std::process::id());
+        let unfinished = if target.is_dir() { target.join(name) } else { beside(target, &name) };
+        fs::create_dir_all(&unfinished).map_err(|error| Error::in_file(target, Problem::Io(error)))?;
+        Ok(Self { target: target.to_owned(), unfinished, finished: false })
+    }
+
     /// Where to write.
     #[must_use]
     pub fn path(&self) -> &Path {
@@ -83,6 +99,9 @@ impl WholeFolder {
         let renamed = |from: &Path, to: &Path| {
             fs::rename(from, to).map_err(|error| Error::in_file(to, Problem::Io(error)))
         };
+        if self.unfinished.parent() == Some(&self.target) {
+            return self.move_up().map(|()| None);
+        }
         let replaced = free_beside(&self.target);
         let was_there = self.target.exists();
         if was_there {
@@ -105,6 +124,20 @@ impl WholeFolder {
         }
         Ok(Some(replaced))
     }
+
+    /// Moves everything into the target, in which it was made. Renaming needs no space.
+    fn move_up(&mut self) -> Result<(), Error> {
+        let moved = || {
+            for entry in fs::read_dir(&self.unfinished)? {
+                let entry = entry?;
+                fs::rename(entry.path(), self.target.join(entry.file_name()))?;
+            }
+            fs::remove_dir(&self.unfinished)
+        };
+        moved().map_err(|error| Error::in_file(&self.target, Problem::Io(error)))?;
+        self.finished = true;
+        Ok(())
+    }
 }
 
 impl Drop for WholeFolder {
@@ -114,18 +147,6 @@ impl Drop for WholeFolder {
             drop(fs::remove_dir_all(&self.unfinished));
         }
     }
-}
-
-/// Makes a folder that must not hold anything yet.
-///
-/// # Errors
-/// One that does; what the operating system says.
-pub fn make_empty(folder: &Path) -> Result<(), Error> {
-    let is_used = fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
-    if is_used {
-        return Err(Error::in_file(folder, Problem::AlreadyExists));
-    }
-    fs::create_dir_all(folder).map_err(|error| Error::in_file(folder, Problem::Io(error)))
 }
 
 fn beside(target: &Path, what: &str) -> PathBuf {
@@ -218,4 +239,35 @@ fn check_is_ours(folder: &Path) -> Result<(), Error> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap();
+        entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect()
+    }
+
+    #[test]
+    fn a_new_folder_appears_whole_or_not_at_all() {
+        let place = tempfile::tempdir().unwrap();
+        let (new, there) = (place.path().join("new"), place.path().join("there"));
+        fs::create_dir(&there).unwrap();
+        for target in [&new, &there] {
+            let given_up = WholeFolder::begin_new(target).unwrap();
+            fs::write(given_up.path().join("page.1"), "half").unwrap();
+            drop(given_up);
+            assert!(!target.exists() || names(target).is_empty());
+            let whole = WholeFolder::begin_new(target).unwrap();
+            fs::write(whole.path().join("page.1"), "whole").unwrap();
+            assert!(!target.join("page.1").exists());
+            assert_eq!(whole.finish().unwrap(), None);
+            assert_eq!(names(target), ["page.1"]);
+            WholeFolder::begin_new(target).unwrap_err();
+        }
+        assert_eq!(names(place.path()).len(), 2);
+    }
 }

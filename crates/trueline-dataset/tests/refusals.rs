@@ -253,6 +253,8 @@ fn sensor_files() {
     );
     assert!(error(&SENSOR.replace("[0.0, -0.9", "[0.0, -9.0")).contains("expected a vector of length 1"));
     assert!(error(&SENSOR.replace("cx =", "c_x =")).contains("unknown field `c_x`"));
+    let in_mm = error(&SENSOR.replace("fx = 3598.0", "fx = 8.0"));
+    assert!(in_mm.contains("`camera.fx`: expected a focal length in px"), "{in_mm}");
     assert!(error("kind = ").starts_with("sensor.toml, line 1: "));
 }
 

@@ -7,6 +7,7 @@ use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::HeldOut;
 use crate::assess::drawn_line_shift::DrawnLineShift;
 use crate::assess::file_frame::{FileFrame, HandEyeOfFile, StatedSensor};
+use crate::assess::held_off::HeldOff;
 use crate::assess::lens::LensCorrection;
 use crate::assess::misfit_cause::MisfitCause;
 use crate::assess::observability::Observability;
@@ -38,6 +39,8 @@ use trueline_lsq::Termination;
 /// Everything that was found.
 #[derive(Clone, Debug)]
 pub struct Findings {
+    /// The kind of sensor, as in `sensor.toml`.
+    pub sensor_kind: &'static str,
     /// The unknowns, and what the scan shows of them.
     pub unknowns: Unknowns,
     /// How the model fits.
@@ -235,6 +238,8 @@ pub struct Checks {
     pub held_sensor: Option<SensorShape>,
     /// Causes that the scan cannot separate from a sensor that is off, where it seems so.
     pub confounded_causes: Vec<ConfoundedCause>,
+    /// What --fix holds and the scan contradicts.
+    pub held_off: Vec<HeldOff>,
     /// Lines that are not where they were drawn and held.
     pub drawn_line_shifts: Vec<DrawnLineShift>,
     /// Seam error without the drawn lines, m, if smaller than with them.
@@ -254,11 +259,13 @@ pub struct Checks {
 }
 
 impl Checks {
-    /// Whether the scan contradicts a sensor or a line that was held: then the residuals, and all that follows from them, are
+    /// Whether the scan contradicts what was held: then the residuals, and all that follows from them, are
     /// those of that error.
     #[must_use]
     pub(crate) fn contradict_what_is_held(&self) -> bool {
-        !self.drawn_line_shifts.is_empty() || self.held_sensor.is_some_and(|shape| shape.is_off())
+        !self.held_off.is_empty()
+            || !self.drawn_line_shifts.is_empty()
+            || self.held_sensor.is_some_and(|shape| shape.is_off())
     }
 }
 

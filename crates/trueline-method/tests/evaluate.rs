@@ -257,3 +257,22 @@ fn stops_that_are_too_few_or_run_back_and_forth_are_refused() {
     let error = standstill::curves(&back).unwrap_err();
     assert!(matches!(error, StandstillError::BackAndForth { line: 0, stop: 3 }), "{error}");
 }
+
+#[test]
+fn outliers_are_counted_and_left_out_of_second_figures() {
+    let scenario = quiet();
+    let mut known = straight(&scenario, Sine::default());
+    for feature in known.recording.features.iter_mut().step_by(10) {
+        if let trueline_dataset::Measured::Pixel(pixel) = &mut feature.measured {
+            pixel[0] += 200.0;
+        }
+    }
+    let wild = known.recording.features.len().div_ceil(10);
+    let reference = Some(vec![ReferenceCurve::Line(scenario.cell.lines[0])]);
+    let found = evaluate(&known.recording, &truth(&scenario), reference, Form::Auto).unwrap();
+    assert_eq!(found.outliers(), wild);
+    assert_eq!(found.without_outliers().count, found.calibrated.len() - wild);
+    // 200 px are 8 mm here, in one point of ten; the others lie within a micrometre of the line.
+    assert!(figures(&found.calibrated).rmse_m > 1e-3, "{:?}", figures(&found.calibrated));
+    assert!(found.without_outliers().rmse_m < 1e-6, "{:?}", found.without_outliers());
+}

@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 use trueline_dataset::Recording;
 use trueline_method::models::{Because, Block, Clock, Role};
-use trueline_method::{Calibration, Config, DrawnLine, Reason, SensorMode, calibrate};
+use trueline_method::{Calibration, Config, DrawnLine, HeldSigma, Hold, Reason, SensorMode, calibrate};
 use trueline_sim::noise::Noise;
 use trueline_sim::{Preset, simulate_with_faults};
 
@@ -124,4 +124,31 @@ fn models_that_were_fitted_beside_the_answer_are_listed() {
     let [only] = &plain.findings.models_tried[..] else { panic!("{:?}", plain.findings.models_tried) };
     let of = [Block::Sensor, Block::TimeOffset, Block::Line].map(|block| only.role(block));
     assert_eq!(of, [Role::Estimated; 3]);
+}
+
+/// The truth with a time offset that is off by so much, s, and a sensor that is shifted by so much, m.
+fn guess_off(scan: &Recording, late_s: f64, shift_m: f64) -> trueline_dataset::Guess {
+    let mut guess = scan.truth.as_ref().unwrap().parameters;
+    guess.time_offset_s += late_s;
+    guess.tool_from_camera.translation.vector.y += shift_m;
+    guess
+}
+
+#[test]
+fn what_fix_holds_wrongly_is_the_only_thing_to_be_named() {
+    let scan = recording(None, 3);
+    for (hold, late_s, shift_m) in
+        [(Hold::TimeOffset, 1e-3, 0.0), (Hold::TimeOffset, -10e-3, 0.0), (Hold::HandEye, 0.0, 5e-3)]
+    {
+        let held = Config { hold: vec![hold], ..Config::default() };
+        let c = calibrate(&scan, Some(&guess_off(&scan, late_s, shift_m)), &held).unwrap();
+        assert_eq!(codes(&c), (vec!["held-off"], vec![]), "{hold:?} {late_s} {shift_m}");
+        let right = calibrate(&scan, Some(&guess_off(&scan, 0.0, 0.0)), &held).unwrap();
+        assert_eq!(codes(&right).0, Vec::<&str>::new(), "{hold:?}");
+    }
+    // A stated uncertainty that covers the error: nothing is contradicted.
+    let held_sigma = HeldSigma { time_s: Some(1e-3), ..HeldSigma::default() };
+    let held = Config { hold: vec![Hold::TimeOffset], held_sigma, ..Config::default() };
+    let c = calibrate(&scan, Some(&guess_off(&scan, 1e-3, 0.0)), &held).unwrap();
+    assert!(!codes(&c).0.contains(&"held-off"), "{:?}", codes(&c));
 }

@@ -118,3 +118,22 @@ fn the_uncertainty_is_that_of_the_files_transform() {
     // χ² with 120 degrees of freedom over as many: ± 0.13, four times.
     assert!(sums.iter().all(|mean| (0.5..1.5).contains(mean)), "{sums:?}");
 }
+
+#[test]
+fn a_laser_plane_behind_the_camera_or_through_it_is_named() {
+    let scan = scan(3, true);
+    let with_offset = |factor: f64| {
+        let mut recording = scan.clone();
+        if let Sensor::CameraLaser { laser_plane_in_camera: plane, .. } = &mut recording.sensor {
+            *plane = Plane::new(plane.normal().into_inner(), plane.offset() * factor).unwrap();
+        }
+        calibrate(&recording, None, &Config::default()).unwrap_err()
+    };
+    let behind = with_offset(-1.0);
+    assert!(matches!(behind, trueline_method::Error::LaserPlaneBehind { .. }), "{behind}");
+    // Zero, and metres that were taken for millimetres.
+    for factor in [0.0, 1e-3] {
+        let in_lens = with_offset(factor);
+        assert!(matches!(in_lens, trueline_method::Error::LaserPlaneInLens { .. }), "{factor}: {in_lens}");
+    }
+}

@@ -5,7 +5,7 @@
 use trueline_dataset::{Guess, Recording};
 use trueline_geometry::se3;
 use trueline_method::assess::outlier_segments::Cause;
-use trueline_method::verdict::Quantity;
+use trueline_method::verdict::{Quantity, StreamName};
 use trueline_method::{Calibration, Config, Hold, Reason, Requirement, Stamps, Status, Warning, calibrate};
 use trueline_sim::faults::Event;
 use trueline_sim::{Fault, Preset, Scenario, random_cell, simulate, simulate_with_faults};
@@ -459,5 +459,27 @@ fn short_scans_do_not_disagree() {
             matches!(w, Warning::CrossValidationShift { .. } | Warning::CrossValidationMisfit { .. })
         });
         assert!(!disagrees, "{seed}: {:?}", calibration.warnings());
+    }
+}
+
+/// Half a second in the middle: the robot's stamps or the images' jump forward, and nothing else.
+#[test]
+fn a_clock_that_steps_amid_the_scan_is_the_one_reason_and_has_a_name() {
+    let scan = simulate(&Preset::Good.scenario(), 3).unwrap();
+    let middle_ns = scan.robot[scan.robot.len() / 2].stamp_ns;
+    let late = |stamp_ns: &mut i64| *stamp_ns += if *stamp_ns > middle_ns { 500_000_000 } else { 0 };
+    let (mut robot, mut images) = (scan.clone(), scan);
+    robot.robot.iter_mut().for_each(|sample| late(&mut sample.stamp_ns));
+    images.features.iter_mut().for_each(|feature| late(&mut feature.stamp_ns));
+    for (recording, clock) in [(robot, StreamName::Robot), (images, StreamName::Images)] {
+        let c = calibrated(&recording);
+        let [Reason::OtherTimeOffset { step_s, clock: named, .. }, ..] = c.reasons() else {
+            panic!("{clock:?}: {:?}", c.reasons())
+        };
+        assert_eq!(*named, Some(clock), "{step_s}");
+        assert!((step_s.abs() - 0.5).abs() < 2e-3, "{clock:?}: {step_s}");
+        let follows =
+            |r: &Reason| matches!(r, Reason::TooManyOutliers { .. } | Reason::AmbiguousTimeOffset { .. });
+        assert!(!c.reasons().iter().any(follows), "{:?}", c.reasons());
     }
 }

@@ -71,6 +71,7 @@ pub fn html(e: &Evaluation, judged: Judged<'_>, title: &str, command: &str) -> S
 fn first(e: &Evaluation) -> Vec<Block> {
     let mut blocks = vec![Block::Table(table(e))];
     let mut mind = Vec::new();
+    mind.extend(evaluation_summary::outliers_text(e));
     if !e.known {
         mind.push(
             "The reference was fitted to these same points, so it cannot show an offset of the whole seam. \
@@ -88,8 +89,7 @@ fn first(e: &Evaluation) -> Vec<Block> {
 }
 
 fn table(e: &Evaluation) -> Table {
-    let row = |name: &str, list: &[Deviation]| {
-        let f = Figures::of(list.iter().map(|d| d.error_m));
+    let row = |name: &str, f: &Figures| {
         let mm = |m: f64| format!("{:.3}", m * MM_PER_M);
         TableRow::plain(vec![
             name.to_owned(),
@@ -100,12 +100,12 @@ fn table(e: &Evaluation) -> Table {
             mm(f.max_m),
         ])
     };
-    let mut rows = vec![row("as calibrated", &e.calibrated), row("without time offset", &e.without_offset)];
+    let mut rows: Vec<TableRow> =
+        evaluation_summary::shown_rows(e).map(|(name, f)| row(name.trim(), &f)).collect();
     if e.references.len() > 1 {
         rows.extend(e.references.iter().enumerate().map(|(k, reference)| {
-            let own: Vec<Deviation> =
-                e.calibrated.iter().filter(|d| d.measured.line as usize == k).copied().collect();
-            row(&format!("seam {k}, a {}", evaluation_summary::described(reference)), &own)
+            let own = e.calibrated.iter().filter(|d| d.measured.line as usize == k).map(|d| d.error_m);
+            row(&format!("seam {k}, a {}", evaluation_summary::described(reference)), &Figures::of(own))
         }));
     }
     Table {

@@ -5,18 +5,45 @@ use std::fmt::Write;
 use trueline_dataset::Feature;
 use trueline_dataset::stamp::{exposed_ns, format_seconds};
 use trueline_dataset::unit::MM_PER_M;
-use trueline_method::evaluate::evaluation::{Deviation, Evaluation, Figures, NEEDED_WITHIN, ToleranceCheck};
+use trueline_method::evaluate::evaluation::{
+    Deviation, Evaluation, Figures, NEEDED_WITHIN, OUTLIER_MEDIANS, ToleranceCheck,
+};
 use trueline_method::evaluate::other_cell::OtherCell;
 use trueline_method::evaluate::reference_curve::ReferenceCurve;
 use trueline_method::evaluate::standstill::Stop;
 
-/// The two rows of every evaluation.
-fn rows(e: &Evaluation) -> [(&'static str, &'static str, Figures); 2] {
+/// Key of the figures without outliers.
+const WITHOUT_OUTLIERS: &str = "without_outliers";
+
+/// The rows of every evaluation.
+fn rows(e: &Evaluation) -> [(&'static str, &'static str, Figures); 3] {
     let of = |list: &[Deviation]| Figures::of(list.iter().map(|d| d.error_m));
     [
         ("as calibrated", "calibrated", of(&e.calibrated)),
+        ("  without outliers", WITHOUT_OUTLIERS, e.without_outliers()),
         ("without time offset", "without_time_offset", of(&e.without_offset)),
     ]
+}
+
+/// The rows for people: that without outliers only where there are some.
+pub(crate) fn shown_rows(e: &Evaluation) -> impl Iterator<Item = (&'static str, Figures)> {
+    let has_outliers = e.outliers() > 0;
+    let is_shown = move |key: &str| key != WITHOUT_OUTLIERS || has_outliers;
+    rows(e).into_iter().filter(move |(_, key, _)| is_shown(key)).map(|(name, _, f)| (name, f))
+}
+
+/// The outliers in words; `None` where there are none.
+#[must_use]
+pub fn outliers_text(e: &Evaluation) -> Option<String> {
+    let (count, of) = (e.outliers(), e.calibrated.len());
+    (count > 0).then(|| {
+        format!(
+            "{count} of {of} points ({:.1} %) are outliers: more than {:.3} mm off, {OUTLIER_MEDIANS} times the median distance. \
+             The RMSE, mean and maximum of all points include them.",
+            100.0 * count as f64 / of as f64,
+            e.outlier_limit_m() * MM_PER_M
+        )
+    })
 }
 
 /// The evaluation in a few lines.
@@ -38,7 +65,7 @@ pub fn text(e: &Evaluation) -> String {
         "\n  {:<22} {:>7} {:>10} {:>10} {:>10} {:>10}",
         "", "points", "RMSE mm", "mean mm", "median mm", "max mm"
     );
-    for (name, _, f) in rows(e) {
+    for (name, f) in shown_rows(e) {
         let _ = writeln!(
             out,
             "  {name:<22} {:>7} {:>10.4} {:>10.4} {:>10.4} {:>10.4}",
@@ -48,6 +75,9 @@ pub fn text(e: &Evaluation) -> String {
             f.median_m * MM_PER_M,
             f.max_m * MM_PER_M
         );
+    }
+    if let Some(outliers) = outliers_text(e) {
+        let _ = writeln!(out, "\n  {outliers}");
     }
     if !e.known {
         let _ = writeln!(
@@ -69,10 +99,10 @@ pub fn text(e: &Evaluation) -> String {
 #[must_use]
 pub fn said_text(e: &Evaluation, said_m: Option<f64>) -> Option<String> {
     let said_m = said_m.filter(|_| e.known)?;
-    let found_m = Figures::of(e.calibrated.iter().map(|point| point.error_m)).rmse_m;
+    let found_m = e.without_outliers().rmse_m;
     Some(format!(
         "The calibration predicts ± {:.2} mm for a seam point (robot, edge, sensor and seam included). These \
-        points are {:.2} mm off (RMSE), {:.1} times as much.",
+        points are {:.2} mm off (RMSE without outliers), {:.1} times as much.",
         said_m * MM_PER_M,
         found_m * MM_PER_M,
         found_m / said_m
@@ -189,6 +219,7 @@ pub fn json(e: &Evaluation, check: Option<&ToleranceCheck>, other: Option<&Other
         })),
         "differs": other.map(apart),
         "other_cell": other.filter(|other| other.is_other_cell).map(apart),
+        "outliers": { "points": e.outliers(), "beyond_mm": e.outlier_limit_m() * MM_PER_M },
         "beyond_ends": e.beyond_ends,
         "skipped": e.skipped.iter().map(|(why, count)| (why.code().to_owned(), json!(count))).collect::<serde_json::Map<_, _>>(),
     })

@@ -7,6 +7,7 @@ use trueline_dataset::unit::MM_PER_M;
 use trueline_method::assess::cause_kind::CauseKind;
 use trueline_method::assess::confounded_causes::ConfoundedCause;
 use trueline_method::assess::drawn_line_shift::DrawnLineShift;
+use trueline_method::assess::held_off::HeldOff;
 use trueline_method::assess::lens::LensCorrection;
 use trueline_method::assess::observability::{Group, Unobservable};
 use trueline_method::assess::robot_field::RobotSigmas;
@@ -14,7 +15,7 @@ use trueline_method::assess::sensor_shape::SensorShape;
 use trueline_method::axes::finding::AxisPart;
 use trueline_method::input::skip::Skip;
 use trueline_method::stripe::outcome::{Apart, Because};
-use trueline_method::verdict::{Quantity, Reason, Warning};
+use trueline_method::verdict::{Quantity, Reason, StreamName, Warning};
 
 /// A reason as a fact of the file.
 #[must_use]
@@ -69,6 +70,12 @@ fn reason_values(reason: &Reason) -> Value {
             facts["beyond_stated"] = json!(beyond_stated);
             facts
         }
+        Reason::HeldOff { off: HeldOff::TimeOffset { held_s, found_s, sigma_s } } => {
+            json!({ "held": "time-offset", "held_s": held_s, "found_s": found_s, "sigma_s": sigma_s })
+        }
+        Reason::HeldOff { off: HeldOff::HandEye { turned_rad, shifted_m, sigmas } } => json!({
+            "held": "hand-eye", "turned_deg": turned_rad.to_degrees(), "shifted_mm": shifted_m * MM_PER_M, "sigmas": sigmas,
+        }),
         Reason::DrawnLineOff { shift } => drawn_line_off(shift),
         Reason::TooFewUsed { used, features, mostly, mostly_count } => json!({
             "used": used,
@@ -84,7 +91,9 @@ fn reason_values(reason: &Reason) -> Value {
         Reason::LineOfOutliers { line, outliers } => json!({
             "line": line, "share": outliers.share(), "outliers": outliers.count, "of": outliers.of,
         }),
-        Reason::OtherTimeOffset { span_s, step_s } => json!({ "span_s": span_s, "step_s": step_s }),
+        Reason::OtherTimeOffset { span_s, step_s, clock } => {
+            json!({ "span_s": span_s, "step_s": step_s, "clock": clock.map(StreamName::name) })
+        }
         Reason::RobotStreamFroze { span_s } => json!({ "span_s": span_s }),
         Reason::ClockStep { at_s, step_s, sigma_s, pictures } => {
             json!({ "at_s": at_s, "step_s": step_s, "sigma_s": sigma_s, "pictures": pictures })

@@ -43,11 +43,13 @@ pub fn entry(error: &SeamError) -> SeamErrorEntry {
 #[must_use]
 pub(crate) fn sensor_entry(c: &Calibration) -> SensorEntry {
     let (mode, file) = (c.findings.config.sensor.name().to_owned(), sensor_file(c));
+    let kind = Some(c.findings.sensor_kind.to_owned());
     let (stated, written) = (c.findings.unknowns.stated.as_ref(), c.findings.unknowns.written.as_ref());
     let Some(shape) = c.findings.unknowns.sensor else {
-        return SensorEntry { mode, file, ..SensorEntry::default() };
+        return SensorEntry { kind, mode, file, ..SensorEntry::default() };
     };
     SensorEntry {
+        kind,
         mode,
         shape: Some(per_mm(shape.shape.h)),
         shape_sigma: Some(per_mm(shape.sigma)),

@@ -119,8 +119,7 @@ impl Watcher {
     /// # Errors
     /// A weld or a state that cannot be used.
     pub fn one(&mut self, name: &str, recording: Recording) -> Result<WeldLine, WatcherError> {
-        self.known.check_mounting(Path::new(&self.calibration.name), recording.setup.mounted)?;
-        self.known.check_axes(Path::new(&self.calibration.name), &recording)?;
+        self.known.check_recording(Path::new(&self.calibration.name), &recording)?;
         let recording = self.known.corrected(recording);
         let line = watch(&self.store, &self.calibration, name, &recording)
             .map_err(|error| WatcherError::Weld { name: name.to_owned(), error })?;

@@ -149,7 +149,7 @@ pub(crate) struct CalibrateArgs {
     #[arg(long, value_parser = one_of(&STAMPS), default_value = "auto")]
     pub(crate) stamps: Stamps,
     /// Required accuracy, else exit 1: time=0.1ms,translation=0.1mm,rotation=0.05deg,seam=0.5mm (one sigma, any of them). Without a
-    /// limit for the seam it is 1 mm where the seam has a form or an edge radius
+    /// limit for the seam it is 1 mm, and 10 mm where robot errors are not estimated: at stops, or with a seam stated to be exact
     #[arg(long, value_name = "WHAT=LIMIT,…", value_parser = requirement::parse)]
     pub(crate) require: Option<Requirement>,
     /// If the scan alone is ambiguous: the time offset is within plus and minus this, s

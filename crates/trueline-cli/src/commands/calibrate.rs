@@ -14,6 +14,7 @@ use trueline_dataset::result_file::SensorFileEntry;
 use trueline_dataset::sensor_setup::Mounted;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_dataset::{Recording, SensorFile, SensorSetup, cad_file, folder, sensor_toml, source_file};
+use trueline_method::input::stops::stand_at_readings;
 use trueline_method::{Calibration, Config, Hold, ResidualKind, SeamCad, SensorMode, Status};
 use trueline_report::calibration_page::{self, FramePicture, Source};
 use trueline_report::{certificate::Certificate, result, summary};
@@ -47,6 +48,12 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     let mut opened = opening::open_all(&args.datasets, args.joint, args.quiet)?;
     match (args.align_clocks, args.datasets.len()) {
         (false, _) => {}
+        (true, _) if args.at_stops || opened.recording.at_stops || stand_at_readings(&opened.recording) => {
+            return Err(Failure::new(
+                "`--align-clocks`: the robot stands at each reading, and stops need no common clock",
+                "leave --align-clocks out; --at-stops calibrates without a time offset",
+            ));
+        }
         (true, 1) => clocks::align_recording(&mut opened.recording, &config, args.quiet)?,
         (true, _) => {
             return Err(Failure::new(

@@ -22,6 +22,7 @@ pub(crate) fn run(args: &ImportCsvArgs) -> Result<ExitCode, Failure> {
         output::data(&list_of_robots())?;
         return Ok(ExitCode::SUCCESS);
     };
+    expect_folder(src)?;
     let folder = csv_folder(src, args)?;
     if let Some(stops) = folder.read_stops().map_err(|error| with_mapping(error, args))? {
         return write_stops(&stops, to, args);
@@ -64,6 +65,15 @@ pub(crate) fn run(args: &ImportCsvArgs) -> Result<ExitCode, Failure> {
         ));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+fn expect_folder(src: &Path) -> Result<(), Failure> {
+    let hint = "SRC is the folder with robot.csv and features.csv, profiles.csv or images/; other names: --robot-file, --features, --profiles";
+    match (src.is_dir(), src.exists()) {
+        (true, _) => Ok(()),
+        (false, true) => Err(Failure::new(format!("{}: is a file; a folder is needed", src.display()), hint)),
+        (false, false) => Err(Failure::new(format!("{}: there is no such folder", src.display()), hint)),
+    }
 }
 
 /// The camera's file in the place of a sensor's.

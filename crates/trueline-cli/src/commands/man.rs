@@ -6,15 +6,16 @@ use crate::output;
 use clap_mangen::Man;
 use std::path::Path;
 use std::process::ExitCode;
-use trueline_dataset::whole_folder;
+use trueline_dataset::WholeFolder;
 
 /// Runs the command.
 pub(crate) fn run(args: &ManArgs) -> Result<ExitCode, Failure> {
-    whole_folder::make_empty(&args.out)?;
+    let whole = WholeFolder::begin_new(&args.out)?;
     let command = crate::args::command();
-    let count = write(&command, "trueline", &args.out)?;
+    let count = write(&command, "trueline", whole.path())?;
     #[cfg(feature = "live")]
-    let count = count + write(&crate::args::testbench(), "trueline-testbench", &args.out)?;
+    let count = count + write(&crate::args::testbench(), "trueline-testbench", whole.path())?;
+    whole.finish()?;
     output::note(&format!("{}: {count} pages; read one with `man ./{}`", args.out.display(), "trueline.1"));
     Ok(ExitCode::SUCCESS)
 }

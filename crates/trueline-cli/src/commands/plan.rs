@@ -6,7 +6,7 @@ use crate::planned_scan::{self, CELL, PATH};
 use crate::{output, progress};
 use std::path::Path;
 use std::process::ExitCode;
-use trueline_dataset::{SensorSetup, calibration_file, robot_csv, whole_folder};
+use trueline_dataset::{SensorSetup, WholeFolder, calibration_file, robot_csv};
 use trueline_live::robot_program::{ProgramFile, Waypoints};
 use trueline_method::Measurements;
 use trueline_plan::rehearsed_plan::{
@@ -39,7 +39,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
     let (mut ask, fixed) = (args.request(), args.has_fixed_duration());
     ask.seam = args.want.and_then(|want| want.seam_m).and_then(|m| SeamGoal::of(&cell, &setup, m));
     check_plates(args, &cell)?;
-    whole_folder::make_empty(&args.out)?;
+    let whole = WholeFolder::begin_new(&args.out)?;
     let made = searched(args, (&cell, &setup), &ask, fixed)?;
     let is_missed = ask.seam.as_ref().is_some_and(|goal| made.seam_error_m() > goal.wanted_m);
     let better_robots = if is_missed { with_better_robots((&cell, &setup), &ask, &made) } else { Vec::new() };
@@ -56,20 +56,28 @@ pub(crate) fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
         better_robots: &better_robots,
         command: &output::command_line(),
     };
-    output::file(&args.out.join("sensor.toml"), &sensor_text)?;
+    let at = |name: &str| whole.path().join(name);
+    output::file(&at("sensor.toml"), &sensor_text)?;
     let known = match args.calibration {
         Some(_) => cell_toml::with_guess(&args.out.join(CELL), &cell_text, &cell)?,
         None => cell_toml::with_usual_sensor(&args.out.join(CELL), &cell_text)?,
     };
-    output::file(&args.out.join(CELL), &known)?;
+    output::file(&at(CELL), &known)?;
     if let Some([name, text]) = &urdf {
-        output::file(&args.out.join(name), text)?;
+        output::file(&at(name), text)?;
     }
     if let Some(joints) = &made.plan.joints {
-        output::file(&args.out.join(JOINTS), &joints.csv())?;
+        output::file(&at(JOINTS), &joints.csv())?;
     }
-    write(&args.out, &source, &ask.goal)?;
-    write_programs(args, &made.plan)?;
+    write(whole.path(), &source, &ask.goal)?;
+    let programs = programs(args, &made.plan)?;
+    for file in &programs {
+        output::file(&at(file.name), &file.text)?;
+    }
+    whole.finish()?;
+    for file in programs.iter().filter(|_| !args.quiet) {
+        output::words(&format!("{}: for {}", args.out.join(file.name).display(), file.goes_to));
+    }
     if !args.quiet {
         let text = format!("{}\n  written to {}", plan_summary::text(&source), args.out.display());
         output::data(&coloured(&text))?;
@@ -106,22 +114,15 @@ fn check_plates(args: &PlanArgs, cell: &Cell) -> Result<(), Failure> {
 }
 
 /// The path in the languages asked for.
-fn write_programs(args: &PlanArgs, plan: &Plan) -> Result<(), Failure> {
+fn programs(args: &PlanArgs, plan: &Plan) -> Result<Vec<ProgramFile>, Failure> {
     if args.program.is_empty() {
-        return Ok(());
+        return Ok(Vec::new());
     }
     let waypoints = Waypoints::of(&plan.samples()).ok_or_else(|| {
         Failure::new("the path moves too little for a robot's program", "a longer scan, or wider limits")
     })?;
     let waypoints = waypoints.with_reach(plan.joints.is_some());
-    for language in &args.program {
-        let file = ProgramFile::of(*language, &waypoints);
-        output::file(&args.out.join(file.name), &file.text)?;
-        if !args.quiet {
-            output::words(&format!("{}: for {}", args.out.join(file.name).display(), file.goes_to));
-        }
-    }
-    Ok(())
+    Ok(args.program.iter().map(|language| ProgramFile::of(*language, &waypoints)).collect())
 }
 
 fn inputs(args: &PlanArgs) -> Result<CellFiles, Failure> {

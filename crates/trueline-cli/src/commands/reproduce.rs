@@ -4,7 +4,7 @@ use crate::args::ReproduceArgs;
 use crate::failure::Failure;
 use crate::{output, progress};
 use std::process::ExitCode;
-use trueline_dataset::whole_folder;
+use trueline_dataset::WholeFolder;
 use trueline_experiments::{Settings, reproduce};
 use trueline_report::{reproduction_page, reproduction_tables};
 
@@ -13,14 +13,14 @@ const PARTS: u64 = 4;
 
 /// Runs the command.
 pub(crate) fn run(args: &ReproduceArgs) -> Result<ExitCode, Failure> {
-    whole_folder::make_empty(&args.out)?;
+    let whole = WholeFolder::begin_new(&args.out)?;
     let settings = Settings { seed: args.seed, repeats: args.repeats, ..Settings::default() };
     let bar = progress::bar(PARTS, "experiments", args.quiet);
     let all = reproduce(&settings, |_| bar.inc(1));
     bar.finish_and_clear();
     let all = all?;
     let markdown = reproduction_tables::markdown(&all);
-    let file = |name: &str, text: &str| output::file(&args.out.join(name), text);
+    let file = |name: &str, text: &str| output::file(&whole.path().join(name), text);
     file("tables.md", &markdown)?;
     file("report.html", &reproduction_page::html(&all, &output::command_line()))?;
     file("convergence.csv", &reproduction_tables::convergence_csv(&all.convergence))?;
@@ -30,6 +30,7 @@ pub(crate) fn run(args: &ReproduceArgs) -> Result<ExitCode, Failure> {
         let name = weld.kind.name().to_lowercase().replace([' ', '-'], "_");
         file(&format!("{name}_points.csv"), &reproduction_tables::points_csv(weld))?;
     }
+    whole.finish()?;
     if !args.quiet {
         output::data(&markdown)?;
         output::words(&format!("written to {}", args.out.display()));

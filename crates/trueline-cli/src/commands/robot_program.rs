@@ -4,7 +4,7 @@ use crate::args::RobotProgramArgs;
 use crate::failure::Failure;
 use crate::{output, path_file};
 use std::process::ExitCode;
-use trueline_dataset::whole_folder;
+use trueline_dataset::WholeFolder;
 use trueline_live::pose_feed::at_pace;
 use trueline_live::robot_program::Waypoints;
 
@@ -16,9 +16,12 @@ pub(crate) fn run(args: &RobotProgramArgs) -> Result<ExitCode, Failure> {
         Failure::new(told, "it lasts a quarter of a second or longer, its times rise, and it moves")
     })?;
     let files = args.files(&waypoints).map_err(|[told, hint]| Failure::new(told.to_owned(), hint))?;
-    whole_folder::make_empty(&args.out)?;
+    let whole = WholeFolder::begin_new(&args.out)?;
     for file in &files {
-        output::file(&args.out.join(file.name), &file.text)?;
+        output::file(&whole.path().join(file.name), &file.text)?;
+    }
+    whole.finish()?;
+    for file in &files {
         output::note(&format!("{}: for {}", args.out.join(file.name).display(), file.goes_to));
     }
     output::note(

@@ -4,6 +4,7 @@ use super::axis_columns::{AskedAxes, AxisColumn};
 use super::clock::{Clock, to_common};
 use super::foreign_csv::{self, ColumnMapping, ForeignTable, Renaming, TableForm};
 use super::profiles::{self, EvenColumns, ProfileFormat, Timing};
+use super::reach;
 use super::robot_layout::RobotLayout;
 use super::table_text::{TableText, file_line};
 use super::tables_of_programs::as_text;
@@ -268,6 +269,7 @@ impl CsvFolder {
         let axes = axes.map_err(|error| in_their_words(error, &table))?;
         let robot = robot_csv::read(&self.robot, table.csv.as_slice())
             .map_err(|error| in_their_words(error, &table))?;
+        reach::check(&robot).map_err(|problem| Error::in_file(&self.robot, problem.into()))?;
         let axes = if self.axes.is_empty() { self.axes_beside(notes)? } else { axes };
         Ok((robot, table.clock, axes))
     }

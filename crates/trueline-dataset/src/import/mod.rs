@@ -12,6 +12,7 @@ mod mat_file;
 pub mod matlab;
 mod pose_cells;
 pub mod profiles;
+mod reach;
 pub mod robot_layout;
 pub mod rows;
 #[cfg(feature = "foreign-tables")]

@@ -14,6 +14,9 @@ use trueline_model::{LaserSheet, RigidPart, SheetField, SheetShape};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct SensorEntry {
+    /// What it is, as in sensor.toml: `camera_laser`, `profiler`, `points` or `poses`; absent in results of older programs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kind: Option<String>,
     /// `fixed`, `prior` or `free`.
     pub mode: String,
     /// h1, h2, h3, h4 per mm, h5 per mm: the whole correction, with what sensor.toml corrects already; null where it was

@@ -9,6 +9,7 @@ pub mod cross_validation;
 pub mod drawn_line_shift;
 pub(crate) mod excitation;
 pub mod file_frame;
+pub mod held_off;
 pub(crate) mod leave_one_out;
 pub mod lens;
 pub mod levels;

@@ -48,7 +48,7 @@ fn judged(
     if let Some(released) =
         from.released.filter(|released| !verdict::residuals_are_too_large(&released.findings))
     {
-        compare(&findings.config, &mut findings.checks, released);
+        compare(&findings.config, &findings.unknowns.parameters, &mut findings.checks, released);
     }
     let verdict = verdict::of(&findings);
     Ok(Calibration { findings, verdict })

@@ -1,17 +1,26 @@
-//! Tests whether the scan contradicts a sensor or line that was held fixed, by refitting with it free.
+//! Tests whether the scan contradicts a sensor, a line or another quantity that was held fixed, by refitting with it free.
 //!
 //! The error of a sensor or of a line that is held goes into the residuals, where it looks like a bad robot, another lens or a bent
 //! seam. So nothing else is concluded from these residuals: causes are looked for with sensor and lines released.
 
 use crate::assess::drawn_line_shift::DrawnLineShift;
+use crate::assess::held_off::HeldOff;
 use crate::assess::sensor_shape::SensorShape;
 use crate::calibration::Calibration;
-use crate::config::{Config, DrawnLine, ResidualKind, SensorMode};
+use crate::config::{Config, DrawnLine, HeldSigma, Hold, ResidualKind, SensorMode};
 use crate::findings::Checks;
-use crate::problem::parameters::line_index;
+use crate::problem::parameters::{Parameters, line_index};
 use crate::verdict::Status;
 use nalgebra::Matrix4;
 use trueline_dataset::Recording;
+
+/// The same options with what --fix holds released too; `None` where it holds nothing that this scan has.
+pub(crate) fn all_released(config: &Config, recording: &Recording) -> Option<Config> {
+    let is_absent = |hold: &Hold| config.at_stops && *hold == Hold::TimeOffset;
+    let (absent, held): (Vec<Hold>, Vec<Hold>) = config.hold.iter().copied().partition(is_absent);
+    let rest = released(config, recording).unwrap_or_else(|| config.clone());
+    (!held.is_empty()).then_some(Config { hold: absent, held_sigma: HeldSigma::default(), ..rest })
+}
 
 /// The same options with the sensor and the lines released; `None` where neither is held.
 pub(crate) fn released(config: &Config, recording: &Recording) -> Option<Config> {
@@ -39,9 +48,10 @@ pub(crate) fn freed(config: &Config, as_stated: &Calibration) -> Option<Config> 
 }
 
 /// What is held against the same scan with it released; what the scan contradicts leaves no accuracy to be claimed.
-pub(crate) fn compare(config: &Config, checks: &mut Checks, released: &Calibration) {
+pub(crate) fn compare(config: &Config, held: &Parameters, checks: &mut Checks, released: &Calibration) {
     checks.held_sensor = held_sensor(config, released);
     checks.confounded_causes = released.findings.checks.confounded_causes.clone();
+    checks.held_off = held_off(config, held, released);
     checks.drawn_line_shifts = shifted_lines(config, released);
     checks.lens = released.findings.checks.lens;
     checks.better_without_drawing_m = better_without_drawing_m(config, checks, released);
@@ -67,6 +77,17 @@ fn better_without_drawing_m(held: &Config, checks: &Checks, released: &Calibrati
     let (with, without) = (checks.seam_error?.rms_m, released.findings.checks.seam_error?.rms_m);
     let is_good = released.status() == Status::Accepted;
     (is_good && !held.drawn_lines.is_empty() && without < with).then_some(without)
+}
+
+/// What --fix holds and the released fit has elsewhere. Only a fit that shows everything tells.
+fn held_off(config: &Config, held: &Parameters, released: &Calibration) -> Vec<HeldOff> {
+    let is_free = |hold: &&Hold| !released.findings.config.hold.contains(hold);
+    let covariance = |i: usize, j: usize| released.covariance(i, j).unwrap_or(f64::INFINITY);
+    let off = |hold: &Hold| HeldOff::of(*hold, [held, released.best_fit()], &config.held_sigma, covariance);
+    if !released.findings.unknowns.observability.shows_all() {
+        return Vec::new();
+    }
+    config.hold.iter().filter(is_free).filter_map(off).collect()
 }
 
 /// The lines that are not where they were drawn, by what the scan shows without the drawing.

@@ -21,7 +21,8 @@ use crate::assess::robot_field::RobotSigmas;
 use crate::calibrate::about_axes::calibrated;
 use crate::calibrate::conclude::conclude;
 use crate::calibrate::concluded::Concluded;
-use crate::calibrate::held::{freed, held_sensor, released};
+
+use crate::calibrate::held::{all_released, freed, held_sensor, released};
 use crate::calibrate::identifiability::{Identifiability, assess_identifiability};
 use crate::calibration::Calibration;
 use crate::config::{Config, Hold, SensorMode, Target};
@@ -115,9 +116,7 @@ fn over_time(recording: &Recording, guess: Option<&Guess>, config: &Config) -> R
         let held = Config { sensor: SensorMode::Fixed, ..config.clone() };
         return Ok(over_time(recording, guess, &held)?.with_sensor_of_its_own_scan());
     }
-    if let Some(released) = released(config, recording) {
-        // What holds nothing of these: it is not released again.
-        let released = over_time(recording, guess, &released).ok();
+    if let Some(released) = released_of(recording, guess, config) {
         let held = with_stated_lens(recording, guess, config, released.as_ref())?;
         return Ok(with_models_of(held, released.as_ref()));
     }
@@ -134,6 +133,16 @@ fn over_time(recording: &Recording, guess: Option<&Guess>, config: &Config) -> R
     lens::corrected(as_stated, recording, |with_lens, guess| {
         with_stated_lens(with_lens, Some(guess), config, None)
     })
+}
+
+/// The same scan with what is held released; `None` where nothing is held that can be. A release of --fix counts only if the scan shows
+/// everything without it.
+fn released_of(recording: &Recording, guess: Option<&Guess>, config: &Config) -> Option<Option<Calibration>> {
+    // What holds nothing of these is not released again.
+    let with = |config: Config| over_time(recording, guess, &config).ok();
+    let shows_all = |found: &Calibration| found.findings.unknowns.observability.shows_all();
+    let all = all_released(config, recording).and_then(with).filter(shows_all);
+    all.map(Some).or_else(|| released(config, recording).map(with))
 }
 
 /// With the models of a calibration that tested what was held.

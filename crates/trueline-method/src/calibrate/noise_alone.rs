@@ -71,6 +71,7 @@ pub(crate) fn of(from: &Concluded<'_>, problem: &LineProblem<'_>) -> NoiseAlone 
     let streams = streams(from, skipped.get(&Skip::Repeated).copied().unwrap_or(0));
     let summary = residuals::summarise(&features, skipped);
     let findings = Findings {
+        sensor_kind: from.recording.sensor.kind(),
         unknowns,
         fit: fit_findings(from, summary, features, (&uncertainty, widening)),
         checks,
@@ -222,6 +223,7 @@ fn checks(
         seam_error: None,
         held_sensor: None,
         confounded_causes: Vec::new(),
+        held_off: Vec::new(),
         drawn_line_shifts: Vec::new(),
         better_without_drawing_m: None,
         cause: None,

@@ -168,6 +168,10 @@ impl Measurements {
 /// A seam point that may be further off than this, one standard deviation, is of no use to a torch, m.
 pub const SEAM_ERROR_CEILING_M: f64 = 1e-3;
 
+/// The same where the errors of robot and sensor are not estimated with the answer, at stops say: the seam error contains them as large as
+/// they may be, m.
+pub const CONSIDERED_CEILING_M: f64 = 10e-3;
+
 /// Standard deviations that a result must reach to be accepted; `None` asks for nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Requirement {

@@ -42,6 +42,23 @@ pub enum Error {
     /// The robot's poses are not a trajectory.
     #[error("the robot stream cannot be used: {0}")]
     Trajectory(TrajectoryError),
+    /// A laser plane behind the camera.
+    #[error("sensor.toml, [laser_plane]: {pixels} of {of} pixels see this plane behind the camera")]
+    LaserPlaneBehind {
+        /// Pixels that do.
+        pixels: usize,
+        /// Pixels that were looked at.
+        of: usize,
+    },
+    /// A laser plane that passes through the camera.
+    #[error(
+        "sensor.toml, [laser_plane]: by this plane most seam points are nearer to the camera than {} mm",
+        nearest_m * 1e3
+    )]
+    LaserPlaneInLens {
+        /// No camera sees a seam nearer than this, m.
+        nearest_m: f64,
+    },
     /// Too few features for the unknowns.
     #[error("line {line}: {usable} usable features, at least {needed} are needed")]
     TooFewFeatures {
@@ -274,6 +291,12 @@ impl Error {
     pub fn hint(&self) -> &'static str {
         match self {
             Self::Trajectory(_) => "was robot.csv recorded over the whole scan?",
+            Self::LaserPlaneBehind { .. } => {
+                "the sign of `offset_mm` is probably wrong: n·p = offset in the camera frame, z forward, y down"
+            }
+            Self::LaserPlaneInLens { .. } => {
+                "`offset_mm` is the distance of the plane from the camera's centre in mm: it is zero or in another unit here"
+            }
             Self::TooFewFeatures { .. } => "record a longer scan, or check why features were skipped",
             Self::LineMissing { .. } => "number the lines 0, 1, 2, … in the column `line`",
             Self::SheetUndefined => {

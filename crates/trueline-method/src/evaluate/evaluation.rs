@@ -72,6 +72,13 @@ pub struct ToleranceCheck {
     pub needed_coverage: f64,
 }
 
+/// A point further from its reference than this many median distances is an outlier. The median of a distance in the plane across a seam
+/// is 1.18 standard deviations, so a normal error goes beyond once in 10⁷ points.
+pub const OUTLIER_MEDIANS: f64 = 5.0;
+
+/// No point nearer than this is an outlier, m: points without noise have no median distance.
+const LEAST_OUTLIER_M: f64 = 5e-5;
+
 /// Part of the points that must be within a tolerance: the rest are wild points, as every sensor has them.
 pub const NEEDED_WITHIN: f64 = 0.95;
 
@@ -138,6 +145,26 @@ impl Evaluation {
     #[must_use]
     pub fn fitted_median_m(&self) -> Option<f64> {
         (!self.known).then(|| Figures::of(self.calibrated.iter().map(|point| point.error_m)).median_m)
+    }
+
+    /// Distance beyond which a calibrated point is an outlier, m.
+    #[must_use]
+    pub fn outlier_limit_m(&self) -> f64 {
+        let of_all = Figures::of(self.calibrated.iter().map(|point| point.error_m));
+        (OUTLIER_MEDIANS * of_all.median_m).max(LEAST_OUTLIER_M)
+    }
+
+    /// Figures over the calibrated points that are no outliers.
+    #[must_use]
+    pub fn without_outliers(&self) -> Figures {
+        let limit_m = self.outlier_limit_m();
+        Figures::of(self.calibrated.iter().map(|point| point.error_m).filter(|error| error.norm() <= limit_m))
+    }
+
+    /// Number of calibrated points that are outliers.
+    #[must_use]
+    pub fn outliers(&self) -> usize {
+        self.calibrated.len() - self.without_outliers().count
     }
 
     /// The calibrated points against a tolerance, m; the reference must cover this part of them.

@@ -11,6 +11,7 @@ pub mod lateness;
 pub mod noise_levels;
 pub mod observations;
 pub mod path_noise;
+mod plane_before_camera;
 pub(crate) mod repeated_poses;
 pub mod robot_motion;
 pub mod shape_knowledge;

@@ -2,6 +2,7 @@
 
 use crate::config::Config;
 use crate::error::Error;
+use crate::input::plane_before_camera;
 use crate::input::robot_motion::RobotMotion;
 use crate::input::skip::Skip;
 use crate::input::timestamps::{Dejittered, Sampling};
@@ -197,6 +198,9 @@ fn observe_on(
             }),
             Err(reason) => *skipped.entry(reason).or_insert(0) += 1,
         }
+    }
+    if are_pixels {
+        plane_before_camera::check(list.iter().map(|o| o.point_in_camera.z), &skipped)?;
     }
     let line_count = count_lines(&list)?;
     let shape_origin_m = shape.map_or_else(|| middle(&sheet, &list), |shape| shape.origin_m);

@@ -7,6 +7,7 @@ mod reason;
 mod reason_words;
 mod reject;
 mod sensor_words;
+mod stepped_stretch;
 mod stream_name;
 mod warn;
 mod warning;

@@ -2,13 +2,15 @@
 
 use super::quantity::{MS_PER_S, Quantity, Significant};
 use super::reason_words::{
-    at_stops, clock_step, coarse_robot_stamps, curve_collapsed, drawn_line_off, line_of_outliers,
+    at_stops, clock_step, coarse_robot_stamps, curve_collapsed, drawn_line_off, held_off, line_of_outliers,
     other_time_offset, requirement_missed, residuals_too_large, robot_stream_froze, seam_error_too_large,
     stripes_contradict, too_few_used, too_many_outliers, worse_minimum, wrong_time_offset,
 };
 use super::sensor_words::contradicted_sensor;
+use super::stream_name::StreamName;
 use crate::assess::confounded_causes::ConfoundedCause;
 use crate::assess::drawn_line_shift::DrawnLineShift;
+use crate::assess::held_off::HeldOff;
 use crate::assess::observability::Unobservable;
 use crate::assess::outliers::Outliers;
 use crate::assess::sensor_shape::SensorShape;
@@ -107,6 +109,11 @@ pub enum Reason {
         /// Whether it was estimated as well known as its file states; else it was held.
         beyond_stated: bool,
     },
+    /// What --fix holds is off.
+    HeldOff {
+        /// What, and how far.
+        off: HeldOff,
+    },
     /// A line was held where it was drawn, and is not there.
     DrawnLineOff {
         /// Which, and how far off.
@@ -144,6 +151,8 @@ pub enum Reason {
         span_s: [f64; 2],
         /// Additional delay of images there, s.
         step_s: f64,
+        /// The stream whose clock stepped, where its stamps have a gap as long as the step.
+        clock: Option<StreamName>,
     },
     /// The recorded pose stood still while the seam moved in the images.
     RobotStreamFroze {
@@ -208,6 +217,7 @@ impl Reason {
             Self::ResidualsTooLarge { .. } => "residuals-too-large",
             Self::TooFewUsed { .. } => "too-few-used",
             Self::SensorOff { .. } => "sensor-off",
+            Self::HeldOff { .. } => "held-off",
             Self::DrawnLineOff { .. } => "drawn-line-off",
             Self::CoarseRobotStamps { .. } => "coarse-robot-stamps",
             Self::StripesContradict { .. } => "stripes-contradict",
@@ -256,6 +266,7 @@ impl fmt::Display for Reason {
             Self::SensorOff { ref shape, ref instead, beyond_stated } => {
                 contradicted_sensor(shape, instead, beyond_stated)
             }
+            Self::HeldOff { off } => held_off(&off),
             Self::DrawnLineOff { shift } => drawn_line_off(&shift),
             Self::TooFewUsed { used, features, mostly, mostly_count } => {
                 too_few_used([used, features], mostly, mostly_count)
@@ -264,7 +275,7 @@ impl fmt::Display for Reason {
             Self::StripesContradict { sigmas, ref apart } => stripes_contradict(sigmas, apart),
             Self::TooManyOutliers { outliers } => too_many_outliers(outliers),
             Self::LineOfOutliers { line, outliers } => line_of_outliers(line, outliers),
-            Self::OtherTimeOffset { span_s, step_s } => other_time_offset(span_s, step_s),
+            Self::OtherTimeOffset { span_s, step_s, clock } => other_time_offset(span_s, step_s, clock),
             Self::RobotStreamFroze { span_s } => robot_stream_froze(span_s),
             Self::ClockStep { at_s, step_s, sigma_s, pictures } => {
                 clock_step([at_s, step_s, sigma_s], pictures)

@@ -1,8 +1,10 @@
 //! Reasons of more than one line.
 
 use super::quantity::{MM_PER_M, MS_PER_S, Quantity, Significant};
+use super::stream_name::StreamName;
 use super::warning_words::how_far_apart;
 use crate::assess::drawn_line_shift::DrawnLineShift;
+use crate::assess::held_off::HeldOff;
 use crate::assess::outliers::Outliers;
 use crate::input::skip::Skip;
 use crate::stripe::outcome::Apart;
@@ -82,6 +84,24 @@ pub(super) fn drawn_line_off(shift: &DrawnLineShift) -> String {
     )
 }
 
+pub(super) fn held_off(off: &HeldOff) -> String {
+    match *off {
+        HeldOff::TimeOffset { held_s, found_s, sigma_s } => format!(
+            "the time offset is held at {:.3} ms, but the scan shows {:.3} ± {:.3} ms. Leave --fix time-offset out, correct the value, or \
+             state its uncertainty with --fixed-sigma",
+            held_s * MS_PER_S,
+            found_s * MS_PER_S,
+            sigma_s * MS_PER_S
+        ),
+        HeldOff::HandEye { turned_rad, shifted_m, sigmas } => format!(
+            "the hand-eye transform is held, but the scan shows one that differs by {:.3}° and {:.2} mm ({sigmas:.0} σ). Leave --fix \
+             hand-eye out, correct the values, or state their uncertainty with --fixed-sigma",
+            turned_rad.to_degrees(),
+            shifted_m * MM_PER_M
+        ),
+    }
+}
+
 pub(super) fn too_few_used([used, features]: [usize; 2], mostly: Skip, count: usize) -> String {
     let question = match mostly {
         Skip::Outside => "; do both streams cover the scan, stamped by one clock?",
@@ -118,12 +138,17 @@ pub(super) fn coarse_robot_stamps(repeated: usize, rows: usize) -> String {
     )
 }
 
-pub(super) fn other_time_offset([from, to]: [f64; 2], step_s: f64) -> String {
-    format!(
-        "the time offset differs by {:+.2} ms from {from:.2} to {to:.2} s: one of the clocks stepped, or \
-         images were queued",
-        step_s * MS_PER_S
-    )
+pub(super) fn other_time_offset([from, to]: [f64; 2], step_s: f64, clock: Option<StreamName>) -> String {
+    let why = match clock {
+        Some(StreamName::Robot) => {
+            "the robot's clock stepped, for its stamps have a gap as long. Cut the recording there"
+        }
+        Some(StreamName::Images) => {
+            "the camera's clock stepped, or images were queued, for their stamps have a gap as long. Cut the recording there"
+        }
+        None => "one of the clocks stepped, or images were queued",
+    };
+    format!("the time offset differs by {:+.2} ms from {from:.2} to {to:.2} s: {why}", step_s * MS_PER_S)
 }
 
 pub(super) fn robot_stream_froze([from, to]: [f64; 2]) -> String {

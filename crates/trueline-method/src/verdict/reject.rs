@@ -6,13 +6,14 @@ use super::limits::{
 use super::mistake::{self, residuals_are_too_large};
 use super::quantity::Quantity;
 use super::reason::{Answer, Reason};
+use super::stepped_stretch;
 use crate::adjustment::answer::Amplitudes;
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
 use crate::assess::outliers::Outliers;
 use crate::assess::profile_likelihood;
 use crate::assess::seam_error::SeamError;
 use crate::assess::sensor_shape::SensorShape;
-use crate::config::{Hold, SEAM_ERROR_CEILING_M, SensorMode};
+use crate::config::{CONSIDERED_CEILING_M, Hold, SEAM_ERROR_CEILING_M, SensorMode};
 use crate::curve::answer::CurveEstimate;
 use crate::findings::Findings;
 use crate::hypotheses::drift_and_step::Step;
@@ -33,6 +34,10 @@ const EVEN_JITTER: f64 = 1e-3;
 
 /// Why the result cannot be accepted, in the order in which a user should read it.
 pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
+    stepped_stretch::instead_of_its_effects(f, of_findings(f))
+}
+
+fn of_findings(f: &Findings) -> Vec<Reason> {
     if f.fit.residuals.used == 0 {
         // Nothing else that could be said means anything.
         return too_few_used(f).into_iter().collect();
@@ -95,12 +100,6 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
     reasons
 }
 
-/// A stated seam error that nobody can use. An answer that noise alone was estimated for is left to what a user requires.
-fn above_ceiling(f: &Findings) -> Option<Reason> {
-    let ceiling_m = f.config.require.seam_m.unwrap_or(SEAM_ERROR_CEILING_M);
-    f.checks.seam_error.and_then(|error| seam_error_too_large(ceiling_m, &error))
-}
-
 /// Why the answer of a curve is bad.
 fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Reason> {
     let mut reasons: Vec<Reason> = Vec::new();
@@ -115,7 +114,6 @@ fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Reason> {
     reasons.extend(other_minima(f));
     reasons.extend(too_few_used(f));
     reasons.extend(of_streams(f));
-    reasons.extend(above_ceiling(f));
     reasons.extend(missed_requirements(f));
     reasons
 }
@@ -158,7 +156,6 @@ fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Reason> {
     reasons.extend(f.stripes.as_ref().and_then(stripes_contradict));
     let other = f.clock.stepped.filter(|step| !step.is_of_a_clock() && amplitudes.show_a_step());
     reasons.extend(other.map(|step| stepped(f, &step)));
-    reasons.extend(above_ceiling(f));
     reasons.extend(missed_requirements(f));
     if !reasons.is_empty() {
         // Where the stream of the robot stopped, the rest follows from that.
@@ -225,7 +222,8 @@ fn contradicted(f: &Findings) -> Vec<Reason> {
         instead: instead.clone(),
         beyond_stated,
     });
-    lines.chain(sensor).collect()
+    let held = f.checks.held_off.iter().map(|off| Reason::HeldOff { off: *off });
+    held.chain(lines).chain(sensor).collect()
 }
 
 /// Lines of which most features are outliers, where the scan has others as well.
@@ -334,21 +332,23 @@ fn beyond_the_window(f: &Findings) -> Option<Reason> {
 fn broken_stretch(f: &Findings, segment: &OutlierSegment) -> Option<Reason> {
     let span_s = segment.span_s.map(|s| f.streams.stamp_s(s));
     match segment.cause {
-        Cause::ClockStep(step_s) => Some(Reason::OtherTimeOffset { span_s, step_s }),
+        Cause::ClockStep(step_s) => Some(Reason::OtherTimeOffset { span_s, step_s, clock: None }),
         Cause::RobotStoodStill => Some(Reason::RobotStreamFroze { span_s }),
         Cause::OtherLine(_) | Cause::Unknown => None,
     }
 }
 
-/// Where an answer was adjusted, the ceiling says so already.
+/// A seam error that is larger than required, or than anybody can use.
 fn missed_of_seam(f: &Findings) -> Option<Reason> {
-    let required_m = f.config.require.seam_m?;
-    let is_judged = f.fit.amplitudes.is_some() || f.curve.is_some();
+    let is_estimated = f.fit.amplitudes.is_some() || f.curve.is_some();
+    let usual_m = if is_estimated { SEAM_ERROR_CEILING_M } else { CONSIDERED_CEILING_M };
+    let required_m = f.config.require.seam_m;
     match f.checks.seam_error {
-        None => {
-            Some(Reason::RequirementUnobservable { quantity: Quantity::SeamPoint, required_si: required_m })
-        }
-        Some(error) => seam_error_too_large(required_m, &error).filter(|_| !is_judged),
+        None => required_m.map(|required_si| Reason::RequirementUnobservable {
+            quantity: Quantity::SeamPoint,
+            required_si,
+        }),
+        Some(error) => seam_error_too_large(required_m.unwrap_or(usual_m), &error),
     }
 }
 

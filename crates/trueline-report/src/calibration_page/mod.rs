@@ -82,7 +82,7 @@ pub fn page(source: &Source<'_>) -> Page {
     ];
     page.sections = sections
         .into_iter()
-        .filter(|(id, _, blocks)| *id != "plates" || !blocks.is_empty())
+        .filter(|(.., blocks)| !blocks.is_empty())
         .map(|(id, heading, blocks)| Section { id, heading, blocks, folded: id == "developers" })
         .collect();
     page

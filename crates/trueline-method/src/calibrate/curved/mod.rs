@@ -424,6 +424,7 @@ impl Scan {
             seam_error,
             held_sensor: None,
             confounded_causes: Vec::new(),
+            held_off: Vec::new(),
             drawn_line_shifts: Vec::new(),
             better_without_drawing_m: None,
             cause: None,
