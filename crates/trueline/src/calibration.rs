@@ -26,7 +26,7 @@ impl Calibration {
         Self { calibration, mounted, stamp_meaning }
     }
 
-    /// The result as it stands in its file.
+    /// The result in its file's form.
     #[must_use]
     pub fn to_file(&self) -> ResultFile {
         let mut file = result::of(&self.calibration);
@@ -50,7 +50,7 @@ impl Calibration {
 /// Reads the result that [`Calibration::save`] or `trueline calibrate --json` wrote.
 ///
 /// # Errors
-/// A file that is missing, is no result, or has a later schema.
+/// A file that is missing, is not a result, or has a later schema.
 pub fn load(file: impl AsRef<Path>) -> Result<ResultFile, Error> {
     Ok(ResultFile::read(file.as_ref())?)
 }

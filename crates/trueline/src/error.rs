@@ -1,9 +1,9 @@
-//! What can go wrong between a file and a seam.
+//! Errors on the way from a file to a seam.
 
 use std::path::PathBuf;
 use trueline_method::assess::observability::Unobservable;
 
-/// Why there is no result.
+/// The reason of a missing result.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -20,7 +20,7 @@ pub enum Error {
     /// A result cannot place points while it runs.
     #[error(transparent)]
     RunTime(#[from] crate::run_time_error::RunTimeError),
-    /// What is to be used is not observable.
+    /// A quantity to be used is not observable.
     #[error(transparent)]
     Unobservable(#[from] Unobservable),
     /// A file cannot be written.

@@ -28,5 +28,5 @@ pub use trueline_method::{
     Translation, Use, Warning,
 };
 pub use trueline_model::Camera;
-/// Points in base while it runs: what [`RunTime::placer`] is for.
+/// Points in base at run time: see [`RunTime::placer`].
 pub use trueline_rt as rt;

@@ -12,7 +12,7 @@ use trueline_dataset::{Feature, Guess, RobotSample, Sensor, SensorSetup};
 use trueline_method::evaluate::seam_points::{self, SeamPoints};
 use trueline_method::{Config, calibrate};
 
-/// A recorded scan: everything of [`trueline_dataset::Recording`], and what can be done with it.
+/// A recorded scan: everything of [`trueline_dataset::Recording`], and its methods.
 #[derive(Clone, Debug)]
 pub struct Recording {
     data: trueline_dataset::Recording,
@@ -21,8 +21,8 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Opens a dataset folder, a recording in MCAP or a rosbag2. Where it has pictures or whole profiles and no seam points, the
-    /// seam is found in them. Without the feature `open`: a dataset folder with `features.csv` alone.
+    /// Opens a dataset folder, a recording in MCAP or a rosbag2. Without seam points, the seam is detected in
+    /// pictures or whole profiles. Without the feature `open`: a dataset folder with `features.csv` alone.
     ///
     /// # Errors
     /// The first file, line and column that cannot be used; a recording without a seam.
@@ -33,10 +33,10 @@ impl Recording {
         Ok(trueline_dataset::folder::read(path.as_ref())?.into())
     }
 
-    /// The same where pictures show a joint that is known.
+    /// The same for pictures with a known joint.
     ///
     /// # Errors
-    /// As [`Recording::open`]; a joint for a scan whose seam is known already.
+    /// As [`Recording::open`]; a joint for a scan with a known seam.
     #[cfg(feature = "open")]
     pub fn open_how(path: impl AsRef<Path>, how: &How) -> Result<Self, Error> {
         let notes = Notes::default();
@@ -57,8 +57,8 @@ impl Recording {
         self
     }
 
-    /// What is worth knowing of the file it was opened from: what was sorted or left out, what its stamps mean, and what of it
-    /// could not be read.
+    /// Remarks about the file it was opened from: sorted or ignored rows, the kind of stamps, and unreadable
+    /// data.
     #[must_use]
     pub fn notes(&self) -> &[String] {
         &self.notes
@@ -67,7 +67,7 @@ impl Recording {
     /// Calibrates from the recording's first guess, or without one if it has none.
     ///
     /// # Errors
-    /// A recording from which nothing can be estimated. A doubtful result is none: see
+    /// A recording from which nothing can be estimated. A doubtful result is not an error: see
     /// [`status`](trueline_method::Calibration::status) and [`reasons`](trueline_method::Calibration::reasons).
     pub fn calibrate(&self) -> Result<Calibration, Error> {
         self.calibrate_with(&Config::default())
@@ -82,7 +82,7 @@ impl Recording {
         Ok(Calibration::new(calibration, self.data.setup.mounted, self.stamp_meaning.clone()))
     }
 
-    /// Where the seam is in base by a calibration, with the stamps as recorded.
+    /// Place of the seam in base by a calibration, with the stamps as recorded.
     ///
     /// # Errors
     /// A time offset or hand-eye that the calibration could not observe; features that do not lie on a laser plane.

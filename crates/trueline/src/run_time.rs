@@ -1,4 +1,4 @@
-//! A result and its sensor file → what a [`trueline_rt::Placer`] works with.
+//! A result and its sensor file → the inputs of a [`trueline_rt::Placer`].
 
 use crate::run_time_error::RunTimeError;
 use std::path::Path;
@@ -10,10 +10,10 @@ use trueline_dataset::{Sensor, SensorFile};
 use trueline_geometry::Axis;
 use trueline_rt::{AxisCarries, Carrier, ExternalAxis, PlacerCalibration, SensorModel, Settings, StampRule};
 
-/// Standard deviation of a reading where neither the caller nor the result says one, m.
+/// Standard deviation of a reading if neither the caller nor the result states one, m.
 const READING_SIGMA_M: f64 = 20e-6;
 
-/// What a placer needs beside a result.
+/// Inputs of a placer beside a result.
 #[derive(Clone, Debug)]
 pub struct RunTime<'a> {
     /// The sensor that was calibrated.
@@ -22,18 +22,18 @@ pub struct RunTime<'a> {
     pub sensor_sha256: Option<&'a str>,
     /// Standard deviation of a reading along each axis of the sheet, m; `None` takes the residuals of the result.
     pub reading_sigma_m: Option<f64>,
-    /// Axes that the result does not place because they stood in its scan, and that stand there still.
+    /// Axes that the result does not place because they stood in its scan, and still stand there.
     pub standing: &'a [String],
-    /// Axes whose motion the poses of the controller contain, as the controller has them.
+    /// Axes in the controller's poses, at the controller's places.
     pub in_pose: &'a [(String, Axis)],
 }
 
-/// What a placer is made of, and the names of its external axes by their numbers.
+/// Parts of a placer, and the names of its external axes by number.
 #[derive(Clone, Debug)]
 pub struct PlacerSetup {
     /// The calibration.
     pub calibration: PlacerCalibration,
-    /// The settings that go with it: stamps are taken as the result took them.
+    /// The settings for it: stamps are treated as in the result.
     pub settings: Settings,
     /// Names of the axes.
     pub axes: Vec<String>,
@@ -43,7 +43,7 @@ impl RunTime<'_> {
     /// A placer's calibration and settings.
     ///
     /// # Errors
-    /// A result in which time offset, hand-eye transform or an axis could not be seen; one of another sensor, or of clocks that drift.
+    /// A result without time offset, hand-eye transform or an axis; a result of another sensor, or of clocks that drift.
     pub fn placer(&self, result: &ResultFile) -> Result<PlacerSetup, crate::Error> {
         let known = calibration_file::known_of(Path::new("result"), result)?;
         if let Some((file, sha256)) = known.sensor_file.as_ref().zip(self.sensor_sha256)
@@ -124,8 +124,8 @@ impl RunTime<'_> {
     }
 }
 
-/// Stamps as the result took them: those of a stream that was late to one side are dated by its clock; those that err to both sides are
-/// taken as they are, with the jitter in the ±.
+/// Stamps as the result used them. A stream with one-sided delays is dated by its clock. Stamps with errors
+/// to both sides are used unchanged, with the jitter in the ±.
 fn settings(result: &ResultFile) -> Settings {
     let streams = [&result.stamps.robot.stream, &result.stamps.features.stream];
     let [pose_stamps, frame_stamps] =

@@ -22,7 +22,7 @@ pub enum RunTimeError {
         drift_ppm: f64,
     },
     /// An axis is not placed by the result.
-    #[error("axis {name}: the result does not say where it is")]
+    #[error("axis {name}: its place is missing in the result")]
     AxisUnknown {
         /// Its name.
         name: String,
@@ -36,7 +36,7 @@ pub enum RunTimeError {
 }
 
 impl RunTimeError {
-    /// What to do about it.
+    /// The remedy.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {
@@ -50,9 +50,9 @@ impl RunTimeError {
                 "let both clocks follow one (PTP, NTP), or stamp both streams on one PC; then calibrate again"
             }
             Self::AxisUnknown { .. } => {
-                "scan while it moves; if it stands as it stood in the scan, name it among those that stand"
+                "scan while it moves; if it stands at the same place as in the scan, name it as standing"
             }
-            Self::NoSuchAxis { .. } => "names are those of `axes` in the result",
+            Self::NoSuchAxis { .. } => "the names must be those of `axes` in the result",
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What a path may lead to, and what is told on the way.
+//! Contents of a path, and the messages on the way.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::sync::Mutex;

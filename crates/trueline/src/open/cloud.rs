@@ -1,4 +1,4 @@
-//! A scan whose points are to be placed: its seam need not be found.
+//! A scan with points to be placed: its seam need not be found.
 
 use crate::open::error::OpenError;
 use crate::open::observer::{OpenObserver, Told, told_of_import};
@@ -8,16 +8,16 @@ use std::path::Path;
 use trueline_dataset::{Profile, Recording, folder};
 use trueline_mcap::{Choice, import};
 
-/// What a scan measured.
+/// Points measured by a scan.
 #[derive(Debug)]
 pub struct Measurements {
-    /// The recording; without seam points where there are whole profiles.
+    /// The recording; without seam points if there are whole profiles.
     pub recording: Recording,
-    /// Whole profiles; empty where there are seam points and stripes alone.
+    /// Whole profiles; empty if there are seam points and stripes alone.
     pub profiles: Vec<Profile>,
 }
 
-/// Reads a scan's whole profiles, or, where it has none, its seam points and stripes.
+/// Reads a scan's whole profiles or, without these, its seam points and stripes.
 ///
 /// # Errors
 /// As [`open`], and a recording with neither.
@@ -28,7 +28,7 @@ pub fn open_measurements(
 ) -> Result<Measurements, OpenError> {
     match place::of(path)? {
         Place::Folder => {
-            // Features that stand beside whole profiles are less than these.
+            // Features beside whole profiles contain less than these.
             let profiles = folder::read_profiles(path)?.unwrap_or_default();
             if !profiles.is_empty() {
                 let content = folder::read_content(path)?;

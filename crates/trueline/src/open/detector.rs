@@ -4,7 +4,7 @@ use trueline_dataset::SensorFile;
 use trueline_dataset::sensor_setup::RegionOfInterest;
 use trueline_vision::{Detector, PictureRegion, StripeChoice};
 
-/// Why there is no detector for a sensor.
+/// The reason of a missing detector for a sensor.
 #[derive(Debug, thiserror::Error)]
 pub enum DetectorError {
     /// The sensor takes no pictures.
@@ -15,7 +15,7 @@ pub enum DetectorError {
     Region([u32; 2]),
 }
 
-/// The detector for a sensor. `region`, in px, is looked at instead of the one that the sensor's file may state.
+/// The detector for a sensor. `region`, in px, is searched instead of the one in the sensor's file.
 ///
 /// # Errors
 /// A sensor without pictures, and a region outside of them.
@@ -39,7 +39,7 @@ pub fn of(
 }
 
 impl DetectorError {
-    /// What to do about it.
+    /// The remedy.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {

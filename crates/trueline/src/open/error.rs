@@ -16,10 +16,10 @@ pub enum OpenError {
     /// The path leads nowhere.
     #[error("there is no file or folder `{}`", .0.display())]
     NoPlace(PathBuf),
-    /// A file of a dataset in the place of its folder.
+    /// A file of a dataset in place of its folder.
     #[error("{}: is a file of a dataset", .0.display())]
     PartOfDataset(PathBuf),
-    /// A joint is named, and the seam is known already.
+    /// A joint is named, but the seam is known already.
     #[error("{}: has its seam points already, so a joint has no effect", .0.display())]
     SeamKnown(PathBuf),
     /// No picture shows a seam.
@@ -34,7 +34,7 @@ pub enum OpenError {
         most: Option<NoSeam>,
     },
     /// A joint that profiles are not searched for.
-    #[error("a {} is not looked for in profiles", .0.name())]
+    #[error("profiles are not searched for a {}", .0.name())]
     NotInProfiles(Joint),
     /// A recording of the robot alone.
     #[error("{}: there are neither pictures nor seam points in it", .0.display())]
@@ -62,7 +62,7 @@ pub enum OpenError {
 }
 
 impl OpenError {
-    /// What to do about it.
+    /// The remedy.
     #[must_use]
     pub fn hint(&self) -> String {
         let hint = match self {
@@ -73,7 +73,7 @@ impl OpenError {
             }
             Self::PartOfDataset(file) => return format!("give its folder: `{}`", folder_of(file).display()),
             Self::SeamKnown(_) => "without a joint the existing seam points are used",
-            Self::NoSeamInPictures(_) => "look at some pictures with the overlay of what is seen in them",
+            Self::NoSeamInPictures(_) => "look at some pictures with the overlay of the detected stripes",
             Self::NoSeamInProfiles { most: Some(NoSeam::RoundFace(_)), .. } => {
                 "scan two flat faces that meet: a pipe, a ball or a groove has no line for the calibration"
             }
@@ -99,7 +99,7 @@ impl OpenError {
     }
 }
 
-/// What to do where pictures cannot be examined.
+/// Remedy if pictures cannot be examined.
 #[must_use]
 pub fn hint_of_pictures(error: &ScanError) -> String {
     match error {

@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-/// Names that are less alike (Jaro–Winkler, 0 to 1) are no slip of the fingers: `huber` and `hubber` are 0.96 alike, `camera` and `cell` 0.61.
+/// Names that are less similar (Jaro–Winkler, 0 to 1) are not a typing error: `huber` and `hubber` have 0.96, `camera` and
+/// `cell` 0.61.
 const ALIKE: f64 = 0.8;
 
-/// The name that is most like another one; `None` where none is alike.
+/// The name most similar to another one; `None` if none is similar.
 pub fn nearest<T: AsRef<str>>(name: &str, known: impl IntoIterator<Item = T>) -> Option<T> {
     let alike =
         |known: T| (strsim::jaro_winkler(&name.to_lowercase(), &known.as_ref().to_lowercase()), known);
@@ -13,7 +14,7 @@ pub fn nearest<T: AsRef<str>>(name: &str, known: impl IntoIterator<Item = T>) ->
     near.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, known)| known)
 }
 
-/// The file or folder beside a place where there is none whose name is most like its name.
+/// The neighbour of a missing file or folder with the most similar name.
 pub(crate) fn nearest_place(place: &Path) -> Option<PathBuf> {
     let name = place.file_name()?.to_str()?;
     let folder = place.parent()?;

@@ -14,15 +14,15 @@ use trueline_vision::scan::{ScanObserver, ScanSeams};
 pub enum Told<'a> {
     /// Data is missing because a file is damaged.
     Damage(String),
-    /// What the stamps of a recording mean.
+    /// Kind of stamps of a recording.
     StampMeaning(&'a str),
-    /// What was recognised, sorted or left out.
+    /// Remarks about recognised, sorted or ignored data.
     Note(&'a str),
-    /// The channel of colour pictures that is looked at.
+    /// The channel used of colour pictures.
     Channel(Channel),
-    /// What the pictures show.
+    /// Remarks about the pictures.
     SeamsInPictures(&'a ScanSeams),
-    /// What whole profiles show.
+    /// Findings in whole profiles.
     SeamsInProfiles {
         /// Profiles with a seam.
         found: usize,
@@ -30,12 +30,12 @@ pub enum Told<'a> {
         of: usize,
         /// How many have none, by reason.
         without: &'a BTreeMap<NoSeam, usize>,
-        /// What was looked for.
+        /// The joint or edge searched for.
         joint: ProfileJoint,
     },
     /// Number of seam points found earlier in the same pictures.
     FoundBefore(usize),
-    /// What was found in pictures could not be kept for the next time.
+    /// Findings in pictures could not be cached.
     NotKept(&'a io::Error),
     /// Seam points are where stripes cross.
     CrossingsOfStripes {
@@ -48,7 +48,7 @@ pub enum Told<'a> {
     SmallPath(f64),
     /// Number of scans used together.
     Together(usize),
-    /// So many scans are one with an external axis of this name: their seams are those of one part, by their numbers.
+    /// Several scans are one with an external axis of this name: their seams are those of one part, by their numbers.
     OnAnAxis(usize, &'a str),
     /// Both streams of a scan were shifted alike, to come after the scan before.
     Shifted(&'a Path),
@@ -92,7 +92,8 @@ impl fmt::Display for Told<'_> {
             Self::OnAnAxis(count, axis) => {
                 write!(
                     f,
-                    "{count} scans together: line 0 is the same seam in each, for axis `{axis}` moved what it lies on"
+                    "{count} scans together: line 0 is the same seam in each, because axis `{axis}` \
+                    moved its part"
                 )
             }
             Self::Together(count) => write!(f, "{count} scans together, each with its own lines"),
@@ -118,7 +119,7 @@ pub trait OpenObserver: Sync {
     }
 }
 
-/// Nobody looks on.
+/// No observer.
 impl OpenObserver for () {}
 
 /// Reports the import of a recording in MCAP or rosbag2.

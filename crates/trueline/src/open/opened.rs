@@ -26,26 +26,26 @@ use trueline_vision::{Joint, StripeChoice, find_seams};
 pub struct How {
     /// The joint in pictures or profiles; without one, the most frequent joint is used.
     pub joint: Option<Joint>,
-    /// Where seams that were found in pictures are kept for the next time.
+    /// Cache of seams found in pictures.
     pub cache: Option<FeatureCache>,
-    /// What the cached seams depend on besides dataset and joint: the build that found them.
+    /// The cached seams depend, besides dataset and joint, on the build that found them.
     pub found_by: String,
 }
 
-/// A scan with its seam, and its pictures where it has some.
+/// A scan with its seam, and its pictures if it has some.
 pub struct Opened {
-    /// What calibration takes.
+    /// Input of the calibration.
     pub recording: Recording,
     /// Its pictures.
     pub pictures: Option<Box<dyn PictureSource>>,
     /// Meaning of its stamps, if the recording states it.
     pub stamp_meaning: Option<String>,
-    /// An input of the robot that follows the exposures, where one was recorded.
+    /// An input of the robot that follows the exposures, if one was recorded.
     pub trigger: Option<Trigger>,
 }
 
 impl Opened {
-    /// The time offset as an input of the robot measured it; `None` where none follows the exposures.
+    /// The time offset measured by an input of the robot; `None` if none follows the exposures.
     #[must_use]
     pub fn measured_offset(&self, calibration: &Calibration) -> Option<MeasuredByInput> {
         self.trigger.as_ref()?.measured(&self.recording, calibration)
@@ -62,11 +62,11 @@ impl fmt::Debug for Opened {
     }
 }
 
-/// Reads a scan. Where there are pictures or whole profiles and no seam points, the seam is looked for in them; nothing is
-/// written into the dataset.
+/// Reads a scan. Without seam points, the seam is detected in pictures or whole profiles. Nothing is written
+/// into the dataset.
 ///
 /// # Errors
-/// Whatever cannot be read, and pictures or profiles without a seam.
+/// Unreadable data, and pictures or profiles without a seam.
 pub fn open(path: &Path, how: &How, observer: &dyn OpenObserver) -> Result<Opened, OpenError> {
     let span = tracing::info_span!(
         "read",
@@ -98,7 +98,8 @@ fn read(path: &Path, how: &How, observer: &dyn OpenObserver) -> Result<Opened, O
 /// A scan is centimetres long at the least; metres read as millimetres are less than this, m.
 const SMALL_PATH_M: f64 = 0.003;
 
-/// How far the robot goes from where it begins, m, if that is too little to be meant. One that stands still is another matter.
+/// Largest distance of the robot from its start, m, if it is too small to be intended. One that stands still
+/// is another matter.
 fn small_path_m(recording: &Recording) -> Option<f64> {
     let positions = || recording.robot.iter().map(|sample| sample.base_from_tool.translation.vector);
     let first = positions().next()?;
@@ -125,7 +126,7 @@ fn open_folder(path: &Path, how: &How, observer: &dyn OpenObserver) -> Result<Op
     Ok(Opened { recording, pictures, stamp_meaning: None, trigger: None })
 }
 
-/// A folder of pictures whose seam has not been looked for.
+/// A folder of pictures without a search for their seam.
 fn open_pictures(
     path: &Path,
     pictures: PictureFolder,
@@ -157,7 +158,7 @@ fn open_pictures(
     Ok(Opened { recording, pictures: Some(Box::new(pictures)), stamp_meaning: None, trigger: None })
 }
 
-/// Images of which only the seam points were recorded.
+/// Number of images with only their seam points recorded.
 fn with_a_seam(recording: &Recording) -> usize {
     recording.features.iter().map(|feature| feature.stamp_ns).collect::<BTreeSet<_>>().len()
 }
@@ -190,7 +191,7 @@ fn open_recording(file: &Path, how: &How, observer: &dyn OpenObserver) -> Result
     Ok(Opened { recording, pictures, stamp_meaning, trigger })
 }
 
-/// The seams of pictures; `sensor_file` is where an error says that the sensor stands.
+/// The seams of pictures; errors name `sensor_file` as the sensor's place.
 fn seams_of_pictures(
     pictures: &dyn PictureSource,
     sensor: &SensorFile,

@@ -15,7 +15,7 @@ const SIZE: [usize; 2] = [480, 320];
 pub struct OutlierPicture {
     /// Row of the feature.
     pub row: u32,
-    /// What is about it, PNG, with a cross on it.
+    /// Part of the picture around it, PNG, with a cross on it.
     pub png: Vec<u8>,
 }
 

@@ -1,4 +1,4 @@
-//! What a path leads to.
+//! Kind of data at a path.
 
 use crate::open::error::OpenError;
 use std::path::{Path, PathBuf};
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 /// The name of a recording in its folder.
 const RECORDING: &str = "recording.mcap";
 
-/// What a path leads to.
+/// Kind of data at a path.
 pub(crate) enum Place {
     /// A dataset folder.
     Folder,
@@ -14,7 +14,7 @@ pub(crate) enum Place {
     Recording(PathBuf),
 }
 
-/// Looks what a path leads to.
+/// Finds the kind of data at a path.
 ///
 /// # Errors
 /// The two mistakes that are made most: a name that is mistyped, and a file instead of its folder.

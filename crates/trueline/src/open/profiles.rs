@@ -9,7 +9,7 @@ use trueline_vision::profile::{self, ProfileJoint};
 /// The seams of profiles; without a joint, of the most frequent one.
 ///
 /// # Errors
-/// A joint that profiles are not searched for, and profiles of which none shows it.
+/// A joint that profiles are not searched for, and profiles without it.
 pub fn seams_of_profiles(
     profiles: &[Profile],
     joint: Option<Joint>,

@@ -46,7 +46,7 @@ fn rising(inputs: &[InputsEntry], input: u32) -> Vec<[i64; 2]> {
 pub struct MeasuredByInput {
     /// The input's number, from 0.
     pub input: u32,
-    /// What it measured.
+    /// Its measurement.
     pub offset: MeasuredOffset,
 }
 
@@ -57,7 +57,7 @@ impl fmt::Display for MeasuredByInput {
 }
 
 impl Trigger {
-    /// The time offset as it measured it; `None` with too few edges, or where none was estimated.
+    /// The time offset that it measured; `None` with too few edges, or without an estimate.
     #[must_use]
     pub(crate) fn measured(
         &self,
@@ -73,7 +73,7 @@ impl Trigger {
 mod tests {
     use super::*;
 
-    /// Inputs that are what they are at every millisecond.
+    /// Inputs with a value at every millisecond.
     fn changes(at_ms: impl Fn(i64) -> u64) -> Vec<InputsEntry> {
         let change = |ms: i64| InputsEntry {
             between_ns: [1_000_000 * (ms - 1), 1_000_000 * ms],
