@@ -1,4 +1,4 @@
-//! Why there are no pictures, and what to do about it.
+//! Reasons for missing pictures, and their remedies.
 
 /// A camera that gives no pictures that can be used.
 #[derive(Debug, thiserror::Error)]
@@ -7,7 +7,7 @@ pub enum CameraError {
     /// Nothing answers.
     #[error("no camera answers at {at}")]
     NotFound {
-        /// Where it was looked for.
+        /// Place of the search.
         at: String,
     },
     /// Another program has it.
@@ -22,21 +22,21 @@ pub enum CameraError {
         /// Since the last of a picture came (a packet, or a picture), or since the start if there was none, s.
         silent_s: f64,
     },
-    /// A pixel format that was not asked for.
+    /// An unexpected pixel format.
     #[error("pictures are wanted as {wanted}, the camera offers {offered}")]
     Format {
-        /// What was asked for.
+        /// The wanted value.
         wanted: String,
-        /// What there is.
+        /// The available ones.
         offered: String,
     },
-    /// Pictures with colours, and it is not said in which the laser shines.
-    #[error("the camera sends {format}, and it is not said which of the colours the laser has")]
+    /// Pictures with colours, without a stated colour of the laser.
+    #[error("the camera sends {format}, but the laser's colour is not stated")]
     NoChannel {
         /// The format.
         format: String,
     },
-    /// The laser's colour was said, and pictures have none.
+    /// The laser's colour was stated, but pictures have none.
     #[error("the laser's colour was given, and the camera sends {format}, which has no colours")]
     NoColours {
         /// The format.
@@ -55,7 +55,7 @@ pub enum CameraError {
     ExposureAuto {
         /// The camera's name for it.
         feature: String,
-        /// What it is set to.
+        /// Its setting.
         value: String,
     },
     /// A feature of the camera that cannot be set or read.
@@ -63,31 +63,31 @@ pub enum CameraError {
     Feature {
         /// The camera's name for it.
         name: String,
-        /// What the camera says.
+        /// Message of the camera.
         why: String,
     },
-    /// A device of Video4Linux that gives no pictures, or not as asked for.
+    /// A device of Video4Linux that gives no pictures, or other ones than requested.
     #[error("{device}: {why}")]
     Video {
         /// Its file.
         device: String,
-        /// What is wrong.
+        /// The fault.
         why: String,
     },
     /// No such camera at USB.
     #[error("no USB3 Vision camera {}is plugged in{}", wanted(serial.as_deref()), others(found))]
     NotPluggedIn {
-        /// The serial number that was asked for; `None` for any.
+        /// The requested serial number; `None` for any.
         serial: Option<String>,
         /// Serial numbers of the cameras that are there.
         found: Vec<String>,
     },
-    /// A camera at USB that gives no pictures, or not as asked for.
+    /// A USB camera that gives no pictures, or other ones than requested.
     #[error("{device}: {why}")]
     Usb {
         /// Maker, model and serial number, as far as known.
         device: String,
-        /// What is wrong.
+        /// The fault.
         why: String,
     },
     /// A recording that cannot be replayed.
@@ -107,7 +107,7 @@ fn others(found: &[String]) -> String {
 }
 
 impl CameraError {
-    /// What the user can do about it.
+    /// Remedy for the user.
     #[must_use]
     pub fn hint(&self) -> String {
         match self {
@@ -122,7 +122,7 @@ impl CameraError {
                     .to_owned()
             }
             Self::Unplugged { .. } => {
-                "check power, cable and what it goes through (switch or hub); what was recorded so far is kept".to_owned()
+                "check power, cable and the switch or hub between; the recording so far is kept".to_owned()
             }
             Self::Format { .. } => {
                 "choose one of the formats that the camera offers, and let no other program \
@@ -138,9 +138,9 @@ impl CameraError {
             Self::ExposureAuto { feature, .. } => format!(
                 "turn `{feature}` off and keep it off: the instant of an exposure moves with its length"
             ),
-            Self::Feature { .. } => "see the camera's manual for what it allows".to_owned(),
-            Self::Video { .. } => "`v4l2-ctl --list-devices` and `v4l2-ctl -d DEVICE --list-formats-ext` show what there is; your user \
-                must be in the group of the device's file (video)"
+            Self::Feature { .. } => "see the camera's manual for the allowed values".to_owned(),
+            Self::Video { .. } => "`v4l2-ctl --list-devices` and `v4l2-ctl -d DEVICE --list-formats-ext` \
+                list devices and formats; your user must be in the group of the device's file (video)"
                 .to_owned(),
             Self::NotPluggedIn { .. } => "check plug, cable and power; the serial number is on the camera, and in `lsusb -v` as iSerial".to_owned(),
             Self::Usb { .. } => "close other programs that use the camera; your user must be allowed to open it (on Linux by a udev rule, on \

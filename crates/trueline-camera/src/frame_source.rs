@@ -1,4 +1,4 @@
-//! Where pictures come from, whatever they come from.
+//! Sources of pictures, of any kind.
 
 use crate::error::CameraError;
 use crate::latch_clock::LatchSample;
@@ -14,7 +14,7 @@ pub trait FrameSource: Send {
     /// [`CameraError`]: pictures that came before it are given first.
     fn next(&mut self, timeout: Duration) -> Result<Option<CameraFrame>, CameraError>;
 
-    /// What gives the pictures.
+    /// Source of the pictures.
     fn about(&self) -> &SourceAbout;
 
     /// Its serial number, which it is found and known by when it comes back; `None` where its address is that.
@@ -22,7 +22,7 @@ pub trait FrameSource: Send {
         None
     }
 
-    /// Asks the camera what time it is by its own clock; `None` if it cannot tell.
+    /// Asks the camera for the time of its own clock; `None` if it has none.
     ///
     /// # Errors
     /// [`CameraError::Unplugged`].
@@ -41,7 +41,7 @@ pub trait FrameSource: Send {
     }
 }
 
-/// What gives the pictures.
+/// Source of the pictures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SourceAbout {
     /// Maker, model and serial number, or the folder.
@@ -52,9 +52,9 @@ pub struct SourceAbout {
     pub height: usize,
     /// Ticks of the camera's clock in a second, Hz; `None` if it does not tell.
     pub tick_hz: Option<f64>,
-    /// What instant `device_ns` is, in words.
+    /// Meaning of `device_ns`, in words.
     pub stamp_meaning: String,
-    /// The signal that each picture waits for, in the camera's words; `None` for a camera that runs by itself.
+    /// The signal that each picture waits for, in the camera's words; `None` for a free-running camera.
     pub trigger: Option<String>,
 }
 
@@ -67,7 +67,7 @@ pub struct CameraFrame {
     pub profiles: Vec<RangeProfile>,
     /// Counts pictures without ever wrapping; a jump is a lost picture.
     pub frame: u64,
-    /// Stamp of the camera's own clock, ns, or ticks where the camera does not tell how long they are.
+    /// Stamp of the camera's own clock, ns; ticks if the camera does not state their length.
     pub device_ns: Option<i64>,
     /// When the first packet came, ns on the steady clock of [`trueline_live::HostClock`].
     pub first_packet_ns: Option<i64>,
@@ -75,7 +75,7 @@ pub struct CameraFrame {
     pub complete_ns: i64,
     /// Exposure time as the camera last told, µs.
     pub exposure_us: Option<f64>,
-    /// What the camera told of its inputs with the picture.
+    /// State of the camera's inputs with the picture.
     pub signals: FrameSignals,
     /// Whether the picture can be used.
     pub status: FrameStatus,

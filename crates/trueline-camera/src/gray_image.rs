@@ -64,7 +64,8 @@ struct Row {
     padding: usize,
 }
 
-/// All numbers of a picture; of more than 8 bits they are moved up so that white is the same in every picture of 16 bits.
+/// All levels of a picture. Levels of more than 8 bits are shifted up, so that white is the same in every picture of 16
+/// bits.
 fn levels(data: &[u8], height: usize, row: &Row, samples: Samples) -> Option<Pixels> {
     if row.padding == 0 && samples.is_packed() {
         // Bits go on from one line to the next where a line ends within a byte.

@@ -19,7 +19,7 @@ pub struct InProcessSettings {
     pub exposure_s: f64,
     /// From the end of an exposure until its picture is there, s.
     pub latency_s: f64,
-    /// What its clock shows at the start, ns.
+    /// Its clock's reading at the start, ns.
     pub epoch_ns: i64,
     /// By how much its clock gains on the PC's, parts per million.
     pub drift_ppm: f64,
@@ -58,7 +58,7 @@ impl InProcess {
         self.start_ns + (self.next as f64 * self.settings.period_s * 1e9).round() as i64
     }
 
-    /// What its clock shows at a steady time, ns both.
+    /// Its clock's reading at a steady time, ns both.
     #[must_use]
     pub fn device_ns(&self, steady_ns: i64) -> i64 {
         let passed_ns = steady_ns - self.start_ns;
@@ -103,7 +103,7 @@ impl FrameSource for InProcess {
                 return Ok(None);
             }
             let image = (self.scene)(exposure_start_ns);
-            // When it was due, whatever the machine was doing: it is the network that is not simulated.
+            // Its due time, at any load of the machine: only the network is not simulated.
             let frame = image.map(|image| self.frame(image, exposure_start_ns, due_ns));
             self.next += 1;
             if frame.is_some() {

@@ -1,7 +1,7 @@
 //! The camera's clock on the PC's, from questions and answers.
 //!
 //! The PC notes its time, has the camera latch its clock, and notes its time again. The latch happened in between,
-//! whatever the network did. Exchanges that were quick pin it down best.
+//! independently of the network. Exchanges that were quick pin it down best.
 
 /// One exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,9 +24,9 @@ impl LatchSample {
     }
 }
 
-/// Fewer exchanges say nothing about a rate, and quarters of fewer say nothing at all.
+/// Fewer exchanges do not determine a rate, and quarters of fewer determine nothing.
 const LEAST_SAMPLES: usize = 4;
-/// The slopes between all pairs are looked at, so their number is bounded.
+/// The slopes between all pairs are computed, so their number is bounded.
 const MOST_KEPT: usize = 400;
 /// No quartz is further off, parts per million.
 const MOST_DRIFT_PPM: f64 = 500.0;
@@ -39,12 +39,12 @@ pub struct LatchMap {
     host_per_device: f64,
     /// By how much the camera's clock gains on the PC's, parts per million.
     pub drift_ppm: f64,
-    /// Half of the quickest round trip, s: what the exchange cannot tell, if one way took all of the time. In the
-    /// middle of the exchanges; twice as much at their ends.
+    /// Half of the quickest round trip, s: the error if one way took all of the time. In the middle of the exchanges;
+    /// twice as much at their ends.
     pub sigma_s: f64,
     /// Exchanges that the map was made of, slow ones included.
     pub samples: usize,
-    /// How far the map lies outside what the worst exchange allows, s: zero, or little, unless a clock was set.
+    /// Distance of the map from the range that the worst exchange allows, s: zero, or little, unless a clock was set.
     pub contradiction_s: f64,
 }
 
@@ -87,9 +87,9 @@ impl LatchMap {
         self.at_host_ns.saturating_add(since.round() as i64)
     }
 
-    /// By how much the line must be moved, ns: to the middle of what all exchanges allow, for one that was slow on one
-    /// way may have been quick on the other. If no line of this rate agrees with all, a clock was set, and the middle
-    /// of the quick ones must do.
+    /// Shift of the line, ns, to the middle of the range that all exchanges allow: a slow way there may have had a
+    /// quick way back. If no line of this rate agrees with all, a clock was set, and the middle of the quick ones must
+    /// do.
     fn offset_ns(&self, samples: &[LatchSample], quick: &[LatchSample], best_ns: i64) -> i64 {
         let least = samples.iter().map(|s| s.before_ns - self.host_ns(s.device_ns)).max();
         let most = samples.iter().map(|s| s.after_ns - self.host_ns(s.device_ns)).min();

@@ -1,9 +1,10 @@
 //! Cameras: pictures with the stamps of every clock that saw them.
 //!
-//! A [`FrameSource`] gives pictures: a recording ([`Replay`]), a simulation in this program ([`InProcess`]) or, with the feature
-//! `gige`, a GigE Vision camera ([`gige::GigeCamera`]); with the feature `u3v`, a USB3 Vision camera; with the feature `v4l2`, on Linux, one of
-//! the kernel's. What GenICam has alike for the first two is in [`genicam`]. [`LatchMap`] maps the camera's clock to that of the PC. [`device`] is the other
-//! side: a camera that is simulated down to its packets, for tests and for programs that nobody here wrote.
+//! A [`FrameSource`] gives pictures. It is a recording ([`Replay`]), a simulation in this program ([`InProcess`]) or a
+//! camera: GigE Vision ([`gige::GigeCamera`], feature `gige`), USB3 Vision (feature `u3v`), or one of the Linux kernel
+//! (feature `v4l2`). The common part of GenICam for the first two is in [`genicam`]. [`LatchMap`] maps the camera's clock
+//! to that of the PC. [`device`] is the other side: a camera that is simulated down to its packets, for tests and for
+//! foreign programs.
 //!
 //! ```
 //! use trueline_camera::{LatchMap, LatchSample};

@@ -11,7 +11,7 @@ const BESIDE: &[Step] = &[[-1, 0], [1, 0]];
 const ABOVE: &[Step] = &[[0, -1], [0, 1]];
 const CROSS: &[Step] = &[[-1, 0], [1, 0], [0, -1], [0, 1]];
 const CORNERS: &[Step] = &[[-1, -1], [1, -1], [-1, 1], [1, 1]];
-/// Weights 1 2 1 along rows and columns: red, green and blue as 1 : 2 : 1 about every pixel whatever its own colour is.
+/// Weights 1 2 1 along rows and columns: red, green and blue as 1 : 2 : 1 about every pixel of any colour.
 const ALL: &[Step] = &[
     [-1, -1],
     [1, -1],
@@ -31,8 +31,8 @@ const ALL: &[Step] = &[
     [0, 0],
 ];
 
-/// A channel of a mosaic: a pixel's own level where it has that colour, else the mean of the nearest that have. The neighbours lie evenly
-/// about it, so that nothing is moved. Gray is the mean of all around it.
+/// A channel of a mosaic: a pixel's own level if it has that colour, else the mean of the nearest ones with it. The
+/// neighbours lie evenly about it, so that nothing is moved. Gray is the mean of all around it.
 pub(crate) fn plane<L: Copy + Into<u32> + TryFrom<u32> + Default>(
     levels: &[L],
     [width, height]: [usize; 2],
@@ -55,7 +55,7 @@ pub(crate) fn plane<L: Copy + Into<u32> + TryFrom<u32> + Default>(
     plane
 }
 
-/// Where the channel is found about a pixel at a place modulo two.
+/// Places of the channel about a pixel at a place modulo two.
 fn steps(mosaic: Mosaic, channel: Channel, [column, row]: [usize; 2]) -> &'static [Step] {
     let red = mosaic.red();
     let own = match channel {
@@ -73,7 +73,8 @@ fn steps(mosaic: Mosaic, channel: Channel, [column, row]: [usize; 2]) -> &'stati
     }
 }
 
-/// A neighbour's place; behind the border the mosaic goes on with what is on the other side, which has the same colour.
+/// A neighbour's place. Beyond the border the mosaic continues with the pixel on the other side, which has the same
+/// colour.
 fn beside(at: usize, by: isize, count: usize) -> usize {
     match at.checked_add_signed(by) {
         Some(at) if at < count => at,
@@ -85,7 +86,8 @@ fn beside(at: usize, by: isize, count: usize) -> usize {
 mod tests {
     use super::*;
 
-    /// A picture whose channels are different planes in the pixels' place: what is linear is found exactly inside.
+    /// A picture with channels that are different planes of the pixel coordinates. Inside, linear levels are found
+    /// exactly.
     fn level(channel: usize, [u, v]: [usize; 2]) -> u16 {
         (1000 * (channel + 1) + 12 * u + 20 * v) as u16
     }

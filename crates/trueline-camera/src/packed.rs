@@ -2,11 +2,11 @@
 
 use crate::pixel_format::Samples;
 
-/// The levels of samples one after the other, moved up so that white is the same in every picture of 16 bits; other data may
-/// follow. `None` if there are fewer bytes than samples, or if they share none.
+/// The levels of consecutive samples, scaled so that white is the same in every picture of 16 bits. Other data may follow.
+/// `None` if there are fewer bytes than samples, or if they share none.
 #[must_use]
 pub(crate) fn levels(data: &[u8], count: usize, samples: Samples) -> Option<Vec<u16>> {
-    // The layout of GigE Vision 1 takes as much for 10 bits as for 12.
+    // The layout of GigE Vision 1 takes the same space for 10 bits as for 12.
     let on_wire = if samples == Samples::TenPacked { 12 } else { samples.bits() as usize };
     let data = data.get(..count.checked_mul(on_wire)?.div_ceil(8))?;
     let up = 16 - samples.bits();
@@ -26,8 +26,8 @@ fn bits(data: &[u8], from: usize) -> u16 {
     u16::from_le_bytes([byte(from / 8), byte(from / 8 + 1)]) >> (from % 8)
 }
 
-/// A level of one of two pixels in three bytes: its high bits in the first byte or the last, its `low` lowest bits in the lower
-/// or the upper half of the one between.
+/// A level of one of two pixels in three bytes. Its high bits are in the first byte or the last, its `low` lowest bits in
+/// the lower or the upper half of the middle one.
 fn shared(data: &[u8], pixel: usize, low: u32) -> u16 {
     let byte = |at: usize| u16::from(data.get(pixel / 2 * 3 + at).copied().unwrap_or_default());
     let (high, half) = if pixel.is_multiple_of(2) { (byte(0), byte(1)) } else { (byte(2), byte(1) >> 4) };
@@ -60,7 +60,7 @@ mod tests {
             let up = 16 - samples.bits();
             let expected = expected.map(|level| level << up);
             assert_eq!(levels(data, 4, samples).unwrap(), expected, "{samples:?}");
-            // Of an odd number of samples the last byte is shared with what follows.
+            // With an odd number of samples the last byte is shared with the following data.
             assert_eq!(levels(data, 3, samples).unwrap(), expected[..3], "{samples:?}, three");
             assert_eq!(levels(&data[..data.len() - 1], 4, samples), None, "{samples:?}, cut off");
             assert_eq!(levels(data, usize::MAX / 8, samples), None, "{samples:?}, more than can be counted");

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// What a camera sends of each pixel.
+/// Format of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PixelFormat {
     /// A gray level.
@@ -138,7 +138,7 @@ const ALL: [(PixelFormat, &str, u32); 44] = {
     ]
 };
 
-/// What the first version of GigE Vision called it.
+/// Its name in the first version of GigE Vision.
 const RGB8_BEFORE: &str = "RGB8Packed";
 
 impl PixelFormat {
@@ -154,7 +154,7 @@ impl PixelFormat {
     /// Formats in which range data come, the preferred one first. Mono16 is one if a profiler was set to it.
     pub const RANGE: [Self; 3] = [Self::Coord3dC16, Self::Coord3dAc16, Self::MONO_16];
 
-    /// Gray levels whose bits share bytes.
+    /// Gray levels with bits that share bytes.
     pub const PACKED: [Self; 4] = [
         Self::Mono(Samples::TenP),
         Self::Mono(Samples::TwelveP),
@@ -256,7 +256,7 @@ mod tests {
             assert_eq!(format.row().0, format);
             assert_eq!(PixelFormat::of_code(format.code()), Some(format));
             assert_eq!(PixelFormat::of_name(format.name()), Some(format));
-            // The name tells the colours of the mosaic and the bits.
+            // The name contains the colours of the mosaic and the bits.
             let name = format.name();
             if let PixelFormat::Bayer(mosaic, _) = format {
                 assert!(

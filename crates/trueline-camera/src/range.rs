@@ -1,8 +1,7 @@
 //! Range data of a profiler as points: the "Scan3d" part of GenICam's standard features naming convention (SFNC).
 //!
-//! A frame of range data is a picture whose rows are profiles. A pixel is a number from which the coordinate C, the range,
-//! follows by scale and offset; the coordinate A, along the stripe, is sent beside it or follows likewise from the
-//! column.
+//! A frame of range data is a picture with profiles as rows. A pixel is a number that gives the coordinate C, the range,
+//! by scale and offset. The coordinate A, along the stripe, is sent with it or follows in the same way from the column.
 
 /// A profile of a frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,7 +26,7 @@ pub struct RangeAxis {
     pub scale_m: f64,
     /// Coordinate at zero counts, m.
     pub offset_m: f64,
-    /// The number that says that there is no coordinate.
+    /// The code for a missing coordinate.
     pub invalid: Option<f64>,
 }
 
@@ -51,7 +50,7 @@ pub struct RangeScale {
 }
 
 impl RangeScale {
-    /// The profiles of a frame whose rows are one profile each; `width` is in columns.
+    /// The profiles of a frame, one in each row; `width` is in columns.
     ///
     /// Rows that are cut off are left out.
     #[must_use]
@@ -72,7 +71,7 @@ impl RangeScale {
             };
             return row.chunks_exact(2).map(point).collect();
         }
-        // A column's number is no measurement, so none of them is the one that says that there is nothing.
+        // A column's number is no measurement, so the code for "no range" does not occur in it.
         let along_m = |column: usize| self.along.offset_m + self.along.scale_m * column as f64;
         let point = |(column, count): (usize, &u16)| {
             Some([along_m(column), self.range.coordinate(f64::from(*count))?])

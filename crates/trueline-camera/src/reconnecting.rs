@@ -1,4 +1,4 @@
-//! A camera that may go away and come back: what it gives goes on, and how often it was gone is told.
+//! A camera that may go away and come back: its pictures continue, and its interruptions are counted.
 
 use crate::error::CameraError;
 use crate::frame_source::{CameraFrame, FrameSource, SourceAbout};
@@ -18,7 +18,7 @@ pub struct Reconnecting {
     tried: Instant,
     interruptions: u64,
     last_frame: Option<u64>,
-    /// What is added to the camera's numbers so that they go on; found anew with the first picture after an interruption.
+    /// Added to the camera's numbers so that they continue; found anew with the first picture after an interruption.
     ahead: Option<u64>,
 }
 
@@ -42,7 +42,7 @@ impl Reconnecting {
         }
     }
 
-    /// What an unplugged camera leaves: everything else is an error as before.
+    /// Survives an unplugged camera. All other errors stay errors.
     fn survive<T>(&mut self, result: Result<Option<T>, CameraError>) -> Result<Option<T>, CameraError> {
         if !matches!(result, Err(CameraError::Unplugged { .. })) {
             return result;
@@ -53,7 +53,7 @@ impl Reconnecting {
         Ok(None)
     }
 
-    /// Tries once, if it is time to; what it finds must be the same kind of camera.
+    /// Tries once, if it is due; the camera found must be of the same kind.
     fn look_for_it(&mut self, timeout: Duration) -> Result<(), CameraError> {
         let until_next = AGAIN.saturating_sub(self.tried.elapsed());
         thread::sleep(until_next.min(timeout));
@@ -186,7 +186,7 @@ mod tests {
         while numbers.len() < 9 {
             numbers.extend(camera.next(Duration::from_secs(1)).unwrap().map(|frame| frame.frame));
         }
-        // No picture is made up, and none is missing: how many there were meanwhile nobody knows.
+        // No picture is made up, and none is missing: the number in between is unknown.
         assert_eq!(numbers, (100..109).collect::<Vec<u64>>());
         assert_eq!(camera.interruptions(), 2);
     }

@@ -23,7 +23,7 @@ pub struct Replay {
     sixteen_bits: bool,
     pace: Pace,
     clock: HostClock,
-    /// Steady time at which the first picture was due, ns, once the first one was asked for.
+    /// Steady time at which the first picture was due, ns, after the first request.
     start_ns: Option<i64>,
     position: usize,
     /// Read before its time comes, so that reading does not delay it.
@@ -67,7 +67,7 @@ impl Replay {
         let Some(frame) = self.frames.get(self.position) else {
             return Ok(None);
         };
-        // A picture that cannot be read is told once; the next call goes on behind it.
+        // An unreadable picture is reported once; the next call continues behind it.
         self.position += 1;
         let image = gray_png::read(&frame.path, &mut Vec::new())?;
         let status = self.status(&image);

@@ -1,10 +1,10 @@
-//! What is set on a camera before it begins.
+//! Settings of a camera before it starts.
 
 use crate::pixel_format::PixelFormat;
 use crate::trigger::Trigger;
 use trueline_dataset::Channel;
 
-/// What is set on a camera that has GenICam features; `None` leaves it as it is. Its triggers are turned off unless asked for.
+/// Settings of a camera with GenICam features; `None` changes nothing. Its triggers are turned off unless requested.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CameraSetup {
     /// Columns, px.
@@ -13,17 +13,17 @@ pub struct CameraSetup {
     pub height: Option<u32>,
     /// First column and row on the sensor, px.
     pub offset: Option<[u32; 2]>,
-    /// Pixel format of pictures; `None` for the one that the camera is set to if it can be used, else gray levels of 8 bits.
+    /// Pixel format of pictures; `None` for the camera's present format if it can be used, else gray levels of 8 bits.
     pub pixel: Option<PixelFormat>,
-    /// What of a colour picture is looked at; a format with colours needs it.
+    /// The channel used of a colour picture; a format with colours needs it.
     pub channel: Option<Channel>,
-    /// Profiles are wanted instead of pictures: in the format that the camera is set to, if it is one of range data, else in the
-    /// first of [`PixelFormat::RANGE`] that it offers.
+    /// Take profiles instead of pictures: in the camera's present format if it is one of range data, else in the first of
+    /// [`PixelFormat::RANGE`] that it offers.
     pub profiles: bool,
     /// Exposure time, µs.
     pub exposure_us: Option<f64>,
-    /// Pictures a second, Hz; of a camera that runs by itself.
+    /// Pictures per second, Hz, of a free-running camera.
     pub fps: Option<f64>,
-    /// What begins an exposure.
+    /// Trigger of an exposure.
     pub trigger: Trigger,
 }

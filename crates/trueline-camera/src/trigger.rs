@@ -1,14 +1,14 @@
-//! What begins an exposure: the camera's own clock, or a signal on one of its inputs.
+//! Trigger of an exposure: the camera's own clock, or a signal on one of its inputs.
 
 use std::str::FromStr;
 
-/// What begins an exposure.
+/// Trigger of an exposure.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Trigger {
     /// The camera's own clock: all of its triggers are turned off.
     #[default]
     Off,
-    /// Whatever the camera is set to.
+    /// The camera's present setting.
     AsSet,
     /// A signal on one of its inputs, a picture each; all other triggers are turned off.
     Input {
@@ -22,7 +22,7 @@ pub enum Trigger {
 /// A change of a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TriggerEdge {
-    /// It goes on.
+    /// It switches on.
     Rising,
     /// It goes off.
     Falling,
@@ -42,7 +42,7 @@ impl TriggerEdge {
     }
 }
 
-/// Words that are no trigger.
+/// Words that are not a trigger.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected off, as-set, or the camera's name of an input and, behind a colon, rising, falling or any")]
 pub struct NotATrigger;

@@ -44,8 +44,8 @@ fn a_drifting_clock_is_mapped_within_what_the_exchange_allows() {
     let map = LatchMap::of(&samples).unwrap();
     let mut round_trips_ns: Vec<i64> = samples.iter().map(|s| s.after_ns - s.before_ns).collect();
     round_trips_ns.sort_unstable();
-    // The map is made of the quickest quarter. Each of these may be off by half its round trip, so the offset by as much, and the rate
-    // by twice as much over the three seconds: again as much in the middle, twice as much at the ends.
+    // The map is made of the quickest quarter. Each of these may be off by half its round trip. The offset may be off by as
+    // much, and the rate by twice as much over the three seconds, so twice as much at the ends.
     let allowed_s = round_trips_ns[29] as f64 * 0.5e-9;
     let middle_ns = samples[60].before_ns;
     for (at_ns, times) in [(samples[0].before_ns, 3.0), (middle_ns, 2.0), (samples[119].after_ns, 3.0)] {

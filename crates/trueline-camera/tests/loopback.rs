@@ -146,7 +146,7 @@ fn of_colours_the_lasers_channel_arrives() {
             let whole = known(320, 240, fact(&sent, frame).exposure_start_ns);
             let Pixels::Eight(whole) = whole.pixels else { panic!("eight bits are known") };
             let image = frame.image.as_ref().unwrap();
-            // The simulated laser is red: red pixels see all of it, those between them what is beside.
+            // The simulated laser is red: red pixels see all of it, the others only the background.
             let is_red = |at: usize| {
                 pixel == PixelFormat::Rgb8 || [at % 320, at / 320].iter().all(|place| place.is_multiple_of(2))
             };

@@ -1,4 +1,4 @@
-//! What goes wrong with cameras, and what is said about it.
+//! Faults of cameras, and their messages.
 #![cfg(feature = "gige")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 

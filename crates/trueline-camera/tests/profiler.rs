@@ -1,4 +1,4 @@
-//! Range data over loopback: what the simulated profiler put in comes out as points, whatever form it is sent in.
+//! Range data over loopback: the simulated profiler's input comes out as points, in every format.
 #![cfg(feature = "gige")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
@@ -85,7 +85,7 @@ fn every_point_of_every_profile_arrives_in_metres_with_its_time() {
             for (row, profile) in frame.profiles.iter().enumerate() {
                 // 400 Hz.
                 assert_eq!(profile.after_first_ns, row as i64 * 2_500_000);
-                // The device's clock runs as the PC's by default, so that a row's time is known to a nanosecond's rounding.
+                // The device's clock runs like the PC's by default, so a row's time is known to a nanosecond's rounding.
                 let exposed_ns = sent.exposure_start_ns + profile.after_first_ns;
                 for (found, expected) in profile.columns.iter().zip(expected(exposed_ns)) {
                     let same = match (found, expected) {

@@ -1,4 +1,5 @@
-//! A camera that waits for a signal before each picture: what is set on it, which pictures come and when, and what is refused by name.
+//! A camera that waits for a signal before each picture: its settings, the pictures that come and their times, and the
+//! refusals by name.
 #![cfg(feature = "gige")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
@@ -19,7 +20,7 @@ const MS: i64 = 1_000_000;
 /// The signal is on for so long, ns.
 const ON_NS: i64 = 7 * MS;
 
-/// What it looks at, and a signal on its input at times that follow no rate.
+/// Its scene, and a signal on its input at irregular times.
 struct Signalled<P> {
     looks_at: P,
     edges: Vec<Edge>,
@@ -205,7 +206,7 @@ fn what_cannot_be_triggered_is_refused_by_name() {
     let told = refused(with(&settings, CameraSetup { trigger: input("Software"), ..CameraSetup::default() }));
     assert!(told.contains("`TriggerSource`") && told.contains("this program does not support"), "{told}");
     let told = refused(with_rate(by_line(&settings, None), 20.0));
-    assert!(told.contains("`AcquisitionFrameRate`") && told.contains("as the trigger does"), "{told}");
+    assert!(told.contains("`AcquisitionFrameRate`") && told.contains("the trigger sets the rate"), "{told}");
 
     let without = DeviceSettings { can_be_triggered: false, ..patient(68) };
     let _device = start(&without, host);

@@ -20,7 +20,7 @@ use usb_device::{
 };
 
 type Camera = U3vCamera<UsbDevice>;
-/// What is done to a good picture.
+/// Changes of a good picture.
 type Spoil = fn(&mut Sent);
 const DESCRIPTION: &str = include_str!("usb_device/description.xml");
 const SIZE: [u32; 2] = [64, 48];
@@ -228,7 +228,7 @@ fn chunks_are_read_with_the_lowest_byte_first_and_lengths_that_lie_are_counted()
     assert_eq!(next(&mut camera).status, FrameStatus::Incomplete { missing: 1 });
 }
 
-/// One command that is not answered is sent again; whoever is silent for good is told to stop all the same.
+/// One unanswered command is sent again; a silent device is still told to stop.
 #[test]
 fn an_answer_that_is_lost_ends_nothing() {
     let clock = HostClock::start();
@@ -446,7 +446,7 @@ fn answers_that_are_late_or_to_another_command_are_not_taken() {
     }
 }
 
-/// Registers that lie: where they are, and what is said of it.
+/// Registers with wrong contents: their places, and the messages.
 #[test]
 fn registers_that_lie_are_refused_in_words() {
     let clock = HostClock::start();
@@ -559,7 +559,7 @@ fn whatever_a_device_answers_or_sends_is_a_picture_or_an_error() {
         device.set_fault(Fault::Noise(seed));
         opened_ones += 1;
         for block in 0..4 {
-            // What came is known by this stamp: the number may be spoilt.
+            // This stamp identifies the picture: the number may be spoilt.
             let mut sent = Sent { device_ns: 1 + block, ..good(&device, block) };
             for _ in 0..noise.below(3) {
                 let some = noise.below(u64::MAX);

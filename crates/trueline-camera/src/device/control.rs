@@ -47,7 +47,7 @@ impl Control {
         while !self.shared.is_stopped() {
             let received = self.socket.recv_from(&mut buffer);
             self.watch_heartbeat();
-            // A socket also tells that an earlier answer found nobody, which is none of its business.
+            // A socket also reports that an earlier answer found no receiver, which does not matter here.
             if let Ok((length, from)) = received
                 && !self.shared.is_unplugged()
             {
@@ -108,7 +108,7 @@ impl Control {
         self.react(reaction, from);
     }
 
-    /// What a write does beyond storing the value; `false` if the program may not.
+    /// Effects of a write besides the stored value; `false` if the program may not write.
     fn change(&mut self, pairs: &[u8], from: SocketAddr) -> bool {
         let now = Instant::now();
         for pair in pairs.chunks_exact(8) {
@@ -173,7 +173,7 @@ impl Control {
     }
 }
 
-/// Says that a packet cannot come any more, so that the program gives its picture up at once.
+/// Reports that a packet cannot come any more, so that the program gives its picture up at once.
 fn forgotten(request: ResendRequest) -> Vec<u8> {
     let mut packet = GvcpStatus::PACKET_UNAVAILABLE.0.to_be_bytes().to_vec();
     packet.extend((request.frame_id as u16).to_be_bytes());

@@ -6,7 +6,7 @@ use std::sync::Mutex;
 /// How the camera's clock runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeviceClock {
-    /// What it shows when the device starts, ns; not negative.
+    /// Its reading when the device starts, ns; not negative.
     pub epoch_ns: i64,
     /// By how much it gains on the PC's, parts per million.
     pub drift_ppm: f64,
@@ -51,12 +51,12 @@ impl RunningClock {
         }
     }
 
-    /// Sets it by so much from a steady time on, ns.
+    /// Sets it by this amount from a steady time on, ns.
     pub(super) fn step(&self, from_ns: i64, by_ns: i64) {
         locked(&self.steps).push((from_ns, by_ns));
     }
 
-    /// What it shows at a steady time, ns.
+    /// Its reading at a steady time, ns.
     pub(super) fn device_ns(&self, steady_ns: i64) -> i64 {
         let since = steady_ns - self.start_ns;
         let gained = (since as f64 * self.drift).round() as i64;

@@ -1,4 +1,4 @@
-//! What the device did, on this machine's clock: what a test compares with.
+//! Facts about the device, on this machine's clock: the truth of a test.
 
 use std::fmt;
 
@@ -17,7 +17,7 @@ pub struct SentFrame {
     pub last_packet_ns: i64,
 }
 
-/// What the device did so far.
+/// Counts of the device so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DeviceCounts {
     /// Exposures.
@@ -38,7 +38,7 @@ pub struct DeviceCounts {
     pub lost_packets: u64,
     /// Packets sent again.
     pub resent_packets: u64,
-    /// Packets that were asked for again and are forgotten.
+    /// Packets requested again after they were discarded.
     pub forgotten_packets: u64,
     /// Times the clock was latched.
     pub latches: u64,

@@ -1,4 +1,4 @@
-//! Starting a device, and what can be done to it while it runs.
+//! Starting a device, and its control while it runs.
 
 use super::control::{Control, answer_broadcasts};
 use super::facts::{DeviceCounts, SentFrame};
@@ -17,7 +17,7 @@ use std::thread::{Builder, JoinHandle};
 use telegenic::gige::proto::gvcp::GVCP_PORT;
 use trueline_live::HostClock;
 
-/// Where questions to all cameras go. Only one device of a machine gets them.
+/// Addresses of a question to all cameras. Only one device of a machine gets them.
 const BROADCASTS: [Ipv4Addr; 2] = [Ipv4Addr::BROADCAST, Ipv4Addr::new(127, 255, 255, 255)];
 
 /// A simulated camera.
@@ -27,7 +27,7 @@ impl Device {
     /// Switches one on. Times in its facts, and those of its exposures, are on the steady clock of `host`.
     ///
     /// # Errors
-    /// What the operating system says, above all that the address is taken or not of this machine.
+    /// Error of the operating system, above all that the address is taken or not of this machine.
     pub fn start(
         settings: DeviceSettings,
         host: HostClock,
@@ -38,7 +38,7 @@ impl Device {
         let stream = UdpSocket::bind((address, 0))?;
         let shared = Arc::new(Shared::new(settings, host));
         locked(&shared.registers).set_stream_port(stream.local_addr()?.port());
-        // Stops what was started if the rest cannot be.
+        // Stops the started parts if the rest cannot start.
         let mut handle = DeviceHandle { shared: Arc::clone(&shared), threads: Vec::new() };
         for broadcast in BROADCASTS {
             let Ok(heard) = UdpSocket::bind((broadcast, GVCP_PORT)) else { continue };
@@ -82,7 +82,7 @@ impl DeviceHandle {
         }
     }
 
-    /// What it did so far.
+    /// Its counts so far.
     #[must_use]
     pub fn counts(&self) -> DeviceCounts {
         self.shared.counts()
@@ -94,7 +94,7 @@ impl DeviceHandle {
         self.shared.sent()
     }
 
-    /// What its clock shows at a steady time, ns both.
+    /// Its clock's reading at a steady time, ns both.
     #[must_use]
     pub fn device_ns(&self, steady_ns: i64) -> i64 {
         self.shared.clock.device_ns(steady_ns)
@@ -105,7 +105,7 @@ impl DeviceHandle {
         self.shared.unplug();
     }
 
-    /// Sets its clock by so much from now on, ns.
+    /// Sets its clock by this amount from now on, ns.
     pub fn step_clock(&self, by_ns: i64) {
         self.shared.clock.step(self.shared.now_ns(), by_ns);
     }
@@ -135,7 +135,7 @@ impl DeviceHandle {
         locked(&self.shared.registers).set_trigger(of, on);
     }
 
-    /// Switches the precision time protocol on or off, and says whether it follows a clock. The clock itself does not
+    /// Switches the precision time protocol on or off, and sets whether it follows a clock. The clock itself does not
     /// change.
     pub fn set_ptp(&self, on: bool, slave: bool) {
         locked(&self.shared.registers).set_ptp(on, slave);

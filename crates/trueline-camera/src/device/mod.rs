@@ -1,8 +1,8 @@
 //! A GigE Vision camera that is not there: its registers, its clock, its exposures and its packets.
 //!
-//! An exposure starts every period. Its picture is asked for when the exposure has ended, on a thread of its own, and
-//! leaves after readout and latency; one that is not ready by then is dropped, as are those that the network is too
-//! slow for. Every exposure takes a number, so what is dropped is a gap.
+//! An exposure starts every period. A thread of its own draws the picture after the end of the exposure. The picture
+//! leaves after readout and latency. A picture that is late is dropped, and so is one that the network is too slow
+//! for. Every exposure takes a number, so a dropped one is a gap.
 
 mod control;
 mod device_clock;

@@ -19,7 +19,7 @@ impl Pacing {
         Self { start_ns, ns_per_byte, bytes: 0 }
     }
 
-    /// Until when to wait before the next packet, ns, if it is worth it; a packet of so many bytes follows.
+    /// Time until which to wait before the next packet, ns, if it is worth it; a packet of `bytes` follows.
     pub(crate) fn wait_until_ns(&mut self, now_ns: i64, bytes: usize) -> Option<i64> {
         let due_ns = self.start_ns.saturating_add((self.bytes as f64 * self.ns_per_byte) as i64);
         self.bytes += bytes + AROUND_BYTES;

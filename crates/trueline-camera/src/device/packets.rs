@@ -1,4 +1,4 @@
-//! From a picture of the whole sensor to the packets of what was asked for.
+//! From a picture of the whole sensor to the requested packets.
 
 use super::registers::Wanted;
 use super::settings::Chunks;
@@ -25,9 +25,9 @@ pub(super) struct Shot<'a> {
     pub device_ns: i64,
     /// The whole sensor's picture.
     pub image: &'a GrayImage,
-    /// What is sent behind the pixels.
+    /// Data sent behind the pixels.
     pub chunks: Option<Chunks>,
-    /// What was on the inputs.
+    /// State of the inputs.
     pub signals: FrameSignals,
 }
 
@@ -41,10 +41,10 @@ impl Packer {
         Self { encoder: GigeDevice::new(Ipv4Addr::UNSPECIFIED, &DeviceConfig::default()) }
     }
 
-    /// The packets of a picture as it is wanted.
+    /// The packets of a picture in the requested form.
     pub(super) fn packets(&mut self, wanted: &Wanted, shot: &Shot<'_>) -> Vec<Vec<u8>> {
         let Shot { block_id, device_ns, image, chunks, .. } = *shot;
-        // A code that is not known goes out as it would from a camera that knows it: one byte a pixel will do.
+        // An unknown code goes out as from a camera that knows it: one byte a pixel will do.
         let format = wanted.format.unwrap_or(PixelFormat::MONO_8);
         self.encoder.write_reg(STREAM_CHANNEL_PACKET_SIZE, wanted.packet_bytes);
         self.encoder.set_leader_timestamp_ns(device_ns.cast_unsigned());
@@ -70,7 +70,7 @@ impl Packer {
     }
 }
 
-/// The identifiers are those of the description. What is not wired shows zero.
+/// The identifiers are in the description. Inputs without a wire read zero.
 fn add_chunks(payload: &mut Vec<u8>, shot: &Shot<'_>, exposure_s: f64, chunks: Chunks) {
     let FrameSignals { encoder, lines, counter, camera_frame } = shot.signals;
     let pixels = payload.len();
@@ -85,12 +85,12 @@ fn add_chunks(payload: &mut Vec<u8>, shot: &Shot<'_>, exposure_s: f64, chunks: C
     end(&(lines.unwrap_or_default() as u32).to_be_bytes(), 0xA500_0005, 4);
     end(&(counter.unwrap_or_default() as u32).to_be_bytes(), 0xA500_0006, 4);
     end(&camera_frame.unwrap_or_default().to_be_bytes(), 0xA500_0007, 8);
-    // Cameras expose in steps of their own, and tell which.
+    // Cameras expose in steps of their own, and report them.
     let exposure_us = (exposure_s * 1e6 + 0.125).to_be_bytes();
     end(&exposure_us, 0xA500_0003, if chunks == Chunks::Lying { usize::MAX } else { 8 });
 }
 
-/// The pixels of a picture as they are wanted. What lies beyond the sensor is black.
+/// The pixels of a picture in the requested form. Pixels beyond the sensor are black.
 fn bytes(image: &GrayImage, wanted: &Wanted, format: PixelFormat) -> Vec<u8> {
     let (width, left) = (wanted.size[0] as usize, wanted.offset[0] as usize);
     let levels = region(image, wanted);
@@ -114,7 +114,7 @@ fn bytes(image: &GrayImage, wanted: &Wanted, format: PixelFormat) -> Vec<u8> {
     }
 }
 
-/// What red, green and blue pixels see of a red laser, as parts of its light.
+/// Sensitivity of red, green and blue pixels to a red laser, as parts of its light.
 pub(super) const SEEN_OF_LASER: [f64; 3] = [1.0, 0.12, 0.03];
 
 fn lit(level: u16, colour: usize) -> u16 {

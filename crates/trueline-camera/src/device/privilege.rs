@@ -58,7 +58,7 @@ impl Privilege {
         silent
     }
 
-    /// Whether nobody has it.
+    /// Whether it is free.
     pub(crate) fn is_free(&self) -> bool {
         self.owner.is_none()
     }

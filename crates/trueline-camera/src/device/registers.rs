@@ -30,7 +30,7 @@ const LINE_START: u32 = 2;
 const LINE_1: u32 = 1;
 const OUTPUT_MODE: u32 = 0x2100;
 const LINE_RATE: u32 = 0x2108;
-/// Scale, offset, number of what is not valid and whether it is used, of coordinate A and of coordinate C.
+/// Scale, offset, invalid number and its use, of coordinate A and of coordinate C.
 const COORDINATES: [u32; 2] = [0x2120, 0x2160];
 
 const CONTINUOUS: u32 = 0;
@@ -52,9 +52,9 @@ const LEAST_HEIGHT_OF_PICTURES: &str = "2";
 /// From the description's address to the end of the memory.
 const DESCRIPTION_ROOM: usize = 0x8000;
 const SERIAL_ROOM: usize = standard::SERIAL_NUMBER_SIZE - 1;
-/// What an exposure time may be, µs.
+/// Allowed exposure times, µs.
 const EXPOSURES_US: [f64; 2] = [1.0, 1e6];
-/// What a frame rate may be, Hz.
+/// Allowed frame rates, Hz.
 const FRAME_RATES: [f64; 2] = [0.1, 1000.0];
 
 /// The registers.
@@ -66,7 +66,7 @@ pub(super) struct Registers {
     range: Option<RangeFeatures>,
 }
 
-/// What a program wants now.
+/// Present settings of a program.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Wanted {
     /// Columns and rows, px.
@@ -85,9 +85,9 @@ pub(super) struct Wanted {
     pub line_period_s: f64,
     /// Whether one picture is enough.
     pub single: bool,
-    /// What each picture, or each row of a profiler, waits for; `None` while it runs by itself.
+    /// Trigger of each picture, or of each row of a profiler; `None` if it runs freely.
     pub trigger: Option<WantedTrigger>,
-    /// Where packets go.
+    /// Destination of the packets.
     pub to: SocketAddr,
 }
 
@@ -194,7 +194,7 @@ impl Registers {
         }
     }
 
-    /// Tells where packets of pictures come from.
+    /// Sets the source of the packets of pictures.
     pub(crate) fn set_stream_port(&mut self, port: u16) {
         self.device.write_reg(standard::STREAM_CHANNEL_SOURCE_PORT, u32::from(port));
     }
@@ -204,7 +204,7 @@ impl Registers {
         self.device.handle_datagram(command, from)
     }
 
-    /// Where packets of pictures go, if a program opened the stream.
+    /// Destination of the pictures' packets, if a program opened the stream.
     pub(crate) fn stream_to(&self) -> Option<SocketAddr> {
         self.device.stream_dest()
     }
@@ -221,18 +221,18 @@ impl Registers {
         self.device.write_reg(standard::TIMESTAMP_LATCHED_LOW, ticks as u32);
     }
 
-    /// Nobody has control any more: no pictures either.
+    /// Without control there are no pictures either.
     pub(super) fn release(&mut self) {
         for register in [standard::CONTROL_CHANNEL_PRIVILEGE, ACQUISITION, standard::STREAM_CHANNEL_PORT] {
             self.device.write_reg(register, 0);
         }
     }
 
-    /// What a program wants now; `None` while it wants no pictures.
+    /// Present settings of a program; `None` while it wants no pictures.
     pub(super) fn wanted(&self) -> Option<Wanted> {
         let read = |register| self.device.read_reg(register);
         let to = self.device.stream_dest().filter(|_| read(ACQUISITION) == 1)?;
-        // Nothing is wired to what would start the acquisition.
+        // The start of the acquisition has no wire.
         if self.trigger(ACQUISITION_START).is_some() {
             return None;
         }

@@ -20,7 +20,7 @@ pub(super) struct Outgoing {
     pub device_ns: i64,
     /// Steady time, ns.
     pub exposure_start_ns: i64,
-    /// By how much it may leave late because of those before it, ns: what a camera has memory for.
+    /// Allowed delay because of earlier pictures, ns: the memory of a camera.
     pub patience_ns: i64,
 }
 
@@ -37,7 +37,7 @@ impl Sender {
         Self { shared, socket, rng }
     }
 
-    /// Sends what comes until the device is stopped.
+    /// Sends pictures until the device is stopped.
     pub(super) fn run(mut self, pictures: &Receiver<Outgoing>) {
         loop {
             match pictures.recv_timeout(LOOK) {

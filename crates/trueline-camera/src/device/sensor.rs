@@ -18,7 +18,7 @@ use trueline_dataset::{FrameSignals, GrayImage, Pixels};
 const PICTURES_WAITING: f64 = 4.0;
 /// The output that is on while it exposes, `Line2`, among the lines.
 const EXPOSES: u64 = 0b10;
-/// How often an idle camera looks whether it is to start, and one that waits for a signal whether it is there.
+/// Interval at which an idle camera checks for a start, and a triggered one for the signal.
 const IDLE: Duration = Duration::from_millis(1);
 
 /// The thread that exposes.
@@ -59,7 +59,7 @@ impl Sensor {
         let end_ns = last_ns + (wanted.exposure_s * 1e9) as i64;
         let settings = &self.shared.settings;
         let due_ns = end_ns + ((settings.readout_s + settings.latency_s) * 1e9) as i64;
-        // The next one too, where it is known: this thread may still be at this one's picture when it begins.
+        // The next one too, if known: this thread may still be at this one's picture when it begins.
         let next = turn.period_ns.map(|period_ns| period_ns.round() as i64);
         for begins_ns in [Some(0), next].into_iter().flatten() {
             for at_ns in &turn.starts_ns {
@@ -116,12 +116,12 @@ impl Sensor {
         if self.shared.now_ns() > due_ns {
             return self.shared.count(|counts| counts.late += 1);
         }
-        // Nobody receives any more when the device is being stopped.
+        // There is no receiver any more when the device is being stopped.
         let _ = self.out.send(picture);
     }
 }
 
-/// Pictures of one row as one picture; the only one as it is.
+/// Pictures of one row as one picture; a single one unchanged.
 fn stacked(mut rows: Vec<GrayImage>) -> Option<GrayImage> {
     if rows.len() == 1 {
         return rows.pop();

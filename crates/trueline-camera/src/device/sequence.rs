@@ -15,13 +15,13 @@ pub(super) struct Turn {
     pub block_id: u16,
     /// Steady time at which each of its rows begins to be exposed, ns; a camera exposes all at once.
     pub starts_ns: Vec<i64>,
-    /// Until the next one, ns; `None` if nobody knows.
+    /// Until the next one, ns; `None` if unknown.
     pub period_ns: Option<f64>,
-    /// Signals until then, those that were missed among them.
+    /// Signals until then, including the missed ones.
     pub signals: u64,
 }
 
-/// Where the camera is in its sequence of exposures.
+/// State of the camera in its sequence of exposures.
 pub(super) struct Sequence {
     /// Steady time of the exposure from which the present period counts, ns.
     from_ns: i64,
@@ -29,9 +29,9 @@ pub(super) struct Sequence {
     /// Exposures since.
     number: u64,
     block_id: u16,
-    /// Steady time of the last signal that was looked at, ns.
+    /// Steady time of the last processed signal, ns.
     looked_ns: i64,
-    /// Steady time until which no signal is heeded, ns.
+    /// Steady time until which signals are ignored, ns.
     busy_until_ns: i64,
     /// Rows of a frame that waits for more signals, ns.
     rows_ns: Vec<i64>,
@@ -55,7 +55,7 @@ impl Sequence {
         }
     }
 
-    /// The next exposures; `None` while there is no signal to begin them.
+    /// The next exposures; `None` if there is no signal to begin them.
     pub(super) fn next(
         &mut self,
         shared: &Shared,
@@ -85,7 +85,7 @@ impl Sequence {
         Turn { block_id: self.block_id, starts_ns, period_ns, signals: self.signals }
     }
 
-    /// The next exposure of a camera that runs by itself, by a period that may be new; ns both.
+    /// The next exposure of a free-running camera, with a possibly new period; ns both.
     fn by_itself(&mut self, period_ns: f64) -> (i64, f64) {
         let at_ns =
             |sequence: &Self| sequence.from_ns + (sequence.number as f64 * sequence.period_ns).round() as i64;

@@ -1,4 +1,4 @@
-//! What is simulated.
+//! Settings of the simulation.
 
 use super::device_clock::DeviceClock;
 use std::net::Ipv4Addr;
@@ -30,21 +30,21 @@ pub struct DeviceSettings {
     pub loss: f64,
     /// Share of pictures that are dropped.
     pub frame_drop: f64,
-    /// Of what is random.
+    /// Seed of the random numbers.
     pub seed: u64,
-    /// Serial number, of which 15 characters count.
+    /// Serial number; 15 characters count.
     pub serial: String,
     /// Chunk data behind the pixels; `None` for none.
     pub chunks: Option<Chunks>,
     /// It is a profiler: its pictures are profiles, a row each; `None` for a camera.
     pub range: Option<RangeFeatures>,
-    /// Its sensor has a mosaic of colours, and what it looks at the red of a laser.
+    /// Its sensor has a mosaic of colours, and the scene is lit by a red laser.
     pub has_colours: bool,
     /// It has triggers, all of them off at first.
     pub can_be_triggered: bool,
 }
 
-/// What a trigger begins.
+/// The event that a trigger starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TriggerOf {
     /// All pictures.
@@ -55,7 +55,7 @@ pub enum TriggerOf {
     Row,
 }
 
-/// How chunk data are sent: the picture, the camera's time, the exposure time and what is on its inputs.
+/// Form of the chunk data: the picture, the camera's time, the exposure time and the state of its inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Chunks {
     /// As the standard has it.
@@ -70,23 +70,23 @@ impl Chunks {
     pub(super) const BYTES: usize = 3 * 8 + 3 * 4 + 7 * 8;
 }
 
-/// What a simulated profiler says of its numbers. Its pictures hold the numbers of coordinate C in 16 bits; coordinate A follows from the
-/// column. It starts with `Coord3D_C16`.
+/// Statements of a simulated profiler about its numbers. Its pictures hold the numbers of coordinate C in 16 bits;
+/// coordinate A follows from the column. It starts with `Coord3D_C16`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RangeFeatures {
     /// Scale and offset of coordinate A, mm.
     pub along_mm: [f64; 2],
     /// Scale and offset of coordinate C, mm.
     pub range_mm: [f64; 2],
-    /// The number that marks what has no return.
+    /// The number for no return.
     pub invalid: u16,
-    /// Profiles in a second, Hz: a frame takes as many of their periods as it has rows, and so the frame rate is this over the height.
+    /// Profiles per second, Hz. A frame takes one period per row, so the frame rate is this over the height.
     pub lines_hz: f64,
-    /// What its numbers are, in the words of `Scan3dOutputMode`.
+    /// Kind of its numbers, in the words of `Scan3dOutputMode`.
     pub output_mode: OutputMode,
 }
 
-/// What the numbers of a profiler are.
+/// Kind of a profiler's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OutputMode {
     /// Rows on the detector.

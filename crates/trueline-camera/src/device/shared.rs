@@ -1,4 +1,4 @@
-//! What the device's threads have in common.
+//! State shared by the device's threads.
 
 use super::device_clock::RunningClock;
 use super::facts::{DeviceCounts, SentFrame};
@@ -21,7 +21,7 @@ pub(super) const LOOK: Duration = Duration::from_millis(20);
 /// The packets of a picture.
 pub(super) type PacketList = Arc<Vec<Vec<u8>>>;
 
-/// What the device's threads have in common.
+/// State shared by the device's threads.
 pub(super) struct Shared {
     pub host: HostClock,
     pub clock: RunningClock,

@@ -40,7 +40,7 @@ impl Watch {
             return Ok(true);
         }
         self.due = Instant::now() + EVERY;
-        // Somebody else turned it on, so what the driver remembers is worth nothing.
+        // Another program turned it on, so the driver's memory is worthless.
         let _ = camera.forget();
         for name in AUTOMATICS {
             match camera.get_enum(name) {

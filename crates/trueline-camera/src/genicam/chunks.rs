@@ -1,20 +1,19 @@
-//! What a camera sends behind its pixels: chunk data.
+//! Chunk data: data that a camera sends behind its pixels.
 //!
 //! ```text
 //! data of the first chunk | id | length | data of the second chunk | id | length | …
 //! ```
 //!
-//! Identifier and length have 32 bits each, big-endian of GigE Vision and little-endian of USB3 Vision, and stand behind their data, so
-//! that a frame is read from its end. What an
-//! identifier means, and which bytes of the chunk are a number, is told by the camera's description: a port with a `ChunkID`, registers
-//! of that port, and features of those registers.
+//! Identifier and length have 32 bits each, big-endian for GigE Vision and little-endian for USB3 Vision. They follow
+//! their data, so a frame is read from its end. The camera's description states the meaning of an identifier and the
+//! bytes of a number: a port with a `ChunkID`, registers of that port, and features of those registers.
 
 use roxmltree::{Document, Node};
 use std::collections::BTreeMap;
 
 /// Identifier and length, bytes.
 const TAIL: usize = 8;
-/// More chunks than this are no frame of a camera.
+/// More chunks than this are not a frame of a camera.
 const MOST: usize = 256;
 
 /// Which byte of an identifier and of a length comes first.
@@ -29,7 +28,7 @@ pub enum ChunkOrder {
 /// A chunk of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Chunk<'a> {
-    /// What it is, by the camera's description.
+    /// Its identifier, by the camera's description.
     pub id: u32,
     /// Its data.
     pub data: &'a [u8],
@@ -38,17 +37,17 @@ pub struct Chunk<'a> {
 /// Lengths that do not fit a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ChunkError {
-    /// A chunk is longer than what is there.
+    /// A chunk is longer than the remaining data.
     #[error("chunk {id:#x} states {length} bytes, but {left} remain")]
     Length {
         /// Its identifier.
         id: u32,
-        /// What it says.
+        /// Its stated length.
         length: u32,
-        /// What is there before it, bytes.
+        /// Bytes before it.
         left: usize,
     },
-    /// Bytes before the first chunk that are no chunk.
+    /// Bytes before the first chunk that are not a chunk.
     #[error("{0} bytes before the first chunk belong to none")]
     Rest(usize),
     /// A frame of nothing but chunks.
@@ -103,7 +102,7 @@ struct Place {
 pub struct ChunkNames(BTreeMap<String, Place>);
 
 impl ChunkNames {
-    /// Of a camera's description; what cannot be understood is not there.
+    /// From a camera's description; parts that cannot be understood are left out.
     #[must_use]
     pub fn of(description: &str) -> Self {
         let Ok(document) = Document::parse(description) else { return Self::default() };
@@ -113,7 +112,7 @@ impl ChunkNames {
         Self(named.filter_map(|(name, node)| Some(((*name).to_owned(), place(node, &nodes)?))).collect())
     }
 
-    /// The number of a feature in a frame's chunks; `None` if it is not there, or shorter than the description says.
+    /// The number of a feature in a frame's chunks; `None` if it is missing, or shorter than the description states.
     #[must_use]
     pub fn number(&self, name: &str, chunks: &[Chunk<'_>]) -> Option<f64> {
         let (place, bytes) = self.bytes(name, chunks)?;
@@ -133,7 +132,7 @@ impl ChunkNames {
         (!place.is_float).then(|| whole(place, bytes))
     }
 
-    /// The same of a number that may be below zero, by the description's word for its sign; `None` where it has more digits than fit.
+    /// The same for a number that may be negative, by the sign in the description; `None` if it has too many digits.
     #[must_use]
     pub fn signed(&self, name: &str, chunks: &[Chunk<'_>]) -> Option<i64> {
         let (place, bytes) = self.bytes(name, chunks)?;
@@ -141,7 +140,7 @@ impl ChunkNames {
         if !place.is_signed {
             return i64::try_from(value).ok();
         }
-        // Its highest bit goes on upwards.
+        // Its highest bit is extended upwards.
         let unused = u64::BITS - 8 * place.length as u32;
         Some((value << unused).cast_signed() >> unused)
     }
@@ -158,7 +157,7 @@ fn whole(place: Place, bytes: &[u8]) -> u64 {
     if place.is_big_endian { bytes.iter().fold(0, join) } else { bytes.iter().rev().fold(0, join) }
 }
 
-/// Where a feature's number is: in a register of a port with a `ChunkID`, or in one that it names.
+/// The place of a feature's number: a register of a port with a `ChunkID`, or one that it names.
 fn place(node: &Node<'_, '_>, nodes: &BTreeMap<&str, Node<'_, '_>>) -> Option<Place> {
     let text = |node: &Node<'_, '_>, tag: &str| {
         // By its local name: descriptions differ in their namespace.
@@ -218,7 +217,7 @@ mod tests {
         // Too short a length leaves bytes that are read as a chunk, or are too few for one.
         assert_eq!(chunks(&[vec![0; 4], tail(5, 1)].concat()), Err(ChunkError::Rest(3)));
         assert_eq!(chunks(&vec![0; TAIL * (MOST + 1)]), Err(ChunkError::TooMany));
-        // No cut of a frame is taken for a frame, but those that end with a chunk.
+        // A cut frame counts as a frame only if it ends with a chunk.
         let ends: Vec<usize> = (0..=frame.len()).filter(|end| chunks(&frame[..*end]).is_ok()).collect();
         assert_eq!(ends, [0, 14, 24, 32]);
     }

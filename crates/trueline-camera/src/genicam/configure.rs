@@ -11,10 +11,10 @@ use crate::setup::CameraSetup;
 const FRAME_RATE: [&str; 2] = ["AcquisitionFrameRate", "AcquisitionFrameRateAbs"];
 const FRAME_RATE_SWITCH: [&str; 2] = ["AcquisitionFrameRateEnable", "AcquisitionFrameRateMode"];
 
-/// Sets size, format, trigger, exposure and rate; returns the format, and what each picture waits for.
+/// Sets size, format, trigger, exposure and rate; returns the format, and the trigger of each picture.
 ///
 /// # Errors
-/// A feature that is there and cannot be set as asked for.
+/// An existing feature that cannot be set as requested.
 pub(super) fn configure(
     camera: &mut dyn Features,
     setup: &CameraSetup,
@@ -32,7 +32,7 @@ pub(super) fn configure(
     }
     if let Some(fps) = setup.fps {
         if let Some(waits) = waits.told() {
-            let why = format!("{fps} Hz were asked for, and pictures come as the trigger does ({waits})");
+            let why = format!("{fps} Hz were requested, but the trigger sets the rate ({waits})");
             return Err(CameraError::Feature { name: FRAME_RATE[0].to_owned(), why });
         }
         switch_rate_on(camera);
@@ -41,7 +41,7 @@ pub(super) fn configure(
     Ok((format, waits))
 }
 
-/// The format that was asked for; else the camera's own, where it can be used, else gray levels of 8 bits.
+/// The requested format; else the camera's own, if it can be used; else gray levels of 8 bits.
 fn set_format(camera: &mut dyn Features, setup: &CameraSetup) -> Result<PixelFormat, CameraError> {
     if setup.profiles {
         return scan3d::set_format(camera);
@@ -87,7 +87,7 @@ fn set_size(camera: &mut dyn Features, setup: &CameraSetup) -> Result<(), Camera
         camera.set_integer(name, i64::from(value))?;
         let now = size(camera, name)?;
         if now != value {
-            let why = format!("{value} px were asked for, the camera set {now}");
+            let why = format!("{value} px were requested, the camera set {now}");
             return Err(CameraError::Feature { name: name.to_owned(), why });
         }
     }
@@ -105,7 +105,7 @@ fn check_limits(camera: &mut dyn Features, name: &str, value: i64) -> Result<(),
     Err(CameraError::Feature { name: name.to_owned(), why })
 }
 
-/// Where the rate is not heeded until it is switched on; a camera without the switch heeds it always.
+/// Some cameras ignore the rate until it is switched on; a camera without the switch always uses it.
 fn switch_rate_on(camera: &mut dyn Features) {
     let [boolean, mode] = FRAME_RATE_SWITCH;
     if camera.has_feature(boolean) {

@@ -1,15 +1,15 @@
-//! Features of a camera by name, whatever they are read and written through; makers name the same thing differently.
+//! Features of a camera by name, for any wire; makers name the same thing differently.
 
 use super::refusal::Refusal;
 use crate::error::CameraError;
 
-/// What makers call the exposure time, µs.
+/// Makers' names of the exposure time, µs.
 pub(super) const EXPOSURE: [&str; 2] = ["ExposureTime", "ExposureTimeAbs"];
 
 /// The features of a camera.
 ///
 /// # Errors
-/// Each call: a feature that is not there, cannot be read or does not take the value, and a camera that does not answer.
+/// Each call reports a missing feature, one that cannot be read or set to the value, and a camera that does not answer.
 pub(crate) trait Features {
     /// Whether the camera's description has it.
     fn has_feature(&self, name: &str) -> bool;
@@ -39,11 +39,11 @@ pub(crate) trait Features {
     fn enum_entries(&mut self, name: &str) -> Result<Vec<String>, Refusal>;
     /// Executes a command.
     fn execute(&mut self, name: &str) -> Result<(), Refusal>;
-    /// Forgets what was read: somebody else may have changed it.
+    /// Forgets the read values: another program may have changed them.
     fn forget(&mut self) -> Result<(), Refusal>;
 }
 
-/// Exposure time as the camera tells it, µs.
+/// Exposure time as the camera reports it, µs.
 pub(crate) fn exposure_us(camera: &mut dyn Features) -> Option<f64> {
     let name = EXPOSURE.into_iter().find(|name| camera.has_feature(name))?;
     camera.get_float(name).ok().filter(|us| us.is_finite())
@@ -64,7 +64,7 @@ pub(super) fn set_if_there(camera: &mut dyn Features, name: &str, entry: &str) -
     if !camera.has_feature(name) {
         return Ok(());
     }
-    // Some cameras show what they are as an enumeration that cannot be written.
+    // Some cameras have read-only enumerations.
     if camera.get_enum(name).is_ok_and(|now| now == entry) {
         return Ok(());
     }

@@ -1,9 +1,9 @@
-//! Asking the camera what time it is.
+//! Asks the camera for its time.
 
 use crate::latch_clock::LatchSample;
 use trueline_live::HostClock;
 
-/// What came of asking.
+/// Result of a request.
 pub(crate) enum Asked {
     /// An exchange.
     Answer(LatchSample),
@@ -13,7 +13,7 @@ pub(crate) enum Asked {
     Silence,
 }
 
-/// What the camera answered.
+/// Answer of the camera.
 pub(crate) enum Latched {
     /// Its clock, ticks, and when the answer to the latch came by the steady clock, ns; `None` if that is not known.
     At(u64, Option<i64>),
@@ -59,7 +59,7 @@ impl Latch {
             }
             let is_first = self.last_ticks.replace(ticks).is_none();
             let after_ns = answered_ns.unwrap_or(now_ns).clamp(before_ns, now_ns);
-            // A value that was seen once may be one that never moves.
+            // A value that was read only once may be a constant.
             if !is_first {
                 return Asked::Answer(LatchSample { before_ns, device_ns: device_ns(ticks), after_ns });
             }

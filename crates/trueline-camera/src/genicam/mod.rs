@@ -1,4 +1,4 @@
-//! What GenICam has alike for all wires: features by name, how they are set, and what comes with a picture.
+//! GenICam for all wires: features by name, how they are set, and the data of a picture.
 
 mod attended;
 mod automatic;

@@ -9,18 +9,18 @@ use telegenic::{CameraError as Driver, GenicamError};
 pub(crate) struct Refusal {
     /// In our words.
     pub error: Box<CameraError>,
-    /// Whose word it is.
+    /// Its author.
     pub by: RefusedBy,
 }
 
-/// Whose word a refusal is.
+/// Author of a refusal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum RefusedBy {
     /// The camera is not there any more: a command was repeated and never answered.
     Silence,
     /// The camera, or the wire to it.
     Camera,
-    /// The camera's description: there is no such feature, or it does not take this.
+    /// The camera's description: there is no such feature, or it does not accept this value.
     Description,
 }
 
@@ -51,7 +51,7 @@ impl From<Refusal> for CameraError {
     }
 }
 
-/// An error of the driver, and what it was doing.
+/// An error of the driver, and the action.
 pub(crate) fn driver(doing: &str, error: &Driver) -> CameraError {
     match error {
         Driver::Io(e) => CameraError::Io(io::Error::new(e.kind(), format!("{doing}: {e}"))),

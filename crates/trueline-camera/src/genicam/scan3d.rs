@@ -1,4 +1,4 @@
-//! How a profiler says what its numbers mean.
+//! A profiler's description of its numbers.
 
 use super::features::Features;
 use super::trigger::Waits;
@@ -15,13 +15,13 @@ const OFFSET: &str = "Scan3dCoordinateOffset";
 const INVALID_FLAG: &str = "Scan3dInvalidDataFlag";
 const INVALID_VALUE: &str = "Scan3dInvalidDataValue";
 const LINE_RATE: &str = "AcquisitionLineRate";
-/// What says that there is no range where the camera does not tell.
+/// Value for no range if the camera states none.
 const USUAL_INVALID: f64 = 0.0;
 
-/// Reads scales and offsets of frames of so many profiles.
+/// Reads scales and offsets of frames of several profiles.
 ///
 /// # Errors
-/// Numbers that are no coordinates of a plane in a unit of length, and frames of several profiles whose times are not known.
+/// Numbers that are not coordinates of a plane in a unit of length; frames of several profiles with unknown times.
 pub(super) fn scale(
     camera: &mut dyn Features,
     format: PixelFormat,
@@ -73,7 +73,7 @@ fn unit_m(camera: &mut dyn Features) -> Result<f64, CameraError> {
 fn axis(camera: &mut dyn Features, coordinate: &str, unit_m: f64) -> Result<RangeAxis, CameraError> {
     if camera.has_feature(SELECTOR) {
         camera.set_enum(SELECTOR, coordinate)?;
-        // What the driver remembers is of the coordinate before.
+        // The driver's memory is of the previous coordinate.
         camera.forget()?;
     }
     let scale = number(camera, SCALE)?.ok_or_else(|| {
@@ -138,7 +138,7 @@ fn refused(name: &str, why: String) -> CameraError {
     CameraError::Feature { name: name.to_owned(), why }
 }
 
-/// Sets the pixel format to one of range data: the camera's own choice, where it is one.
+/// Sets the pixel format to one of range data: the camera's own choice, if it is one.
 ///
 /// # Errors
 /// A camera that offers none.
@@ -148,7 +148,7 @@ pub(super) fn set_format(camera: &mut dyn Features) -> Result<PixelFormat, Camer
         return Ok(format);
     }
     let offered = camera.enum_entries("PixelFormat").unwrap_or_default();
-    // Mono16 only where it was chosen: a picture in 16 bits looks the same.
+    // Mono16 only if it was chosen: a picture in 16 bits looks the same.
     let best = PixelFormat::RANGE
         .into_iter()
         .find(|format| *format != PixelFormat::MONO_16 && offered.iter().any(|name| name == format.name()));

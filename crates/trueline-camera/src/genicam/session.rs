@@ -1,4 +1,4 @@
-//! What every picture of a session has alike.
+//! Properties that all pictures of a session share.
 
 use super::{automatic, configure, features, scan3d};
 use crate::error::CameraError;
@@ -17,13 +17,13 @@ pub(crate) struct Session {
     pub size: [u32; 2],
     /// Format.
     pub format: PixelFormat,
-    /// What of a colour picture is looked at.
+    /// The channel used of a colour picture.
     pub channel: Channel,
-    /// What the numbers of a profiler mean; `None` for a camera.
+    /// Meaning of a profiler's numbers; `None` for a camera.
     pub range: Option<RangeScale>,
 }
 
-/// What came of a frame: a picture of a camera, or the profiles of a profiler.
+/// Content of a frame: a picture of a camera, or the profiles of a profiler.
 #[derive(Debug, Default)]
 pub(crate) struct Seen {
     /// The picture.
@@ -32,10 +32,11 @@ pub(crate) struct Seen {
     pub profiles: Vec<RangeProfile>,
 }
 
-/// Sets a camera up and turns its automatics off; returns what its pictures will be, and what each waits for, in the camera's words.
+/// Sets a camera up and turns its automatic settings off; returns the form of its pictures, and the trigger of each, in the
+/// camera's words.
 ///
 /// # Errors
-/// A feature that is missing, or cannot be set as asked for.
+/// A feature that is missing, or cannot be set as requested.
 pub(crate) fn begin(
     camera: &mut dyn Features,
     setup: &CameraSetup,
@@ -54,7 +55,7 @@ impl Session {
         self.format.bytes_of(width.checked_mul(height)?)
     }
 
-    /// What is wrong with a picture that says this of itself.
+    /// Fault of a picture with this head.
     pub(crate) fn wrong(&self, size: [u32; 2], format_code: u32) -> Option<FrameStatus> {
         if format_code != self.format.code() {
             let known = PixelFormat::of_code(format_code);
@@ -65,7 +66,7 @@ impl Session {
         (size != self.size).then_some(FrameStatus::WrongSize { width, height })
     }
 
-    /// What is in the bytes of a picture, whose lines are filled up with so many; `None` of too few.
+    /// Content of a picture's bytes, with `padding` bytes after each line; `None` if there are too few.
     pub(crate) fn seen(&self, data: &[u8], padding: usize) -> Option<Seen> {
         let image = gray_image(data, self.size, self.format, padding, self.channel)?;
         Some(match (self.range, &image.pixels) {
@@ -76,7 +77,7 @@ impl Session {
         })
     }
 
-    /// A picture of another size or format is no accident: the session is over.
+    /// A picture of another size or format is not an accident: the session ends.
     pub(crate) fn verdict(&self, status: &FrameStatus) -> Option<CameraError> {
         match status {
             FrameStatus::WrongSize { width, height } => {

@@ -1,9 +1,9 @@
-//! What the chunks of a picture say of it.
+//! Statements of a picture's chunks.
 
 use super::chunks::{Chunk, ChunkNames};
 use trueline_dataset::FrameSignals;
 
-/// What the chunks of a picture say of it.
+/// Statements of a picture's chunks.
 #[derive(Default)]
 pub(crate) struct Told {
     /// The camera's clock, which stands before that of the leader.

@@ -15,17 +15,17 @@ const LINE: &str = "LineStart";
 /// A source that is a command of the program.
 const SOFTWARE: &str = "Software";
 
-/// What a camera waits for.
+/// Trigger of a camera.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Waits {
-    /// For each picture, in the camera's words; `None` if it runs by itself.
+    /// For each picture, in the camera's words; `None` if it runs freely.
     pub for_frame: Option<String>,
     /// For each row of a picture.
     pub for_line: Option<String>,
 }
 
 impl Waits {
-    /// In words; `None` if it runs by itself.
+    /// In words; `None` if it runs freely.
     pub(super) fn told(&self) -> Option<String> {
         match (&self.for_frame, &self.for_line) {
             (Some(frame), None) => Some(frame.clone()),
@@ -36,7 +36,7 @@ impl Waits {
     }
 }
 
-/// Sets the triggers as asked for.
+/// Sets the triggers as requested.
 ///
 /// # Errors
 /// Features that the camera does not have, and a source that nothing would fire.
@@ -55,7 +55,7 @@ pub(super) fn set(camera: &mut dyn Features, trigger: &Trigger) -> Result<Waits,
     found(camera, &selectors)
 }
 
-/// The triggers that a camera has; one without a name where it has no selector.
+/// The triggers of a camera; one without a name if it has no selector.
 fn selectors(camera: &mut dyn Features) -> Result<Vec<Option<String>>, CameraError> {
     if !camera.has_feature(MODE) {
         return Ok(Vec::new());
@@ -67,7 +67,7 @@ fn selectors(camera: &mut dyn Features) -> Result<Vec<Option<String>>, CameraErr
     Ok(names.into_iter().map(Some).collect())
 }
 
-/// Makes what follows be of one trigger; `false` if the camera does not have it now.
+/// Selects one trigger for the following settings; `false` if the camera does not have it now.
 fn select(camera: &mut dyn Features, selector: Option<&str>) -> Result<bool, CameraError> {
     let Some(name) = selector else { return Ok(true) };
     match camera.set_enum(SELECTOR, name) {
@@ -75,7 +75,7 @@ fn select(camera: &mut dyn Features, selector: Option<&str>) -> Result<bool, Cam
         Err(refusal) if refusal.is_silence() => return Err(refusal.into()),
         Err(_) => return Ok(false),
     }
-    // What the driver remembers is of the trigger before.
+    // The driver's memory is of the previous trigger.
     camera.forget()?;
     Ok(true)
 }
@@ -160,7 +160,7 @@ fn told(camera: &mut dyn Features) -> Result<Option<String>, CameraError> {
             match camera.get_enum(name) {
                 Ok(value) => words.push(value),
                 Err(refusal) if refusal.is_silence() => return Err(refusal.into()),
-                // Not told for this source.
+                // Not reported for this source.
                 Err(_) => {}
             }
         }

@@ -3,20 +3,20 @@
 /// The 16 bit counter goes from this back to 1: 0 is never sent.
 const LAST_OF_16_BITS: i64 = 0xffff;
 
-/// Makes a counter that never falls out of one that wraps.
+/// Turns a counter that wraps into a monotonic one.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct BlockIds {
     last: Option<(u64, u64)>,
 }
 
-/// A whole picture may follow so many lost ones; beyond that nobody knows how many there were.
+/// A whole picture may follow this many lost ones; beyond that their number is unknown.
 const MOST_LOST: i64 = 10_000;
-/// A picture that is not whole may follow so many: one stray packet with a strange number makes such a picture.
+/// An incomplete picture may follow this many: one stray packet with a strange number makes such a picture.
 const MOST_LOST_BEFORE_A_PART: i64 = 64;
 
 impl BlockIds {
-    /// The unwrapped number of a block; pictures come in the order of the stream. `None` for what is no picture of the
-    /// stream: a part of one, with a number that the counter cannot have reached.
+    /// The unwrapped number of a block; pictures come in the order of the stream. `None` for a block that is no
+    /// picture of the stream: a part of one, with a number that the counter cannot have reached.
     pub(super) fn unwrapped(&mut self, id: u64, is_whole: bool) -> Option<u64> {
         let number = match self.last {
             None => is_whole.then_some(id)?,
@@ -28,7 +28,7 @@ impl BlockIds {
                 let most = if is_whole { MOST_LOST } else { MOST_LOST_BEFORE_A_PART };
                 match u64::try_from(ahead) {
                     Ok(ahead @ 1..) if ahead.cast_signed() <= most => number.saturating_add(ahead),
-                    // A camera that began again: how many pictures that cost nobody knows.
+                    // A camera that restarted: the number of lost pictures is unknown.
                     _ if is_whole => number.saturating_add(1),
                     _ => return None,
                 }

@@ -24,8 +24,8 @@ use trueline_live::HostClock;
 
 /// The driver asks for a sign of life at a third of this, and the camera frees itself after it, ms.
 const HEARTBEAT_MS: u32 = 1500;
-/// A command is repeated after this, so many times; then the camera is gone. With the sign of life it is known to be
-/// gone within 1.2 s.
+/// A command is repeated after this, this many times; then the camera is gone. With the heartbeat the loss is known
+/// within 1.2 s.
 const ANSWER: Duration = Duration::from_millis(150);
 const REPEATS: u8 = 3;
 /// Room in the kernel for packets that wait to be read, in pictures and bytes: the kernel may give less.
@@ -35,14 +35,14 @@ const LEAST_SOCKET_BYTES: usize = 8 << 20;
 const REGISTERS: Duration = Duration::from_secs(2);
 const DISCONNECT: Duration = Duration::from_millis(300);
 
-/// What became of the pictures so far.
+/// Counts of the pictures so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GigeCounts {
     /// Pictures given, good or bad.
     pub frames: u64,
     /// Of these, pictures with packets lost for good.
     pub incomplete: u64,
-    /// Pictures of which nothing was given: gaps in the camera's counter.
+    /// Missing pictures: gaps in the camera's counter.
     pub missing: u64,
     /// Packets that the camera sent again.
     pub resent_packets: u64,
@@ -50,7 +50,7 @@ pub struct GigeCounts {
     pub socket_drops: u64,
     /// Pictures dropped because those before them were not taken in time.
     pub not_taken: u64,
-    /// Pictures with chunk data whose lengths do not add up; what the chunks say is not used.
+    /// Pictures with chunk data of inconsistent lengths; their chunks are not used.
     pub bad_chunks: u64,
     /// Stray packets with a number that the camera's counter cannot have reached; dropped.
     pub stray: u64,
@@ -76,9 +76,9 @@ pub struct GigeCamera {
     exposure_us: Option<f64>,
     ptp: PtpState,
     counts: GigeCounts,
-    /// What a bad picture that was given means for the session.
+    /// Consequence of the last bad picture for the session.
     pending: Option<CameraError>,
-    /// A camera that did not answer a repeated command is gone, whatever it does later: its pictures have a hole.
+    /// A camera that did not answer a repeated command is gone, even if it answers later: its pictures have a hole.
     gone: bool,
 }
 
@@ -145,7 +145,7 @@ impl GigeCamera {
         self.ptp.clone()
     }
 
-    /// What became of the pictures so far.
+    /// Counts of the pictures so far.
     #[must_use]
     pub fn counts(&self) -> GigeCounts {
         let stats = self.stream.as_ref().map(StreamChannel::stats).unwrap_or_default();
@@ -163,7 +163,7 @@ impl GigeCamera {
         CameraError::Unplugged { silent_s: silent_ns.max(0) as f64 * 1e-9 }
     }
 
-    /// A picture; `None` for a stray packet that is none.
+    /// A picture; `None` for a stray packet.
     fn given(&mut self, frame: &Frame) -> Option<CameraFrame> {
         let packets = self.packets.take(frame.frame_id);
         let (status, seen) = picture::of(frame, packets.as_ref(), &self.session);
@@ -192,7 +192,7 @@ impl GigeCamera {
         })
     }
 
-    /// What the chunks of a frame say, where the camera is set to send some.
+    /// Statements of a frame's chunks, if the camera sends some.
     fn told_by_chunks(&mut self, frame: &Frame) -> Told {
         let has_chunks = matches!(frame.payload, PayloadKind::Image { has_chunks: true });
         match chunks(if has_chunks { frame.data() } else { &[] }, ChunkOrder::BigEndian) {
@@ -263,7 +263,7 @@ impl Drop for GigeCamera {
     }
 }
 
-/// What the camera's description says of chunks.
+/// The chunks in the camera's description.
 fn chunk_names(camera: &mut GenICamera) -> ChunkNames {
     let description = camera.transport_mut().genicam_xml().ok();
     description.map_or_else(ChunkNames::default, |xml| ChunkNames::of(&String::from_utf8_lossy(&xml)))

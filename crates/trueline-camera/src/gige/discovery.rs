@@ -15,7 +15,7 @@ pub struct Adapter {
     pub address: Ipv4Addr,
     /// Its subnet mask.
     pub netmask: Ipv4Addr,
-    /// Where a question to all cameras is sent.
+    /// Address of a question to all cameras.
     pub broadcast: Ipv4Addr,
 }
 
@@ -36,7 +36,7 @@ pub struct FoundCamera {
     pub mac: [u8; 6],
     /// The adapter that it answered on.
     pub adapter: String,
-    /// Whether it can be talked to as it is: an address of another subnet answers to this question only.
+    /// Whether it can be used as it is. An address of another subnet answers only this question.
     pub reachable: bool,
 }
 
@@ -53,7 +53,7 @@ pub fn discover(adapter: Option<&Adapter>, wait: Duration) -> Result<Vec<FoundCa
             broadcast: adapter.broadcast,
         }]
     });
-    // On loopback there is nobody whose address is wrong.
+    // On loopback no address is wrong.
     let limited_broadcast = adapter.is_none_or(|adapter| !adapter.address.is_loopback());
     let config =
         DiscoveryConfig { adapters, recv_window: wait, limited_broadcast, ..DiscoveryConfig::default() };

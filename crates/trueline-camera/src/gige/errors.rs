@@ -1,4 +1,4 @@
-//! What the driver says while the link is made, in our words.
+//! Errors of the driver while the link is made, in our words.
 
 use crate::error::CameraError;
 use crate::genicam::{Refusal, driver};

@@ -1,4 +1,4 @@
-//! Asking a GigE Vision camera what time it is.
+//! Asks a GigE Vision camera for its time.
 
 use super::stamps::LatchStamps;
 use crate::genicam::{Latched, is_silence};

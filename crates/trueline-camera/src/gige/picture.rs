@@ -1,11 +1,11 @@
-//! A picture out of what came.
+//! A picture from the received packets.
 
 use super::stamps::Packets;
 use crate::frame_source::FrameStatus;
 use crate::genicam::{Seen, Session};
 use telegenic::{Frame, FrameStatus as Driver, PayloadKind};
 
-/// How a frame is, and what is in it if it can be used.
+/// State of a frame, and its content if it can be used.
 pub(super) fn of(frame: &Frame, packets: Option<&Packets>, session: &Session) -> (FrameStatus, Seen) {
     let status = status(frame, packets, session);
     if status != FrameStatus::Complete {
@@ -13,7 +13,7 @@ pub(super) fn of(frame: &Frame, packets: Option<&Packets>, session: &Session) ->
     }
     match session.seen(frame.data(), usize::from(frame.x_padding)) {
         Some(seen) => (status, seen),
-        // The leader says more than the packets brought.
+        // The leader promises more than the packets contain.
         None => (FrameStatus::Incomplete { missing: 1 }, Seen::default()),
     }
 }

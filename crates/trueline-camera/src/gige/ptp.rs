@@ -11,7 +11,7 @@ pub enum PtpState {
     Off,
     /// The camera's clock follows that of the network.
     Slave,
-    /// On, in any other state, by the camera's word for it: its clock is no better than without.
+    /// On, in another state, in the camera's words: its clock is no better than without.
     Other(String),
 }
 

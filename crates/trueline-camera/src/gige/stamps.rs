@@ -20,7 +20,7 @@ pub(super) struct Packets {
     pub first_ns: i64,
     /// Steady time of the last packet, ns.
     pub last_ns: i64,
-    /// Packets that came because they were asked for again.
+    /// Packets that came after a second request.
     pub resent: u32,
     /// Most bytes of pixels in a packet.
     pub most_bytes: usize,
@@ -136,7 +136,7 @@ fn steady_ns(clock: HostClock, kernel: SystemTime) -> i64 {
     wall_ns.and_then(|wall_ns| HostClock::steady_ns(read, wall_ns)).unwrap_or(read.steady_ns)
 }
 
-/// What another thread that panicked left is still whole: only numbers are written.
+/// Data of another thread that panicked are still whole: only numbers are written.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,4 +1,4 @@
-//! The transfers of a device, with a bound on what it may make us wait, and a stamp for what arrives.
+//! The transfers of a device, with a bound on their waiting times, and a stamp for arrivals.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,9 +9,9 @@ use viva_u3v::{BulkIn, Completion, U3vError, UsbSpeed, UsbTransfer};
 
 /// A command has been answered within this, however often the device asks for more time.
 const LONGEST_ANSWER: Duration = Duration::from_secs(5);
-/// Pictures whose stamps are kept until somebody asks: more than are ever under way.
+/// Pictures with kept stamps until they are requested: more than are ever under way.
 const MOST_PICTURES: usize = 64;
-/// What the leader and the trailer of a picture begin with, and where the number of the picture is in both.
+/// First bytes of a picture's leader and trailer, and the place of the picture's number in both.
 const LEADER: &[u8] = b"U3VL";
 const TRAILER: &[u8] = b"U3VT";
 const NUMBER_AT: usize = 8;
@@ -72,7 +72,7 @@ impl Arrivals {
     }
 }
 
-/// What another thread that panicked left is still whole: only numbers are written.
+/// Data of another thread that panicked are still whole: only numbers are written.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -82,12 +82,12 @@ pub(super) struct Bounded<T> {
     usb: Arc<T>,
     asked: Mutex<Instant>,
     arrivals: Arrivals,
-    /// The stream ends, whatever the device goes on to send.
+    /// The stream ends, even if the device continues to send.
     ends: Arc<AtomicBool>,
 }
 
 impl<T> Bounded<T> {
-    /// Of a device whose stream ends when `ends` is set.
+    /// For a device with a stream that ends when `ends` is set.
     pub(super) fn new(usb: Arc<T>, arrivals: Arrivals, ends: Arc<AtomicBool>) -> Self {
         Self { usb, asked: Mutex::new(Instant::now()), arrivals, ends }
     }
@@ -142,7 +142,7 @@ impl BulkIn for Stamped {
     }
 
     fn wait_next(&mut self, timeout: Duration) -> Option<Completion> {
-        // A device may send what is no picture for ever, and the stream would go on with that.
+        // A device may send useless data for ever, and the stream would continue.
         if self.ends.load(Ordering::Relaxed) {
             return None;
         }
@@ -202,7 +202,7 @@ mod tests {
         assert_eq!(locked(&usb.0).len(), 1);
     }
 
-    /// A queue whose transfers were cancelled after all of this had come.
+    /// A queue with transfers cancelled after all of this had arrived.
     struct Cancelled(Option<Vec<u8>>);
 
     impl BulkIn for Cancelled {

@@ -20,27 +20,27 @@ use std::time::Duration;
 use trueline_live::HostClock;
 use viva_u3v::{NusbTransfer, PAYLOAD_TYPE_IMAGE_EXTENDED_CHUNK, RawFrame, U3vStream, UsbTransfer};
 
-/// A picture may follow so many lost ones; beyond that nobody knows how many there were.
+/// A picture may follow this many lost ones; beyond that their number is unknown.
 const MOST_LOST: u64 = 10_000;
 
-/// On top of twice what the pixels need, for chunks and lines that are filled up: more room is not given to a picture, bytes.
+/// Room for chunks and padded lines, on top of twice the size of the pixels: a picture gets no more, bytes.
 const MOST_BESIDE_PIXELS: u64 = 1 << 20;
 /// The stamps of leader and chunk are of one picture and one clock: further apart one of them is something else, ns.
 const STAMPS_APART_NS: u64 = 10_000_000_000;
 
-/// What became of the pictures so far.
+/// Counts of the pictures so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct U3vCounts {
     /// Pictures given, good or bad.
     pub frames: u64,
     /// Of these, pictures that lack something.
     pub incomplete: u64,
-    /// Pictures of which nothing was given: gaps in the camera's counter.
+    /// Missing pictures: gaps in the camera's counter.
     pub missing: u64,
     /// Pictures dropped because those before them were not taken in time; among the missing ones.
     pub not_taken: u64,
-    /// Pictures with chunk data whose lengths do not add up, of which nothing is used, or whose stamp is more than 10 s from that of
-    /// the leader, which is used instead.
+    /// Pictures with chunk data of inconsistent lengths, which are not used, or with a stamp more than 10 s from that of the
+    /// leader, which is used instead.
     pub bad_chunks: u64,
 }
 
@@ -60,7 +60,7 @@ pub struct U3vCamera<T: UsbTransfer + 'static = NusbTransfer> {
     serial: String,
     exposure_us: Option<f64>,
     counts: U3vCounts,
-    /// What a bad picture that was given means for the session.
+    /// Consequence of the last bad picture for the session.
     pending: Option<CameraError>,
     gone: bool,
 }
@@ -79,7 +79,7 @@ impl U3vCamera {
             stream_in: interfaces.stream_ep_in,
         };
         let mut camera = Self::over(Arc::new(usb), endpoints, settings, clock)?;
-        // It is found again by what its plug says, should its registers say something else.
+        // It is found again by the serial number of its plug, if its registers state another.
         if let Some(serial) = serial {
             camera.serial = serial;
         }
@@ -88,7 +88,7 @@ impl U3vCamera {
 }
 
 impl<T: UsbTransfer + 'static> U3vCamera<T> {
-    /// The same of a camera that was found, whatever its transfers go over.
+    /// The same for a camera that was found, over any transfers.
     ///
     /// # Errors
     /// As [`U3vCamera::open`].
@@ -137,7 +137,7 @@ impl<T: UsbTransfer + 'static> U3vCamera<T> {
         Ok(opened)
     }
 
-    /// What became of the pictures so far.
+    /// Counts of the pictures so far.
     #[must_use]
     pub fn counts(&self) -> U3vCounts {
         U3vCounts { not_taken: self.pictures.not_taken(), ..self.counts }
@@ -173,7 +173,7 @@ impl<T: UsbTransfer + 'static> U3vCamera<T> {
         }
     }
 
-    /// What the chunks of a frame say, where the camera is set to send some.
+    /// Statements of a frame's chunks, if the camera sends some.
     fn told_by_chunks(&mut self, frame: &RawFrame) -> Told {
         let has_chunks = frame.leader.payload_type == PAYLOAD_TYPE_IMAGE_EXTENDED_CHUNK;
         let chunks = chunks(if has_chunks { &frame.payload } else { &[] }, ChunkOrder::LittleEndian);
@@ -238,7 +238,7 @@ impl<T: UsbTransfer + 'static> FrameSource for U3vCamera<T> {
 
 impl<T: UsbTransfer + 'static> Drop for U3vCamera<T> {
     fn drop(&mut self) {
-        // A camera that stopped answering may still receive commands; one that is unplugged costs no time, since its transfers fail at once.
+        // A silent camera may still receive commands; an unplugged one costs no time, since its transfers fail at once.
         if self.gone {
             self.features.link.ask_once();
         }
@@ -262,7 +262,7 @@ impl Numbers {
             None => (0, 0),
             Some((last, number)) => match block.wrapping_sub(last) {
                 ahead @ 1..=MOST_LOST => (number + ahead, ahead - 1),
-                // It began again: how many pictures that cost nobody knows.
+                // It restarted: the number of lost pictures is unknown.
                 _ => (number + 1, 0),
             },
         };
@@ -277,7 +277,7 @@ fn stream<T: UsbTransfer + 'static>(
     session: &Session,
     name: &str,
 ) -> Result<U3vStream, CameraError> {
-    // Where the stream's registers do not say, the feature must.
+    // If the stream's registers do not state it, the feature must.
     let payload = size(features, "PayloadSize").unwrap_or(0);
     let failed = |error| of_device(name, "its stream cannot be opened", &error);
     let opening = features.link.stream(u64::from(payload)).map_err(failed)?;

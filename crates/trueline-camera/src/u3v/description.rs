@@ -24,7 +24,7 @@ const ZIP: &[u8] = b"PK\x03\x04";
 /// Reads the description.
 ///
 /// # Errors
-/// A table or a file that is none, in words; and a device that does not answer.
+/// A table or a file that is invalid, in words; a device that does not answer.
 pub(super) fn read<T: UsbTransfer + 'static>(link: &Link<T>, device: &str) -> Result<String, CameraError> {
     let refused =
         |why: &str| CameraError::Usb { device: device.to_owned(), why: format!("description: {why}") };
@@ -36,7 +36,7 @@ pub(super) fn read<T: UsbTransfer + 'static>(link: &Link<T>, device: &str) -> Re
         let at =
             table.checked_add(ENTRIES_AT + number * ENTRY_BYTES).ok_or_else(|| refused("no such memory"))?;
         let entry = link.read(at, ENTRY_USED).map_err(failed)?;
-        // The lowest three bits are what it describes, six others in which form.
+        // The lowest three bits state its content, six others its form.
         let kind = word(&entry, 0) >> 32;
         let (is_device, form) = (kind & 7 == 0, kind >> 10 & 0x3f);
         if !is_device || form > 1 {
@@ -54,7 +54,7 @@ pub(super) fn read<T: UsbTransfer + 'static>(link: &Link<T>, device: &str) -> Re
     Err(refused("the device's table of files has none"))
 }
 
-/// What is wrong with an archive, without the word for what it holds.
+/// Fault of an archive, without the word for its content.
 fn why(error: &GenicamError) -> String {
     match error {
         GenicamError::Xml(why) => why.clone(),
@@ -62,7 +62,7 @@ fn why(error: &GenicamError) -> String {
     }
 }
 
-/// The eight bytes from one on; those that are not there are zero.
+/// The eight bytes from one on; missing ones are zero.
 fn word(bytes: &[u8], at: usize) -> u64 {
     bytes.get(at..).and_then(|rest| rest.first_chunk::<8>()).map_or(0, |bytes| u64::from_le_bytes(*bytes))
 }

@@ -1,16 +1,16 @@
-//! What the wire says, in our words.
+//! Errors of the wire, in our words.
 
 use crate::error::CameraError;
 use std::io;
 use telegenic::CameraError as Driver;
 use viva_u3v::U3vError;
 
-/// An error of a device, and what was being done.
+/// An error of a device, and the action.
 pub(super) fn of_device(device: &str, doing: &str, error: &U3vError) -> CameraError {
     CameraError::Usb { device: device.to_owned(), why: format!("{doing}: {error}") }
 }
 
-/// An error of a register, as the driver of features knows them.
+/// An error of a register, in the form for the driver of features.
 pub(super) fn of_register(error: &U3vError) -> Driver {
     match error {
         U3vError::Disconnected => Driver::Disconnected,
@@ -20,7 +20,7 @@ pub(super) fn of_register(error: &U3vError) -> Driver {
     }
 }
 
-/// Whether an error may mean that the camera is not there any more: it said nothing.
+/// Whether an error may mean that the camera is gone: there was no answer.
 pub(super) fn is_silence(error: &U3vError) -> bool {
     matches!(
         error,

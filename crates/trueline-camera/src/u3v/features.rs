@@ -19,7 +19,7 @@ impl<T: UsbTransfer + 'static> UsbFeatures<T> {
     /// By a description.
     ///
     /// # Errors
-    /// A description that is none.
+    /// An invalid description.
     pub(super) fn new(description: &str, link: Link<T>) -> Result<Self, CameraError> {
         let graph = parse_xml(description).map_err(|error| Refusal::of("device description", &error))?;
         Ok(Self { graph, link })
@@ -35,7 +35,7 @@ impl<T: UsbTransfer + 'static> UsbFeatures<T> {
     }
 }
 
-/// What the device itself said stands without the driver's word for it.
+/// An error of the device itself is reported without the driver's words.
 fn refusal(name: &str, error: &GenicamError) -> Refusal {
     match error {
         GenicamError::Camera(Driver::Protocol(why)) => Refusal {

@@ -4,7 +4,7 @@ use super::errors::of_device;
 use crate::error::CameraError;
 use viva_u3v::{NusbTransfer, U3vDeviceInfo, discover};
 
-/// Opens the camera with a serial number, or the only one that is there; with the serial number that its plug says.
+/// Opens the camera with a serial number, or the only one; returns the serial number of its plug.
 ///
 /// # Errors
 /// None that fits, several, or one that cannot be opened.

@@ -1,4 +1,4 @@
-//! The registers of a device, and its stream: what it says of itself is kept within bounds.
+//! The registers of a device, and its stream. The device's statements about itself are bounded.
 
 use super::bounded::{Arrivals, Bounded};
 use super::errors::{is_silence, of_register};
@@ -15,20 +15,20 @@ use viva_u3v::{
     UsbTransfer,
 };
 
-/// Any device takes and sends so many bytes at once, before it has told how many.
+/// Any device accepts and sends this many bytes at once, before it has stated its own number.
 const FIRST_TRANSFER: u32 = 1024;
-/// More bytes at once are not asked for: each answer has this much room.
+/// Largest request at once: each answer has this much room.
 const MOST_TRANSFER: u32 = 1 << 16;
-/// An answer may take so long; what the device says of it is heeded between these.
+/// Bounds of the time of an answer. Statements of the device are used within these.
 const ANSWER: [Duration; 2] = [Duration::from_millis(500), Duration::from_secs(2)];
-/// On top of what the device needs to answer.
+/// In addition to the device's own time for an answer.
 const ON_THE_WIRE_MS: u32 = 100;
 /// A command that was not answered is sent again, so often in all.
 const TIMES: u32 = 3;
-/// More bytes are no picture, whatever size the device says that it has, and no leader or trailer of one.
+/// Larger sizes are not a picture, even if the device claims them, and not a leader or trailer.
 const MOST_PAYLOAD: u64 = 1 << 30;
 const MOST_FRAMING: u32 = 1 << 16;
-/// A picture whose next piece does not come within this has lost its end.
+/// A picture without its next piece within this time has lost its end.
 const NEXT_PIECE: Duration = Duration::from_secs(1);
 
 /// The endpoints of a device.
@@ -54,7 +54,7 @@ pub(super) struct Link<T: UsbTransfer + 'static> {
     times: Cell<u32>,
 }
 
-/// What a device says of its stream, and how pictures are read from it.
+/// Statements of a device about its stream, and how pictures are read from it.
 pub(super) struct Opening {
     sirm: Sirm,
     endpoint: u8,
@@ -63,7 +63,7 @@ pub(super) struct Opening {
 }
 
 impl<T: UsbTransfer + 'static> Link<T> {
-    /// Asks a device what it is; its stream ends when `ends` is set.
+    /// Asks a device for its description; its stream ends when `ends` is set.
     pub(super) fn open(
         usb: Arc<T>,
         endpoints: UsbEndpoints,
@@ -95,12 +95,12 @@ impl<T: UsbTransfer + 'static> Link<T> {
         })
     }
 
-    /// What the device says of itself.
+    /// Statements of the device about itself.
     pub(super) fn abrm(&self) -> &Abrm {
         &self.abrm
     }
 
-    /// Its speed where that is below what USB 3 has.
+    /// Its speed if it is below USB 3.
     pub(super) fn slow(&self) -> Option<UsbSpeed> {
         let speed = self.usb.link_speed().or(self.sbrm.current_speed);
         speed.filter(|speed| *speed < UsbSpeed::Super)
@@ -111,7 +111,7 @@ impl<T: UsbTransfer + 'static> Link<T> {
         self.times.set(1);
     }
 
-    /// Sends a command, and again if it is not answered: a late answer to the first is known by its number, and not taken.
+    /// Sends a command, and again without an answer: a late answer to the first is recognised by its number, and ignored.
     fn ask<A>(
         &self,
         mut command: impl FnMut(&mut ControlChannel<Bounded<T>>) -> Result<A, U3vError>,
@@ -155,7 +155,8 @@ impl<T: UsbTransfer + 'static> Link<T> {
         self.ask(|control| Sirm::read_from(control, address))
     }
 
-    /// How the stream of pictures of so many bytes is opened, unless the device says how many; nothing is told to it.
+    /// How the stream of pictures of `payload` bytes is opened, unless the device states the size. Nothing is sent to
+    /// it.
     pub(super) fn stream(&self, payload: u64) -> Result<Opening, U3vError> {
         let endpoint = self.endpoints.stream_in.ok_or(U3vError::Device("has no endpoint for pictures"))?;
         let sirm = self.sirm()?;
@@ -179,10 +180,10 @@ impl<T: UsbTransfer + 'static> Link<T> {
         let Opening { sirm, endpoint, layout } = opening;
         let mut queue = self.usb.bulk_in(*endpoint)?;
         self.ask(|control| sirm.configure(control, layout))?;
-        // What an earlier program left on its way is dropped.
+        // Transfers of an earlier program are dropped.
         queue.reset()?;
         if let Err(error) = self.ask(|control| sirm.enable(control)) {
-            // It may have heard, and only the answer was lost.
+            // It may have received it, and only the answer was lost.
             let _ = self.ask(|control| sirm.disable(control));
             return Err(error);
         }
@@ -191,14 +192,14 @@ impl<T: UsbTransfer + 'static> Link<T> {
         Ok(stream)
     }
 
-    /// Tells the device to send no pictures.
+    /// Stops the device's pictures.
     pub(super) fn stop_stream(&self) -> Result<(), U3vError> {
         let sirm = self.sirm()?;
         self.ask(|control| sirm.disable(control))
     }
 }
 
-/// Asks so often in all while there is no answer.
+/// Asks this many times in all without an answer.
 fn repeated<A>(times: u32, mut ask: impl FnMut() -> Result<A, U3vError>) -> Result<A, U3vError> {
     for _ in 1..times {
         match ask() {
@@ -209,7 +210,7 @@ fn repeated<A>(times: u32, mut ask: impl FnMut() -> Result<A, U3vError>) -> Resu
     ask()
 }
 
-/// An address whose so many bytes can be counted.
+/// An address with `length` bytes that can be counted.
 fn within(address: u64, length: u64) -> Result<u64, U3vError> {
     let end = address.checked_add(length);
     end.map(|_| address).ok_or(U3vError::Device("states registers outside its memory"))
@@ -219,7 +220,7 @@ impl<T: UsbTransfer + 'static> PortIo for Link<T> {
     fn read(&self, address: u64, buffer: &mut [u8]) -> telegenic::Result<()> {
         let data = Self::read(self, address, buffer.len()).map_err(|error| of_register(&error))?;
         if data.len() != buffer.len() {
-            return Err(of_register(&U3vError::Device("answered with fewer bytes than were asked for")));
+            return Err(of_register(&U3vError::Device("answered with fewer bytes than requested")));
         }
         buffer.copy_from_slice(&data);
         Ok(())

@@ -1,7 +1,7 @@
 //! A USB3 Vision camera: any maker's that follows the standard.
 //!
-//! Registers, commands and the stream are what viva-u3v makes of them, features what telegenic makes of the camera's description; this
-//! module keeps what a device says of itself within bounds, stamps what arrives, and makes pictures of it.
+//! viva-u3v gives registers, commands and the stream; telegenic gives features from the camera's description. This module
+//! bounds the device's statements, stamps its pictures and decodes them.
 
 mod bounded;
 mod camera;

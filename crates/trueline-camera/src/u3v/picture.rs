@@ -1,10 +1,10 @@
-//! A picture out of what came.
+//! A picture from the received transfers.
 
 use crate::frame_source::FrameStatus;
 use crate::genicam::{Seen, Session};
 use viva_u3v::{PAYLOAD_TYPE_IMAGE, PAYLOAD_TYPE_IMAGE_EXTENDED_CHUNK, RawFrame};
 
-/// How a frame is, and what is in it if it can be used; its pixels come in transfers of so many bytes.
+/// State of a frame, and its content if it can be used. Its pixels arrive in transfers of `transfer_bytes`.
 pub(super) fn of(frame: &RawFrame, session: &Session, transfer_bytes: usize) -> (FrameStatus, Seen) {
     let leader = &frame.leader;
     let is_image = matches!(leader.payload_type, PAYLOAD_TYPE_IMAGE | PAYLOAD_TYPE_IMAGE_EXTENDED_CHUNK);
@@ -31,7 +31,7 @@ pub(super) fn of(frame: &RawFrame, session: &Session, transfer_bytes: usize) -> 
     }
 }
 
-/// Whether the trailer came, and says that all rows were sent, and no more bytes than came: chunks stand behind the pixels.
+/// Whether the trailer came and reports all rows, with no more bytes than arrived: chunks follow the pixels.
 fn is_whole(frame: &RawFrame, session: &Session) -> bool {
     frame.trailer.as_ref().is_some_and(|end| {
         end.status == 0

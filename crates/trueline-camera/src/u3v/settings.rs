@@ -1,12 +1,12 @@
-//! What is asked of a USB3 Vision camera.
+//! Settings of a USB3 Vision camera.
 
 use crate::setup::CameraSetup;
 
-/// Which USB3 Vision camera, and what is asked of it.
+/// Choice and settings of a USB3 Vision camera.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct U3vSettings {
     /// Its serial number; `None` for the only one that is plugged in.
     pub serial: Option<String>,
-    /// What is set on it.
+    /// Its settings.
     pub setup: CameraSetup,
 }

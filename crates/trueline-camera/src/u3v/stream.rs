@@ -14,7 +14,7 @@ const LOOK: Duration = Duration::from_millis(50);
 
 /// A picture, good or bad, and when it came.
 pub(super) struct Picture {
-    /// What came.
+    /// The frame.
     pub frame: RawFrame,
     /// Steady time of its leader, ns; `None` for one that was not seen coming.
     pub first_ns: Option<i64>,
@@ -31,7 +31,7 @@ pub(super) struct Pictures {
 }
 
 impl Pictures {
-    /// Reads a stream until `ends`; so many pictures may wait to be taken.
+    /// Reads a stream until `ends`; a limited number of pictures may wait.
     ///
     /// # Errors
     /// An operating system that gives no thread.
@@ -52,7 +52,7 @@ impl Pictures {
     /// The next one; `None` if none comes in time.
     ///
     /// # Errors
-    /// What ended the stream: after it, that nothing is there any more.
+    /// Error that ended the stream; after it, the report that it has ended.
     pub(super) fn next(&self, timeout: Duration) -> Result<Option<Picture>, U3vError> {
         let Some(waiting) = &self.waiting else { return Err(U3vError::Disconnected) };
         match waiting.recv_timeout(timeout) {
@@ -70,7 +70,7 @@ impl Pictures {
     /// Ends the stream.
     pub(super) fn stop(&mut self) {
         self.ends.store(true, Ordering::Relaxed);
-        // A thread that waits for room to tell its error goes on.
+        // A thread that waits for room to report its error continues.
         drop(self.waiting.take());
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();

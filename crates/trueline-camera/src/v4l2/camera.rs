@@ -33,15 +33,15 @@ const AUTOGAIN: u32 = 0x0098_0912;
 const BY_HAND: i64 = 1;
 /// The unit of an exposure time, µs.
 const EXPOSURE_STEP_US: f64 = 100.0;
-/// Errors of the operating system: nothing is there any more; somebody else has it; there is no such control.
+/// Errors of the operating system: the device is gone; another program has it; there is no such control.
 const ENODEV: i32 = 19;
 const EBUSY: i32 = 16;
 const EINVAL: i32 = 22;
 const ENOTTY: i32 = 25;
-/// The rate is told in thousandths of a hertz.
+/// The rate is stated in thousandths of a hertz.
 const RATE_DENOMINATOR: u32 = 1000;
 
-/// What is asked of a device; `None` leaves it as it is.
+/// Settings of a device; `None` changes nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct V4l2Settings {
     /// The device's file: `/dev/video0`.
@@ -50,7 +50,7 @@ pub struct V4l2Settings {
     pub size: Option<[u32; 2]>,
     /// Pixel format.
     pub pixel: Option<PixelFormat>,
-    /// What of a picture with colours is looked at; mosaics and RGB need it.
+    /// The channel used of a colour picture; mosaics and RGB need it.
     pub channel: Option<Channel>,
     /// Exposure time, µs; in steps of 100.
     pub exposure_us: Option<f64>,
@@ -67,13 +67,13 @@ pub struct V4l2Camera {
     about: SourceAbout,
     numbers: Numbers,
     exposure_us: Option<f64>,
-    /// The first picture is taken when the device is opened: it tells what is stamped.
+    /// The first picture is taken when the device is opened: it shows the kind of stamps.
     first: Option<CameraFrame>,
     stamped: Stamped,
     last_ns: i64,
 }
 
-/// What every picture of a session is.
+/// Properties that all pictures of a session share.
 #[derive(Clone, Copy)]
 struct Session {
     layout: Layout,
@@ -86,7 +86,8 @@ impl V4l2Camera {
     /// Opens a device, sets it up, turns its automatics off and waits for the first picture. Stamps are on `clock`.
     ///
     /// # Errors
-    /// A device that is missing, busy, no camera, cannot be set as asked for, or gives no picture within five seconds.
+    /// A device that is missing, busy, not a camera, cannot be set as requested, or gives no picture within five
+    /// seconds.
     pub fn open(settings: &V4l2Settings, clock: HostClock) -> Result<Self, CameraError> {
         let path = settings.path.display().to_string();
         let failed = |what: &'static str| move |error: io::Error| of_device(&path_of(settings), what, &error);
@@ -181,7 +182,7 @@ impl FrameSource for V4l2Camera {
         let timeout_ms = i32::try_from(timeout.as_millis()).unwrap_or(i32::MAX);
         match self.stream.handle().poll(POLLIN, timeout_ms) {
             Ok(0) => Ok(None),
-            // Also where the device is gone: taking a picture says so.
+            // Also if the device is gone: taking a picture reports it.
             Ok(_) => self.take().map(Some),
             Err(error) if error.kind() == io::ErrorKind::Interrupted => Ok(None),
             Err(error) => Err(of_device(&self.path, "waiting", &error)),
@@ -210,7 +211,7 @@ impl Numbers {
             None => u64::from(sequence),
             Some((last, number)) => match sequence.wrapping_sub(last) {
                 ahead @ 1..=0x7fff_ffff => number + u64::from(ahead),
-                // It began again: how many pictures that cost nobody knows.
+                // It restarted: the number of lost pictures is unknown.
                 _ => number + 1,
             },
         };
@@ -241,7 +242,7 @@ fn of_device(device: &str, what: &str, error: &io::Error) -> CameraError {
     CameraError::Video { device: device.to_owned(), why: format!("{what}: {error}") }
 }
 
-/// Sets format, size, rate and exposure, and refuses what the device makes of them where that is something else.
+/// Sets format, size, rate and exposure, and refuses different values of the device.
 fn set_up(device: &Device, settings: &V4l2Settings) -> Result<Session, CameraError> {
     let path = path_of(settings);
     let refused = |why: String| CameraError::Video { device: path.clone(), why };
@@ -265,7 +266,7 @@ fn set_up(device: &Device, settings: &V4l2Settings) -> Result<Session, CameraErr
     }
     if [format.width, format.height] != [width, height] {
         let why = format!(
-            "{width} x {height} px were asked for, and it gives {} x {}",
+            "{width} x {height} px were requested, but it gives {} x {}",
             format.width, format.height
         );
         return Err(refused(why));
@@ -297,13 +298,13 @@ fn set_rate(device: &Device, settings: &V4l2Settings) -> Result<(), CameraError>
     let set = device.set_params(&wanted).map_err(failed)?.interval;
     let set_fps = f64::from(set.denominator) / f64::from(set.numerator.max(1));
     if (set_fps / fps - 1.0).abs() > 0.01 {
-        let why = format!("{fps} Hz were asked for, and it gives {set_fps:.3} Hz");
+        let why = format!("{fps} Hz were requested, but it gives {set_fps:.3} Hz");
         return Err(CameraError::Video { device: path_of(settings), why });
     }
     Ok(())
 }
 
-/// Automatics are turned off where there are some; they move the instant of an exposure.
+/// Automatic settings are turned off if there are some: they move the instant of an exposure.
 fn set_exposure(device: &Device, settings: &V4l2Settings) -> Result<(), CameraError> {
     let failed = |error: io::Error| of_device(&path_of(settings), "exposure", &error);
     let is_missing = |error: &io::Error| matches!(error.raw_os_error(), Some(EINVAL | ENOTTY));
@@ -321,7 +322,7 @@ fn set_exposure(device: &Device, settings: &V4l2Settings) -> Result<(), CameraEr
         Value::Integer(set) if set == steps => Ok(()),
         other => {
             let why =
-                format!("{exposure_us} µs were asked for ({steps} steps of 100), and it set {other:?} steps");
+                format!("{exposure_us} µs were requested ({steps} steps of 100), but it set {other:?} steps");
             Err(CameraError::Video { device: path_of(settings), why })
         }
     }

@@ -78,12 +78,13 @@ impl Layout {
         }
     }
 
-    /// Whether it cannot be said what of it is looked at without being told: gray is a channel of its own only in some.
+    /// Whether the user must state the channel: only some formats have gray as a channel of its own.
     pub(super) fn needs_channel(self) -> bool {
         matches!(self, Self::Samples(format) if format.has_colours())
     }
 
-    /// The picture of columns and rows in a buffer whose lines are so many bytes apart; `None` if it is not all there.
+    /// The picture of columns and rows in a buffer with a given distance of lines in bytes; `None` if the buffer is
+    /// too short.
     pub(super) fn picture(
         self,
         data: &[u8],
@@ -144,7 +145,7 @@ mod tests {
         assert_eq!(levels(read(second, &data, 6)), Some(Pixels::Eight(vec![128, 129, 130, 131])));
         assert_eq!(read(first, &data[..9], 6), None, "cut off");
         let plain = [10, 0, 20, 0, 30, 0, 40, 0];
-        // A driver that does not say how far lines are apart says 0.
+        // A driver that does not state the distance of lines writes 0.
         assert_eq!(levels(read(first, &plain, 0)), Some(Pixels::Eight(vec![10, 20, 30, 40])));
     }
 
@@ -161,8 +162,8 @@ mod tests {
         assert!(!Layout::Luma { byte: 0 }.has_colours());
     }
 
-    /// A picture of 16 × 8 px, whose columns have the levels 0, 16, 32 …, by the Python package Pillow 13; without its tables, and marked, as cameras
-    /// send them.
+    /// A picture of 16 × 8 px with columns of the levels 0, 16, 32 …, by the Python package Pillow 13; without its tables,
+    /// and marked, as cameras send them.
     const MJPG: &str = "ffd8ffe000104156493100000000000000000000ffdb0043000302020302020303030304030304050805050404050a070706\
         080c0a0c0c0b0a0b0b0d0e12100d0e110e0b0b1016101113141515150c0f171816141812141514ffc0000b08000800100101\
         1100ffda0008010100003f00f8ff00f66dff00975fc2bf557f66dff975fc2bffd9";
@@ -176,7 +177,7 @@ mod tests {
             let Pixels::Eight(levels) = image.pixels else { panic!("a JPEG has 8 bits") };
             for (at, level) in levels.iter().enumerate() {
                 let put_in = 16 * (at % 16);
-                // Quality 90: what Pillow itself reads is off by one at most, and decoders round differently.
+                // Quality 90: Pillow's own reading is off by one at most, and decoders round differently.
                 assert!(usize::from(*level).abs_diff(put_in) <= 3, "{at}: {level} for {put_in}");
             }
         }

@@ -1,4 +1,4 @@
-//! A camera of the kernel's Video4Linux: UVC cameras at USB, and whatever else has a driver.
+//! A camera of the kernel's Video4Linux: UVC cameras at USB, and any other with a driver.
 
 mod camera;
 mod layout;

@@ -1,17 +1,17 @@
-//! What the kernel's stamp of a buffer is, on the steady clock.
+//! Meaning of the kernel's stamp of a buffer, on the steady clock.
 
 use crate::latch_clock::LatchSample;
 use trueline_live::HostClock;
 use v4l::buffer::{Flags, Metadata};
 
-/// What a driver stamps.
+/// Moment that a driver stamps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stamped {
     /// The beginning of the picture, by the machine's steady clock.
     Beginning,
     /// Its end: the last byte is there.
     End,
-    /// By no clock that is known.
+    /// By an unknown clock.
     Unknown,
 }
 

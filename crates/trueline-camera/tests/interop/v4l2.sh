@@ -61,7 +61,7 @@ check "a mosaic is set, and red is taken" "$([ "$(frames mosaic)" = 3 ] && untou
 run exposed -- 3 Mono8 2000 50
 check "exposure and rate are set" "$(has "$work/exposed.log" 'exposure=20 period_ms=20')"
 run slow -- 3 Mono8 2000 10
-check "a rate that it does not have is refused" "$(has "$work/slow.txt" '10 Hz were asked for, and it gives 25.000 Hz')"
+check "a rate that it does not have is refused" "$(has "$work/slow.txt" '10 Hz were requested, but it gives 25.000 Hz')"
 run none -- 3 Mono16
 check "a format that it does not have is refused with what it has" "$(has "$work/none.txt" 'pictures are wanted as Y16 , the camera offers GREY, Y10 , YUYV, RGGB')"
 run unknown VIDEO_FORMAT=NV12 -- 3

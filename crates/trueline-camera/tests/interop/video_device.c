@@ -3,8 +3,8 @@
  *     cc -shared -fPIC -o video_device.so video_device.c -ldl
  *     VIDEO_FORMAT=GREY LD_PRELOAD=./video_device.so program
  *
- * Buffers and states are as the kernel's documentation has them: what a program does wrong is refused as there, and counted. What it
- * did is written to the file VIDEO_LOG when it closes the device. A frame n of columns x and rows y has the level x + 3 y + n.
+ * Buffers and states are as the kernel's documentation has them: what a program does wrong is refused as there, and counted. When it
+ * closes the device, its record is written to the file VIDEO_LOG. A frame n of columns x and rows y has the level x + 3 y + n.
  */
 #define _GNU_SOURCE
 #include <dlfcn.h>

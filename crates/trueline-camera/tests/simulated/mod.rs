@@ -91,7 +91,7 @@ pub(crate) fn until_error(
     }
 }
 
-/// What a picture of eight bits becomes in a format of two bytes.
+/// A picture of eight bits in a format of two bytes.
 pub(crate) fn widened(image: &GrayImage, format: PixelFormat) -> GrayImage {
     let Pixels::Eight(levels) = &image.pixels else { panic!("eight bits are widened") };
     let mask = u16::MAX << (16 - format.bits());
@@ -99,7 +99,7 @@ pub(crate) fn widened(image: &GrayImage, format: PixelFormat) -> GrayImage {
     GrayImage { pixels, ..*image }
 }
 
-/// What was sent, these pictures among it: a picture is known to its receiver a moment before the device notes it.
+/// The sent pictures, including these: the receiver has a picture a moment before the device notes it.
 pub(crate) fn facts(device: &DeviceHandle, frames: &[CameraFrame]) -> Vec<SentFrame> {
     let last_ns = frames.last().unwrap().device_ns.unwrap();
     let begin = Instant::now();

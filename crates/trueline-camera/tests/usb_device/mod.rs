@@ -1,5 +1,5 @@
-//! A USB3 Vision camera that is not there: its memory, its answers to commands, and its pictures, written by the standards (USB3 Vision
-//! for the registers of the stream and for leader and trailer, GenCP for commands, bootstrap registers and the table of files).
+//! A simulated USB3 Vision camera: its memory, its answers to commands, and its pictures, by the standards (USB3 Vision for
+//! the registers of the stream and for leader and trailer, GenCP for commands, bootstrap registers and the table of files).
 #![allow(dead_code, reason = "each test uses what it needs")]
 
 use std::collections::VecDeque;
@@ -12,7 +12,7 @@ pub(crate) const ENDPOINTS: UsbEndpoints =
     UsbEndpoints { control_in: 0x81, control_out: 0x01, stream_in: Some(0x82) };
 const DESCRIPTION: &str = include_str!("description.xml");
 
-/// Where things are in the device's memory.
+/// Addresses in the device's memory.
 pub(crate) const ABRM: u64 = 0;
 pub(crate) const SBRM: u64 = 0x1_0000;
 pub(crate) const SIRM: u64 = 0x2_0000;
@@ -45,7 +45,7 @@ const WRITE: u16 = 0x0802;
 const PENDING: u16 = 0x0805;
 const INVALID_ADDRESS: u16 = 0x8003;
 
-/// What the device does wrong with its answers.
+/// The device's mistakes in its answers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Fault {
     #[default]
@@ -83,7 +83,7 @@ pub(crate) struct Sent {
     pub payload: Vec<u8>,
     pub payload_type: u16,
     pub status: u16,
-    /// What the trailer says is valid; `None` for all that is sent.
+    /// The valid size by the trailer; `None` for everything sent.
     pub valid: Option<u64>,
     /// Rows that the trailer says; `None` for those of the leader.
     pub rows: Option<u32>,
@@ -347,7 +347,7 @@ impl State {
         })
     }
 
-    /// Puts an answer where it is read, with what is wrong with it.
+    /// Puts an answer into its place, with its mistake.
     fn answer(&mut self, [status, command, request]: [u16; 3], data: &[u8]) {
         let packet = |status: u16, command: u16, length: u16, request: u16, data: &[u8]| {
             let words = [status, command, length, request].map(u16::to_le_bytes);
@@ -410,7 +410,7 @@ impl UsbTransfer for UsbDevice {
         Ok(data.len())
     }
 
-    /// That of USB 3: a program has room for whole packets.
+    /// That of USB 3: a program has room for complete packets.
     fn max_packet_size(&self, _: u8) -> Option<usize> {
         Some(1024)
     }
