@@ -13,7 +13,7 @@ const APART: Duration = Duration::from_millis(80);
 const EVERY: Duration = Duration::from_secs(1);
 /// Exchanges that the map is made of: two minutes.
 const MOST: usize = 120;
-/// Exchanges that contradict each other by more tell of a clock that was set, s.
+/// Exchanges that contradict each other by more show that a clock was set, s.
 const SET_S: f64 = 1e-3;
 
 /// A map that is kept up.
@@ -25,7 +25,7 @@ pub struct CameraClock {
     asked: Instant,
 }
 
-/// The camera's clock in steady time: a map, and what the clock was set by since it was made.
+/// The camera's clock in steady time: a map, and the total setting of the clock since then.
 #[derive(Clone, Copy)]
 struct Reading {
     map: LatchMap,
@@ -40,7 +40,7 @@ impl Reading {
 
 /// One exchange with the camera.
 pub struct Exchange {
-    /// What was said when.
+    /// A reading of both clocks, and when it was taken.
     pub sample: LatchSample,
     /// The camera's clock was set since the one before.
     pub was_set: bool,
@@ -82,7 +82,7 @@ impl CameraClock {
         let uncertain_s = SET_S + (sample.after_ns - sample.before_ns) as f64 * 1e-9;
         let was_set = off_ns as f64 * 1e-9 > uncertain_s || (off_ns as f64) * 1e-9 < -uncertain_s;
         if was_set {
-            // The rate stays; the origin is where this exchange has it.
+            // The rate stays. The origin follows this exchange.
             self.before = Some(self.now);
             self.now.shift_ns += off_ns;
             self.samples.clear();
@@ -105,8 +105,8 @@ impl CameraClock {
         self.now.steady_ns(device_ns)
     }
 
-    /// The same for a picture between whose exposure and the last exchange the clock may have been set: of both readings, the one
-    /// by which it took as long on its way as pictures usually take.
+    /// The same for a picture, where the clock may have been set between its exposure and the last exchange.
+    /// Of both readings it takes the one that gives the picture its usual delay.
     #[must_use]
     pub(crate) fn likely_steady_ns(&self, device_ns: i64, arrival_ns: i64, usual_ns: Option<i64>) -> i64 {
         let now_ns = self.steady_ns(device_ns);
@@ -123,7 +123,7 @@ mod tests {
     use super::*;
     use trueline_camera::{CameraFrame, SourceAbout};
 
-    /// A camera with nothing but a clock; time goes on by a second with every question.
+    /// A camera with only a clock; time advances by a second with every question.
     struct Clock {
         now_ns: i64,
         set_by_ns: i64,

@@ -1,14 +1,14 @@
-//! What came of a camera so far.
+//! Counts of a camera's pictures so far.
 
 use std::fmt;
 use trueline_dataset::FrameSignals;
 
-/// What came of a camera so far.
+/// Counts of a camera's pictures so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CameraCounts {
     /// Frames that came, whole or not.
     pub frames: u64,
-    /// Those that are not whole, or not what was agreed.
+    /// Pictures that are incomplete or differ from the agreed format.
     pub unusable: u64,
     /// Numbers of the camera's counter that never came.
     pub missing: u64,
@@ -26,7 +26,7 @@ pub struct CameraCounts {
     pub interruptions: u64,
     /// It waits for a signal before each picture.
     pub is_triggered: bool,
-    /// What it told of its inputs with the last picture.
+    /// State of its inputs with the last picture.
     pub signals: FrameSignals,
 }
 
@@ -46,7 +46,7 @@ impl CameraCounts {
         self.missing + self.unusable
     }
 
-    /// Whether so much was lost, or stamped doubtfully, that the recording should not pass as good.
+    /// Whether too many pictures were lost, or stamped doubtfully, for the recording to pass as good.
     #[must_use]
     pub fn is_doubtful(&self) -> bool {
         self.taken() == 0
@@ -55,7 +55,7 @@ impl CameraCounts {
             || self.interruptions > 0
     }
 
-    /// What is missing or doubtful, a sentence each.
+    /// Missing or doubtful data, a sentence each.
     #[must_use]
     pub fn losses(&self) -> Vec<String> {
         let mut words = Vec::new();

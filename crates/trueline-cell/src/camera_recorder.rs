@@ -22,7 +22,7 @@ use trueline_vision::Joint;
 /// Between looks at whether all is over.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// Pictures that have come are still taken for so long after the end.
+/// Pictures on their way are still accepted for this time after the end.
 const END_WITHIN: Duration = Duration::from_millis(500);
 
 /// A camera that is recorded.
@@ -38,7 +38,8 @@ pub struct CameraRecorder {
 }
 
 impl CameraRecorder {
-    /// Opens a camera. One that does not answer is looked for again for some seconds, or until `give_up` says so.
+    /// Opens a camera. A camera that does not answer is tried again for some seconds, or until `give_up`
+    /// returns true.
     ///
     /// # Errors
     /// A camera that cannot be used, does not suit the sensor, or has no clock although its stamp is wanted.
@@ -80,19 +81,20 @@ impl CameraRecorder {
         })
     }
 
-    /// The last picture, for whoever looks.
+    /// The last picture, for observers.
     #[must_use]
     pub fn picture(&self) -> Arc<LivePicture> {
         Arc::clone(&self.picture)
     }
 
-    /// What gives the pictures and what their stamps are, in the words of the recording.
+    /// Source of the pictures and meaning of their stamps, in the words of the recording.
     #[must_use]
     pub fn stamp_meaning(&self) -> String {
         let about = self.source.about();
         if self.is_replay {
             return format!(
-                "{}: when a picture of the folder was due; the offset against a live robot means nothing",
+                "{}: when a picture of the folder was due; the offset against a live robot is \
+                meaningless",
                 about.name
             );
         }
@@ -105,7 +107,7 @@ impl CameraRecorder {
     /// Records until all is over, or the camera is.
     ///
     /// # Errors
-    /// A camera that fails; what came before is recorded.
+    /// A camera that fails; earlier pictures are recorded.
     pub fn run(
         &mut self,
         handle: &RecorderHandle,
@@ -120,7 +122,7 @@ impl CameraRecorder {
             seen = self.take(&sink, false);
         }
         if seen.is_ok() {
-            // Those that wait are stamped by what the clock says at the end.
+            // Waiting pictures are stamped by the clock's last state.
             seen = self.take(&sink, true);
         }
         self.record_waiting(&sink, false);
@@ -130,8 +132,8 @@ impl CameraRecorder {
 
     fn take(&mut self, sink: &Sink<'_>, last: bool) -> Result<(), CameraError> {
         if last {
-            // What came before the end and was not looked at yet; a source that is behind must not delay the end. Pictures of a
-            // replay stay in their folder.
+            // Pictures that came before the end and are not searched yet. A slow source must not delay the
+            // end. Pictures of a replay stay in their folder.
             let start = Instant::now();
             while !self.is_replay
                 && start.elapsed() < END_WITHIN
@@ -200,24 +202,24 @@ impl CameraRecorder {
     }
 }
 
-/// Where seam points go beside the recording.
+/// Destination of seam points beside the recording.
 pub struct SeamPoints<'a> {
     /// The estimate, if there is one.
     pub estimate: Option<&'a LiveEstimate>,
-    /// What cuts them into welds, if anything does.
+    /// Divider of the points into welds, if any.
     pub welds: Option<&'a LiveWelds>,
     /// Pictures are counted there.
     pub counts: &'a Mutex<CameraCounts>,
 }
 
-/// Where pictures go.
+/// Destination of pictures.
 struct Sink<'a> {
     handle: &'a RecorderHandle,
     goal: &'a SeamPoints<'a>,
 }
 
 impl Sink<'_> {
-    /// What finds no room is counted there, and told at the end.
+    /// An entry without room is counted there, and reported at the end.
     fn record(&self, entry: Entry) {
         let _counted = self.handle.offer(entry);
     }

@@ -10,15 +10,15 @@ use trueline_dataset::Sensor;
 use trueline_live::HostClock;
 use trueline_vision::Joint;
 
-/// How long a camera that does not answer is looked for: it may just be waking up.
+/// Time for which a camera that does not answer is searched: it may just be waking up.
 const PATIENCE: Duration = Duration::from_secs(8);
 
 /// Which camera.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CameraChoice {
-    /// A GigE Vision camera, and what is set on it.
+    /// A GigE Vision camera, and its settings.
     GigE(Ipv4Addr, CameraSetup),
-    /// A USB3 Vision camera by its serial number, or the only one that is plugged in, and what is set on it.
+    /// A USB3 Vision camera by its serial number, or the only one plugged in, with its settings.
     #[cfg(feature = "u3v")]
     U3v(Option<String>, CameraSetup),
     /// A device of Video4Linux.
@@ -35,13 +35,14 @@ pub struct CameraSettings {
     pub choice: CameraChoice,
     /// Which stamp of a picture calibration uses.
     pub stamp: StampChoice,
-    /// Joint type, for the estimate; without it profiles tell it, and pictures are those of a fillet.
+    /// Joint type, for the estimate. Without it profiles determine it, and pictures are those of a fillet.
     pub joint: Option<Joint>,
     /// A camera that is unplugged is waited for; else it is an error.
     pub reconnect: bool,
 }
 
-/// Opens the camera; one that does not answer is looked for again until it does, 8 s are over, or `give_up` says so.
+/// Opens the camera. A camera that does not answer is tried again until it does, 8 s are over, or `give_up`
+/// returns true.
 pub(crate) fn open(
     settings: &CameraSettings,
     sensor: Option<&Sensor>,

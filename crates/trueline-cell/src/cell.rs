@@ -1,4 +1,5 @@
-//! What records beside the robot: the camera and the estimate, a thread each; both end when the robot's side does.
+//! The recorders beside the robot's: the camera and the estimate, a thread each. Both end with the robot's
+//! side.
 
 use crate::camera_counts::CameraCounts;
 use crate::camera_recorder::{CameraRecorder, SeamPoints};
@@ -35,7 +36,7 @@ pub struct CellState {
 
 /// How the threads of a cell ended.
 pub struct CellOutcome<T> {
-    /// What the robot's side returned; `None` if it panicked.
+    /// Result of the robot's side; `None` if it panicked.
     pub robot: Option<T>,
     /// Why the camera ended early, if it did.
     pub camera: Result<(), CameraError>,
@@ -43,7 +44,7 @@ pub struct CellOutcome<T> {
     pub estimate_panicked: bool,
 }
 
-/// Tells on its end that there is no camera any more.
+/// Reports at its end that there is no camera any more.
 struct Blinded<'a>(&'a AtomicBool);
 
 impl Drop for Blinded<'_> {
@@ -65,13 +66,13 @@ impl Cell {
         Self { welds: Some(welds), ..self }
     }
 
-    /// What gives pictures and what their stamps are, in the words of the recording.
+    /// Source of the pictures and meaning of their stamps, in the words of the recording.
     #[must_use]
     pub fn stamp_meaning(&self) -> Option<String> {
         self.camera.as_ref().map(CameraRecorder::stamp_meaning)
     }
 
-    /// The camera's last picture, for whoever looks.
+    /// The camera's last picture, for observers.
     #[must_use]
     pub fn picture(&self) -> Option<Arc<LivePicture>> {
         self.camera.as_ref().map(CameraRecorder::picture)
@@ -95,8 +96,8 @@ impl Cell {
         state(self.camera.is_some(), &self.counts, self.estimate.as_deref())
     }
 
-    /// Runs camera and estimate beside `robot`, which runs until it is done; the flag that it is given tells that the
-    /// camera has failed. `observe` is called in this thread five times a second.
+    /// Runs camera and estimate beside `robot`, until it is done. The flag that it is given reports that the camera
+    /// has failed. `observe` is called in this thread five times a second.
     pub fn run<T: Send>(
         &mut self,
         handle: &RecorderHandle,

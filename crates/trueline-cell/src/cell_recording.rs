@@ -1,4 +1,4 @@
-//! What the robot sends and is answered, and the clocks of this PC, into `recording.mcap`.
+//! Writes the robot's messages, the answers and the clocks of this PC into `recording.mcap`.
 
 use crate::entries;
 use crate::error::CellError;
@@ -49,20 +49,21 @@ pub struct CellRecording {
     answered: u32,
 }
 
-/// What a recording is made for.
+/// Purpose of a recording.
 #[derive(Clone)]
 pub struct RecordingSettings<'a> {
     /// Its folder; made if it is not there.
     pub folder: &'a Path,
-    /// The text of the sensor's file, kept as it is.
+    /// The text of the sensor's file, unchanged.
     pub sensor_toml: Option<String>,
-    /// Name of the tool whose poses come.
+    /// Name of the tool of the poses.
     pub tool: &'a str,
-    /// What the robot's stamps are: [`ARRIVAL`] or [`READING`].
+    /// Kind of the robot's stamps: [`ARRIVAL`] or [`READING`].
     pub robot: &'a str,
     /// The command that records.
     pub command: String,
-    /// What gives pictures and what their stamps are: [`CameraRecorder::stamp_meaning`](crate::CameraRecorder::stamp_meaning).
+    /// Source of the pictures and meaning of their stamps:
+    /// [`CameraRecorder::stamp_meaning`](crate::CameraRecorder::stamp_meaning).
     pub camera: Option<String>,
     /// The live estimate, which is given every pose as well.
     pub estimate: Option<Arc<LiveEstimate>>,
@@ -70,7 +71,7 @@ pub struct RecordingSettings<'a> {
     pub welds: Option<Arc<LiveWelds>>,
 }
 
-/// What became of a recording.
+/// Result of a recording.
 pub struct FinishedRecording {
     /// The file.
     pub file: PathBuf,
@@ -89,13 +90,13 @@ pub struct FinishedRecording {
 }
 
 impl FinishedRecording {
-    /// Whether everything that was given in is in the file.
+    /// Whether all given data are in the file.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.failure.is_none() && self.refused == 0
     }
 
-    /// What is missing, a sentence each.
+    /// Missing data, a sentence each.
     #[must_use]
     pub fn losses(&self) -> Vec<String> {
         match &self.failure {
@@ -107,7 +108,7 @@ impl FinishedRecording {
         }
     }
 
-    /// What else happened, a sentence each.
+    /// Other events, a sentence each.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
@@ -188,13 +189,13 @@ impl CellRecording {
         }
     }
 
-    /// Whether writing has stopped; looked at once a second.
+    /// Whether writing has stopped; checked once a second.
     #[must_use]
     pub(crate) fn has_failed(&self) -> bool {
         self.has_failed
     }
 
-    /// What finds no room is counted there, and told at the end; nothing here waits for a disk.
+    /// An entry without room is counted there, and reported at the end; nothing here waits for a disk.
     fn keep(&self, entry: Entry) {
         let _counted = self.handle.offer(entry);
     }
@@ -229,7 +230,7 @@ impl CellRecording {
         self.keep(entries::answer(answer));
     }
 
-    /// Keeps what a robot that waits for answers was answered.
+    /// Keeps the answers to a robot that waits for them.
     pub(crate) fn robot_answer(&mut self, answer: RobotAnswer) {
         self.answered = self.answered.wrapping_add(1);
         self.keep(entries::robot_answer(answer, self.answered));

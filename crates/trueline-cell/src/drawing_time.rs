@@ -5,10 +5,11 @@ use trueline_camera::device::DeviceSettings;
 
 /// Share of the time there is that drawing may take on average: single pictures take longer.
 const USED: f64 = 0.7;
-/// Share of it that drawing takes with what is proposed.
+/// Share of it that drawing takes with the proposed settings.
 const PROPOSED: f64 = 0.5;
 
-/// What to do if a picture takes so long to draw: it has to be there before its first packet is due, and before the next one.
+/// Advice if a picture takes longer to draw than there is time: it must be ready before its first packet is
+/// due, and before the next one.
 pub(crate) fn late_pictures(takes: Duration, settings: &DeviceSettings) -> Option<String> {
     let takes_ms = takes.as_secs_f64() * 1e3;
     let (allowed_ms, latency_ms) =

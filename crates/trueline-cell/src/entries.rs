@@ -1,4 +1,4 @@
-//! What happens in a cell, as entries of a recording: everything that another recorder needs to write the same file.
+//! Events of a cell as entries of a recording: all that another recorder needs to write the same file.
 
 use crate::camera_clock::Exchange;
 use trueline_camera::{CameraFrame, FrameStatus, LatchSample};

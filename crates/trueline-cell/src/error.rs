@@ -21,7 +21,7 @@ pub enum CellError {
     Folder {
         /// The folder.
         folder: PathBuf,
-        /// What the operating system says.
+        /// Message of the operating system.
         why: std::io::Error,
     },
     /// The camera's pictures are not of the size that the sensor was calibrated for.
@@ -35,7 +35,7 @@ pub enum CellError {
         expected: [usize; 2],
     },
     /// A joint that profiles are not searched for.
-    #[error("a {} is not looked for in profiles", joint.name())]
+    #[error("profiles are not searched for a {}", joint.name())]
     NotInProfiles {
         /// The joint.
         joint: Joint,

@@ -16,7 +16,7 @@ pub enum StampChoice {
 }
 
 impl StampChoice {
-    /// What the stamp is, in the words of the recording.
+    /// Kind of stamp, in the words of the recording.
     #[must_use]
     pub fn meaning(self) -> &'static str {
         match self {

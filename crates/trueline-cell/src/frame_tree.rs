@@ -1,8 +1,9 @@
 //! The pose of one frame in another, from the transforms of a tree as they come.
 //!
-//! Transforms that are published together share their stamps and are composed at just these. A moving transform that has another rhythm than
-//! the rest is interpolated between two of its samples, never beyond them or across a gap: a pose then waits for the later one. What a tree
-//! may not be (a loop, a frame with two parents, a static transform that changes) ends the stream instead of giving poses of something else.
+//! Transforms that are published together share their stamps and are composed at just these. A moving
+//! transform that has another rhythm than the rest is interpolated between two of its samples, never beyond
+//! them or across a gap: a pose then waits for the later one. A tree with a loop, a frame with two parents or
+//! a static transform that changes ends the stream. Otherwise it would give poses of another frame.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use trueline_geometry::Pose;
@@ -55,7 +56,7 @@ struct Link {
     samples: VecDeque<(i64, Pose)>,
 }
 
-/// The tree, as far as it is known.
+/// The tree, as far as known.
 #[derive(Clone, Debug)]
 pub struct FrameTree {
     base: String,
@@ -71,7 +72,7 @@ pub struct FrameTree {
     behind: u64,
 }
 
-/// What is known of a transform at a time.
+/// Knowledge of a transform at a time.
 enum At {
     Known(Pose, bool),
     NotYet,
@@ -108,7 +109,7 @@ impl FrameTree {
     /// Takes the transforms of a message.
     ///
     /// # Errors
-    /// Why this is no tree.
+    /// The reason why this is not a tree.
     pub fn add(&mut self, transforms: &[StampedTransform], is_static: bool) -> Result<NewPoses, TreeError> {
         let mut began_anew = false;
         for transform in transforms {
@@ -243,7 +244,7 @@ impl FrameTree {
         At::Known(common_from_base.inverse() * common_from_tool, interpolated)
     }
 
-    /// What is worth telling of it, a sentence each.
+    /// Remarks for the user, a sentence each.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();

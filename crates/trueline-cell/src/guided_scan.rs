@@ -17,7 +17,7 @@ use trueline_live::{Guide, Received, ReplyTimes, priority};
 pub struct ScanState {
     /// The robot.
     pub robot: RobotBrief,
-    /// What the gate is about.
+    /// Phase of the guidance.
     pub phase: Phase,
 }
 
@@ -31,7 +31,7 @@ impl fmt::Display for ScanState {
 pub struct EndedScan {
     /// How the guidance went.
     pub guidance: io::Result<Outcome>,
-    /// Whether the operator asked for its end.
+    /// Whether the operator requested its end.
     pub was_asked: bool,
     /// How long answers took.
     pub replies: ReplyTimes,
@@ -45,9 +45,9 @@ pub struct EndedScan {
     pub estimate_panicked: bool,
 }
 
-/// Guides the robot while camera and estimate run. `command` is what the operator wants, asked before every step; a scan that is
-/// not seen or not recorded any more is stopped as well. `observe` is called in this thread five times a second. `None` if the
-/// guiding thread panicked: the controller then stops by its timeout.
+/// Guides the robot while camera and estimate run. `command` returns the operator's command, before every step. A scan that
+/// is not visible or not recorded any more is stopped as well. `observe` is called in this thread five times a second.
+/// `None` if the guiding thread panicked: the controller then stops by its timeout.
 pub fn guide_scan(
     cell: &mut Cell,
     mut guide: Guide,

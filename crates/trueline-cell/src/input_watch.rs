@@ -24,7 +24,7 @@ impl InputWatch {
         match status {
             SequenceStatus::First => self.last = None,
             SequenceStatus::Newest { .. } => {}
-            // What it says is older than what the last one said.
+            // This message is older than the last one.
             SequenceStatus::Late => return None,
         }
         let now = Seen { steady_ns: packet.arrival.steady_ns, device_ns, bits: inputs? };
@@ -46,7 +46,7 @@ mod tests {
     use trueline_live::robot_source::RobotStatus;
     use trueline_live::stamped_socket::Arrival;
 
-    /// The changes of packets, each with its device time in ms, what it says and its status, which come a ms apart.
+    /// The changes of packets, each with its device time in ms, its value and its status, 1 ms apart.
     fn changes(packets: &[(i64, Option<u64>, SequenceStatus)]) -> Vec<([i64; 2], [u64; 2])> {
         let mut watch = InputWatch::default();
         let mut found = Vec::new();

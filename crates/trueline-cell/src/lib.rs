@@ -35,7 +35,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Nothing here prints or knows of a terminal: [`Cell::run`] calls back with [`CellState`], plain values.
+//! Nothing here prints or depends on a terminal: [`Cell::run`] calls back with [`CellState`], plain values.
 
 mod camera_clock;
 mod camera_counts;

@@ -1,8 +1,8 @@
-//! What a scan that is under way yields so far.
+//! The estimate of a scan that is under way.
 //!
-//! Everything that came is calibrated as it would be afterwards, by the same recipe, and again whenever there is half as much
-//! more; in between, and after ten minutes, what is new is added to the sums of all before. At the end of a stream that is
-//! still kept, all of it is calibrated once more.
+//! All data so far are calibrated by the same recipe as afterwards, again whenever they have grown by half. In
+//! between, and after ten minutes, new data are added to the sums of the old ones. At the end of a stream that is
+//! still kept as a whole, all of it is calibrated again.
 
 use std::mem::take;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,22 +14,22 @@ use trueline_method::incremental::{Change, Estimate, Extent, Incremental};
 use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_method::{Calibration, Config, Requirement, Status};
 
-/// Between estimates; never less than twice as long as one takes.
+/// Between estimates; at least twice the duration of one.
 const EVERY: Duration = Duration::from_secs(2);
 /// Fewer seam points give no estimate.
 const FEWEST_FEATURES: usize = 30;
 
-/// Poses and features that have come, and what follows from them.
+/// Poses and features received, and the estimate from them.
 pub struct LiveEstimate {
     sensor: SensorFile,
     want: Option<Requirement>,
     came: Mutex<(Vec<RobotSample>, Vec<Feature>)>,
     progress: Mutex<Progress>,
-    /// Whether nobody takes what comes any more.
+    /// Whether the receiver is gone.
     has_failed: AtomicBool,
 }
 
-/// Should the estimate panic, what comes from then on is not kept.
+/// If the estimate panics, later data are not kept.
 struct Guard<'a>(&'a LiveEstimate);
 
 impl Drop for Guard<'_> {
@@ -46,12 +46,12 @@ impl Drop for Guard<'_> {
 pub enum Progress {
     /// Too few seam points so far.
     Waiting {
-        /// Those that came.
+        /// Number received.
         seam_points: usize,
-        /// Those that a first estimate needs.
+        /// Number needed for a first estimate.
         needed: usize,
     },
-    /// The estimator refuses what came.
+    /// The estimator refuses the data.
     Refused {
         /// Seam points that came.
         seam_points: usize,
@@ -67,15 +67,15 @@ pub enum Progress {
 pub struct Estimated {
     /// Seam points that it is made from.
     pub seam_points: usize,
-    /// Time offset and the random part of its sigma, which is what a longer scan makes smaller, s; `None` while it is not observable.
+    /// Time offset and the random part of its sigma, which a longer scan reduces, s; `None` while it is not observable.
     pub time_offset_s: Option<[f64; 2]>,
     /// Largest sigma of the hand-eye translation, likewise, m; `None` while any part of it is not observable.
     pub translation_sigma_m: Option<f64>,
     /// Largest sigma of the hand-eye rotation, likewise, rad; `None` while any part of it is not observable.
     pub rotation_sigma_rad: Option<f64>,
-    /// Whether what was required is reached, and the calibration accepted; `None` if nothing was required.
+    /// Whether the requirements are met and the calibration is accepted; `None` without requirements.
     pub is_enough: Option<bool>,
-    /// What is not observable yet, and the motion that would make it so.
+    /// Quantities that are not observable yet, and the motion that would make them so.
     pub advice: Vec<String>,
 }
 
@@ -116,7 +116,7 @@ impl LiveEstimate {
         self.progress.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Estimates until all is over, and once more then.
+    /// Estimates until the end, and once more then.
     pub fn run(&self, over: &AtomicBool) {
         let _guard = Guard(self);
         let mut stream = Incremental::new(self.nothing(), Config::default(), Extent::default());
@@ -152,7 +152,7 @@ impl LiveEstimate {
         let outcome = if last { stream.finish() } else { stream.update() };
         let answer = stream.estimate();
         match (stream.calibration(), answer, outcome) {
-            // Samples that cannot be placed yet take nothing from what is known.
+            // Samples that cannot be placed yet change nothing.
             (Some(calibration), Some(answer), _) if stream.is_ahead() => {
                 Progress::Estimated(self.ahead(calibration, &answer, seam_points))
             }
@@ -162,7 +162,7 @@ impl LiveEstimate {
         }
     }
 
-    /// The last calibration with what came after it.
+    /// The last calibration, updated with later data.
     fn ahead(&self, calibration: &Calibration, answer: &Estimate, seam_points: usize) -> Estimated {
         let sigma = |k: usize| answer.noise_sigma[k];
         let is_accepted = calibration.status() == Status::Accepted && answer.change.is_none();
@@ -199,7 +199,7 @@ impl LiveEstimate {
     }
 }
 
-/// What no longer holds for the whole stream.
+/// Assumptions that do not hold for the whole stream any more.
 fn in_words(change: &Change) -> String {
     if change.time_offset_s == 0.0 {
         let percent = 100.0 * change.fitting;

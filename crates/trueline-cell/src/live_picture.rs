@@ -1,6 +1,6 @@
 //! The last picture for people to look at: made small, with the seam that was found in it.
 //!
-//! Nothing is done unless somebody has asked lately, twice a second at most, and the camera's thread waits for nobody.
+//! Nothing is done without a request in the last seconds, and at most twice a second. The camera's thread never waits.
 
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -10,7 +10,7 @@ use trueline_dataset::{Feature, GrayImage, Measured, Pixels};
 const WIDTH: usize = 816;
 /// Between pictures.
 const EVERY: Duration = Duration::from_millis(500);
-/// Whoever has not asked for so long does not look any more.
+/// Without a request for this time the observer has left.
 const ATTENTION: Duration = Duration::from_secs(15);
 
 /// A small picture.
@@ -24,13 +24,13 @@ pub struct SmallPicture {
     pub gray: Vec<u8>,
     /// Columns and rows of the picture that it was made from, px.
     pub size_px: [usize; 2],
-    /// The seam in that picture, px, where one was found.
+    /// The seam in that picture, px, if found.
     pub seam_px: Option<[f64; 2]>,
     /// The picture's number.
     pub frame: u64,
 }
 
-/// Where the camera leaves its last picture.
+/// Place of the camera's last picture.
 #[derive(Debug, Default)]
 pub struct LivePicture {
     asked: Mutex<Option<Instant>>,
@@ -38,7 +38,7 @@ pub struct LivePicture {
 }
 
 impl LivePicture {
-    /// The last picture; whoever asks will find a newer one the next time.
+    /// The last picture; the next call finds a newer one.
     #[must_use]
     pub fn look(&self) -> Option<SmallPicture> {
         *self.asked.lock().unwrap_or_else(PoisonError::into_inner) = Some(Instant::now());
@@ -76,7 +76,7 @@ fn small(image: &GrayImage, frame: u64, seam_px: Option<[f64; 2]>) -> SmallPictu
     match &image.pixels {
         Pixels::Eight(levels) => levels.iter().enumerate().for_each(|(k, level)| take(k, *level)),
         Pixels::Sixteen(levels) => {
-            // Whatever the depth, the brightest is white.
+            // At any depth, the brightest level is white.
             let white = f32::from(levels.iter().copied().max().unwrap_or(1).max(1));
             levels
                 .iter()

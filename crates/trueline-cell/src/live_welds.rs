@@ -1,4 +1,4 @@
-//! Welds as they end, out of a recording that goes on: from the first seam point to a pause.
+//! Welds as they end, from a running recording: from the first seam point to a pause.
 
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;

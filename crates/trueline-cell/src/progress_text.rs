@@ -1,4 +1,4 @@
-//! What a live estimate has come to, in words.
+//! Progress of a live estimate, in words.
 
 use crate::cell::CellState;
 use crate::live_estimate::{Estimated, Progress};
@@ -18,7 +18,7 @@ impl fmt::Display for Progress {
 }
 
 impl Progress {
-    /// What cannot be determined yet, and the motion that would help.
+    /// Quantities that cannot be determined yet, and the motion that would help.
     #[must_use]
     pub fn advice(&self) -> &[String] {
         match self {
@@ -48,7 +48,7 @@ impl fmt::Display for Estimated {
 }
 
 impl CellState {
-    /// What camera and estimate came to, in some lines.
+    /// State of camera and estimate, in some lines.
     #[must_use]
     pub fn lines(&self) -> Vec<String> {
         let mut lines = Vec::new();

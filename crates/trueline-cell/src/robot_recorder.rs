@@ -18,12 +18,12 @@ const WAIT: Duration = Duration::from_millis(20);
 pub struct Until<'a> {
     /// After so long; without it, when the robot has ended its program.
     pub longest: Option<Duration>,
-    /// When this says so.
+    /// Returns true to stop.
     pub stop: &'a (dyn Fn() -> bool + Sync),
 }
 
-/// Records what comes over a link. A lost connection is made anew, and is a note in the recording. `shown` is what there is
-/// to display meanwhile. Returns why the robot cannot be recorded, if it cannot.
+/// Records the messages of a link. A lost connection is made anew, and is a note in the recording. `shown` is the state to
+/// display meanwhile. Returns why the robot cannot be recorded, if it cannot.
 pub fn record_robot(
     link: &mut RobotLink,
     recording: &mut CellRecording,
@@ -48,7 +48,7 @@ pub fn record_robot(
         if came > frames {
             (frames, changed, is_lost) = (came, Instant::now(), false);
         }
-        // Whoever displays may hold it; then the next look will do.
+        // A display may hold it; then the next update will do.
         if let Ok(mut shown) = shown.try_lock() {
             *shown = brief;
         }
@@ -79,7 +79,7 @@ fn keep(packet: &RobotPacket<'_>, recording: &mut CellRecording) {
     recording.packet(packet);
 }
 
-/// An ABB robot's own datagrams are in the recording; of other makes it is noted what was recorded.
+/// An ABB robot's own datagrams are in the recording. For other makes a note states the recorded protocol.
 fn note_what_it_was(link: &RobotLink, recording: &CellRecording) {
     if let RobotLink::Other(source) = link {
         let about = source.about();

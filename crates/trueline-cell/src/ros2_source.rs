@@ -1,9 +1,9 @@
-//! A robot whose driver publishes poses in ROS 2: a topic is read over DDS, without any ROS on this PC.
+//! A robot with a driver that publishes poses in ROS 2: a topic is read over DDS, without any ROS on this PC.
 //!
-//! DDS is done by `rustdds`, which is made for it and needs no system library. Names are those that ROS 2 gives to DDS: a topic `/pose`
-//! is `rt/pose`, a message `package/msg/Name` has the type `package::msg::dds_::Name_`. The reader takes what writers of any
-//! reliability send, and asks for nothing again: a pose that is late is worth nothing. Of transforms (`/tf`) the pose of one frame in another
-//! is composed; the static ones (`/tf_static`) are asked for as they were published before.
+//! DDS is done by `rustdds`, which is made for it and needs no system library. Names are the DDS names of ROS 2: a topic
+//! `/pose` is `rt/pose`, a message `package/msg/Name` has the type `package::msg::dds_::Name_`. The reader accepts writers
+//! of any reliability, and requests nothing again: a late pose is worthless. From transforms (`/tf`) the pose of one frame
+//! in another is composed. Static ones (`/tf_static`) are requested, as they were published before.
 
 use crate::frame_tree::{FrameTree, TreeError};
 use rustdds::dds::adapters::no_key::{Decode, DefaultDecoder, DeserializerAdapter};
@@ -55,7 +55,7 @@ const PATIENCE: rustdds::Duration = rustdds::Duration::from_millis(100);
 
 type Reader = SimpleDataReader<Vec<u8>, AsItCame>;
 
-/// Transforms, and what becomes of them.
+/// Transforms, and their use.
 struct Transforms {
     statics: Reader,
     tree: FrameTree,
@@ -82,7 +82,7 @@ impl Ros2Source {
     /// Asks the network for the topic.
     ///
     /// # Errors
-    /// A message that holds no single pose, a domain that DDS does not have, and what the operating system says.
+    /// A message without a single pose; a domain that DDS does not have; error of the operating system.
     pub fn open(topic: Ros2Topic, clock: HostClock) -> io::Result<Self> {
         match (kind(&topic.message, "cdr"), &topic.frames) {
             (Kind::Pose, None) | (Kind::Transforms, Some(_)) => {}
@@ -143,7 +143,7 @@ impl Ros2Source {
             return self.take_transforms(each);
         }
         let mut count = 0;
-        // In this order: what comes after the reading wakes this thread.
+        // In this order: data after the reading wake this thread.
         self.reader.drain_read_notifications();
         self.reader.set_waker(Some(self.waker.clone()));
         loop {
@@ -203,7 +203,7 @@ impl Ros2Source {
                 };
                 count += 1;
                 let Ok(Content::Transforms(list)) = decode(&message, "cdr", bytes) else {
-                    tell(arrival, Err(PacketError::Text("not such a message, or a transform that is none")));
+                    tell(arrival, Err(PacketError::Text("not such a message, or an invalid transform")));
                     continue;
                 };
                 if !is_static && list.iter().any(|transform| transform.stamp_ns == 0) {
@@ -240,7 +240,7 @@ impl Ros2Source {
         Ok(count)
     }
 
-    /// Where a message stands: writers count theirs one by one.
+    /// Place of a message: writers count theirs one by one.
     fn place(&mut self, writer: GUID, number: i64) -> SequenceStatus {
         let last = self.last.replace((writer, number));
         match last.filter(|(before, _)| *before == writer) {
@@ -260,7 +260,7 @@ impl Ros2Source {
     fn pose(&mut self, bytes: &[u8], sent_ns: Option<i64>) -> Result<(i64, Pose), PacketError> {
         let content = decode(&self.topic.message, "cdr", bytes);
         let Ok(Content::Pose(stamped)) = content else {
-            return Err(PacketError::Text("not such a message, or a pose that is none"));
+            return Err(PacketError::Text("not such a message, or an invalid pose"));
         };
         self.frame = Some(stamped.frame);
         self.unstamped |= stamped.stamp_ns == 0;
@@ -359,7 +359,7 @@ impl Wake for Unpark {
     }
 }
 
-/// A message's bytes with the head that says how they are written, as a bag holds them.
+/// A message's bytes with the head that states their encoding, as in a bag.
 struct AsItCame;
 
 impl DeserializerAdapter<Vec<u8>> for AsItCame {

@@ -14,7 +14,7 @@ pub enum SeamFinder {
     Pictures {
         /// Finds the stripe and the seam in it.
         detector: Box<Detector>,
-        /// What the stripe looks like there.
+        /// Appearance of the stripe there.
         joint: Joint,
     },
     /// In profiles, by the second.
@@ -22,8 +22,8 @@ pub enum SeamFinder {
 }
 
 impl SeamFinder {
-    /// For the frames of a source; `None` if the sensor is neither a profiler nor a camera with a laser plane. Without a joint profiles tell it,
-    /// and pictures are those of a fillet.
+    /// For the frames of a source; `None` if the sensor is neither a profiler nor a camera with a laser plane. Without a
+    /// joint profiles determine it, and pictures are those of a fillet.
     ///
     /// # Errors
     /// [`CellError::PictureSize`] if the source's pictures are not of the size of the calibrated camera, [`CellError::NotInProfiles`] for a
@@ -53,7 +53,7 @@ impl SeamFinder {
         Some(detector.seam_in(image, *joint).ok()?.feature(stamp))
     }
 
-    /// Takes a profile in; the seam points of those that have waited for it.
+    /// Takes a profile in, and returns the seam points of the waiting ones.
     pub(crate) fn in_profile(&mut self, seen: &ProfileEntry) -> Vec<Feature> {
         let Self::Profiles(stream) = self else { return Vec::new() };
         let point = |[x_m, z_m]: [f64; 2]| ProfilePoint { x_m, z_m, intensity: None };

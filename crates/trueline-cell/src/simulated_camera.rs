@@ -1,4 +1,5 @@
-//! What a camera or a profiler sees that a simulated robot carries: drawn from where that robot truly is at each exposure.
+//! The view of a camera or a profiler on a simulated robot, drawn from the robot's true pose at each
+//! exposure.
 
 use crate::drawing_time::late_pictures;
 use crate::simulated_encoder::SimulatedEncoder;
@@ -23,7 +24,7 @@ const NO_RETURN: u16 = 0;
 const RANGES: f64 = 65_534.0;
 const MM_PER_M: f64 = 1e3;
 
-/// What the sensor sees, wherever the robot is.
+/// The scene that the sensor views, wherever the robot is.
 pub struct SimulatedScene {
     robot: TruthReceiver,
     tool_from_camera: Pose,
@@ -32,7 +33,7 @@ pub struct SimulatedScene {
     input: Option<Line1>,
 }
 
-/// What is wired to the input `Line1`.
+/// The source wired to the input `Line1`.
 enum Line1 {
     Encoder(SimulatedEncoder),
     Robot(TriggerReceiver),
@@ -52,24 +53,24 @@ pub struct CameraLook {
     pub look: Look,
 }
 
-/// What is wired to a simulated camera.
+/// The source wired to a simulated camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CameraWiring {
     /// The address that is sent every exposure.
     pub output_to: Option<SocketAddr>,
-    /// What is at the input `Line1`.
+    /// The signal at the input `Line1`.
     pub input: Option<WiredInput>,
 }
 
-/// What is wired to the input of a simulated camera.
+/// The source wired to the input of a simulated camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum WiredInput {
-    /// An encoder on the robot's way: a signal every so many metres that the tool travels.
+    /// An encoder on the robot's path: a signal at this travel of the tool, m.
     Encoder {
         /// Between two signals, m.
         step_m: f64,
     },
-    /// A digital output of a simulated robot, which is told at an address of this machine.
+    /// A digital output of a simulated robot, which arrives at an address of this machine.
     Robot(SocketAddr),
 }
 
@@ -95,20 +96,20 @@ pub enum SceneError {
     /// The sensor is neither a camera nor a profiler, or there is no line.
     #[error("this plan's sensor takes neither pictures nor profiles")]
     NothingSeen,
-    /// Where the robot is cannot be heard.
+    /// The robot's pose cannot be received.
     #[error("{address}: {error}")]
     Robot {
-        /// Where it is to be told.
+        /// The address to report to.
         address: SocketAddr,
-        /// What the operating system says.
+        /// Message of the operating system.
         error: std::io::Error,
     },
-    /// What is wired to the camera cannot be.
+    /// The source wired to the camera is not possible.
     #[error("{address}: {error}")]
     Wire {
-        /// Where the other end is told, or tells.
+        /// Address of the other end.
         address: SocketAddr,
-        /// What the operating system says.
+        /// Message of the operating system.
         error: std::io::Error,
     },
 }
@@ -133,8 +134,8 @@ impl View {
 }
 
 impl SimulatedScene {
-    /// The first line of a scenario, seen by its sensor on the robot that is told about at `robot`, at times by a clock: by a camera as a joint, by a profiler as
-    /// two plates.
+    /// The first line of a scenario, viewed by its sensor on the robot reported at `robot`, with times of a
+    /// clock. A camera views a joint, a profiler two plates.
     ///
     /// # Errors
     /// [`SceneError`].
@@ -158,10 +159,10 @@ impl SimulatedScene {
         })
     }
 
-    /// The same with what is wired to the camera; `clock` is that of the exposures.
+    /// The same with the wiring of the camera; `clock` is that of the exposures.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Message of the operating system.
     pub fn wired(self, wiring: &CameraWiring, clock: HostClock) -> Result<Self, SceneError> {
         let of_wire = |address| move |error| SceneError::Wire { address, error };
         let output = wiring.output_to.map(|to| TriggerSender::new(to, clock).map_err(of_wire(to)));
@@ -177,7 +178,8 @@ impl SimulatedScene {
         Ok(Self { output: output.transpose()?, input, ..self })
     }
 
-    /// A device with its sensor's size; a profiler sends so many profiles a frame, at the frame rate of the settings.
+    /// A device with its sensor's size. A profiler sends a stated number of profiles per frame, at the frame rate of
+    /// the settings.
     #[must_use]
     pub fn device(&self, settings: DeviceSettings, profiles_per_frame: u32) -> DeviceSettings {
         match &self.view {
@@ -201,7 +203,7 @@ impl SimulatedScene {
         }
     }
 
-    /// What to do about it if drawing takes too long on this machine, which is measured with the robot at a pose: a picture has to be
+    /// Advice if drawing takes too long on this machine, measured with the robot at a pose. A picture must be
     /// drawn before its first packet is due, and before the next one.
     #[must_use]
     pub fn slow_drawing(&mut self, base_from_tool: &Pose, settings: &DeviceSettings) -> Option<String> {
@@ -222,7 +224,7 @@ impl SimulatedScene {
         start.elapsed() / TRIED
     }
 
-    /// Waits until the robot has told where it was until then.
+    /// Waits until the robot has reported its poses up to then.
     fn hears_until(&mut self, steady_ns: i64) -> bool {
         let asked = Instant::now();
         while self.robot.pose_at(steady_ns).is_none() {

@@ -1,4 +1,4 @@
-//! An encoder on a simulated robot's way: a signal every so many millimetres that the tool travels.
+//! An encoder on a simulated robot's path: a signal at fixed steps of the tool's travel, mm.
 
 use std::collections::VecDeque;
 use trueline_camera::device::Edge;
@@ -7,7 +7,7 @@ use trueline_live::HostClock;
 
 /// Between looks at where the robot is, ns.
 const STEP_NS: i64 = 1_000_000;
-/// A robot that has not told where it is for so long begins anew, ns: it may be another one.
+/// After this silence a robot starts anew, ns: it may be another one.
 const FORGET_NS: i64 = 500_000_000;
 /// How far back the way is begun, ns: where the robot is comes a moment later.
 const BACK_NS: i64 = 50_000_000;
@@ -18,7 +18,7 @@ const MOST: usize = 8192;
 pub(crate) struct SimulatedEncoder {
     step_m: f64,
     clock: HostClock,
-    /// When the way was last looked at, ns, and where the tool was then.
+    /// Time of the last check of the travel, ns, and the tool's pose then.
     last: Option<(i64, Pose)>,
     travelled_m: f64,
     /// With the count from each on.
@@ -28,12 +28,12 @@ pub(crate) struct SimulatedEncoder {
 }
 
 impl SimulatedEncoder {
-    /// A signal every so many metres: on for the first half of each.
+    /// A signal every `step_m` metres: on for the first half of each.
     pub(crate) fn new(step_m: f64, clock: HostClock) -> Self {
         Self { step_m, clock, last: None, travelled_m: 0.0, edges: VecDeque::new(), halves: 0 }
     }
 
-    /// Follows the robot as far as is known; `pose_at` tells where it was at a steady time, ns.
+    /// Follows the robot as far as its poses are known; `pose_at` returns its pose at a steady time, ns.
     pub(crate) fn follow(&mut self, pose_at: impl Fn(i64) -> Option<Pose>) {
         self.follow_until(self.clock.read().steady_ns, pose_at);
     }
@@ -121,7 +121,7 @@ mod tests {
         for (number, at_s) in rising.iter().enumerate() {
             let k = number as f64 + 1.0;
             let expected_s = if number < 10 { 0.1 * k } else { 1.5 + 0.2 * (k - 10.0) };
-            // A millisecond of what is looked at, where the last step is reached by rounding.
+            // A millisecond of sampling, if the last step is reached by rounding.
             assert!(
                 (at_s - expected_s).abs() < 1.1e-3 || (number == 9 && *at_s < 1.502),
                 "{number}: {at_s} s"

@@ -149,7 +149,7 @@ fn a_camera_without_a_clock_cannot_stamp_by_it() {
     assert_eq!(error.to_string(), "a list cannot be asked for its time");
 }
 
-/// What a live estimate says of a recording that has come all at once; it looks once more at the end, so nothing waits.
+/// A live estimate of a recording that arrives all at once. It looks once more at the end, so nothing waits.
 fn progress_of(recording: &Recording, want: Requirement) -> Progress {
     let estimate = LiveEstimate::new(recording.sensor.clone(), Some(want));
     estimate.offer_poses(&mut recording.robot.clone());
@@ -223,7 +223,7 @@ fn a_picture_that_cannot_be_encoded_is_recorded_without_pixels() {
     assert_eq!(entry.stamp_ns, 9);
 }
 
-/// As a replay that reads more slowly than it was recorded: there is always one more picture that is overdue.
+/// Like a replay that reads more slowly than the recording: one more picture is always overdue.
 struct Endless(SourceAbout, u64);
 
 impl FrameSource for Endless {

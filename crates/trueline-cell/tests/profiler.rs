@@ -1,4 +1,5 @@
-//! A profiler beside a robot, without any hardware: frames of several profiles are recorded, read back and calibrated to what was put in.
+//! A profiler next to a robot, without any hardware: frames of several profiles are recorded, read back and calibrated to
+//! the truth.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::path::Path;

@@ -1,5 +1,6 @@
-//! A whole cell in virtual time: the gate leads a controller over a network that loses, doubles and disorders datagrams, a camera on its flange draws
-//! what it sees and loses pictures, and out of the recording comes what was put in. No clock is waited for, so a busy machine does not show.
+//! A whole cell in virtual time. The gate leads a controller over a network that loses, doubles and disorders datagrams, and
+//! a camera on its flange draws its view and loses pictures. The recording gives back the truth. No clock is waited for, so
+//! a busy machine does not show.
 #![allow(
     clippy::print_stdout,
     clippy::unwrap_used,
@@ -43,7 +44,7 @@ use trueline_vision::scan::find_seams;
 use trueline_vision::{Detector, Joint};
 
 const SCAN_S: f64 = 12.0;
-/// The scan's own pace, of which a guided robot has this part: what the tool carries is to stay below 0.25 m/s.
+/// The scan's own pace; a guided robot gets this part of it, so that the tool's load stays below 0.25 m/s.
 const PACE: f64 = 0.75;
 /// Between pictures, exposure, and from its end until the first packet is there.
 const FRAME_NS: i64 = 40_000_000;
@@ -51,7 +52,7 @@ const EXPOSURE_NS: i64 = 3_000_000;
 const LATENCY_NS: i64 = 61_300_000;
 /// Of so many pictures one is lost.
 const LOST_OF: u64 = 9;
-/// What no datagram is quicker than, s.
+/// The shortest time of a datagram, s.
 const LEAST_S: f64 = 2e-4;
 
 fn robot() -> SocketAddr {
@@ -247,7 +248,7 @@ fn scan(scenario: &Scenario, network: NetworkSettings, folder: &Path) -> u64 {
     };
     let start = simulated.robot[0].base_from_tool;
     let mut controller = ControllerSettings::new(Task::Guidance { start });
-    // What `trueline rapid` writes.
+    // The output of `trueline rapid`.
     controller.convergence = Convergence { distance_m: 5e-5, angle_rad: 0.05_f64.to_radians(), for_s: 3.0 };
     let mut world = VirtualTime {
         controller: Controller::new(controller),
