@@ -1,4 +1,4 @@
-// Asks for the page again and again, and puts what has changed in the place of what was there. Without it the page is whole, and stands.
+// Asks for the page again and again, and replaces the changed parts. Without this script the page is complete, but static.
 "use strict";
 (() => {
   const root = document.documentElement;

@@ -1,4 +1,4 @@
-//! What a user waits for: reading the files, and the whole command with JSON and report.
+//! A user's waiting time: reading the files, and the complete command with JSON and report.
 //!
 //! `cargo bench -p trueline-cli`. `TRUELINE_BENCH_DATASET` names a dataset folder that is measured as well.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic, reason = "a benchmark fails by panicking")]

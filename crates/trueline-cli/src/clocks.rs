@@ -6,7 +6,7 @@ use trueline_dataset::{Profile, Recording};
 use trueline_method::Config;
 use trueline_method::diagnose::clock_alignment::{align, aligned};
 
-/// Takes from the image stamps what they are ahead of the robot's, ns, and says so.
+/// Subtracts from the image stamps their lead over the robot's, ns, and reports it.
 pub(crate) fn align_recording(
     recording: &mut Recording,
     config: &Config,
@@ -31,7 +31,7 @@ fn shift(recording: &mut Recording, config: &Config, quiet: bool) -> Result<f64,
     Ok(found.images_ahead_ns as f64 * 1e-9)
 }
 
-/// The same for an import, whose profiles may not have been looked at. The dataset is written with the moved stamps.
+/// The same for an import; its profiles may not have been searched yet. The dataset is written with the moved stamps.
 pub(crate) fn align_import(recording: &mut Recording, profiles: &mut [Profile]) -> Result<(), Failure> {
     let ahead_s = if profiles.is_empty() {
         shift(recording, &Config::default(), false)?

@@ -44,7 +44,7 @@ impl CloudOut {
         ))
     }
 
-    /// What of the columns there is no place for.
+    /// Columns that the format cannot hold.
     pub(crate) fn leaves_out(self, columns: CloudColumns) -> Vec<&'static str> {
         match self {
             Self::Form(form) => form.leaves_out(columns),
@@ -55,7 +55,7 @@ impl CloudOut {
     /// Writes a file; `fill` hands the points over, a frame at a time.
     ///
     /// # Errors
-    /// What `fill` says, the operating system or the format's library.
+    /// Error of `fill`, of the operating system or of the format's library.
     pub(crate) fn write<E: From<io::Error>>(
         self,
         file: &File,

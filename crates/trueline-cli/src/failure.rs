@@ -1,4 +1,4 @@
-//! Why a command could not run, and what to do about it.
+//! Why a command could not run, and the remedy.
 
 use crate::args::left_out;
 use crate::wrong_file;
@@ -7,13 +7,13 @@ use std::error::Error as _;
 use std::fmt;
 use std::path::Path;
 
-/// An error as the user reads it: what, and a hint on a line of its own.
+/// An error as the user reads it: the message, and a hint on a line of its own.
 pub(crate) enum Failure {
     /// Something cannot be used.
     Said {
-        /// What is wrong.
+        /// The fault.
         message: String,
-        /// What to do about it.
+        /// The remedy.
         hint: String,
     },
     /// The reader of our output is gone.
@@ -46,7 +46,7 @@ impl Failure {
         Some(Self::new(message, left_out::how_to_build()))
     }
 
-    /// The value of an option that is not what it must be; what it must be is told by what reads it.
+    /// An option with a wrong value; its reader states the right form.
     pub(crate) fn of_value(told: &clap::Error, program: &str, command: Option<&str>) -> Self {
         let option = told.get(ContextKind::InvalidArg).map(ToString::to_string).unwrap_or_default();
         let option = option.split(' ').next().unwrap_or_default();

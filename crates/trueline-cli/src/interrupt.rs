@@ -22,7 +22,7 @@ pub(crate) fn times() -> u32 {
     TIMES.load(Ordering::SeqCst)
 }
 
-/// Goes on until a duration has passed, or it was pressed.
+/// Continues until a duration has passed, or it was pressed.
 pub(crate) fn until(passed: Duration, duration: Duration) -> ControlFlow<()> {
     if passed >= duration || times() > 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }

@@ -59,8 +59,8 @@ use trueline_report::terminal_text::shown;
 /// Exit code of a command, or why it could not run.
 type Outcome = Result<ExitCode, Failure>;
 
-/// Runs the program with the words of a command line, the first of which is its own name. Help and what is wrong with the
-/// words are printed.
+/// Runs the program with the words of a command line; the first is its own name. Prints help and errors of the command
+/// line.
 pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
     let words: Vec<_> = words.into_iter().collect();
     #[cfg(feature = "live")]
@@ -74,7 +74,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
     })
 }
 
-/// What a command line calls.
+/// Program of a command line.
 enum Called {
     Command(Box<Arguments>),
     /// A command that this build leaves out.
@@ -95,7 +95,7 @@ pub fn run_testbench(words: impl IntoIterator<Item = OsString>) -> ExitCode {
     run_as(words, args::testbench, Testbench::from_arg_matches, |testbench| execute_device(&testbench))
 }
 
-/// Parses words and runs what they say.
+/// Parses words and runs the command.
 fn run_as<T>(
     words: Vec<OsString>,
     command: fn() -> clap::Command,
@@ -116,7 +116,7 @@ fn run_as<T>(
             ExitCode::from(2)
         }
         Err(told) => {
-            // If nobody reads it, nobody misses it.
+            // Without a reader the output is dropped.
             let told = args::nearest_first(told);
             let _ = told.print();
             u8::try_from(told.exit_code()).map_or(ExitCode::FAILURE, ExitCode::from)
@@ -140,7 +140,7 @@ fn keep_guarded_panics_quiet() {
 fn exit_code(outcome: Outcome) -> ExitCode {
     match outcome {
         Ok(code) => code,
-        // Whoever reads our output may stop reading it: that is no failure of ours.
+        // A reader may close our output: that is not a failure.
         Err(Failure::BrokenPipe) => ExitCode::SUCCESS,
         Err(failure) => {
             output::words(&failure.to_string());

@@ -1,4 +1,4 @@
-//! Opens the camera and the estimate that the arguments of `record` and `scan` name, and tells what came of them.
+//! Opens the camera and the estimate named by the arguments of `record` and `scan`, and reports their results.
 
 use crate::args::CameraArgs;
 use crate::failure::Failure;
@@ -15,7 +15,7 @@ use trueline_dataset::{SensorFile, sensor_toml};
 use trueline_live::HostClock;
 use trueline_report::terminal_text::shown;
 
-/// What the arguments name.
+/// Devices named by the arguments.
 pub(crate) struct LiveCell {
     /// Camera and estimate.
     pub cell: Cell,
@@ -58,7 +58,7 @@ impl LiveCell {
         Ok(Self { cell: Cell::new(camera, estimate), sensor, sensor_toml })
     }
 
-    /// Has what comes cut into welds, where a camera gives seam points.
+    /// Divides the recording into welds, if a camera gives seam points.
     pub(crate) fn cut_into_welds(&mut self, pause: Duration) -> Option<Arc<LiveWelds>> {
         self.cell.estimate()?;
         let welds = Arc::new(LiveWelds::new(self.sensor.clone()?, pause));
@@ -66,7 +66,7 @@ impl LiveCell {
         Some(welds)
     }
 
-    /// What a recording of it is made for.
+    /// Purpose of a recording of it.
     pub(crate) fn recording<'a>(
         &self,
         folder: &'a Path,
@@ -85,7 +85,7 @@ impl LiveCell {
         }
     }
 
-    /// Tells what camera and estimate came to; whether all is well.
+    /// Reports the results of camera and estimate; returns whether all is well.
     pub(crate) fn tell(
         &self,
         camera: &Result<(), CameraError>,
@@ -100,7 +100,10 @@ impl LiveCell {
             output::words(&format!("warning: {loss}"));
         }
         if let Err(error) = camera {
-            output::words(&format!("warning: {error}; what was recorded is kept\n\nhint: {}", error.hint()));
+            output::words(&format!(
+                "warning: {error}; the recording so far is kept\n\nhint: {}",
+                error.hint()
+            ));
         }
         if !quiet {
             for line in state.lines() {
@@ -111,8 +114,8 @@ impl LiveCell {
     }
 }
 
-/// Tells what is missing in a recording, what else happened, and `report`. Whoever reads our output may be gone: what became of
-/// the recording is then told by the exit code alone.
+/// Reports the losses of a recording, other events, and `report`. If the reader of our output is gone, only the exit code
+/// reports the recording's result.
 pub(crate) fn tell_recording(finished: &FinishedRecording, report: &str, quiet: bool) -> Result<(), Failure> {
     for loss in finished.losses() {
         output::words(&format!("warning: {loss}"));

@@ -21,7 +21,7 @@ mod with_server {
         }
     }
 
-    /// Serves a site if that is asked for, and says where.
+    /// Serves a site on request, and prints its address.
     fn serve(args: &ServeArgs, site: Arc<dyn Site>) -> Result<Option<LiveServer>, Failure> {
         let Some(address) = args.serve else { return Ok(None) };
         let server = LiveServer::start(address, &args.serve_name, Limits::default(), site)?;
@@ -70,7 +70,7 @@ mod with_server {
 #[cfg(not(feature = "serve"))]
 pub(crate) use without_server::{CellPage, WatchPage};
 
-/// This program has no web server: what asks for one is refused.
+/// This program has no web server: requests for one are refused.
 #[cfg(not(feature = "serve"))]
 mod without_server {
     use super::{Failure, ServeArgs};

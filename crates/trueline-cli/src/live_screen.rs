@@ -4,10 +4,10 @@ use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use trueline_cell::CellState;
 
-/// The robot's line, the camera's, the estimate's, and one for what is missing.
+/// Lines of the robot, the camera and the estimate, and one for losses.
 const LINES: usize = 4;
 
-/// The lines; nothing at all where there is no terminal.
+/// The lines; empty without a terminal.
 pub(crate) struct LiveScreen {
     lines: Option<(MultiProgress, [ProgressBar; LINES])>,
 }

@@ -1,4 +1,4 @@
-//! Tells of welds as they are watched; watches those of a recording as they end.
+//! Reports on welds as they are watched; watches those of a recording as they end.
 
 use crate::args::RecordArgs;
 use crate::failure::Failure;
@@ -31,7 +31,7 @@ impl From<trueline_watch::store::StoreError> for Failure {
     }
 }
 
-/// Says if the calibration was not accepted.
+/// Warns if the calibration was not accepted.
 pub(crate) fn warn_of_calibration(watcher: &Watcher, file: &Path) {
     if watcher.was_accepted() == Some(false) {
         output::words(&format!(
@@ -41,7 +41,7 @@ pub(crate) fn warn_of_calibration(watcher: &Watcher, file: &Path) {
     }
 }
 
-/// Watches a weld and tells of it; its line of JSON.
+/// Watches a weld and reports on it; returns its line of JSON.
 pub(crate) fn told(
     watcher: &mut Watcher,
     name: &str,
@@ -58,7 +58,7 @@ pub(crate) fn told(
     Ok(line.to_json().to_string())
 }
 
-/// Says who could not be told of alarms.
+/// Reports the receivers that could not be reached.
 pub(crate) fn tell_who_was_not_told(watcher: &mut Watcher) -> Result<(), Failure> {
     for receiver in watcher.finish()? {
         output::words(&weld_text::not_told(&receiver));
@@ -66,7 +66,7 @@ pub(crate) fn tell_who_was_not_told(watcher: &mut Watcher) -> Result<(), Failure
     Ok(())
 }
 
-/// A watcher of what is being recorded.
+/// A watcher of the present recording.
 pub(crate) struct LiveWatch<'a> {
     welds: Arc<LiveWelds>,
     watcher: Watcher,
@@ -76,7 +76,7 @@ pub(crate) struct LiveWatch<'a> {
 }
 
 impl<'a> LiveWatch<'a> {
-    /// Cuts what a cell records into welds, if that is asked for.
+    /// Divides a cell's recording into welds, if requested.
     pub(crate) fn of(args: &'a RecordArgs, cell: &mut LiveCell) -> Result<Option<Self>, Failure> {
         let (Some(state), Some(calibration)) = (&args.watch, &args.calibration) else { return Ok(None) };
         let Some(welds) = cell.cut_into_welds(args.weld_pause_s) else {

@@ -13,7 +13,7 @@ use tracing_subscriber::registry::{LookupSpan, SpanRef};
 
 /// The field that holds an event's words.
 const MESSAGE: &str = "message";
-/// Where an event of `log` came from is in its target as well.
+/// The source of an event of `log` is in its target as well.
 const OF_LOG: &str = "log.";
 
 /// Something that happened, or a span that ended.
@@ -50,7 +50,7 @@ impl<S: Sink> LogLayer<S> {
     }
 }
 
-/// What is kept of a span until it ends; of every sink by itself.
+/// Data of a span until it ends, for each sink.
 struct Kept<S> {
     began: Instant,
     fields: Fields,

@@ -1,5 +1,5 @@
-//! What the program logs: events and spans of the libraries and what users are told, as lines of JSON in a file (`--log-file`), and what
-//! `--verbose` shows of them on stderr. Nothing of it goes to stdout.
+//! Log of the program: events and spans of the libraries and messages to users, as lines of JSON in a file (`--log-file`),
+//! and their part that `--verbose` shows on stderr. Nothing of it goes to stdout.
 
 use crate::args::GlobalArgs;
 use crate::failure::Failure;
@@ -19,7 +19,7 @@ use tracing_subscriber::util::SubscriberInitExt as _;
 
 /// The target of words that stand on stderr already.
 const TOLD: &str = "trueline::told";
-/// What chooses the events that are logged.
+/// Environment variable that selects the logged events.
 const VARIABLE: &str = "RUST_LOG";
 /// All crates of ours begin with this.
 const OURS: &str = "trueline";
@@ -34,12 +34,12 @@ pub(crate) fn is_verbose() -> bool {
     VERBOSE.get().copied().unwrap_or(false)
 }
 
-/// Whether words are wanted that say nothing of an error.
+/// Whether messages that are not errors are suppressed.
 pub(crate) fn is_quiet() -> bool {
     QUIET.get().copied().unwrap_or(false)
 }
 
-/// Logs words that a user is told.
+/// Logs messages to a user.
 pub(crate) fn told(text: &str) {
     if text.starts_with("error: ") {
         tracing::error!(target: TOLD, "{text}");
@@ -50,7 +50,7 @@ pub(crate) fn told(text: &str) {
     }
 }
 
-/// Begins to log what the options and `RUST_LOG` ask for; without these, nothing is logged and it costs nothing.
+/// Starts the log that the options and `RUST_LOG` request. Without these nothing is logged, at no cost.
 pub(crate) fn start(args: &GlobalArgs) -> Result<(), Failure> {
     // A process runs one command.
     let (_, _) = (VERBOSE.set(args.verbose), QUIET.set(args.quiet));
@@ -69,7 +69,8 @@ pub(crate) fn start(args: &GlobalArgs) -> Result<(), Failure> {
     if file.is_none() && stderr.is_none() {
         return Ok(());
     }
-    // Libraries that know nothing of spans write to `log`, which this takes over too. Where the program is part of another one, that has its own.
+    // Libraries without spans write to `log`, which is included here. The program is part of another one that has its
+    // own.
     if tracing_subscriber::registry().with(file).with(stderr).try_init().is_err() {
         stderr::words("warning: nothing is logged: this process has a log of its own");
     }
@@ -77,7 +78,7 @@ pub(crate) fn start(args: &GlobalArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What `RUST_LOG` chooses. It may be there for other programs: what it says to them ends nothing here.
+/// Selection of `RUST_LOG`. It may be set for other programs: an invalid value is no error here.
 fn chosen() -> Option<Targets> {
     let text = env::var(VARIABLE).ok().filter(|text| !text.trim().is_empty())?;
     match text.parse() {
@@ -91,7 +92,7 @@ fn chosen() -> Option<Targets> {
     }
 }
 
-/// What `--verbose` shows.
+/// Output of `--verbose`.
 struct Stderr;
 
 impl Sink for Stderr {
@@ -125,12 +126,12 @@ fn text(entry: &Entry<'_>) -> String {
 /// A file of lines of JSON that is added to.
 struct LogFile {
     file: Mutex<File>,
-    /// Said once: that it cannot be written.
+    /// Reported once: the log cannot be written.
     failed: OnceLock<()>,
 }
 
 impl LogFile {
-    /// Opens a log, or begins one. What is no log stays as it is.
+    /// Opens a log, or begins one. A file that is not a log is left unchanged.
     fn open(path: &Path) -> Result<Self, Failure> {
         let cannot = |error: &io::Error| {
             Failure::new(
@@ -141,12 +142,12 @@ impl LogFile {
         let file =
             OpenOptions::new().create(true).append(true).read(true).open(path).map_err(|e| cannot(&e))?;
         let mut first = String::new();
-        // What cannot be read back, a pipe or a device, holds nothing that could be spoiled.
+        // A pipe or a device cannot be read back, and holds nothing that could be spoiled.
         let is_read = file.metadata().is_ok_and(|about| about.is_file() && about.len() > 0);
         let read = if is_read { BufReader::new(&file).read_line(&mut first) } else { Ok(0) };
         if read.is_err() || !first.is_empty() && !first.starts_with(LINE_BEGINS) {
             return Err(Failure::new(
-                format!("{}: is there, and is no log of trueline", path.display()),
+                format!("{}: exists, but is not a log of trueline", path.display()),
                 "--log-file adds to a log: name a new file, or one that it began",
             ));
         }
@@ -166,7 +167,7 @@ impl Sink for LogFile {
     }
 }
 
-/// An entry as JSON. The time comes first, for those who read the file as it is.
+/// An entry as JSON. The time comes first, for people who read the file directly.
 fn json(entry: &Entry<'_>) -> String {
     let mut out = format!("{LINE_BEGINS}{}\"", jiff::Timestamp::now());
     let mut add = |name: &str, value: serde_json::Value| {

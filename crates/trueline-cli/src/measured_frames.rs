@@ -1,4 +1,4 @@
-//! What a scan measured, frame by frame: whole profiles, or seam points and the ends of stripes.
+//! Measurements of a scan, frame by frame: whole profiles, or seam points and the ends of stripes.
 
 use trueline::open::Measurements;
 use trueline_dataset::{Measured, ProfilePoint};
@@ -25,7 +25,7 @@ pub(crate) fn has_intensity(measured: &Measurements) -> bool {
     points().any(|point| point.intensity.is_some())
 }
 
-/// All frames of a scan: those of its profiles, or those of its seam points and then those of its stripes.
+/// All frames of a scan: those of its profiles, or of its seam points and then of its stripes.
 pub(crate) fn of(measured: &Measurements) -> Box<dyn Iterator<Item = MeasuredFrame<'_>> + '_> {
     if !measured.profiles.is_empty() {
         return Box::new(measured.profiles.iter().map(|profile| MeasuredFrame {

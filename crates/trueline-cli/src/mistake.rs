@@ -1,4 +1,4 @@
-//! What the doctor says of a scan whose residuals look like a mistake in the data.
+//! The doctor's finding on a scan with residuals that look like a mistake in the data.
 
 use crate::progress;
 use std::time::Duration;
@@ -9,8 +9,8 @@ use trueline_method::{Calibration, Config, Reason};
 /// After this no further mistake is tried: `trueline doctor` has more time.
 const LONGEST: Duration = Duration::from_secs(5);
 
-/// The mistake that explains a calibration that is not accepted, in a user's words; `None` where its residuals look like none, or none of those that are tried
-/// explains it.
+/// The mistake that explains a refused calibration, in a user's words; `None` if its residuals do not suggest one, or none
+/// of the mistakes tried explains it.
 pub(crate) fn found(
     recording: &Recording,
     calibration: &Calibration,

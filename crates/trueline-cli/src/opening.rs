@@ -15,12 +15,12 @@ use trueline_mcap::{ImportError, Imported};
 use trueline_vision::Joint;
 use trueline_vision::scan::ScanObserver;
 
-/// Reads a scan; where there are pictures and no features, the seam is looked for in the pictures.
+/// Reads a scan. If there are pictures and no features, the seam is searched in the pictures.
 pub(crate) fn open(path: &Path, joint: Option<Joint>, quiet: bool) -> Result<Opened, Failure> {
     trueline::open::open(path, &how(joint), &Words::new(quiet)).map_err(|error| failure(&error, joint))
 }
 
-/// Reads what a scan measured: whole profiles, or seam points and stripes.
+/// Reads a scan's measurements: whole profiles, or seam points and stripes.
 pub(crate) fn measurements(path: &Path, quiet: bool) -> Result<Measurements, Failure> {
     trueline::open::open_measurements(path, &how(None), &Words::new(quiet))
         .map_err(|error| failure(&error, None))
@@ -31,12 +31,12 @@ pub(crate) fn open_all(paths: &[PathBuf], joint: Option<Joint>, quiet: bool) -> 
     trueline::open::open_all(paths, &how(joint), &Words::new(quiet)).map_err(|error| failure(&error, joint))
 }
 
-/// The seams of profiles, with what was found in words.
+/// The seams of profiles, with the findings in words.
 pub(crate) fn in_profiles(all: &[Profile], joint: Option<Joint>, quiet: bool) -> Result<FoundSeams, Failure> {
     trueline::open::seams_of_profiles(all, joint, &Words::new(quiet)).map_err(|error| failure(&error, joint))
 }
 
-/// The same; `None`, with why in words, where no profile shows one.
+/// The same; `None`, with the reason in words, if no profile shows one.
 pub(crate) fn in_profiles_if_any(
     all: &[Profile],
     joint: Option<Joint>,
@@ -51,7 +51,7 @@ pub(crate) fn in_profiles_if_any(
     }
 }
 
-/// Says what became of a recording in MCAP or rosbag2.
+/// Reports on a recording in MCAP or rosbag2.
 pub(crate) fn tell(imported: &Imported) {
     trueline::open::told_of_import(imported, &Words::new(false));
 }
@@ -68,7 +68,7 @@ impl Words {
 }
 
 impl OpenObserver for Words {
-    /// Damage is told even if all is to be quiet: data is missing because of it.
+    /// Damage is reported even with --quiet: data are missing because of it.
     fn told(&self, told: &Told<'_>) {
         match told {
             Told::Damage(_) => output::words(&format!("warning: {told}")),
@@ -98,7 +98,7 @@ fn how(joint: Option<Joint>) -> How {
     How { joint, cache: cache_folder().map(FeatureCache::at), found_by }
 }
 
-/// Where a user's programs keep what can be made again.
+/// Cache folder of the user's programs.
 fn cache_folder() -> Option<PathBuf> {
     let absolute = |name: &str| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
     let caches = absolute("XDG_CACHE_HOME")
@@ -107,7 +107,7 @@ fn cache_folder() -> Option<PathBuf> {
     Some(caches.join("trueline").join("features"))
 }
 
-/// Another build may find another pixel. As a part of a Python module the program is Python's, which only the version tells apart.
+/// Another build may find another pixel. Inside a Python module the program is Python's; only the version identifies it.
 fn this_program() -> String {
     let built = env::current_exe().and_then(|file| file.metadata());
     let told = built.and_then(|meta| Ok((meta.len(), meta.modified()?)));
@@ -125,7 +125,7 @@ pub(crate) fn not_a_folder(file: &Path) -> Failure {
     failure(&OpenError::Import(ImportError::NotARecording { file: file.to_owned() }), None)
 }
 
-/// What a person can do about it, with the options that help.
+/// Advice for the user, with the options that help.
 fn failure(error: &OpenError, joint: Option<Joint>) -> Failure {
     let hint = match error {
         OpenError::SeamKnown(features) => {
@@ -134,7 +134,7 @@ fn failure(error: &OpenError, joint: Option<Joint>) -> Failure {
             format!("leave --joint out, or look again: `trueline features {dataset} --joint {joint}`")
         }
         OpenError::NoSeamInPictures(_) => {
-            "`trueline features DATASET --overlay FOLDER` draws what is seen; --joint names the joint"
+            "`trueline features DATASET --overlay FOLDER` draws the findings; --joint names the joint"
                 .to_owned()
         }
         OpenError::NothingSeen(_) => {

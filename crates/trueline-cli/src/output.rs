@@ -1,4 +1,4 @@
-//! Where words and data go.
+//! Destinations of words and data.
 
 use crate::failure::Failure;
 use crate::{logging, stderr};
@@ -80,7 +80,7 @@ pub(crate) fn summary(json: Option<&Path>, text: &str) -> Result<(), Failure> {
     data(&coloured(&text))
 }
 
-/// A file that a user named as output. It appears whole or not at all: what was there before stays until then.
+/// A file that a user named as output. It appears whole or not at all: the old one stays until then.
 pub(crate) fn file(path: &Path, content: &(impl AsRef<[u8]> + ?Sized)) -> Result<(), Failure> {
     let content = content.as_ref();
     whole_file::write(path, content).map_err(|error| Failure::cannot_write(path, &error))?;
@@ -88,7 +88,7 @@ pub(crate) fn file(path: &Path, content: &(impl AsRef<[u8]> + ?Sized)) -> Result
     Ok(())
 }
 
-/// A folder of that name is there; says where the former one is, if it is kept.
+/// A folder of that name exists; reports the place of the former one, if it is kept.
 pub(crate) fn former_folder(folder: &Path, former: Option<PathBuf>) {
     if let Some(former) = former {
         words(&format!(
@@ -126,7 +126,7 @@ pub(crate) fn command_line() -> String {
     COMMAND_LINE.get().cloned().unwrap_or_default()
 }
 
-/// Says, even if all is to be quiet, that a calibration was not accepted; whether it may be trusted.
+/// Reports, even with --quiet, that a calibration was not accepted; returns whether it may be trusted.
 pub(crate) fn is_trusted(file: &Path, calibration: &KnownCalibration) -> bool {
     let is_trusted = calibration.accepted != Some(false);
     if !is_trusted {
@@ -135,7 +135,7 @@ pub(crate) fn is_trusted(file: &Path, calibration: &KnownCalibration) -> bool {
     is_trusted
 }
 
-/// The same where it meets a recording; one of a sensor that something else carries is refused.
+/// The same for a recording; a calibration of a sensor with another carrier is refused.
 pub(crate) fn fits(file: &Path, known: &KnownCalibration, on: &Recording) -> Result<bool, Failure> {
     known.check_recording(file, on)?;
     if known.at_stops && !on.at_stops && !stand_at_readings(on) {

@@ -1,4 +1,4 @@
-//! What was found in pictures, for the report.
+//! Findings in pictures, for the report.
 
 use crate::failure::Failure;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Examines the pictures of a dataset with all cores, draws what was found, and tells it.
+//! Examines the pictures of a dataset with all cores, draws the findings, and reports them.
 
 use crate::failure::Failure;
 use crate::output;
@@ -15,13 +15,13 @@ use trueline_vision::{Joint, PictureRegion, StripeChoice, find_seams};
 
 /// How to examine them.
 pub(crate) struct PictureOptions {
-    /// The joint, or whatever most pictures show.
+    /// The joint, or the one that most pictures show.
     pub joint: Option<Joint>,
-    /// Where in the pictures, if not where sensor.toml says.
+    /// Region of the pictures, if not that of sensor.toml.
     pub region: Option<PictureRegion>,
     /// Which of several corners.
     pub stripe: StripeChoice,
-    /// Where to draw what was found, and how often.
+    /// Overlay of the findings: its folder, and how often.
     pub overlay: Option<OverlayChoice>,
     /// Threads; one for each core if not given.
     pub threads: Option<NonZeroUsize>,
@@ -29,11 +29,11 @@ pub(crate) struct PictureOptions {
     pub quiet: bool,
 }
 
-/// Where to draw what was found.
+/// Overlay of the findings.
 pub(crate) struct OverlayChoice {
     /// The folder.
     pub folder: PathBuf,
-    /// Every so many pictures.
+    /// Step between pictures.
     pub every: usize,
     /// Whether a folder that is there may be replaced.
     pub replace: bool,
@@ -42,7 +42,7 @@ pub(crate) struct OverlayChoice {
 /// Examines all pictures of a dataset.
 pub(crate) fn examine(dataset: &Path, options: &PictureOptions) -> Result<ScanSeams, Failure> {
     let sensor = folder::read_sensor_file(dataset)?;
-    // Without a camera there need not be pictures, and that is what is to be told.
+    // Without a camera pictures are optional, and the message says so.
     let detector = detector::of(&sensor, options.region.as_ref(), options.stripe)
         .map_err(|error| Failure::new(error.to_string(), error.hint()))?;
     let pictures = PictureFolder::open(dataset)?;

@@ -9,7 +9,7 @@ use trueline_sim::{FollowedPath, Scenario};
 
 /// The poses to follow.
 pub(crate) const PATH: &str = "path.csv";
-/// What was known of the cell.
+/// Prior knowledge of the cell.
 pub(crate) const CELL: &str = "cell.toml";
 
 /// Reads a cell and the files beside it.
@@ -37,7 +37,7 @@ pub(crate) fn read_text(file: &Path) -> Result<String, Failure> {
 
 /// A scan along a planned path.
 pub(crate) struct PlannedScan {
-    /// What the simulation needs; its own movement is not used.
+    /// Input of the simulation; its own movement is not used.
     pub scenario: Scenario,
     /// The path.
     pub path: FollowedPath,
@@ -45,8 +45,8 @@ pub(crate) struct PlannedScan {
     pub cell: Cell,
 }
 
-/// Reads the plan in a folder as a scan to simulate: hand-eye and line are off the guess at random, by as much as the
-/// plan allows for, unless the guess is to be exact.
+/// Reads the plan in a folder as a scan to simulate. Hand-eye and line differ from the guess at random, by as much as
+/// the plan allows for, unless the guess is to be exact.
 ///
 /// # Errors
 /// Files that are missing or cannot be used.

@@ -1,4 +1,4 @@
-//! Progress bars for what takes more than a second.
+//! Progress bars for work of more than a second.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::sync::mpsc::{self, RecvTimeoutError};
@@ -16,7 +16,7 @@ pub(crate) fn bar(total: u64, what: &'static str, quiet: bool) -> ProgressBar {
     bar.with_style(style).with_prefix(what)
 }
 
-/// Does work that tells what it tries next, and shows that with the time that is left as far as known.
+/// Does work that reports its present step, and shows it with the remaining time if known.
 pub(crate) fn steps<T>(quiet: bool, work: impl FnOnce(&mut dyn FnMut(Step<'_>)) -> T) -> T {
     let bar = bar(1, "", quiet);
     let style = ProgressStyle::with_template("{bar:30} {eta} left, trying: {wide_msg}");
@@ -30,7 +30,7 @@ pub(crate) fn steps<T>(quiet: bool, work: impl FnOnce(&mut dyn FnMut(Step<'_>)) 
     result
 }
 
-/// Does work of which nobody knows how much is left. After a second a terminal shows for how long it has been going on.
+/// Does work of unknown length. After a second a terminal shows for how long it has been going on.
 pub(crate) fn during<T>(what: &'static str, quiet: bool, work: impl FnOnce() -> T) -> T {
     if quiet {
         return work();

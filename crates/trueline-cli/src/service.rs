@@ -1,25 +1,25 @@
-//! What systemd is told of a service (`sd_notify`): that it is ready, that it is alive, that it stops. Where systemd did not start the program, nobody
-//! is told.
+//! Messages to systemd about a service (`sd_notify`): ready, alive, stopping. If systemd did not start the program, no
+//! message is sent.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// A program that runs until it is stopped.
 pub(crate) struct Service {
-    /// Between messages that it is alive; `None` if nobody waits for these.
+    /// Time between messages that it is alive; `None` if these are not expected.
     every: Option<Duration>,
     told: Instant,
 }
 
 impl Service {
-    /// Tells that it is ready, and what it does.
+    /// Reports that it is ready, and its status.
     pub(crate) fn ready(status: &str) -> Self {
         notify::ready(status);
-        // Twice in the time after which it would be taken for dead.
+        // Twice within systemd's limit.
         Self { every: notify::watchdog().map(|limit| limit / 2), told: Instant::now() }
     }
 
-    /// Tells that it is alive; to be called often, by what must go on.
+    /// Reports that it is alive; call it often, from the part that must keep running.
     pub(crate) fn alive(&mut self) {
         if self.every.is_some_and(|every| self.told.elapsed() >= every) {
             self.told = Instant::now();
@@ -62,7 +62,7 @@ mod notify {
 
     fn notify(states: &[NotifyState<'_>]) {
         if let Err(error) = sd_notify::notify(states) {
-            tracing::warn!(%error, "systemd cannot be told");
+            tracing::warn!(%error, "systemd cannot be notified");
         }
     }
 

@@ -3,7 +3,7 @@
 /// Most points of a series.
 const MOST: usize = 2000;
 
-/// Every so many-th of the points that came.
+/// Every `n`-th point, to limit their number.
 #[derive(Debug)]
 pub(crate) struct Thinned {
     points: Vec<[f64; 2]>,
@@ -35,7 +35,7 @@ impl Thinned {
         }
     }
 
-    /// Those that are left.
+    /// The remaining ones.
     pub(crate) fn into_points(self) -> Vec<[f64; 2]> {
         self.points
     }

@@ -1,4 +1,4 @@
-//! A file in the place of another one: what it is, and what is needed there.
+//! A file in place of another one: its kind, and the needed kind.
 
 use std::path::Path;
 use trueline_dataset::error::Problem;
@@ -7,7 +7,7 @@ use trueline_mcap::ImportError;
 #[cfg(feature = "live")]
 use trueline_watch::store::StoreError;
 
-/// Message and hint for a file that is of another kind than it was read as; `None` where it may be the right one.
+/// Message and hint for a file of another kind than the one read; `None` if it may be the right one.
 pub(crate) fn failure(error: &trueline_dataset::Error) -> Option<(String, String)> {
     let kind = FileKind::of(&error.file)?;
     let needed = needed(&error.problem, &kind)?;
@@ -37,13 +37,13 @@ fn told(file: &Path, kind: &FileKind, needed: &str) -> (String, String) {
     (format!("{}: is {kind}; {needed} is needed", file.display()), hint(file, kind))
 }
 
-/// What a reader wanted that found something else; `None` where what is there has the form that was wanted.
+/// The kind of file that a reader needs; `None` if the file has the needed form.
 fn needed(problem: &Problem, kind: &FileKind) -> Option<&'static str> {
     let form = kind.form();
     match problem {
         Problem::IsFolder if form == Form::Folder => Some("a file"),
         Problem::Toml(why) if form != Form::Toml => Some(of_toml(why)),
-        // A key by which one kind of TOML is told from the others is unknown where another kind is read.
+        // A key of one kind of TOML is unknown in the others.
         Problem::Toml(why) => unknown_field(why).filter(|key| kind.has_key(key)).map(|_| of_toml(why)),
         Problem::NoResult(_) if form != Form::Json => Some("a result of `trueline calibrate --json`"),
         Problem::NotUtf8 if form == Form::Binary => Some("a text file"),
@@ -70,7 +70,7 @@ fn unknown_field(why: &str) -> Option<&str> {
     why.split_once("unknown field `")?.1.split_once('`').map(|(key, _)| key)
 }
 
-/// What to do with the file that is there.
+/// Advice about the existing file.
 fn hint(file: &Path, kind: &FileKind) -> String {
     let shown = file.display();
     match kind {

@@ -91,7 +91,7 @@ fn doctor_writes_the_dataset_without_the_mistake() {
     assert!(out.contains("the poses are tool_from_base") && words.contains("inverted poses"), "{out}{words}");
     assert!(out.contains("other mistakes ruled out") && !out.contains("u mirrored"), "{out}");
     succeeds(dir.path(), "calibrate mended --quiet");
-    // What is right is not mended.
+    // Correct data are not changed.
     let (code, _, words) = told(dir.path(), "doctor mended --fix again");
     assert!(code == 0 && words.contains("nothing to fix"), "{words}");
     assert!(!dir.path().join("again").exists());
@@ -108,7 +108,8 @@ fn evaluate_holds_a_scan_against_a_tolerance_and_knows_a_calibration_of_another_
     let passed = json(&dir.path().join("passed.json"));
     assert_eq!((&passed["tolerance"]["passed"], &passed["other_cell"]), (&true.into(), &Value::Null));
     assert_eq!(passed["differs"], Value::Null);
-    // What another cell would not explain is told without failing: too small a shift, and a delay of 7 ms.
+    // Effects that another cell would not explain are reported without a failure: too small a shift, and a delay of 7
+    // ms.
     for (key, shift_mm, delay_s) in [("shift", 3.0, 0.0), ("delay", 0.0, 0.007)] {
         let mut wrong = json(&dir.path().join("result.json"));
         let x = wrong["tool_from_camera"]["translation_mm"][0].as_f64().unwrap();
@@ -119,7 +120,7 @@ fn evaluate_holds_a_scan_against_a_tolerance_and_knows_a_calibration_of_another_
         assert!(words.contains("warning: this calibration does not match this scan"), "{key}: {words}");
         let told = json(&dir.path().join("differs.json"));
         assert_eq!(told["other_cell"], Value::Null, "{key}");
-        // The scan's own calibration less the wrong one, to a tenth of what was added: far more than ten of its ±.
+        // The scan's own calibration minus the wrong one, to a tenth of the added error: far more than ten of its ±.
         let found = [told["differs"]["shift_mm"].as_f64(), told["differs"]["time_offset_s"].as_f64()];
         assert!((found[0].unwrap() - shift_mm).abs() < 0.3, "{key}: {found:?}");
         assert!((found[1].unwrap() + delay_s).abs() < 0.0007, "{key}: {found:?}");
@@ -173,7 +174,7 @@ fn the_file_of_the_sensor_is_told_from_the_bracket() {
     assert!(words.contains("belongs to the sensor file corrected.toml"), "{words}");
 }
 
-/// What a result says of the sensor file that its transform belongs to.
+/// The result's statement about the sensor file of its transform.
 fn file_of(at: &Path, result: &str) -> serde_json::Value {
     let result: serde_json::Value = serde_json::from_slice(&fs::read(at.join(result)).unwrap()).unwrap();
     let text = result.to_string();
@@ -233,7 +234,7 @@ fn no_line_of_help_is_wider_than_a_hundred_columns() {
 #[test]
 fn folders_appear_whole_and_are_replaced_on_request_alone() {
     let dir = tempfile::tempdir().unwrap();
-    // What an interrupted run left stands in nobody's way.
+    // Remains of an interrupted run do no harm.
     fs::create_dir(dir.path().join("scan.unfinished")).unwrap();
     fs::write(dir.path().join("scan.unfinished/robot.csv"), "half").unwrap();
     succeeds(dir.path(), "simulate -p quick -o scan -q");
@@ -242,7 +243,7 @@ fn folders_appear_whole_and_are_replaced_on_request_alone() {
     assert!(code == 2 && words.contains("already exists") && words.contains("--force"), "{words}");
     succeeds(dir.path(), "simulate -p profiler -o scan -q --force");
     assert!(fs::read_to_string(dir.path().join("scan/sensor.toml")).unwrap().contains("profiler"));
-    // What was there may have been somebody's recording.
+    // The earlier file may be somebody's recording.
     let former = fs::read_to_string(dir.path().join("scan.replaced-1/sensor.toml")).unwrap();
     assert!(former.contains("camera_laser"), "{former}");
     fs::remove_dir_all(dir.path().join("scan.replaced-1")).unwrap();
@@ -368,7 +369,7 @@ fn mistakes_with_files_are_told_as_what_they_are() {
     }
 }
 
-/// Lines for a terminal are broken for it; what is piped stays whole, for those who search it line by line.
+/// Lines are broken for a terminal; piped lines stay whole, for line-by-line searches.
 #[test]
 fn words_fit_the_terminal() {
     let dir = tempfile::tempdir().unwrap();

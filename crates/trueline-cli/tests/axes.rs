@@ -27,7 +27,7 @@ fn cast(folder: &Path, axis: &str, seed: &str, out: &str) {
     assert_eq!(code(&output), 0, "{}", words(&output));
 }
 
-/// What a calibration that ends with this code says.
+/// The text of a calibration that ends with this code.
 fn calibrated(folder: &Path, scans: &[&str], expected: i32) -> String {
     let output = trueline(folder, &[&["calibrate"][..], scans, &["--json", "result.json"]].concat());
     assert_eq!(code(&output), expected, "{}", words(&output));
@@ -136,7 +136,7 @@ fn what_hides_an_axis_is_said_with_its_cure() {
     assert!(said.contains(cure), "{said}");
     let result = result(folder);
     assert!(result["axes"][0]["time_offset_s"].is_null());
-    // Where it is used, the hidden offset is the one that the line was found with.
+    // In use, the hidden offset is the same as for the line.
     let applied = trueline(folder, &["apply", "even", "--calibration", "result.json", "--out", "even.csv"]);
     assert_eq!(code(&applied), 0, "{}", words(&applied));
     let (point, direction) =
@@ -256,7 +256,7 @@ fn an_axis_comes_in_with_the_log_of_the_robot() {
     }
     assert_eq!(column(&scan, "axes.csv", "time_s"), column(&scan, "robot.csv", "time_s"));
 
-    // What it carries and its unit are stated, or asked for.
+    // Its load and its unit are stated, or asked for.
     let output = import("table_deg=eax_a,robot", "robot");
     assert_eq!(code(&output), 0, "{}", words(&output));
     assert!(fs::read_to_string(folder.join("robot/cell.toml")).unwrap().contains("\"robot\""));
@@ -397,7 +397,7 @@ fn files_of_axes_that_would_be_ignored_are_refused() {
     );
     fs::remove_file(folder.join("pair/sensors/a/cell.toml")).unwrap();
 
-    // What takes one sensor says which there are.
+    // Commands for one sensor list the available ones.
     for command in [&["doctor", "pair"][..], &["evaluate", "pair", "--calibration", "r.json"]] {
         let output = trueline(folder, command);
         let said = words(&output);

@@ -70,7 +70,7 @@ fn a_folder_of_pictures_becomes_a_sensor_and_its_truth_is_within_what_is_stated(
     let sigma_s = number(&board["sigma"]["time_offset_s"]);
     assert!(off_s.abs() < 4.5 * sigma_s && sigma_s < 0.1e-3, "{off_s} ± {sigma_s} s");
 
-    // Nothing is overwritten unasked, and a board that fits into no picture is said.
+    // Nothing is overwritten without an option, and a board too large for the picture is reported.
     let again = ["simulate", "--boards", BOARD, "--board-pictures", "1", "--out", "bench"];
     assert_eq!(code(&trueline(dir.path(), &again)), 2);
     let huge = trueline(dir.path(), &["simulate", "--boards", "chessboard:9x6:200", "--out", "huge"]);

@@ -131,7 +131,7 @@ fn a_board_before_the_moving_robot_gives_time_offset_and_hand_eye_with_their_unc
     let exported = trueline(dir.path(), &["export", "board.json", "--as", "matrix"]);
     assert!(exported.status.code().is_some_and(|code| code != 101), "{}", words(&exported));
 
-    // What says nothing of a board is refused, and so is a board of another size.
+    // A file without a board is refused, and so is a board of another size.
     for (more, said) in
         [(["--residual", "sheet"], "cannot be used with"), (["--require", "time=1ms"], "cannot be used with")]
     {

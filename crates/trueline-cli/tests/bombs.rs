@@ -40,7 +40,7 @@ fn limited(folder: &Path, limit_kb: u32, line: &str) -> Output {
     child.wait_with_output().unwrap()
 }
 
-/// What the program says where it refuses.
+/// The program's refusals.
 fn refused(folder: &Path, line: &str) -> String {
     let output = limited(folder, LIMIT_KB, line);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();

@@ -1,7 +1,7 @@
-//! The whole cell on loopback: controller, camera and PC are three programs that meet in sockets only, and what was put into
-//! the first two comes out of the third. They run in real time, so a busy machine shows in them: they are left out unless asked for. A whole cell
-//! in virtual time is in `trueline-cell/tests/virtual_time.rs`, and parts of
-//! one: guidance in `trueline-live/tests`, the camera's clocks in `trueline-camera/tests/clocks.rs`.
+//! The whole cell on loopback: controller, camera and PC are three programs that meet only in sockets, and the third gives
+//! back the truth of the first two. They run in real time, so a busy machine shows in them: they are left out unless asked
+//! for. A whole cell in virtual time is in `trueline-cell/tests/virtual_time.rs`, and parts of one: guidance in
+//! `trueline-live/tests`, the camera's clocks in `trueline-camera/tests/clocks.rs`.
 #![cfg(feature = "gige")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
@@ -375,9 +375,9 @@ fn a_trigger_that_is_not_wired_is_asked_for_and_what_cannot_be_set_is_refused() 
             "`TriggerSource`: Line7 was requested; the camera offers Software, Line1",
         ),
         (&["--trigger", "Software"], "this program does not support"),
-        (&["--trigger", "Line1", "--fps", "5"], "`AcquisitionFrameRate`: 5 Hz were asked for"),
+        (&["--trigger", "Line1", "--fps", "5"], "`AcquisitionFrameRate`: 5 Hz were requested"),
         (&["--trigger", "Line1:up"], "behind a colon, rising, falling or any"),
-        (&["--pixel-format", "BayerRG8"], "which of the colours the laser has"),
+        (&["--pixel-format", "BayerRG8"], "the laser's colour is not stated"),
         (&["--laser", "red"], "the camera sends Mono8, which has no colours"),
         (&["--pixel-format", "Coord3D_C16"], "expected one of Mono8, Mono10"),
     ] {

@@ -19,7 +19,7 @@ const FRAME_S: f64 = 0.01;
 /// Length of a pass, s.
 const PASS_S: f64 = 2.0;
 
-/// Where the tool is along the scan, mm: forth, and back.
+/// The tool's place along the scan, mm: forth, and back.
 fn along_mm(time_s: f64) -> f64 {
     SPEED_MM_S * if time_s < PASS_S { time_s } else { 2.0 * PASS_S - time_s }
 }
@@ -72,8 +72,8 @@ fn double(row: &[u8], index: usize) -> f64 {
     f64::from_le_bytes(row[8 * index..8 * index + 8].try_into().unwrap())
 }
 
-/// Every point of both passes is on the plate, by robot.csv's six decimals; without the time offset the passes are 2 v t_d sin θ apart:
-/// 2 · 100 mm/s · 20 ms · 0.447 = 1.789 mm, and where both have as many points the cloud is half of that thick.
+/// Every point of both passes is on the plate, to robot.csv's six decimals. Without the time offset the passes are 2 v t_d
+/// sin θ apart: 2 · 100 mm/s · 20 ms · 0.447 = 1.789 mm. With equally many points in both, the cloud is half as thick.
 #[test]
 fn a_plate_scanned_forth_and_back_is_one_plate() {
     let dir = tempfile::tempdir().unwrap();

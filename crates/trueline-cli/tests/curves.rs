@@ -103,7 +103,7 @@ fn once_over_a_curve_is_refused_until_the_hand_eye_is_known() {
     let known = calibrated(folder, &known, 1);
     let (found, sigma) =
         (known["time_offset_s"].as_f64().unwrap(), known["sigma"]["time_offset_s"].as_f64().unwrap());
-    // The weave shows it to 0.1 ms; what the hand-eye transform is known to makes the ± wider.
+    // The weave shows it to 0.1 ms; the uncertainty of the hand-eye transform widens the ±.
     assert!((found - expected).abs() < (4.0 * sigma).min(1e-3), "{found} {expected} {sigma}");
     assert!(known["tool_from_camera"]["translation_mm"][0].is_null());
 }
@@ -277,7 +277,8 @@ fn the_curve_is_exported_and_measured_from() {
     assert!(String::from_utf8_lossy(&list.stdout).contains("curve-ply"));
 }
 
-/// What cannot be a curve is refused with its cause: too few frames, seams that cross, a curve shorter than its knots.
+/// Data that cannot be a curve are refused with the cause: too few frames, seams that cross, a curve shorter than its
+/// knots.
 #[test]
 fn scans_that_show_no_curve_are_refused_with_their_cause() {
     let dir = tempfile::tempdir().unwrap();

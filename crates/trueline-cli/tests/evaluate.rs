@@ -31,7 +31,7 @@ fn a_calibration_is_evaluated_on_the_scan_of_another_day() {
     assert!(rmse(&known, "calibrated") < 0.08, "{known}");
     assert!(rmse(&known, "without_time_offset") > 0.3, "{known}");
     assert_eq!(known["reference"]["known"], true);
-    // The budget of the calibration is beside what was found.
+    // The budget of the calibration is next to the findings.
     let result = fs::read(dir.path().join("result.json")).unwrap();
     let result: Value = serde_json::from_slice(&result).unwrap();
     let said = |of: &Value| of.as_f64().unwrap();
@@ -113,7 +113,7 @@ fn write_stops(folder: &Path) {
     folder::write_whole(folder, &simulate_along(&slow, &path, 5), false).unwrap();
 }
 
-/// On a real cell nobody has a truth: stops on the seam are one, and they show what the time offset does.
+/// A real cell has no truth: stops on the seam replace it, and show the effect of the time offset.
 #[test]
 fn stops_on_the_seam_are_the_truth_of_a_moving_scan_and_show_the_time_offset() {
     let dir = tempfile::tempdir().unwrap();

@@ -109,8 +109,8 @@ fn addresses(page: &str) -> Vec<String> {
     found.map(str::to_owned).collect()
 }
 
-/// A proxy that takes the prefix off asks for "/watch/", one that leaves it for "/cells/7/watch/"; the browser asks the proxy for what stands
-/// in the page.
+/// A proxy that removes the prefix asks for "/watch/", one that keeps it for "/cells/7/watch/"; the browser asks the proxy
+/// for the page's links.
 #[test]
 fn behind_a_proxy_every_link_leads_somewhere() {
     let folder = tempfile::tempdir().unwrap();
@@ -132,7 +132,7 @@ fn behind_a_proxy_every_link_leads_somewhere() {
     assert_eq!(asked(&server, "GET", "/cells/8/").0, 404);
 }
 
-/// Whatever is asked, nothing in the folder changes.
+/// No request changes anything in the folder.
 #[test]
 fn no_request_changes_anything() {
     let folder = tempfile::tempdir().unwrap();

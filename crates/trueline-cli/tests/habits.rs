@@ -1,4 +1,4 @@
-//! What every command does alike: help, numbers that are out of range, output that cannot be written.
+//! Habits common to every command: help, numbers out of range, output that cannot be written.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::fs;

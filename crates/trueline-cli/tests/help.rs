@@ -7,7 +7,7 @@ fn commands(of: &clap::Command, name: &str) -> Vec<(String, clap::Command)> {
     std::iter::once((own, of.clone())).chain(below).collect()
 }
 
-/// Those of both programs.
+/// The options of both programs.
 fn all_commands() -> Vec<(String, clap::Command)> {
     let of_devices = commands(&trueline_cli::testbench(), "");
     commands(&trueline_cli::command(), "").into_iter().chain(of_devices).collect()
@@ -35,7 +35,7 @@ fn paragraphs_are_left_to_the_terminal_to_break() {
     assert!(broken.is_empty(), "{broken:#?}");
 }
 
-/// What a user types for an option of a command itself, and not for one of every command.
+/// A user's input for an option of a command itself, not for one of every command.
 fn own_options(command: &clap::Command) -> Vec<&clap::Arg> {
     let is_own = |arg: &&clap::Arg| arg.get_long().is_some() && !arg.is_hide_set();
     command.get_arguments().filter(is_own).collect()

@@ -1,4 +1,4 @@
-//! Files of other programs as users give them to `import csv`: what is recognised, and what is said where it is not.
+//! Users' files of other programs for `import csv`: recognised forms, and the messages for others.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod common;
@@ -109,7 +109,7 @@ fn points_with_decimal_commas_in_their_times_come_in() {
     assert!(said.contains("scan.asc, line 1: expected 3 fields, found 4"), "{said}");
 }
 
-/// One number everywhere: what is said of the stamps holds for the dataset that is written.
+/// One number everywhere: the statement about the stamps holds for the written dataset.
 #[test]
 fn an_import_says_which_stamps_it_has_moved() {
     let dir = tempfile::tempdir().unwrap();

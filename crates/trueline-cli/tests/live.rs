@@ -130,7 +130,7 @@ fn a_recording_to_which_nothing_came_does_not_stand_in_the_way_of_the_next() {
         assert!(!words(&silent).contains("written to"), "{}", words(&silent));
         assert_eq!(fs::read_dir(dir.path().join("scan")).unwrap().count(), 0);
     }
-    // What a stranger sent is all that is known of why nothing came.
+    // Nothing came, and a stranger's packets are the only known reason.
     let stranger = UdpSocket::bind("127.0.0.1:0").unwrap();
     let record = start(dir.path(), &["record", "--bind", &pc, "--out", "scan", "--for-s", "2"]);
     for _ in 0..150 {
@@ -202,7 +202,7 @@ fn addresses_that_are_not_ours_or_taken_are_refused() {
     }
 }
 
-/// A stream of which a third is lost is recorded, and not without a word; what a network loses now and then is no fault.
+/// A stream that loses a third is recorded, with a message; occasional losses in a network are no fault.
 #[test]
 fn a_recording_that_lost_much_of_the_robots_stream_says_so() {
     let dir = tempfile::tempdir().unwrap();
@@ -308,7 +308,7 @@ fn a_scan_travels_its_path_and_records_it() {
     drop(robot);
     let recording = dir.path().join("scan/recording.mcap");
     assert!(fs::metadata(&recording).unwrap().len() > 100_000);
-    // What was recorded is never overwritten.
+    // Recordings are never overwritten.
     let mut again = start(
         dir.path(),
         &[

@@ -63,7 +63,7 @@ fn a_log_holds_every_stage_with_its_duration_and_what_was_told_and_stdout_is_as_
             "{line}"
         );
     }
-    // What cannot be done is in the log as well; a second run adds to it.
+    // Failures are in the log as well; a second run adds to it.
     let failed = trueline(folder, &["calibrate", "missing", "--log-file", "run.jsonl"]);
     assert_eq!(code(&failed), 2);
     let longer = lines(&folder.join("run.jsonl"));
@@ -115,7 +115,7 @@ fn a_log_that_cannot_be_written_ends_it_and_other_files_stay_as_they_are() {
     for (file, why) in [
         ("none/run.jsonl", "cannot be written"),
         ("scan", "cannot be written"),
-        ("scan/robot.csv", "no log of trueline"),
+        ("scan/robot.csv", "not a log of trueline"),
     ] {
         let refused = calibrate(folder, None, &["--log-file", file]);
         let said = words(&refused);

@@ -1,4 +1,4 @@
-//! What commands write, and what they say of a calibration that should not be used.
+//! Outputs of commands, and their text about a calibration that should not be used.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod common;
@@ -56,7 +56,7 @@ fn no_output_lands_on_what_is_read_or_on_another() {
             "{line}: {said}"
         );
     }
-    // What cannot be written is told before the work.
+    // Outputs that cannot be written are reported before the work.
     for line in ["doctor scan --json nowhere/d.json", "listen --json nowhere/l.json"] {
         assert!(run(at, line).2.contains("there is no folder `nowhere`"), "{line}");
     }

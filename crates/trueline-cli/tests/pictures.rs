@@ -108,7 +108,7 @@ fn features_says_what_it_found_and_draws_it() {
     assert_eq!((&found["found"], &found["joint"]), (&Value::from(7), &Value::from("lap")));
     assert_eq!(fs::read_to_string(at.join("scan/features.csv")).unwrap(), first);
     assert!(!at.join("scan/features.previous-1.csv").exists());
-    // What was there is kept where it is not the same.
+    // Earlier files are kept if they differ.
     let other = first.trim_end().rsplit_once('\n').unwrap().0;
     fs::write(at.join("scan/features.csv"), other).unwrap();
     succeeds(at, "features scan --quiet");

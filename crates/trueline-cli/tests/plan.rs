@@ -48,7 +48,8 @@ fn a_planned_scan_is_simulated_calibrated_and_planned_again() {
         / plan["predicted_sigma"]["time_offset_s"].as_f64().unwrap();
     assert!((0.7..1.4).contains(&ratio), "{ratio}");
 
-    // What the plan says of a calibration with robot, sensor and bias is what such a calibration says, but for the guess.
+    // The plan's prediction for a calibration with robot, sensor and bias equals such a calibration, except for the
+    // guess.
     let whole = ["calibrate", "scan", "--json", "whole.json", "--quiet"];
     assert_eq!(code(&trueline(dir.path(), &whole)), 0);
     let whole = json(&dir.path().join("whole.json"));
@@ -123,7 +124,7 @@ fn a_seam_error_that_is_missed_says_what_limits_it_and_what_would_help() {
     assert!(missed.as_array().is_some_and(|list| list.len() == 1), "{missed}");
     let missed = missed[0].as_str().unwrap();
     assert!(missed.starts_with("seam error: ±"), "{missed}");
-    // What limits it is named, largest first, and what would help.
+    // Its limiting errors are named, largest first, with remedies.
     let robot = missed.find("robot ±").unwrap();
     assert!(missed.find("noise ±").is_none_or(|noise| robot < noise), "{missed}");
     let said = String::from_utf8_lossy(&seam.stdout).into_owned();
@@ -133,7 +134,8 @@ fn a_seam_error_that_is_missed_says_what_limits_it_and_what_would_help() {
     let left: Vec<f64> = robots.iter().map(|robot| robot["seam_error_mm"].as_f64().unwrap()).collect();
     assert!(left.len() == 4 && left.windows(2).all(|pair| pair[1] < pair[0]), "{left:?}");
     assert!(!planned["advice"].as_array().unwrap().is_empty());
-    // A robot that is known to be good counts: the plan is what was said of it. A search knows of no edge and no form: the seam is stated to have none.
+    // A robot with stated accuracy counts: the plan follows the statement. A search knows of no edge and no form: the seam
+    // is stated to have none.
     let of_known_seam = |name: &str, robot: &str| {
         let [cell, sensor] = ["cell.toml", "sensor.toml"]
             .map(|file| fs::read_to_string(dir.path().join("s").join(file)).unwrap());

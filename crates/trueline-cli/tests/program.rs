@@ -111,7 +111,7 @@ fn a_guess_and_a_hold() {
     assert!(held["sigma"]["time_offset_s"].is_null());
 }
 
-/// The paper's residual knows no edge and no waves: what is said of them would be ignored. That there are none is what it takes for granted.
+/// The paper's residual has no edge and no waves: statements about them would be ignored. It assumes that there are none.
 #[test]
 fn the_papers_residual_refuses_a_seam_that_it_does_not_know() {
     let dir = tempfile::tempdir().unwrap();
@@ -135,7 +135,7 @@ fn the_papers_residual_refuses_a_seam_that_it_does_not_know() {
     }
 }
 
-/// The preset's seam through two of its points; how well they are known is what the seam error owes to them.
+/// The preset's seam through two of its points; their uncertainty is a part of the seam error.
 #[test]
 fn a_seam_is_held_where_a_drawing_has_it() {
     let dir = tempfile::tempdir().unwrap();
@@ -149,7 +149,7 @@ fn a_seam_is_held_where_a_drawing_has_it() {
         assert_eq!(line["offset_sigma_mm"].as_f64().unwrap().to_string(), sigma_mm);
         result["seam_error"]["budget_mm"]["held"].as_f64().unwrap()
     };
-    // It is linear in what is said of the points.
+    // It is linear in the statement about the points.
     let (coarse, fine) = (held_mm("0.5"), held_mm("0.05"));
     assert!(fine > 0.0 && (coarse / fine - 10.0).abs() < 0.01, "{coarse} {fine}");
     let missing = trueline(dir.path(), &["calibrate", "scan", "--drawn-line", drawn]);

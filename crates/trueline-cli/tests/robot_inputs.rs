@@ -1,7 +1,7 @@
 //! A camera's output on an input of a robot, in the words of each protocol, from its packets to what `calibrate` and `doctor` compare.
 //!
-//! A simulated scan gives poses and seam points; every pose becomes a packet as the simulated controller of a protocol makes it, with the
-//! input as it was just then. What is recorded is opened and calibrated as any recording.
+//! A simulated scan gives poses and seam points; every pose becomes a packet as the simulated controller of a protocol makes
+//! it, with the input as it was just then. The recording is opened and calibrated like any other.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::net::SocketAddr;

@@ -1,4 +1,4 @@
-//! What `evaluate`, `features` and `plan` write is what their JSON Schemas in `docs` say, key by key.
+//! The output of `evaluate`, `features` and `plan` follows their JSON Schemas in `docs`, key by key.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use serde_json::{Value, json};
@@ -20,7 +20,8 @@ fn schema(name: &str) -> Value {
     read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs").join(format!("{name}.schema.json")))
 }
 
-/// What of a value a schema forbids; of JSON Schema what these files use, and nothing else is passed over.
+/// Violations of a schema by a value; only the JSON Schema keywords of these files are known, and any other one is an
+/// error.
 fn faults(schema: &Value, value: &Value, at: &str) -> Vec<String> {
     let mut found = Vec::new();
     for (word, rule) in schema.as_object().unwrap() {

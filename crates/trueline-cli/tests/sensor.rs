@@ -48,8 +48,8 @@ fn of_camera(folder: &Path, name: &str) -> Vec<String> {
     files
 }
 
-/// What OpenCV 4 makes of these pictures with its sub-pixel corners (window 5) and five coefficients: rms, fx, fy, cx, cy, and
-/// the standard deviation of fx.
+/// OpenCV 4's result for these pictures with its sub-pixel corners (window 5) and five coefficients: rms, fx, fy, cx, cy,
+/// and the standard deviation of fx.
 const ANCHORS: [(&str, f64, [f64; 4], f64); 2] = [
     ("left", 0.205, [532.83, 532.95, 342.49, 233.86], 0.44),
     ("right", 0.215, [537.45, 536.97, 327.59, 248.88], 0.48),
@@ -93,7 +93,7 @@ fn opencv_samples_give_the_camera_that_opencv_finds() {
         let covariance = file.setup.uncertainty.unwrap().covariance.unwrap();
         assert!((covariance.matrix[(0, 0)].sqrt() - found).abs() < 1e-9 * found);
         assert!(std::fs::read_to_string(page).unwrap().contains("Residual field"));
-        // What exists is not written over.
+        // Existing files are not overwritten.
         let again = trueline(&args);
         assert_eq!(again.status.code(), Some(2));
         assert!(words(&again).contains("already exists"), "{}", words(&again));

@@ -1,4 +1,4 @@
-//! What the pages and the metrics say.
+//! The text of the pages and the metrics.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 #[path = "common/live_sites.rs"]

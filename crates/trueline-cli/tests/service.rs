@@ -23,7 +23,7 @@ impl Drop for Running {
     }
 }
 
-/// What a service tells systemd, from its start until it is ended by SIGTERM after its second sign of life.
+/// A service's reports to systemd, from its start until SIGTERM ends it after its second sign of life.
 fn told(arguments: &[&str]) -> Vec<String> {
     let place = tempfile::tempdir().unwrap();
     let socket = place.path().join("notify");

@@ -64,7 +64,7 @@ fn a_marker_before_a_moving_robot_gives_time_offset_hand_eye_and_target() {
     for form in ["matrix", "ros2", "time-offset"] {
         code(&trueline(folder, &["export", "result.json", "--as", form]), 0);
     }
-    // The guess beside the recording is used, and what is held stays.
+    // The guess next to the recording is used, and held values stay.
     fs::copy(folder.join("scan/truth.toml"), folder.join("guess.toml")).unwrap();
     let held = calibrated(folder, &["scan", "--initial", "guess.toml", "--fix", "time-offset"], 0);
     assert!((held["time_offset_s"].as_f64().unwrap() + 0.82).abs() < 1e-12);

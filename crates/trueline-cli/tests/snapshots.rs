@@ -1,4 +1,5 @@
-//! Words that users, the book and other programs know are changed on purpose alone: help, and what is said of mistakes.
+//! Users, the book and other programs rely on these words: help, and messages about mistakes. They change only on
+//! purpose.
 //!
 //! After a change on purpose: `INSTA_UPDATE=always cargo test -p trueline-cli --test snapshots`, and `docs/book/check.py --update`
 //! for the help.
@@ -62,7 +63,7 @@ fn every_command_is_in_the_book() {
     }
 }
 
-/// What is said of mistakes, whole: command line, words, exit code. Some of the words are the operating system's.
+/// Complete messages about mistakes: command line, words, exit code. Some of the words are the operating system's.
 #[cfg(unix)]
 #[test]
 fn mistakes_are_told_in_these_words() {

@@ -69,7 +69,7 @@ fn a_standing_robot_is_offered_stops_and_gets_no_time_offset() {
         let error_mm = result["seam_error"]["rms_mm"].as_f64().unwrap();
         assert!(error_mm < 1.0, "{error_mm}");
     }
-    // What needs a time offset says that there is none.
+    // Commands that need a time offset say that there is none.
     let output = trueline(dir.path(), &["export", "result.json", "--as", "time-offset"]);
     assert!(output.status.code() == Some(2) && words(&output).contains("time offset"), "{}", words(&output));
 }
@@ -115,9 +115,9 @@ fn real_pictures_of_a_board_at_stops_give_the_camera_on_the_tool() {
         "--json",
         "hand-eye.json",
     ];
-    // With the camera of these pictures, whose focal length is 2357 px because the sheet is bent: a fit of focal length, hand-eye and board
-    // to corners of OpenCV, the robot's poses held, has f = 2357 to 2373 px and the camera at [297.6, -36.9, 126.8].
-    // With the camera that a flat board gives, 2420 px, an own AX = XB has [291.5, -38.1, 126.8].
+    // The camera of these pictures has a focal length of 2357 px because the sheet is bent. A fit of focal length, hand-eye
+    // and board to corners of OpenCV, with the robot's poses held, has f = 2357 to 2373 px and the camera at [297.6, -36.9,
+    // 126.8]. With the camera that a flat board gives, 2420 px, an own AX = XB has [291.5, -38.1, 126.8].
     let flat = "kind = \"camera_laser\"\n\n[camera]\nwidth = 1280\nheight = 1024\nfx = 2419.8\nfy = 2424.1\ncx = 632.5\ncy = 517.8\n\
                 distortion = [-0.052, 0.0, 0.0, 0.0, 0.0]\n";
     for (camera, own) in [(None, [297.6, -36.9, 126.8]), (Some(flat), [291.5, -38.1, 126.8])] {

@@ -63,7 +63,7 @@ fn stripes_of_a_camera_and_profiles_calibrate_with_the_plates_in_the_result() {
 #[test]
 fn an_option_that_would_change_nothing_of_the_simulated_scan_is_refused() {
     let dir = tempfile::tempdir().unwrap();
-    // Each in a folder of its own: none is replaced by what has other files.
+    // Each has a folder of its own: none replaces a folder with other files.
     let of = |arguments: &str| {
         let out = format!("of{}", arguments.replace(' ', ""));
         let whole = format!("simulate --duration-s 2 --quiet --force --out {out} {arguments}");
@@ -166,7 +166,7 @@ fn a_joint_that_hardly_shows_is_written_and_doubted() {
             ["simulate", "--plates", "--preset", "profiler", "--duration-s", "4", "--quiet", "--out", out];
         assert_eq!(code(&run(&[&ask[..], gap].concat())), 0);
     }
-    // Where the scan begins the plates are tacked: of the first profiles alone there is a corner.
+    // At the start of the scan the plates are tacked: the first profiles alone show a corner.
     let text = |folder: &str| fs::read_to_string(dir.path().join(folder).join("profiles.csv")).unwrap();
     let (gap, fillet) = (text("gap"), text("fillet"));
     let time_s = |row: &str| row.split(',').next().unwrap().parse::<f64>().ok();
@@ -203,7 +203,7 @@ fn the_joint_of_profiles_is_named_or_told_and_one_that_they_are_not_searched_for
     assert_eq!(code(&run(&butt)), 0);
     let refused = run(&["features", "gap", "--joint", "groove"]);
     assert_eq!(code(&refused), 2);
-    assert!(words(&refused).contains("a groove is not looked for in profiles"), "{}", words(&refused));
+    assert!(words(&refused).contains("profiles are not searched for a groove"), "{}", words(&refused));
     let other = run(&["calibrate", "gap", "--joint", "fillet"]);
     assert_eq!(code(&other), 2, "{}", words(&other));
     let found = run(&["features", "gap"]);

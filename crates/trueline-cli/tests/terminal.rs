@@ -24,7 +24,7 @@ fn shown(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), said.concat())
 }
 
-/// The same; and it is told what the name was.
+/// The same; and it gets the earlier name.
 fn told(folder: &Path, arguments: &[&str]) -> Option<i32> {
     let (code, said) = shown(folder, arguments);
     assert!(said.contains("[2J"), "{arguments:?} does not show the name: {said}");

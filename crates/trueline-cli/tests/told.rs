@@ -1,4 +1,4 @@
-//! What is said first, and that nothing is offered for use that was not accepted.
+//! The first words, and nothing from a refused result is offered for use.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use serde_json::Value;
@@ -34,7 +34,7 @@ fn reasons(result: &Value) -> Vec<&str> {
     result["reasons"].as_array().unwrap().iter().map(|reason| reason["code"].as_str().unwrap()).collect()
 }
 
-/// What a mistake does to a row of robot.csv.
+/// A mistake's effect on a row of robot.csv.
 type Mistake = fn(&mut Vec<f64>);
 
 /// A scan of 20 s with every mistake is refused for the mistake alone, and offers nothing to use.

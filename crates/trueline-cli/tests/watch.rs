@@ -49,13 +49,13 @@ fn a_production_is_watched_from_its_calibration_to_an_alarm() {
     assert_eq!(watched.status.code(), Some(1), "{}", words(&watched));
     assert_eq!(lines(&watched).len(), 6);
     let said = words(&watched);
-    assert!(said.contains("weld 0 (welds/weld-0000): watched before; no change was seen"), "{said}");
+    assert!(said.contains("weld 0 (welds/weld-0000): already watched; no change was seen"), "{said}");
     // The two late welds: all words once, then one line.
     assert_eq!(said.matches("  check: ").count(), 1, "{said}");
     assert_eq!(said.matches("since weld 4 (welds/weld-0004)").count(), 2, "{said}");
     let silent: Vec<&str> = said.lines().filter(|line| line.contains("no change")).collect();
     assert_eq!(silent.len(), 4, "{said}");
-    // What they are blind to was told with the first weld of the shift, and has not changed.
+    // Their blindness was reported with the first weld of the shift, and has not changed.
     assert!(!said.contains("blind"), "{said}");
     assert!(
         words_of_first.contains("  blind to seam: these welds cannot detect a moved part"),
@@ -124,7 +124,7 @@ fn another_sensor_file_is_said(folder: &Path) {
     );
 }
 
-/// What a program that only shows says of the state, until it is interrupted.
+/// A read-only program's text about the state, until it is interrupted.
 #[cfg(feature = "serve")]
 fn is_served(folder: &Path) {
     let mut program = Command::new(env!("CARGO_BIN_EXE_trueline"))
@@ -151,7 +151,7 @@ fn is_served(folder: &Path) {
     program.wait().unwrap();
 }
 
-/// A cell's folder is served under a proxy's prefix until it is interrupted; what is no prefix and no folder is refused.
+/// A cell's folder is served under a proxy's prefix until it is interrupted; a wrong prefix or folder is refused.
 #[test]
 #[cfg(feature = "serve")]
 fn the_folder_of_a_cell_is_served() {

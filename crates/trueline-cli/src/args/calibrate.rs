@@ -20,9 +20,9 @@ use trueline_sensor::Board;
 
 /// Bias of the features for each 10° of tilt, px, where none is stated.
 const FEATURE_BIAS_PX: f64 = 0.2;
-/// Speed at which the seam error is predicted, mm/s, where none is stated.
+/// Speed at which the seam error is predicted, mm/s, if none is stated.
 const SPEED_MM_S: f64 = 50.0;
-/// How far a seam is off its drawing, mm, where nothing is stated: what a weld does to a part.
+/// Assumed distance of a seam from its drawing, mm, if none is stated: the deviation of a usual weld.
 const CAD_TOLERANCE_MM: f64 = 0.2;
 
 #[derive(Args)]
@@ -85,7 +85,8 @@ pub(crate) struct CalibrateArgs {
     /// Uncertainty of the values held by --fix, one sigma: time=0.1ms,translation=0.1mm,rotation=0.05deg (any of them)
     #[arg(long, value_name = "WHAT=SIGMA,…", value_parser = requirement::parse_held, requires = "fix")]
     pub(crate) fixed_sigma: Option<Requirement>,
-    /// Hold the seam where a drawing has it: two of its points in the robot's base, mm. For several seams give it once for each, in their order
+    /// Hold the seam at the place of a drawing: two of its points in the robot's base, mm. For several seams give it once
+    /// for each, in their order
     #[arg(
         long,
         value_name = "X,Y,Z:X,Y,Z",
@@ -124,7 +125,7 @@ pub(crate) struct CalibrateArgs {
     /// Write a certificate of the sensor: who, when, what, figures with their uncertainty, checks; .json or a page, .html
     #[arg(long, value_name = "FILE", value_parser = certificate)]
     pub(crate) certificate: Option<PathBuf>,
-    /// Who answers for the certificate
+    /// Name of the person responsible for the certificate
     #[arg(long, value_name = "NAME", requires = "certificate")]
     pub(crate) operator: Option<String>,
     /// Absolute accuracy of the robot, mm; 0 is an ideal robot. The default is taken from sensor.toml, else 0.5
@@ -137,8 +138,8 @@ pub(crate) struct CalibrateArgs {
     /// Bias of the features for each 10 degrees of tilt, px; 0 is none
     #[arg(long, value_name = "PX", default_value_t = FEATURE_BIAS_PX, value_parser = zero_or_more)]
     pub(crate) feature_bias_px: f64,
-    /// Radius of the seam's edge, whose outermost point the detector sees, mm; 0 is a sharp edge, or a point where two lines cross. The
-    /// default is taken from sensor.toml, else 0.3
+    /// Radius of the seam's edge, mm: the detector finds its outermost point. 0 is a sharp edge, or a point where two
+    /// lines cross. The default is taken from sensor.toml, else 0.3
     #[arg(long, value_name = "MM", value_parser = of_a_seam_mm)]
     pub(crate) edge_radius_mm: Option<f64>,
     /// Waviness of the seam beyond a bow, RMS, mm; 0 is a perfectly straight seam. The default is taken from sensor.toml, else 0.06,
@@ -170,7 +171,7 @@ pub(crate) struct CalibrateArgs {
     /// Joint type, for a dataset with pictures and no features
     #[arg(long, value_parser = one_of(&JOINTS), default_value = "auto")]
     pub(crate) joint: JointChoice,
-    /// Robot and images were stamped by unrelated clocks: estimate the shift between them
+    /// The stamps of robot and images are of unrelated clocks: estimate the shift between them
     #[arg(long)]
     pub(crate) align_clocks: bool,
     /// Threads; by default one per core. The result does not depend on it
@@ -192,7 +193,7 @@ impl CalibrateArgs {
         self.threads.or_else(|| std::thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN)
     }
 
-    /// What a calibration is told, in SI.
+    /// Settings of a calibration, in SI.
     pub(crate) fn config(&self) -> Config {
         let defaults = Config::default();
         Config {
@@ -324,7 +325,7 @@ pub(crate) enum TargetName {
     Poses,
 }
 
-/// Pages and JSON are told apart by their names.
+/// Pages and JSON are distinguished by their names.
 fn certificate(text: &str) -> Result<PathBuf, String> {
     let file = PathBuf::from(text);
     let end = file.extension().and_then(|end| end.to_str()).map(str::to_ascii_lowercase);
@@ -360,7 +361,7 @@ static SENSORS: [Choice<SensorMode>; 3] = [
 ];
 
 static STAMPS: [Choice<Stamps>; 3] = [
-    ("auto", "The sender's clock where stamps are late or that clearly fits better", Stamps::Auto),
+    ("auto", "The sender's clock if stamps are late or if it clearly fits better", Stamps::Auto),
     ("raw", "As recorded", Stamps::Raw),
     ("regular", "The sender's clock for every stream with a constant period", Stamps::Regular),
 ];

@@ -1,10 +1,10 @@
-//! Where a live camera is.
+//! Address of a live camera.
 
 use std::net::Ipv4Addr;
 use std::str::FromStr;
 use trueline_cell::{CameraChoice, CameraSetup};
 
-/// Where a live camera is: `192.168.1.64`, `usb:SERIAL`, `usb`.
+/// Address of a live camera: `192.168.1.64`, `usb:SERIAL`, `usb`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum CameraAddress {
     /// A GigE Vision camera at an address.

@@ -24,14 +24,14 @@ The true time offset of first-packet stamps is half the exposure + readout + lat
 pub(crate) struct CameraSimArgs {
     /// A plan's folder
     pub(crate) plan: PathBuf,
-    /// Where `robot-sim --truth-to` tells where the robot is
+    /// Address to which `robot-sim --truth-to` sends the robot's true pose
     #[arg(long, value_name = "IP:PORT")]
     pub(crate) robot_truth: SocketAddr,
     /// Wire its output (exposure active) to the input of `stream-sim --input-from`
     #[arg(long, value_name = "IP:PORT")]
     pub(crate) trigger_to: Option<SocketAddr>,
-    /// Wire an encoder on the robot's way to its input Line1: a signal every so many mm that the tool travels, for
-    /// `record --trigger Line1`
+    /// Wire an encoder on the robot's path to its input Line1: a signal after this travel of the tool, mm, for `record
+    /// --trigger Line1`
     #[arg(long, conflicts_with = "trigger_to", value_parser = number::above_zero)]
     pub(crate) encoder_mm: Option<f64>,
     /// Address of this machine to which a robot's digital output is wired (`--output-to` of `robot-sim` and `stream-sim`): its input
@@ -65,7 +65,7 @@ pub(crate) struct CameraSimArgs {
     /// How much its clock runs fast, ppm
     #[arg(long, default_value_t = 50.0, value_parser = number::camera_drift_ppm)]
     pub(crate) drift_ppm: f64,
-    /// What its clock says at the start, s
+    /// Its clock's reading at the start, s
     #[arg(long, default_value_t = 900.0, value_parser = number::below_a_billion)]
     pub(crate) epoch_s: f64,
     /// Its network, Mbit/s; 0 is no limit
@@ -89,7 +89,7 @@ pub(crate) struct CameraSimArgs {
     /// Profiles in a frame of a profiler, evenly spaced over its time
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) profiles_per_frame: u32,
-    /// Write what is to be found: time offset of first-packet stamps, hand-eye, line
+    /// Write the truth: time offset of first-packet stamps, hand-eye, line
     #[arg(long)]
     pub(crate) truth: Option<PathBuf>,
     /// How long, s [default: until Ctrl-C]
@@ -98,7 +98,7 @@ pub(crate) struct CameraSimArgs {
     /// The cable is pulled after so long, s
     #[arg(long, value_parser = number::above_zero)]
     pub(crate) unplug_at_s: Option<f64>,
-    /// Seed of what is off the guess, of noise and loss
+    /// Seed of the errors of the guess, of noise and loss
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
     /// Print nothing but errors
@@ -112,12 +112,12 @@ impl CameraSimArgs {
         Look { exposure_s: self.exposure_ms * 1e-3, ..(self.look)() }
     }
 
-    /// How long a sensor that takes so many rows one after the other must not be exposed, s.
+    /// Upper limit of the exposure of a sensor that takes this many rows one after the other, s.
     pub(crate) fn longest_exposure_s(&self) -> f64 {
         1.0 / (self.fps * f64::from(self.profiles_per_frame))
     }
 
-    /// What is wired to it.
+    /// Its wiring.
     pub(crate) fn wiring(&self) -> CameraWiring {
         let by_encoder = self.encoder_mm.map(|mm| WiredInput::Encoder { step_m: mm * 1e-3 });
         let input = by_encoder.or(self.trigger_from.map(WiredInput::Robot));

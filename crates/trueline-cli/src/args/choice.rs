@@ -2,7 +2,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
-/// A word, what it means (may be empty), and the value that it stands for.
+/// A word, its meaning (may be empty), and its value.
 pub(crate) type Choice<T> = (&'static str, &'static str, T);
 
 /// Reads one of the words; help lists them with their meaning.

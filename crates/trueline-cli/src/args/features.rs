@@ -35,7 +35,7 @@ pub(crate) struct FeaturesArgs {
     /// Without images/index.csv: the last number in each name is its stamp in s, ms, us or ns, or a date in it; the index is written
     #[arg(long, value_name = "UNIT", value_parser = one_of(&STAMP_UNITS))]
     pub(crate) stamps_from_name: Option<i64>,
-    /// Folder for pictures of what was found; it must not hold any yet
+    /// Folder for pictures of the findings; it must not hold any yet
     #[arg(long)]
     pub(crate) overlay: Option<PathBuf>,
     /// Replace the folder of --overlay if it has trueline's files alone; it is kept as OVERLAY.replaced-1
@@ -93,7 +93,7 @@ pub(crate) static JOINTS: [Choice<JointChoice>; 10] = [
     ),
     (
         "v-block",
-        "A V-block or a machined V: where its faces would meet, whatever slot is there",
+        "A V-block or a machined V: where its faces would meet, with or without a slot",
         Some(Joint::VBlock),
     ),
 ];

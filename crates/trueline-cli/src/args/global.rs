@@ -6,7 +6,7 @@ use std::path::PathBuf;
 /// The heading that they stand under.
 pub(crate) const HEADING: &str = "Global options";
 
-/// The words below the help of every command that tell of them.
+/// The words below the help of every command about these options.
 pub(super) fn where_explained(program: &str) -> String {
     format!("Global options, as --quiet, --verbose and --log-file: `{program} --help`")
 }
@@ -19,11 +19,12 @@ pub(crate) struct GlobalArgs {
     /// Print nothing but errors, and data that were asked for
     #[arg(long, short, global = true, help_heading = HEADING)]
     pub(crate) quiet: bool,
-    /// Say more: what is read and written and how long it took; with doctor, everything that was tried
+    /// Verbose: list files read and written, with timings; with doctor, everything tried
     #[arg(long, short, global = true, help_heading = HEADING)]
     pub(crate) verbose: bool,
-    /// Append a log to a file, a JSON object a line: what was told, and every stage with its duration. RUST_LOG chooses what is logged:
-    /// debug, or trueline_watch=debug,warn [default: trueline=debug,info]; without --log-file it shows that on stderr
+    /// Append a log to a file, a JSON object a line: the messages, and every stage with its duration. RUST_LOG sets the
+    /// level: debug, or trueline_watch=debug,warn [default: trueline=debug,info]; without --log-file the log goes to
+    /// stderr
     #[arg(long, global = true, value_name = "FILE", help_heading = HEADING)]
     pub(crate) log_file: Option<PathBuf>,
 }

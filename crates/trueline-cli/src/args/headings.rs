@@ -5,9 +5,9 @@ type Section = (&'static str, &'static [&'static str]);
 
 /// The help of a command with many options.
 struct Layout {
-    /// Its name with what it is made of: `import csv`.
+    /// Its name with its command: `import csv`.
     command: &'static str,
-    /// What everybody needs, in this order.
+    /// Options for everybody, in this order.
     everyday: &'static [&'static str],
     /// All others.
     sections: &'static [Section],
@@ -18,10 +18,10 @@ const OTHERS: &str = "More options";
 /// Options of every command stand behind its own.
 const LAST: usize = 900;
 
-/// Where a picture comes from, in `record` and `scan`.
+/// Source of a picture, in `record` and `scan`.
 const CAMERA: Section =
     ("Camera", &["camera", "replay", "exposure-us", "fps", "trigger", "pixel-format", "laser", "stamp"]);
-/// What is computed and shown during a recording.
+/// Outputs during a recording.
 const LIVE: Section = ("Live estimate and page", &["joint", "want", "serve", "serve-name"]);
 /// Signals between simulated devices.
 const WIRING: Section =

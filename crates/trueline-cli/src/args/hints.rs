@@ -1,9 +1,9 @@
-//! Which options of the program help with what a calibration says.
+//! Options of the program that help with a calibration's reasons and warnings.
 
 use trueline_method::error::noise_unused::NoiseUnused;
 use trueline_method::{Calibration, Error, Reason, Warning};
 
-/// What the user can try next, once each.
+/// Options for the user to try next, once each.
 pub(crate) fn of(calibration: &Calibration) -> Vec<&'static str> {
     let reasons = calibration.reasons().iter().filter_map(for_reason);
     let mut hints: Vec<&'static str> = Vec::new();
@@ -15,7 +15,7 @@ pub(crate) fn of(calibration: &Calibration) -> Vec<&'static str> {
     hints
 }
 
-/// Where the book says what to do about the reasons, by their codes.
+/// Pages of the book on the reasons, by their codes.
 pub(crate) fn pages(calibration: &Calibration) -> Option<String> {
     let mut codes: Vec<&str> = calibration.reasons().iter().map(Reason::code).collect();
     codes.dedup();

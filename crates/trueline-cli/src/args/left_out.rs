@@ -21,7 +21,7 @@ const NEEDS: [Needs; 9] = [
     ("serve", "serve", cfg!(feature = "serve")),
 ];
 
-/// The command line with the names of what is left out: with any words behind them they are understood, and then refused.
+/// The command line with the names of the parts left out: with any arguments they are understood, and then refused.
 pub(crate) fn named(command: Command) -> Command {
     with_names(command, &left_out(&NEEDS))
 }
@@ -31,7 +31,7 @@ pub(crate) fn feature_of(command: &str) -> Option<&'static str> {
     left_out(&NEEDS).into_iter().find(|(name, _)| *name == command).map(|(_, feature)| feature)
 }
 
-/// What to do about it.
+/// The remedy.
 pub(crate) fn how_to_build() -> String {
     format!("released programs have everything; from the source: `{FULL_BUILD}`")
 }

@@ -1,4 +1,4 @@
-//! What the user can do where a robot's stream cannot be opened.
+//! Advice if a robot's stream cannot be opened.
 
 use std::io::ErrorKind;
 use trueline_live::LinkError;

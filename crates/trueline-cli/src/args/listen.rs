@@ -23,7 +23,7 @@ pub(crate) struct ListenArgs {
     /// How long, s; Ctrl-C ends it earlier
     #[arg(long, default_value = "5", value_parser = number::duration)]
     pub(crate) for_s: Duration,
-    /// Write what was heard as JSON; - is stdout
+    /// Write the received stream as JSON; - is stdout
     #[arg(long)]
     pub(crate) json: Option<PathBuf>,
     /// Print no summary

@@ -142,8 +142,8 @@ pub(crate) struct Arguments {
 const LETTERS: [(&str, char); 6] =
     [("quiet", 'q'), ("out", 'o'), ("json", 'j'), ("report", 'r'), ("preset", 'p'), ("calibration", 'c')];
 
-/// The command line, in which the value of every option may begin with a minus: what is out of range is then told in the
-/// command's own words.
+/// The command line. The value of every option may begin with a minus, so that the command itself reports values out of
+/// range.
 pub fn command() -> clap::Command {
     finished(left_out::named(Arguments::command()))
 }
@@ -180,7 +180,7 @@ fn without_global(command: clap::Command, program: &str) -> clap::Command {
     command.after_help(end).mut_args(hidden).mut_subcommands(|sub| without_global(sub, program))
 }
 
-/// The command that words name, the first of them being the program, with what it is made of: `import csv`.
+/// The command that words name, with its parts, `import csv`; the first word is the program.
 #[must_use]
 pub(crate) fn named_command(mut at: clap::Command, words: &[OsString]) -> Option<String> {
     let mut names = Vec::new();
@@ -197,7 +197,7 @@ pub(crate) fn named_command(mut at: clap::Command, words: &[OsString]) -> Option
     (!names.is_empty()).then(|| names.join(" "))
 }
 
-/// The same error, with the suggestion first that is most like what was typed.
+/// The same error, with the most similar suggestion first.
 #[must_use]
 pub(crate) fn nearest_first(mut told: clap::Error) -> clap::Error {
     let kind = ContextKind::SuggestedSubcommand;

@@ -1,4 +1,4 @@
-//! Where an import writes.
+//! Destination of an import.
 
 use clap::Args;
 use std::path::PathBuf;

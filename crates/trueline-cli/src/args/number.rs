@@ -1,4 +1,4 @@
-//! Options whose value is a number within bounds; what is outside of them is named.
+//! Options with a bounded number as value; the bounds are named in the error.
 #![cfg_attr(not(feature = "live"), allow(dead_code, reason = "many numbers are those of live devices"))]
 
 use std::time::Duration;
@@ -9,7 +9,7 @@ fn number(text: &str, expected: &str, is_good: impl Fn(f64) -> bool) -> Result<f
     found.ok_or_else(|| format!("expected {expected}, found {text}"))
 }
 
-/// The least and the largest of what is above zero: squares of these, and quotients of squares, are numbers still.
+/// The least and the largest positive value: squares of these, and quotients of squares, are still numbers.
 const LEAST: f64 = 1e-9;
 const LARGEST: f64 = 1e9;
 
@@ -125,7 +125,7 @@ pub(crate) fn burst(text: &str) -> Result<f64, String> {
     number(text, "1 to 10 000", |x| (1.0..=1e4).contains(&x))
 }
 
-/// What a clock shows, s.
+/// Reading of a clock, s.
 pub(crate) fn epoch_s(text: &str) -> Result<f64, String> {
     number(text, "0 or more, below 4 000 000 000", |x| (0.0..4e9).contains(&x))
 }

@@ -26,7 +26,7 @@ robot program), plan.json, sigma_over_time.csv, report.html, cell.toml and senso
 
 Without an [arm] in the cell's file, reach, singularities and collisions are not checked; with one, joints.csv has its joints.
 
-Exit code: 0 planned, 1 planned but what is wanted is not reached, 2 no plan.")]
+Exit code: 0 planned, 1 planned but a requirement is missed, 2 no plan.")]
 pub(crate) struct PlanArgs {
     /// Description of the cell; `--example` writes one with every key explained
     #[arg(required_unless_present = "example")]
@@ -90,17 +90,17 @@ pub(crate) type Example = (&'static str, &'static str);
 
 /// Paths that are tried for each kind of path where stripes are measured: each costs more, and more of them find no better path.
 const STRIPE_TRIES: usize = 5_000;
-/// Longest scan for what is wanted where the user says nothing, s.
+/// Longest scan for a requirement if the user states none, s.
 const LONGEST_S: f64 = 60.0;
 
 impl PlanArgs {
-    /// Whether the scan is as long as is said, and not as long as what is wanted needs.
+    /// Whether the duration is the stated one, not the one that the requirement needs.
     #[must_use]
     pub(crate) fn has_fixed_duration(&self) -> bool {
         self.duration_s.is_some() || self.want.is_none()
     }
 
-    /// What is asked, but for a seam error: that is asked of a cell.
+    /// The request without a seam error, which depends on the cell.
     #[must_use]
     pub(crate) fn request(&self) -> PlanRequest {
         let sigmas = self.want.map(|want| want.sigmas).filter(|sigmas| *sigmas != Requirement::default());
@@ -144,7 +144,7 @@ static MEASUREMENTS: [Choice<Measurements>; 2] = [
 ];
 
 static CRITERIA: [Choice<Criterion>; 3] = [
-    ("worst", "The largest sigma, in units of what is wanted", Criterion::Worst),
+    ("worst", "The largest sigma, in units of the required one", Criterion::Worst),
     ("mean", "Their root mean square (A-optimal)", Criterion::Mean),
     ("volume", "The volume of the ellipsoid of confidence (D-optimal)", Criterion::Volume),
 ];

@@ -1,4 +1,4 @@
-//! What robots speak, and where they are.
+//! Protocols of robots, and their addresses.
 
 use crate::args::choice::{Choice, one_of};
 use clap::Args;
@@ -10,7 +10,7 @@ use trueline_cell::{Ros2Source, Ros2Topic, TRANSFORMS};
 use trueline_live::protocol::read_ethernet_config;
 use trueline_live::{HostClock, LinkAddress, LinkError, LinkOptions, Protocol, RobotLink};
 
-/// What robots speak.
+/// Protocols of robots.
 pub(crate) static PROTOCOLS: [Choice<Protocol>; 5] = [
     ("egm", "ABB's Externally Guided Motion: the robot speaks first (UDP)", Protocol::Egm),
     ("ur-rtde", "Universal Robots' RTDE: the PC calls (TCP 30004)", Protocol::UrRtde),
@@ -66,7 +66,7 @@ fn robot_address(text: &str) -> Result<RobotAddress, String> {
 
 #[derive(Args)]
 pub(crate) struct LinkArgs {
-    /// What the robot speaks
+    /// Protocol of the robot
     #[arg(long, value_parser = one_of(&PROTOCOLS), default_value = "egm")]
     pub(crate) protocol: Protocol,
     /// Address of this PC and port to listen at, for example 192.168.125.10:6510, for a robot that speaks first
@@ -91,7 +91,7 @@ pub(crate) struct LinkArgs {
 }
 
 impl LinkArgs {
-    /// Where PC and robot are.
+    /// Addresses of PC and robot.
     pub(crate) fn address(&self) -> LinkAddress {
         let Self { protocol, bind, robot, .. } = *self;
         let robot_port = robot.and_then(|robot| robot.port).or(self.robot_port);
@@ -103,7 +103,7 @@ impl LinkArgs {
         Ok(LinkOptions { inputs: self.inputs.clone(), answer })
     }
 
-    /// Refuses what is missing or not needed, before anything is opened.
+    /// Refuses missing and unneeded options, before anything is opened.
     ///
     /// # Errors
     /// [`LinkError`] says what.
@@ -119,7 +119,7 @@ impl LinkArgs {
     /// Opens the robot's stream.
     ///
     /// # Errors
-    /// [`LinkError`] says what is missing or not needed, and what the operating system says.
+    /// [`LinkError`] names missing and unneeded options, and the operating system's error.
     pub(crate) fn open(&self, clock: HostClock) -> Result<RobotLink, LinkError> {
         #[cfg(feature = "ros2")]
         if let Some(topic) = self.ros2.topic() {
@@ -130,7 +130,7 @@ impl LinkArgs {
         self.address().open_with(&self.options()?, clock)
     }
 
-    /// What to look at if nothing came.
+    /// Points to check if nothing came.
     pub(crate) fn advice_if_silent(&self) -> &'static str {
         #[cfg(feature = "ros2")]
         if self.ros2.topic.is_some() {
@@ -140,7 +140,7 @@ impl LinkArgs {
         self.protocol.advice_if_silent()
     }
 
-    /// What the stamps of poses are: those of the kernel, where it stamps.
+    /// Kind of the poses' stamps: the kernel's, if it stamps.
     pub(crate) fn stamps(&self) -> &'static str {
         #[cfg(feature = "ros2")]
         if self.ros2.topic.is_some() {

@@ -21,7 +21,7 @@ pub(crate) struct RapidArgs {
     /// Who drives
     #[arg(long, value_parser = one_of(&MODES), default_value = "stream")]
     pub(crate) mode: Mode,
-    /// Where the PC listens, for the notes on the configuration
+    /// Address of the PC, for the notes on the configuration
     #[arg(long, value_name = "IP:PORT")]
     pub(crate) pc: SocketAddr,
     /// File to write; it must not exist

@@ -43,7 +43,7 @@ pub(crate) fn parse(text: &str) -> Result<Requirement, String> {
     Ok(Requirement { time_s, rotation_rad, translation_m, seam_m })
 }
 
-/// What a plan is to reach.
+/// Requirement of a plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Want {
     /// Standard deviations.

@@ -27,10 +27,10 @@ use it on 127.0.0.1.
 
 Exit code: 0 ran, 1 a guidance ended by an event (41822, or the range was left), 2 could not run.")]
 pub(crate) struct RobotSimArgs {
-    /// Where the PC listens
+    /// Address of the PC
     #[arg(long, value_name = "IP:PORT")]
     pub(crate) pc: SocketAddr,
-    /// Where the controller sends from
+    /// Address of the controller
     #[arg(long, value_name = "IP:PORT", default_value = "127.0.0.1:0")]
     pub(crate) from: SocketAddr,
     /// Begin a guidance when the PC has answered for the first time, not 0.2 s after the start
@@ -66,7 +66,7 @@ pub(crate) struct RobotSimArgs {
     /// \CommTimeout, s
     #[arg(long, default_value_t = 0.2, value_parser = number::above_zero)]
     pub(crate) timeout_s: f64,
-    /// Guidance ends within so much of the reference, mm (as `trueline rapid` writes it; RAPID's own default is 1)
+    /// Distance from the reference at which guidance ends, mm (as `trueline rapid` writes it; RAPID's own default is 1)
     #[arg(long, default_value_t = 0.01, value_parser = number::above_zero)]
     pub(crate) near_mm: f64,
     /// and so much, degrees (RAPID's own default is 0.5)
@@ -75,7 +75,7 @@ pub(crate) struct RobotSimArgs {
     /// for so long (\CondTime), s (RAPID's own default is 1)
     #[arg(long, default_value_t = 3.0, value_parser = number::above_zero)]
     pub(crate) near_for_s: f64,
-    /// What the robot does when guidance ends
+    /// Behaviour of the robot when guidance ends
     #[arg(long, value_parser = one_of(&STOP_MODES), default_value = "hold")]
     pub(crate) stop: StopMode,
     /// Noise of a reported position, mm
@@ -87,7 +87,7 @@ pub(crate) struct RobotSimArgs {
     /// How much the controller's clock runs fast, ppm
     #[arg(long, default_value_t = 20.0, value_parser = number::drift_ppm)]
     pub(crate) drift_ppm: f64,
-    /// What its clock says at the start, s
+    /// Its clock's reading at the start, s
     #[arg(long, default_value_t = 86_400.0, value_parser = number::epoch_s)]
     pub(crate) epoch_s: f64,
     /// Its clock is set: at this time by so much, s
@@ -172,10 +172,10 @@ impl RobotSimArgs {
         }
     }
 
-    /// What is wired to it.
+    /// Its wiring.
     ///
     /// # Errors
-    /// What the operating system says; a RobotWare that sends no signal along.
+    /// Error of the operating system; a RobotWare that sends no signal along.
     pub(crate) fn wiring(&self) -> io::Result<Wiring> {
         if self.wiring.input_from.is_some() && self.robotware < Generation::From7 {
             let why = "RobotWare before 7.7 sends no signal along";

@@ -35,8 +35,9 @@ pub(crate) struct CameraArgs {
     /// Frame rate to set on the camera, Hz [default: unchanged]
     #[arg(long, requires = "live_camera", value_parser = number::above_zero)]
     pub(crate) fps: Option<f64>,
-    /// What begins an exposure: off, the camera's own clock; as-set, whatever the camera is set to; or an input that gives a signal for
-    /// each picture, by the camera's name for it, and which change of it: Line1, Line1:rising, Line1:falling, Line1:any [default: off]
+    /// Trigger of an exposure: off, the camera's own clock; as-set, the camera's present setting; or an input with a
+    /// signal for each picture, by the camera's name for it, and its edge: Line1, Line1:rising, Line1:falling, Line1:any
+    /// [default: off]
     #[arg(long, value_name = "off|as-set|INPUT", requires = "camera")]
     pub(crate) trigger: Option<Trigger>,
     /// Pixel format to set on the camera: Mono8, Mono12p, BayerRG8, … [default: unchanged; Mono8 if that cannot be used]
@@ -130,7 +131,7 @@ static STAMPS: [Choice<StampChoice>; 3] = [
 Written: OUT/recording.mcap, flushed four times a second; what was flushed survives whatever happens. Foxglove and Rerun open \
 it, `trueline calibrate` reads it. Nothing that is sent moves the robot. A camera that is unplugged is waited for.
 
-Exit code: 0 recorded, 1 recorded but something was lost (said what; of the robot's packets more than a tenth) or --watch raised an alarm, \
+Exit code: 0 recorded, 1 recorded with reported losses (of the robot's packets more than a tenth) or an alarm of --watch, \
 2 could not record.")]
 pub(crate) struct RecordArgs {
     #[command(flatten)]
@@ -190,8 +191,8 @@ pub(crate) struct ScanArgs {
     /// Write the tightest limits that contain the path, for review before use, and do nothing else
     #[arg(long, conflicts_with_all = ["limits", "enable_motion", "bind", "robot", "out"])]
     pub(crate) write_limits: Option<PathBuf>,
-    /// Distance from the tool's origin to the farthest point of what it carries, for limits that are derived
-    /// [default: the sensor that was planned for and 100 mm; without a plan 500]
+    /// Distance from the tool's origin to the farthest point of its load, for derived limits [default: the planned sensor
+    /// and 100 mm; without a plan 500]
     #[arg(long, conflicts_with = "limits", value_parser = number::reach_mm)]
     pub(crate) reach_mm: Option<f64>,
     /// Share of the path's own pace, up to 1

@@ -1,4 +1,4 @@
-//! Names of the options of `trueline simulate` that are of a scan of one seam along a path of its own: what has other scans refuses them.
+//! Options of `trueline simulate` for a scan of one seam along a path of its own: other scans refuse them.
 
 pub(crate) const SEAM_SCAN_OPTIONS: [&str; 16] = [
     "PathArgs",

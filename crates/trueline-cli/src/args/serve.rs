@@ -1,4 +1,4 @@
-//! Where a live page is served.
+//! Address of a live page.
 
 use clap::Args;
 use std::net::{Ipv4Addr, SocketAddr};

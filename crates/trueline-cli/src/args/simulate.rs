@@ -121,7 +121,7 @@ pub(crate) struct SimulateArgs {
     /// Write pictures instead of features, and the true seam to truth_features.csv
     #[arg(long)]
     pub(crate) images: bool,
-    /// What the pictures show [default: fillet]
+    /// Joint in the pictures [default: fillet]
     #[arg(long, value_parser = one_of(&JOINTS_OF_PICTURES), requires = "images")]
     pub(crate) joint: Option<fn() -> Joint>,
     /// How the pictures look [default: speckle]
@@ -187,7 +187,7 @@ static PRESETS: [Choice<Preset>; 8] = [
     ("along-line", "Straight along the line: almost nothing can be determined", Preset::AlongLine),
 ];
 
-/// What pictures show.
+/// Joints in pictures.
 pub(crate) static JOINTS_OF_PICTURES: [Choice<fn() -> Joint>; 11] = [
     ("fillet", "Two plates at 90°", Joint::fillet),
     ("lap", "A plate of 3 mm on another", || Joint::Lap { step_m: 3e-3 }),

@@ -8,8 +8,9 @@ use trueline_sensor::Board;
 #[derive(Args)]
 #[command(next_help_heading = "Pictures of a chessboard (instead of a scan of a seam)")]
 pub(crate) struct BoardsArgs {
-    /// Write what a sensor is calibrated from with this board, chessboard:COLUMNSxROWS:SQUARE_MM, and its truth: boards (laser
-    /// off), stripes (laser on), without-laser (the same poses) for `sensor`, and the scan moving for `calibrate --target board`
+    /// Write a sensor's calibration pictures of this board, chessboard:COLUMNSxROWS:SQUARE_MM, and its truth: boards
+    /// (laser off), stripes (laser on), without-laser (the same poses) for `sensor`, and the scan moving for `calibrate
+    /// --target board`
     #[arg(long, value_name = "BOARD", value_parser = board, conflicts_with_all = not_of_boards())]
     pub(crate) boards: Option<Board>,
     /// Pictures in each of boards, stripes and without-laser

@@ -52,7 +52,7 @@ fn not_of_curves() -> Vec<&'static str> {
         .collect()
 }
 
-/// What other options of `simulate` say of the scan, in SI.
+/// Other options of `simulate` about the scan, in SI.
 pub(crate) struct Shared {
     pub(crate) noise_free: bool,
     pub(crate) duration_s: Option<f64>,

@@ -47,7 +47,7 @@ pub(crate) struct PlatesArgs {
     pub(crate) look: ProfileLookArgs,
 }
 
-/// What is left of the stripe's noise where there is to be none, px: the weight of a column is finite.
+/// Rest of the stripe's noise if none is wanted, px: the weight of a column is finite.
 const NOISE_FREE_PX: f64 = 1e-6;
 
 impl PlatesArgs {
@@ -63,7 +63,7 @@ impl PlatesArgs {
         self.look.look(ProfileLook { range_sigma_m, ..usual })
     }
 
-    /// The plates; what is not said of them is as in `usual`.
+    /// The plates; unstated properties are as in `usual`.
     pub(crate) fn plates(&self, usual: Plates, noise_free: bool) -> Plates {
         let form = PlateForm {
             across: self.bow_mm * 1e-3,
@@ -86,7 +86,7 @@ impl PlatesArgs {
         }
     }
 
-    /// What is said of how the plates make a seam.
+    /// The stated joint of the plates.
     pub(crate) fn pair(&self) -> Option<PlatePair> {
         let lap = self.step_mm.map(|step_mm| PlatePair::Lap { step_m: step_mm * 1e-3 });
         let mismatch_m = self.mismatch_mm * 1e-3;

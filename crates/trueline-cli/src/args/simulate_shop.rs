@@ -29,7 +29,7 @@ fn not_of_shops() -> Vec<&'static str> {
     [&SEAM_SCAN_OPTIONS[..], &["time_offset_ms", "production", "boards", "images"], &DRAWN_PLATES].concat()
 }
 
-/// What is said of plates elsewhere: a shop draws its own.
+/// Options of plates elsewhere: a shop draws its own.
 const DRAWN_PLATES: [&str; 11] = [
     "bow_mm",
     "twist_mm",
@@ -45,7 +45,7 @@ const DRAWN_PLATES: [&str; 11] = [
 ];
 
 static LEVELS: [Choice<Level>; 3] = [
-    ("calm", "Errors of 0.6 times the size; those that not every cell has are half as frequent", Level::Calm),
+    ("calm", "Errors of 0.6 times the size; occasional ones are half as frequent", Level::Calm),
     ("ordinary", "Errors as the list at the end of --help has them", Level::Ordinary),
     ("rough", "Both 1.7 times as large", Level::Rough),
 ];

@@ -51,7 +51,7 @@ fn not_of_sightings() -> Vec<&'static str> {
     of_seams.chain(["plates", "production", "boards", "shop", "images", "column_noise_px"]).collect()
 }
 
-/// What other options of `simulate` say of sightings, in SI.
+/// Other options of `simulate` about sightings, in SI.
 pub(crate) struct Shared {
     pub(crate) seed: u64,
     pub(crate) noise_free: bool,

@@ -7,7 +7,7 @@ use trueline_sim::ProfileLook;
 /// Reads a number in its unit.
 type Number = fn(&str) -> Result<f64, String>;
 
-/// What a look is made of, by the names that a user types.
+/// Parts of a look, by the names that a user types.
 const PARTS: [(&str, Number); 7] = [
     ("column-mm", number::column_mm),
     ("drop-outs", number::share),
@@ -64,7 +64,7 @@ fn part(text: &str) -> Result<Part, String> {
 }
 
 impl ProfileLookArgs {
-    /// What is given of each of [`PARTS`]; the last one counts.
+    /// The given value of each of [`PARTS`]; the last one counts.
     fn values(&self) -> [Option<f64>; 7] {
         let mut values = self.alone.values();
         self.profile_look.iter().for_each(|(at, value)| values[*at] = Some(*value));

@@ -1,4 +1,4 @@
-//! The scan that `trueline simulate` is told: a preset, and what is said instead of parts of it.
+//! The scan of `trueline simulate`: a preset, and the options that replace parts of it.
 
 use crate::args::{PathArgs, SimulateArgs};
 use trueline_sim::{Between, Disturbance, Joint, Look, Scan, Scenario, Timing, random_cell};
@@ -6,7 +6,7 @@ use trueline_sim::{Between, Disturbance, Joint, Look, Scan, Scenario, Timing, ra
 /// Offsets of random cells lie within this, s.
 const RANDOM_OFFSET_S: f64 = 1.0;
 
-/// Fields, what the user says instead, and its unit in SI.
+/// Fields, the user's option for them, and its unit in SI.
 type Overrides<'a, const N: usize> = [(&'a mut f64, Option<f64>, f64); N];
 
 fn apply<const N: usize>(overrides: Overrides<'_, N>) {
@@ -41,7 +41,7 @@ impl SimulateArgs {
         self.change_disturbance(&mut scenario.disturbance);
     }
 
-    /// What the pictures show.
+    /// The joint in the pictures.
     pub(crate) fn joint(&self) -> Joint {
         match self.joint.map_or_else(Joint::fillet, |joint| joint()) {
             Joint::Fillet { .. } => Joint::Fillet {

@@ -1,4 +1,4 @@
-//! Options of `trueline simulate` that the sensor of the scan, its joint, or what is written of it, has no use for.
+//! Options of `trueline simulate` without effect on the sensor of the scan, its joint, or the written files.
 
 use crate::args::SimulateArgs;
 use trueline_sim::{Joint, PlatePair, SensorModel};
@@ -7,7 +7,7 @@ use trueline_sim::{Joint, PlatePair, SensorModel};
 type Idle = (bool, bool, &'static str, &'static str, &'static str);
 
 impl SimulateArgs {
-    /// What is wrong with an option of a scan with a sensor, and a hint.
+    /// Fault of an option of a scan with a sensor, and a hint.
     pub(crate) fn wrong_option(&self, sensor: &SensorModel) -> Option<(String, &'static str)> {
         if self.path.tilt_hz.len() == 2 {
             let what = "`--tilt-hz`: expected one frequency or three, found 2";

@@ -22,13 +22,13 @@ use trueline_live::{LinkError, Protocol};
 
 Its own program moves it along the path; nothing that it is sent does. EGM is `trueline-testbench robot-sim`'s.")]
 pub(crate) struct StreamSimArgs {
-    /// What it speaks (not egm)
+    /// Protocol (not egm)
     #[arg(long, value_parser = one_of(&PROTOCOLS))]
     pub(crate) protocol: Protocol,
-    /// Where the controller listens: ur-rtde and fanuc-stream-motion
+    /// Address of the controller: ur-rtde and fanuc-stream-motion
     #[arg(long, value_name = "IP:PORT")]
     pub(crate) listen: Option<SocketAddr>,
-    /// Where the PC listens: fanuc-hspo and kuka-rsi
+    /// Address of the PC: fanuc-hspo and kuka-rsi
     #[arg(long, value_name = "IP:PORT")]
     pub(crate) pc: Option<SocketAddr>,
     /// A plan's folder or a robot.csv [default: a small S]

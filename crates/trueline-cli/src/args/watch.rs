@@ -61,8 +61,9 @@ pub(crate) struct WatchArgs {
     /// With --folder: stop when all present welds have been watched
     #[arg(long, requires = "folder")]
     pub(crate) once: bool,
-    /// Tell alarms to a web address (POST) or a topic of an MQTT broker: https://HOST/PATH, mqtt[s]://[USER@]HOST[:PORT]/TOPIC; behind the
-    /// topic ?password-file=FILE or ?password-env=NAME, and for TLS &ca=FILE, the certificates to trust; may be repeated
+    /// Send alarms to a web address (POST) or a topic of an MQTT broker: https://HOST/PATH,
+    /// mqtt[s]://[USER@]HOST[:PORT]/TOPIC; behind the topic ?password-file=FILE or ?password-env=NAME, and for TLS
+    /// &ca=FILE, the certificates to trust; may be repeated
     #[arg(long, value_name = "URL", requires = "calibration")]
     pub(crate) tell: Vec<String>,
     /// Displacement of seam points below which a change is no alarm: 0.3mm; it is reported as changed-within-tolerance, exit 0

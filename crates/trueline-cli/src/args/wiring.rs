@@ -1,11 +1,11 @@
-//! What is wired to a simulated robot, of `robot-sim` and `stream-sim`.
+//! Wiring of a simulated robot, for `robot-sim` and `stream-sim`.
 
 use crate::args::number;
 use clap::Args;
 use std::net::SocketAddr;
 use trueline_live::controller::{OutputEvery, WiringSettings};
 
-/// What is wired to a simulated robot.
+/// Wiring of a simulated robot.
 #[derive(Args)]
 pub(crate) struct WiringArgs {
     /// Tell a `trueline-testbench camera-sim --robot-truth` on this machine where the robot truly is
@@ -22,16 +22,16 @@ pub(crate) struct WiringArgs {
     /// and stays on where the next time comes before that
     #[arg(long, value_name = "IP:PORT", requires = "rhythm")]
     pub(crate) output_to: Option<SocketAddr>,
-    /// That output goes on each time the tool has travelled so far, mm, in the controller's next cycle
+    /// Travel of the tool between two signals of that output, mm; it switches on in the controller's next cycle
     #[arg(long, requires = "output_to", value_parser = number::above_zero, group = "rhythm")]
     pub(crate) output_every_mm: Option<f64>,
-    /// That output goes on each time so much has passed, ms, in the controller's next cycle
+    /// Period of that output, ms; it switches on in the controller's next cycle
     #[arg(long, requires = "output_to", value_parser = number::above_zero, group = "rhythm")]
     pub(crate) output_every_ms: Option<f64>,
 }
 
 impl WiringArgs {
-    /// What is to be wired.
+    /// The wiring.
     pub(crate) fn settings(&self) -> WiringSettings {
         let by_way = self.output_every_mm.map(|mm| OutputEvery::Way(mm * 1e-3));
         let every = by_way.or(self.output_every_ms.map(|ms| OutputEvery::Time(ms * 1e-3)));

@@ -53,7 +53,7 @@ pub(crate) fn run(args: &ApplyArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::from(u8::from(!is_trusted)))
 }
 
-/// What makes a file of points.
+/// Function that makes a file of points.
 type Writer = fn(&[PlacedPoint]) -> Result<Vec<u8>, Failure>;
 
 /// A cloud for each image.
@@ -67,7 +67,7 @@ fn mcap(placed: &[PlacedPoint]) -> Result<Vec<u8>, Failure> {
     })
 }
 
-/// What writes the file of a name; known before the work is done.
+/// Writer of a file by its name; known before the work is done.
 fn writer(out: &Path) -> Result<Writer, Failure> {
     match out.extension().and_then(|extension| extension.to_str()) {
         Some("csv") => Ok(|placed| Ok(points::csv(placed).into_bytes())),

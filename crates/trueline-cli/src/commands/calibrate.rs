@@ -33,7 +33,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     }
     if args.target == TargetName::Poses {
         return Err(Failure::new(
-            "--target poses needs a dataset whose sensor.toml has `kind = \"poses\"`",
+            "--target poses needs a dataset with `kind = \"poses\"` in its sensor.toml",
             "write the target's poses as sightings.csv, or leave --target out",
         ));
     }
@@ -58,7 +58,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
         (true, _) => {
             return Err(Failure::new(
                 "`--align-clocks` supports one scan: several scans have several clocks",
-                "align each by itself: `trueline import csv DATASET --align-clocks --out ALIGNED`",
+                "align each separately: `trueline import csv DATASET --align-clocks --out ALIGNED`",
             ));
         }
     }
@@ -101,7 +101,7 @@ pub(crate) fn exit_code(calibration: &Calibration) -> ExitCode {
     }
 }
 
-/// Writes what is asked for; a mistake in the data that explains a refusal comes first.
+/// Writes the requested outputs. A mistake in the data that explains a refusal comes first.
 fn write_results(
     args: &CalibrateArgs,
     opened: &Opened,
@@ -159,8 +159,8 @@ fn write_results(
     Ok(())
 }
 
-/// Writes the sensor's file as the scan corrects it, and gives the calibration with the hand-eye transform of that file. What the
-/// stated file said of its uncertainty held for the stated sensor.
+/// Writes the sensor's file as the scan corrects it, and gives the calibration with the hand-eye transform of that file. The
+/// stated file's uncertainty was that of the stated sensor.
 fn with_written_sensor(
     file: &Path,
     opened: &Opened,
@@ -193,9 +193,7 @@ fn with_written_sensor(
 /// A curve does not show the shape of the sensor.
 fn of_curve(option: &str) -> Failure {
     Failure::new(
-        format!(
-            "`{option}`: a curved seam does not show the sensor's shape, which is taken as its file says"
-        ),
+        format!("`{option}`: a curved seam does not determine the sensor's shape; the file's shape is used"),
         "scan a straight seam to correct the sensor",
     )
 }
@@ -226,7 +224,7 @@ fn check_sensor(args: &CalibrateArgs) -> Result<(), Failure> {
     ))
 }
 
-/// The paper's residual knows a straight seam with a sharp edge alone: what is said of another one would be ignored.
+/// The paper's residual assumes a straight seam with a sharp edge: statements about another one would be ignored.
 fn check_seam(args: &CalibrateArgs) -> Result<(), Failure> {
     let is_paper = args.residual == ResidualKind::PointToLine;
     let stated = [("--edge-radius-mm", args.edge_radius_mm), ("--waviness-mm", args.waviness_mm)];
@@ -252,7 +250,7 @@ fn seam_cad(args: &CalibrateArgs) -> Result<Option<SeamCad>, Failure> {
     Ok(Some(SeamCad { file: file.display().to_string(), curve, tolerance_m }))
 }
 
-/// What is said of something that is not held would be ignored.
+/// A statement about a quantity that is not held fixed would be ignored.
 fn check_fixed(args: &CalibrateArgs) -> Result<(), Failure> {
     let Some(sigma) = args.fixed_sigma else { return Ok(()) };
     let hand_eye = sigma.rotation_rad.is_some() || sigma.translation_m.is_some();

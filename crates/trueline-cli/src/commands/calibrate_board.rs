@@ -68,7 +68,7 @@ fn sensor_input(dataset: &Path) -> Option<(String, String)> {
     Some((SENSOR_FILE.to_owned(), folder::sha256(&bytes)))
 }
 
-/// What the user knows beforehand, and the file that says it with its SHA-256.
+/// The user's prior knowledge, and its file with its SHA-256.
 fn options(
     args: &CalibrateArgs,
     dataset: &Path,
@@ -82,7 +82,7 @@ fn options(
 /// A file and its SHA-256.
 pub(crate) type NamedHash = (String, String);
 
-/// Where to start, and the file that says it with its SHA-256: of a target that is estimated with all of the hand-eye transform.
+/// The start, and its file with its SHA-256. If the target is estimated, it holds all of the hand-eye transform.
 ///
 /// # Errors
 /// A hand-eye transform or a time offset that is held without a value; a file that cannot be used.

@@ -18,13 +18,13 @@ use trueline_sensor::pose_verdict::{self, SightingRemark};
 /// The dataset of a command line that calibrates pose sightings, if it does.
 ///
 /// # Errors
-/// Sightings beside other datasets: each is calibrated by itself.
+/// Sightings beside other datasets: each is calibrated separately.
 pub(crate) fn dataset(args: &CalibrateArgs) -> Result<Option<&Path>, Failure> {
     match args.datasets.as_slice() {
         [one] => Ok(pose_folder::is_one(one).then_some(one.as_path())),
         several => match several.iter().find(|dataset| pose_folder::is_one(dataset)) {
             Some(one) => Err(Failure::new(
-                format!("{}: a dataset of pose sightings is calibrated by itself", one.display()),
+                format!("{}: calibrate a dataset of pose sightings separately", one.display()),
                 "calibrate one of them at a time",
             )),
             None => Ok(None),
@@ -85,7 +85,7 @@ pub(crate) fn run(args: &CalibrateArgs, dataset: &Path) -> Result<ExitCode, Fail
     Ok(if reasons.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
-/// What was asked for, as the result says it.
+/// The options, as the result states them.
 fn stated(args: &CalibrateArgs, read: &PoseDataset, at_stops: bool) -> Options {
     let accuracy_mm = args.robot_accuracy_mm.or(read.setup.robot_accuracy_m.map(|m| m * 1e3));
     Options {

@@ -11,7 +11,7 @@ use trueline_method::several_sensors::{Tied, tied};
 use trueline_method::{Calibration, Status};
 use trueline_report::{result, several_sensors as words, summary};
 
-/// The sensors of the dataset that is asked for; `None` if it has one.
+/// The sensors of the requested dataset; `None` if it has one.
 ///
 /// # Errors
 /// Several sensors beside other scans, or with options that are of one sensor.
@@ -32,7 +32,7 @@ pub(crate) fn sensors(args: &CalibrateArgs) -> Result<Option<Vec<SensorFolder>>,
     if let Some((option, _)) = of_one.into_iter().find(|(_, is_asked)| *is_asked) {
         return Err(Failure::new(
             format!("`{option}` supports one sensor, but this dataset has {}", sensors.len()),
-            format!("calibrate one by itself: `trueline calibrate {}`", sensors[0].path.display()),
+            format!("calibrate one separately: `trueline calibrate {}`", sensors[0].path.display()),
         ));
     }
     Ok(Some(sensors))
@@ -72,7 +72,7 @@ pub(crate) fn run(args: &CalibrateArgs, sensors: &[SensorFolder]) -> Result<Exit
     Ok(if is_together { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
-/// Why sensors that are accepted each by itself are not together.
+/// Why sensors that are each accepted are not accepted together.
 fn why_not(together: Option<&Tied>) -> Option<Fact> {
     let (code, text, values) = match together {
         None => (

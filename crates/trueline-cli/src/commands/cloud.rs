@@ -178,7 +178,7 @@ impl Cloud {
         Ok(())
     }
 
-    /// What the report shows: the scans are gone through once more, for the points of one patch.
+    /// Data of the report. The scans are read again for the points of one patch.
     fn view(&self, scans: &[Measurements], out: &Path) -> Result<CloudView, Failure> {
         let patches = self.patches.as_ref();
         let sides = patches.and_then(|[with, without]| {

@@ -1,4 +1,4 @@
-//! `trueline demo`: what README shows first.
+//! `trueline demo`: the first command of README.
 
 use crate::args::DemoArgs;
 use crate::failure::Failure;
@@ -13,7 +13,7 @@ use trueline_sim::{Preset, simulate};
 
 const FOLDER: &str = "trueline-demo";
 
-/// What to try with it.
+/// Next steps to try.
 const NEXT: &str = "
 Written to trueline-demo: report.html (open it in a browser), result.json, scan.
 

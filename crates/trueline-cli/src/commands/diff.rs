@@ -49,7 +49,7 @@ pub(crate) fn run(args: &DiffArgs) -> Result<ExitCode, Failure> {
     Ok(if failed || !is_trusted { ExitCode::from(1) } else { ExitCode::SUCCESS })
 }
 
-/// Where the seam is looked at, and how fast the sensor passes.
+/// Points at which the seam is compared, and speed of the sensor.
 fn field(args: &DiffArgs, first: &ResultFile) -> Result<Field, Failure> {
     let used = first.at_torch.as_ref();
     let stand_off_mm = args.stand_off_mm.or(used.map(|used| used.stand_off_mm)).ok_or_else(|| {

@@ -37,7 +37,7 @@ pub(crate) fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
     } else if let Some(out) = &args.fix {
         let mended = found.mended(recording).ok_or_else(|| {
             let what = format!("{}: not written: no single mistake explains the fit", out.display());
-            Failure::new(what, "what is found is listed above; change the files by hand, and try again")
+            Failure::new(what, "the findings are listed above; change the files by hand, and try again")
         })?;
         output::former_folder(out, folder::write_whole(out, &mended, args.force)?);
         let mistake = found.explained_by.join(", ");

@@ -78,7 +78,7 @@ fn stops(scan: &Path, by: &KnownCalibration, quiet: bool) -> Result<Vec<Stop>, F
         .map_err(|e| Failure::new(format!("{}: {e}", scan.display()), e.hint()))
 }
 
-/// What the seams should look like; `None` where that is fitted.
+/// Expected form of the seams; `None` if it is fitted.
 fn references(
     args: &EvaluateArgs,
     calibration: &KnownCalibration,

@@ -63,7 +63,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
     let text = format.text(&mounting).map_err(|error| {
         Failure::new(format!("{}: {error}", format.title), "choose another form: `trueline export --list`")
     })?;
-    // Sentences are broken for the terminal; what a machine reads is not.
+    // Sentences are broken for the terminal; machine-readable output is not.
     if format.name == "time-offset" {
         output::summary(None, &text)?
     } else {
@@ -125,8 +125,7 @@ fn curve(args: &ExportArgs, file: &Path, form: &CurveForm) -> Result<ExitCode, F
             let (why, hint) = if other.is_some() {
                 (
                     "the scan does not determine the position of its curve",
-                    "its reasons name what the scan \
-                    does not determine",
+                    "its reasons name the undetermined quantities",
                 )
             } else {
                 (
@@ -144,13 +143,13 @@ fn curve(args: &ExportArgs, file: &Path, form: &CurveForm) -> Result<ExitCode, F
     Ok(ExitCode::from(u8::from(!output::is_trusted(file, &calibration?))))
 }
 
-/// The time offset, where there is one and the result was accepted.
+/// The time offset, if there is one and the result was accepted.
 fn exported_offset_s(calibration: &KnownCalibration) -> Option<f64> {
     let is_known = !calibration.at_stops && calibration.accepted != Some(false);
     is_known.then_some(calibration.known.parameters.time_offset_s)
 }
 
-/// What the exported pose and time offset belong to.
+/// Owner of the exported pose and time offset.
 fn explain(calibration: &KnownCalibration) {
     let rule = match (calibration.at_stops, calibration.accepted) {
         (true, _) => "none: the robot stood still at each reading".to_owned(),

@@ -37,7 +37,7 @@ pub(crate) fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
     };
     let scan = pictures::examine(&args.dataset, &options)?;
     let (features, summary) = (scan.features(), scan.to_string());
-    // The features first: whatever else cannot be written, they are there.
+    // The features first: if another output fails, they exist.
     let kept = folder::replace_features(&args.dataset, &features)?;
     let kept = kept.into_iter().chain(folder::replace_stripes(&args.dataset, &scan.stripes())?);
     if !args.quiet {
@@ -68,7 +68,7 @@ pub(crate) fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
     Ok(exit_code(scan.detections().count(), scan.frames.len(), "pictures"))
 }
 
-/// A joint that hardly shows is doubtful, whoever named it.
+/// A joint found in few pictures is doubtful, even if the user named it.
 fn exit_code(shown: usize, of: usize, what: &str) -> ExitCode {
     if !is_rare(shown, of) {
         return ExitCode::SUCCESS;

@@ -44,7 +44,7 @@ pub(crate) fn run(args: &HistoryArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What stands after the last weld, with its size and what to do.
+/// The state after the last weld, with its size and the remedy.
 fn state(store: &Store, history: &[HistoryRow], repaired: Option<i64>) -> Result<String, Failure> {
     if let Some(before) = repaired {
         return Ok(format!("A repair before weld {before} is reported. The next welds will show it."));

@@ -145,7 +145,7 @@ fn copy_files<'a>(
     Ok(())
 }
 
-/// Reads the files, and says what was recognised.
+/// Reads the files, and reports their recognised form.
 fn read(folder: &CsvFolder, args: &ImportCsvArgs) -> Result<Imported, Failure> {
     let imported = folder.read().map_err(|error| with_mapping(error, args))?;
     for note in &imported.notes {
@@ -154,7 +154,7 @@ fn read(folder: &CsvFolder, args: &ImportCsvArgs) -> Result<Imported, Failure> {
     Ok(imported)
 }
 
-/// Where the files are and what their columns mean.
+/// Places of the files and meaning of their columns.
 fn csv_folder(src: &Path, args: &ImportCsvArgs) -> Result<CsvFolder, Failure> {
     let maker = args.robot.as_deref().and_then(RobotLayout::named);
     let layout = match args.euler {
@@ -191,14 +191,14 @@ fn csv_folder(src: &Path, args: &ImportCsvArgs) -> Result<CsvFolder, Failure> {
     })
 }
 
-/// The robot's poses: those of stops where there is no log and none was named.
+/// The robot's poses: those of stops if there is no log and none was named.
 fn robot_file(src: &Path, args: &ImportCsvArgs) -> PathBuf {
     let (named, stops) = (src.join(&args.robot_file), src.join(stop_poses::FILE));
     let is_usual = args.robot_file == Path::new("robot.csv");
     if is_usual && !named.exists() && stops.exists() { stops } else { named }
 }
 
-/// A column that is missing may have another name: the hint says how to tell.
+/// A missing column may have another name: the hint shows how to state it.
 fn with_mapping(error: Error, args: &ImportCsvArgs) -> Failure {
     let text = error.to_string();
     let of_robot = error.file.ends_with(&args.robot_file) || error.file.ends_with(stop_poses::FILE);
@@ -254,7 +254,7 @@ fn with_mapping(error: Error, args: &ImportCsvArgs) -> Failure {
     }
 }
 
-/// The map of a column that is missing, and of those beside it, onto names of a header that are alike: `x_mm=tcp_x,y_mm=tcp_y,z_mm=tcp_z`.
+/// The map of a missing column, and of those beside it, onto similar names of a header: `x_mm=tcp_x,y_mm=tcp_y,z_mm=tcp_z`.
 fn similar_names(name: &str, found: &str) -> String {
     const BESIDE: [&[&str]; 2] = [&["x", "y", "z"], &["u", "v"]];
     let (stem, unit) = name.rsplit_once('_').unwrap_or((name, ""));
@@ -279,7 +279,7 @@ fn similar_names(name: &str, found: &str) -> String {
     }
 }
 
-/// The profiles that are named, or `profiles.csv` where there are no features.
+/// The named profiles, or `profiles.csv` if there are no features.
 fn profile_source(src: &Path, args: &ImportCsvArgs) -> Result<Option<ProfileSource>, Failure> {
     let usual = Path::new("profiles.csv");
     let is_there = |file: &Path| src.join(file).exists();

@@ -50,7 +50,7 @@ fn listen(
     wrong
 }
 
-/// What to look at if no robot was heard.
+/// Points to check if no robot was received.
 fn advice(report: &StreamReport, link: &LinkArgs) -> String {
     match report {
         report if report.has_robot() => String::new(),

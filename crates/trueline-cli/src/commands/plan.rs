@@ -86,7 +86,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
     Ok(if reached { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
-/// Plans, with a bar of what is tried.
+/// Plans, with a progress bar.
 fn searched(
     args: &PlanArgs,
     (cell, setup): (&Cell, &SensorSetup),
@@ -106,7 +106,7 @@ fn searched(
     Ok(made?)
 }
 
-/// Stripes can be rehearsed where the cell's file says what they are on.
+/// Stripes can be rehearsed if the cell's file describes their plates.
 fn check_plates(args: &PlanArgs, cell: &Cell) -> Result<(), Failure> {
     Target::of(cell, args.measurements)
         .map(drop)

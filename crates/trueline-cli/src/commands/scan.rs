@@ -52,7 +52,7 @@ fn refused(args: &ScanArgs, error: &PathError) -> Failure {
             "a path with a pass that is spun by half a turn is for the robot's own program (`trueline plan --program`); others do not jump"
         }
         PathError::TooShort { .. } | PathError::TimeStands { .. } => {
-            "a path is what `trueline plan` writes, or a robot.csv with poses at rising times"
+            "a path is the output of `trueline plan`, or a robot.csv with poses at rising times"
         }
         _ => {
             "plan within the limits, travel more slowly (--pace), or widen them (--write-limits shows what it takes)"
@@ -61,7 +61,7 @@ fn refused(args: &ScanArgs, error: &PathError) -> Failure {
     Failure::new(format!("{}: {error}", path_file::file(&args.path).display()), hint)
 }
 
-/// Where the robot is listened to: at one network card.
+/// Receives the robot at one network card.
 fn endpoint(bind: SocketAddr, args: &ScanArgs) -> Result<Endpoint, Failure> {
     if bind.ip().is_unspecified() {
         return Err(Failure::new(
@@ -79,7 +79,7 @@ fn endpoint(bind: SocketAddr, args: &ScanArgs) -> Result<Endpoint, Failure> {
     }
 }
 
-/// How far the tool carries something: as the user says, or as the plan was made for.
+/// Reach of the tool's load: as stated by the user, or as in the plan.
 fn reach_m(args: &ScanArgs) -> Result<f64, Failure> {
     if let Some(reach_mm) = args.reach_mm {
         return Ok(reach_mm * 1e-3);
@@ -116,7 +116,7 @@ fn next_step(args: &ScanArgs) -> &'static str {
     }
 }
 
-/// Asks once more; what is typed must be the word.
+/// Asks again; the typed text must be the word.
 fn confirm(plan: &str, args: &ScanArgs) -> Result<(), Failure> {
     let from = args.robot.map_or_else(|| "the first sender of a valid frame".to_owned(), |ip| ip.to_string());
     output::words(&format!(
@@ -133,7 +133,7 @@ fn confirm(plan: &str, args: &ScanArgs) -> Result<(), Failure> {
     Err(Failure::new("not confirmed: nothing was sent", "type the word `move` to begin"))
 }
 
-/// The plan's own sensor stands beside its path.
+/// The plan's own sensor file is beside its path.
 fn sensor(args: &ScanArgs) -> Option<PathBuf> {
     let beside = args.path.join("sensor.toml");
     args.sensor.clone().or_else(|| beside.exists().then_some(beside))
@@ -173,7 +173,7 @@ fn guide(mut endpoint: Endpoint, gate: Gate, out: &Path, args: &ScanArgs) -> Res
     conclude(ended, is_seen, args.quiet)
 }
 
-/// What Ctrl-C means.
+/// Meaning of Ctrl-C.
 fn command() -> OperatorCommand {
     match interrupt::times() {
         0 => OperatorCommand::Go,

@@ -36,7 +36,7 @@ pub(crate) fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, 
     Ok(ExitCode::SUCCESS)
 }
 
-/// Faults of the robot's stream alone, whatever the camera sees.
+/// Faults of the robot's stream alone, independent of the camera.
 const ROBOT_STREAM_FAULTS: [Fault; 3] =
     [Fault::Event(Event::RobotGaps), Fault::Event(Event::DuplicateRows), Fault::Event(Event::RobotClockStep)];
 

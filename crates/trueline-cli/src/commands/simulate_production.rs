@@ -8,7 +8,7 @@ use trueline_dataset::folder;
 use trueline_sim::Plates;
 use trueline_sim::production::{Production, piece};
 
-/// Writes so many welds.
+/// Writes this many welds.
 pub(crate) fn run(args: &ProductionArgs, pieces: u32, of: &SimulateArgs) -> Result<ExitCode, Failure> {
     let out = &of.out;
     let plates = of.plates.plates.then(|| of.plates.plates(Plates::default(), false));

@@ -12,7 +12,7 @@ use std::time::Duration;
 use trueline_dataset::json_lines;
 use trueline_watch::{Repair, Store, Watcher, WatcherSettings, WeldFolder};
 
-/// How often a folder is looked at.
+/// Interval between checks of a folder.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
 
 /// Runs the command.
@@ -53,7 +53,7 @@ pub(crate) fn run(args: &WatchArgs) -> Result<ExitCode, Failure> {
     session.finish()
 }
 
-/// What is to be watched, before anything is written.
+/// Checks the inputs of `watch` before anything is written.
 fn inputs_are_there(args: &WatchArgs) -> Result<(), Failure> {
     if let Some(folder) = &args.folder {
         std::fs::read_dir(folder).map_err(|error| unreadable(folder, &error))?;
@@ -67,7 +67,7 @@ fn unreadable(folder: &Path, error: &std::io::Error) -> Failure {
     Failure::new(message, "name the folder in which welds appear")
 }
 
-/// Shows what other programs watch.
+/// Shows the states of other programs.
 fn serve_only(args: &WatchArgs) -> Result<ExitCode, Failure> {
     if args.folder.is_some() || !args.welds.is_empty() {
         return Err(Failure::new(
@@ -96,7 +96,7 @@ fn until_interrupted() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Welds as they are named or appear.
+/// Welds, named or as they appear.
 struct Welds<'a> {
     args: &'a WatchArgs,
     watcher: Watcher,

@@ -9,10 +9,10 @@ pub(crate) const STYLE_PATH: &str = "/live.css";
 pub(crate) const SCRIPT_PATH: &str = "/live.js";
 /// The style sheet.
 pub const STYLE: &str = include_str!("../../assets/live.css");
-/// The script: it replaces what has changed. Without it the page is whole, and stands.
+/// The script: it replaces the changed parts. Without it the page is whole, and stands.
 pub const SCRIPT: &str = include_str!("../../assets/live.js");
 
-/// What a reader of HTML takes for text, also inside an attribute.
+/// Text for a reader of HTML, also inside an attribute.
 #[must_use]
 pub fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
@@ -38,7 +38,7 @@ pub(crate) fn asset(path: &str) -> Option<Reply> {
     }
 }
 
-/// A whole page; `blocks` is markup. It is asked for again every so many milliseconds.
+/// A whole page; `blocks` is markup. The browser loads it again after this many milliseconds.
 #[must_use]
 pub fn page(title: &str, every_ms: u32, blocks: &str) -> String {
     page_under("", title, every_ms, blocks)
@@ -58,7 +58,7 @@ pub fn page_under(prefix: &str, title: &str, every_ms: u32, blocks: &str) -> Str
     )
 }
 
-/// A block that is replaced by itself when it changes.
+/// A block that is replaced when it changes.
 #[must_use]
 pub fn block(id: &str, markup: &str) -> String {
     format!("<section id=\"{}\" data-block>{markup}</section>", escape(id))

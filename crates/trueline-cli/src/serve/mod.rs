@@ -6,9 +6,9 @@
 //! cell's folder ─▶ FolderSite ──┘
 //! ```
 //!
-//! Read-only: a site is a function from a path to a reply, and nothing that a client sends is kept. A page is whole without a
-//! script; the one script there is, a file of its own, replaces what has changed. Every reply forbids the browser to load anything
-//! from elsewhere and to run anything that stands in the page. Requests that name another host are refused ([`http`]).
+//! Read-only: a site is a function from a path to a reply, and nothing that a client sends is kept. A page is complete
+//! without a script. The one script, a file of its own, replaces the changed parts. Every reply forbids the browser to load
+//! anything from elsewhere and to run scripts inside the page. Requests that name another host are refused ([`http`]).
 //!
 //! ```
 //! use std::io::{Read, Write};

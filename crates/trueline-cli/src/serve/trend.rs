@@ -28,7 +28,7 @@ pub struct Series {
 /// A chart of lines.
 #[derive(Clone, Debug, Default)]
 pub struct Trend {
-    /// What is drawn, for those who do not see it.
+    /// The content in words, for those who do not see it.
     pub alternative: String,
     /// Name of the axis along the bottom.
     pub along: &'static str,
@@ -187,7 +187,7 @@ fn path(points: impl Iterator<Item = [f64; 2]>, scale: &Scale) -> String {
 fn ticks(low: f64, high: f64) -> Vec<f64> {
     let rough = (high - low) / TICKS;
     let power = 10f64.powf(rough.log10().floor());
-    // The largest round step that is no larger than that: at least TICKS of them.
+    // The largest round step up to that: at least TICKS of them.
     let step = power * [5.0, 2.0, 1.0].into_iter().find(|m| m * power <= rough).unwrap_or(1.0);
     let first = (low / step).ceil();
     (0..20).map(|k| (first + f64::from(k)) * step).take_while(|tick| *tick <= high).collect()

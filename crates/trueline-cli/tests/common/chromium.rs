@@ -1,6 +1,6 @@
 //! A headless Chromium, for tests of what people see; also of the program's reports.
 //!
-//! Needs one in the path, or named by `TRUELINE_CHROMIUM`; where there is none, a test says so and tests nothing.
+//! Needs a Chromium in the path, or named by `TRUELINE_CHROMIUM`; without one a test says so and tests nothing.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::io::Write as _;
@@ -22,7 +22,7 @@ pub(crate) fn browser(shown: &str) -> Option<PathBuf> {
     named.or(found)
 }
 
-/// What the browser prints of an address, and what it says meanwhile. It keeps its profile in `folder`.
+/// The browser's print of an address, and its messages meanwhile. It keeps its profile in `folder`.
 pub(crate) fn opened(
     browser: &Path,
     folder: &Path,

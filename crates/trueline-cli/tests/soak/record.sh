@@ -95,7 +95,7 @@ cat calibrate.txt long.truth
 heard=$(sed -nE 's/^ +frames +([0-9]+),.*/\1/p' long.txt)
 seen=$(cat long.txt long.err | sed -nE 's/^camera: ([0-9]+) pictures.*/\1/p')
 verdict "$heard frames heard, and as many poses read back" "$(holds "$heard == $(($(grep -vc '^#' folder/robot.csv) - 1))")"
-# What did not come whole is recorded as a frame without a picture.
+# An incomplete picture is recorded as a frame without a picture.
 broken=$(cat long.txt long.err | sed -nE 's/^camera: .* ([0-9]+) incomplete.*/\1/p')
 verdict "$seen pictures received, $broken of them incomplete, and the others read back" \
     "$(holds "$seen - $broken == $(find folder -name '*.png' | wc -l)")"

@@ -5,19 +5,19 @@ use trueline_cell::Estimated;
 
 /// Points of a growth; of more, every second one is dropped.
 const MOST: usize = 512;
-/// Rates are those of the last so many seconds.
+/// Rates are those of the last seconds, this many.
 const RECENT_S: f64 = 5.0;
 
-/// What is drawn of an estimate.
+/// A plotted estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Point {
     /// Since the page began, s.
     pub at_s: f64,
-    /// Time offset and its standard deviation, s; NaN before they are known.
+    /// Time offset and its standard deviation, s; NaN if unknown yet.
     pub time_offset_s: [f64; 2],
-    /// Largest standard deviation of the hand-eye translation, m; NaN before it is known.
+    /// Largest standard deviation of the hand-eye translation, m; NaN if unknown yet.
     pub translation_sigma_m: f64,
-    /// Largest standard deviation of the hand-eye rotation, rad; NaN before it is known.
+    /// Largest standard deviation of the hand-eye rotation, rad; NaN if unknown yet.
     pub rotation_sigma_rad: f64,
 }
 
@@ -64,7 +64,7 @@ pub(super) struct Rate {
 }
 
 impl Rate {
-    /// Adds what a counter says.
+    /// Adds a counter's reading.
     pub(super) fn add(&mut self, at_s: f64, count: u64) {
         while self.counts.len() > 1
             && self.counts.front().is_some_and(|(first_s, _)| at_s - first_s > RECENT_S)

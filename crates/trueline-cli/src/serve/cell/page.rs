@@ -1,4 +1,4 @@
-//! The page of a recording: the picture, the robot, what is lost, the estimate with its ±, and which motion is missing.
+//! The page of a recording: the picture, the robot, the losses, the estimate with its ±, and the missing motion.
 
 use super::growth::Point;
 use super::picture;

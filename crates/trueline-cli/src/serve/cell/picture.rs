@@ -6,7 +6,7 @@ use trueline_cell::SmallPicture;
 /// The bytes of a PNG.
 ///
 /// # Errors
-/// What the encoder says.
+/// Error of the encoder.
 pub(super) fn png(picture: &SmallPicture) -> Result<Vec<u8>, png::EncodingError> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, picture.width as u32, picture.height as u32);

@@ -1,4 +1,4 @@
-//! What a page of a recording shows.
+//! Content of a recording's page.
 
 use super::growth::{Growth, Rate};
 use trueline_cell::{CellState, RobotBrief};
@@ -6,7 +6,7 @@ use trueline_cell::{CellState, RobotBrief};
 /// Path of the picture.
 pub(super) const PICTURE_PATH: &str = "/picture.png";
 
-/// What is known of a recording now.
+/// Present knowledge of a recording.
 #[derive(Debug, Default)]
 pub(super) struct Shown {
     /// Since it began, s.

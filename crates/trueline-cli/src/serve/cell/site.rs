@@ -11,7 +11,7 @@ use trueline_cell::{CellState, LivePicture, Progress, RobotBrief};
 /// Between looks at the page, ms.
 const EVERY_MS: u32 = 1000;
 
-/// A recording as it is shown.
+/// The pages of a recording.
 #[derive(Debug)]
 pub struct CellSite {
     title: String,

@@ -1,15 +1,15 @@
-//! What lies in a cell's folder now. It is looked at anew for each request, and never written.
+//! Present content of a cell's folder. It is read again for each request, and never written.
 
 use std::fs::{self, Metadata};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 use trueline_dataset::result_file::ResultFile;
 
-/// Most entries of a folder that are looked at: more is no cell.
+/// Largest number of entries read of a folder: a cell has fewer.
 const MOST_ENTRIES: usize = 2000;
 /// A recording that was written to this recently is under way.
 const UNDER_WAY: Duration = Duration::from_secs(5);
-/// What a folder that was recorded holds, the first that is there.
+/// Content of a recorded folder; the first one present counts.
 const RECORDED: [&str; 3] = ["recording.mcap", "robot.csv", "features.csv"];
 
 /// A recording.
@@ -17,7 +17,7 @@ const RECORDED: [&str; 3] = ["recording.mcap", "robot.csv", "features.csv"];
 pub(super) struct RecordingFile {
     /// The folder, or the file, within the cell's.
     pub name: String,
-    /// Size of what was recorded, bytes.
+    /// Size of the recording, bytes.
     pub bytes: u64,
     /// How long ago it was written to; `None` where the system does not say.
     pub written_ago: Option<Duration>,
@@ -35,7 +35,7 @@ impl RecordingFile {
 pub(super) struct Answer {
     /// Its file within the cell's folder.
     pub name: String,
-    /// What it says.
+    /// Its content.
     pub result: Result<ResultFile, String>,
 }
 
@@ -59,7 +59,7 @@ pub(super) struct Contents {
 }
 
 impl Contents {
-    /// What lies there.
+    /// The content.
     ///
     /// # Errors
     /// A folder that cannot be read.

@@ -1,5 +1,5 @@
-//! The first scan, step by step: connect, look, plan, record, calibrate, copy the answer. Nothing here starts anything: whoever reads it runs the
-//! command lines.
+//! The first scan, step by step: connect, look, plan, record, calibrate, copy the answer. Nothing here starts anything: the
+//! reader runs the command lines.
 
 use super::contents::{Answer, Contents};
 use super::step::{Progress, Step, quoted};
@@ -9,7 +9,7 @@ use trueline_dataset::result_file::{ResultFile, Status};
 
 /// Milliseconds in a second.
 const MS_PER_S: f64 = 1e3;
-/// Links to robots, with what `listen` needs of each.
+/// Links to robots, with the options of `listen` for each.
 const LINKS: [(&str, &str); 4] = [
     ("ABB (EGM; address of this PC)", "--bind 192.168.125.10:6510"),
     ("KUKA (RSI; address of this PC)", "--protocol kuka-rsi --bind 192.168.1.10:49152"),
@@ -160,7 +160,7 @@ fn is_accepted(answer: &Answer) -> bool {
     answer.result.as_ref().is_ok_and(|result| result.status == Some(Status::Accepted))
 }
 
-/// What a result says of itself.
+/// Verdict of a result about itself.
 fn verdict(answer: &Answer) -> String {
     let name = escape(&answer.name);
     match &answer.result {

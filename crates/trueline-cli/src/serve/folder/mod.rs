@@ -1,4 +1,4 @@
-//! A cell's folder as pages under one address: a guided first scan, what was recorded, what is watched, and its history.
+//! A cell's folder as pages under one address: a guided first scan, the recordings, the watch, and its history.
 
 mod contents;
 mod first_scan;

@@ -1,4 +1,4 @@
-//! What was recorded, the newest first.
+//! The recordings, newest first.
 
 use super::contents::{Contents, RecordingFile};
 use crate::serve::html::{block, escape};

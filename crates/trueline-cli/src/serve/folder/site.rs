@@ -9,15 +9,15 @@ use std::path::PathBuf;
 
 /// Between looks at a page, ms.
 const EVERY_MS: u32 = 2000;
-/// Pages with what stands on them.
+/// Pages and their content.
 const PAGES: [(&str, &str, &str); 4] = [
     ("/first-scan/", "First scan", "connect, look, plan, record, calibrate, copy the answer: step by step"),
-    ("/recordings/", "Recordings", "what was recorded, and what is being recorded"),
+    ("/recordings/", "Recordings", "past and running recordings"),
     ("/watch/", "Watch", "whether the calibration is still good, from every weld"),
     ("/history/", "History", "the last welds of every cell"),
 ];
 
-/// A cell's folder. Each request reads what lies there then; nothing is ever written.
+/// A cell's folder. Each request reads the folder's present content; nothing is ever written.
 #[derive(Clone, Debug)]
 pub struct FolderSite {
     folder: PathBuf,
@@ -25,7 +25,7 @@ pub struct FolderSite {
 }
 
 impl FolderSite {
-    /// A site of a folder, whose links begin with the prefix under which a proxy shows it; empty without a proxy.
+    /// A site of a folder. Its links begin with the prefix under which a proxy shows it; empty without a proxy.
     #[must_use]
     pub fn of(folder: PathBuf, prefix: &str) -> Self {
         Self { folder, prefix: prefix.to_owned() }

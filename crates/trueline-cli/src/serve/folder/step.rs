@@ -1,4 +1,4 @@
-//! A step of the first scan: what to do, its command line, and whether it was done.
+//! A step of the first scan: the task, its command line, and whether it was done.
 
 use crate::serve::html::{card, escape};
 use std::path::Path;
@@ -17,13 +17,13 @@ pub(super) enum Progress {
 /// A step.
 #[derive(Clone, Debug)]
 pub(super) struct Step {
-    /// What it is about.
+    /// Its heading.
     pub heading: &'static str,
-    /// What to do, in plain text.
+    /// Advice in plain text.
     pub words: String,
-    /// Command lines, each with what it is for.
+    /// Command lines, each with its purpose.
     pub commands: Vec<(String, String)>,
-    /// What is known of it; markup.
+    /// Its finding; markup.
     pub finding: String,
     /// Whether its files are there.
     pub is_done: bool,

@@ -1,18 +1,19 @@
-//! Which requests are answered: those that name this PC.
+//! Decides which requests are answered: those that name this PC.
 //!
-//! A page on the internet can make a browser inside the factory ask this server by a name of its own that points here (DNS
-//! rebinding), and would read the answer as if it were its own. Such a request carries that name in its Host header. A literal
-//! address cannot be rebound, and `localhost` is resolved by the browser itself; other names count only if they were named.
+//! A page on the internet can make a browser inside the factory ask this server under a name of its own that points here
+//! (DNS rebinding). It could read the answer as if it were its own. Such a request carries that name in its Host header. A
+//! literal address cannot be rebound, and `localhost` is resolved by the browser itself; other names count only if they were
+//! named.
 
 use axum::http::{HeaderMap, Uri, header};
 use std::net::{Ipv4Addr, Ipv6Addr};
 
-/// Names by which this PC may be asked for, beside literal addresses and `localhost`.
+/// Names of this PC in requests, besides literal addresses and `localhost`.
 #[derive(Clone, Debug, Default)]
 pub(super) struct HostNames(Vec<String>);
 
 impl HostNames {
-    /// These names; `Err` is the first that is none.
+    /// These names; `Err` is the first invalid one.
     pub(super) fn new(names: &[String]) -> Result<Self, String> {
         let is_name = |name: &str| {
             let allowed = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '.';
@@ -24,7 +25,8 @@ impl HostNames {
         }
     }
 
-    /// Whether a request may be answered: exactly one Host, that of this PC, and the same in an absolute address.
+    /// Whether a request may be answered: it needs exactly one Host, that of this PC, and the same in an absolute
+    /// address.
     pub(super) fn admit(&self, headers: &HeaderMap, uri: &Uri) -> bool {
         let mut hosts = headers.get_all(header::HOST).iter();
         let (Some(host), None) = (hosts.next(), hosts.next()) else { return false };
@@ -44,7 +46,7 @@ impl HostNames {
     }
 }
 
-/// A host without its port; `None` if what stands there is no port.
+/// A host without its port; `None` if the port is invalid.
 fn without_port(host: &str) -> Option<&str> {
     let end_of_name =
         if host.starts_with('[') { host.find(']')? + 1 } else { host.find(':').unwrap_or(host.len()) };

@@ -1,4 +1,5 @@
-//! What every reply forbids the browser: scripts and styles that are not files of this server, frames, forms, guessing.
+//! Restrictions for the browser in every reply: no scripts or styles except files of this server, no frames, no forms,
+//! no guessing of types.
 
 use axum::http::header::{self, HeaderName};
 use axum::http::{HeaderMap, HeaderValue};

@@ -5,7 +5,7 @@
 pub struct Prefix(String);
 
 impl Prefix {
-    /// A prefix; `None` of what is none.
+    /// A prefix; `None` if the text is invalid.
     #[must_use]
     pub fn new(text: &str) -> Option<Self> {
         let text = text.strip_suffix('/').unwrap_or(text);
@@ -20,13 +20,13 @@ impl Prefix {
         parts.split('/').all(is_plain).then(|| Self(text.to_owned()))
     }
 
-    /// The prefix as it stands in links.
+    /// The prefix in the form of links.
     #[must_use]
     pub fn text(&self) -> &str {
         &self.0
     }
 
-    /// A path without it; as it is where it has none.
+    /// A path without it; unchanged if it does not have it.
     pub(super) fn taken_off<'a>(&self, path: &'a str) -> &'a str {
         path.strip_prefix(&self.0).filter(|rest| rest.starts_with('/')).unwrap_or(path)
     }

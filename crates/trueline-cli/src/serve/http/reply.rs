@@ -1,6 +1,6 @@
-//! What a site answers.
+//! Replies of a site.
 
-/// What kind of text or picture a reply is.
+/// Media type of a reply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Media {
     /// A page.
@@ -32,7 +32,7 @@ impl Media {
 /// A reply with its bytes.
 #[derive(Clone, Debug)]
 pub struct Reply {
-    /// What it is.
+    /// Its media type.
     pub media: Media,
     /// Its bytes.
     pub body: Vec<u8>,
@@ -46,8 +46,8 @@ impl Reply {
     }
 }
 
-/// What is served: a function from a path to a reply. It is called in a thread of its own, so it may read a database, and by
-/// several requests at once.
+/// A site: a function from a path to a reply. It is called in a thread of its own, so it may read a database, and by several
+/// requests at once.
 pub trait Site: Send + Sync + 'static {
     /// All paths there are; any other is 404.
     fn paths(&self) -> &'static [&'static str];
@@ -55,6 +55,6 @@ pub trait Site: Send + Sync + 'static {
     /// The reply to one of them.
     ///
     /// # Errors
-    /// A sentence that says why there is none now; the browser is told so with status 503.
+    /// A sentence with the reason for a missing page; the browser gets status 503.
     fn reply(&self, path: &str) -> Result<Reply, String>;
 }

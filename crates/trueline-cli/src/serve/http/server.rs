@@ -1,7 +1,8 @@
 //! The server: one thread that waits for requests, a few that answer them.
 //!
-//! Read-only: GET and HEAD of known paths; a body is never read. Whoever connects and says nothing, or reads nothing, is cut off; a
-//! connection carries one request, so that no client holds one. A site may fail or panic, and the next request is answered.
+//! Read-only: GET and HEAD of known paths; a body is never read. A client that sends nothing, or reads nothing, is cut off.
+//! A connection carries one request, so that no client holds one. A site may fail or panic, and the next request is
+//! answered.
 
 use super::guard::HostNames;
 use super::headers::forbid;
@@ -24,7 +25,7 @@ use std::time::Duration;
 use tokio::net::TcpStream;
 use tokio::sync::{Semaphore, oneshot};
 
-/// What clients may take up.
+/// Resources of clients.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
     /// Connections at a time; more wait.
@@ -60,11 +61,10 @@ pub struct LiveServer {
 }
 
 impl LiveServer {
-    /// Serves a site at an address of this PC; `names` are those by which it may be asked for beside literal addresses and
-    /// `localhost`.
+    /// Serves a site at an address of this PC; `names` are its allowed names besides literal addresses and `localhost`.
     ///
     /// # Errors
-    /// An address that cannot be listened at, or what is no name.
+    /// An unusable address, or an invalid name.
     pub fn start(
         address: SocketAddr,
         names: &[String],
@@ -113,7 +113,7 @@ impl LiveServer {
         Ok(Self { address, stop: Some(stop), thread: Some(thread) })
     }
 
-    /// Where it listens.
+    /// Its own address.
     #[must_use]
     pub fn address(&self) -> SocketAddr {
         self.address
@@ -146,7 +146,7 @@ fn router(served: Arc<Served>, names: Arc<HostNames>) -> Router {
     routed.with_state(served).layer(middleware::from_fn_with_state(names, guarded))
 }
 
-/// Refuses requests that name another host, and adds what every reply forbids.
+/// Refuses requests that name another host, and adds the headers of every reply.
 async fn guarded(State(names): State<Arc<HostNames>>, request: Request, next: Next) -> Response {
     let mut response = if names.admit(request.headers(), request.uri()) {
         next.run(request).await
@@ -195,6 +195,6 @@ async fn connection(stream: TcpStream, router: Router, limits: Limits) {
         .header_read_timeout(limits.head)
         .max_buf_size(limits.head_bytes)
         .serve_connection(TokioIo::new(stream), service);
-    // A client that goes away is no event.
+    // A client that disconnects is not an event.
     let _gone = served.await;
 }

@@ -4,14 +4,14 @@ use serde_json::Value;
 use trueline_watch::Kind;
 use trueline_watch::words::{numbered, what_changed, where_to_look};
 
-/// What the change is called, and where to look.
+/// Name of the change, and the place to check.
 #[must_use]
 pub(super) fn what(alarm: &Value) -> [&'static str; 2] {
     let kind = Kind::ALL.into_iter().find(|kind| alarm["kind"].as_str() == Some(kind.name()));
     kind.map_or(["something has changed", ""], |kind| [what_changed(kind), where_to_look(kind)])
 }
 
-/// Its size and what to do, in words; older lines have less.
+/// Its size and the remedy, in words; older lines have less.
 #[must_use]
 pub(super) fn text(alarm: &Value) -> String {
     alarm["text"]

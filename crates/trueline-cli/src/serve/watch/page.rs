@@ -14,7 +14,7 @@ use trueline_watch::weld_text::OTHER_SENSOR;
 use trueline_watch::words::{RAREST_SHOWN, hidden, how_rarely, numbered};
 use trueline_watch::{Kind, State};
 
-/// The blocks of all cells; `Err` is what stands in the place of a cell that cannot be read.
+/// The blocks of all cells; `Err` replaces a cell that cannot be read.
 #[must_use]
 pub(super) fn blocks(cells: &[(String, Result<CellView, String>)], now_s: i64) -> String {
     let of = |(k, (name, cell)): (usize, &(String, Result<CellView, String>))| {
@@ -54,7 +54,7 @@ fn inside(cell: &CellView, now_s: i64) -> String {
     format!("{state}<div class=\"blocks\">{cards}</div>")
 }
 
-/// What stands, with its size and what to do.
+/// The standing change, with its size and the remedy.
 fn state(cell: &CellView) -> String {
     if let Some(before) = cell.repaired {
         return format!(
@@ -103,7 +103,7 @@ fn now(cell: &CellView, last: &HistoryRow, now_s: i64) -> String {
         rows.push(("alarms to", format!("{}: {waiting}", receiver.name)));
     }
     let mut out = facts(rows);
-    // Where a part lies is the fixture's, and no scan of an edge shows it.
+    // A part's place is the fixture's, and no scan of an edge shows it.
     if last.blind_to.iter().any(|what| what != Kind::Seam.name()) {
         out += "<p class=\"soft\">A 5 s scan over a fixed edge, with motion and tilt, detects timing, \
             bracket and sensor.</p>";
@@ -168,7 +168,7 @@ fn by_weld(
 ) -> Trend {
     let series = range.zip(names).map(|(k, name)| {
         let factor = column(k).1;
-        // What a weld does not show by itself is no point; older rows do not say that.
+        // A quantity that a weld does not show independently is no point; older rows do not state it.
         let value = |row: &HistoryRow| {
             let by_itself = row.estimates.get(CALIBRATION + k).or_else(|| row.estimates.get(k));
             by_itself.copied().flatten().map_or(f64::NAN, |[value, _]| value * factor)

@@ -10,7 +10,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// Between looks at the page, ms.
 const EVERY_MS: u32 = 2000;
 
-/// Cells by their state files; each is read anew for each request, so that any program may write it.
+/// Cells by their state files; each is read anew for each request, so any program may write it.
 #[derive(Clone, Debug)]
 pub struct WatchSite {
     states: Vec<PathBuf>,
@@ -23,7 +23,7 @@ impl WatchSite {
         Self { states }
     }
 
-    /// The blocks of all cells as they are now.
+    /// The present blocks of all cells.
     pub(crate) fn blocks(&self) -> String {
         let now_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs().cast_signed());
         page::blocks(&self.cells(), now_s)

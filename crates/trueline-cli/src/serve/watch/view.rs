@@ -1,4 +1,4 @@
-//! What there is to show of a cell: read from its state, never written.
+//! View of a cell: read from its state, never written.
 
 use serde_json::Value;
 use std::path::Path;
@@ -56,7 +56,7 @@ impl CellView {
         Ok(view)
     }
 
-    /// What stands now.
+    /// The present state.
     #[must_use]
     pub fn state(&self) -> State {
         let last = self.history.last().filter(|_| self.repaired.is_none());
