@@ -1,10 +1,10 @@
-//! External axes of a cell, and what was recorded of them.
+//! External axes of a cell, and their recordings.
 
 use crate::unit::MM_PER_M;
 use nalgebra::{UnitVector3, Vector3};
 use trueline_geometry::{Axis, AxisKind};
 
-/// What an axis moves.
+/// The body that an axis moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Carries {
     /// The part with its seams: a table, a positioner.
@@ -29,7 +29,7 @@ impl Carries {
         }
     }
 
-    /// What a name stands for.
+    /// Meaning of a name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|carries| carries.name() == name)
@@ -43,12 +43,12 @@ pub fn is_axis_name(name: &str) -> bool {
     !name.is_empty() && !["time", "stop", "picture"].contains(&name) && name.chars().all(is_plain)
 }
 
-/// What is known of an axis beforehand.
+/// Prior knowledge of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisGuess {
     /// Its direction, in base; of an axis that carries the sensor, in the tool.
     pub direction: UnitVector3<f64>,
-    /// A point of it, m; `None` where only the direction is known.
+    /// A point of it, m; `None` if only the direction is known.
     pub point_m: Option<Vector3<f64>>,
     /// Standard deviations of direction (rad) and point (m), where stated.
     pub sigma: [Option<f64>; 2],
@@ -63,29 +63,29 @@ pub struct AxisValue {
     pub value: f64,
 }
 
-/// An axis and what was recorded of it.
+/// An axis and its recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisRecord {
     /// Its name.
     pub name: String,
     /// Rotary or linear.
     pub kind: AxisKind,
-    /// What it moves.
+    /// The body that it moves.
     pub carries: Carries,
     /// Whether the poses that the controller reports contain its motion already.
     pub in_pose: bool,
-    /// What is known of it beforehand.
+    /// Prior knowledge of it.
     pub guess: Option<AxisGuess>,
     /// Its values, by rising stamp.
     pub values: Vec<AxisValue>,
-    /// Where it is, once that is known: what a calibration found, or the truth of a simulation.
+    /// Its place, if known: from a calibration, or the truth of a simulation.
     pub known: Option<Axis>,
-    /// Whether nothing shows its time offset, so that it is taken for the one of `known`.
+    /// Whether the data show nothing of its time offset, so that the one of `known` is used.
     pub holds_time_offset: bool,
 }
 
 impl AxisRecord {
-    /// An axis of which nothing was recorded yet, and whose place nobody knows.
+    /// An axis without records yet, at an unknown place.
     #[must_use]
     pub fn new(name: &str, kind: AxisKind, carries: Carries) -> Self {
         Self {
@@ -107,7 +107,7 @@ impl AxisRecord {
     }
 }
 
-/// An axis whose values are not further apart than this stands, rad.
+/// An axis with values within this range stands, rad.
 const STILL_RAD: f64 = 2e-3;
 /// … and m.
 const STILL_M: f64 = 1e-3;
@@ -143,7 +143,8 @@ impl AxisRecord {
     }
 }
 
-/// How far each axis moves between the first and the last stamp of what was read, rad or m; of a recording without readings, in all.
+/// Motion of each axis between the first and the last stamp of the readings, rad or m; over all its values for a recording
+/// without readings.
 #[must_use]
 pub fn ranges(axes: &[AxisRecord], read_ns: Option<[i64; 2]>) -> Vec<f64> {
     let [first_ns, last_ns] = read_ns.unwrap_or([i64::MIN, i64::MAX]);

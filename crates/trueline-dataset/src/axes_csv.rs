@@ -18,7 +18,7 @@ const LARGEST_TURN_RAD: f64 = std::f64::consts::PI;
 /// … or moves less than this, m.
 const LARGEST_SHIFT_M: f64 = 0.5;
 
-/// Reads the values of some axes; where the robot stood at stops, those of each stop.
+/// Reads the values of some axes; if the robot stood at stops, those of each stop.
 ///
 /// # Errors
 /// Anything that is not a clean table of these axes with rising stamps, an axis that jumps, a stop without a value or with two.
@@ -97,7 +97,7 @@ const LONGEST_STEP_NS: i64 = 1_000_000_000;
 /// Writes the values of axes that were recorded together.
 ///
 /// # Errors
-/// What the writer says.
+/// Error of the writer.
 pub(crate) fn write(mut out: impl Write, axes: &[AxisRecord]) -> std::io::Result<()> {
     let unit = |kind| if kind == AxisKind::Rotary { "deg" } else { "mm" };
     let names: Vec<String> = axes.iter().map(|axis| format!("{}_{}", axis.name, unit(axis.kind))).collect();

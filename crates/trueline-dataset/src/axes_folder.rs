@@ -1,4 +1,5 @@
-//! External axes of a dataset folder: `axes.csv` with their values over time, and `[[axis]]` of `cell.toml` with what each of them carries.
+//! External axes of a dataset folder: `axes.csv` with their values over time, and `[[axis]]` of `cell.toml` with the body
+//! that each carries.
 
 use crate::axes::AxisRecord;
 use crate::axis_problem::AxisProblem;
@@ -11,12 +12,12 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// What the axes of a cell are, in a dataset folder.
+/// The axes of a cell, in a dataset folder.
 pub(crate) const CELL_FILE: &str = "cell.toml";
 /// Their values over time.
 pub(crate) const VALUES_FILE: &str = "axes.csv";
 
-/// The axes of a dataset folder; none where `cell.toml` names none. Where the robot stood at stops, they have a value at each.
+/// The axes of a dataset folder; none where `cell.toml` names none. If the robot stood at stops, they have a value at each.
 ///
 /// # Errors
 /// The first file, line and column that cannot be used; axes without values, values without an axis, and values of an axis in two files.
@@ -79,7 +80,7 @@ pub(crate) fn of_dataset(
     of_folder(of_robot, stops, inputs)
 }
 
-/// The axes that `cell.toml` of a folder describes, without values; none where it is not there.
+/// The axes that `cell.toml` of a folder describes, without values; none without that file.
 ///
 /// # Errors
 /// A file that cannot be used.
@@ -127,7 +128,7 @@ fn files_of_one(folder: &Path) -> Result<Vec<String>, Error> {
     Ok(files)
 }
 
-/// Refuses files of axes in the folder of one of several sensors, whose robot is beside them.
+/// Refuses files of axes in the folder of one of several sensors: the robot is beside them.
 ///
 /// # Errors
 /// The first such file.

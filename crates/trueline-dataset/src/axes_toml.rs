@@ -1,4 +1,4 @@
-//! `[[axis]]` of `cell.toml`: which external axes a cell has, and what each of them carries.
+//! `[[axis]]` of `cell.toml`: the external axes of a cell, and the body that each of them carries.
 
 use crate::axes::{AxisGuess, AxisRecord, Carries, in_mm, is_axis_name};
 use crate::error::{Error, Problem};
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 use trueline_geometry::AxisKind;
 
-/// A cell as far as its axes go. The same file describes a cell for `plan`, whose tables are checked there.
+/// A cell as far as its axes go. The same file describes a cell for `plan`, which checks its own tables.
 #[derive(Serialize, Deserialize)]
 struct CellFile {
     #[serde(default)]
@@ -62,8 +62,8 @@ const OF_PLAN: [&str; 13] = [
 /// Reads the axes of a cell, without values.
 ///
 /// # Errors
-/// Broken TOML, unknown keys, names that no column can have or that are there twice, directions of no length, an axis within the poses of the robot
-/// whose place is not stated.
+/// Refuses broken TOML, unknown keys, impossible or repeated names, directions without length, and an axis within the
+/// robot's poses without a stated place.
 pub(crate) fn parse(file: &Path, text: &str) -> Result<Vec<AxisRecord>, Error> {
     let keys: toml::Table = parse_toml(file, text)?;
     if let Some(unknown) = keys.keys().find(|key| !OF_PLAN.contains(&key.as_str())) {

@@ -1,16 +1,16 @@
-//! What can be wrong with the files of external axes, and what to do about it.
+//! Faults of the files of external axes, and their remedies.
 
 /// Why files of external axes cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AxisProblem {
-    /// Values of axes that nobody describes.
-    #[error("has no `[[axis]]`, and axes.csv is there: say name, kind and what each axis carries")]
+    /// Values of axes without a description.
+    #[error("has no `[[axis]]`, but axes.csv exists: state name, kind and what each axis carries")]
     NotDescribed,
     /// Values of an axis in a file of its own and in the file of all.
     #[error("has values of an axis, and axes.csv is there as well")]
     InTwoFiles,
-    /// A file of an axis that nobody describes.
+    /// A file of an axis without a description.
     #[error("has values of an axis that cell.toml does not name")]
     OfFileNotDescribed,
     /// An axis that is described and has no values.
@@ -32,7 +32,7 @@ pub enum AxisProblem {
         /// In which time.
         in_s: f64,
     },
-    /// A reading while nothing is known of an axis.
+    /// A reading without a value of an axis.
     #[error("axis `{name}` has values from {from_s} s to {to_s} s only, but there is a reading at {at_s} s")]
     WithoutValue {
         /// Its name.
@@ -47,7 +47,7 @@ pub enum AxisProblem {
 }
 
 impl AxisProblem {
-    /// What the user can do about it.
+    /// Remedy for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {
@@ -65,10 +65,11 @@ impl AxisProblem {
                 "put cell.toml and axes.csv beside robot.csv: the axes are those of all sensors"
             }
             Self::Jumps { .. } => {
-                "angles go on beyond 180°: write 190, not -170; the unit stands in the column's name"
+                "angles continue beyond 180°: write 190, not -170; the unit is part of the column's name"
             }
             Self::WithoutValue { .. } => {
-                "the axis has to be logged over the whole scan, and by the robot's clock; leave readings out where it was not"
+                "the axis must be logged over the whole scan, with the robot's clock; leave out the \
+                readings where it was not"
             }
         }
     }

@@ -6,8 +6,8 @@ use crate::{dxf, reference_file, source_file};
 use std::path::Path;
 use trueline_geometry::Polyline;
 
-/// Reads the curve of a drawing, in the part's own frame, m: points along it if the file's name ends in `.csv` (`x_mm,y_mm,z_mm`), lines, arcs,
-/// polylines and splines that meet if it ends in `.dxf`.
+/// Reads the curve of a drawing, in the part's own frame, m. A `.csv` file holds points along it (`x_mm,y_mm,z_mm`), a
+/// `.dxf` file connected lines, arcs, polylines and splines.
 ///
 /// # Errors
 /// A file that is missing or broken, of another kind, or with no curve or several in it.

@@ -14,22 +14,22 @@ use nalgebra::{SMatrix, UnitVector3, Vector3};
 use std::path::Path;
 use trueline_geometry::{Axis, Line, Polyline, Pose, se3};
 
-/// What a calibration file says.
+/// Content of a calibration file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KnownCalibration {
     /// Time offset, hand-eye transform and lines.
     pub known: Truth,
-    /// The curve in base, m, where the seam is none of a straight one and the file tells where it is.
+    /// The curve in base, m, if the seam is not straight and the file states its place.
     pub curve: Option<Polyline>,
-    /// Largest standard deviations of hand-eye rotation (rad) and translation (m), where the file tells them.
+    /// Largest standard deviations of hand-eye rotation (rad) and translation (m), if the file states them.
     pub hand_eye_sigma: Option<[f64; 2]>,
-    /// Covariance of time offset (s), hand-eye rotation (rad) and translation (m), in this order, where the file tells it.
+    /// Covariance of time offset (s), hand-eye rotation (rad) and translation (m), in this order, if the file states it.
     pub links_covariance: Option<SMatrix<f64, 7, 7>>,
     /// The same of the first line's turn about its point (rad) and its offset there (m).
     pub line_sigma: Option<[f64; 2]>,
-    /// How far off a seam point is said to be, root mean square, m, where the file tells it.
+    /// Stated error of a seam point, root mean square, m, if the file states it.
     pub seam_error_m: Option<f64>,
-    /// The correction of the sensor's sheet beyond what the transform of [`Self::known`] contains of it.
+    /// The correction of the sensor's sheet beyond the part in the transform of [`Self::known`].
     pub correction: Option<SheetCorrection>,
     /// The kind of sensor that was calibrated, as in `sensor.toml`, where the result tells.
     pub sensor_kind: Option<String>,
@@ -37,17 +37,18 @@ pub struct KnownCalibration {
     pub sensor_file: Option<SensorFileEntry>,
     /// Whether it was accepted, where the file tells.
     pub accepted: Option<bool>,
-    /// What carries the sensor, where the file tells; if it stands beside the robot, the transform is base_from_camera.
+    /// The body that carries the sensor, if the file states it. If the sensor stands beside the robot, the transform is
+    /// base_from_camera.
     pub mounted: Option<Mounted>,
-    /// Whether its time offset is that of stamps that were made regular, or freed of a drift, and not of those recorded.
+    /// Whether its time offset is that of stamps with jitter or drift removed, not of the recorded ones.
     pub stamps_treated: bool,
-    /// Whether the robot stood at each reading: then there is no time offset, and the one in `known` is zero.
+    /// Whether the robot stood at each reading. Then there is no time offset, and the one in `known` is zero.
     pub at_stops: bool,
-    /// The external axes that it knows, by name.
+    /// The external axes in it, by name.
     pub axes: Vec<(String, Axis)>,
 }
 
-/// Reads a calibration: JSON if it begins with `{`, which no TOML does, whatever the file is called; else TOML.
+/// Reads a calibration: JSON if it begins with `{`, as no TOML does, under any file name; else TOML.
 ///
 /// # Errors
 /// A file that is missing or broken, or a result in which offset or hand-eye could not be seen.
@@ -55,7 +56,7 @@ pub fn read(file: &Path) -> Result<KnownCalibration, Error> {
     with_time_offset(file, read_without_time_offset(file)?)
 }
 
-/// The same, also of a robot that stood at each reading, so that there is no time offset.
+/// The same, also for a robot that stood at each reading, without a time offset.
 ///
 /// # Errors
 /// As [`read`].
@@ -114,7 +115,7 @@ pub fn is_json(text: &str) -> bool {
     text.trim_start_matches('\u{feff}').trim_start().starts_with('{')
 }
 
-/// What a result tells; the error names `file`.
+/// Knowledge from a result; the error names `file`.
 ///
 /// # Errors
 /// A result in which offset or hand-eye could not be seen.
@@ -174,7 +175,7 @@ fn known(file: &Path, result: &ResultFile) -> Result<KnownCalibration, Error> {
     })
 }
 
-/// The curve of a result, m; `None` where the result does not say where it is.
+/// The curve of a result, m; `None` if the result does not state its place.
 fn curve(entry: &CurveEntry) -> Option<Polyline> {
     Polyline::new(entry.points_mm.iter().map(|point| Vector3::from(*point) / MM_PER_M).collect())
 }
@@ -182,30 +183,30 @@ fn curve(entry: &CurveEntry) -> Option<Polyline> {
 /// The sensor's file among the inputs of a result and of a recording.
 const SENSOR: &str = "sensor.toml";
 
-/// What a result corrects of the sensor, and the part of that which its transform contains.
+/// A result's correction of the sensor, and the part of it that its transform contains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SheetCorrection {
-    /// The whole correction, in place of what sensor.toml corrects.
+    /// The whole correction, which replaces that of sensor.toml.
     pub shape: SheetShape,
-    /// Maps what the sensor file places to where the shape puts it, as far as a rigid motion does: the transform contains it. Identity
-    /// in results of schema 2 and before.
+    /// Maps the sensor file's points to the corrected ones, as far as a rigid motion does: the transform contains it.
+    /// Identity in results of schema 2 and before.
     pub corrected_from_file: Pose,
 }
 
 impl KnownCalibration {
-    /// The sensor file that its transform belongs to, where a recording was made with another one; `None` also where one of the two
-    /// is not known.
+    /// The sensor file that its transform belongs to, if a recording was made with another one; `None` also if one of the
+    /// two is unknown.
     #[must_use]
     pub fn belongs_to_another_file(&self, recording: &Recording) -> Option<&SensorFileEntry> {
         let read = recording.inputs.get(SENSOR)?;
         self.sensor_file.as_ref().filter(|file| file.sha256 != *read)
     }
 
-    /// Refuses what something else carries than the sensor that was calibrated: its transform goes from another frame. The error
-    /// names `file`, that of the calibration.
+    /// Refuses a recording with another carrier than the calibrated sensor's: its transform starts from another frame. The
+    /// error names `file`, that of the calibration.
     ///
     /// # Errors
-    /// A sensor on the tool where one beside the robot was calibrated, or the other way round.
+    /// A sensor on the tool with a calibration beside the robot, or the other way round.
     pub fn check_mounting(&self, file: &Path, recorded: Mounted) -> Result<(), Error> {
         match self.mounted {
             Some(calibrated) if calibrated != recorded => {
@@ -260,8 +261,8 @@ impl KnownCalibration {
         both.is_some_and(|(a, b)| a.sha256 != b.sha256)
     }
 
-    /// A recording of the stated sensor, corrected as this calibration found that sensor to be, with the external axes where it found them; with [`Self::with_correction`] go its
-    /// readings together.
+    /// A recording of the stated sensor, corrected by this calibration's shape, with the external axes at its places. With
+    /// [`Self::with_correction`] its readings match it.
     #[must_use]
     pub fn corrected(&self, mut recording: Recording) -> Recording {
         recording.setup.shape = self.correction.map(|correction| correction.shape).or(recording.setup.shape);

@@ -58,7 +58,7 @@ impl<'de> Visitor<'de> for NumbersVisitor {
         self.visit_f64(number as f64)
     }
 
-    /// OpenCV writes `0.` and `1.`, which are no numbers to every reader of YAML.
+    /// OpenCV writes `0.` and `1.`, which some readers of YAML do not accept as numbers.
     fn visit_str<E: de::Error>(self, text: &str) -> Result<Numbers, E> {
         text.parse()
             .map_err(|_| E::custom(format!("expected a number, found `{text}`")))
@@ -153,7 +153,8 @@ pub(crate) fn read(text: &str) -> Result<YamlCamera, (Option<u64>, Problem)> {
     found.ok_or_else(|| (None, Problem::Toml("not readable as the YAML of a camera: it is empty".to_owned())))
 }
 
-/// The documents with content, each below empty lines in the place of what stands before it. `ros2 topic echo` writes one for each message.
+/// The documents with content, each below empty lines in place of the text before it. `ros2 topic echo` writes one for each
+/// message.
 fn documents(text: &str) -> Vec<String> {
     let mut all = vec![String::new()];
     for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
@@ -229,7 +230,7 @@ fn camera(keys: CameraKeys) -> Result<YamlCamera, Problem> {
     Ok(YamlCamera { size, intrinsics, distortion, laser_plane })
 }
 
-/// k1, k2, p1, p2, k3 of the coefficients, whose model must be that of Brown and Conrady.
+/// k1, k2, p1, p2, k3 of the coefficients; the model must be that of Brown and Conrady.
 fn distortion(coefficients: &[f64], model: Option<&str>) -> Result<[f64; 5], Problem> {
     const KNOWN: [&str; 6] = ["plumb_bob", "radtan", "rational_polynomial", "brown_conrady", "none", ""];
     if let Some(model) = model.filter(|model| !KNOWN.contains(model)) {

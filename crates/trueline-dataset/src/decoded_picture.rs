@@ -1,4 +1,4 @@
-//! Pictures decoded from whatever form they are kept in: PNG, JPEG, TIFF or BMP, gray or in colour.
+//! Pictures decoded from any form: PNG, JPEG, TIFF or BMP, gray or in colour.
 
 use crate::gray_png::Pixels;
 use crate::guarded;
@@ -117,7 +117,7 @@ fn bmp(bytes: &[u8]) -> Result<DecodedPicture, String> {
     checked(DecodedPicture { width, height, channels, levels: Pixels::Eight(levels) })
 }
 
-/// A picture whose levels are as many as its size says.
+/// A picture with as many levels as its size requires.
 fn checked(picture: DecodedPicture) -> Result<DecodedPicture, String> {
     let found = match &picture.levels {
         Pixels::Eight(levels) => levels.len(),

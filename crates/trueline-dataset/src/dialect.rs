@@ -1,8 +1,8 @@
 //! How a table was written (encoding, separator, decimal sign), and the same table as plain CSV.
 //!
-//! Programs in German write `1,5;2,5`, Excel writes UTF-16, controllers write blanks. What is recognised is returned, to be said; two
-//! decimal signs in one file are an error. Where commas do not separate columns, the only comma of a number is its decimal sign: robots
-//! log millimetres with three decimals, and none separates thousands.
+//! Programs in German write `1,5;2,5`, Excel writes UTF-16, controllers write blanks. The recognised form is returned for a
+//! remark. Two decimal signs in one file are an error. If commas do not separate columns, the only comma of a number is its
+//! decimal sign. Robots log millimetres with three decimals, and none separates thousands.
 
 use crate::error::{Error, Problem};
 pub use crate::separator::Separator;
@@ -34,7 +34,7 @@ pub enum Encoding {
 pub struct Dialect {
     /// Its characters.
     pub encoding: Encoding,
-    /// What separates its columns.
+    /// Separator of its columns.
     pub separator: Separator,
     /// Whether `1,5` is one and a half.
     pub decimal_comma: bool,
@@ -43,7 +43,7 @@ pub struct Dialect {
 }
 
 impl Dialect {
-    /// Whether there is nothing to be said: UTF-8, commas, decimal points.
+    /// Whether no remark is needed: UTF-8, commas, decimal points.
     #[must_use]
     pub fn is_plain(&self) -> bool {
         let plain = Self {
@@ -92,7 +92,7 @@ impl fmt::Display for Separator {
 pub fn decode(file: &Path, bytes: Vec<u8>) -> Result<(String, Encoding), Error> {
     let half = |read: fn([u8; 2]) -> u16, from: usize| {
         let (units, rest) = bytes[from..].as_chunks::<2>();
-        // A lone NUL at the end is no character.
+        // A lone NUL at the end is not a character.
         let whole = rest.iter().all(|&byte| byte == 0);
         let units = units.iter().map(|&unit| read(unit));
         let text = char::decode_utf16(units).collect::<Result<String, _>>().ok().filter(|_| whole);
@@ -145,7 +145,7 @@ pub fn plain_csv(
     plain_csv_below(file, bytes, separator, 0)
 }
 
-/// The same of the table below so many lines, which are left out.
+/// The same of the table below this many lines, which are left out.
 ///
 /// # Errors
 /// As [`plain_csv`].
@@ -200,7 +200,7 @@ pub(crate) fn plain_csv_below(
     Ok((csv.into_bytes(), dialect))
 }
 
-/// Says so if columns are separated otherwise than the user named it.
+/// Error if the columns have another separator than the user stated.
 fn expect_separator(file: &Path, text: &str, named: Separator) -> Result<(), Error> {
     let recognised = table_start::find(text.trim_start_matches('\u{feff}'), None);
     let line = text.lines().nth(recognised.lines_before).unwrap_or_default();
@@ -221,7 +221,7 @@ pub fn plain_file(file: &Path) -> Result<Vec<u8>, Error> {
     Ok(plain_csv(file, source_file::bytes(file)?, None)?.0)
 }
 
-/// A field as it stands in plain CSV.
+/// A field in the form of plain CSV.
 pub(crate) fn quoted(field: &str) -> Cow<'_, str> {
     if field.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", field.replace('"', "\"\"")).into()
@@ -335,7 +335,7 @@ mod tests {
             error.to_string(),
             "f.csv, line 3: decimal commas (`1,5`) and decimal points (`2.5`) in one file"
         );
-        // A thousands separator is no number; the text stays as it is in the file.
+        // A thousands separator is not part of a number; the text stays as in the file.
         let (csv, _) = plain(b"a;b\n1.234,5;2,5\n");
         assert_eq!(csv, "a,b\n\"1.234,5\",2.5\n");
     }

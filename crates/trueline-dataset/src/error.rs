@@ -1,4 +1,4 @@
-//! What can be wrong with a recording, where, and what to do about it.
+//! Faults of a recording, their places and their remedies.
 
 pub use crate::problem::Problem;
 use std::fmt;
@@ -14,7 +14,7 @@ pub struct Error {
     pub line: Option<u64>,
     /// Column by name, where the problem has one.
     pub column: Option<String>,
-    /// What is wrong.
+    /// The fault.
     pub problem: Problem,
 }
 
@@ -31,7 +31,7 @@ impl Error {
         Self { file: file.to_owned(), line: Some(line), column: None, problem }
     }
 
-    /// A file of another program that cannot be read as what it is.
+    /// A file of another program that cannot be read as its kind.
     #[must_use]
     pub fn unreadable(file: &Path, what: impl Into<String>, hint: &'static str) -> Self {
         Self::in_file(file, Problem::Unreadable { what: what.into(), hint })
@@ -44,7 +44,7 @@ impl Error {
         self
     }
 
-    /// What the user can do about it.
+    /// Remedy for the user.
     #[must_use]
     pub fn hint(&self) -> String {
         self.problem.hint()

@@ -23,7 +23,7 @@ impl FeatureCache {
         Self { folder }
     }
 
-    /// What features depend on, as one name: sensor, index and pictures of a dataset folder by content, and `how` they are
+    /// The inputs of features as one name: sensor, index and pictures of a dataset folder by content, and `how` they are
     /// found (options, version of the detector).
     ///
     /// # Errors
@@ -60,10 +60,10 @@ impl FeatureCache {
         Some(FoundSeams { features, stripes })
     }
 
-    /// Keeps what was found; each file appears whole or not at all, that of the features last.
+    /// Keeps the findings. Each file appears whole or not at all, that of the features last.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn put(&self, key: &str, found: &FoundSeams) -> std::io::Result<()> {
         fs::create_dir_all(&self.folder)?;
         let mut bytes = Vec::new();

@@ -13,7 +13,7 @@ const TIME: usize = 0;
 const LINE: usize = 1;
 const FRAME: usize = 2;
 const DEVICE_TIME: usize = 3;
-/// Where the coordinates begin; their standard deviations follow them.
+/// First column of the coordinates; their standard deviations follow them.
 const FIRST: usize = 4;
 
 const SHARED: [ColumnSpec<'static>; 3] = [
@@ -59,12 +59,12 @@ pub(crate) fn is_column(name: &str, sensor: &Sensor) -> bool {
 /// Reads the features of a sensor.
 ///
 /// # Errors
-/// Anything that is not a clean table of that sensor's columns with rising stamps.
+/// Any text but a clean table of that sensor's columns with rising stamps.
 pub fn read(file: &Path, bytes: &[u8], sensor: &Sensor) -> Result<Vec<Feature>, Error> {
     read_at(file, bytes, sensor, None)
 }
 
-/// The same where the robot stood at stops, which rows name in the place of a stamp.
+/// The same if the robot stood at stops, which rows name in place of a stamp.
 ///
 /// # Errors
 /// As [`read`], and a stop without a pose.
@@ -149,7 +149,7 @@ fn read_correlation(table: &Table<'_>) -> Result<f64, Error> {
 /// Writes features; the columns follow from the first one.
 ///
 /// # Errors
-/// What the writer says.
+/// Error of the writer.
 pub fn write(mut out: impl Write, features: &[Feature]) -> std::io::Result<()> {
     let Some(first) = features.first() else {
         return Ok(());

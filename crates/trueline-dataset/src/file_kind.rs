@@ -1,16 +1,16 @@
-//! What a file is by its content, for whoever named it in the place of another one.
+//! Kind of a file by its content, for a user who named it in place of another one.
 
 use std::fmt;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// Bytes that are looked at.
+/// Bytes that are checked.
 const LOOKED_AT: u64 = 4096;
 /// Columns of a table that are named.
 const NAMED_COLUMNS: usize = 4;
 
-/// What a file is.
+/// Kind of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FileKind {
     /// A folder with the files of a scan.
@@ -50,7 +50,7 @@ pub enum Form {
     Toml,
     /// Lines of columns.
     Table,
-    /// Anything that is no text.
+    /// Anything that is not text.
     Binary,
 }
 
@@ -61,7 +61,7 @@ const CELL_KEYS: [&str; 4] = ["guess_error", "limits", "attitude", "seam"];
 /// The one of them that a sensor's file may have too.
 const OF_BOTH: &str = "seam";
 
-/// Beginnings of files that are no text.
+/// First bytes of files that are not text.
 const MAGIC: [(&[u8], FileKind); 7] = [
     (b"SQLite format 3\0", FileKind::Database),
     (b"\x89MCAP0", FileKind::Mcap),
@@ -73,7 +73,7 @@ const MAGIC: [(&[u8], FileKind); 7] = [
 ];
 
 impl FileKind {
-    /// What is there; `None` where that is not recognised, or is nothing.
+    /// The kind; `None` if it is not recognised, or nothing is there.
     #[must_use]
     pub fn of(path: &Path) -> Option<Self> {
         if path.is_dir() {
@@ -129,7 +129,7 @@ impl FileKind {
         }
     }
 
-    /// Whether a key is one by which this kind of TOML is told from others.
+    /// Whether a key distinguishes this kind of TOML from others.
     #[must_use]
     pub fn has_key(&self, key: &str) -> bool {
         match self {

@@ -1,4 +1,4 @@
-//! The dataset folder: `sensor.toml`, `robot.csv`, `features.csv` and what may stand beside them.
+//! The dataset folder: `sensor.toml`, `robot.csv`, `features.csv` and their optional companions.
 
 use crate::dialect::plain_csv;
 use crate::error::{Error, Problem};
@@ -35,15 +35,15 @@ pub fn read(folder: &Path) -> Result<Recording, Error> {
 /// A dataset folder as it was read.
 #[derive(Clone, Debug)]
 pub struct FolderContent {
-    /// The recording; without features where there are profiles alone.
+    /// The recording; without features if there are profiles alone.
     pub recording: Recording,
-    /// Whole profiles, where there are no features.
+    /// Whole profiles, if there are no features.
     pub profiles: Vec<Profile>,
-    /// How tables were written where that is not plain CSV: to be said.
+    /// Remarks on tables that are not plain CSV.
     pub notes: Vec<String>,
 }
 
-/// Reads a dataset folder that may have `profiles.csv` or `profiles.parquet` in the place of `features.csv`.
+/// Reads a dataset folder that may have `profiles.csv` or `profiles.parquet` in place of `features.csv`.
 ///
 /// # Errors
 /// As [`read`].
@@ -135,7 +135,7 @@ struct Tables<'a> {
 }
 
 impl Tables<'_> {
-    /// What they hold; rows name a stop where the robot stood at stops.
+    /// Their content. Rows name a stop if the robot stood at stops.
     fn read(
         self,
         sensor: &Sensor,
@@ -163,7 +163,7 @@ impl Tables<'_> {
     }
 }
 
-/// What is said of files that are not looked at, since poses.csv is there.
+/// Remarks on files that are ignored because poses.csv exists.
 fn unused_beside_stops(folder: &Path) -> impl Iterator<Item = String> {
     let unused = ["robot.csv", "images/index.csv"].map(|name| folder.join(name)).into_iter();
     unused
@@ -178,7 +178,7 @@ fn stamps_of(features: &[Feature], stripes: &[PlateStripe], profiles: &[Profile]
     features.iter().map(|feature| feature.stamp_ns).chain(stripes).chain(profiles).collect()
 }
 
-/// What is said of whole profiles that are not looked at, since a table of what was found in them is there.
+/// Remark on whole profiles that are ignored because a table of their features exists.
 fn unused_profiles(folder: &Path, used: &str, has_stripes: bool) -> Option<String> {
     if let Some(file) = ProfileFile::newer_than(folder, used) {
         let file = file.display();
@@ -211,7 +211,7 @@ pub fn read_sensor(folder: &Path) -> Result<Sensor, Error> {
     Ok(read_sensor_file(folder)?.sensor)
 }
 
-/// Reads the sensor of a dataset folder with all else that its file says.
+/// Reads the sensor of a dataset folder with everything in its file.
 ///
 /// # Errors
 /// A file that is missing or cannot be used.
@@ -265,7 +265,7 @@ pub fn read_robot(folder: &Path) -> Result<RobotPoses, Error> {
     Ok(RobotPoses { samples, at_stops: false, file_name: "robot.csv", sha256 })
 }
 
-/// Nothing that a file states is ignored: what no command applies yet is refused.
+/// No statement of a file is ignored: statements that no command applies yet are refused.
 ///
 /// # Errors
 /// The first such statement.
@@ -281,14 +281,14 @@ pub fn refuse_what_is_not_applied(file: &Path, setup: &SensorSetup) -> Result<()
 /// Reads the profiles of a dataset folder alone, features or not; `None` if it has none.
 ///
 /// # Errors
-/// A file that cannot be used, or a sensor that is no profiler.
+/// An unusable file, or a sensor that is not a profiler.
 pub fn read_profiles(folder: &Path) -> Result<Option<Vec<Profile>>, Error> {
     let Some(file) = ProfileFile::of(folder)? else { return Ok(None) };
     check_is_profiler(&folder.join("sensor.toml"), &read_sensor(folder)?)?;
     file.read(&mut Vec::new(), StopPoses::of(folder)?.as_ref()).map(Some)
 }
 
-/// Profiles are those of a profiler.
+/// Profiles need a profiler.
 fn check_is_profiler(file: &Path, sensor: &Sensor) -> Result<(), Error> {
     if *sensor == Sensor::Profiler {
         return Ok(());
@@ -300,7 +300,7 @@ fn check_is_profiler(file: &Path, sensor: &Sensor) -> Result<(), Error> {
 /// The robot's poses over time.
 const ROBOT: &str = "robot.csv";
 
-/// What a TOML file says, where it is there.
+/// Content of a TOML file, if it exists.
 fn parsed<T>(
     file: &Path,
     bytes: Option<Vec<u8>>,
@@ -314,7 +314,7 @@ fn required(file: &Path, name: &str, inputs: &mut BTreeMap<String, String>) -> R
     load(file, name, inputs)?.ok_or_else(|| Error::in_file(file, Problem::Missing))
 }
 
-/// Reads a file as it is and notes its hash; `None` if it does not exist.
+/// Reads a file unchanged and notes its hash; `None` if it does not exist.
 fn load(file: &Path, name: &str, inputs: &mut BTreeMap<String, String>) -> Result<Option<Vec<u8>>, Error> {
     let Some(bytes) = source_file::bytes_if_there(file)? else { return Ok(None) };
     if name.ends_with(".csv") {

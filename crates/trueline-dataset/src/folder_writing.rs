@@ -1,4 +1,4 @@
-//! Dataset folders are written: whole ones, and single tables in the place of others.
+//! Writes dataset folders: whole ones, and single tables in place of others.
 
 use crate::axes_csv;
 use crate::axes_folder;
@@ -20,33 +20,33 @@ use std::fs;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-/// Replaces the features of a dataset folder; without features there is no file. What was there is kept: it is renamed
-/// to the first free one of `features.previous-1.csv`, `features.previous-2.csv`, …, which is returned. The new
-/// file appears as a whole or not at all.
+/// Replaces the features of a dataset folder; without features there is no file. The old file is kept: it is renamed
+/// to the first free one of `features.previous-1.csv`, `features.previous-2.csv`, …, which is returned. The new file
+/// appears as a whole or not at all.
 ///
 /// # Errors
-/// What the operating system says.
+/// Error of the operating system.
 pub fn replace_features(folder: &Path, features: &[Feature]) -> Result<Option<PathBuf>, Error> {
     let write = |out: &mut dyn Write| features_csv::write(out, features);
     replace(folder, "features", (!features.is_empty()).then_some(&write))
 }
 
-/// Writes the stripes on plates that were found in the pictures of a dataset to its `stripes.csv`. One that is there is
-/// kept as `stripes.previous-N.csv`: it belongs to the features before; its new path is returned. Without stripes none is
+/// Writes the stripes on plates that were found in the pictures of a dataset to its `stripes.csv`. An old file is kept as
+/// `stripes.previous-N.csv`, as it belongs to the old features. Its new path is returned. Without stripes none is
 /// written.
 ///
 /// # Errors
-/// What the operating system says.
+/// Error of the operating system.
 pub fn replace_stripes(folder: &Path, stripes: &[PlateStripe]) -> Result<Option<PathBuf>, Error> {
     let write = |out: &mut dyn Write| stripes_csv::write(out, stripes);
     replace(folder, "stripes", (!stripes.is_empty()).then_some(&write))
 }
 
-/// What writes a table.
+/// Writer of a table.
 type WriteTable<'a> = &'a dyn Fn(&mut dyn Write) -> std::io::Result<()>;
 
-/// Replaces the table of a name, or removes it if there is none to write; the one before is kept under a new name, which
-/// is returned.
+/// Replaces the table of a name, or removes it if there is none to write. The old one is kept under a new name, which is
+/// returned.
 fn replace(folder: &Path, name: &str, table: Option<WriteTable<'_>>) -> Result<Option<PathBuf>, Error> {
     let file = folder.join(format!("{name}.csv"));
     let unfinished = folder.join(format!("{name}.unfinished.csv"));
@@ -62,7 +62,7 @@ fn replace(folder: &Path, name: &str, table: Option<WriteTable<'_>>) -> Result<O
         })?;
     }
     let mut kept = None;
-    // What is there already, to the byte, needs no copy.
+    // An identical file needs no copy.
     let is_the_same = |[a, b]: [&Path; 2]| matches!((fs::read(a), fs::read(b)), (Ok(a), Ok(b)) if a == b);
     if file.exists() && !(table.is_some() && is_the_same([&file, &unfinished])) {
         let mut names = (1..).map(|k| folder.join(format!("{name}.previous-{k}.csv")));
@@ -88,8 +88,8 @@ const WRITTEN: [&str; 8] = [
     axes_folder::CELL_FILE,
 ];
 
-/// Writes a dataset folder; it may exist, but none of the files may. A recording without features, whose
-/// pictures are still to be looked at, has no `features.csv`.
+/// Writes a dataset folder; it may exist, but none of the files may. A recording without features, with pictures
+/// still to be searched, has no `features.csv`.
 ///
 /// # Errors
 /// Files that are there already, or that cannot be written.
@@ -129,14 +129,14 @@ pub fn write(folder: &Path, recording: &Recording) -> Result<(), Error> {
 /// is kept, as [`WholeFolder::finish`] does.
 ///
 /// # Errors
-/// As [`WholeFolder::begin`], and what cannot be written.
+/// As [`WholeFolder::begin`], and data that cannot be written.
 pub fn write_whole(folder: &Path, recording: &Recording, replace: bool) -> Result<Option<PathBuf>, Error> {
     let whole = WholeFolder::begin(folder, replace)?;
     write(whole.path(), recording)?;
     whole.finish()
 }
 
-/// Writes a dataset of several sensors on one robot, by name, which appears as a whole; their poses are those of the first.
+/// Writes a dataset of several sensors on one robot, by name; it appears as a whole. Their poses are those of the first.
 ///
 /// # Errors
 /// As [`write_whole`].

@@ -1,4 +1,4 @@
-//! What was found in the pictures or profiles of a scan.
+//! Seams found in the pictures or profiles of a scan.
 
 use crate::recording::{Feature, PlateStripe};
 

@@ -1,22 +1,22 @@
-//! What a camera tells of its inputs with a picture.
+//! State of a camera's inputs with a picture.
 
 use std::fmt;
 
-/// What a camera tells of its inputs with a picture, where it is set to (chunk data); `None` is not told.
+/// State of a camera's inputs with a picture, if the camera sends it (chunk data); `None` is not sent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrameSignals {
     /// Count of an encoder that is wired to it.
     pub encoder: Option<i64>,
     /// Its lines, inputs and outputs, the first in the lowest bit.
     pub lines: Option<u64>,
-    /// A counter; what it counts is a setting of the camera.
+    /// A counter; a setting of the camera determines its events.
     pub counter: Option<i64>,
     /// The camera's own number of the picture.
     pub camera_frame: Option<u64>,
 }
 
 impl FrameSignals {
-    /// Whether nothing is told.
+    /// Whether nothing is reported.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         *self == Self::default()

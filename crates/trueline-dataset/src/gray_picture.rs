@@ -22,7 +22,7 @@ pub fn bytes(file: &Path) -> Result<Vec<u8>, Error> {
     source_file::bytes(file)
 }
 
-/// Decodes a picture by its first bytes, whatever its name is; `file` is for messages only.
+/// Decodes a picture by its first bytes, under any name; `file` is for messages only.
 ///
 /// # Errors
 /// Bytes of no picture that can be read, or are cut off, or a picture that is too large.

@@ -68,7 +68,7 @@ pub fn read(file: &Path, spare: &mut Vec<u8>) -> Result<GrayImage, Error> {
     decode(file, BufReader::new(source_file::open(file)?), spare)
 }
 
-/// Decodes a gray PNG of 8 or 16 bits that begins where the reader is; `file` is what an error names.
+/// Decodes a gray PNG of 8 or 16 bits from the reader's position; errors name `file`.
 ///
 /// # Errors
 /// As [`read()`], but for a file that is missing.
@@ -106,7 +106,7 @@ pub fn decode(file: &Path, mut input: impl BufRead + Seek, spare: &mut Vec<u8>) 
 
 /// Rows as their differences from the row above: 3 % larger than with the best filter for each row, and decoded in 0.6 of the time.
 const LIGHTLY: Packing = (DeflateCompression::FdeflateUltraFast, Filter::Up);
-/// As it is: for a container that compresses by itself.
+/// Uncompressed: for a container that compresses its content.
 const STORED: Packing = (DeflateCompression::NoCompression, Filter::NoFilter);
 /// For a person, who looks at it once.
 const WELL: Packing = (DeflateCompression::Level(6), Filter::Adaptive);
@@ -122,17 +122,17 @@ type Packing = (DeflateCompression, Filter);
 /// Writes a gray PNG that is fast to write and to read, rather than small.
 ///
 /// # Errors
-/// What the operating system says.
+/// Error of the operating system.
 pub fn write(file: &Path, image: &GrayImage) -> Result<(), Error> {
     let out = File::create(file).map_err(|error| Error::in_file(file, Problem::Io(error)))?;
     encode_image(BufWriter::new(out), image, LIGHTLY).map_err(|error| refused(file, error))
 }
 
-/// A gray PNG in memory for a container that compresses by itself, as a recording does: its pixels are stored as they are, so
-/// that they are compressed, and decoded, once. Very large pictures are compressed nevertheless.
+/// A gray PNG in memory for a container that compresses its content, as a recording does. Its pixels are stored
+/// uncompressed, so they are compressed, and decoded, once. Very large pictures are compressed nevertheless.
 ///
 /// # Errors
-/// What the encoder says of a picture whose pixels do not fit its size.
+/// Error of the encoder about a picture with a wrong number of pixels.
 pub fn encode_gray(image: &GrayImage) -> Result<Vec<u8>, String> {
     let mut png = Vec::new();
     let packing = if image.bytes() <= MOST_STORED_BYTES { STORED } else { LIGHTLY };
@@ -140,7 +140,7 @@ pub fn encode_gray(image: &GrayImage) -> Result<Vec<u8>, String> {
     Ok(png)
 }
 
-/// Whether a PNG holds its pixels as they are, so that it is worth packing it before it becomes a file of its own.
+/// Whether a PNG holds uncompressed pixels, and so should be packed before it becomes a file of its own.
 #[must_use]
 pub fn is_stored(png: &[u8]) -> bool {
     let pixels = || {
@@ -172,7 +172,7 @@ fn encode_image(
 /// Writes a picture of red, green and blue bytes: an overlay for a person.
 ///
 /// # Errors
-/// What the operating system says.
+/// Error of the operating system.
 pub fn write_rgb(file: &Path, size: [usize; 2], rgb: &[u8]) -> Result<(), Error> {
     write_bytes(file, size, (ColorType::Rgb, BitDepth::Eight), rgb)
 }

@@ -7,7 +7,7 @@ thread_local! {
     static GUARDED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs a decoder; `None` where it panicked. What it was decoding is given up, so nothing half done is seen.
+/// Runs a decoder; `None` if it panicked. The unfinished value is dropped, so no partial data are visible.
 pub(crate) fn run<T>(decode: impl FnOnce() -> T) -> Option<T> {
     let outer = GUARDED.replace(true);
     let decoded = panic::catch_unwind(AssertUnwindSafe(decode));
@@ -15,7 +15,8 @@ pub(crate) fn run<T>(decode: impl FnOnce() -> T) -> Option<T> {
     decoded.ok()
 }
 
-/// Whether this thread is in a decoder whose panic is reported as an error: a program's panic hook need not report it as well.
+/// Whether this thread is in a decoder that reports its panics as errors: a program's panic hook need not report them as
+/// well.
 #[must_use]
 pub fn is_guarded() -> bool {
     GUARDED.get()

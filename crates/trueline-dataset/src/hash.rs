@@ -8,10 +8,10 @@ pub fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// SHA-256 in hexadecimal of what can be read, however long it is.
+/// SHA-256 in hexadecimal of a reader's data, of any length.
 ///
 /// # Errors
-/// What the reader says.
+/// Error of the reader.
 pub fn sha256_of(mut reader: impl std::io::Read) -> std::io::Result<String> {
     let mut digest = Sha256::new();
     let mut block = vec![0; 1 << 16];

@@ -2,14 +2,14 @@
 
 use crate::error::Problem;
 
-/// What a header says of the unit of its column.
+/// A header's statement of its column's unit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum HeaderUnit {
     /// Nothing.
     Absent,
     /// Our suffix.
     Known(&'static str),
-    /// Words in brackets that are no unit known here.
+    /// Words in brackets that are not a known unit.
     Unknown(String),
 }
 
@@ -45,7 +45,7 @@ pub(crate) fn stem_and_unit(header: &str) -> (String, HeaderUnit) {
     }
 }
 
-/// Our suffix of a unit; empty for what says that there is none. Two letters of Unicode are micro.
+/// Our suffix of a unit; empty for an explicit "no unit". Two letters of Unicode are micro.
 pub(crate) fn suffix_of(unit: &str) -> Option<&'static str> {
     Some(match unit {
         "" | "-" | "1" => "",
@@ -74,13 +74,13 @@ pub(crate) fn is_in_grad(header: &str) -> bool {
     unit.or_else(|| lower.rsplit_once('_').map(|(_, unit)| unit)) == Some("grad")
 }
 
-/// Whether a cell is a unit by itself, with or without brackets: some programs write them in a row below the names.
+/// Whether a cell contains only a unit, with or without brackets: some programs write units in a row below the names.
 pub(crate) fn is_unit(cell: &str) -> bool {
     let bare = cell.trim_matches(['[', ']', '(', ')', ' ']).to_lowercase();
     suffix_of(&bare).is_some()
 }
 
-/// The names of the columns that tell when a row was logged, in lower case and without unit.
+/// Names of columns with the time of a row, in lower case and without unit.
 const TIME_NAMES: [&str; 12] = [
     "t",
     "time",
@@ -96,12 +96,12 @@ const TIME_NAMES: [&str; 12] = [
     "temps",
 ];
 
-/// Whether a name, without its unit, is one of those of a column of time.
+/// Whether a name, without its unit, is that of a column of time.
 pub(crate) fn is_time_name(stem: &str) -> bool {
     TIME_NAMES.contains(&stem)
 }
 
-/// Our name for a column of time: `t` is in seconds, other names tell their unit.
+/// Our name for a column of time: `t` is in seconds, other names contain their unit.
 #[must_use]
 pub(crate) fn time_column(header: &str) -> Option<String> {
     let (stem, unit) = stem_and_unit(header);
@@ -114,7 +114,7 @@ pub(crate) fn time_column(header: &str) -> Option<String> {
     }
 }
 
-/// Whether a header names a time and no unit: its cells then say what it is in.
+/// Whether a header names a time without a unit. Then its cells show the unit.
 pub(crate) fn is_bare_time(header: &str) -> bool {
     let (stem, unit) = stem_and_unit(header);
     unit == HeaderUnit::Absent && is_time_name(&stem)

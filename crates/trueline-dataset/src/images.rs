@@ -56,7 +56,7 @@ pub fn are_named_in(dataset: &Path) -> Result<bool, Error> {
 /// Reads the index of a dataset folder, or the pictures of its stops.
 ///
 /// # Errors
-/// Anything that is not a clean table with rising stamps whose files lie in the folder of the index.
+/// Any text but a clean table with rising stamps and files in the folder of the index.
 pub fn read_index(dataset: &Path) -> Result<Vec<FrameFile>, Error> {
     if let Some(stops) = StopPoses::of(dataset)?
         && let Some(pictures) = stops.pictures()?
@@ -136,7 +136,8 @@ fn name_in_index(frame: &FrameFile) -> Result<Cow<'_, str>, Error> {
 /// has one.
 ///
 /// # Errors
-/// What the operating system says; a name that begins or ends with a blank or is no text: the table would not be read as it is.
+/// Error of the operating system; a name that begins or ends with a blank or is not text, because the table would be read
+/// differently.
 pub fn write_index(dataset: &Path, frames: &[FrameFile]) -> Result<(), Error> {
     let file = index_of(dataset);
     if file.exists() {

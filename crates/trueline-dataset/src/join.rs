@@ -23,7 +23,7 @@ pub enum JoinError {
     OtherSensor {
         /// Which, from 0.
         index: usize,
-        /// What kind it is.
+        /// Its kind.
         found: &'static str,
         /// The kind of the first.
         expected: &'static str,
@@ -44,7 +44,7 @@ pub enum JoinError {
         /// Which, from 0.
         index: usize,
     },
-    /// A scan that is there already: counted twice, it would seem to tell twice as much.
+    /// A scan that is there already: counted twice, it would seem to have twice the information.
     #[error(
         "recording {index} is recording {before} again: {shared} of its {of} measurements are in both, with the same poses"
     )]
@@ -63,23 +63,23 @@ pub enum JoinError {
     PicturesDisagree {
         /// Which, from 0.
         index: usize,
-        /// Where.
+        /// The disagreement.
         pictures: PicturesDisagree,
     },
 }
 
-/// A joined recording, and what was done to the stamps.
+/// A joined recording, and the shifts of its stamps.
 #[derive(Clone, Debug)]
 pub struct Joined {
     /// All of them.
     pub recording: Recording,
-    /// Recordings, by index, whose stamps (both streams alike) were shifted because they overlapped another.
+    /// Recordings, by index, with shifted stamps (both streams alike) because they overlapped another.
     pub shifted: Vec<usize>,
 }
 
-/// Joins recordings in the order of time. The lines of each are its own: the part may have been moved in between. Where two overlap in
-/// time, or clocks began anew, both streams of the later one are shifted by the same amount, which changes no time offset. Stripes get the
-/// stamps of the seam points of their pictures, for counts of frames are not kept.
+/// Joins recordings in the order of time. The lines of each are its own: the part may have been moved in between. If two
+/// overlap in time, or clocks restarted, both streams of the later one are shifted by the same amount. This changes no time
+/// offset. Stripes get the stamps of the seam points of their pictures, for counts of frames are not kept.
 ///
 /// # Errors
 /// Different sensors, a scan that is there twice, stripes and seam points that count differently, or nothing to join.
@@ -120,7 +120,7 @@ pub fn join(mut recordings: Vec<Recording>) -> Result<Joined, JoinError> {
         let of_stripes = recording.stripes.iter().map(|stripe| stripe.plate / 2 + 1);
         let lines =
             recording.features.iter().map(|feature| feature.line + 1).chain(of_stripes).max().unwrap_or(0);
-        // What stands on an axis stays on it.
+        // A line on an axis stays on it.
         let lines = if recording.axes.is_empty() { lines } else { 0 };
         for feature in &mut next.features {
             feature.line += lines;
@@ -273,7 +273,7 @@ mod tests {
     fn the_same_scan_twice_is_refused_and_the_same_seam_twice_is_not() {
         let again = join(vec![recording(0), recording(50), recording(0)]).unwrap_err();
         assert_eq!(again, JoinError::Again { index: 2, before: 0, shared: 1, of: 1 });
-        // One log of the robot, and another part of what the sensor saw.
+        // One log of the robot, and another part of the sensor's data.
         let mut other_part = recording(0);
         other_part.features[0].measured = Measured::Profile([0.1, 0.3]);
         join(vec![recording(0), other_part]).unwrap();

@@ -1,4 +1,4 @@
-//! A log of JSON, one object a line: what is in it stays, and every new line is added to its end at once.
+//! A log of JSON, one object a line. Its content stays, and every new line is appended at once.
 
 use crate::error::{Error, Problem};
 use std::fs::{File, OpenOptions};
@@ -8,7 +8,7 @@ use std::path::Path;
 /// Adds a line. One before it that was cut off, the machine having stopped, keeps a line of its own.
 ///
 /// # Errors
-/// A file that is no such log, or what the operating system says.
+/// A file that is not such a log; error of the operating system.
 pub fn append(path: &Path, line: &str) -> Result<(), Error> {
     let is_cut_off = ends_within_a_line(path)?;
     let line = format!("{}{line}\n", if is_cut_off { "\n" } else { "" });
@@ -19,7 +19,7 @@ pub fn append(path: &Path, line: &str) -> Result<(), Error> {
 /// Refuses a file to which no line should be added.
 ///
 /// # Errors
-/// A file that begins otherwise than with an object, or what the operating system says.
+/// A file that does not begin with an object; error of the operating system.
 pub fn expect(path: &Path) -> Result<(), Error> {
     ends_within_a_line(path).map(drop)
 }

@@ -1,4 +1,4 @@
-//! `initial.toml` and `truth.toml`: time offset, hand-eye transform and lines, where they are known.
+//! `initial.toml` and `truth.toml`: time offset, hand-eye transform and lines, if known.
 
 use crate::axes::AxisRecord;
 use crate::error::{Error, Problem};
@@ -17,12 +17,12 @@ use trueline_geometry::{AxisKind, Line, Pose, se3};
 struct KnownFile {
     time_offset_s: f64,
     tool_from_camera: PoseTable,
-    // Of pose sightings; what reads a calibration has no use for it.
+    // For pose sightings; a calibration does not use it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     base_from_target: Option<PoseTable>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     lines: Vec<LineTable>,
-    // Of a cell with external axes; what reads a guess has no use for them.
+    // For a cell with external axes; a guess does not use them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     axes: Vec<AxisTable>,
 }
@@ -148,10 +148,10 @@ fn pose_from(wire: &PoseTable) -> Result<Pose, Problem> {
 /// No sensor is mounted further from its tool, or from the robot's base, than this, mm.
 const FURTHEST_MM: f64 = 1e6;
 
-/// Where a sensor is mounted, m, of a translation in mm.
+/// Position of a sensor, m, from a translation in mm.
 ///
 /// # Errors
-/// Numbers that are not finite, or further away than a kilometre: the squares of what follows would not be finite.
+/// Numbers that are not finite, or beyond a kilometre: squares of later results would not be finite.
 pub(crate) fn mounted_at_m(translation_mm: [f64; 3]) -> Result<Vector3<f64>, Problem> {
     if translation_mm.iter().all(|x| x.abs() <= FURTHEST_MM) {
         return Ok(Vector3::from(translation_mm) / MM_PER_M);

@@ -8,10 +8,10 @@ const LUMA: [f64; 3] = [0.299, 0.587, 0.114];
 /// Side of a tile, px, and the part of the tiles that a stripe crosses.
 const TILE: usize = 16;
 const STRIPE: f64 = 0.01;
-/// A channel must stand out by so many times what the gray levels do to be preferred to them.
+/// A channel must stand out this many times more than gray to be preferred to it.
 const CLEARLY: f64 = 1.05;
 
-/// What of a colour picture is looked at.
+/// The channel used of a colour picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Channel {
     /// The gray level of all three.
@@ -40,7 +40,7 @@ impl Channel {
         }
     }
 
-    /// The channel in which what is bright stands out most from what is beside it; gray where none does clearly.
+    /// The channel with the most prominent bright spots; gray if none is clearly better.
     #[must_use]
     pub(crate) fn of_laser<'a>(pictures: impl Iterator<Item = &'a DecodedPicture>) -> Self {
         let sums = sums_of_excess(pictures, Self::level);
@@ -49,7 +49,7 @@ impl Channel {
         best.filter(|(_, sum)| *sum > CLEARLY * gray).map_or(Self::Gray, |(channel, _)| channel)
     }
 
-    /// The channel that stands above the other two most, beside what is there elsewhere: nothing but the laser has its colour.
+    /// The channel that exceeds the other two most, relative to the rest of the picture: only the laser has its colour.
     #[must_use]
     pub(crate) fn of_colour<'a>(pictures: impl Iterator<Item = &'a DecodedPicture>) -> Self {
         let sums = sums_of_excess(pictures, Self::above_others);
@@ -57,8 +57,8 @@ impl Channel {
         best.map_or(Self::Gray, |(channel, _)| channel)
     }
 
-    /// How far the brightest pixel stands above the mean of its tile, in the tiles in which it does so most, as a part of full
-    /// scale: where the channel is saturated, or a surface glows, all of a tile is bright.
+    /// Height of the brightest pixel above the mean of its tile, in the tiles with the largest height, as a part of full
+    /// scale. If the channel is saturated, or a surface glows, all of a tile is bright.
     fn excess(self, picture: &DecodedPicture, level: impl Fn(Self, [f64; 3]) -> f64 + Copy) -> f64 {
         match &picture.levels {
             Pixels::Eight(levels) => self.excess_of(picture, levels, level) / f64::from(u8::MAX),
@@ -99,7 +99,7 @@ impl Channel {
         }
     }
 
-    /// How far a pixel stands above both other channels; zero where it does not, and of gray.
+    /// Excess of a pixel's channel over both other channels; zero if negative, and for gray.
     fn above_others(self, [red, green, blue]: [f64; 3]) -> f64 {
         let above = match self {
             Self::Gray => 0.0,

@@ -1,9 +1,8 @@
 //! Recorded scans: the dataset folder, foreign formats, units and conventions.
 //!
-//! A [`Recording`] is the only thing calibration ever sees; live, file and simulated data meet there.
-//! This is the one library crate that knows millimetres, milliseconds and degrees: it converts them on the
-//! way in and out. Reading never guesses, drops or clamps: what cannot be used is an [`Error`] with
-//! file, line, column, what was expected and a hint.
+//! A [`Recording`] is the only thing calibration ever sees; live, file and simulated data meet there. This is the one
+//! library crate with millimetres, milliseconds and degrees: it converts them on the way in and out. Reading never
+//! guesses, drops or clamps: unusable data are an [`Error`] with file, line, column, the expected form and a hint.
 //!
 //! ```
 //! use std::path::Path;

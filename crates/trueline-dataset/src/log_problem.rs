@@ -1,4 +1,4 @@
-//! What can be wrong with the log of another program, and what to do about it.
+//! Faults of another program's log, and their remedies.
 
 use crate::unit::MM_PER_M;
 
@@ -14,7 +14,7 @@ pub enum LogProblem {
     MappedColumnMissing {
         /// Our name.
         ours: String,
-        /// What the user wrote.
+        /// The user's name.
         theirs: String,
         /// The most similar name of the header.
         meant: Option<String>,
@@ -23,7 +23,7 @@ pub enum LogProblem {
         /// The header as found.
         found: String,
     },
-    /// An axis whose values could be angles or lengths.
+    /// An axis with values that could be angles or lengths.
     #[error("axis `{name}`: column `{theirs}` names no unit")]
     AxisWithoutUnit {
         /// Its name.
@@ -31,12 +31,12 @@ pub enum LogProblem {
         /// Its column.
         theirs: String,
     },
-    /// An axis that is said to be something else.
-    #[error("axis `{name}` has {what} in cell.toml, and --axis says something else")]
+    /// An axis with two contradicting descriptions.
+    #[error("axis `{name}` has {what} in cell.toml, but --axis states something else")]
     AxisContradicts {
         /// Its name.
         name: String,
-        /// What is said there.
+        /// The statement there.
         what: String,
     },
     /// An axis that is described, and no column is named for it.
@@ -67,10 +67,10 @@ pub enum LogProblem {
     NotATime {
         /// The cell.
         text: String,
-        /// What the first one is like.
+        /// Form of the first one.
         like: &'static str,
     },
-    /// A date whose day could be its month.
+    /// A date with interchangeable day and month.
     #[error("day and month of `{text}` are ambiguous")]
     AmbiguousDate {
         /// The cell.
@@ -88,7 +88,7 @@ pub enum LogProblem {
         /// Distance of two, mm.
         step_mm: f64,
     },
-    /// Fewer stamps than profiles, and not one for every so many.
+    /// Fewer stamps than profiles, and not one for every several.
     #[error("{stamps} stamps for {profiles} profiles")]
     StampsDiffer {
         /// How many stamps there are.
@@ -96,7 +96,7 @@ pub enum LogProblem {
         /// How many profiles.
         profiles: usize,
     },
-    /// A YAML file of a camera, in the place of a sensor with its laser plane.
+    /// A YAML file of a camera, in place of a sensor with its laser plane.
     #[error("is a camera without its laser plane")]
     CameraAlone {
         /// The camera as sensor.toml has it.
@@ -122,7 +122,7 @@ pub enum LogProblem {
 }
 
 impl LogProblem {
-    /// What the user can do about it.
+    /// Remedy for the user.
     #[must_use]
     pub fn hint(&self) -> String {
         match self {

@@ -1,4 +1,4 @@
-//! Clock times and dates, as programs write them in the place of a number of seconds.
+//! Clock times and dates, as programs write them in place of a number of seconds.
 //!
 //! | written | meaning |
 //! |---|---|
@@ -14,12 +14,12 @@ const SECOND_NS: i64 = 1_000_000_000;
 /// Nanoseconds of a day.
 pub(crate) const DAY_NS: i64 = 86_400 * SECOND_NS;
 
-/// When, as a cell says it.
+/// The time in a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Moment {
     /// Nanoseconds since midnight.
     OfDay(i64),
-    /// Nanoseconds since 1970; in UTC if `zone` says so, else by a clock of no known zone.
+    /// Nanoseconds since 1970; in UTC if `zone` states it, else by a clock of an unknown zone.
     Dated {
         /// Since 1970-01-01 00:00.
         ns: i64,
@@ -30,7 +30,7 @@ pub(crate) enum Moment {
     Ambiguous,
 }
 
-/// The moment that a cell says; `None` for anything else, a number above all.
+/// The time in a cell; `None` for anything else, a number above all.
 pub(crate) fn parse(text: &str) -> Option<Moment> {
     let text = text.trim();
     if !text.contains(':') || !text.starts_with(|c: char| c.is_ascii_digit()) {
@@ -175,7 +175,7 @@ mod tests {
         assert_eq!(parse("2026-03-04T09:15:01Z"), at(33_301, true));
         assert_eq!(parse("2026-03-04T09:15:01+01:00"), at(29_701, true));
         assert_eq!(parse("2026-03-04 09:15:01-0730"), at(60_301, true));
-        // One order of day and month is possible, or both mean the same day, or neither can be told.
+        // Either one order of day and month is possible, or both mean the same day, or neither can be determined.
         assert_eq!(parse("13/03/2026 00:00:00"), parse("2026-03-13 00:00:00"));
         assert_eq!(parse("03/13/2026 00:00:00"), parse("2026-03-13 00:00:00"));
         assert_eq!(parse("03/04/2026 09:15:01"), Some(Moment::Ambiguous));

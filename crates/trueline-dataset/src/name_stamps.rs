@@ -1,11 +1,11 @@
-//! What the numbers in the names of pictures say: a stamp, a date, or seconds and their fraction.
+//! Meaning of the numbers in pictures' names: a stamp, a date, or seconds and their fraction.
 
 use crate::error::{Error, Problem};
 use crate::log_problem::LogProblem;
 use crate::moment::{DAY_NS, since_1970};
 use std::path::{Path, PathBuf};
 
-/// What names of pictures say.
+/// Content of pictures' names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NameStamps {
     /// The last number in each.
@@ -16,10 +16,10 @@ pub enum NameStamps {
     SecondsAndFraction,
 }
 
-/// The number of each picture: with a unit, ns of that many for each; dates and fractions of seconds are ns whatever the unit.
+/// The number of each picture: with a unit, ns of that many for each. Dates and fractions of seconds are ns for any unit.
 ///
 /// # Errors
-/// Names without a number, and those with several changing numbers, of which the last one does not rise with the others.
+/// Names without a number, and those with several changing numbers, of which the last does not rise with the others.
 pub(crate) fn of(
     paths: Vec<PathBuf>,
     unit_ns: Option<i64>,

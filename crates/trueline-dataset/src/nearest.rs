@@ -1,4 +1,4 @@
-//! The name that was meant by one that is not there.
+//! The name intended by a missing one.
 
 /// Names that are less alike than this, from 0 to 1, are not meant.
 const LEAST_ALIKE: f64 = 0.75;

@@ -1,7 +1,7 @@
-//! Ranges that stand for no return: sensors write 0, -9999 or their largest number where they saw nothing.
+//! Codes for no return: sensors write 0, -9999 or their largest number.
 //!
-//! Such a number is the same to the last digit in every column that has it, there are many of them, and nothing was measured near to it: the ranges of a
-//! surface scatter about each other.
+//! Such a number is the same to the last digit in every column that has it, and occurs often, without measurements near it.
+//! The ranges of a surface scatter.
 
 use crate::error::Problem;
 use crate::profile::{Profile, ProfilePoint};
@@ -17,7 +17,7 @@ const FAR_M: f64 = 1e-2;
 /// A range is the stated one if it is this near to it, m: less than the last digit that any sensor writes.
 const SAME_M: f64 = 1e-9;
 
-/// Takes the points out whose range stands for no return, as the user said; returns how many those were.
+/// Removes the points with the user's code for no return; returns their number.
 pub fn take_out(profiles: &mut [Profile], range_m: f64) -> usize {
     let mut taken = 0;
     for profile in profiles {
@@ -28,10 +28,11 @@ pub fn take_out(profiles: &mut [Profile], range_m: f64) -> usize {
     taken
 }
 
-/// Fewest points in the origin that stand for no return.
+/// Fewest points in the origin that mean no return.
 const FEWEST_ORIGINS: usize = 3;
 
-/// Takes the points out that are exactly (0, 0) where nothing else was measured near to it, and says how many: sensors write so for no return.
+/// Removes points at exactly (0, 0) without other measurements near them, and reports their number: sensors write them for
+/// no return.
 pub fn take_out_origins(profiles: &mut [Profile]) -> Option<String> {
     let is_origin = |point: &ProfilePoint| point.x_m == 0.0 && point.z_m == 0.0;
     let points = || profiles.iter().flat_map(|profile| &profile.points);
@@ -46,7 +47,7 @@ pub fn take_out_origins(profiles: &mut [Profile]) -> Option<String> {
     Some(format!("{origins} of {of} points are exactly (0, 0), far from all others: no return, left out"))
 }
 
-/// Says so of profiles in which the smallest or the largest range stands for no return.
+/// Reports profiles in which the smallest or the largest range means no return.
 ///
 /// # Errors
 /// [`Problem::NoReturn`].
@@ -57,7 +58,7 @@ pub fn check(profiles: &[Profile]) -> Result<(), Problem> {
     for value in [least, most] {
         let alike = ranges().filter(|range| *range == value).count();
         let [from, to] = ends(ranges().filter(|range| *range != value));
-        // Infinite where nothing else was measured: a level plate without noise.
+        // Infinite if nothing else was measured: a level plate without noise.
         let apart_m = f64::max(from - value, value - to);
         let is_common = alike >= FEWEST && alike as f64 >= LEAST_PART * of as f64;
         if is_common && apart_m.is_finite() && apart_m > FAR_M {
@@ -77,7 +78,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
 
-    /// A profile of a lap: 100 columns at 0.1 m and 100 of them 3 mm lower, and in so many columns one range.
+    /// A profile of a lap: 100 columns at 0.1 m and 100 of them 3 mm lower, and in this many columns one range.
     fn profiles(others: usize, range_m: f64) -> Vec<Profile> {
         let column = |k: usize, z_m: f64| ProfilePoint { x_m: k as f64 * 1e-4, z_m, intensity: None };
         let plates = (0..200).map(|k| column(k, 0.1 + if k < 100 { 0.0 } else { 3e-3 }));
@@ -94,7 +95,7 @@ mod tests {
         }
     }
 
-    /// A scan whose ranges span more than they lie from the 0.
+    /// A scan with ranges that span more than their distance from 0.
     #[test]
     fn it_is_refused_however_far_the_ranges_span() {
         let wide =

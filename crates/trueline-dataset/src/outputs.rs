@@ -1,4 +1,4 @@
-//! What a command is to write, looked at before its work is done: nothing that is read is overwritten.
+//! The outputs of a command, checked before its work: no input is overwritten.
 
 use crate::error::{Error, Problem};
 use crate::whole_file;
@@ -30,11 +30,11 @@ const FOLDERS_OF_SCANS: [&str; 1] = ["images"];
 /// Endings of files that are read wherever they lie in a folder that is an input, if they are there.
 const READ_ENDINGS: [&str; 7] = ["png", "jpg", "jpeg", "tif", "tiff", "bmp", "db3"];
 
-/// Where data goes if no file is named.
+/// Output of data if no file is named.
 pub const STDOUT: &str = "-";
 
-/// Looks whether all files of a command can be written, each where nothing else goes and where nothing is read. `inputs` are the
-/// files and the folders of scans that it reads.
+/// Checks that all files of a command can be written, each at a place of its own and over no input. `inputs` are the files
+/// and the folders of scans that it reads.
 ///
 /// # Errors
 /// The first file that cannot be written, that is named twice, or that the command or a later one reads.
@@ -76,7 +76,7 @@ pub fn must_be_new(output: &Path) -> Result<(), Error> {
     whole_file::expect_writable(output)
 }
 
-/// Whether a place is an input, or what is read from the scan in a folder.
+/// Whether a place is an input, or a file of the scan in a folder.
 fn is_read(input: &Path, place: &Path) -> bool {
     let input = place_of(input);
     if !input.is_dir() {

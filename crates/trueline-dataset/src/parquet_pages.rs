@@ -1,15 +1,15 @@
-//! What the pages of a Parquet file claim to hold, before any of them is decoded.
+//! Claimed sizes of a Parquet file's pages, before any of them is decoded.
 //!
-//! A page of a few bytes can claim two gigabytes, or two thousand million times one value; the library allocates what is claimed. So the
-//! headers of all pages are read first: they say how large a page is when it is decompressed, and how many values it has. What the file's
-//! own list of columns says of that need not be true.
+//! A page of a few bytes can claim two gigabytes, or two thousand million times one value; the library allocates the
+//! claimed size. So the headers of all pages are read first: they say how large a page is when it is decompressed, and how
+//! many values it has. The file's own list of columns need not be true about them.
 //!
-//! A header is a struct in Thrift's compact protocol, of which the library shows nothing: fields 2 and 3 are its sizes, and fields 5 and 8
-//! the headers of data pages, whose field 1 is the number of values \[ParquetFormat\].
+//! A header is a struct in Thrift's compact protocol, which the library does not expose. Fields 2 and 3 are its sizes, and
+//! fields 5 and 8 the headers of data pages; their field 1 is the number of values \[ParquetFormat\].
 
 use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData};
 
-/// What the pages of a file claim together.
+/// Sum of the claims of a file's pages.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Claimed {
     /// Bytes of all pages when they are decompressed.

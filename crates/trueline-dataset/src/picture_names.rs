@@ -9,7 +9,7 @@ use crate::stamp;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What says when pictures were taken.
+/// Source of the pictures' times.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PictureStamps {
     /// The number in their names counts frames of this many a second, and the first one has this stamp, ns.
@@ -19,7 +19,7 @@ pub enum PictureStamps {
         /// Stamp of the first one, ns.
         first_ns: i64,
     },
-    /// The number in their names is the stamp, in units of so many ns.
+    /// The number in their names is the stamp, in units of this many ns.
     Names {
         /// Nanoseconds of a unit.
         unit_ns: i64,
@@ -27,7 +27,7 @@ pub enum PictureStamps {
 }
 
 impl PictureStamps {
-    /// The same, of which a rate begins at a stamp, ns.
+    /// The same; a rate begins at a stamp, ns.
     #[must_use]
     pub fn beginning_at(self, first_ns: i64) -> Self {
         match self {
@@ -38,7 +38,7 @@ impl PictureStamps {
 }
 
 impl NameStamps {
-    /// Where the stamps come from, in words.
+    /// Source of the stamps, in words.
     #[must_use]
     pub fn words(self, stamps: PictureStamps) -> &'static str {
         match (stamps, self) {
@@ -61,7 +61,7 @@ impl NameStamps {
 pub struct NamedFrames {
     /// The frames, in the order of their stamps.
     pub frames: Vec<FrameFile>,
-    /// What their names say.
+    /// Content of their names.
     pub names: NameStamps,
 }
 
@@ -75,8 +75,7 @@ pub fn has_pictures(dataset: &Path) -> bool {
 /// The frames of `images/` in a dataset folder, by the last number in each name, or by the dates in them.
 ///
 /// # Errors
-/// A folder without pictures; names without a number, with the same one twice, or with several of which it is not clear which is the
-/// stamp.
+/// A folder without pictures; names without a number, with equal numbers, or with several possible stamps.
 pub fn frames(dataset: &Path, stamps: PictureStamps) -> Result<NamedFrames, Error> {
     frames_in(&dataset.join("images"), stamps)
 }

@@ -1,4 +1,4 @@
-//! Where the robot stood still: `picture,x_mm,y_mm,z_mm,qw,qx,qy,qz` where it took pictures, else `stop,x_mm,…`; with rotations in any
+//! Poses of a standing robot: `picture,x_mm,y_mm,z_mm,qw,qx,qy,qz` with pictures, else `stop,x_mm,…`; rotations in any
 //! form of `rotation_columns`.
 
 use crate::error::{Error, Problem};
@@ -11,7 +11,7 @@ use trueline_geometry::{Pose, se3};
 
 const PICTURE: usize = 0;
 const POSITION: [usize; 3] = [1, 2, 3];
-/// Where the columns of the rotation begin.
+/// First column of the rotation.
 const ROTATION: usize = 4;
 
 /// The column that names the picture of a stop.

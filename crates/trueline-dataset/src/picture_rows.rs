@@ -1,13 +1,13 @@
 //! Which stripes and seam points belong to one picture.
 //!
-//! Where every row counts its frames, the number says it: the two tables may be stamped by programs of their own. A counter that
-//! starts again is no name of a picture, and then, as where nothing is counted, rows of one stamp belong together.
+//! If every row has a frame number, the number decides: the two tables may be stamped by different programs. A counter that
+//! starts again cannot name a picture. Then, as without a counter, rows of one stamp belong together.
 
 use crate::recording::{Feature, PlateStripe, Recording};
 use std::collections::{BTreeMap, BTreeSet};
 use trueline_geometry::statistics::median;
 
-/// How the pictures of a recording are told apart.
+/// How the rows of a recording's pictures are matched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PicturesOfRows {
     /// By the number of their frame.
@@ -16,7 +16,7 @@ pub enum PicturesOfRows {
     Stamped,
 }
 
-/// Two tables of which the rows of one picture cannot be told.
+/// Two tables with rows that cannot be matched by picture.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PicturesDisagree {
     /// A frame is more than a picture later in one table than in the other: they count differently.
@@ -47,7 +47,7 @@ pub enum PicturesDisagree {
         /// Another, s.
         second_s: f64,
     },
-    /// Pictures of one table are stamped beside those of the other, by far less than there is from one picture to the next.
+    /// Pictures of one table are stamped beside those of the other, by far less than the time between pictures.
     #[error(
         "the stamps of {beside} of {pictures} pictures in stripes.csv differ from features.csv by up to \
             {by_ms:.3} ms"
@@ -63,7 +63,7 @@ pub enum PicturesDisagree {
     /// Hardly a picture of one table has a stamp of the other.
     #[error("only {alike} of {pictures} pictures in stripes.csv have a stamp from features.csv")]
     Stamps {
-        /// Those that do.
+        /// Number of pictures that agree.
         alike: usize,
         /// Of how many.
         pictures: usize,
@@ -71,7 +71,7 @@ pub enum PicturesDisagree {
 }
 
 impl PicturesDisagree {
-    /// What the user can do about it.
+    /// Remedy for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {
@@ -88,9 +88,10 @@ impl PicturesDisagree {
     }
 }
 
-/// Pictures of which fewer than this part have a stamp of the other table's are stamped by another clock, or rounded to other digits.
+/// If fewer pictures than this part have a stamp of the other table's, they are stamped by another clock, or rounded to
+/// other digits.
 const LEAST_ALIKE: f64 = 0.1;
-/// Fewest pictures of which that is told.
+/// Fewest pictures for this judgement.
 const FEWEST_PICTURES: usize = 10;
 
 impl PicturesOfRows {
@@ -106,13 +107,13 @@ impl PicturesOfRows {
         Ok(Self::Stamped)
     }
 
-    /// What names the picture of a stripe.
+    /// Name of a stripe's picture.
     #[must_use]
     pub fn of_stripe(self, stripe: &PlateStripe) -> i64 {
         self.name(stripe.frame, stripe.stamp_ns)
     }
 
-    /// What names the picture of a seam point.
+    /// Name of a seam point's picture.
     #[must_use]
     pub fn of_feature(self, feature: &Feature) -> i64 {
         self.name(feature.frame, feature.stamp_ns)
@@ -140,7 +141,7 @@ pub(crate) fn stamp_alike(recording: &mut Recording) -> Result<(), PicturesDisag
     Ok(())
 }
 
-/// Whether the pictures of stripes are those of seam points by their stamps.
+/// Whether the stripes' pictures match the seam points' by their stamps.
 fn check_stamps(recording: &Recording) -> Result<(), PicturesDisagree> {
     let features: BTreeSet<i64> = recording.features.iter().map(|feature| feature.stamp_ns).collect();
     let stripes: BTreeSet<i64> = recording.stripes.iter().map(|stripe| stripe.stamp_ns).collect();
@@ -165,7 +166,8 @@ const MANY_BESIDE: f64 = 0.02;
 /// No two pictures are nearer to each other than this part of the usual time between them: stamps that are were meant for one.
 const NEAREST: f64 = 0.05;
 
-/// How far stripes are stamped beside the nearest seam point, ns: of those that are too near to it to be of another picture.
+/// Difference of the stripes' stamps from the nearest seam point's, ns, for those that are too near to belong to another
+/// picture.
 fn stamped_beside(features: &BTreeSet<i64>, stripes: &BTreeSet<i64>) -> Vec<i64> {
     let all: BTreeSet<i64> = features.union(stripes).copied().collect();
     let period_ns = period_ns(stripes.iter().copied()).min(period_ns(features.iter().copied()));
@@ -178,7 +180,7 @@ fn stamped_beside(features: &BTreeSet<i64>, stripes: &BTreeSet<i64>) -> Vec<i64>
     pairs.filter(of_two_tables).map(|(a, b)| b - a).filter(|step_ns| too_near(*step_ns)).collect()
 }
 
-/// Median time between rising stamps, ns; 0 where there is none.
+/// Median time between rising stamps, ns; 0 without any.
 fn period_ns(stamps_ns: impl Iterator<Item = i64> + Clone) -> f64 {
     let next = stamps_ns.clone().skip(1);
     median(stamps_ns.zip(next).map(|(a, b)| (b - a) as f64)).unwrap_or(0.0)
@@ -242,7 +244,7 @@ mod tests {
 
     const PERIOD_NS: i64 = 30_000_000;
 
-    /// Thirty pictures, of which every second one has a seam point and all have a stripe.
+    /// Thirty pictures; every second one has a seam point and all have a stripe.
     fn recording() -> Recording {
         let mut recording = Recording::new(Sensor::Profiler, SensorSetup::default(), Vec::new(), Vec::new());
         for frame in 0..30_u64 {
@@ -302,7 +304,7 @@ mod tests {
             matches!(refused, PicturesDisagree::StampedBeside { beside: 8, pictures: 30, .. }),
             "{refused}"
         );
-        // Pictures between those with a seam point are no rounding of these.
+        // Pictures between those with a seam point are not a rounding of these.
         let mut between = uncounted(recording());
         between.stripes.iter_mut().step_by(4).for_each(|stripe| stripe.stamp_ns += PERIOD_NS / 3);
         assert_eq!(PicturesOfRows::of(&between), Ok(PicturesOfRows::Stamped));

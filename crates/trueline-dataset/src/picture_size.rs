@@ -2,16 +2,16 @@
 
 /// More pixels are refused.
 const MOST_PIXELS: usize = 1 << 28;
-/// Deflate makes 1,032 bytes of one at most, and the other codes of pictures of one colour about as many: whoever claims more
-/// lies about the size.
+/// Deflate expands one byte to 1,032 at most, and the other codes of single-coloured pictures about as much: a larger claim
+/// is a wrong size.
 const MOST_EXPANSION: u64 = 1100;
-/// Small pictures are let through whatever they are stored in.
+/// Small pictures are accepted in any storage.
 const SMALL: u64 = 1 << 20;
 
 /// The bytes that a picture of that width and height, px, needs when it is decoded from `stored` bytes.
 ///
 /// # Errors
-/// A size that is none or too large, in words.
+/// A size that is invalid or too large, in words.
 pub(crate) fn bytes([width, height]: [usize; 2], bytes_a_pixel: usize, stored: u64) -> Result<usize, String> {
     let pixels = width.checked_mul(height).filter(|&n| n > 0 && n <= MOST_PIXELS);
     let bytes = pixels.map(|pixels| pixels * bytes_a_pixel);

@@ -9,7 +9,7 @@ use crate::laser_channel::Channel;
 use std::path::Path;
 use std::sync::OnceLock;
 
-/// What is recorded of a frame besides its pixels.
+/// Data of a frame besides its pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameStamp {
     /// Stamp on arrival, ns.
@@ -28,7 +28,7 @@ pub trait PictureSource: Sync {
     /// When a picture was taken.
     fn stamp(&self, number: usize) -> FrameStamp;
 
-    /// What a person calls a picture: its file, as a rule.
+    /// Name of a picture for people: its file, as a rule.
     fn name(&self, number: usize) -> String;
 
     /// Reads a picture. `spare` is memory that may be used again.
@@ -37,8 +37,8 @@ pub trait PictureSource: Sync {
     /// A picture that is missing or cannot be decoded.
     fn read(&self, number: usize, spare: &mut Vec<u8>) -> Result<GrayImage, Error>;
 
-    /// How far the laser's colour stands above the others in a picture that was read, pixel by pixel: in daylight it tells the stripe from
-    /// what is lit otherwise. `None` of pictures that have no colours, or are kept without them.
+    /// Excess of the laser's colour over the others in a picture, pixel by pixel: in daylight it separates the stripe from
+    /// other light. `None` of pictures that have no colours, or are kept without them.
     ///
     /// # Errors
     /// As [`Self::read`].
@@ -56,12 +56,12 @@ pub struct PictureFolder {
     frames: Vec<FrameFile>,
     /// The laser's channel, once a colour picture was met.
     channel: OnceLock<Channel>,
-    /// The laser's colour, once it was asked for.
+    /// The laser's colour, once requested.
     colour: OnceLock<Channel>,
 }
 
 impl PictureFolder {
-    /// Reads the index of a dataset folder; the pictures are read one by one when they are asked for.
+    /// Reads the index of a dataset folder; the pictures are read one by one on request.
     ///
     /// # Errors
     /// As [`images::read_index`].
@@ -69,7 +69,7 @@ impl PictureFolder {
         Ok(Self { frames: images::read_index(dataset)?, channel: OnceLock::new(), colour: OnceLock::new() })
     }
 
-    /// The channel of colour pictures that is looked at; `None` while only gray ones were met.
+    /// The channel used of colour pictures; `None` as long as all are gray.
     #[must_use]
     pub fn channel(&self) -> Option<Channel> {
         self.channel.get().copied()
@@ -126,7 +126,7 @@ impl PictureSource for PictureFolder {
         // Into memory that is there already; few are not gray.
         match gray_png::read(file, spare) {
             Err(Error { problem: Problem::NotGray { .. }, .. }) => self.read_any(number),
-            // Of another format than its name says, as downloaded pictures are.
+            // The format may differ from the name, as in downloaded pictures.
             Err(error @ Error { problem: Problem::Picture { .. }, .. }) => {
                 self.read_any(number).map_err(|_| error)
             }

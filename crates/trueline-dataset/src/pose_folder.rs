@@ -17,10 +17,10 @@ use trueline_geometry::Pose;
 const SENSOR_FILE: &str = "sensor.toml";
 const ROBOT_FILE: &str = "robot.csv";
 
-/// What a folder of pose sightings holds.
+/// Content of a folder of pose sightings.
 #[derive(Clone, Debug)]
 pub struct PoseDataset {
-    /// What carries the camera, and how accurate the robot is.
+    /// Carrier of the camera, and the robot's accuracy.
     pub setup: SensorSetup,
     /// The robot's poses.
     pub robot: RobotPoses,
@@ -28,12 +28,12 @@ pub struct PoseDataset {
     pub sightings: Vec<Sighting>,
     /// SHA-256 of every file that was read, by name.
     pub inputs: BTreeMap<String, String>,
-    /// How tables were written where that is not plain CSV: to be said.
+    /// Remarks on tables that are not plain CSV.
     pub notes: Vec<String>,
 }
 
-/// Whether a folder's `sensor.toml` says that it holds pose sightings. A file that is missing or broken says nothing: whoever reads the
-/// folder finds that.
+/// Whether a folder's `sensor.toml` describes pose sightings. A missing or broken file decides nothing: the reader of the
+/// folder reports it.
 #[must_use]
 pub fn is_one(folder: &Path) -> bool {
     let text = source_file::text(&folder.join(SENSOR_FILE));
@@ -72,7 +72,7 @@ pub fn read(folder: &Path) -> Result<PoseDataset, Error> {
     Ok(PoseDataset { setup, robot, sightings, inputs, notes })
 }
 
-/// What a simulation of sightings writes.
+/// Truth of a simulation of sightings.
 #[derive(Clone, Debug)]
 pub struct PoseTruth {
     /// Time offset, and `tool_from_camera`, or `base_from_camera` of a camera beside the robot.

@@ -1,10 +1,10 @@
-//! What can be wrong with a file.
+//! Faults of a file.
 
 use crate::axis_problem::AxisProblem;
 use crate::log_problem::LogProblem;
 use std::path::PathBuf;
 
-/// What is wrong with a file.
+/// Fault of a file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Problem {
@@ -17,13 +17,13 @@ pub enum Problem {
     /// Output would land on something that exists.
     #[error("already exists; it is not overwritten")]
     AlreadyExists,
-    /// Output would land on what is read.
+    /// An output is one of the inputs.
     #[error("is read, and would be overwritten")]
     OutputIsInput,
     /// Two outputs would land on each other.
     #[error("is named for two outputs, and one would replace the other")]
     OutputTwice,
-    /// A file in the place of a log, one JSON object a line.
+    /// A file in place of a log, one JSON object a line.
     #[error("is not a log of JSON lines; nothing is added to it")]
     NotJsonLines,
     /// A folder that cannot be moved away as a whole, being the one in which all happens or its parent.
@@ -32,9 +32,9 @@ pub enum Problem {
     /// A calibration of a sensor that something else carries.
     #[error("belongs to a sensor {calibrated}, but the recording to one {recorded}")]
     OtherMounting {
-        /// What carried the sensor that was calibrated, in words.
+        /// Carrier of the calibrated sensor, in words.
         calibrated: &'static str,
-        /// What carried the one of the recording.
+        /// Carrier of the recording's sensor.
         recorded: &'static str,
     },
     /// A calibration of a sensor whose frame is another.
@@ -48,10 +48,10 @@ pub enum Problem {
     /// A folder that is to be replaced has something else in it.
     #[error("`{other}` in this folder would be lost")]
     NotOurs {
-        /// What is not of a kind that is replaced.
+        /// The item of a kind that is not replaced.
         other: String,
     },
-    /// A folder in the place of a file.
+    /// A folder in place of a file.
     #[error("is a folder; a file is needed")]
     IsFolder,
     /// A folder where a file is to be written.
@@ -63,7 +63,7 @@ pub enum Problem {
         /// The folder.
         folder: PathBuf,
     },
-    /// Pictures are to be looked at, and there are none.
+    /// Pictures are needed, but there are none.
     #[error("there are no pictures")]
     NoPictures {
         /// Whether the seam is known without them.
@@ -72,7 +72,7 @@ pub enum Problem {
     /// A file that was named is not there.
     #[error("this file does not exist")]
     NoSuchFile,
-    /// Bytes that are no text.
+    /// Bytes that are not text.
     #[error("is not UTF-8 text")]
     NotUtf8,
     /// A table that begins with its numbers.
@@ -81,18 +81,18 @@ pub enum Problem {
     /// A separator that was named is not there.
     #[error("the columns are not separated by {named}, but by {found}")]
     OtherSeparator {
-        /// What was named.
+        /// The stated value.
         named: String,
-        /// What is there.
+        /// The value found.
         found: String,
     },
     /// Of the log of another program.
     #[error(transparent)]
     Log(Box<LogProblem>),
-    /// A table in the place of another one.
+    /// A table in place of another one.
     #[error("has the columns of {looks_like}")]
     OtherTable {
-        /// What it looks like.
+        /// The kind it resembles.
         looks_like: &'static str,
     },
     /// No header, or a header without rows.
@@ -111,7 +111,7 @@ pub enum Problem {
     UnknownColumn {
         /// The known column that is most likely meant.
         meant: Option<String>,
-        /// What would be understood.
+        /// The understood forms.
         known: String,
     },
     /// An axis that was calibrated and is not in a scan.
@@ -122,16 +122,15 @@ pub enum Problem {
         /// Its name.
         name: String,
     },
-    /// A result of several sensors where one is needed.
+    /// A result of several sensors, but one is needed.
     #[error(
-        "has several sensors ({names}); calibrate the intended one alone: `trueline calibrate \
-            DATASET/sensors/NAME`"
+        "has several sensors ({names}); calibrate one of them: `trueline calibrate DATASET/sensors/NAME`"
     )]
     SeveralSensors {
         /// Their names.
         names: String,
     },
-    /// A dataset of several sensors where one is needed.
+    /// A dataset of several sensors, but one is needed.
     #[error("is a dataset of {} sensors ({}), and one is needed here", names.len(), names.join(", "))]
     DatasetOfSensors {
         /// Their names.
@@ -160,10 +159,10 @@ pub enum Problem {
         /// The name with a unit.
         example: String,
     },
-    /// A unit in a header of another program that is none of those known.
+    /// An unknown unit in a header of another program.
     #[error("`{unit}` is not a known unit")]
     UnknownUnit {
-        /// What stands in its brackets.
+        /// Content of its brackets.
         unit: String,
     },
     /// Too many or too few fields.
@@ -186,7 +185,7 @@ pub enum Problem {
         /// The field.
         text: String,
     },
-    /// A number that stands for "nothing measured".
+    /// A number that means "nothing measured".
     #[error("expected a measured number, found `{text}`")]
     NotMeasured {
         /// The field.
@@ -198,7 +197,7 @@ pub enum Problem {
         /// The field.
         text: String,
     },
-    /// A number of a line beyond those that are told apart.
+    /// A line number above the largest possible one.
     #[error("expected a line from 0 to {last}, found {line}")]
     NotALine {
         /// The number.
@@ -238,7 +237,7 @@ pub enum Problem {
     /// A stripe between a point and itself.
     #[error("the two points are the same")]
     StripeWithoutLength,
-    /// A stripe that is known worse than it is long.
+    /// A stripe with an uncertainty larger than its length.
     #[error("the standard deviation {sigma} is not smaller than the distance of the two points, {length}")]
     StripeWithoutDirection {
         /// In the unit of the table.
@@ -246,7 +245,7 @@ pub enum Problem {
         /// Likewise.
         length: f64,
     },
-    /// Stripes of a sensor whose laser plane does not say y of x and z.
+    /// Stripes of a sensor with a laser plane that does not give y from x and z.
     #[error("x and z of a stripe cannot be used: the laser plane must be inclined to the y axis")]
     StripesWithoutLaserPlane,
     /// A standard deviation of zero or less.
@@ -255,7 +254,7 @@ pub enum Problem {
         /// The field.
         text: String,
     },
-    /// A correlation of two errors that is none.
+    /// An invalid correlation of two errors.
     #[error("expected a correlation of at most ±0.9999, found `{text}`")]
     NotACorrelation {
         /// The field.
@@ -267,10 +266,10 @@ pub enum Problem {
         /// The field.
         text: String,
     },
-    /// A picture that is no PNG, or is cut off.
+    /// A picture that is not a PNG, or is cut off.
     #[error("the picture cannot be read: {why}")]
     Picture {
-        /// What the decoder says.
+        /// Error of the decoder.
         why: String,
     },
     /// A picture in colour or of another depth.
@@ -304,16 +303,16 @@ pub enum Problem {
     /// Angles that mean different rotations on different robots.
     #[error("rx, ry, rz in degrees are ambiguous: robots define them differently")]
     AmbiguousAngles,
-    /// Nine numbers that are no rotation.
+    /// Nine numbers that are not a rotation.
     #[error("expected a rotation matrix, found one that is {error:.4} away from its nearest rotation")]
     NoRotationMatrix {
         /// Largest distance of an element from that of the nearest rotation.
         error: f64,
     },
-    /// A folder with profiles and no features, read by what needs features.
+    /// A folder with profiles and no features, in a reader that needs features.
     #[error("there are only profiles: the seam has not been detected yet")]
     OnlyProfiles,
-    /// Profiles whose file has no stamps.
+    /// Profiles without stamps in their file.
     #[error("the file has no time stamps of the profiles")]
     NoProfileTimes,
     /// Profiles of a program that neither they nor the user name.
@@ -325,7 +324,7 @@ pub enum Problem {
         /// How many there are.
         profiles: usize,
     },
-    /// A range that stands for no return.
+    /// A range that means no return.
     #[error(
         "{points} of {of} points have a range of exactly {range_mm} mm, far from all others: probably a code \
             for no return"
@@ -338,7 +337,7 @@ pub enum Problem {
         /// Of how many.
         of: usize,
     },
-    /// Rows of heights whose positions along the stripe are not known.
+    /// Rows of heights with unknown positions along the stripe.
     #[error("the file does not state the positions of the columns along the stripe")]
     NoColumnPositions,
     /// A PLY file that cannot be used.
@@ -352,7 +351,7 @@ pub enum Problem {
         /// This stamp, s.
         this_s: f64,
     },
-    /// A quaternion whose length is not one.
+    /// A quaternion with another length than one.
     #[error("expected a quaternion of length 1, found length {norm}")]
     QuaternionNotUnit {
         /// Its length.
@@ -361,10 +360,10 @@ pub enum Problem {
     /// A CSV or text file that is broken as such.
     #[error("not readable as a table: {0}")]
     Csv(String),
-    /// A file of another program that cannot be read as what it is.
+    /// A file of another program that cannot be read as its kind.
     #[error("is {what}; this format is not supported")]
     Unreadable {
-        /// What it is, and what is wrong.
+        /// The item, and its fault.
         what: String,
         /// How to make it readable.
         hint: &'static str,
@@ -377,9 +376,9 @@ pub enum Problem {
     Value {
         /// The key.
         key: &'static str,
-        /// What would be right.
+        /// The right form.
         expected: &'static str,
-        /// What is there.
+        /// The value found.
         found: String,
     },
     /// A calibration file that is not there.
@@ -391,7 +390,7 @@ pub enum Problem {
     /// A point of a curve that is the one before.
     #[error("the point repeats the previous one")]
     PointRepeated,
-    /// A JSON file that is no result.
+    /// A JSON file that is not a result.
     #[error("not readable as a result of `calibrate --json`: {0}")]
     NoResult(String),
     /// A result of a later schema.
@@ -399,7 +398,7 @@ pub enum Problem {
     NewerResult {
         /// Its version.
         found: u32,
-        /// The latest that is known.
+        /// The latest known one.
         known: u32,
     },
     /// A result in which something was not seen.

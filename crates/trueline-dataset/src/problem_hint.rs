@@ -1,9 +1,9 @@
-//! What a user can do about a problem.
+//! Remedies for problems.
 
 use crate::error::Problem;
 
 impl Problem {
-    /// What the user can do about it.
+    /// Remedy for the user.
     #[must_use]
     pub fn hint(&self) -> String {
         match self {
@@ -12,7 +12,7 @@ impl Problem {
             }
             Self::Log(problem) => problem.hint(),
             Self::DatasetOfSensors { first, .. } => {
-                format!("name the sensor that is meant: {first}; `trueline calibrate` takes all of them")
+                format!("name one sensor: {first}; `trueline calibrate` takes all of them")
             }
             _ => self.usual_hint().to_owned(),
         }
@@ -84,7 +84,7 @@ impl Problem {
             Self::AlreadyExists => {
                 "name a new one; --force, where a command has it, replaces a folder that trueline wrote"
             }
-            Self::OutputIsInput => "name another file, outside of what is read",
+            Self::OutputIsInput => "name another file, not one of the inputs",
             Self::OutputTwice => "name a file for each",
             Self::NotJsonLines => "name a new file, or the log of the day before",
             Self::FolderWithoutName => "name a new folder in it, for example `scan`: it appears as a whole",
@@ -167,8 +167,8 @@ impl Problem {
                     not"
             }
             Self::OtherMounting { .. } => {
-                "correct `mounted` in sensor.toml, which states what carries the sensor, or use the \
-                    calibration of this cell"
+                "correct `mounted` in sensor.toml, which states the sensor's carrier, or use the \
+                calibration of this cell"
             }
             Self::OtherSensor { .. } => {
                 "a camera's hand-eye transform and a profiler's are of different frames: name the result of this sensor"

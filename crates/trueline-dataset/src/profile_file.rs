@@ -46,7 +46,7 @@ impl ProfileFile {
         files.find(|file| written(file).is_some_and(|at| at > other))
     }
 
-    /// Where a folder has it.
+    /// Its path in a folder, if it exists.
     pub(crate) fn path_in(folder: &Path) -> Option<PathBuf> {
         ProfileForm::ALL.into_iter().map(|form| folder.join(form.file_name())).find(|file| file.exists())
     }
@@ -72,10 +72,10 @@ impl ProfileFile {
         Ok(found)
     }
 
-    /// Its profiles; how a table was written where that is not plain CSV is noted.
+    /// Its profiles; a remark notes a table that is not plain CSV.
     ///
     /// # Errors
-    /// What cannot be used.
+    /// Unusable content.
     pub(crate) fn read(
         self,
         notes: &mut Vec<String>,

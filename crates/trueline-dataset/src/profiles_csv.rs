@@ -17,7 +17,7 @@ use std::path::Path;
 
 pub(crate) const TIME: usize = 0;
 pub(crate) const FRAME: usize = 1;
-/// Where the columns of a form begin.
+/// First column of a form.
 pub(crate) const FIRST: usize = 2;
 
 pub(crate) const SHARED: [ColumnSpec<'static>; 2] =
@@ -56,7 +56,7 @@ pub fn read(file: &Path, bytes: &[u8]) -> Result<Vec<Profile>, Error> {
     read_at(file, bytes, None)
 }
 
-/// The same where the robot stood at stops, which rows name in the place of a stamp.
+/// The same if the robot stood at stops, which rows name in place of a stamp.
 ///
 /// # Errors
 /// As [`read`], and a stop without a pose.
@@ -137,7 +137,7 @@ fn read_wide(header: Header<'_>, heights: usize, key: RowKey<'_>) -> Result<Vec<
     Ok(profiles)
 }
 
-/// The columns of both forms, with what pairs their rows with the robot in the first.
+/// The columns of both forms, with the key that pairs their rows with the robot in the first.
 fn shared(key: RowKey<'_>) -> [ColumnSpec<'static>; 2] {
     let mut shared = SHARED;
     shared[TIME] = key.spec();
@@ -147,7 +147,7 @@ fn shared(key: RowKey<'_>) -> [ColumnSpec<'static>; 2] {
 /// Writes profiles in the long form; those without a point leave no row.
 ///
 /// # Errors
-/// What the writer says.
+/// Error of the writer.
 pub fn write(mut out: impl Write, profiles: &[Profile]) -> std::io::Result<()> {
     let frames = profiles.iter().all(|profile| profile.frame.is_some());
     let intensity =

@@ -1,7 +1,7 @@
 //! `profiles.parquet`: the columns of the long form of [`profiles_csv`](crate::profiles_csv) as a Parquet file, for scans of many points.
 //!
-//! `time_s` (or `_ms`, `_us`, `_ns`), `x_mm`, `z_mm` (or `_m`); optional `frame`, `intensity`. Numbers of any width, compressed by Snappy,
-//! Zstandard or not at all. A row whose x or z is null or no number is a column without a return.
+//! `time_s` (or `_ms`, `_us`, `_ns`), `x_mm`, `z_mm` (or `_m`); optional `frame`, `intensity`. Numbers of any width,
+//! compressed by Snappy, Zstandard or not at all. A row with x or z null or NaN is a column without a return.
 
 use crate::error::{Error, Problem};
 use crate::parquet_pages;
@@ -23,11 +23,11 @@ use std::panic::catch_unwind;
 use std::path::Path;
 use std::sync::Arc;
 
-/// So many rows a file may have whatever its size, ...
+/// Rows that a file of any size may have, ...
 const FEW_ROWS: u64 = 1 << 18;
-/// ... and so many for each of its bytes: a measured point has more than two bits.
+/// ... and rows for each of its bytes: a measured point has more than two bits.
 const ROWS_PER_BYTE: u64 = 4;
-/// So many bytes a row's numbers take at most before they are compressed.
+/// Largest uncompressed size of a row's numbers, bytes.
 const BYTES_PER_ROW: u64 = 64;
 /// Rows that are read at a time.
 const BATCH: usize = 1 << 16;
@@ -61,7 +61,7 @@ struct Column {
 /// Reads profiles.
 ///
 /// # Errors
-/// A file that is no Parquet or damaged, columns that are missing, unknown or no numbers, and stamps that run backwards.
+/// A file that is not Parquet or damaged; columns that are missing, unknown or not numbers; stamps that run backwards.
 pub fn read(file: &Path, bytes: Vec<u8>) -> Result<Vec<Profile>, Error> {
     // The format's library indexes past the end of some damaged pages.
     catch_unwind(|| read_sound(file, bytes))
@@ -96,7 +96,7 @@ fn read_sound(file: &Path, bytes: Vec<u8>) -> Result<Vec<Profile>, Error> {
     Ok(profiles)
 }
 
-/// Refuses what would fill the memory: pages that claim more than a file of this size can have measured.
+/// Refuses data that would fill the memory: pages that claim more than a file of this size can hold.
 fn check_claims(file: &Path, bytes: &Bytes, reader: &SerializedFileReader<Bytes>) -> Result<(), Error> {
     let refused = |what: String| Err(Error::unreadable(file, what, HINT));
     let Some(claimed) = parquet_pages::claimed(bytes, reader.metadata()) else {
@@ -114,10 +114,10 @@ fn check_claims(file: &Path, bytes: &Bytes, reader: &SerializedFileReader<Bytes>
 }
 
 fn no_numbers(file: &Path, name: &str) -> Error {
-    Error::unreadable(file, format!("a Parquet file whose column {name} has no numbers"), HINT)
+    Error::unreadable(file, format!("a Parquet file without numbers in the column {name}"), HINT)
 }
 
-/// Where each column of the long form is.
+/// Place of each column of the long form.
 fn columns(
     file: &Path,
     reader: &SerializedFileReader<Bytes>,
@@ -236,7 +236,7 @@ impl Rows<'_> {
         self.values[column][row].map(|number| (number, found.scale))
     }
 
-    /// A number in SI; `None` where there is no return.
+    /// A number in SI; `None` for no return.
     fn measured(&self, column: usize, row: usize) -> Result<Option<f64>, Error> {
         let value = self.field(column, row).map(|(number, scale)| number.real() * scale);
         match value.filter(|value| !value.is_nan()) {
@@ -252,7 +252,7 @@ impl Rows<'_> {
         let (number, scale) = self.field(TIME, row).ok_or_else(|| not_a_time(String::new()))?;
         let ns = match number {
             Number::Whole(value) => i128::from(value) * (scale * 1e9).round() as i128,
-            // What is no number or beyond 64 bits becomes the largest, which is refused.
+            // NaN, and numbers beyond 64 bits, become the largest, which is refused.
             Number::Real(value) if value.is_finite() => (value * scale * 1e9).round() as i128,
             Number::Real(value) => return Err(not_a_time(value.to_string())),
         };
@@ -277,7 +277,7 @@ impl Rows<'_> {
 /// profiles without a point leave no row.
 ///
 /// # Errors
-/// What the format's library refuses.
+/// Error of the format's library.
 pub fn bytes(profiles: &[Profile]) -> Result<Vec<u8>, ParquetError> {
     let points =
         || profiles.iter().flat_map(|profile| profile.points.iter().map(move |point| (profile, point)));

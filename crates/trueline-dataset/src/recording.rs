@@ -1,4 +1,4 @@
-//! What was recorded: the only thing calibration ever sees.
+//! A recording: the only input of a calibration.
 
 use crate::axes::{self, AxisRecord};
 use crate::sensor_setup::{Mounted, SensorSetup};
@@ -10,16 +10,16 @@ use trueline_model::Camera;
 /// A recorded scan. Stamps are as recorded, in whole nanoseconds; nothing here is corrected.
 #[derive(Clone, Debug)]
 pub struct Recording {
-    /// What the sensor is.
+    /// The sensor.
     pub sensor: Sensor,
-    /// How well the sensor is known, how it is mounted, how accurate the robot is.
+    /// Uncertainty of the sensor, its mounting, and the robot's accuracy.
     pub setup: SensorSetup,
     /// Robot poses by rising stamp.
     pub robot: Vec<RobotSample>,
     /// Seam features by rising stamp.
     pub features: Vec<Feature>,
-    /// The stripes on the plates of the joint by rising stamp; empty where only seam points are known. Plates 2k and 2k + 1 are
-    /// those that meet in line k.
+    /// The stripes on the plates of the joint by rising stamp; empty if only seam points are known. Plates 2k and 2k + 1
+    /// meet in line k.
     pub stripes: Vec<PlateStripe>,
     /// A first guess, if the recording came with one.
     pub initial: Option<Guess>,
@@ -29,20 +29,21 @@ pub struct Recording {
     pub inputs: BTreeMap<String, String>,
     /// Of several recordings that were joined, the first stamp of each but the first, ns: nothing was recorded just before it.
     pub joined_from_ns: Vec<i64>,
-    /// Whether the robot stood at each reading: then `robot` has one pose for each stamp of a reading, and stamps only pair them.
+    /// Whether the robot stood at each reading. Then `robot` has one pose for each stamp of a reading, and stamps only pair
+    /// them.
     pub at_stops: bool,
-    /// External axes: what carries the part, the robot or the sensor beside it; by their place in the chain.
+    /// External axes, which carry the part, the robot or the sensor; by their place in the chain.
     pub axes: Vec<AxisRecord>,
-    /// What was taken from the image stamps as they were recorded, ns, because their clock was so far ahead of the robot's: time offsets
-    /// are told with it.
+    /// Subtracted from the recorded image stamps, ns, because their clock was ahead of the robot's by this. Reported time
+    /// offsets include it.
     pub images_ahead_ns: i64,
 }
 
-/// What a recording is read from beside what was measured: two scans may share these.
+/// Files of a recording that are not measurements: two scans may share these.
 const NOT_MEASURED: [&str; 3] = ["sensor.toml", "initial.toml", "truth.toml"];
 
 impl Recording {
-    /// What was measured with a sensor, and nothing else.
+    /// The measurements with a sensor, and nothing else.
     #[must_use]
     pub fn new(sensor: Sensor, setup: SensorSetup, robot: Vec<RobotSample>, features: Vec<Feature>) -> Self {
         Self {
@@ -61,13 +62,13 @@ impl Recording {
         }
     }
 
-    /// SHA-256 of the files with what was measured, of every recording that was joined.
+    /// SHA-256 of the measured files of every joined recording.
     pub fn measured_inputs(&self) -> impl Iterator<Item = &String> {
         let is_measured = |name: &str| !NOT_MEASURED.contains(&name.rsplit('/').next().unwrap_or(name));
         self.inputs.iter().filter(move |(name, _)| is_measured(name)).map(|(_, hash)| hash)
     }
 
-    /// Whether what the sensor's file states of its uncertainty was found from this scan.
+    /// Whether the uncertainty in the sensor's file was estimated from this scan.
     #[must_use]
     pub fn is_in_its_sensors_uncertainty(&self) -> bool {
         let stated = self.setup.uncertainty.as_ref();
@@ -88,8 +89,9 @@ impl Recording {
         axes::ranges(&self.axes, read_ns.map(|(first, last)| [first, last]))
     }
 
-    /// The pose of what carries the sensor in the frame of the lines, without external axes: `base_from_tool`; where the sensor stands beside the robot and the
-    /// robot moves the part, `tool_from_base`. Then what is called `tool_from_camera` is `base_from_camera`, and lines are in the tool.
+    /// Pose of the sensor's carrier in the frame of the lines, without external axes: `base_from_tool`. If the sensor stands
+    /// beside the robot and the robot moves the part, `tool_from_base`. Then `tool_from_camera` is `base_from_camera`, and
+    /// lines are in the tool.
     #[must_use]
     pub fn lines_from_carrier(&self, sample: &RobotSample) -> Pose {
         match self.setup.mounted {
@@ -155,11 +157,11 @@ pub struct Feature {
     pub frame: Option<u64>,
     /// Stamp of the camera's own clock, ns, where recorded.
     pub device_ns: Option<i64>,
-    /// What was measured.
+    /// The measurement.
     pub measured: Measured,
-    /// Standard deviations, in the unit of what was measured (px, or m), where recorded.
+    /// Standard deviations, in the unit of the measurement (px, or m), if recorded.
     pub sigma: Option<[f64; 2]>,
-    /// Correlation of the errors whose standard deviations these are, −1 to 1; zero where it was not recorded.
+    /// Correlation of the errors with these standard deviations, −1 to 1; zero if it was not recorded.
     pub correlation: f64,
 }
 
@@ -174,14 +176,14 @@ impl Feature {
     }
 }
 
-/// The correlation in a covariance; zero where one of the two does not vary. Rounding leaves it within ± [`MOST_CORRELATION`].
+/// The correlation in a covariance; zero if one of the two does not vary. Rounding leaves it within ± [`MOST_CORRELATION`].
 #[must_use]
 pub fn correlation_of(covariance: &Matrix2<f64>) -> f64 {
     let scale = (covariance.m11 * covariance.m22).sqrt();
     if scale > 0.0 { (covariance.m12 / scale).clamp(-MOST_CORRELATION, MOST_CORRELATION) } else { 0.0 }
 }
 
-/// Coordinates of which one says all about the other have no covariance that can be weighed by.
+/// Beyond this correlation one coordinate determines the other, and the covariance gives no weights.
 pub const MOST_CORRELATION: f64 = 0.9999;
 
 /// A measured seam point; which form depends on the sensor.
@@ -195,15 +197,15 @@ pub enum Measured {
     Profile([f64; 2]),
 }
 
-/// The stripe on one plate in one picture, or profile. Its line is known by two points, whose errors square to it are
-/// independent of each other.
+/// The stripe on one plate in one picture, or profile. Its line is given by two points with independent errors
+/// perpendicular to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlateStripe {
     /// Stamp on arrival, ns: that of the picture's seam point.
     pub stamp_ns: i64,
     /// Frame counter, where recorded.
     pub frame: Option<u64>,
-    /// Which plate: 0 or 1 of a file; see [`Recording::stripes`].
+    /// Number of the plate: 0 or 1 of a file; see [`Recording::stripes`].
     pub plate: u32,
     /// Two points of the stripe.
     pub points: [Measured; 2],
@@ -211,7 +213,7 @@ pub struct PlateStripe {
     pub sigma: f64,
 }
 
-/// A first guess of what is to be estimated.
+/// A first guess of the unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Guess {
     /// Time offset, s: the image stamped t was exposed at t − offset.
@@ -220,7 +222,7 @@ pub struct Guess {
     pub tool_from_camera: Pose,
 }
 
-/// What a simulation knows.
+/// Truth of a simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Truth {
     /// Time offset and hand-eye transform.

@@ -12,7 +12,7 @@ use serde::Deserialize;
 use std::path::Path;
 use trueline_geometry::{Circle, Line, Polyline};
 
-/// What a reference file says.
+/// Content of a reference file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Reference {
     /// Straight seams, in the order of the features' `line`.
@@ -51,7 +51,7 @@ struct CircleTable {
     radius_mm: f64,
 }
 
-/// `sigma` is that of `export --as curve-csv`: a reference is taken as it is.
+/// `sigma` is that of `export --as curve-csv`: a reference counts as exact.
 const COLUMNS: [ColumnSpec<'static>; 4] = [
     required("x", Quantity::Length),
     required("y", Quantity::Length),
@@ -59,8 +59,8 @@ const COLUMNS: [ColumnSpec<'static>; 4] = [
     optional("sigma", Quantity::Length),
 ];
 
-/// Reads a reference: points along the seam if the file's name ends in `.csv` (`x_mm,y_mm,z_mm`), else TOML with
-/// `[[lines]]` (`point_mm`, `direction`) or `[circle]` (`centre_mm`, `axis`, `radius_mm`), all in base.
+/// Reads a reference. A `.csv` file holds points along the seam (`x_mm,y_mm,z_mm`). Other files are TOML with
+/// `[[lines]]` (`point_mm`, `direction`) or `[circle]` (`centre_mm`, `axis`, `radius_mm`). All are in base.
 ///
 /// # Errors
 /// A file that is missing or broken, or that names no form or two.

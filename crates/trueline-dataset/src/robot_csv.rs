@@ -17,7 +17,7 @@ use trueline_geometry::se3;
 const TIME: usize = 0;
 const POSITION: [usize; 3] = [1, 2, 3];
 const DEVICE_TIME: usize = 4;
-/// Where the columns of the rotation begin.
+/// First column of the rotation.
 const ROTATION: usize = 5;
 
 const COLUMNS: [ColumnSpec<'static>; 5] = [
@@ -84,7 +84,7 @@ pub fn read_file(file: &Path) -> Result<Vec<RobotSample>, Error> {
 /// Writes the robot's poses so that reading gives them back to the last nanosecond and 1e-15.
 ///
 /// # Errors
-/// What the writer says.
+/// Error of the writer.
 pub fn write(mut out: impl Write, samples: &[RobotSample]) -> std::io::Result<()> {
     let device = samples.iter().all(|s| s.device_ns.is_some());
     writeln!(out, "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz{}", if device { ",device_time_s" } else { "" })?;

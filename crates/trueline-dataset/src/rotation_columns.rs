@@ -21,7 +21,7 @@ use trueline_geometry::{EulerSequence, so3};
 /// A quaternion may be this far from length 1: four printed digits are.
 const NORM_TOLERANCE: f64 = 1e-3;
 
-/// Turns (w, x, y, z) into a rotation, or says how long it is.
+/// Converts (w, x, y, z) to a rotation, or returns its length.
 ///
 /// # Errors
 /// A length that printing cannot explain.
@@ -34,7 +34,7 @@ pub fn unit_quaternion(wxyz: [f64; 4]) -> Result<UnitQuaternion<f64>, Problem> {
     Ok(UnitQuaternion::new_normalize(q))
 }
 
-/// What the numbers of a rotation mean.
+/// Meaning of a rotation's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum RotationForm {
     /// w, x, y, z.
@@ -50,7 +50,7 @@ pub(crate) enum RotationForm {
 /// The columns of a table that hold its rotations.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct RotationColumns {
-    /// What they mean.
+    /// Their meaning.
     pub form: RotationForm,
     /// Their names without unit.
     pub names: Vec<String>,
@@ -66,7 +66,7 @@ const PLAIN_NAMES: [(RotationForm, &[&str]); 7] = [
     (RotationForm::Matrix, &["r11", "r12", "r13", "r21", "r22", "r23", "r31", "r32", "r33"]),
 ];
 
-/// Elements of a printed matrix may be this far from those of a rotation: four printed digits are.
+/// Elements of a printed matrix may differ from those of a rotation by this: four printed digits do.
 const MATRIX_TOLERANCE: f64 = 1e-3;
 
 impl RotationForm {
@@ -80,10 +80,10 @@ impl RotationForm {
 }
 
 impl RotationColumns {
-    /// Finds the one form that a header has. If no form is complete, the one of which most is there, so that what is missing is named.
+    /// Finds the one form that a header has. If no form is complete, the most complete one, to name the missing columns.
     ///
     /// # Errors
-    /// No rotation, two of them, or angles whose meaning depends on the robot.
+    /// No rotation, two of them, or angles with a meaning that depends on the robot.
     pub(crate) fn find(header: &[String]) -> Result<Self, Problem> {
         let mut forms: Vec<Self> = PLAIN_NAMES
             .iter()
@@ -125,7 +125,7 @@ impl RotationColumns {
         Some(Self { form, names: (1..=3).map(|k| format!("euler_{sequence}_{k}")).collect() })
     }
 
-    /// Whether a header has the column, be it without its unit: that is an error of its own.
+    /// Whether a header has the column, even without its unit: that is an error of its own.
     fn is_there(&self, name: &str, header: &[String]) -> bool {
         let suffixes = self.form.quantity().suffixes();
         header
@@ -134,13 +134,13 @@ impl RotationColumns {
             .any(|rest| rest.is_empty() || suffixes.iter().any(|(s, _)| *s == rest))
     }
 
-    /// What a table needs to have for them.
+    /// Columns that a table needs for them.
     #[must_use]
     pub(crate) fn specs(&self) -> Vec<ColumnSpec<'_>> {
         self.names.iter().map(|name| required(name, self.form.quantity())).collect()
     }
 
-    /// The rotation of the current row, whose columns begin at `first`.
+    /// The rotation of the current row; its columns begin at `first`.
     ///
     /// # Errors
     /// Numbers that are missing, not finite, or no rotation.

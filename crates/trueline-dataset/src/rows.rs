@@ -6,17 +6,18 @@
 use csv::{ReaderBuilder, StringRecord, Trim};
 use std::str::from_utf8;
 
-/// The rows of a text in RFC 4180's form. Lines without a single character are no rows; every end of a line counts as one line.
+/// The rows of a text in RFC 4180's form. Lines without a single character are not rows; every end of a line counts as one
+/// line.
 #[derive(Debug)]
 pub(crate) struct Rows<'a> {
     text: &'a str,
-    /// Where the first line begins that is not yet read.
+    /// Start of the first line that is not yet read.
     next: usize,
     /// How many lines stand before it.
     lines_before: u64,
     /// Line of the current row, from 1.
     line: u64,
-    /// Where the fields of the current row begin and end.
+    /// Starts and ends of the current row's fields.
     fields: Vec<(usize, usize)>,
     quoted: Option<Quoted<'a>>,
 }
@@ -128,11 +129,11 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// At most so many rows follow, each of as many fields as the current one; most tables have just as many.
+    /// Largest number of following rows with as many fields as the current one; most tables have just as many.
     pub(crate) fn most_left(&self) -> usize {
         let rest = &self.text.as_bytes()[self.next..];
         let lines = rest.iter().filter(|&&byte| byte == b'\n').count() + 1;
-        // A field has a character, and one after it. Empty lines are no rows.
+        // A field has a character, and one after it. Empty lines are not rows.
         lines.min(rest.len() / (2 * self.len()).max(1) + 1)
     }
 
@@ -142,13 +143,13 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// Where the first byte from `at` on is that is not above the comma. Of the characters of tables those are ends of lines, quotes
-/// and the comma itself, blanks and the plus sign. Eight bytes are looked at at once.
+/// Place of the first byte from `at` on that is not above the comma. Of the characters of tables those are ends of lines,
+/// quotes and the comma itself, blanks and the plus sign. Eight bytes are checked at once.
 fn end_of_plain(bytes: &[u8], mut at: usize) -> usize {
     const ONES: u64 = u64::MAX / 0xff;
     while let Some(eight) = bytes[at..].first_chunk() {
         let eight = u64::from_le_bytes(*eight);
-        // The lowest flag of those set is right: what is taken away from a byte borrows from higher ones alone.
+        // The lowest of the set flags is right: a subtraction from a byte borrows from higher ones alone.
         let flags = eight.wrapping_sub(ONES * 0x2d) & !eight & (ONES * 0x80);
         if flags != 0 {
             return at + flags.trailing_zeros() as usize / 8;
@@ -196,7 +197,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever the text, it has the rows that the crate `csv` finds in the whole of it.
+        /// For any text, the rows are those that the crate `csv` finds in all of it.
         #[test]
         fn rows_are_those_of_a_reader_of_csv(text in "[,\n\r\" 1aé.-]{0,60}") {
             let reader = ReaderBuilder::new().has_headers(false).flexible(true).trim(Trim::All)

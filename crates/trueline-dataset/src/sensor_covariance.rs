@@ -30,7 +30,7 @@ impl SensorCovariance {
         }
     }
 
-    /// That of the shape alone, zero for those that are not listed; `None` if none is.
+    /// Covariance of the shape alone, zero for unlisted parameters; `None` if none is listed.
     #[must_use]
     pub fn shape(&self) -> Option<SMatrix<f64, SHAPE, SHAPE>> {
         let places = SensorParameter::SHAPE.map(|h| self.order.iter().position(|p| *p == h));
@@ -39,7 +39,7 @@ impl SensorCovariance {
         listed.then(|| SMatrix::from_fn(|i, j| of(i, j).unwrap_or(0.0)))
     }
 
-    /// That of the camera's parameters alone, in their usual order; zero for those that are not listed.
+    /// Covariance of the camera's parameters alone, in their usual order; zero for unlisted ones.
     #[must_use]
     pub fn of_camera(&self) -> SMatrix<f64, CAMERA, CAMERA> {
         let mut covariance = SMatrix::zeros();
@@ -55,8 +55,7 @@ impl SensorCovariance {
         covariance
     }
 
-    /// With a laser plane (tilts toward e₁ and e₂ in rad, offset in m) that is independent of the camera and takes the place
-    /// of the one that was there.
+    /// Replaces the plane by a laser plane (tilts toward e₁ and e₂ in rad, offset in m) that is independent of the camera.
     #[must_use]
     pub fn with_plane(&self, plane: &Matrix3<f64>) -> Self {
         let kept: Vec<usize> =
@@ -76,7 +75,7 @@ impl SensorCovariance {
 }
 
 impl SensorUncertainty {
-    /// Of a profiler whose shape was calibrated: single numbers for people, and the covariance that counts.
+    /// Of a profiler with a calibrated shape: single numbers for people, and the covariance that counts.
     #[must_use]
     pub fn of_shape(covariance: &SMatrix<f64, SHAPE, SHAPE>) -> Self {
         let sigma = covariance.diagonal().map(|variance| variance.max(0.0).sqrt());
@@ -89,7 +88,7 @@ impl SensorUncertainty {
         }
     }
 
-    /// Of a camera and a plane from their joint covariance, whose last three rows are the plane's. Focal length and principal
+    /// Of a camera and a plane from their joint covariance; its last three rows are the plane's. Focal length and principal
     /// point are as they were stated before.
     #[must_use]
     pub fn with_joint(self, covariance: SensorCovariance) -> Self {

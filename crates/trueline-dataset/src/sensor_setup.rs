@@ -1,5 +1,4 @@
-//! What `sensor.toml` says beside the sensor itself: how well the sensor is known, how it is mounted, and how
-//! accurate the robot is.
+//! Statements of `sensor.toml` besides the sensor itself: its uncertainty, its mounting, and the robot's accuracy.
 
 use nalgebra::DMatrix;
 pub use trueline_model::SheetShape;
@@ -7,23 +6,24 @@ pub use trueline_model::SheetShape;
 /// Everything in `sensor.toml` that is not camera and laser plane. All of it is optional.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SensorSetup {
-    /// How well the sensor's own calibration is known: the prior of the joint estimate.
+    /// Uncertainty of the sensor's own calibration: the prior of the joint estimate.
     pub uncertainty: Option<SensorUncertainty>,
     /// A correction of the sheet's coordinates, found by an earlier calibration.
     pub shape: Option<SheetShape>,
     /// Absolute accuracy of the robot (m), as its data sheet states it; 0 is an ideal robot.
     pub robot_accuracy_m: Option<f64>,
-    /// Radius of the seam's edge (m), of which a detector sees the outermost point; 0 is a sharp one, or a point where two lines cross.
+    /// Radius of the seam's edge (m): a detector finds its outermost point. 0 is a sharp edge, or a point where two lines
+    /// cross.
     pub edge_radius_m: Option<f64>,
     /// Root mean square of the seam's form beyond a bow (m); 0 is a seam without any.
     pub waviness_m: Option<f64>,
-    /// What carries the sensor; [`Mounted::Tool`] where the file does not say.
+    /// Carrier of the sensor; [`Mounted::Tool`] if the file does not state it.
     pub mounted: Mounted,
     /// The part of the field of view that counts.
     pub region_of_interest: Option<RegionOfInterest>,
 }
 
-/// What carries the sensor.
+/// Carrier of the sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mounted {
     /// The robot carries the sensor.
@@ -34,7 +34,7 @@ pub enum Mounted {
 }
 
 impl Mounted {
-    /// Where that is, in words.
+    /// The carrier in words.
     #[must_use]
     pub fn in_words(self) -> &'static str {
         match self {
@@ -44,7 +44,7 @@ impl Mounted {
     }
 }
 
-/// One standard deviation of each property of a sensor; what is `None` was not stated.
+/// One standard deviation of each property of a sensor; `None` if it was not stated.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SensorUncertainty {
     /// Offset of the laser plane along its normal, m.
@@ -61,10 +61,10 @@ pub struct SensorUncertainty {
     pub shear_rad: Option<f64>,
     /// Profilers: change of scale over [`KEYSTONE_REACH_M`] along each axis, as a fraction.
     pub keystone: Option<f64>,
-    /// The joint covariance, as `trueline sensor` writes it. Where it is present, it is what counts, and the single
-    /// numbers beside it are for people.
+    /// The joint covariance, as `trueline sensor` writes it. If present, it counts, and the single numbers beside it
+    /// are for people.
     pub covariance: Option<SensorCovariance>,
-    /// SHA-256 of the files of the scans that this was found from: none of them is counted once more. Empty where no scan is in it.
+    /// SHA-256 of the files of the scans behind these values: none of them is counted again. Empty if no scan is in it.
     pub found_from: Vec<String>,
 }
 
@@ -142,7 +142,7 @@ impl SensorParameter {
         Self::H5,
     ];
 
-    /// Those of a shape, in their order.
+    /// The parameters of a shape, in their order.
     pub const SHAPE: [Self; 5] = [Self::H1, Self::H2, Self::H3, Self::H4, Self::H5];
 
     /// The name in `sensor.toml`, with its unit.

@@ -1,4 +1,4 @@
-//! `sensor.toml`: what the sensor is, and how well it is known.
+//! `sensor.toml`: the sensor, and its uncertainty.
 
 use crate::camera_yaml;
 use crate::error::{Error, Problem};
@@ -17,12 +17,12 @@ use std::path::Path;
 use trueline_geometry::Plane;
 use trueline_model::{BrownConrady, Camera};
 
-/// A `sensor.toml` as it is read and written.
+/// Content of a `sensor.toml`, for reading and writing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorFile {
     /// The sensor.
     pub sensor: Sensor,
-    /// What the file says beside it.
+    /// The file's other statements.
     pub setup: SensorSetup,
 }
 
@@ -32,14 +32,14 @@ impl From<Sensor> for SensorFile {
     }
 }
 
-/// A camera whose laser plane may still have to be measured: what `trueline sensor` works on.
+/// A camera, possibly without a measured laser plane: the input of `trueline sensor`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraFile {
     /// The camera.
     pub camera: Camera,
-    /// The laser plane in the camera frame, where it is known.
+    /// The laser plane in the camera frame, if known.
     pub laser_plane_in_camera: Option<Plane>,
-    /// What the file says beside it.
+    /// The file's other statements.
     pub setup: SensorSetup,
 }
 
@@ -106,14 +106,14 @@ pub fn read(file: &Path) -> Result<SensorFile, Error> {
 /// The text of a file that a user named.
 ///
 /// # Errors
-/// A file that is missing, cannot be read, or is no text.
+/// A file that is missing, cannot be read, or is not text.
 pub fn read_text(file: &Path) -> Result<String, Error> {
     let read = source_file::text(file);
     // The one of a dataset is missed, another was named.
     if file.file_name().is_some_and(|name| name == "sensor.toml") { read } else { source_file::named(read) }
 }
 
-/// Reads a sensor, and what its file says beside it.
+/// Reads a sensor, and the rest of its file.
 ///
 /// # Errors
 /// Broken TOML, unknown keys, tables that this kind of sensor does not have, or values that no sensor has.
@@ -136,7 +136,7 @@ pub fn parse(file: &Path, text: &str) -> Result<Sensor, Error> {
     Ok(parse_file(file, text)?.sensor)
 }
 
-/// Reads a camera's file, whose laser plane may be missing.
+/// Reads a camera's file; the laser plane may be missing.
 ///
 /// # Errors
 /// As [`parse_camera`], and a file that is missing or no text.
@@ -144,7 +144,7 @@ pub fn read_camera(file: &Path) -> Result<CameraFile, Error> {
     parse_camera(file, &read_text(file)?)
 }
 
-/// Reads a camera whose laser plane may be missing.
+/// Reads a camera; the laser plane may be missing.
 ///
 /// # Errors
 /// As [`parse_file`], and a file that describes no camera.
@@ -165,14 +165,14 @@ pub fn parse_camera(file: &Path, text: &str) -> Result<CameraFile, Error> {
     })
 }
 
-/// Whether a text is that of a sensor that reports poses of a target, `kind = "poses"`; broken TOML is of none.
+/// Whether a text describes a sensor that reports poses of a target, `kind = "poses"`; false for broken TOML.
 #[must_use]
 pub(crate) fn is_of_poses(text: &str) -> bool {
     let table: Option<toml::Table> = toml::from_str(text).ok();
     table.is_some_and(|table| table.get("kind").and_then(toml::Value::as_str) == Some("poses"))
 }
 
-/// Reads what the file of a sensor that reports poses says: what carries it, and how accurate the robot is.
+/// Reads the file of a sensor that reports poses: its carrier, and the robot's accuracy.
 ///
 /// # Errors
 /// Broken TOML, another kind, and tables that such a sensor does not have.

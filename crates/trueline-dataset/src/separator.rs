@@ -1,6 +1,6 @@
-//! What separates the columns of a line, and the fields between.
+//! Separators of the columns of a line, and of the fields between.
 
-/// What stands between two columns.
+/// Separator of two columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Separator {
     /// One character.
@@ -9,7 +9,7 @@ pub enum Separator {
     Blanks,
 }
 
-/// What numbers that belong together stand in: a pose of UR, KUKA or ABB.
+/// Brackets of a group of numbers: a pose of UR, KUKA or ABB.
 pub(crate) const GROUPS: [char; 2] = ['[', '{'];
 
 /// The fields of a line; quotes around a field are taken off.

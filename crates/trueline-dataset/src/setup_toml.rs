@@ -129,7 +129,7 @@ pub(crate) fn setup_from(tables: Tables<'_>, of_camera: bool) -> Result<SensorSe
     })
 }
 
-/// What is stated of a cell is no larger, in its own unit: squares of what is come to no end.
+/// Largest statement about a cell, in its own unit: squares of it stay finite.
 const LARGEST: f64 = 1e6;
 
 fn not_negative(key: &'static str, value: Option<f64>) -> Result<Option<f64>, Problem> {
@@ -141,7 +141,7 @@ fn not_negative(key: &'static str, value: Option<f64>) -> Result<Option<f64>, Pr
     }
 }
 
-/// Larger edges and forms are those of another unit, mm.
+/// Larger edges and forms are in another unit, mm.
 const LARGEST_OF_A_SEAM_MM: f64 = 20.0;
 
 fn of_a_seam(key: &'static str, value_mm: Option<f64>) -> Result<Option<f64>, Problem> {
@@ -170,7 +170,7 @@ impl RobotTable {
 }
 
 impl SeamTable {
-    /// `None` where nothing is stated.
+    /// `None` if nothing is stated.
     pub(crate) fn of(setup: &SensorSetup) -> Option<Self> {
         let [edge_radius_mm, waviness_mm] =
             [setup.edge_radius_m, setup.waviness_m].map(|stated| stated.map(|m| m * MM_PER_M));
@@ -358,7 +358,7 @@ impl CovarianceTable {
     }
 }
 
-/// Why a matrix is no covariance.
+/// Why a matrix is not a covariance.
 fn no_covariance(matrix: &DMatrix<f64>) -> Option<&'static str> {
     let n = matrix.nrows();
     if !matrix.iter().all(|x| x.is_finite()) {

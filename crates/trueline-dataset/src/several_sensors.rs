@@ -1,4 +1,4 @@
-//! Datasets of several sensors on one robot: `robot.csv`, and a folder `sensors/NAME` for each sensor with all that it measured.
+//! Datasets of several sensors on one robot: `robot.csv`, and a folder `sensors/NAME` for each sensor with all its data.
 
 use crate::error::{Error, Problem};
 use std::fs;
@@ -12,14 +12,14 @@ pub const FOLDER: &str = "sensors";
 pub struct SensorFolder {
     /// Its name.
     pub name: String,
-    /// What it measured: a dataset whose robot is that of the whole.
+    /// Its measurements: a dataset with the robot of the whole.
     pub path: PathBuf,
 }
 
 /// The sensors of a dataset, by name; `None` for one of a single sensor.
 ///
 /// # Errors
-/// A dataset that has a sensor of its own as well, or a single one in `sensors`; what the operating system says.
+/// A dataset that also has a sensor of its own, or only one in `sensors`; error of the operating system.
 pub fn of(dataset: &Path) -> Result<Option<Vec<SensorFolder>>, Error> {
     let folder = dataset.join(FOLDER);
     if !folder.is_dir() {
@@ -45,7 +45,7 @@ pub fn of(dataset: &Path) -> Result<Option<Vec<SensorFolder>>, Error> {
     Ok(Some(sensors))
 }
 
-/// What to say of a dataset without a sensor of its own that has several; `None` where it has none.
+/// Error for a dataset with several sensors and none of its own; `None` if it has none.
 ///
 /// # Errors
 /// As [`of`].
@@ -56,7 +56,7 @@ pub(crate) fn in_place_of_one(dataset: &Path) -> Result<Option<Error>, Error> {
     Ok(Some(Error::in_file(dataset, Problem::DatasetOfSensors { names, first })))
 }
 
-/// Where the robot of a dataset is: that of one among several sensors is beside them.
+/// Folder of a dataset's robot: for one of several sensors it is beside them.
 #[must_use]
 pub(crate) fn robot_folder(dataset: &Path) -> &Path {
     let beside = dataset.parent().filter(|parent| parent.file_name().is_some_and(|name| name == FOLDER));

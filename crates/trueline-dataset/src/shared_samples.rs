@@ -3,14 +3,14 @@
 use crate::recording::{Measured, Recording};
 use std::collections::HashSet;
 
-/// Above this part of the smaller one it is no coincidence. Readings of whole pixels, of clocks that begin at zero and of programs that
-/// repeat to the digit may agree here and there.
+/// Above this part of the smaller one it is not a coincidence. Readings of whole pixels, of clocks that begin at zero and of
+/// programs that repeat to the digit may agree here and there.
 const COINCIDENCE: f64 = 0.1;
 
 /// A sample: its stamp, and the bits of its numbers.
 type Sample = (i64, Vec<u64>);
 
-/// How many measurements are in both recordings and how many the one with fewer has, where that and the poses in both are more than
+/// Number of measurements in both recordings, and number in the smaller one, if these and the poses agree by more than
 /// coincidence; else `None`. Measurements count whichever line they are of.
 #[must_use]
 pub(crate) fn shared_measurements(a: &Recording, b: &Recording) -> Option<[usize; 2]> {

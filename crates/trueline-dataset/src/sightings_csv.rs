@@ -19,7 +19,7 @@ const KEY: usize = 0;
 const POSITION: [usize; 3] = [1, 2, 3];
 const SIGMA_SHIFT: usize = 4;
 const SIGMA_TURN: usize = 5;
-/// Where the columns of the rotation begin.
+/// First column of the rotation.
 const ROTATION: usize = 6;
 
 const PLACE: [ColumnSpec<'static>; 5] = [
@@ -41,7 +41,7 @@ pub struct Sighting {
     pub sigma: Option<[f64; 2]>,
 }
 
-/// Reads sightings, by rising stamp; where the robot stood at stops, rows name these in the place of a stamp.
+/// Reads sightings, by rising stamp; if the robot stood at stops, rows name these in place of a stamp.
 ///
 /// # Errors
 /// Anything that is not a clean table with rising stamps and one rotation, a stop without a pose, one sigma of the two.
@@ -84,7 +84,7 @@ fn read_sigma(table: &Table<'_>) -> Result<Option<[f64; 2]>, Error> {
 /// Writes sightings so that reading gives them back to the last nanosecond and 1e-15; standard deviations if all have them.
 ///
 /// # Errors
-/// What the writer says.
+/// Error of the writer.
 pub fn write(mut out: impl Write, sightings: &[Sighting]) -> std::io::Result<()> {
     let keyed = sightings.iter().map(|sighting| (stamp::format_seconds(sighting.stamp_ns), sighting));
     write_rows(&mut out, "time_s", keyed, sightings.iter().all(|sighting| sighting.sigma.is_some()))
@@ -93,7 +93,7 @@ pub fn write(mut out: impl Write, sightings: &[Sighting]) -> std::io::Result<()>
 /// Writes sightings at stops: row k is that of stop k + 1.
 ///
 /// # Errors
-/// What the writer says.
+/// Error of the writer.
 pub fn write_at_stops(mut out: impl Write, sightings: &[Sighting]) -> std::io::Result<()> {
     let keyed = sightings.iter().enumerate().map(|(k, sighting)| ((k + 1).to_string(), sighting));
     write_rows(&mut out, "stop", keyed, sightings.iter().all(|sighting| sighting.sigma.is_some()))

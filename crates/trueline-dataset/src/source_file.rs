@@ -8,7 +8,7 @@ use std::path::Path;
 /// Opens a file.
 ///
 /// # Errors
-/// A file that is missing, is no regular file, or that the operating system refuses.
+/// A file that is missing, is not a regular file, or that the operating system refuses.
 pub fn open(file: &Path) -> Result<File, Error> {
     let refused = |error: std::io::Error| {
         let missing = error.kind() == ErrorKind::NotFound;
@@ -64,7 +64,7 @@ pub fn text(file: &Path) -> Result<String, Error> {
 /// The same of a file that a user named himself, which is not missing in something.
 ///
 /// # Errors
-/// Those of what was read.
+/// The files that were read.
 pub fn named<T>(read: Result<T, Error>) -> Result<T, Error> {
     read.map_err(|mut error| {
         if matches!(error.problem, Problem::Missing) {
@@ -77,7 +77,7 @@ pub fn named<T>(read: Result<T, Error>) -> Result<T, Error> {
 /// Longest line of a table, bytes. A profile of 65,536 points has less than half of it.
 const LONGEST_LINE: usize = 1 << 20;
 
-/// Refuses what cannot be a table: rows are copied as a whole while they are read.
+/// Refuses data that cannot be a table: rows are copied as a whole while they are read.
 ///
 /// # Errors
 /// A line of more than a megabyte.

@@ -12,7 +12,7 @@ pub fn is_in_range(nanoseconds: i64) -> bool {
     nanoseconds.unsigned_abs() <= MOST_NS.unsigned_abs()
 }
 
-/// What is wrong with a text that [`parse_nanoseconds`] does not take.
+/// Fault of a text that [`parse_nanoseconds`] does not take.
 #[must_use]
 pub(crate) fn problem_of(text: &str) -> Problem {
     let text = text.to_owned();

@@ -22,7 +22,7 @@ const APART_NS: i64 = 1_000_000_000;
 #[derive(Clone, Debug, PartialEq)]
 pub struct StopPoses {
     file: PathBuf,
-    /// What the table calls its stops: `stop` or `picture`.
+    /// The table's name for its stops: `stop` or `picture`.
     column: &'static str,
     poses: Vec<PicturePose>,
     /// SHA-256 of the file.
@@ -30,7 +30,7 @@ pub struct StopPoses {
 }
 
 impl StopPoses {
-    /// Those of a dataset folder; `None` if it has no such file.
+    /// The stops of a dataset folder; `None` if it has no such file.
     ///
     /// # Errors
     /// A table that is broken or empty, or names a stop twice.
@@ -41,7 +41,7 @@ impl StopPoses {
         Ok(Some(Self { sha256: sha256(&bytes), ..Self::of_table(&file, &plain)? }))
     }
 
-    /// Those of a table in plain CSV.
+    /// The stops of a table in plain CSV.
     ///
     /// # Errors
     /// As [`StopPoses::of`].
@@ -62,7 +62,8 @@ impl StopPoses {
         self.poses.iter().enumerate().map(sample).collect()
     }
 
-    /// Stamp and picture of each stop; pictures lie in the dataset's folder or in its `images`. `None` where stops are no pictures.
+    /// Stamp and picture of each stop; pictures lie in the dataset's folder or in its `images`. `None` if stops are not
+    /// pictures.
     ///
     /// # Errors
     /// A name that leads elsewhere, or to no picture.
@@ -89,7 +90,7 @@ impl StopPoses {
         self.poses.iter().enumerate().map(frame).collect::<Result<_, Error>>().map(Some)
     }
 
-    /// The lines of the table whose stops have no reading.
+    /// The lines of the table with stops without a reading.
     pub(crate) fn unread_lines(&self, stamps_ns: &BTreeSet<i64>) -> BTreeSet<u64> {
         let unread =
             self.poses.iter().enumerate().filter(|(number, _)| !stamps_ns.contains(&stamp_of(*number)));
@@ -145,7 +146,7 @@ impl StopPoses {
         self.poses.iter().position(is_it).map(stamp_of)
     }
 
-    /// A table that was written with the stamps of stops, with their names in the place of these.
+    /// A table with the stops' stamps, rewritten with their names.
     pub(crate) fn named(&self, csv: &[u8]) -> Vec<u8> {
         let text = String::from_utf8_lossy(csv);
         let mut out = String::new();
@@ -167,7 +168,7 @@ fn stamp_of(number: usize) -> i64 {
     (number as i64 + 1) * APART_NS
 }
 
-/// What pairs the rows of a table with the robot.
+/// Key that pairs the rows of a table with the robot.
 #[derive(Clone, Copy)]
 pub(crate) enum RowKey<'a> {
     /// Their stamp.
@@ -177,7 +178,7 @@ pub(crate) enum RowKey<'a> {
 }
 
 impl<'a> RowKey<'a> {
-    /// That of a table, by its header.
+    /// The key of a table, by its header.
     ///
     /// # Errors
     /// Rows that name stops without poses, and rows that name none where only stops have poses.

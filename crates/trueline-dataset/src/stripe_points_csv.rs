@@ -17,7 +17,7 @@ const COLUMNS: [ColumnSpec; 4] = [
 /// Reads the points of each board, m, by rising number of the board.
 ///
 /// # Errors
-/// A table that is broken, empty, or has a board that is no whole number.
+/// A table that is broken, empty, or has a board number that is not whole.
 pub fn read(file: &Path, bytes: &[u8]) -> Result<BTreeMap<u64, Vec<Vector3<f64>>>, Error> {
     let mut table = Table::open(file, bytes, &COLUMNS)?;
     let mut boards: BTreeMap<u64, Vec<Vector3<f64>>> = BTreeMap::new();

@@ -5,7 +5,7 @@
 //! | camera | `time_s`, `plate`, `u1_px`, `v1_px`, `u2_px`, `v2_px`, `sigma_px`; optional `frame` |
 //! | profiler, points | `time_s`, `plate`, `x1_mm`, `z1_mm`, `x2_mm`, `z2_mm`, `sigma_mm`; optional `frame` |
 //!
-//! Of a sensor that reports points, x and z are those of the camera frame; y follows from its laser plane.
+//! For a sensor that reports points, x and z are those of the camera frame; y follows from its laser plane.
 
 use crate::error::{Error, Problem};
 use crate::recording::{Measured, PlateStripe, Sensor};
@@ -21,7 +21,7 @@ use trueline_geometry::Plane;
 const TIME: usize = 0;
 const FRAME: usize = 1;
 const PLATE: usize = 2;
-/// Where the coordinates begin; their standard deviation follows them.
+/// First column of the coordinates; their standard deviation follows them.
 const FIRST: usize = 3;
 const SIGMA: usize = 7;
 
@@ -56,7 +56,7 @@ pub fn read(file: &Path, bytes: &[u8], sensor: &Sensor) -> Result<Vec<PlateStrip
     read_of_lines(file, bytes, sensor, 1, None)
 }
 
-/// The same of so many lines: plates 2k and 2k + 1 are those of line k. Where the robot stood at stops, rows name them.
+/// The same for several lines: plates 2k and 2k + 1 are those of line k. If the robot stood at stops, rows name them.
 ///
 /// # Errors
 /// As [`read`].
@@ -106,7 +106,7 @@ fn read_row(table: &Table<'_>, file: &Path, sensor: &Sensor, last_plate: u32) ->
     }
     let sigma = table.sigma(SIGMA)?.unwrap_or(f64::NAN);
     let length = (ends[1][0] - ends[0][0]).hypot(ends[1][1] - ends[0][1]);
-    // What is not a number passes no comparison.
+    // NaN passes no comparison.
     if !(sigma < length && length.is_finite()) {
         return Err(table.error_in(SIGMA, without_direction(sigma, length, sensor)));
     }
@@ -135,7 +135,7 @@ fn on_plane(plane: &Plane, [x, z]: [f64; 2]) -> Measured {
 /// Writes stripes; the columns follow from the first one.
 ///
 /// # Errors
-/// What the writer says.
+/// Error of the writer.
 pub fn write(mut out: impl Write, stripes: &[PlateStripe]) -> std::io::Result<()> {
     let are_pixels = stripes.iter().all(|stripe| matches!(stripe.points[0], Measured::Pixel(_)));
     let frames = stripes.iter().all(|stripe| stripe.frame.is_some());

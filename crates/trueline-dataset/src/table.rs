@@ -14,7 +14,7 @@ pub(crate) const LARGEST: f64 = 1e12;
 pub struct ColumnSpec<'a> {
     /// Name without unit.
     pub name: &'a str,
-    /// What it measures.
+    /// Its quantity.
     pub quantity: Quantity,
     /// Whether the table is useless without it.
     pub required: bool,
@@ -51,7 +51,7 @@ pub struct Table<'a> {
     width: usize,
 }
 
-/// A table whose header is read, before it is decided what its columns are.
+/// A table after its header, before its columns are interpreted.
 pub struct Header<'a> {
     file: &'a Path,
     rows: Rows<'a>,
@@ -62,7 +62,7 @@ impl<'a> Header<'a> {
     /// Reads the header.
     ///
     /// # Errors
-    /// An empty file, or one that is no text.
+    /// An empty file, or one that is not text.
     pub fn read(file: &'a Path, bytes: &'a [u8]) -> Result<Self, Error> {
         let mut rows = Rows::new(bytes).map_err(|e| rows_error(file, e))?;
         let there = rows.advance().map_err(|e| rows_error(file, e))?;
@@ -126,7 +126,7 @@ impl<'a> Table<'a> {
         Header::read(file, bytes)?.find(specs)
     }
 
-    /// Room for the rows that follow, so that what they become is not moved while it grows.
+    /// Capacity for the following rows, so that their results are not moved while they grow.
     pub(crate) fn room<T>(&self) -> Vec<T> {
         Vec::with_capacity(self.rows.most_left())
     }
@@ -171,7 +171,7 @@ impl<'a> Table<'a> {
         self.error(problem).in_column(header)
     }
 
-    /// A field as it stands in the file, or `None` if the column is not there.
+    /// A field as in the file, or `None` if the column does not exist.
     #[must_use]
     pub fn text(&self, column: usize) -> Option<&str> {
         self.field(column).map(|(text, _)| text)
@@ -185,7 +185,7 @@ impl<'a> Table<'a> {
     /// A number in SI, or `None` if the column is not there.
     ///
     /// # Errors
-    /// A field that is no finite number, or larger than anything that is measured.
+    /// A field that is not a finite number, or larger than any measured value.
     pub fn number(&self, column: usize) -> Result<Option<f64>, Error> {
         let Some((text, &Found { scale, .. })) = self.field(column) else {
             return Ok(None);
@@ -227,7 +227,7 @@ impl<'a> Table<'a> {
     /// A stamp in nanoseconds.
     ///
     /// # Errors
-    /// A field that is no finite decimal number.
+    /// A field that is not a finite decimal number.
     pub fn stamp_ns(&self, column: usize) -> Result<i64, Error> {
         let (text, digits) = self.field(column).map_or(("", 9), |(text, found)| (text, found.nano_digits));
         stamp::parse_nanoseconds(text, digits).ok_or_else(|| self.error_in(column, stamp::problem_of(text)))
@@ -254,7 +254,7 @@ impl<'a> Table<'a> {
     }
 }
 
-/// Other programs write whole numbers as `3.0` where some are missing.
+/// Other programs write whole numbers as `3.0` if some are missing.
 fn without_zero_fraction(text: &str) -> &str {
     match text.split_once('.') {
         Some((whole, fraction)) if fraction.bytes().all(|digit| digit == b'0') => whole,

@@ -1,23 +1,24 @@
-//! Where a table begins: what separates its columns, and which line names them.
+//! Start of a table: the separator of its columns, and the line that names them.
 //!
-//! Programs write lines of their own before a table, with `#` or without, a row of units below the names, or no names at all. The line
-//! of names is the one whose cells are all names, and below which rows of as many cells follow.
+//! Programs write lines of their own before a table, with `#` or without, a row of units below the names, or no names at
+//! all. The line of names is the one with names in all cells, followed by rows of as many cells.
 
 use crate::header_unit::{HeaderUnit, is_unit, stem_and_unit, suffix_of};
 use crate::moment;
 use crate::separator::{Separator, fields};
 
-/// Lines that are looked at for the names of the columns; no program writes as many before its table.
+/// Lines that are searched for the names of the columns; no program writes as many before its table.
 const LINES_BEFORE: usize = 2000;
 
-/// Where a table begins.
+/// Start of a table.
 #[derive(Debug)]
 pub(crate) struct Start {
-    /// What stands between two columns.
+    /// Separator of two columns.
     pub separator: Separator,
     /// How many lines stand before that of the names, or before the first row if no line has names.
     pub lines_before: usize,
-    /// The names, where they do not stand in that line as it is: behind a `#`, or with units in a row below them.
+    /// The names, if that line does not contain them plainly: they are behind a `#`, or have units in a row below
+    /// them.
     pub names: Option<Vec<String>>,
     /// Lines of units below that of the names.
     pub units: usize,
@@ -63,7 +64,7 @@ impl Head<'_> {
                 }
                 None => {}
             }
-            // What begins with numbers is the table.
+            // A line that begins with numbers is the table.
             if rows_since {
                 break;
             }
@@ -90,7 +91,7 @@ impl Head<'_> {
         Start { separator, lines_before: index, names: is_joined.then_some(cells), units: 0 }
     }
 
-    /// Whether rows of so many cells follow a line, at once or below a row of units.
+    /// Whether rows of `width` cells follow a line, at once or below a row of units.
     fn rows_follow(&self, index: usize, width: usize, separator: Separator) -> bool {
         let mut next = self.lines[index + 1..].iter().filter(|line| !line.trim().is_empty());
         let is_row = |line: &&&str| {
@@ -150,10 +151,10 @@ impl Head<'_> {
     }
 }
 
-/// What begins a line of words in files of numbers.
+/// Start of a line of words in files of numbers.
 const COMMENT: [char; 2] = ['#', '%'];
 
-/// How many lines there are up to the last that begins with `#`, before anything else but empty ones.
+/// Number of lines up to the last that begins with `#`, before anything else but empty ones.
 fn first_after_comments(lines: &[&str]) -> usize {
     let words = lines.iter().take_while(|line| line.starts_with(COMMENT) || line.trim().is_empty());
     let is_comment: Vec<bool> = words.map(|line| line.starts_with(COMMENT)).collect();
@@ -178,7 +179,7 @@ fn row_cells(line: &str, separator: Separator) -> Vec<String> {
     cells
 }
 
-/// The cells of a line of names: `X [mm]` is one, whatever separates them.
+/// The cells of a line of names: `X [mm]` is one, with any separator.
 fn header_cells(line: &str, separator: Separator) -> Vec<String> {
     let mut cells: Vec<String> = Vec::new();
     for cell in row_cells(line, separator) {
@@ -197,7 +198,7 @@ fn header_cells(line: &str, separator: Separator) -> Vec<String> {
 fn with_unit(name: String, unit: &str) -> String {
     let bare = unit.trim_matches(['[', ']', '(', ')', ' ']);
     match stem_and_unit(&name).1 {
-        // `-` says that there is none.
+        // `-` marks a missing unit.
         HeaderUnit::Absent if suffix_of(&bare.to_lowercase()) != Some("") => format!("{name} [{bare}]"),
         _ => name,
     }
@@ -209,7 +210,7 @@ fn are_names(cells: &[String]) -> bool {
     cells.len() > 1 && 2 * named >= cells.len() && cells.iter().all(|cell| !is_value(cell))
 }
 
-/// Whether cells are a row: at least half of them are values, and the first one, where there are but two.
+/// Whether cells are a row: at least half of them are values, and the first one if there are only two.
 fn is_row(cells: &[String]) -> bool {
     let values = cells.iter().filter(|cell| is_value(cell)).count();
     cells.len() > 1 && 2 * values >= cells.len() && (cells.len() > 2 || is_value(&cells[0]))
@@ -255,7 +256,7 @@ mod tests {
             start("# made\n#timestamp, x [m], y []\n1,2,3\n"),
             (1, "commas".into(), names(&["timestamp", "x [m]", "y []"]))
         );
-        // Words are no names, and a line of names counts before them.
+        // Words are not names, and a line of names takes precedence.
         assert_eq!(start("# made by a logger\n1,2,3\n"), (1, "commas".into(), None));
         assert_eq!(start("# a,b,c\nt,x,y\n1,2,3\n"), (1, "commas".into(), None));
     }
@@ -265,7 +266,7 @@ mod tests {
         for text in ["1,2,3\n4,5,6\n", "t,x,y,z\n1,2,3\n1,2,3\n", "X,-1.5,-1\n0,1,2\n", "t,x\n", ""] {
             assert_eq!(start(text), (0, "commas".into(), None), "{text}");
         }
-        // A second table of the same width is none of the first: its names are met as a row.
+        // A second table of the same width does not belong to the first: its names are met as a row.
         assert_eq!(start("n,t,x\nrun,1,2\nrun,1,2\nn,t,x\nrun,1,2\n").0, 0);
     }
 }

@@ -1,4 +1,4 @@
-//! Where a value stands in a TOML file.
+//! Place of a value in a TOML file.
 
 use crate::error::{Error, Problem};
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! Units at the end of names: `x_mm`, `time_ns`. Inside, everything is metre and second.
 
-/// What a column measures.
+/// Quantity of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// A time stamp.
@@ -45,7 +45,7 @@ impl Quantity {
 /// Metres to the millimetres of files.
 pub const MM_PER_M: f64 = 1e3;
 
-/// Radians in a gon of files, of which a full turn has 400.
+/// Radians in a gon; a full turn has 400.
 const RAD_PER_GON: f64 = std::f64::consts::PI / 200.0;
 
 /// Radians in a degree of files.

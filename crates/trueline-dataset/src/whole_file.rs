@@ -1,4 +1,4 @@
-//! A file that appears whole or not at all: what was there before stays until then.
+//! A file that appears whole or not at all: the old one stays until then.
 
 use crate::error::{Error, Problem};
 use std::io::Write;
@@ -11,7 +11,7 @@ const MOST_LINKS: usize = 40;
 /// Writes beside the file and gives it its name when it is complete. A link keeps naming the file, and the file keeps its permissions.
 ///
 /// # Errors
-/// What the operating system says; the file is as it was then, and nothing is left beside it.
+/// Error of the operating system; the file is as it was then, and nothing is left beside it.
 pub fn write(path: &Path, content: &[u8]) -> io::Result<()> {
     // Pipes and devices have no whole that could appear.
     if fs::metadata(path).is_ok_and(|meta| !meta.is_file()) {
@@ -23,7 +23,7 @@ pub fn write(path: &Path, content: &[u8]) -> io::Result<()> {
         .and_then(|()| keep_permissions(&path, &unfinished))
         .and_then(|()| fs::rename(&unfinished, &path));
     if written.is_err() {
-        // Why it cannot be written is told; that the rest of it cannot be removed would say nothing more.
+        // The reason of the failed write is reported. A failed removal of the rest would add nothing.
         drop(fs::remove_file(&unfinished));
     }
     written
@@ -64,7 +64,7 @@ impl Unfinished {
     /// Begins a file, open for writing and reading.
     ///
     /// # Errors
-    /// What the operating system says; and a pipe or a device, which has no whole that could appear.
+    /// Error of the operating system; and a pipe or a device, which has no whole that could appear.
     pub fn create(path: &Path) -> io::Result<Self> {
         if fs::metadata(path).is_ok_and(|meta| !meta.is_file()) {
             return Err(io::Error::new(io::ErrorKind::InvalidInput, "only a file can be written in parts"));
@@ -84,7 +84,7 @@ impl Unfinished {
     /// Gives the file its name.
     ///
     /// # Errors
-    /// What the operating system says; what was there before stays.
+    /// Error of the operating system; the old file stays.
     pub fn finish(mut self) -> io::Result<()> {
         self.file.sync_all()?;
         keep_permissions(&self.path, &self.at)?;
@@ -97,7 +97,7 @@ impl Unfinished {
 impl Drop for Unfinished {
     fn drop(&mut self) {
         if !self.is_finished {
-            // Why it cannot be written is told; that the rest of it cannot be removed would say nothing more.
+            // The reason of the failed write is reported. A failed removal of the rest would add nothing.
             drop(fs::remove_file(&self.at));
         }
     }
@@ -110,7 +110,7 @@ fn unfinished(path: &Path) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// Looks whether a file can be written where it is to be, before the work is done for it.
+/// Checks whether a file can be written at its place, before the work is done.
 ///
 /// # Errors
 /// A folder of that name, and a folder that is not there.

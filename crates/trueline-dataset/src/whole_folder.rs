@@ -6,7 +6,7 @@ use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
-/// What commands write into a folder, pictures aside; a folder with anything else in it is never replaced.
+/// Files that commands write into a folder, pictures aside. A folder with any other file is never replaced.
 const OURS: [&str; 24] = [
     "sensor.toml",
     "robot.csv",
@@ -34,10 +34,10 @@ const OURS: [&str; 24] = [
     "cell.toml",
 ];
 
-/// Those of them that are folders.
+/// The folders among them.
 const FOLDERS: [&str; 6] = ["images", "boards", "stripes", "without-laser", "moving", "check"];
 
-/// A folder in the making, beside where it is to be.
+/// A folder in the making, beside its final place.
 #[derive(Debug)]
 pub struct WholeFolder {
     target: PathBuf,
@@ -46,11 +46,12 @@ pub struct WholeFolder {
 }
 
 impl WholeFolder {
-    /// Begins. The target must not exist, or be empty, unless it may be replaced; what an interrupted run left beside it is
-    /// removed.
+    /// Begins. The target must not exist, or be empty, unless it may be replaced. Leftovers of an interrupted run beside it
+    /// are removed.
     ///
     /// # Errors
-    /// A target that is in use, or has no name of its own (`.`, `..`, `/`); one that has anything in it that trueline does not write; what cannot be made.
+    /// Refuses a target in use or without a name of its own (`.`, `..`, `/`), a target with foreign content, and a folder
+    /// that cannot be made.
     pub fn begin(target: &Path, replace: bool) -> Result<Self, Error> {
         if target.file_name().is_none() {
             return Err(Error::in_file(target, Problem::FolderWithoutName));
@@ -89,12 +90,13 @@ impl WholeFolder {
         &self.unfinished
     }
 
-    /// Gives the folder its name. A folder that it replaces is kept beside it, unless it has the same files with the same content: names
-    /// do not tell a simulation from what somebody recorded. Returns where the former folder is now, if it is kept.
+    /// Gives the folder its name. A replaced folder is kept next to it, unless it has the same files with the same
+    /// content: names do not distinguish a simulation from a recording. Returns where the former folder is now, if it is
+    /// kept.
     ///
     /// # Errors
-    /// A target with files that the new folder does not have, pictures of a scan say. What the operating system says. Then the target
-    /// is as it was.
+    /// A target with files that the new folder does not have, pictures of a scan say. Error of the operating system. Then
+    /// the target is as it was.
     pub fn finish(mut self) -> Result<Option<PathBuf>, Error> {
         let renamed = |from: &Path, to: &Path| {
             fs::rename(from, to).map_err(|error| Error::in_file(to, Problem::Io(error)))
@@ -143,7 +145,7 @@ impl WholeFolder {
 impl Drop for WholeFolder {
     fn drop(&mut self) {
         if !self.finished {
-            // It is told already why there is no folder.
+            // The reason for the missing folder is reported already.
             drop(fs::remove_dir_all(&self.unfinished));
         }
     }
@@ -156,7 +158,7 @@ fn beside(target: &Path, what: &str) -> PathBuf {
     target.with_file_name(name)
 }
 
-/// A name for what is replaced that nothing has: nothing but what was moved there is removed.
+/// An unused name for the replaced folder: only our own copy is removed.
 fn free_beside(target: &Path) -> PathBuf {
     let mut names = (1..).map(|k| beside(target, &format!("replaced-{k}")));
     names.find(|name| !name.exists()).unwrap_or_else(|| unreachable!("numbers do not end"))
@@ -188,7 +190,7 @@ fn check_nothing_is_lost(before: &Path, after: &Path) -> Result<(), Error> {
 /// Whether every file below a folder is in the other one too, with the same content.
 fn is_contained(before: &Path, after: &Path) -> Result<bool, Error> {
     let io = |error| Error::in_file(before, Problem::Io(error));
-    // What a link names is nobody's copy.
+    // A link's target is not a copy of ours.
     let kind = fs::symlink_metadata(before).map_err(io)?;
     if !kind.is_dir() {
         return Ok(kind.is_file() && after.is_file() && is_same_content(before, after).map_err(io)?);
@@ -222,7 +224,7 @@ fn is_same_content(one: &Path, other: &Path) -> io::Result<bool> {
     }
 }
 
-/// Refuses a file, and a folder in which there is anything else than what commands write.
+/// Refuses a file, and a folder with files that no command writes.
 fn check_is_ours(folder: &Path) -> Result<(), Error> {
     if folder.is_file() {
         return Err(Error::in_file(folder, Problem::AlreadyExists));

@@ -1,4 +1,4 @@
-//! A recording as it is read back from the folder that is written from it.
+//! A recording in the form that its written folder gives back.
 //!
 //! A dataset folder holds millimetres, and columns that are filled for all rows or for none. A recording that never becomes a
 //! folder goes through the same form, so that both give the same result to the last digit.
@@ -11,8 +11,8 @@ use nalgebra::{UnitQuaternion, Vector3};
 use std::path::Path;
 use trueline_geometry::se3;
 
-/// The numbers that reading gives after [`crate::folder::write`]. The sensor stays as it is if `keeps_sensor`: its file is
-/// then written in its own words.
+/// The numbers that reading gives after [`crate::folder::write`]. The sensor stays unchanged if `keeps_sensor`: its file
+/// is then written in its own words.
 ///
 /// # Errors
 /// A sensor that cannot be written.

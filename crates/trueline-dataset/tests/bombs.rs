@@ -17,7 +17,7 @@ static ALONE: Mutex<()> = Mutex::new(());
 
 const MB: usize = 1 << 20;
 
-/// What was said, and the memory that it took at most, bytes.
+/// The message, and the largest memory used, bytes.
 fn refused<T>(read: impl FnOnce() -> Result<T, trueline_dataset::Error>) -> (String, usize) {
     MEMORY.reset_peak_usage();
     let before = MEMORY.current_usage();
@@ -260,6 +260,6 @@ fn tables_that_grow_too_much_when_decompressed_are_refused() {
     drop(blanks);
     let (said, peak) = refused_table(&matlab);
     assert!(said.contains("grow too much"), "{said}");
-    // What is free is 64 MB; a buffer that grows from that to the double is there twice for a moment.
+    // 64 MB are free; while a buffer grows from this to the double, both exist for a moment.
     assert!(peak < 3 * 64 * MB + 4 * MB, "{peak} bytes");
 }

@@ -40,8 +40,8 @@ fn read_case(name: &str, robot: Option<&str>, columns: &str) -> Option<Result<Im
 #[test]
 fn one_log_in_six_writings_is_one_motion() {
     const NO_HEADER: &str = "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz";
-    // The reference prints stamps of nine digits, to half of 1e-8 s; what is rounded in each of the others comes on top: stamps, positions
-    // and angles of the last digit that it prints.
+    // The reference prints stamps of nine digits, to half of 1e-8 s. The rounding of the others is added: the last printed
+    // digit of stamps, positions and angles.
     let reference_s = 5e-9;
     for (name, robot, columns, (stamp_s, position_mm, angle_rad), starts_s) in [
         ("no-header", None, NO_HEADER, (1e-8, 1e-5, 1e-6), 0.0),

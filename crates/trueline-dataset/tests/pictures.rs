@@ -1,4 +1,4 @@
-//! Pictures and their index: what is read, and what is refused with which words.
+//! Pictures and their index: readable forms, and refusals with their words.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use proptest::prelude::*;
@@ -143,7 +143,7 @@ fn pictures_that_cannot_be_used_say_why() {
     assert!(said().contains("expected a gray picture of 8 or 16 bits, found 8 bits, Rgb"), "{}", said());
 }
 
-/// Whatever is left of a picture that was cut off is no picture.
+/// The rest of a truncated picture is not a picture.
 #[test]
 fn a_picture_that_is_cut_off_is_refused_wherever_it_ends() {
     let folder = tempfile::tempdir().unwrap();
@@ -270,7 +270,7 @@ fn of_colour_pictures_of_any_form_the_laser_s_channel_is_read() {
         for end in (0..bytes.len()).step_by(37) {
             let folder = folder_of(name, &bytes[..end]);
             let read = PictureFolder::open(folder.path()).unwrap().read(0, &mut Vec::new());
-            // What lies behind the last pixel may be missing.
+            // Data after the last pixel may be missing.
             assert!(read.is_err() || read.unwrap() == image, "{name} cut off at {end}");
         }
     }
@@ -293,7 +293,7 @@ fn a_picture_is_what_its_bytes_say_and_not_its_name() {
     let pictures = PictureFolder::open(folder.path()).unwrap();
     assert_eq!(pictures.read(0, &mut Vec::new()).unwrap().width, 64);
     assert_eq!(pictures.channel(), Some(Channel::Red));
-    // What is no picture at all is told as what its name says.
+    // A file that is not a picture is reported by its name.
     let folder = folder_of("a.png", b"no picture");
     let refusal =
         PictureFolder::open(folder.path()).unwrap().read(0, &mut Vec::new()).unwrap_err().to_string();
@@ -339,8 +339,8 @@ fn frames_follow_from_the_numbers_in_names() {
     assert!(frames(rate).unwrap_err().to_string().contains("the name has no number"));
 }
 
-/// In daylight red paper, white metal and a red laser are bright in red; only what has the laser's colour stands above green and blue, and
-/// only in the stripe it does so beside what does not.
+/// In daylight red paper, white metal and a red laser are bright in red. Only light of the laser's colour stands above green
+/// and blue, and only in the stripe does it exceed its neighbours.
 #[test]
 fn a_colour_is_how_far_a_channel_stands_above_both_others() {
     let pixel = |k: usize| match (k / 64, k % 64) {

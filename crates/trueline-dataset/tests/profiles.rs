@@ -30,7 +30,7 @@ fn our_own_long_form() {
     assert_eq!(profiles_csv::read(Path::new("profiles.csv"), written.as_slice()).unwrap(), profiles);
 }
 
-/// What stands for "no return" in other programs' files is no range.
+/// The symbols for "no return" in other programs' files are not ranges.
 #[test]
 fn a_huge_number_is_no_measurement() {
     for text in ["time_s,x_mm,z_mm\n0,1,1e300\n", "time_s,x0_mm,dx_mm,z0_mm,z1_mm\n0,1,1,2,-1e300\n"] {
@@ -113,7 +113,7 @@ fn gocator_rows_that_do_not_fit_are_refused_at_their_line() {
     assert_eq!(read(ProfileFormat::Gocator, &padded, None).unwrap()[0].points.len(), 3);
 }
 
-/// What is no point is told by its value: a sensor that hangs high measures below −100 mm.
+/// Their value marks missing points: a sensor that hangs high measures below −100 mm.
 #[test]
 fn keyence_heights_below_a_hundred_millimetres_are_heights() {
     let columns = Some(EvenColumns { first_mm: 0.0, step_mm: 1.0 });
@@ -242,7 +242,7 @@ fn profiles_get_their_stamps_or_a_hint() {
 }
 
 proptest! {
-    /// Whatever bytes a file holds, reading it ends in profiles or in an error, never in a panic.
+    /// For any bytes in a file, reading ends in profiles or in an error, never in a panic.
     #[test]
     fn any_bytes_are_survived(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
         let headed = [b"ply\nformat binary_little_endian 1.0\nelement vertex 9999999999999\nproperty float x\nproperty int z\nproperty char y\nend_header\n".to_vec(), bytes.clone()].concat();
@@ -354,7 +354,7 @@ mod as_parquet {
             ("frame", Values::Short(&[7, 7, 7, 8])),
         ])
         .unwrap();
-        // All that these fractions of two have is exact.
+        // These fractions of powers of two are exact.
         let points = |k: usize| profiles[k].points.iter().map(|p| [p.x_m, p.z_m]).collect::<Vec<_>>();
         assert_eq!(profiles.iter().map(|p| p.frame).collect::<Vec<_>>(), [Some(7), Some(8)]);
         assert_eq!(profiles[0].stamp_ns, 1_700_000_000_000_001_000);
@@ -428,7 +428,7 @@ fn profiles_that_are_newer_than_the_features_beside_them_are_mentioned() {
         assert_eq!(notes.iter().any(|note| note.contains("is newer")), is_told, "{notes:?}");
         assert_eq!(notes.iter().any(|note| note.contains("is ignored")), !is_told, "{notes:?}");
     }
-    // What `features` has written from them needs no word.
+    // Files from `features` need no option.
     write("profiles.csv", "time_s,x_mm,z_mm\n0.5,1,100\n", 5);
     write("stripes.csv", "time_s,frame,plate,x1_mm,z1_mm,x2_mm,z2_mm,sigma_n_mm\n", 10);
     let notes = trueline_dataset::folder::read_content(dir.path()).map(|content| content.notes);

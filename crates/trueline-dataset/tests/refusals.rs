@@ -183,7 +183,7 @@ fn pictures_whose_names_have_commas_and_quotes_are_found_again() {
     assert!(!images::index_of(dir.path()).exists());
 }
 
-/// What is replaced is moved out of the way to where nothing is.
+/// The replaced folder is moved aside to a free name.
 #[test]
 fn a_folder_that_is_named_as_a_replaced_one_stays() {
     let dir = tempfile::tempdir().unwrap();

@@ -1,5 +1,5 @@
-//! The file of a result: what is written is read again, older files are read, newer ones are refused, and the JSON Schema in
-//! `docs` is that of the type.
+//! The file of a result: written files are read again, older files are read, newer ones are refused, and the JSON Schema in
+//! `docs` matches the type.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use serde_json::{Value, json};

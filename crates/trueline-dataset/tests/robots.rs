@@ -131,7 +131,7 @@ fn every_maker_by_name() {
     ] {
         let imported = import(&text, RobotLayout::named(robot), &[]).unwrap();
         assert_is_the_pose(&imported.recording.robot[0], robot);
-        // What was assumed is said.
+        // Assumptions are reported.
         assert!(imported.notes.iter().any(|note| note.contains("read as ")), "{:?}", imported.notes);
     }
     assert!(RobotLayout::named("acme").is_none());
@@ -184,7 +184,7 @@ fn a_unit_in_the_header_counts_and_one_that_is_not_known_is_refused() {
         assert!(error.to_string().ends_with(&expected), "{error}");
         assert!(error.hint().contains("gon"), "{}", error.hint());
     }
-    // What the user says of a column counts; what is not a column of the pose is nobody's concern.
+    // The user's statement about a column counts; columns outside the pose are ignored.
     let text =
         "t,X (actual),Y,Z,A,B,C,torque [Nm]\n".to_owned() + &row(1.0, &angles(1.0)).replace('\n', ",7\n");
     let imported = import(&text, RobotLayout::named("kuka"), &[("x_mm", "X (actual)")]).unwrap();

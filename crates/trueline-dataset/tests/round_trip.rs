@@ -1,4 +1,4 @@
-//! What is written is read back; units are converted; foreign formats arrive.
+//! Written data are read back; units are converted; foreign formats are read.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use proptest::prelude::*;
@@ -174,7 +174,7 @@ fn tum_has_w_last_and_foreign_csv_is_renamed() {
 }
 
 proptest! {
-    /// Whatever bytes a file holds, reading it ends in a table or in an error, never in a panic.
+    /// For any bytes in a file, reading ends in a table or in an error, never in a panic.
     #[test]
     fn any_bytes_are_survived(bytes in proptest::collection::vec(any::<u8>(), 0..200), cut in 0..120_usize) {
         let _ = robot_csv::read(Path::new("robot.csv"), bytes.as_slice());

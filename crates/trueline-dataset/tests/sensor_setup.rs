@@ -1,4 +1,4 @@
-//! What `sensor.toml` says beside the sensor: read, written, converted, refused.
+//! Contents of `sensor.toml` besides the sensor: read, written, converted, refused.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::DMatrix;

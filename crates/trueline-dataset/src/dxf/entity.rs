@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 
 /// Points of a whole turn: a radius of 50 mm is cut by half a micrometre.
 const PER_TURN: f64 = 720.0;
-/// A plane whose normal is this near to z has its axes from y [the format's own number].
+/// A plane with a normal this near to z has its axes from y [the format's own number].
 const NEAR_Z: f64 = 1.0 / 64.0;
 
 /// An entity with its pairs.
@@ -59,7 +59,7 @@ impl Entity<'_> {
         own.map_or(Ok(0), |pair| pairs.whole(pair))
     }
 
-    /// x and y at `code` and the next ten, z where there is one.
+    /// x and y at `code` and the next ten, z if present.
     fn point(&self, pairs: &Pairs<'_>, code: i64) -> Result<Vector3<f64>, Error> {
         let [x, y] = [self.needed(pairs, code)?, self.needed(pairs, code + 10)?];
         Ok(Vector3::new(x, y, self.number(pairs, code + 20)?.unwrap_or(0.0)))
@@ -156,7 +156,7 @@ impl Entity<'_> {
         let degree = self.needed(pairs, 71)?;
         let nurbs = Nurbs::new(degree, self.numbers(pairs, 40)?, control, self.numbers(pairs, 41)?);
         let nurbs = nurbs
-            .ok_or_else(|| self.wrong(pairs, "whose knots, weights and control points do not go together"))?;
+            .ok_or_else(|| self.wrong(pairs, "with knots, weights and control points that do not fit"))?;
         Ok(nurbs.points())
     }
 }

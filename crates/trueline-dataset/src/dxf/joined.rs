@@ -11,7 +11,7 @@ const MOST_PIECES: usize = 20_000;
 
 /// Points along an entity, in the unit of the drawing.
 pub(super) struct Piece {
-    /// Where it begins in the file.
+    /// Its first line in the file.
     pub(super) line: u64,
     /// The points.
     pub(super) points: Vec<Vector3<f64>>,
@@ -59,7 +59,7 @@ pub(super) fn one_curve(pairs: &Pairs<'_>, mut pieces: Vec<Piece>) -> Result<Vec
             curve = points;
         }
     }
-    // Where pieces meet the same point is there twice.
+    // At the joint of two pieces the same point occurs twice.
     let last = curve.len() - 1;
     let is_ring = last > 2 && (curve[last] - curve[0]).norm() <= near;
     curve.dedup_by(|next, before| (*next - *before).norm() <= near);

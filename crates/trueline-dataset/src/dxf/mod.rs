@@ -1,7 +1,7 @@
 //! The one curve of a drawing in DXF: lines, arcs, polylines and splines that meet end to end.
 //!
-//! DXF in text is lines in pairs, a code and its value; the tables of a drawing are skipped. A library for the whole format brings thirty
-//! others, two of them abandoned, and forgets in which line a mistake was: that is why this is read here.
+//! DXF in text is lines in pairs, a code and its value; the tables of a drawing are skipped. A library for the whole format
+//! needs thirty others, two of them abandoned, and forgets the line of a mistake. So the format is read here.
 
 mod entity;
 mod joined;

@@ -13,7 +13,7 @@ const BINARY: &[u8] = b"AutoCAD Binary DXF";
 /// A code and its value.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair<'a> {
-    /// What the value is.
+    /// Kind of the value.
     pub code: i64,
     /// The value.
     pub value: &'a str,
@@ -42,7 +42,7 @@ impl<'a> Pairs<'a> {
     pub(super) fn next_pair(&mut self) -> Result<Option<Pair<'a>>, Error> {
         let Some((at, code)) = self.lines.next() else { return Ok(None) };
         let code = text(code);
-        // What follows the last line end, and empty lines there.
+        // Text after the last line end, and empty lines there.
         if code.is_empty() && self.lines.clone().all(|(_, line)| text(line).is_empty()) {
             return Ok(None);
         }
@@ -53,9 +53,8 @@ impl<'a> Pairs<'a> {
                 "check that this is a DXF drawing: its lines are a code and a value in turn",
             )
         };
-        let code: i64 = code
-            .parse()
-            .map_err(|_| broken(self, format!("a DXF file with `{code}` in the place of a code")))?;
+        let code: i64 =
+            code.parse().map_err(|_| broken(self, format!("a DXF file with `{code}` in place of a code")))?;
         let Some((next, value)) = self.lines.next() else {
             return Err(broken(self, "a DXF file that ends after a code".to_owned()));
         };
@@ -74,22 +73,22 @@ impl<'a> Pairs<'a> {
     }
 
     fn no_number(&self, pair: &Pair<'_>, expected: &str) -> Error {
-        let what = format!("a DXF file with `{}` in the place of {expected}", pair.value);
+        let what = format!("a DXF file with `{}` in place of {expected}", pair.value);
         self.error(pair.line, what, "export the drawing again: this value is broken")
     }
 
-    /// What is wrong in a line.
+    /// The fault in a line.
     pub(super) fn error(&self, line: u64, what: String, hint: &'static str) -> Error {
         Error::at_line(self.file, line, Problem::Unreadable { what, hint })
     }
 
-    /// What is wrong with all.
+    /// The fault of all.
     pub(super) fn file_error(&self, what: &str, hint: &'static str) -> Error {
         Error::unreadable(self.file, what, hint)
     }
 }
 
-/// A line without its blanks. What is no text is no number either, and is refused where it is needed.
+/// A line without its blanks. Bytes that are not text are not a number either, and are refused where one is needed.
 fn text(line: &[u8]) -> &str {
     std::str::from_utf8(line).unwrap_or("?").trim()
 }

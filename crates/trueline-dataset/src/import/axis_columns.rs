@@ -20,18 +20,18 @@ use trueline_geometry::AxisKind;
 pub struct AxisColumn {
     /// Its name.
     pub name: String,
-    /// The unit of its values as our columns have it (`_deg`, `_mm`, …), where it is stated.
+    /// The unit of its values in our columns' form (`_deg`, `_mm`, …), if stated.
     pub unit: Option<&'static str>,
     /// Their column, or their joint.
     pub theirs: String,
-    /// What it moves, where that is stated.
+    /// The body that it moves, if stated.
     pub carries: Option<Carries>,
 }
 
 impl FromStr for AxisColumn {
     type Err = String;
 
-    /// Reads `NAME=COLUMN`, `NAME_deg=COLUMN` or `NAME_mm=COLUMN`, with `,part`, `,robot` or `,sensor` behind it where that is stated.
+    /// Reads `NAME=COLUMN`, `NAME_deg=COLUMN` or `NAME_mm=COLUMN`, optionally followed by `,part`, `,robot` or `,sensor`.
     fn from_str(text: &str) -> Result<Self, String> {
         let form =
             || "write NAME_deg=COLUMN or NAME_mm=COLUMN, as in table_deg=E1 or track_mm=E2,robot".to_owned();
@@ -44,7 +44,7 @@ impl FromStr for AxisColumn {
             return Err(form());
         }
         if !is_axis_name(name) {
-            return Err(format!("`{name}` is no name of an axis: letters, digits, - and _"));
+            return Err(format!("`{name}` is not a valid name of an axis: letters, digits, - and _"));
         }
         Ok(Self { name: name.to_owned(), unit, theirs: theirs.trim().to_owned(), carries })
     }
@@ -60,7 +60,7 @@ fn name_and_unit(ours: &str) -> (&str, Option<&'static str>) {
     longest.map_or((ours, None), |(name, suffix)| (name, Some(suffix)))
 }
 
-/// The kind of an axis whose values are in a unit.
+/// The kind of an axis with values in a unit.
 #[must_use]
 pub fn kind_of_unit(unit: &str) -> Option<AxisKind> {
     let is_of = |quantity: Quantity| quantity.suffixes().iter().any(|(suffix, _)| *suffix == unit);
@@ -78,7 +78,7 @@ pub fn size_of_unit(unit: &str) -> f64 {
     units.into_iter().find(|(suffix, _)| *suffix == unit).map_or(1.0, |(_, size)| *size)
 }
 
-/// What an axis of a kind carries where nobody says it: a table turns the part, a track shifts the robot.
+/// The usual carriage of a kind of axis: a table turns the part, a track shifts the robot.
 #[must_use]
 pub fn usually_carries(kind: AxisKind) -> Carries {
     match kind {
@@ -88,7 +88,7 @@ pub fn usually_carries(kind: AxisKind) -> Carries {
 }
 
 impl AxisColumn {
-    /// The axis by its unit and by what is said of it elsewhere; `note` is what to say of an assumption.
+    /// The axis by its unit and by its description elsewhere; `note` is the remark about an assumption.
     ///
     /// # Errors
     /// No unit, and a unit that is not of its kind.
@@ -142,18 +142,18 @@ pub(super) struct AxisTable {
     pub csv: Vec<u8>,
 }
 
-/// The axes of a log by what is asked for.
+/// The requested axes of a log.
 pub(super) struct AskedAxes<'a> {
-    /// What is asked for.
+    /// The requested axes.
     pub columns: &'a [AxisColumn],
-    /// What `cell.toml` beside the log says.
+    /// The statements of `cell.toml` beside the log.
     pub described: &'a [AxisRecord],
-    /// Units of a rotary and of a linear axis of which neither name says one, as the maker of the robot has them.
+    /// Units of a rotary and of a linear axis without a stated unit, as usual for the robot's maker.
     pub usual_units: Option<[&'static str; 2]>,
 }
 
 impl AskedAxes<'_> {
-    /// Takes the columns of the axes out of a table and reads them; none where none are asked for.
+    /// Takes the columns of the axes out of a table and reads them; none if none are requested.
     ///
     /// # Errors
     /// The first column that cannot be used.
@@ -168,10 +168,10 @@ impl AskedAxes<'_> {
         axes_csv::read(file, &csv, axes, stops)
     }
 
-    /// The axes without values and the table of their values, which is taken out of the log's; `None` where none are asked for.
+    /// The axes without values, and the table of their values, taken from the log's; `None` if none are requested.
     ///
     /// # Errors
-    /// An axis without a unit, or that contradicts what is said of it; one that is described and not asked for.
+    /// An axis without a unit, or one that contradicts its description; a described axis that is not requested.
     pub(super) fn text(
         &self,
         file: &Path,
@@ -226,7 +226,8 @@ impl AskedAxes<'_> {
     }
 }
 
-/// A table without the columns of the axes, and these with what pairs their rows, under other names; lines keep their numbers.
+/// A table without the columns of the axes, and these with the key of their rows, under other names; lines keep their
+/// numbers.
 fn split(csv: &[u8], names: &[(String, String)]) -> (Vec<u8>, Vec<u8>) {
     let text = String::from_utf8_lossy(csv);
     let (mut poses, mut axes) = (String::new(), String::new());

@@ -1,11 +1,11 @@
-//! What the times of a log are counted from: seconds from anywhere, times of day, or dates.
+//! Origin of a log's times: seconds from anywhere, times of day, or dates.
 
 use crate::error::Problem;
 use crate::log_problem::LogProblem;
 use crate::moment::{self, DAY_NS, Moment};
 use crate::stamp::format_seconds;
 
-/// What the times of a stream are counted from.
+/// Origin of a stream's times.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Clock {
     /// A number of seconds from anywhere.
@@ -27,7 +27,7 @@ pub(crate) struct ClockReader {
     days: i64,
 }
 
-/// A time of day that is so much earlier than the one before is of the next day.
+/// A time of day that is this much earlier than the one before is of the next day.
 const HALF_A_DAY_NS: i64 = DAY_NS / 2;
 
 impl ClockReader {
@@ -48,7 +48,7 @@ impl ClockReader {
     /// Nanoseconds of a cell.
     ///
     /// # Errors
-    /// A cell of another kind than the first one, and a date whose day and month are ambiguous.
+    /// A cell of another kind than the first one, or a date with ambiguous day and month.
     pub(crate) fn ns(&mut self, cell: &str) -> Result<i64, Problem> {
         let other = || LogProblem::NotATime { text: cell.to_owned(), like: self.clock.words() };
         match (moment::parse(cell), self.clock) {
@@ -77,7 +77,7 @@ impl ClockReader {
 }
 
 impl Clock {
-    /// What a cell of it looks like.
+    /// Appearance of its cells.
     pub(crate) fn words(self) -> &'static str {
         match self {
             Self::Seconds => "a number of seconds",
@@ -92,11 +92,12 @@ impl Clock {
 const SHORTEST_STEP_NS: f64 = 0.5e6;
 /// ... nor, ns, further apart than this.
 const LONGEST_STEP_NS: f64 = 0.5e9;
-/// Steps of up to so many units may be of this unit or of one a thousand times as large: a millisecond, and a second of a slow logger.
+/// Steps in this range may be of this unit or of one a thousand times as large: a millisecond, and a second of a slow
+/// logger.
 const EITHER: std::ops::RangeInclusive<f64> = 0.5..=2.0;
 
-/// The unit of numbers whose column names none, by the middle step from one to the next: only one of s, ms, µs and ns makes it that of a
-/// log. `None` where none does, or where two could.
+/// The unit of numbers without a named unit, by the median step. Only one of s, ms, µs and ns gives the step of a log.
+/// `None` if none does, or if two could.
 pub(crate) fn unit_of_steps(first: &[&str]) -> Option<(&'static str, f64)> {
     let numbers: Vec<f64> = first.iter().filter_map(|text| text.parse().ok()).collect();
     let mut steps: Vec<f64> =
@@ -111,8 +112,8 @@ pub(crate) fn unit_of_steps(first: &[&str]) -> Option<(&'static str, f64)> {
     units.iter().find(fits).map(|(unit, ns)| (*unit, step * ns * 1e-6))
 }
 
-/// What is to be added to the stamps of a second stream so that both count from the same, ns, and what there is to say of it. `first` and
-/// `second` are where the streams begin and end, ns.
+/// Amount to add to the stamps of a second stream so that both count from the same origin, ns, and a remark about it.
+/// `first` and `second` are where the streams begin and end, ns.
 pub(crate) fn to_common(
     [first, second]: [Clock; 2],
     [first_ns, second_ns]: [(i64, i64); 2],
@@ -161,7 +162,7 @@ mod tests {
             .map(|cell| reader.seconds(cell).unwrap())
             .collect();
         assert_eq!(read, ["86399.500000000", "86400.100000000", "86401.000000000"]);
-        // A stamp that is a little earlier is none of the next day: it is met as time that runs backwards.
+        // A stamp that is a little earlier is not of the next day: it is reported as time that runs backwards.
         assert_eq!(reader.seconds("00:00:00.9").unwrap(), "86400.900000000");
         assert!(reader.seconds("1.5").is_err() && ClockReader::of("1.5").is_none());
         assert!(ClockReader::of("03/04/2026 09:15:01").unwrap().ns("03/04/2026 09:15:01").is_err());

@@ -25,14 +25,14 @@ use crate::{features_csv, folder, profile_file, profiles_csv, robot_csv, sensor_
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Where the files are and what their columns mean.
+/// Places of the files and meaning of their columns.
 #[derive(Clone, Debug, Default)]
 pub struct CsvFolder {
     /// Robot poses.
     pub robot: PathBuf,
-    /// Features; not read where there are profiles.
+    /// Features; not read if there are profiles.
     pub features: PathBuf,
-    /// Whole profiles in the place of features.
+    /// Whole profiles in place of features.
     pub profiles: Option<ProfileSource>,
     /// `sensor.toml`.
     pub sensor: PathBuf,
@@ -42,13 +42,13 @@ pub struct CsvFolder {
     pub features_map: Vec<ColumnMapping>,
     /// How the robot's maker writes a pose.
     pub layout: Option<RobotLayout>,
-    /// What the robot's log does not say of itself.
+    /// Properties that the robot's log does not state.
     pub robot_form: TableForm,
-    /// What the table of features does not say of itself.
+    /// Properties that the table of features does not state.
     pub features_form: TableForm,
-    /// A folder of pictures, which is looked at where there are neither features nor profiles.
+    /// A folder of pictures, used if there are neither features nor profiles.
     pub images: Option<PathBuf>,
-    /// What says when the pictures were taken, where they have no index; a rate begins at the robot's first pose.
+    /// Source of the pictures' times, if they have no index. A rate starts at the robot's first pose.
     pub picture_stamps: Option<PictureStamps>,
     /// External axes in columns of the robot's log.
     pub axes: Vec<AxisColumn>,
@@ -59,34 +59,34 @@ pub struct CsvFolder {
 pub struct ProfileSource {
     /// The file.
     pub file: PathBuf,
-    /// Its format; `None` for `profiles.csv`, long or wide, or what the content shows beyond doubt.
+    /// Its format; `None` for `profiles.csv`, long or wide, or a format that the content shows beyond doubt.
     pub format: Option<ProfileFormat>,
-    /// Where its columns lie, if the file does not tell.
+    /// Places of its columns, if the file does not state them.
     pub columns: Option<EvenColumns>,
     /// When its profiles were taken, if the file does not tell.
     pub timing: Option<Timing>,
-    /// What the stamps of `timing` are counted from.
+    /// Origin of the stamps of `timing`.
     pub clock: Clock,
-    /// The range that stands for no return, m, if the user names one.
+    /// The code for no return, m, if the user states one.
     pub no_return_m: Option<f64>,
 }
 
-/// What came in, and what was recognised.
+/// The imported data, and remarks on them.
 #[derive(Clone, Debug)]
 pub struct Imported {
-    /// The recording; without features where there are profiles or pictures. Its sensor says nothing where `camera` is one.
+    /// The recording; without features if there are profiles or pictures. Its sensor is a placeholder if `camera` is one.
     pub recording: Recording,
-    /// The camera of pictures whose laser plane is not known: of a board it is not needed.
+    /// The camera of pictures without a known laser plane: a board does not need it.
     pub camera: Option<CameraFile>,
     /// Whole profiles.
     pub profiles: Vec<Profile>,
-    /// Pictures with their stamps, where they lie now.
+    /// Pictures with their stamps, at their present places.
     pub pictures: Vec<FrameFile>,
-    /// What was recognised, assumed or left out: to be said.
+    /// Remarks: recognised, assumed or ignored data.
     pub notes: Vec<String>,
 }
 
-/// What the sensor saw, and what its stamps are counted from.
+/// The sensor's readings, and the origin of their stamps.
 #[derive(Default)]
 struct Seen {
     features: Vec<Feature>,
@@ -148,7 +148,7 @@ impl CsvFolder {
         Ok(axes)
     }
 
-    /// What is said beside the robot's table of the axes that are its columns.
+    /// The descriptions, beside the robot's table, of the axes that are its columns.
     ///
     /// # Errors
     /// A description that cannot be used, or values of axes beside the table as well.
@@ -171,17 +171,17 @@ impl CsvFolder {
         AskedAxes { columns: &self.axes, described, usual_units: self.layout.as_ref().map(units) }
     }
 
-    /// The names of the robot's columns, those of the axes first.
+    /// The names of the robot's columns, with those of the axes first.
     pub(super) fn robot_names(&self) -> Vec<ColumnMapping> {
         self.axes.iter().map(AxisColumn::mapping).chain(self.robot_map.iter().cloned()).collect()
     }
 
-    /// Whether there are pictures in the place of features.
+    /// Whether there are pictures in place of features.
     pub(super) fn has_pictures(&self) -> bool {
         self.images.is_some() && !self.features.exists()
     }
 
-    /// The sensor, or of pictures a camera alone, whose place a sensor without a camera then takes.
+    /// The sensor, or for pictures a camera alone; its place is then taken by a sensor without a camera.
     pub(super) fn read_sensor_or_camera(
         &self,
         notes: &mut Vec<String>,
@@ -204,7 +204,7 @@ impl CsvFolder {
 
     fn read_sensor(&self, notes: &mut Vec<String>) -> Result<SensorFile, Error> {
         if self.profiles.is_some() && !self.sensor.exists() {
-            notes.push(format!("{} is not there: profiles are those of a profiler", self.sensor.display()));
+            notes.push(format!("{} is missing: profiles need a profiler", self.sensor.display()));
             return Ok(SensorFile { sensor: Sensor::Profiler, setup: SensorSetup::default() });
         }
         let read =
@@ -274,7 +274,7 @@ impl CsvFolder {
         Ok((robot, table.clock, axes))
     }
 
-    /// `stripes.csv` beside the features, where it is; of whole profiles the stripes are found in them.
+    /// `stripes.csv` beside the features, if present; for whole profiles the stripes are found in them.
     fn read_stripes(&self, sensor: &Sensor, notes: &mut Vec<String>) -> Result<Vec<PlateStripe>, Error> {
         let file = self.features.with_file_name("stripes.csv");
         if self.profiles.is_some() || self.has_pictures() || !file.exists() {

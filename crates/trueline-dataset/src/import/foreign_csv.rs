@@ -24,26 +24,26 @@ pub struct ColumnMapping {
 /// How our name of a column of an external axis begins while its unit is not known.
 pub(super) const OF_AXIS: &str = "axis ";
 
-/// How the names of a foreign table become ours. What is not renamed keeps its name; what then is none of ours is left out.
+/// How the names of a foreign table become ours. A column without a new name keeps its name. An unknown name is left out.
 pub struct Renaming<'a> {
-    /// What the user named.
+    /// The user's names.
     pub map: &'a [ColumnMapping],
-    /// The robot's maker, for what the user did not name.
+    /// The robot's maker, for columns that the user did not name.
     pub layout: Option<&'a RobotLayout>,
     /// Whether a name is one of ours.
     pub is_ours: &'a dyn Fn(&str) -> bool,
 }
 
-/// What a file does not say of itself.
+/// Properties that a file does not state.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TableForm {
-    /// What separates columns; recognised where it is not named.
+    /// The separator of columns; recognised if not stated.
     pub separator: Option<Separator>,
-    /// Lines at its beginning that are no part of the table.
+    /// Lines at its beginning before the table.
     pub skipped_lines: usize,
-    /// The names of its columns, in the place of those that it has; `-` or `_` is not used.
+    /// The names of its columns, in place of its own; `-` or `_` is not used.
     pub columns: Vec<String>,
-    /// Rows a second and the stamp of the first one, s, in the place of a column of time.
+    /// Rows per second and the stamp of the first one, s, in place of a column of time.
     pub rate: Option<Rate>,
 }
 
@@ -56,7 +56,7 @@ pub struct Rate {
     pub start_s: f64,
 }
 
-/// A foreign table with our names, and what there is to say about it.
+/// A foreign table with our names, and remarks on it.
 #[derive(Clone, Debug)]
 pub struct ForeignTable {
     /// CSV text with our header; rows keep their line numbers, but for `added_lines`.
@@ -65,21 +65,21 @@ pub struct ForeignTable {
     pub dialect: Dialect,
     /// Their header.
     pub header: Vec<String>,
-    /// Columns that are none of ours.
+    /// Columns with unknown names.
     pub left_out: Vec<String>,
-    /// Most decimals of an angle in degrees, where there are angles.
+    /// Most decimals of an angle in degrees, if there are angles.
     pub angle_decimals: Option<usize>,
-    /// What its times are counted from.
+    /// Origin of its times.
     pub clock: Clock,
     /// Lines of the text that the file does not have: one where the user named the columns.
     pub added_lines: u64,
     /// As of [`super::table_text::TableText`].
     pub row_lines: Vec<u64>,
-    /// What was recognised of its times, in words.
+    /// The recognised form of its times, in words.
     pub time_words: Option<String>,
-    /// What its maker's names mean, in words.
+    /// Meaning of its maker's names, in words.
     pub layout_words: Option<String>,
-    /// What a unit of its header was taken for, in words.
+    /// The assumed unit of its header, in words.
     pub unit_words: Option<String>,
 }
 
@@ -118,7 +118,7 @@ pub fn read(
         let problem = LogProblem::NamesDiffer { named: header.len(), found: rows_of };
         return Err(Error::at_line(file, header_line, problem.into()));
     }
-    // Names that only one maker writes need not be told.
+    // Names of a single maker need not be stated.
     let unmistakable = if renaming.is_robot() { RobotLayout::unmistakable(&header) } else { None };
     let renaming = &Renaming { layout: renaming.layout.or(unmistakable.as_ref()), ..*renaming };
     let mut names = renaming.names(file, header_line, &header)?;
@@ -160,7 +160,7 @@ fn begins_with_names(csv: &[u8]) -> bool {
     cells.iter().any(|cell| !cell.is_empty() && !is_value(cell))
 }
 
-/// The table with the names that the user gave, in the place of its own; and how many lines were added.
+/// The table with the user's names in place of its own; and the number of added lines.
 fn with_columns(csv: Vec<u8>, dialect: &Dialect, columns: &[String], has_names: bool) -> (Vec<u8>, u64) {
     if columns.is_empty() {
         return (csv, 0);
@@ -174,12 +174,12 @@ fn with_columns(csv: Vec<u8>, dialect: &Dialect, columns: &[String], has_names: 
     (("\n".repeat(dialect.lines_before) + &names + rows).into_bytes(), u64::from(!has_names))
 }
 
-/// Whether the user said that a column is not used.
+/// Whether the user marked a column as unused.
 fn is_unused(name: &str) -> bool {
     matches!(name, "-" | "_")
 }
 
-/// Where a table stands.
+/// Place of a table.
 struct Place<'a> {
     file: &'a Path,
     header_line: u64,
@@ -243,14 +243,14 @@ impl Place<'_> {
     }
 }
 
-/// Rows that are looked at to tell the unit of their times.
+/// Rows used to find the unit of their times.
 const LOOKED_AT: usize = 50;
 
-/// The column that says when a row was logged.
+/// The column with the time of a row.
 enum TimeColumn {
-    /// As its name says, or there is none.
+    /// As its name states, or none.
     Named,
-    /// Numbers whose unit their steps tell: the column's own name, and what was recognised.
+    /// Numbers with a unit found from their steps: the column's own name, and the recognised unit.
     Steps(String),
     /// Clock times or dates in this column.
     Clock(usize, ClockReader),
@@ -274,7 +274,7 @@ impl TimeColumn {
         let named = names.iter().position(|name| name.as_deref().is_some_and(is_our_time));
         let bare = || (0..header.len()).filter(|&k| names[k].is_none() && is_bare_time(&header[k]));
         let cell = |column: usize| records.first().and_then(|row| row.get(column)).unwrap_or_default();
-        // Beside a number of seconds, a clock time says nothing new.
+        // Besides a number of seconds, a clock time adds nothing.
         let column = match named {
             Some(column) => Some(column),
             None => bare().find(|&k| ClockReader::of(cell(k)).is_some()).or_else(|| bare().next()),
@@ -333,7 +333,7 @@ fn is_our_time(name: &str) -> bool {
 }
 
 impl Renaming<'_> {
-    /// Whether the table is a robot's log, whose maker the user did not name.
+    /// Whether the table is a robot's log without a stated maker.
     fn is_robot(&self) -> bool {
         let is_of_axis = |item: &ColumnMapping| item.ours.starts_with(OF_AXIS);
         self.layout.is_none() && (self.is_ours)("qw") && self.map.iter().all(is_of_axis)
@@ -361,25 +361,25 @@ impl Renaming<'_> {
         header.iter().map(ours).collect()
     }
 
-    /// How much a column of theirs is wanted: what the user names counts more than what has our name by chance.
+    /// Priority of one of their columns: a name from the user counts more than an accidental match with ours.
     #[must_use]
     pub fn weight(&self, theirs: &str) -> usize {
         let named = self.map.iter().any(|item| item.theirs == theirs);
-        // What is in a unit that is not known is wanted as well: it is refused where it is read.
+        // A column in an unknown unit is wanted as well: it is refused when it is read.
         if named { 100 } else { usize::from(!matches!(self.ours_in(theirs, &[]), Ok(None))) }
     }
 
     /// Our name of a column of theirs, or none.
     ///
     /// # Errors
-    /// A column whose header has a unit that is not known.
+    /// A column with an unknown unit in its header.
     fn ours_in(&self, theirs: &str, header: &[String]) -> Result<Option<String>, Problem> {
         let by_layout = |name: &str| self.layout.map_or(Ok(None), |layout| layout.ours(name));
         if is_unused(theirs) {
             return Ok(None);
         }
         if let Some(item) = self.map.iter().find(|item| item.means(theirs, header)) {
-            // A user may name what a column is to a robot, `e1_deg` say: the layout knows what that is to us.
+            // A user may state the meaning of a column for a robot, for example `e1_deg`: the layout translates it.
             let name = item.ours.clone();
             if name.starts_with(OF_AXIS) {
                 return Ok(Some(name));
@@ -394,7 +394,8 @@ impl Renaming<'_> {
 }
 
 impl ColumnMapping {
-    /// Whether a column is meant: by its whole name, or, where none is called so, by its name without unit, `Zeit` of `Zeit [s]`.
+    /// Whether a column is meant: by its whole name or, if none has that name, by its name without unit, `Zeit` of `Zeit
+    /// [s]`.
     pub(super) fn means(&self, theirs: &str, header: &[String]) -> bool {
         if theirs == self.theirs {
             return true;

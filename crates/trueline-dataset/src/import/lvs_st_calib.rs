@@ -1,13 +1,12 @@
 //! The text formats of the paper's authors (repository RoboticsPolyu/LVS_ST_CALIB).
 //!
-//! Simulation: `egm.txt` with rows `t w1 w2 w3 r1 r2 r3` (t in ms, (w, r) the se(3) **logarithm** of
-//! base_from_tool in rad and mm; r is not the translation) and `cam.txt` with rows
-//! `t x1 y1 z1 [x2 y2 z2 …]` (t in ms, one point in the camera frame, mm, for each line).
+//! Simulation: `egm.txt` with rows `t w1 w2 w3 r1 r2 r3`: t in ms, (w, r) the se(3) **logarithm** of base_from_tool
+//! in rad and mm, so r is not the translation. `cam.txt` with rows `t x1 y1 z1 [x2 y2 z2 …]`: t in ms, one point in
+//! the camera frame, mm, for each line.
 //!
-//! Real recordings: robot rows `sec nsec x y z ex ey ez qw qx qy qz ts_us` (mm, degrees), image rows
-//! `sec nsec index ts_ns`, pixel rows `u v` or `u v` of the left, centre and right corner. Times are the
-//! receive stamps (`sec nsec`), which is what the paper's time offset refers to; the devices' own stamps
-//! (`ts_us`, `ts_ns`) are kept beside them.
+//! Real recordings: robot rows `sec nsec x y z ex ey ez qw qx qy qz ts_us` (mm, degrees), image rows `sec nsec index
+//! ts_ns`, pixel rows `u v` or `u v` of the left, centre and right corner. Times are the receive stamps (`sec nsec`),
+//! because the paper's time offset refers to them. The devices' own stamps (`ts_us`, `ts_ns`) are kept as well.
 
 use super::rows::{Row, Rows, check_order};
 use crate::error::{Error, Problem};

@@ -1,4 +1,4 @@
-//! The makers of robots, one a row: names and units of the columns of a pose, and what the rotation means.
+//! The makers of robots, one a row: names and units of the columns of a pose, and the meaning of the rotation.
 
 /// Theirs (lower case, without unit), ours, our unit.
 pub(super) type Column = (&'static [&'static str], &'static str, &'static str);
@@ -11,7 +11,7 @@ pub(super) struct Maker {
     pub words: &'static str,
     /// Its columns.
     pub columns: &'static [Column],
-    /// The columns of a file without a line of names, as they are given to `--columns`.
+    /// The columns of a file without a line of names, in the form for `--columns`.
     pub usual: &'static str,
 }
 

@@ -1,7 +1,8 @@
 //! Files of MATLAB, version 5 to 7: their arrays of real numbers.
 //!
-//! After "MAT-File Format" of MathWorks: a header of 128 bytes, then elements of a tag (type, length) and data; an element may hold
-//! others, or be compressed. What is not a dense array of real numbers (text, cells, structures, sparse, objects) is passed over.
+//! After "MAT-File Format" of MathWorks: a header of 128 bytes, then elements of a tag (type, length) and data. An element
+//! may hold others, or be compressed. Only dense arrays of real numbers are read. Text, cells, structures, sparse arrays and
+//! objects are skipped.
 
 use flate2::read::ZlibDecoder;
 use std::io::Read;
@@ -19,15 +20,15 @@ pub(super) struct MatArray {
     pub numbers: Vec<f64>,
 }
 
-/// What is wrong with a file.
+/// Fault of a file.
 pub(super) type Fault = &'static str;
 
 const HEADER: usize = 128;
-/// Where the header says by its order in which order bytes are.
+/// Place of the byte-order mark in the header.
 const ORDER: usize = 126;
-/// What is compressed may grow to this, bytes, …
+/// Limit of decompressed data, bytes, …
 const FREE: u64 = 64 << 20;
-/// … or so many times the file.
+/// … or this many times the file.
 const GROWTH: u64 = 20;
 
 const SIGNED_BYTES: u32 = 1;
@@ -40,7 +41,7 @@ const COMPLEX: u32 = 0x0800;
 /// The arrays of a file.
 ///
 /// # Errors
-/// Where the file is not as it should be, or would grow too much.
+/// Malformed files, and files that would grow too much.
 pub(super) fn arrays(bytes: &[u8]) -> Result<Vec<MatArray>, Fault> {
     let little = match bytes.get(ORDER..HEADER).ok_or("it is cut off in its header")? {
         b"IM" => true,
@@ -86,7 +87,7 @@ impl<'a> Elements<'a> {
         };
         let first = word(first, self.little);
         let (second, rest) = rest.split_at_checked(4).ok_or(CUT_OFF)?;
-        // Up to four bytes of data stand in the tag itself.
+        // Up to four bytes of data are in the tag itself.
         let short = (first >> 16) as usize;
         if short > 0 {
             self.bytes = rest;
@@ -108,7 +109,7 @@ impl<'a> Elements<'a> {
 /// The array of a matrix element; `None` if it holds no real numbers.
 fn array(bytes: &[u8], little: bool) -> Result<Option<MatArray>, Fault> {
     let mut parts = Elements { bytes, little };
-    // An empty matrix element stands for nothing at all.
+    // An empty matrix element has no meaning.
     let Some((_, flags)) = parts.next()? else { return Ok(None) };
     let flags = word(flags.get(..4).ok_or("an array without its class")?, little);
     if !NUMBERS.contains(&(flags & 0xff)) || flags & COMPLEX != 0 {
@@ -124,11 +125,11 @@ fn array(bytes: &[u8], little: bool) -> Result<Option<MatArray>, Fault> {
     let numbers = numbers(kind, data, little).ok_or("an array of an unknown type")?;
     match columns.filter(|columns| rows.checked_mul(*columns) == Some(numbers.len())) {
         Some(columns) => Ok(Some(MatArray { name, rows: *rows, columns, numbers })),
-        None => Err("an array whose number of values contradicts its size"),
+        None => Err("an array with a number of values that contradicts its size"),
     }
 }
 
-/// Numbers as they are stored: whole ones may take fewer bytes than their class has.
+/// Numbers as stored: whole ones may take fewer bytes than their class has.
 fn numbers(kind: u32, data: &[u8], little: bool) -> Option<Vec<f64>> {
     fn each<const N: usize>(data: &[u8], little: bool, number: impl Fn([u8; N]) -> f64) -> Vec<f64> {
         let (chunks, _) = data.as_chunks::<N>();
@@ -192,7 +193,7 @@ mod tests {
     fn a_size_that_lies_is_refused() {
         for size in [[3, 2], [0, 2], [u32::MAX, u32::MAX]] {
             let said = arrays(&big_endian(size, &[1, 2, 3, 4])).unwrap_err();
-            assert_eq!(said, "an array whose number of values contradicts its size");
+            assert_eq!(said, "an array with a number of values that contradicts its size");
         }
         let whole = big_endian([2, 2], &[1, 2, 3, 4]);
         for cut in HEADER + 1..whole.len() {

@@ -8,8 +8,8 @@ use std::path::Path;
 /// Columns of one length.
 type Table = Vec<(String, Vec<f64>)>;
 
-/// The table whose columns are `wanted` most, as CSV. A vector `x_mm` is a column `x_mm`; a matrix `robot` of eight columns is `robot_1` to
-/// `robot_8`.
+/// The table with the most columns of `wanted`, as CSV. A vector `x_mm` is a column `x_mm`; a matrix `robot` of eight
+/// columns is `robot_1` to `robot_8`.
 ///
 /// # Errors
 /// A broken file, one without numbers, or one in which two tables could be meant.

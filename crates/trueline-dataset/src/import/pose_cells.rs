@@ -1,17 +1,17 @@
-//! Poses that stand in one cell: `p[x, y, z, rx, ry, rz]` of UR, `{E6POS: X 1, Y 2, …}` of KUKA, `[[x, y, z], [q1, q2, q3, q4], …]` of ABB,
-//! or any numbers in brackets. Each becomes as many columns.
+//! Poses in one cell: `p[x, y, z, rx, ry, rz]` of UR, `{E6POS: X 1, Y 2, …}` of KUKA, `[[x, y, z], [q1, q2, q3, q4], …]` of
+//! ABB, or any numbers in brackets. Each becomes as many columns.
 
 use crate::dialect::quoted;
 use std::borrow::Cow;
 
-/// The names of the numbers of an ABB robtarget, as far as they are a pose.
+/// The names of the numbers of an ABB robtarget, for the part that is a pose.
 const ABB: [&str; 7] = ["x", "y", "z", "q1", "q2", "q3", "q4"];
-/// Those of the numbers behind its configuration: external axes, of which 9E9 is one that is not there.
+/// Names of the numbers behind its configuration: external axes; 9E9 marks a missing one.
 const ABB_EXTERNAL: [&str; 6] = ["eax_a", "eax_b", "eax_c", "eax_d", "eax_e", "eax_f"];
-/// Where they begin.
+/// Their start.
 const ABB_EXTERNAL_AT: usize = 11;
 
-/// A table of which each cell in brackets is as many cells; as it is where there are none, or where rows differ.
+/// A table with each cell in brackets split into as many cells; unchanged if there are none, or if rows differ.
 pub(super) fn expanded(csv: Vec<u8>, lines_before: usize, has_names: bool) -> Vec<u8> {
     let Ok(text) = std::str::from_utf8(&csv) else { return csv };
     if !text.contains(['[', '{']) {
@@ -69,12 +69,12 @@ fn line_of<'a>(cells: impl Iterator<Item = Cow<'a, str>>) -> String {
     cells.map(|cell| quoted(&cell).into_owned()).collect::<Vec<_>>().join(",") + "\n"
 }
 
-/// A name of its own counts; numbers without names are those of the column.
+/// A name of its own counts; numbers without names get the column's.
 fn name_of(column: &str, own: &str) -> String {
     if own.bytes().all(|byte| byte.is_ascii_digit()) { format!("{column}_{own}") } else { own.to_owned() }
 }
 
-/// The numbers of a cell with their names or places; `None` if it is no pose.
+/// The numbers of a cell with their names or places; `None` if it is not a pose.
 fn group(cell: &str) -> Option<Vec<(String, String)>> {
     let cell = cell.trim();
     if let Some(inner) = cell.strip_prefix('{').and_then(|rest| rest.strip_suffix('}')) {
@@ -103,7 +103,7 @@ fn group(cell: &str) -> Option<Vec<(String, String)>> {
     (numbers.len() > 1).then(|| numbers.into_iter().enumerate().map(|(k, n)| (k.to_string(), n)).collect())
 }
 
-/// Whether the number of an external axis says that there is none.
+/// Whether the number of an external axis marks a missing one.
 fn is_absent(number: &str) -> bool {
     number.parse::<f64>().is_ok_and(|number| number >= 9e9)
 }

@@ -1,4 +1,4 @@
-//! How the makers of robots write a pose: names and units of the columns, and what the rotation means.
+//! Pose formats of the makers of robots: names and units of the columns, and the meaning of the rotation.
 
 use super::makers::{Column, MAKERS, Maker};
 use crate::error::Problem;
@@ -8,7 +8,7 @@ use trueline_geometry::EulerSequence;
 /// The columns of a robot's pose, in the words of its maker.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RobotLayout {
-    /// What is assumed, in words; said whenever the layout is used.
+    /// The assumption, in words; reported whenever the layout is used.
     pub words: String,
     columns: Vec<LayoutColumn>,
 }
@@ -19,7 +19,7 @@ struct LayoutColumn {
     theirs: &'static [&'static str],
     /// Our name, without unit.
     ours: String,
-    /// Our suffix where the header tells no unit; `None` if it must.
+    /// Our suffix if the header states no unit; `None` if it must.
     unit: Option<&'static str>,
 }
 
@@ -28,7 +28,7 @@ const ANGLES: [&[&str]; 3] =
     [&["a", "rx", "e1", "angle1"], &["b", "ry", "e2", "angle2"], &["c", "rz", "e3", "angle3"]];
 
 impl RobotLayout {
-    /// All names that [`RobotLayout::named`] knows.
+    /// All names known to [`RobotLayout::named`].
     pub fn names() -> impl Iterator<Item = &'static str> {
         MAKERS.iter().map(|maker| maker.name)
     }
@@ -43,7 +43,7 @@ impl RobotLayout {
         Some(Self { words: maker.words.to_owned(), columns })
     }
 
-    /// The columns of an index of pictures, whoever wrote it.
+    /// The columns of an index of pictures, of any program.
     pub(crate) fn of_pictures() -> Self {
         let column = |theirs, ours: &str| LayoutColumn { theirs, ours: ours.to_owned(), unit: Some("") };
         Self {
@@ -55,8 +55,8 @@ impl RobotLayout {
         }
     }
 
-    /// Angles A B C, Rx Ry Rz, e1 e2 e3 or angle1 angle2 angle3 in a sequence that the user names. Units stand in the header, or are mm
-    /// and degrees if a maker's layout says so.
+    /// Angles A B C, Rx Ry Rz, e1 e2 e3 or angle1 angle2 angle3 in a sequence that the user names. Units are in the header,
+    /// or are mm and degrees if a maker's layout states it.
     #[must_use]
     pub fn with_sequence(maker: Option<&Self>, sequence: EulerSequence) -> Self {
         let unit = |unit| maker.map(|_| unit);
@@ -87,10 +87,10 @@ impl RobotLayout {
         self.columns.iter().any(|column| column.ours == "x" && column.unit == Some("_m"))
     }
 
-    /// Our name, with unit, for a column of the foreign header; `None` if it is none of the layout's.
+    /// Our name, with unit, for a column of the foreign header; `None` if the layout does not have it.
     ///
     /// # Errors
-    /// A column of the layout with a unit that is not known: the maker's is then not what it is in.
+    /// A column of the layout with an unknown unit: it is then not in the maker's.
     pub fn ours(&self, header: &str) -> Result<Option<String>, Problem> {
         // Of Kawasaki T is an angle, and t is the time of all.
         if header.trim() == "t" {
@@ -103,13 +103,13 @@ impl RobotLayout {
         Ok(Some(format!("{}{}", column.ours, unit.suffix()?.or(column.unit).unwrap_or(""))))
     }
 
-    /// The makers whose columns a header has, all of them.
+    /// All makers with columns in a header.
     #[must_use]
     pub fn recognised(header: &[String]) -> Vec<&'static str> {
         MAKERS.iter().filter(|maker| maker.found_in(header).is_some()).map(|maker| maker.name).collect()
     }
 
-    /// The one maker whose columns a header has under names that nothing else has: of more than one or two letters.
+    /// The one maker with columns in a header under unique names of more than one or two letters.
     #[must_use]
     pub(crate) fn unmistakable(header: &[String]) -> Option<Self> {
         let named: Vec<(&Maker, Vec<usize>)> =
@@ -119,7 +119,7 @@ impl RobotLayout {
         columns.iter().all(is_own).then(|| Self::named(maker.name)).flatten()
     }
 
-    /// Every maker on a line: its name, and what is assumed.
+    /// Every maker on a line: its name, and the assumption.
     pub fn list() -> impl Iterator<Item = (&'static str, &'static str)> {
         MAKERS.iter().map(|maker| (maker.name, maker.words))
     }
@@ -132,7 +132,7 @@ impl RobotLayout {
 }
 
 impl Maker {
-    /// Which columns of a header are those of the maker, if it has them all.
+    /// The maker's columns in a header, if it has them all.
     fn found_in(&self, header: &[String]) -> Option<Vec<usize>> {
         let place =
             |(theirs, ..): &Column| header.iter().position(|name| is_called(&stem_and_unit(name).0, theirs));

@@ -54,7 +54,7 @@ impl Rows {
     /// The fields from `first` on as `N` finite numbers.
     ///
     /// # Errors
-    /// Too few fields, or one that is no finite number.
+    /// Too few fields, or one that is not a finite number.
     pub fn numbers<const N: usize>(&self, row: &Row<'_>, first: usize) -> Result<[f64; N], Error> {
         let mut numbers = [0.0; N];
         for (k, number) in numbers.iter_mut().enumerate() {

@@ -21,14 +21,14 @@ struct Cycle {
     pose: [Option<String>; 6],
     external: [Option<String>; 6],
     ipoc: Option<String>,
-    /// Of its pose, or where it begins.
+    /// Line of its pose, or of its start.
     line: u64,
 }
 
-/// What was read of a log.
+/// Content of a log.
 struct Log {
     cycles: Vec<Cycle>,
-    /// Whether there is text beside the elements.
+    /// Whether there is text between the elements.
     has_other_text: bool,
 }
 
@@ -51,7 +51,7 @@ pub(super) fn as_csv(file: &Path, bytes: &[u8], notes: &mut Vec<String>) -> Resu
     let step = steps.get(steps.len() / 2).copied().unwrap_or(0);
     notes.push(match step {
         // Simulators count cycles there.
-        0 | 1 => format!("{}: RSI whose IPOC counts by {step}: it is not a clock in ms", file.display()),
+        0 | 1 => format!("{}: RSI whose IPOC steps by {step}: it is not a clock in ms", file.display()),
         _ => format!("{}: RSI: RIst is the pose, IPOC the time in ms, in steps of {step}", file.display()),
     });
     if has_other_text {

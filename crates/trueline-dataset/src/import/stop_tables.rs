@@ -22,16 +22,16 @@ pub struct StopTables {
     pub stops: usize,
     /// The text of `features.csv` and how many it has; without it there are pictures.
     pub features: Option<(Vec<u8>, usize)>,
-    /// The pictures, where they lie now.
+    /// The pictures, at their present places.
     pub pictures: Vec<PathBuf>,
-    /// The texts of `axes.csv` and `cell.toml`, where external axes were asked for.
+    /// The texts of `axes.csv` and `cell.toml`, if external axes were requested.
     pub axes: Option<(Vec<u8>, String)>,
-    /// What was recognised, assumed or left out: to be said.
+    /// Remarks: recognised, assumed or ignored data.
     pub notes: Vec<String>,
 }
 
 impl CsvFolder {
-    /// The tables of a robot that stood at stops; `None` where its log has no column `stop` or `picture` in the place of a time.
+    /// The tables of a robot that stood at stops; `None` if its log has no column `stop` or `picture` in place of a time.
     ///
     /// # Errors
     /// The first file, line and column that cannot be used.
@@ -106,7 +106,7 @@ impl StopTables {
     /// Writes the dataset into a folder.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn write(&self, folder: &Path) -> Result<(), Error> {
         let features = self.features.iter().map(|(text, _)| ("features.csv", text.as_slice()));
         let tables = [("sensor.toml", self.sensor.as_bytes()), (stop_poses::FILE, &self.poses)];

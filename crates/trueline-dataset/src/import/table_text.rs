@@ -5,7 +5,7 @@
 pub struct TableText {
     /// The text.
     pub bytes: Vec<u8>,
-    /// The line of the file that each row below the names was read from, where it is not the line of the text.
+    /// The source line of each row below the names, if it differs from the line of the text.
     pub row_lines: Vec<u64>,
 }
 

@@ -1,14 +1,15 @@
-//! Tables that are no CSV: workbooks of Excel and LibreOffice, files of MATLAB, logs of RSI; and files that are no table, by their names.
+//! Tables in other formats than CSV: workbooks of Excel and LibreOffice, files of MATLAB, logs of RSI. Files that are no
+//! table are reported by their kind.
 
 use super::table_text::TableText;
 use crate::error::Error;
 use std::path::Path;
 
-/// A file's bytes as text: those of a workbook, of MATLAB or of RSI as CSV, all others as they are. What was taken is noted. `wanted` weighs a
-/// column: of several tables of MATLAB the one that weighs most is meant.
+/// A file's bytes as text: those of a workbook, of MATLAB or of RSI as CSV, all others unchanged. A note names the table
+/// that was used. `wanted` weighs a column: of several tables of MATLAB the one that weighs most is meant.
 ///
 /// # Errors
-/// A file that cannot be read as what it is, or a program that was built without `foreign-tables`.
+/// A file that cannot be read as its kind, or a program built without `foreign-tables`.
 pub fn as_text(
     file: &Path,
     bytes: Vec<u8>,
@@ -38,7 +39,7 @@ pub fn as_text(
     }
 }
 
-/// What a file is if it is no text.
+/// Kind of a file that is not text.
 enum Kind {
     Workbook,
     Matlab,
@@ -46,7 +47,7 @@ enum Kind {
     Rsi,
 }
 
-/// Files that are no table: how they begin, what they are, and what to do.
+/// Files that are no table: their first bytes, their kind, and a remedy.
 const OTHERS: [(&[u8], &str, &str); 14] = [
     (b"\x89MCAP", "a recording in MCAP", "`trueline import mcap FILE --out DIR` reads it"),
     (
@@ -76,7 +77,7 @@ const OTHERS: [(&[u8], &str, &str); 14] = [
     (b"[", "JSON", "write one row a pose as CSV: time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz"),
 ];
 
-/// Says what a file is that is no table.
+/// Error with the kind of a file that is no table.
 fn expect_table(file: &Path, bytes: &[u8]) -> Result<(), Error> {
     let start = bytes.trim_ascii_start();
     let other = OTHERS

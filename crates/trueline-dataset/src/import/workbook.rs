@@ -41,7 +41,7 @@ pub(crate) fn as_csv(file: &Path, bytes: Vec<u8>, notes: &mut Vec<String>) -> Re
     Ok(csv.into_bytes())
 }
 
-/// A cell as a field of CSV. A date is no number of seconds: it is written so that it is refused as a number.
+/// A cell as a field of CSV. A date is not a number of seconds: it is written so that it is refused as a number.
 fn cell(data: &Data) -> String {
     match data {
         Data::Empty => String::new(),

@@ -1,17 +1,17 @@
-//! How large a workbook becomes in memory, looked at before it is read: a few kB can claim a rectangle of 10¹⁰ cells.
+//! Size of a workbook in memory, found before it is read: a few kB can claim a rectangle of 10¹⁰ cells.
 
 use calamine::{Reader, Sheets};
 use quick_xml::events::{BytesStart, Event};
 use std::io::{BufRead, BufReader, Cursor, Read, Seek};
 use zip::ZipArchive;
 
-/// What is compressed may grow to this, bytes, …
+/// Compressed data may grow to this, bytes, …
 const FREE_BYTES: u64 = 64 << 20;
-/// … or so many times the file. Text of numbers shrinks to a third or a tenth.
+/// … or this many times the file. Text of numbers shrinks to a third or a tenth.
 const GROWTH: u64 = 50;
-/// A rectangle of so many cells is taken whatever is in it, …
+/// A rectangle of this many cells is accepted with any content, …
 const FREE_CELLS: u64 = 1 << 20;
-/// … a larger one if one in so many of its cells is filled.
+/// … a larger one if one in this many of its cells is filled.
 const SPARSE: u64 = 64;
 
 /// Why a workbook is not read.
@@ -38,7 +38,7 @@ pub(super) enum Fault {
     },
 }
 
-/// Refuses what grows too much when it is decompressed, and sheets of LibreOffice with cells far apart.
+/// Refuses data that grow too much when decompressed, and sheets of LibreOffice with cells far apart.
 ///
 /// # Errors
 /// [`Fault`].
@@ -51,7 +51,7 @@ pub(super) fn expect_bounded(bytes: &[u8]) -> Result<(), Fault> {
     for index in 0..archive.len() {
         let entry = archive.by_index(index).map_err(|_| Fault::Damaged)?;
         let is_content = entry.name().is_ok_and(|name| name == "content.xml");
-        // What an entry says of its size may be a lie: it is counted.
+        // An entry may state a wrong size, so the bytes are counted.
         let mut counted = Counted { inner: BufReader::new(entry).take(budget), read: 0 };
         if is_content {
             extent_of_ods(&mut BufReader::new(&mut counted))?.expect_dense()?;
@@ -65,7 +65,7 @@ pub(super) fn expect_bounded(bytes: &[u8]) -> Result<(), Fault> {
 /// Refuses a first sheet of Excel with cells far apart, which would be built as one rectangle.
 ///
 /// # Errors
-/// [`Fault::Sparse`]; what else is wrong with the sheet is told by who reads it.
+/// [`Fault::Sparse`]; the reader of the sheet reports other faults.
 pub(super) fn expect_dense<R: Read + Seek>(workbook: &mut Sheets<R>) -> Result<(), Fault> {
     let Some(name) = workbook.sheet_names().first().cloned() else { return Ok(()) };
     let mut extent = Extent::default();
@@ -146,11 +146,11 @@ fn extent_of_ods(xml: &mut impl BufRead) -> Result<Extent, Fault> {
 
 fn repeats(tag: &BytesStart<'_>, name: &str) -> u64 {
     let value = tag.attributes().flatten().find(|attribute| attribute.key.as_ref() == name);
-    // What is no number is refused by who reads the sheet.
+    // The reader of the sheet refuses text in place of a number.
     value.and_then(|value| value.value.parse().ok()).unwrap_or(1)
 }
 
-/// Counts what is read.
+/// Counts the bytes read.
 struct Counted<R> {
     inner: R,
     read: u64,

@@ -1,4 +1,4 @@
-//! What was estimated, how well, and what could not be.
+//! The estimates, their uncertainties, and the quantities that could not be estimated.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PoseEntry {
-    /// Translation along each tool axis; null where it is not observable.
+    /// Translation along each tool axis; null if it is not observable.
     pub translation_mm: [Option<f64>; 3],
     /// Unit quaternion w, x, y, z with w ≥ 0; null if a rotation is not observable.
     pub rotation_wxyz: Option<[f64; 4]>,
@@ -16,7 +16,7 @@ pub struct PoseEntry {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TargetEntry {
-    /// Its place; null where it is not observable.
+    /// Its place; null if it is not observable.
     pub translation_mm: [Option<f64>; 3],
     /// Unit quaternion w, x, y, z with w ≥ 0; null if its attitude is not observable.
     pub rotation_wxyz: Option<[f64; 4]>,
@@ -39,7 +39,7 @@ pub struct TargetEntry {
 pub struct LineEntry {
     /// Its number among the features.
     pub label: String,
-    /// A point in the middle of what was scanned.
+    /// A point in the middle of the scanned part.
     pub point_mm: Option<[f64; 3]>,
     /// Unit direction in which the scan progressed.
     pub direction: Option<[f64; 3]>,
@@ -47,7 +47,8 @@ pub struct LineEntry {
     pub pluecker: Option<LinePosition>,
     /// Orthonormal form: rotation vector of U (rad), then the distance from the origin (mm); null through the origin.
     pub orthonormal: Option<[f64; 4]>,
-    /// Its bow along each of `curvature_axes`, in (s/100 mm)²; null where the line is not observable or was taken as straight.
+    /// Its bow along each of `curvature_axes`, in (s/100 mm)²; null if the line is not observable or was treated as
+    /// straight.
     pub curvature_mm_per_100mm_squared: Option<[f64; 2]>,
     /// One standard deviation of each.
     pub curvature_sigma_mm_per_100mm_squared: Option<[f64; 2]>,
@@ -65,7 +66,7 @@ pub struct LinePosition {
     pub direction: [f64; 3],
 }
 
-/// Standard deviations; null for what is not observable, or was held fixed.
+/// Standard deviations; null for unobservable quantities and those held fixed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
@@ -85,7 +86,7 @@ pub struct Sigma {
 pub struct Covariance {
     /// Names of rows and columns.
     pub order: Vec<String>,
-    /// Row by row; null in rows and columns of what has no sigma.
+    /// Row by row; null in rows and columns without a sigma.
     pub matrix: Vec<Vec<Option<f64>>>,
 }
 
@@ -105,7 +106,7 @@ impl Covariance {
     }
 }
 
-/// What the scan shows.
+/// Observability in this scan.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
@@ -118,13 +119,13 @@ pub struct Observability {
     pub condition: Option<f64>,
     /// Directions below this part of the largest singular value are not observable.
     pub threshold: f64,
-    /// What is not observable.
+    /// Unobservable quantities.
     pub unobservable: Vec<UnobservableEntry>,
     /// Whether it was held at the initial guess.
     pub held_at_guess: bool,
 }
 
-/// A direction that the scan says nothing about.
+/// A direction without information in the scan.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct UnobservableEntry {
@@ -132,7 +133,7 @@ pub struct UnobservableEntry {
     pub parameter: String,
     /// Unit direction: tool axes for the hand-eye, base axes for a line; null for the time offset.
     pub direction: Option<[f64; 3]>,
-    /// What is missing and which motion would show it.
+    /// The motion that would determine it.
     pub advice: String,
 }
 

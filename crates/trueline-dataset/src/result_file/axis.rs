@@ -5,7 +5,8 @@ use nalgebra::{UnitVector3, Vector3};
 use serde::{Deserialize, Serialize};
 use trueline_geometry::{Axis, AxisKind};
 
-/// An external axis: where it is in base, or in the tool if it carries the sensor. What the scan does not show is null.
+/// An external axis: its place in base, or in the tool if it carries the sensor. A quantity that the scan does not
+/// determine is null.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
@@ -14,7 +15,7 @@ pub struct AxisEntry {
     pub name: String,
     /// `rotary` or `linear`.
     pub kind: String,
-    /// What it moves: `part`, `robot` or `sensor`.
+    /// The body that it moves: `part`, `robot` or `sensor`.
     pub carries: String,
     /// Its direction, of length 1: it turns right-handed about it, or moves along it.
     pub direction: Option<[f64; 3]>,
@@ -22,14 +23,15 @@ pub struct AxisEntry {
     pub point_mm: Option<[f64; 3]>,
     /// How far it moves for a recorded value of one.
     pub scale: f64,
-    /// How late its stamps are against those of the robot.
+    /// Delay of its stamps against those of the robot.
     pub time_offset_s: Option<f64>,
     /// One standard deviation of each.
     pub sigma: AxisSigma,
 }
 
 impl AxisEntry {
-    /// The axis, in SI; `None` where the scan did not show where it is. Of one that only stood at its places, a time offset says nothing: it is zero.
+    /// The axis, in SI; `None` if the scan did not determine its place. For an axis that only stood at its places a time
+    /// offset has no meaning: it is zero.
     #[must_use]
     pub fn known(&self) -> Option<Axis> {
         let kind = if self.kind == "linear" { AxisKind::Linear } else { AxisKind::Rotary };
@@ -43,7 +45,7 @@ impl AxisEntry {
     }
 }
 
-/// One standard deviation of what an axis is, in the direction where it is largest.
+/// One standard deviation of each property of an axis, in its largest direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
@@ -52,7 +54,7 @@ pub struct AxisSigma {
     pub direction_deg: Option<f64>,
     /// Of its place, square to it.
     pub point_mm: Option<f64>,
-    /// Of its scale; 0 where that is held.
+    /// Of its scale; 0 if that is held fixed.
     pub scale: f64,
     /// Of its time offset.
     pub time_offset_s: Option<f64>,

@@ -1,4 +1,4 @@
-//! What is left over, and what the estimate was checked against.
+//! Residuals, and checks of the estimate.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -8,14 +8,14 @@ use std::collections::BTreeMap;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct Residuals {
-    /// Root mean square in the image; null where features are no pixels.
+    /// Root mean square in the image; null if features are not pixels.
     pub rms_px: Option<f64>,
-    /// Root mean square distance from the line in base; null where no feature could be used.
+    /// Root mean square distance from the line in base; null if no feature could be used.
     pub rms_mm: Option<f64>,
-    /// Root mean square angle between sighted and predicted attitude of a target; absent where no target was sighted.
+    /// Root mean square angle between sighted and predicted attitude of a target; absent if no target was sighted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rms_deg: Option<f64>,
-    /// Features within what noise explains.
+    /// Features within the range of noise.
     pub inliers: usize,
     /// Features beyond it.
     pub outliers: usize,
@@ -25,13 +25,13 @@ pub struct Residuals {
     pub skipped: BTreeMap<String, usize>,
     /// How much larger the residuals are than expected.
     pub noise_factor: f64,
-    /// RMS of the points about the laser plane that was fitted to them; null where it was given.
+    /// RMS of the points about the laser plane that was fitted to them; null if the plane was given.
     pub sheet_fit_rms_mm: Option<f64>,
     /// Every outlier.
     pub outlier_list: Vec<OutlierEntry>,
 }
 
-/// A feature that is no noise.
+/// A feature beyond the range of noise.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct OutlierEntry {
@@ -64,7 +64,7 @@ pub struct Checks {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RunnerUp {
-    /// Where it is.
+    /// Its time offset.
     pub time_offset_s: f64,
     /// Part of the features that it explains.
     pub explains: f64,
@@ -82,7 +82,7 @@ pub struct RunnerUp {
 pub struct CrossValidation {
     /// `passes` over the line, or `blocks of time`.
     pub parts: String,
-    /// Root mean square distance from what the other parts predict.
+    /// Root mean square distance from the prediction of the other parts.
     pub rms_mm: f64,
     /// The same if nothing but noise is at work.
     pub expected_rms_mm: f64,
@@ -98,7 +98,7 @@ pub struct CrossValidation {
 pub struct LeftOut {
     /// First and last stamp.
     pub span_s: [f64; 2],
-    /// Root mean square distance of its points from what the rest predicts.
+    /// Root mean square distance of its points from the prediction of the rest.
     pub rms_mm: f64,
     /// How the estimate moves without it.
     pub moved: Moved,
@@ -144,7 +144,7 @@ pub struct Disruption {
     pub amount: Option<BTreeMap<String, f64>>,
 }
 
-/// Error of a seam point where it is used, one standard deviation.
+/// Error of a seam point in use, one standard deviation.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct AtTorch {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A curve in base: the seam, where no straight line explains it.
+/// A curve in base: the seam, if no straight line explains it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
@@ -21,11 +21,11 @@ pub struct CurveEntry {
     pub s3_mm: f64,
     /// Effective number of unknowns of curve, time offset and hand-eye transform.
     pub edf: f64,
-    /// Points of it, in the order of the scan; empty where the scan does not show where it is.
+    /// Points of it, in the order of the scan; empty if the scan does not determine its place.
     pub points_mm: Vec<[f64; 3]>,
     /// Standard deviation of each point square to the curve.
     pub sigma_mm: Vec<f64>,
-    /// The drawing that it was estimated with; absent where there is none.
+    /// The drawing used for the estimate; absent if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cad: Option<CadEntry>,
 }
@@ -39,9 +39,10 @@ pub struct CadEntry {
     pub file: String,
     /// How far the seam might be off it, one standard deviation.
     pub tolerance_mm: f64,
-    /// Whether the answer is that with the drawing. It is not where the scan alone is as sure: then the drawing is only placed.
+    /// Whether the answer is that with the drawing. It is not used if the scan alone is as certain: then the drawing is only
+    /// placed.
     pub used: bool,
-    /// Where the part is: coordinates of the drawing to base; absent where the scan does not show where it is.
+    /// Pose of the part: coordinates of the drawing to base; absent if the scan does not determine it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub base_from_part: Option<CadPose>,
     /// Root mean square distance of the seam from the drawing.
@@ -71,6 +72,6 @@ pub struct SymmetryEntry {
     pub axis: [f64; 3],
     /// A point of it.
     pub point_mm: [f64; 3],
-    /// The turn; null where it is any.
+    /// The rotation; null if any rotation fits.
     pub angle_deg: Option<f64>,
 }

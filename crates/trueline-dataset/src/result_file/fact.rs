@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(from = "Form")]
 pub struct Fact {
-    /// What it is: a stable kebab-case word. Empty in files of schema 1.
+    /// A stable kebab-case word. Empty in files of schema 1.
     pub code: String,
     /// The sentence.
     pub text: String,

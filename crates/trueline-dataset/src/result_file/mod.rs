@@ -1,8 +1,8 @@
 //! The result as a file: one type, written by `calibrate --json` and read by every command that takes a calibration.
 //!
-//! Schema version 3; files of versions 1 and 2 are read as well: their transform holds together with the shape. Lengths are in
-//! millimetres, times in seconds and angles in radians, as the names say. What is not observable is null, never a made-up
-//! number; so is the sigma of what was held fixed. `docs/result.schema.json` is the JSON Schema of what is written.
+//! Schema version 3; files of versions 1 and 2 are read as well: their transform holds together with the shape. Lengths are
+//! in millimetres, times in seconds and angles in radians, as the names say. An unobservable quantity is null, never a
+//! made-up number. So is the sigma of a quantity held fixed. `docs/result.schema.json` is its JSON Schema.
 
 mod answer;
 mod axis;
@@ -61,7 +61,7 @@ pub struct ResultFile {
     /// Which program wrote it.
     #[serde(default)]
     pub tool: Tool,
-    /// Whether it can be used; a file that says nothing of it was written by hand.
+    /// Whether it can be used; absent in files written by hand.
     #[serde(default)]
     pub status: Option<Status>,
     /// Why it is not accepted; empty if it is.
@@ -76,7 +76,7 @@ pub struct ResultFile {
     /// The image stamped t was exposed at t − this; null if it is not observable.
     #[serde(default)]
     pub time_offset_s: Option<f64>,
-    /// What to do with it; absent if it is not observable, or if the result is not accepted.
+    /// How to use it; absent if it is not observable, or if the result is not accepted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_offset_use: Option<TimeOffsetUse>,
     /// The hand-eye transform: camera coordinates to tool coordinates. It belongs to the sensor file that `sensor.file` names.
@@ -84,13 +84,13 @@ pub struct ResultFile {
     /// The lines in base.
     #[serde(default)]
     pub lines: Vec<LineEntry>,
-    /// Where the target of pose sightings stands in base, or with `mounted` fixed in the tool; absent where no target was sighted.
+    /// Pose of the target of pose sightings in base, or with `mounted` fixed in the tool; absent if no target was sighted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub base_from_target: Option<TargetEntry>,
-    /// The curves in base, where no straight line explains the scan; `lines` is empty then.
+    /// The curves in base, if no straight line explains the scan; `lines` is empty then.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub curves: Vec<CurveEntry>,
-    /// Where several sensors were calibrated together, each of them; the rest of the result is that of the first by itself.
+    /// If several sensors were calibrated together, each of them. The rest of the result is that of the first one alone.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sensors: Vec<SensorAmongEntry>,
     /// Each other sensor in the frame of the first; likewise.
@@ -102,7 +102,7 @@ pub struct ResultFile {
     /// The plates in base, where whole stripes were used.
     #[serde(default)]
     pub planes: Vec<PlaneEntry>,
-    /// What became of the whole stripes; null if there are none, or only seam points were asked for.
+    /// Use of the whole stripes; null if there are none, or only seam points were requested.
     #[serde(default)]
     pub stripes: Option<StripesEntry>,
     /// One standard deviation of everything that is accounted for.
@@ -114,41 +114,43 @@ pub struct ResultFile {
     /// Covariance of everything estimated.
     #[serde(default)]
     pub covariance: Covariance,
-    /// What the scan shows.
+    /// Observability in this scan.
     #[serde(default)]
     pub observability: Observability,
-    /// What is left over.
+    /// The residuals.
     #[serde(default)]
     pub residuals: Residuals,
     /// The streams' clocks.
     #[serde(default)]
     pub stamps: Stamps,
-    /// What the estimate was checked against.
+    /// Checks of the estimate.
     #[serde(default)]
     pub checks: Checks,
-    /// Answers that the scan does not tell from this one; empty if there are none.
+    /// Answers that the scan does not separate from this one; empty if there are none.
     #[serde(default)]
     pub rivals: Vec<RivalEntry>,
-    /// What decided between them: `guess` or `statement`; null if nothing did, or there was nothing to decide.
+    /// Basis of the decision between them: `guess` or `statement`; null if nothing decided, or there was nothing to
+    /// decide.
     #[serde(default)]
     pub decided_by: Option<String>,
-    /// `fixed` where the sensor stands beside the robot: then `tool_from_camera` is base_from_camera, and lines are in the tool.
+    /// `fixed` if the sensor stands beside the robot: then `tool_from_camera` is base_from_camera, and lines are in the
+    /// tool.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mounted: Option<String>,
-    /// How far off a seam point is that is measured later; null if the hand-eye is not all observable.
+    /// Error of a seam point that is measured later; null if the hand-eye transform is not fully observable.
     #[serde(default)]
     pub seam_error: Option<SeamErrorEntry>,
-    /// What was found of errors that are no noise; null where the answer was not adjusted with them.
+    /// Estimates of errors that are not noise; null if the answer was not adjusted with them.
     #[serde(default)]
     pub errors_found: Option<ErrorsFoundEntry>,
-    /// What the scan says of the sensor's own calibration.
+    /// The scan's information on the sensor's own calibration.
     #[serde(default)]
     pub sensor: SensorEntry,
-    /// What `--align-clocks` found: how far image stamps were ahead of the robot's. The time offset contains it; absent where clocks
-    /// were not aligned.
+    /// Result of `--align-clocks`: the lead of image stamps over the robot's. The time offset contains it; absent where
+    /// clocks were not aligned.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub images_ahead_s: Option<f64>,
-    /// Error of a seam point where it is used; null if the hand-eye is not all observable.
+    /// Error of a seam point in use; null if the hand-eye transform is not fully observable.
     #[serde(default)]
     pub at_torch: Option<AtTorch>,
     /// Why the solver ended.
@@ -160,7 +162,7 @@ pub struct ResultFile {
     /// SHA-256 of every file that was read, by name.
     #[serde(default)]
     pub inputs: BTreeMap<String, String>,
-    /// What was asked for.
+    /// The options of the command.
     #[serde(default)]
     pub options: Options,
     /// The models that were fitted, that of the answer first.
@@ -194,7 +196,7 @@ impl ResultFile {
     /// Reads a result from JSON.
     ///
     /// # Errors
-    /// Text that is no result, or a result of a schema that this program does not know; the error names `file`.
+    /// Text that is not a result, or a result of an unknown schema; the error names `file`.
     pub fn parse(file: &Path, text: &str) -> Result<Self, Error> {
         let result: Self = serde_json::from_str(text).map_err(|error| Error {
             line: Some(error.line() as u64),
@@ -232,7 +234,7 @@ pub(crate) fn text_of(file: &Path) -> Result<String, Error> {
     })
 }
 
-/// The JSON Schema of what is written.
+/// The JSON Schema of a result.
 #[cfg(feature = "schema")]
 #[must_use]
 pub fn json_schema() -> serde_json::Value {

@@ -10,20 +10,21 @@ use std::collections::BTreeMap;
 pub struct ModelEntry {
     /// Whether the answer is of this model.
     pub taken: bool,
-    /// Why it was fitted: `asked`, `noise-alone` (where an adjustment with all errors begins), `tests-what-is-held`, `residuals-show-lens`,
-    /// `tests-lag` or `residuals-show-lag` (poses that were commanded), `line-refused`, `curve-explains` or `curve-no-better`.
+    /// Reason for its fit: `asked`, `noise-alone` (start of an adjustment with all errors), `tests-what-is-held`,
+    /// `residuals-show-lens`, `tests-lag` or `residuals-show-lag` (commanded poses), `line-refused`, `curve-explains` or
+    /// `curve-no-better`.
     pub why: String,
     /// Of each block (`time_offset`, `hand_eye`, `line`, `bow`, `seam_form`, `sensor`, `detector`, `edge_radius`, `robot`, `pose_lag`) whether it is
     /// `estimated`, `considered` (known with a covariance that the scan does not improve), or `held`.
     pub roles: BTreeMap<String, String>,
-    /// What the seam is: `line`, with a bow and a form, or `curve`.
+    /// Model of the seam: `line`, with a bow and a form, or `curve`.
     pub target: String,
     /// The clock of the images: `even`, `drifts`, `steps`, or `none` at stops.
     pub clock: String,
     /// How far the arm lags behind its recorded poses in it.
     pub robot_lag_s: f64,
-    /// Logarithm of the likelihood of all features and of what was known beforehand, at the best fit, but for a constant. Models of the same features
-    /// and blocks compare by it.
+    /// Logarithm of the likelihood of all features and of the prior, at the best fit, up to a constant. Models of the same
+    /// features and blocks compare by it.
     pub log_evidence: f64,
     /// How much larger the residuals are than expected.
     pub noise_factor: f64,

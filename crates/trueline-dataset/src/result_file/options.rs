@@ -1,4 +1,4 @@
-//! What was asked for.
+//! The options of the command.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct Options {
-    /// What of the joint was used: `auto`, `seam`, `stripe` or `both`.
+    /// Measurement used: `auto`, `seam`, `stripe` or `both`.
     #[serde(rename = "use")]
     pub measurements: String,
     /// Which residual.
@@ -16,13 +16,13 @@ pub struct Options {
     pub loss: String,
     /// Whether the robot stood at each reading, so that there is no time offset.
     pub at_stops: bool,
-    /// What was held fixed.
+    /// Quantities held fixed.
     pub fix: Vec<String>,
-    /// How well that is known; null is exactly.
+    /// Its uncertainty; null is exact.
     pub fixed_sigma: RequireOptions,
     /// Lines that were held where a drawing has them.
     pub drawn_lines: Vec<DrawnLineOptions>,
-    /// The drawing of a curved seam; absent where there is none.
+    /// The drawing of a curved seam; absent if there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seam_cad: Option<String>,
     /// How far the seam might be off it, one standard deviation.
@@ -32,27 +32,27 @@ pub struct Options {
     pub feature_sigma_px: f64,
     /// The same of sensors that report lengths.
     pub feature_sigma_mm: f64,
-    /// Noise of the robot's position; null where it was measured.
+    /// Noise of the robot's position; null if it was measured.
     pub robot_sigma_mm: Option<f64>,
-    /// Jitter of an image stamp; null where it was measured.
+    /// Jitter of an image stamp; null if it was measured.
     pub stamp_sigma_s: Option<f64>,
     /// Which stamps were used: `auto`, `raw` or `regular`.
     pub stamps: String,
-    /// What was done about the sensor's own calibration: `fixed`, `prior` or `free`.
+    /// Treatment of the sensor's own calibration: `fixed`, `prior` or `free`.
     pub sensor: String,
-    /// Absolute accuracy of the robot; null is what sensor.toml says, or 0.5.
+    /// Absolute accuracy of the robot; null is the value of sensor.toml, or 0.5.
     pub robot_accuracy_mm: Option<f64>,
     /// Bias of the features per 10° of tilt.
     pub feature_bias_px: f64,
-    /// Radius of the seam's edge; null is what sensor.toml says, or 0.3.
+    /// Radius of the seam's edge; null is the value of sensor.toml, or 0.3.
     pub edge_radius_mm: Option<f64>,
-    /// How wavy the seam is; null is what sensor.toml says, or 0.06 that the scan corrects.
+    /// Waviness of the seam; null is the value of sensor.toml, or 0.06, which the scan corrects.
     pub waviness_mm: Option<f64>,
-    /// Window that the time offset was said to be within.
+    /// Stated window of the time offset.
     pub offset_within_s: Option<f64>,
-    /// Tool axis that the sensor was said to look along.
+    /// Stated tool axis along which the sensor looks.
     pub looks: Option<String>,
-    /// Whether what is not observable might be held at the guess.
+    /// Whether unobservable quantities could be held at the guess.
     pub accept_partial: bool,
     /// Whether the ± is that of the true transform, as another robot needs it.
     pub strict: bool,
@@ -82,7 +82,7 @@ pub struct DrawnLineOptions {
     pub offset_sigma_mm: f64,
 }
 
-/// Standard deviations of the time offset and the hand-eye transform; null is none.
+/// Standard deviations of the time offset and the hand-eye transform; null if there is none.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]

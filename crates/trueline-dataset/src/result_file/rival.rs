@@ -1,4 +1,4 @@
-//! Answers that a scan does not tell from the one given.
+//! Answers that a scan does not separate from the given one.
 
 use super::answer::{LineEntry, PoseEntry};
 use serde::{Deserialize, Serialize};
@@ -14,12 +14,12 @@ pub struct RivalEntry {
     pub tool_from_camera: PoseEntry,
     /// Its lines in base.
     pub lines: Vec<LineEntry>,
-    /// Part of the features that it explains, of those that both answers can place.
+    /// Part of the features that it explains, among those that both answers can place.
     pub explains: f64,
-    /// How clearly the answer given is better: z of the paired test over frames; within ± 5 it is not.
+    /// Lead of the given answer: z of the paired test over frames; within ± 5 it is not clear.
     pub z: f64,
     /// How much larger its residuals are than expected.
     pub noise_factor: f64,
-    /// Statements about the cell each of which would single it out: `--offset-within 0.20`, `--looks +z`.
+    /// Statements about the cell; each of them would decide for it: `--offset-within 0.20`, `--looks +z`.
     pub statements: Vec<String>,
 }

@@ -9,13 +9,13 @@ use serde::{Deserialize, Serialize};
 pub struct SeamErrorEntry {
     /// All of it.
     pub rms_mm: f64,
-    /// What the scan alone makes of it: noise, stamps and the seam's form.
+    /// The part from the scan alone: noise, stamps and the seam's form.
     pub scan_alone_mm: f64,
     /// The part of the laser plane that the scan visited.
     pub field: FieldEntry,
-    /// Where it comes from; the squares add up.
+    /// Its sources; the squares add up.
     pub budget_mm: BudgetEntry,
-    /// What shrinks the largest part most: a statement, or a motion.
+    /// The best remedy for the largest part: a statement, or a motion.
     pub remedy: Option<String>,
     /// Robot accuracy that was assumed or stated.
     pub robot_accuracy_mm: f64,
@@ -45,7 +45,7 @@ pub struct FieldEntry {
 pub struct BudgetEntry {
     /// Noise of features, robot and stamps.
     pub noise: f64,
-    /// What the stamps as a whole do not say of the time offset.
+    /// Error common to all stamps: it acts like an error of the time offset.
     pub stamps: f64,
     /// The sensor's own calibration.
     pub sensor: f64,
@@ -53,9 +53,9 @@ pub struct BudgetEntry {
     pub robot: f64,
     /// The seam's form.
     pub seam_form: f64,
-    /// What is left of the features' bias with the tilt, where it is not a block of an adjustment.
+    /// The rest of the features' bias with the tilt, if it is not a block of an adjustment.
     pub feature_bias: f64,
-    /// What was held and is not known exactly.
+    /// Quantities held fixed and not known exactly.
     pub held: f64,
     /// The radius of the seam's edge.
     pub edge_radius: f64,
@@ -63,7 +63,7 @@ pub struct BudgetEntry {
     pub detector: f64,
     /// The robot's lag behind its recorded poses.
     pub pose_lag: f64,
-    /// What is known of external axes beforehand; absent without axes.
+    /// Prior knowledge of external axes; absent without axes.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub axes: f64,
 }

@@ -1,4 +1,4 @@
-//! What the scan says of the sensor's own calibration.
+//! The scan's information on the sensor's own calibration.
 
 use crate::unit::MM_PER_M;
 use nalgebra::{Matrix3x2, SMatrix, Vector2, Vector3};
@@ -19,27 +19,29 @@ pub struct SensorEntry {
     pub kind: Option<String>,
     /// `fixed`, `prior` or `free`.
     pub mode: String,
-    /// h1, h2, h3, h4 per mm, h5 per mm: the whole correction, with what sensor.toml corrects already; null where it was
-    /// held.
+    /// h1, h2, h3, h4 per mm, h5 per mm: the whole correction, including the one in sensor.toml; null if it was held
+    /// fixed.
     pub shape: Option<[f64; 5]>,
     /// One standard deviation of each.
     pub shape_sigma: Option<[f64; 5]>,
-    /// Where in the sheet the shape counts from.
+    /// Origin of the shape in the sheet.
     pub shape_origin_mm: Option<[f64; 2]>,
     /// The standard deviations before the scan.
     pub prior_sigma: Option<[f64; 5]>,
     /// Whether sensor.toml states these; else they are assumed.
     pub prior_stated: bool,
-    /// Whether the scan tells more of the shape than was known before.
+    /// Whether the scan adds information about the shape to the prior.
     pub improved: bool,
-    /// hᵀ C⁻¹ h of what was found: chi-squared with 5 degrees of freedom for a sensor without fault; above 25 it is off.
+    /// hᵀ C⁻¹ h of the estimate: chi-squared with 5 degrees of freedom for a sensor without error; above 25 the sensor
+    /// is off.
     pub wald: Option<f64>,
-    /// What was found, in words.
+    /// The findings, in words.
     pub words: Vec<String>,
     /// The sensor file that `tool_from_camera` belongs to; null where the recording did not come with one.
     pub file: Option<SensorFileEntry>,
-    /// What `tool_from_camera` leaves for the sensor as that file states it: RMS over the field, on top of the seam error; 0 for a file
-    /// that contains the correction, null where the shape was held or the scan does not show the whole transform.
+    /// Remaining error of `tool_from_camera` for the sensor as that file states it: RMS over the field, on top of the seam
+    /// error. It is 0 for a file that contains the correction, and null if the shape was held or the scan does not determine
+    /// the whole transform.
     pub remains_mm: Option<f64>,
     /// The rigid part of the shape, which `tool_from_camera` contains: with it the shape and the transform are used together. Null for
     /// a file that contains the correction.
@@ -68,7 +70,7 @@ pub struct RigidPartEntry {
     pub turn_rad: f64,
     /// s.
     pub shift_mm: [f64; 2],
-    /// Where a and b are zero, in the camera frame.
+    /// Point with a = b = 0, in the camera frame.
     pub origin_mm: [f64; 3],
     /// Direction of a, along the stripe, in the camera frame.
     pub axis_a: [f64; 3],
@@ -97,13 +99,13 @@ impl RigidPartEntry {
         }
     }
 
-    /// The sheet in whose coordinates the motion is; `None` of axes that span no plane.
+    /// The sheet with the motion's coordinates; `None` if the axes span no plane.
     fn sheet(&self) -> Option<LaserSheet> {
         let axes = Matrix3x2::from_columns(&[self.axis_a, self.axis_b].map(Vector3::from));
         LaserSheet::from_axes(Vector3::from(self.origin_mm.map(metres)), axes)
     }
 
-    /// The motion in the camera frame: maps what the sensor file places to where the shape puts it; `None` of axes that span no plane.
+    /// The motion in the camera frame from the sensor file's points to the corrected ones; `None` if the axes span no plane.
     #[must_use]
     pub fn corrected_from_file(&self) -> Option<Pose> {
         let part = RigidPart { turn_rad: self.turn_rad, shift_m: self.shift_mm.map(metres) };

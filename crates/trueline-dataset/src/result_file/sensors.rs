@@ -11,7 +11,7 @@ pub struct SensorAmongEntry {
     pub name: String,
     /// Its hand-eye transform.
     pub tool_from_camera: PoseEntry,
-    /// What was read at stamp t was exposed at t − this.
+    /// A reading stamped t was exposed at t − this.
     pub time_offset_s: f64,
     /// One standard deviation of each.
     pub sigma: SensorAmongSigma,
@@ -29,11 +29,11 @@ pub struct SensorAmongSigma {
     pub translation_mm: [f64; 3],
 }
 
-/// Where one sensor is in the frame of another.
+/// Pose of one sensor in the frame of another.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct BetweenEntry {
-    /// Name of the sensor whose frame it is.
+    /// Name of the sensor that defines the frame.
     pub from: String,
     /// Name of the other.
     pub to: String,

@@ -1,4 +1,4 @@
-//! What is known of the streams' clocks, and what was done about them.
+//! The streams' clocks, and how they were treated.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct Stamps {
-    /// Stamp of time 0 as it stands in the files.
+    /// Stamp of time 0 in the files.
     pub zero_s: f64,
     /// The robot's.
     pub robot: RobotStream,
@@ -19,13 +19,13 @@ pub struct Stamps {
     pub robot_smoothed: bool,
     /// Robot samples that only repeat the pose before, and were left out.
     pub robot_poses_repeated: usize,
-    /// What the stamps mean, where the recording says so.
+    /// Meaning of the stamps, if the recording states it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub meaning: Option<String>,
 }
 
 impl Stamps {
-    /// Whether the time offset is that of stamps that were dejittered or freed of a drift, and not of those recorded.
+    /// Whether the time offset is that of stamps with jitter or drift removed, not of the recorded ones.
     #[must_use]
     pub(crate) fn are_treated(&self) -> bool {
         let dejittered = |stream: &Stream| stream.used == "regular";
@@ -38,7 +38,7 @@ impl Stamps {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct RobotStream {
-    /// What both streams have.
+    /// Properties that both streams have.
     #[serde(flatten)]
     pub stream: Stream,
     /// Rate of the controller's clock against the receiver's, where device stamps are recorded.
@@ -50,7 +50,7 @@ pub struct RobotStream {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct FeatureStream {
-    /// What both streams have.
+    /// Properties that both streams have.
     #[serde(flatten)]
     pub stream: Stream,
     /// Drift of the time offset, even if it is not significant.
@@ -76,7 +76,7 @@ pub struct Stream {
     pub median_period_s: f64,
     /// Longest time between stamps.
     pub longest_gap_s: f64,
-    /// Sampling period of the clock behind the stamps; null where there is none.
+    /// Sampling period of the clock behind the stamps; null if there is none.
     pub period_s: Option<f64>,
     /// Standard deviation of the stamps about that clock.
     pub jitter_s: Option<f64>,
@@ -86,13 +86,13 @@ pub struct Stream {
     pub silences: usize,
     /// Rate of the device's clock against the receiver's, where device stamps are recorded.
     pub device_drift_ppm: Option<f64>,
-    /// Whether delays are to one side only, so that the clock follows their floor.
+    /// Whether all delays are to one side, so that the clock follows their lower bound.
     pub one_sided: bool,
     /// Median lateness of the stamps against that clock.
     pub late_s: Option<f64>,
     /// Lateness of the latest stamp: a stall of the receiver, or a queue.
     pub latest_s: Option<f64>,
-    /// Largest deviation of that clock from an even tick; null where it is even.
+    /// Largest deviation of that clock from an even tick; null if it is even.
     pub wander_s: Option<f64>,
     /// All stamps are multiples of this though the samples are not.
     pub grain_s: Option<f64>,
@@ -100,7 +100,7 @@ pub struct Stream {
     pub steps: Vec<StepEntry>,
     /// Whether the only step is taken out of the regular stamps.
     pub step_taken_out: bool,
-    /// `raw`, or `regular` where the samples were taken as the clock says.
+    /// `raw`, or `regular` if the samples were dated by the clock.
     pub used: String,
 }
 

@@ -1,4 +1,4 @@
-//! What whole stripes say of the plates, and their answer beside that of the seam points.
+//! The plates from whole stripes, and their answer beside that of the seam points.
 
 use super::answer::{PoseEntry, Sigma};
 use serde::{Deserialize, Serialize};
@@ -11,11 +11,11 @@ use std::collections::BTreeMap;
 pub struct PlaneEntry {
     /// Its number among the stripes.
     pub label: String,
-    /// Unit normal; null where it is not observable.
+    /// Unit normal; null if it is not observable.
     pub normal: Option<[f64; 3]>,
-    /// Distance from the base's origin along the normal; null where it is not observable.
+    /// Distance from the base's origin along the normal; null if it is not observable.
     pub offset_mm: Option<f64>,
-    /// One standard deviation of the normal, about the axis about which it is known least.
+    /// One standard deviation of the normal, about its least certain axis.
     pub sigma_deg: Option<f64>,
     /// One standard deviation of the offset in the middle of the scan.
     pub sigma_mm: Option<f64>,
@@ -50,7 +50,7 @@ pub struct HeightStepEntry {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct AnswerEntry {
-    /// Time offset; null where it is not observable.
+    /// Time offset; null if it is not observable.
     pub time_offset_s: Option<f64>,
     /// Hand-eye transform, null likewise.
     pub tool_from_camera: PoseEntry,
@@ -58,31 +58,32 @@ pub struct AnswerEntry {
     pub sigma: Sigma,
     /// Seam error, one standard deviation; null where the hand-eye is not all observable.
     pub seam_error_mm: Option<f64>,
-    /// What the scan alone makes of it.
+    /// Its part from the scan alone.
     pub seam_error_scan_alone_mm: Option<f64>,
 }
 
-/// What became of the stripes of a recording.
+/// Use of a recording's stripes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct StripesEntry {
-    /// What the result was made of: `seam`, `stripe` or `both`.
+    /// Measurement used for the result: `seam`, `stripe` or `both`.
     pub used: String,
-    /// Why: `asked`, `agreement`, `disagreement`, `knows-less`, `noise-lasts`, `shows-less`, `too-few-frames`, `held-at-guess`, `plates-missing`,
-    /// `plates-without-plane`, `plates-not-converged`, `stripes-scattered`, `parallel-plates` or `edge-elsewhere`.
+    /// Reason: `asked`, `agreement`, `disagreement`, `knows-less`, `noise-lasts`, `shows-less`, `too-few-frames`,
+    /// `held-at-guess`, `plates-missing`, `plates-without-plane`, `plates-not-converged`, `stripes-scattered`,
+    /// `parallel-plates` or `edge-elsewhere`.
     pub decided_by: String,
     /// Frames with a seam point or a stripe.
     pub frames: usize,
-    /// Frames with the stripes on both plates; of a joint of which one plate is seen at all, with that and the seam point.
+    /// Frames with the stripes on both plates; for a joint with one visible plate, with its stripe and the seam point.
     pub frames_with_both: usize,
     /// Stripes that could not be used, by reason.
     pub skipped: BTreeMap<String, usize>,
-    /// Stripes (and, with `both`, seam points) that were looked at.
+    /// Stripes (and, with `both`, seam points) in the estimate.
     pub stripes: usize,
     /// Of the stripes, how many were left out as outliers.
     pub rejected: usize,
-    /// Points of the edge of a lap, a step or one plate that were looked at.
+    /// Points of the edge of a lap, a step or one plate in the estimate.
     pub edge_points: usize,
     /// Of the edge points, how many were left out as outliers.
     pub rejected_edge_points: usize,

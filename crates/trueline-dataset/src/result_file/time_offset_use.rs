@@ -1,4 +1,4 @@
-//! What to do with the time offset, so that a file says it by itself.
+//! Use of the time offset, so that a file explains itself.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub struct TimeOffsetUse {
     /// The rule: `true exposure = stamp − 17.663 ms`.
     pub rule: String,
-    /// Where it is entered, and what voids it.
+    /// Where to enter it, and what voids it.
     pub advice: Vec<String>,
     /// A seam point in base, in Python.
     pub python: String,

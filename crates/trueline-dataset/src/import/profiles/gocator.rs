@@ -25,7 +25,7 @@ struct DataHeader {
 /// Reads the profiles of the sections `Profile` and `RawProfile`.
 ///
 /// # Errors
-/// No such section, or rows that are none of it.
+/// No such section, or rows of another form.
 pub fn read(file: &Path, bytes: Vec<u8>) -> Result<Vec<RawProfile>, Error> {
     let (text, _) = decode(file, bytes)?;
     let mut profiles = Vec::new();
@@ -64,13 +64,13 @@ pub fn read(file: &Path, bytes: Vec<u8>) -> Result<Vec<RawProfile>, Error> {
     Ok(profiles)
 }
 
-/// The error of a file without profiles: a surface, say, whose rows have no time of their own.
+/// The error of a file without profiles, for example a surface: its rows have no time of their own.
 fn without_profiles(file: &Path, sections: &[&str]) -> Error {
     const SURFACES: [&str; 4] = ["Part", "Surface", "SurfacePointCloud", "SurfaceSection"];
     match sections.iter().find(|name| SURFACES.contains(name)) {
         Some(name) => Error::unreadable(
             file,
-            format!("a Gocator surface (section `{name}`), whose rows have no time stamps"),
+            format!("a Gocator surface (section `{name}`): its rows have no time stamps"),
             "record in the mode Profile instead of Surface, and export the profiles: each has its stamp there",
         ),
         None if sections.is_empty() => Error::in_file(file, Problem::NoRows),
@@ -102,7 +102,7 @@ impl DataHeader {
             })
         };
         let axis = place("Axis")?;
-        // Cells at the end are those of longer rows; one in between would shift the columns after it.
+        // Empty cells at the end belong to longer rows; one in between would shift the columns after it.
         let columns = fields.iter().rposition(|field| !field.is_empty()).map_or(0, |last| last + 1);
         let x_mm = fields[(axis + 1).min(columns)..columns].iter().map(|field| number(field));
         let x_mm = if section == "Profile" { Some(x_mm.collect::<Result<_, _>>()?) } else { None };

@@ -1,5 +1,5 @@
-//! Keyence LJ-V7000: the file that the maker's sample program saves: X in the first column, one profile in each further one, all integers
-//! of 0.01 µm (LJ-V7000 series communication library, reference manual, 11.2).
+//! Keyence LJ-V7000: the file that the maker's sample program saves. X is in the first column, one profile in each further
+//! one, all integers of 0.01 µm (LJ-V7000 series communication library, reference manual, 11.2).
 
 use super::{RawProfile, numbers};
 use crate::error::{Error, Problem};
@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// 0.01 µm.
 const UNIT_M: f64 = 1e-8;
-/// The lowest numbers of 32 bits are no heights.
+/// The lowest numbers of 32 bits are codes, not heights.
 const NO_POINT_32: f64 = -2_147_483_640.0;
 /// Nor are the lowest four of 20 bits, in which fast transfers are packed.
 const NO_POINT_20: std::ops::RangeInclusive<f64> = -524_288.0..=-524_285.0;

@@ -1,4 +1,4 @@
-//! What stands before the heights of a row: a counter, a time, an encoder.
+//! Columns before the heights of a row: a counter, a time, an encoder.
 
 use super::numbers::NumberTable;
 use crate::error::Problem;
@@ -40,7 +40,8 @@ pub(super) struct LeadingColumns {
 }
 
 impl LeadingColumns {
-    /// Takes the columns off a table: those that a header of words names, and a first one of whole numbers that rise from row to row.
+    /// Takes the columns off a table: those with a name in words, and a first one of whole numbers that rise from row to
+    /// row.
     pub(super) fn taken_off(table: &mut NumberTable) -> Self {
         let mut lead = Self::default();
         while let Some(kind) = lead.kind_of_first(table) {
@@ -138,7 +139,7 @@ impl LeadingColumns {
     /// The stamp of a row, ns.
     ///
     /// # Errors
-    /// A time that is none.
+    /// An invalid time.
     pub(super) fn stamp_ns(&mut self, row: usize) -> Result<Option<i64>, Problem> {
         let Some(cell) = self.times.get(row) else { return Ok(None) };
         match &mut self.reader {
@@ -160,7 +161,7 @@ impl LeadingColumns {
     }
 }
 
-/// What a column before the heights is.
+/// Kind of a column before the heights.
 enum Kind {
     Counter,
     /// Clock times or dates.

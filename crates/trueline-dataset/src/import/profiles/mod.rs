@@ -27,7 +27,7 @@ use crate::stamp;
 use std::fmt;
 use std::path::Path;
 
-/// A profile of which the file may not know when it was taken.
+/// A profile, possibly without a time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RawProfile {
     /// Stamp, ns, where the file has one.
@@ -36,7 +36,7 @@ pub struct RawProfile {
     pub frame: Option<u64>,
     /// Its points.
     pub points: Vec<ProfilePoint>,
-    /// How many of its values are no point.
+    /// Number of its values that are no point.
     pub left_out: usize,
 }
 
@@ -46,14 +46,14 @@ impl RawProfile {
     }
 }
 
-/// What a file of profiles has.
+/// Content of a file of profiles.
 #[derive(Clone, Debug, Default)]
 pub struct Raw {
     /// Its profiles.
     pub profiles: Vec<RawProfile>,
-    /// What was recognised: to be said.
+    /// Remarks on recognised data.
     pub notes: Vec<String>,
-    /// What its stamps are counted from.
+    /// Origin of its stamps.
     pub clock: Clock,
 }
 
@@ -116,7 +116,7 @@ impl ProfileFormat {
         start.lines().take(2).any(|line| line.contains("CSV Version")).then_some(Self::Gocator)
     }
 
-    /// What is assumed, in words.
+    /// The assumption, in words.
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
@@ -149,7 +149,7 @@ impl fmt::Display for ProfileFormat {
     }
 }
 
-/// Where the columns of a row lie along the stripe, if the file does not tell.
+/// Places of a row's columns along the stripe, if the file does not state them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EvenColumns {
     /// Position of the first, mm.
@@ -168,20 +168,20 @@ pub enum Timing {
         /// Profiles a second.
         hz: f64,
     },
-    /// One stamp for each, ns; or one for every so many, which follow each other at a rate.
+    /// One stamp for each, ns; or one for every several, which follow each other at a rate.
     Stamps {
         /// Stamps, ns.
         stamps_ns: Vec<i64>,
-        /// Profiles a second between two stamps, where there are more profiles than stamps.
+        /// Profiles a second between two stamps, if there are more profiles than stamps.
         hz: Option<f64>,
     },
 }
 
 impl Timing {
-    /// The stamp of each of so many profiles, ns.
+    /// The stamp of each of `count` profiles, ns.
     ///
     /// # Errors
-    /// Stamps that are neither one for each nor, with a rate, one for every so many.
+    /// Stamps that are neither one for each nor, with a rate, one for every several.
     fn stamps_ns(&self, count: usize) -> Result<Vec<i64>, LogProblem> {
         let after =
             |first_ns: i64, k: usize, hz: f64| first_ns.saturating_add((k as f64 / hz * 1e9).round() as i64);
@@ -237,7 +237,7 @@ pub fn read(
     Ok(raw)
 }
 
-/// Says so of profiles, and of a surface, in the place of a table or of profiles in another format.
+/// Error for profiles, and for a surface, in place of a table or of profiles in another format.
 ///
 /// # Errors
 /// A file of Gocator, or PLY.
@@ -261,7 +261,7 @@ fn is_lj_x_height(mm: f64) -> bool {
     (mm + 99.9999).abs() >= HALF_A_DECIMAL_MM && mm > -999.0
 }
 
-/// Which part of the values of a file is no point, in words, if any is.
+/// Part of the values of a file that is no point, in words, if any.
 #[must_use]
 pub fn left_out_words(profiles: &[RawProfile]) -> Option<String> {
     let left_out: usize = profiles.iter().map(|profile| profile.left_out).sum();
@@ -272,7 +272,7 @@ pub fn left_out_words(profiles: &[RawProfile]) -> Option<String> {
     (left_out > 0).then(|| if empty > 0 { format!("{words}; {empty} profiles have none") } else { words })
 }
 
-/// Gives each profile its stamp: the file's own, or those of the timing.
+/// Gives each profile its stamp: the file's own, or the timing's.
 ///
 /// # Errors
 /// No stamps at all, stamps that run backwards, or not one for each profile.

@@ -1,4 +1,4 @@
-//! Text tables of numbers whose header, if any, is words or the positions of the columns.
+//! Text tables of numbers with an optional header of words or column positions.
 
 use crate::dialect::plain_csv;
 use crate::error::{Error, Problem};
@@ -6,7 +6,8 @@ use crate::moment;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The lines of a table: header lines as words, then rows of numbers; an empty field or one that is no number is no value.
+/// The lines of a table: header lines as words, then rows of numbers. An empty field, or one that is not a number, is no
+/// value.
 pub(super) struct NumberTable {
     /// The last line before the first row of numbers that has as many fields, if any.
     pub header: Option<Vec<String>>,
@@ -16,17 +17,17 @@ pub(super) struct NumberTable {
     pub words: Vec<Vec<String>>,
 }
 
-/// So many fields before the numbers may be a counter, a time, an encoder and more.
+/// This many fields before the numbers may be a counter, a time, an encoder and more.
 const WORDS: usize = 4;
 
 impl NumberTable {
-    /// A column as it was written; empty where it is not among the first.
+    /// A column as written; empty if it is not among the first.
     pub(super) fn words_of(&self, column: usize) -> impl Iterator<Item = &str> + Clone {
         self.words.iter().map(move |row| row.get(column).map_or("", String::as_str))
     }
 
-    /// Drops the last field of every row, which is empty in all of them: a separator at the end of a row begins no column. Where the header
-    /// names it, it is a column in which nothing was measured.
+    /// Drops the last field of every row, which is empty in all of them: a separator at the end of a row begins no column.
+    /// If the header names it, it is a column without measurements.
     fn drop_unnamed_last(&mut self, width: usize) {
         let named =
             self.header.as_ref().filter(|header| header.len() == width).map(|header| &header[width - 1]);
@@ -62,7 +63,7 @@ pub(super) fn read(file: &Path, bytes: Vec<u8>) -> Result<NumberTable, Error> {
         let numbers: Vec<Option<f64>> =
             fields.iter().map(|field| field.parse().ok().filter(|value: &f64| value.is_finite())).collect();
         let count = numbers.iter().flatten().count();
-        // Where the first column saw nothing, and where it is a time, a row is one by its width.
+        // If the first column has no value, or is a time, a row is recognised by its width.
         let begins = numbers[0].is_some() || moment::parse(fields[0]).is_some() || moment::is_day(fields[0]);
         let is_first_row =
             fields.len() == width && (begins || fields[0].is_empty()) && count * 2 >= numbers.len();

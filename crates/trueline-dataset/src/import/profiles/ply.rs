@@ -1,4 +1,4 @@
-//! PLY, ascii or binary: one element `vertex` with x and z, and a time, frame or y that tells profiles apart.
+//! PLY, ascii or binary: one element `vertex` with x and z, and a time, frame or y that separates profiles.
 
 use super::RawProfile;
 use super::rows::point_of_mm;
@@ -30,7 +30,7 @@ struct Header {
     encoding: Encoding,
     vertices: usize,
     properties: Vec<Property>,
-    /// Where the data begins.
+    /// Start of the data.
     data: usize,
 }
 
@@ -120,7 +120,7 @@ fn kind_of(name: &str) -> Result<Kind, String> {
     })
 }
 
-/// The numbers of every vertex; `None` if there are fewer than the header says.
+/// The numbers of every vertex; `None` if there are fewer than the header states.
 fn rows(header: &Header, data: &[u8]) -> Option<Vec<Vec<f64>>> {
     if header.encoding == Encoding::Ascii {
         let text = std::str::from_utf8(data).ok()?;
@@ -134,7 +134,7 @@ fn rows(header: &Header, data: &[u8]) -> Option<Vec<Vec<f64>>> {
         return (rows.len() == header.vertices).then_some(rows);
     }
     let size: usize = header.properties.iter().map(|property| property.kind.size()).sum();
-    // A header may promise any number: what is not there is not reserved.
+    // A header may promise any number: memory is reserved only for existing data.
     let needed = size.checked_mul(header.vertices).filter(|&needed| size > 0 && needed <= data.len())?;
     let row = |vertex: &[u8]| {
         let mut rest = vertex;

@@ -8,7 +8,7 @@ use crate::header_unit::{HeaderUnit, is_time_name, stem_and_unit};
 use crate::import::clock::{Clock, ClockReader, unit_of_steps};
 use std::path::Path;
 
-/// Where the numbers of a point stand in its row.
+/// Columns of a point's numbers.
 struct Places {
     x: usize,
     z: usize,
@@ -21,7 +21,7 @@ struct Time {
     place: usize,
     /// Nanoseconds of a unit.
     unit_ns: f64,
-    /// Where they are clock times or dates.
+    /// Set for clock times or dates.
     reader: Option<ClockReader>,
     words: String,
 }
@@ -29,7 +29,7 @@ struct Time {
 /// Reads points. A new profile begins where time or frame changes, or where x steps back.
 ///
 /// # Errors
-/// Rows of which it is not clear what is x and what is z.
+/// Rows with ambiguous x and z.
 pub(super) fn read(file: &Path, bytes: Vec<u8>, is_point: impl Fn(f64) -> bool) -> Result<Raw, Error> {
     let table = numbers::read(file, bytes)?;
     let mut places = places(&table).map_err(|problem| match problem {
@@ -70,7 +70,7 @@ pub(super) fn read(file: &Path, bytes: Vec<u8>, is_point: impl Fn(f64) -> bool) 
     Ok(Raw { profiles, notes: places.time.map(|time| time.words).into_iter().collect(), clock })
 }
 
-/// The column of times by its name: in its unit, or where it names none in that of its steps.
+/// The column of times by its name: in its unit or, without one, in that of its steps.
 fn time_of(header: &[String], table: &NumberTable) -> Option<Time> {
     let place = header.iter().position(|name| is_time_name(&stem_and_unit(name).0))?;
     let name = &header[place];

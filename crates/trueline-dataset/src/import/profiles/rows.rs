@@ -1,4 +1,4 @@
-//! One row a profile: heights in mm whose positions stand in the header or are evenly spaced, or x and z in turn.
+//! One row a profile: heights in mm with positions in the header or evenly spaced, or x and z in turn.
 
 use super::leading_columns::LeadingColumns;
 use super::{EvenColumns, Raw, RawProfile, numbers};
@@ -8,8 +8,8 @@ use crate::profile::ProfilePoint;
 use crate::unit::MM_PER_M;
 use std::path::Path;
 
-/// Reads rows of heights. A header of rising numbers is the position of each column, mm. A first column that counts the rows, or says
-/// when they were taken, is no height.
+/// Reads rows of heights. A header of rising numbers is the position of each column, mm. A first column with a count or time
+/// of the rows is not a height.
 ///
 /// # Errors
 /// Positions that are not known, rows of different lengths, or more values than positions.
@@ -67,7 +67,7 @@ fn expect_one_width(file: &Path, rows: &[Row]) -> Result<(), Error> {
     }
 }
 
-/// More columns than this before the heights, and they are no more a counter, a time and an encoder.
+/// Largest number of columns before the heights: more cannot be a counter, a time and an encoder.
 const MOST_LEADING: usize = 8;
 
 /// Fails where a few values more are there than positions that begin and end at the same distance from the middle of the view.
@@ -92,10 +92,10 @@ fn expect_room(rows: &[Row], even: EvenColumns, is_point: &impl Fn(f64) -> bool)
 /// A row of a table, with its line.
 type Row = (u64, Vec<Option<f64>>);
 
-/// Whether the first values go on as those beside them: mostly no points where the second ones are none, and as near to these as they are to the
-/// third ones. A counter, a time or an encoder is neither.
+/// Whether the first values continue their neighbours: mostly no points where the second ones are none, and as near to these
+/// as they are to the third ones. A counter, a time or an encoder is neither.
 fn first_is_height(rows: &[Row], step_mm: f64, is_point: &impl Fn(f64) -> bool) -> bool {
-    // Times as far as neighbours in the profile, and slopes, are no break.
+    // Differences up to this many times those of neighbours in the profile, and slopes, are no break.
     const FARTHEST: f64 = 10.0;
     let value = |row: &Row, k: usize| row.1.get(k).copied().flatten().filter(|z| is_point(*z));
     let unlike = rows.iter().filter(|row| value(row, 0).is_some() && value(row, 1).is_none()).count();

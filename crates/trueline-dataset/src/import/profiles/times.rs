@@ -13,12 +13,12 @@ use std::path::Path;
 pub struct Times {
     /// The stamps, ns.
     pub stamps_ns: Vec<i64>,
-    /// What they are counted from.
+    /// Their origin.
     pub clock: Clock,
 }
 
 impl Times {
-    /// The rate at which they follow each other, in words: what a user can compare with the sensor's settings.
+    /// Their rate, in words: a user can compare it with the sensor's settings.
     #[must_use]
     pub fn words(&self) -> String {
         let count = self.stamps_ns.len();
