@@ -1,10 +1,10 @@
-//! The baseline: what the published program does, as far as its behaviour can be described.
+//! The baseline: the published program, as far as its behaviour can be described.
 //!
-//! Differs from Eqs. (16) to (18), which promise one joint step: five blocks of unknowns (time offset; turn of the line;
-//! its moment; hand-eye rotation; hand-eye translation) are linearised at one point, each solved as if the others were
-//! known, (JᵀJ + μI) δ = −JᵀF, and all are moved at once, the hand-eye by a fifth of its step only. Each block has a μ of
-//! its own, ruled by the change of the total error; a step that makes things worse is kept. There is no robust loss.
-//! Only every tenth image is used. Lengths are millimetres here, because μI makes the way depend on units.
+//! Differs from Eqs. (16) to (18), which promise one joint step. Five blocks of unknowns (time offset; rotation of the
+//! line; its moment; hand-eye rotation; hand-eye translation) are linearised at one point. Each is solved as if the
+//! others were known, (JᵀJ + μI) δ = −JᵀF. All are moved at once, but the hand-eye by a fifth of its step only. Each
+//! block has its own μ, which follows the change of the total error; a worse step is kept. There is no robust loss. Only
+//! every tenth image is used. Lengths are millimetres here, because μI makes the way depend on units.
 
 use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
 use trueline_geometry::{OrthonormalLine, Pose, se3, so3};
@@ -27,7 +27,7 @@ const STRIDE: usize = 10;
 const LONGEST_GAP_S: f64 = 5e-3;
 /// Points further than this from the line are left out, mm.
 const FURTHEST_MM: f64 = 2000.0;
-/// Rates are formed with this period, whatever was recorded, s.
+/// Rates are formed with this period, at any recorded one, s.
 const NOMINAL_PERIOD_S: f64 = 4e-3;
 /// The translation's μ may grow this much above its first value; the others' not at all.
 const TRANSLATION_CAP: f64 = 10.0;
@@ -54,7 +54,7 @@ pub struct Visit {
 
 const MM: f64 = 1e3;
 
-/// Walks so many iterations from a start; the first visit is the start, the last the end.
+/// Does this many iterations from a start; the first visit is the start, the last the end.
 #[must_use]
 pub fn walk(observations: &Observations, start: State, rule: TimeJacobian, iterations: usize) -> Vec<Visit> {
     let mut visits = Vec::with_capacity(iterations + 1);
@@ -265,7 +265,7 @@ mod tests {
         linearise(observed, state, TimeJacobian::Corrected, &mut Blocks::default()).0
     }
 
-    /// JᵀF is half the derivative of the squared error, whatever moves.
+    /// JᵀF is half the derivative of the squared error, by any unknown.
     fn check(numeric: f64, gradient: f64, scale: f64) {
         assert!((numeric - gradient).abs() < 1e-4 * scale, "{numeric} {gradient} {scale}");
     }

@@ -13,11 +13,11 @@ use trueline_sim::{Scenario, simulate};
 /// A calibration and how it came about.
 #[derive(Clone, Debug)]
 pub struct Calibrated {
-    /// What was done.
+    /// The method.
     pub name: &'static str,
-    /// What to mind of it; empty for most.
+    /// Remark on it; empty for most.
     pub remark: String,
-    /// How long its data take to record, s; `None` for what no data were recorded for.
+    /// Time to record its data, s; `None` if it needs no recording.
     pub takes_s: Option<f64>,
     /// Time offset and hand-eye.
     pub result: Guess,
@@ -26,7 +26,7 @@ pub struct Calibrated {
 /// Every way to calibrate, over the same simulated scan.
 ///
 /// # Errors
-/// What calibrating says.
+/// Error of a calibration.
 pub fn all(settings: &Settings, scenario: &Scenario, seed: u64) -> Result<Vec<Calibrated>, Error> {
     let recording = simulate(scenario, seed).ok_or(Error::NoStart)?;
     let truth = recording.truth.as_ref().ok_or(Error::NoStart)?.parameters;
@@ -74,7 +74,7 @@ pub fn all(settings: &Settings, scenario: &Scenario, seed: u64) -> Result<Vec<Ca
     Ok(all)
 }
 
-/// The static checkerboard, where nothing moves and where the robot does: it shows no time offset.
+/// The static checkerboard at rest and in motion: it shows no time offset.
 fn static_board(scenario: &Scenario, truth: &Guess, seed: u64) -> Option<[Calibrated; 2]> {
     let plan = static_board::PLANS[1];
     let tool_from_camera = static_board::calibrated(scenario, plan, seed)?;
@@ -94,8 +94,8 @@ fn static_board(scenario: &Scenario, truth: &Guess, seed: u64) -> Option<[Calibr
     ])
 }
 
-/// The truth with a hand-eye translation and an offset as far off as the paper says that its own may be, the
-/// translation in a direction that depends on the seed.
+/// The truth with the hand-eye translation and the offset wrong by the amounts that the paper states for its own; the
+/// direction of the translation depends on the seed.
 fn as_wrong_as_the_paper(truth: &Guess, seed: u64) -> Guess {
     // Directions spread evenly over the sphere by the golden angle.
     let turn = 2.399_963 * seed as f64;

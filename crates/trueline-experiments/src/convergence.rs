@@ -16,7 +16,7 @@ use trueline_sim::simulate;
 pub struct Step {
     /// Time offset, s.
     pub time_offset_s: f64,
-    /// Root mean square distance of the points from the line, m; `None` where no point is left.
+    /// Root mean square distance of the points from the line, m; `None` without a point.
     pub rms_m: Option<f64>,
     /// Hand-eye transform.
     pub tool_from_camera: Pose,
@@ -41,7 +41,7 @@ impl Track {
         std::iter::once(&self.steps).chain(&self.others).filter_map(|steps| steps.last())
     }
 
-    /// Smallest and largest value of all repeats after so many steps; a way that has ended stays where it is.
+    /// Smallest and largest value of all repeats after `step` steps. A repeat that has ended keeps its last value.
     #[must_use]
     pub fn band(&self, step: usize, of: &dyn Fn(&Step) -> f64) -> [f64; 2] {
         let at = |steps: &'_ Vec<Step>| steps.get(step).or(steps.last()).map(of);
@@ -50,8 +50,8 @@ impl Track {
     }
 }
 
-/// The paper's start of what a guess holds: no time offset, and the hand-eye as far off as the published program puts it, 3.7 mm
-/// and 1.7°. That of the line is [`published::line_start`].
+/// The paper's start: no time offset, and the error of the hand-eye in the published program, 3.7 mm and 1.7°. The line's
+/// start is [`published::line_start`].
 #[must_use]
 pub(crate) fn papers_start(truth: &Guess) -> Guess {
     let (turn, shift) = (Vector3::new(0.01, 0.02, 0.02), Vector3::new(1e-3, 2e-3, 3e-3));
@@ -64,7 +64,7 @@ pub(crate) fn papers_start(truth: &Guess) -> Guess {
 /// All methods' ways over one simulated scan, and its truth.
 ///
 /// # Errors
-/// What calibrating says.
+/// Error of a calibration.
 pub fn run(settings: &Settings) -> Result<(Vec<Track>, Step), Error> {
     let recording = simulate(&settings.scenario(), settings.seed).ok_or(Error::NoStart)?;
     let truth = recording.truth.as_ref().ok_or(Error::NoStart)?;
@@ -136,14 +136,14 @@ fn steps_of(calibration: &Calibration) -> Vec<Step> {
 /// The baseline's way, its line starting as the paper's.
 ///
 /// # Errors
-/// What lifting the features says.
+/// Error of lifting the features.
 pub fn blocks(
     recording: &Recording,
     start: &Guess,
     rule: TimeJacobian,
     iterations: usize,
 ) -> Result<Track, Error> {
-    // Poses as recorded: the published program knows no others.
+    // Poses as recorded, as in the published program.
     let config = Config { residual: ResidualKind::PointToLine, ..Config::default() };
     let sampling = Sampling::of(recording, observations::origin_ns(recording));
     let observed = observations::observe(recording, &sampling, &config)?;

@@ -1,8 +1,8 @@
 //! The paper's experiments \[Yang2025, Sect. IV\], simulated with known truth.
 //!
 //! Nothing here is part of the method: scans are simulated, calibrated in several ways, and compared. Everything follows
-//! from [`Settings`]; the same settings give the same numbers. What the paper has published stands in [`published`], so
-//! that nobody takes one for the other.
+//! from [`Settings`]; the same settings give the same numbers. The paper's published figures are in [`published`], to
+//! keep them apart.
 //!
 //! ```
 //! use trueline_experiments::{Settings, published, reproduce};
@@ -50,7 +50,7 @@ pub struct Reproduction {
 /// Runs all experiments; `tick` is called after each part with its name.
 ///
 /// # Errors
-/// What calibrating a simulated scan says; none of them should.
+/// Error of calibrating a simulated scan; none of them should occur.
 pub fn reproduce(
     settings: &Settings,
     mut tick: impl FnMut(&str),

@@ -9,9 +9,9 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, UnitVector3, Vector3};
 use trueline_geometry::{Line, Pose, se3};
 use trueline_sim::Scenario;
 
-/// Where along the start's line the scan is, from its foot, m.
+/// Place of the scan along the start's line, from its foot, m.
 const ALONG_M: f64 = 1.15;
-/// How far the true line passes beside it there, m.
+/// Distance of the true line from it there, m.
 const BESIDE_M: f64 = 12.3e-3;
 /// How far its direction is off, rad: 4.6°.
 const TURNED_RAD: f64 = 4.6 * std::f64::consts::PI / 180.0;

@@ -11,13 +11,13 @@ pub enum PlannedError {
     /// The cell has no seam.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// The simulator does not know the sensor.
+    /// The simulator does not support the sensor.
     #[error("a planned scan of a sensor of kind {0} cannot be simulated")]
     Sensor(&'static str),
 }
 
 impl PlannedError {
-    /// What to do about it.
+    /// The remedy.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {
@@ -63,7 +63,7 @@ pub fn scenario(cell: &Cell, duration_s: f64, off_guess: Option<u64>) -> Result<
 /// them. Their columns, and an edge along its stripe, are as noisy as a feature is expected to be.
 ///
 /// # Errors
-/// A cell whose plates make no joint.
+/// A cell with plates that make no joint.
 pub fn plates(cell: &Cell, scenario: &mut Scenario) -> Result<Plates, NoJoint> {
     let joint = Joint::of(cell)?;
     let [one, other] = &joint.plates;

@@ -1,4 +1,4 @@
-//! Figures that the paper has published, to stand beside simulated ones.
+//! The paper's published figures, for comparison with simulated ones.
 
 use nalgebra::Vector3;
 use trueline_geometry::{OrthonormalLine, so3};
@@ -14,7 +14,7 @@ pub struct PublishedRow {
     pub rmse_m: f64,
     /// MAE, m.
     pub mae_m: f64,
-    /// What is odd about it.
+    /// Remark on its oddity.
     pub remark: &'static str,
 }
 
@@ -40,7 +40,7 @@ pub const TABLE_I: [PublishedRow; 3] = [
 
 /// RMSE of the straight weld with the time offset compensated, m (Fig. 9).
 pub const STRAIGHT_RMSE_M: f64 = 0.17e-3;
-/// Where the paper's line starts: ω of φ₀ = [ω, m], rad.
+/// Start of the paper's line: ω of φ₀ = [ω, m], rad.
 pub const LINE_START_RAD: [f64; 3] = [0.169084, -0.000782, 0.0197593];
 /// And its distance from the base's origin, m.
 pub(crate) const LINE_START_M: f64 = 1.15286;

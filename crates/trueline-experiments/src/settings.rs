@@ -1,4 +1,4 @@
-//! What all experiments share.
+//! Settings shared by all experiments.
 
 use crate::papers_scene::in_the_papers_base;
 use trueline_sim::{Preset, Scenario};
@@ -6,7 +6,7 @@ use trueline_sim::{Preset, Scenario};
 /// Choices of a reproduction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// First seed; repeats use those that follow.
+    /// First seed; repeats use the following ones.
     pub seed: u64,
     /// Calibrations and weld scans that every figure is taken over.
     pub repeats: u64,

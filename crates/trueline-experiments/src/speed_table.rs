@@ -1,4 +1,4 @@
-//! How much an offset costs at a speed, and what is left of it after calibration.
+//! Effect of an offset at a speed, and the rest of it after calibration.
 
 use crate::settings::Settings;
 use nalgebra::Vector3;
@@ -34,7 +34,7 @@ const LENGTH_M: f64 = 0.3;
 /// Calibrates once for each offset, and scans a straight weld at each speed.
 ///
 /// # Errors
-/// What calibrating says.
+/// Error of a calibration.
 pub fn run(settings: &Settings) -> Result<SpeedTable, Error> {
     let mut scenario = settings.scenario();
     let weld = Weld::Straight(*scenario.cell.lines.first().ok_or(Error::NoStart)?);

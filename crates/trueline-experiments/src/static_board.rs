@@ -1,6 +1,6 @@
-//! The static checkerboard: the robot stops before a board, takes a picture, and goes on; hand-eye by closed forms and by
-//! maximum likelihood. A stand-in for the calibration that the paper compares itself with, which cannot be identified in
-//! public text.
+//! The static checkerboard: the robot stops before a board, takes a picture, and continues; hand-eye by closed forms and
+//! by maximum likelihood. A stand-in for the calibration that the paper compares itself with, which cannot be identified
+//! in public text.
 
 use crate::settings::Settings;
 use nalgebra::{Vector2, Vector3};
@@ -127,7 +127,7 @@ pub fn calibrated(scenario: &Scenario, plan: StopPlan, seed: u64) -> Option<Pose
     Some(Stops::taken(scenario, plan, seed)?.estimates()?[3])
 }
 
-/// What was recorded at the stops.
+/// The recording at the stops.
 struct Stops {
     base_from_tool: Vec<Pose>,
     sightings: Vec<BoardSighting>,
@@ -187,7 +187,7 @@ fn corners(camera: &Camera, pose: &Pose, random: &mut ChaCha12Rng) -> Vec<FoundC
     corners
 }
 
-/// Points over the field of the laser plane, and where they truly are.
+/// Points over the field of the laser plane, and their true places.
 struct Field {
     in_camera: Vec<Vector3<f64>>,
     in_tool: Vec<Vector3<f64>>,
@@ -209,7 +209,7 @@ impl Field {
         Self { in_camera, in_tool, ahead: tool_from_camera.rotation * normal }
     }
 
-    /// Mean square error in the tool frame of points that are placed `late_m` behind where they were seen, m².
+    /// Mean square error in the tool frame of points that are placed `late_m` behind their true place, m².
     fn mean_square(&self, estimate: &Pose, late_m: f64) -> f64 {
         let error = |(seen, truth): (&Vector3<f64>, &Vector3<f64>)| {
             (placed(estimate, seen) - truth + self.ahead * late_m).norm_squared()

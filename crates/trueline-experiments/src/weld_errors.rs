@@ -1,4 +1,4 @@
-//! What calibrations are worth on a weld: the straight one \[Yang2025, Fig. 9\] and the C-type of radius 600 mm
+//! Errors of calibrations on a weld: the straight one \[Yang2025, Fig. 9\] and the C-type of radius 600 mm
 //! \[Yang2025, Fig. 10, Table I\].
 
 use crate::calibrated::{self, Calibrated};
@@ -36,15 +36,15 @@ impl WeldKind {
 pub struct Row {
     /// The calibration.
     pub name: &'static str,
-    /// What to mind of it; empty for most.
+    /// Remark on it; empty for most.
     pub remark: String,
     /// How long its data take to record, s.
     pub takes_s: Option<f64>,
-    /// Distance of measured points from where they truly are: what stopping at each of them would show.
+    /// Distance of measured points from their true places, as for a robot that stops at each of them.
     pub position: Figures,
     /// Smallest and largest RMSE of that among the repeats, m.
     pub position_range_m: [f64; 2],
-    /// Distance from the weld's curve: what a robot that follows the points would miss it by.
+    /// Distance from the weld's curve: the miss of a robot that follows the points.
     pub from_curve: Figures,
 }
 
@@ -61,7 +61,7 @@ pub struct Point {
     pub without_offset_m: Vector3<f64>,
 }
 
-/// All that is known about one weld.
+/// Results of one weld.
 #[derive(Clone, Debug)]
 pub struct WeldErrors {
     /// Which.
@@ -77,7 +77,7 @@ pub struct WeldErrors {
 /// Scans the weld once for each repeat, with that repeat's calibrations.
 ///
 /// # Errors
-/// What calibrating says.
+/// Error of a calibration.
 pub fn run(settings: &Settings, kind: WeldKind) -> Result<WeldErrors, Error> {
     let scenario = settings.scenario();
     let scan = weld_scan(settings, &scenario, kind);
@@ -134,7 +134,7 @@ fn reference(weld: &Weld) -> ReferenceCurve {
     }
 }
 
-/// Every measured point minus its truth, m; points that no pose is known for are left out on both sides.
+/// Every measured point minus its truth, m; points without a pose are left out on both sides.
 fn position_errors(known: &KnownScan, by: &Calibrated) -> Result<Vec<(usize, Vector3<f64>)>, Error> {
     let placed = seam_points::place(&known.recording, &by.result, &Config::default())?;
     let errors = placed.list.iter().map(|point| {

@@ -150,7 +150,7 @@ fn seam_error(truth: &Recording, read: &Recording, c: &Calibration) -> f64 {
 struct Outcome {
     /// Seam error with the sensor as a prior, and held, mm.
     achieved_mm: [f64; 2],
-    /// What the results state of it, mm.
+    /// Its size by the results, mm.
     said_mm: [f64; 2],
     /// Cells in which the prior was the better.
     better: u64,

@@ -1,4 +1,4 @@
-//! What the experiments show, in bounds that are derived.
+//! Results of the experiments, in derived bounds.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use trueline_experiments::published::{self, TIME_OFFSET_S};
@@ -23,8 +23,8 @@ fn every_experiment_shows_what_it_should() {
         ["convergence", "straight weld", "C-type weld", "speeds and offsets", "static checkerboard"]
     );
 
-    // The paper's start: φ₀ is 6.5° and 16 mm from the true line, whose points begin near 14 mm from it (Fig. 6); the hand-eye
-    // transform, 3.7 mm and 1.7° off, adds to that or takes from it.
+    // The paper's start: φ₀ is 6.5° and 16 mm from the true line, and its points begin near 14 mm from it (Fig. 6). The
+    // hand-eye transform, 3.7 mm and 1.7° off, adds to this or reduces it.
     let first = &all.convergence[0].steps[0];
     let [start, truth] = [&first.line, &all.truth.line].map(|line| line.to_orthonormal().unwrap());
     assert!((start.rotation_vector() - nalgebra::Vector3::from(published::LINE_START_RAD)).norm() < 1e-9);
@@ -51,7 +51,7 @@ fn every_experiment_shows_what_it_should() {
     for track in &all.convergence {
         assert_eq!(track.steps[0].time_offset_s, 0.0, "the paper's start");
         let joint = !track.name.starts_with("blocks");
-        // The worst translation is known to about 0.3 mm in this scan; the blocks hardly leave 3.7 mm.
+        // The worst translation is known to about 0.3 mm in this scan; the blocks stay near 3.7 mm.
         assert_eq!(shift_mm(track) < 1.0, joint, "{}: {} mm", track.name, shift_mm(track));
         // The blocks' time offset still swings by some ten milliseconds when their steps end.
         assert!(offset_ms(track) < if joint { 0.1 } else { 30.0 }, "{}: {} ms", track.name, offset_ms(track));
