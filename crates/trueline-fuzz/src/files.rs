@@ -13,10 +13,10 @@ use trueline_dataset::{
 use trueline_live::motion::{CheckedPath, limits_file};
 use trueline_plan::cell_toml;
 
-/// What an error names.
+/// File name in errors.
 const FILE: &str = "file";
 
-/// Whoever made the file must be able to act on a refusal.
+/// The author of the file must be able to act on a refusal.
 fn said<T>(read: Result<T, Error>) -> Option<T> {
     read.inspect_err(|error| assert!(!error.to_string().is_empty() && !error.hint().is_empty())).ok()
 }
@@ -47,7 +47,7 @@ pub(crate) fn foreign_table(bytes: &[u8]) {
     if let Some((plain, _)) = said(dialect::plain_csv(Path::new(FILE), bytes.to_vec(), None)) {
         said(robot_csv::read(Path::new(FILE), plain.as_slice()));
     }
-    // As the log of a robot of KUKA, whose clock, names and poses in cells are found.
+    // As the log of a KUKA robot: clock, names and poses in cells are recognised.
     let layout = RobotLayout::named("kuka");
     let renaming = Renaming { map: &[], layout: layout.as_ref(), is_ours: &|name| name.ends_with("_s") };
     let table = said(foreign_csv::read(Path::new(FILE), bytes.to_vec(), &TableForm::default(), &renaming));
@@ -65,7 +65,7 @@ pub(crate) fn dxf(bytes: &[u8]) {
     }
 }
 
-/// Workbooks and files of MATLAB become text, which is bounded by what there is.
+/// Workbooks and files of MATLAB become text, bounded by their content.
 pub(crate) fn table_of_program(bytes: &[u8]) {
     let mut notes = Vec::new();
     let text = said(tables_of_programs::as_text(Path::new(FILE), bytes.to_vec(), &|_| 1, &mut notes));
@@ -93,7 +93,7 @@ pub(crate) fn plan(bytes: &[u8]) {
     if let Ok(checked) = CheckedPath::new(&samples, 1.0, &limits) {
         for k in 0..=20 {
             let pose = checked.at(checked.duration_s() * f64::from(k) / 20.0).base_from_tool;
-            // The path was checked between its samples as well; what it may be outside is rounding.
+            // The path was checked between its samples as well; only rounding may exceed the limits.
             assert!(limits.in_box(&pose.translation.vector, 1e-9), "a path outside its box");
         }
     }
@@ -135,7 +135,7 @@ pub(crate) fn point_cloud(bytes: &[u8]) {
     said(ply::read(Path::new(FILE), bytes));
 }
 
-/// A value, or an error that says something.
+/// A value, or an error with a message.
 trait Said {
     fn is_ok_or_says(&self) -> bool;
 }

@@ -1,7 +1,7 @@
-//! Everything that parses bytes of strangers, one function a parser, and the gate before every command: for fuzzers and for the
-//! corpus that stays.
+//! Every parser of foreign bytes, one function each, and the gate before every command: for fuzzers and for the permanent
+//! corpus.
 //!
-//! A target takes any bytes and comes back. What it refuses must say something; what it takes must be usable.
+//! A target takes any bytes and comes back. A refusal must have a message, and an accepted file must be usable.
 //!
 //! ```
 //! for (_, target) in trueline_fuzz::TARGETS {
@@ -56,7 +56,7 @@ pub const TARGETS: [(&str, Target); 30] = [
 /// Runs a target by name.
 ///
 /// # Panics
-/// If there is none of that name: the harness is wrong, not the parser.
+/// Unknown name: the harness is wrong, not the parser.
 #[expect(clippy::panic, reason = "a fuzzing harness reports by panicking")]
 pub fn run(name: &str, bytes: &[u8]) {
     let Some((_, target)) = TARGETS.iter().find(|(known, _)| *known == name) else {
@@ -65,7 +65,7 @@ pub fn run(name: &str, bytes: &[u8]) {
     target(bytes);
 }
 
-/// Gives a target that reads files a file, in memory where that can be had: a database waits for a disk.
+/// Gives a target that reads files a file, in memory if possible: a database waits for a disk.
 #[expect(clippy::expect_used, reason = "a fuzzing harness reports by panicking")]
 fn with_file(name: &str, bytes: &[u8], target: impl FnOnce(&Path)) {
     let memory = Path::new("/dev/shm");

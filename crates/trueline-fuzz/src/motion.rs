@@ -1,4 +1,4 @@
-//! The gate before every command: whatever is received, what leaves it is inside the limits.
+//! The gate before every command: for any messages received, its commands are inside the limits.
 
 use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 use std::sync::LazyLock;
@@ -15,7 +15,7 @@ const PERIOD_NS: i64 = 4_032_000;
 const EVENT: usize = 16;
 /// Time by which a reference may be ahead: 12 ms made up for, and a period of 20 ms at most.
 const AHEAD_S: f64 = 0.032;
-/// So many references back the way is measured.
+/// References over which the travel is measured.
 const LOOK_BACK: usize = 60;
 
 /// A small cell.
@@ -56,11 +56,10 @@ static GATE: LazyLock<Gate> = LazyLock::new(|| {
     Gate::new(limits(), path, 0.2)
 });
 
-/// What leaves the gate, and when.
+/// Output of the gate, and its times.
 type Sent = Vec<(i64, Reference)>;
 
-/// A controller that says what the bytes say: 16 of them an event, which is then followed by as many honest frames as its
-/// second byte says.
+/// A controller driven by the bytes: 16 of them are an event. As many honest frames follow as its second byte states.
 pub(crate) fn gate(bytes: &[u8]) {
     let gate = &*GATE;
     let mut state = GateState::default();
@@ -102,7 +101,7 @@ pub(crate) fn gate(bytes: &[u8]) {
     }
 }
 
-/// What the controller says; `None` for silence.
+/// Message of the controller; `None` for silence.
 fn told(kind: u8, event: &[u8], k: i64, robot: Pose) -> Option<RobotFrame> {
     let mut frame = RobotFrame {
         sequence: k as u32,

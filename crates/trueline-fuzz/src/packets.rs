@@ -55,7 +55,7 @@ pub(crate) fn hspo(bytes: &[u8]) {
     }
 }
 
-/// A stream: the first byte says in pieces of how many bytes it comes. What it says must not depend on that.
+/// A stream: the first byte states the size of its pieces. Its content must not depend on that.
 pub(crate) fn rtde(bytes: &[u8]) {
     let Some((&piece, stream)) = bytes.split_first() else { return };
     let told = |piece: usize| {
@@ -102,7 +102,7 @@ pub(crate) fn gvcp(bytes: &[u8]) {
     }
 }
 
-/// A packet of a picture; what its leader claims, and what follows as pixels.
+/// A packet of a picture: the claims of its leader, and the bytes that follow as pixels.
 pub(crate) fn gvsp(bytes: &[u8]) {
     let Some(packet) = GvspView::parse(bytes) else { return };
     let Some(leader) = ImageLeader::parse(packet.data) else { return };
@@ -121,7 +121,7 @@ pub(crate) fn gvsp(bytes: &[u8]) {
     }
 }
 
-/// A frame and the description of its camera, which says what its chunks are: the last two bytes say how long that is.
+/// A frame and the description of its camera with its chunks; the last two bytes state its length.
 pub(crate) fn gige_chunks(bytes: &[u8]) {
     let Some((bytes, &length)) = bytes.split_last_chunk::<2>() else { return };
     let length = usize::from(u16::from_be_bytes(length)).min(bytes.len());

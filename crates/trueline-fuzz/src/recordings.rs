@@ -13,7 +13,7 @@ pub(crate) fn mcap(bytes: &[u8]) {
     assert!(reader.damages().iter().all(|damage| !damage.to_string().is_empty()));
 }
 
-/// What the first byte chooses, the rest being the message.
+/// Schemas selected by the first byte; the rest is the message.
 const SCHEMAS: [(&str, &str); 8] = [
     ("geometry_msgs/msg/PoseStamped", "cdr"),
     ("tf2_msgs/msg/TFMessage", "cdr"),
@@ -33,7 +33,7 @@ pub(crate) fn ros_message(bytes: &[u8]) {
     }
 }
 
-/// A data base of rosbag2, whole or compressed, or whatever else its first bytes say.
+/// A data base of rosbag2, whole or compressed, or any other kind by its first bytes.
 pub(crate) fn rosbag(bytes: &[u8]) {
     with_file("recording.db3", bytes, |file| match Bag::open(file) {
         Ok(bag) => {

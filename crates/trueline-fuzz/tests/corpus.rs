@@ -1,4 +1,4 @@
-//! What stays of fuzzing: every file of the corpus, whole, cut off anywhere, and with bytes altered.
+//! The permanent part of fuzzing: every file of the corpus, complete, truncated anywhere, and with bytes altered.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::collections::BTreeSet;
@@ -8,7 +8,7 @@ use trueline_fuzz::TARGETS;
 
 /// Of a long file so many cuts and alterations are tried, spread over it.
 const TRIES: usize = 300;
-/// Of those whose target takes milliseconds (files, databases, paths, sequences), so many.
+/// This many inputs of targets that take milliseconds (files, databases, paths, sequences).
 const TRIES_OF_SLOW: usize = 20;
 const SLOW: [&str; 5] = ["gate", "plan", "rosbag", "table_of_program", "watch_state"];
 
