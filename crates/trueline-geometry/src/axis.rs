@@ -1,7 +1,7 @@
 //! An external axis: a table, a positioner, a track, a gantry.
 //!
-//! A rotary axis turns what it carries about a line, a linear one shifts it along a direction. With direction d, point c and value v in units of the
-//! axis (rad or m), its motion takes a carried point from where it is at v = 0 to
+//! A rotary axis rotates its load about a line, a linear one shifts it along a direction. With direction d, point c and
+//! value v in units of the axis (rad or m), its motion takes a carried point from its place at v = 0 to
 //!
 //! ```text
 //! rotary: p' = Exp(s v d) (p − c) + c        linear: p' = p + s v d
@@ -39,7 +39,7 @@ impl AxisKind {
     }
 }
 
-/// Where an axis is and how its values are meant.
+/// Place of an axis and meaning of its values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
     /// Rotary or linear.
@@ -70,7 +70,7 @@ impl Axis {
         Self { kind, direction, point_m, scale: 1.0, time_offset_s: 0.0 }
     }
 
-    /// The motion of what it carries from the value zero to this one (rad or m).
+    /// The motion of its load from the value zero to this one (rad or m).
     #[must_use]
     pub fn motion(&self, value: f64) -> Pose {
         let moved = self.scale * value;
@@ -87,7 +87,7 @@ impl Axis {
         }
     }
 
-    /// Two directions square to the axis and to each other: those in which direction and point are known or not.
+    /// Two directions perpendicular to the axis and to each other, for the uncertainties of direction and point.
     #[must_use]
     pub fn across(&self) -> Matrix3x2<f64> {
         let d = self.direction.as_ref();

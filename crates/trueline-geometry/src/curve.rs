@@ -1,8 +1,9 @@
-//! The curve through neighbouring samples: what a robot does between two of them when it does not report often.
+//! The curve through neighbouring samples: the robot's motion between rare reports.
 //!
-//! Through up to three samples to either side goes one polynomial; its value at a time is a weighted sum of the
-//! samples (Lagrange). Between two of six evenly spaced samples of period T it is off by at most 5/1024 T⁶ x⁽⁶⁾, where
-//! the straight line is off by 1/8 T² x⁽²⁾: for a swing of 1 Hz and 50 mm sampled at 20 Hz, 0.2 µm instead of 0.6 mm.
+//! Through up to three samples to either side goes one polynomial; its value at a time is a weighted sum of
+//! the samples (Lagrange). Between two of six evenly spaced samples of period T its error is at most 5/1024
+//! T⁶ x⁽⁶⁾; that of the straight line is 1/8 T² x⁽²⁾. For a swing of 1 Hz and 50 mm sampled at 20 Hz these
+//! are 0.2 µm and 0.6 mm.
 
 use crate::{Pose, se3, so3};
 use nalgebra::Vector3;

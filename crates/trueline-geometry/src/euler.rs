@@ -13,8 +13,9 @@ use nalgebra::{Matrix3, UnitQuaternion, UnitVector3, Vector3};
 use std::fmt;
 use std::str::FromStr;
 
-/// Below this cosine (or sine, where first and last axis agree) of the middle angle only the sum or the difference of the other two is
-/// defined; the last one is then zero. Rounding in a rotation matrix, 1e-16, moves the others by 1e-7 rad at most there.
+/// Below this cosine (or sine, if first and last axis agree) of the middle angle only the sum or the
+/// difference of the other two is defined. The last one is then zero. Rounding in a rotation matrix, 1e-16,
+/// moves the others by 1e-7 rad at most there.
 const SINGULAR: f64 = 1e-9;
 
 /// Three axes, and whether they move along with the turns.
@@ -57,7 +58,7 @@ impl EulerSequence {
     }
 }
 
-/// Angles of R = R_i(a) R_j(b) R_k(c); the elements used are those of the product written out.
+/// Angles of R = R_i(a) R_j(b) R_k(c), from the elements of the product written out.
 fn intrinsic_angles([i, j, last]: [usize; 3], r: &Matrix3<f64>) -> [f64; 3] {
     let k = 3 - i - j;
     // +1 where i, j, k is x, y, z or a cyclic shift of it, else −1.
@@ -106,7 +107,7 @@ impl std::error::Error for NoSequence {}
 impl FromStr for EulerSequence {
     type Err = NoSequence;
 
-    /// Reads `zyx-intrinsic`, `xyz-fixed` or `xyz-extrinsic`; there is no default for what the axes do.
+    /// Reads `zyx-intrinsic`, `xyz-fixed` or `xyz-extrinsic`; there is no default for the motion of the axes.
     fn from_str(text: &str) -> Result<Self, NoSequence> {
         let (letters, kind) = text.split_once(['-', '_']).ok_or(NoSequence)?;
         let intrinsic = match kind {

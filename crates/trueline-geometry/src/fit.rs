@@ -47,8 +47,8 @@ pub(crate) fn weighted_line(points: &[Vector3<f64>], weights: &[f64]) -> Option<
     (fit.spread[0] > 0.0).then(|| Line::new(fit.mean, &UnitVector3::new_normalize(fit.axes[0])))
 }
 
-/// Line through points of which up to about half may be wild: principal axes, re-weighted by
-/// Geman–McClure with the median distance as scale.
+/// Line through points, up to about half of them outliers: principal axes, re-weighted by Geman–McClure with
+/// the median distance as scale.
 #[must_use]
 pub fn robust_line(points: &[Vector3<f64>]) -> Option<Line> {
     let mut fitted = line(points)?;
@@ -91,8 +91,8 @@ pub fn plane(points: &[Vector3<f64>]) -> Option<PlaneFit> {
     Some(PlaneFit { plane, rms: fit.spread[2], extent: fit.spread[1] })
 }
 
-/// Plane through points of which some are wild: the orthogonal fit, repeated without the points
-/// further away than five times the median distance (never more than half of them).
+/// Plane through points with outliers: the orthogonal fit, repeated without the points further away than five
+/// times the median distance (never more than half of them).
 #[must_use]
 pub fn robust_plane(points: &[Vector3<f64>]) -> Option<PlaneFit> {
     let mut fit = plane(points)?;
@@ -111,8 +111,8 @@ pub fn robust_plane(points: &[Vector3<f64>]) -> Option<PlaneFit> {
     Some(fit)
 }
 
-/// Circle through points of which some are wild: the algebraic fit in the plane of the points, then Gauss–Newton on
-/// the distances in space, re-weighted by Geman–McClure with the median distance as scale.
+/// Circle through points with outliers. The algebraic fit in the plane of the points comes first, then Gauss–Newton
+/// on the distances in space, re-weighted by Geman–McClure with the median distance as scale.
 ///
 /// Returns `None` for points on a straight line, or fewer than three.
 #[must_use]

@@ -1,8 +1,8 @@
-//! What follows a recorded path with a lag of the first order: an arm behind its commanded poses.
+//! A path that follows a recorded one with a first-order lag: an arm behind its commanded poses.
 //!
-//! Position: ẏ = (x − y)/τ. Along a straight piece x = x₀ + v t the lag settles at v τ, so that
-//! y(t) = x(t) − v τ + (y₀ − x₀ + v τ) e^(−t/τ). The attitude lags by the same law in the axes of the tool, which is exact
-//! while a piece turns about one axis and right to the square of the lag's angle otherwise.
+//! Position: ẏ = (x − y)/τ. Along a straight piece x = x₀ + v t the lag settles at v τ, so that y(t) = x(t) − v τ + (y₀ −
+//! x₀ + v τ) e^(−t/τ). The attitude lags by the same law in the axes of the tool. This is exact while a piece turns about
+//! one axis, and right to the square of the lag's angle otherwise.
 
 use crate::trajectory::TrajectoryError;
 use crate::{Pose, Trajectory, se3, so3};
@@ -19,7 +19,7 @@ impl Behind {
     const NOTHING: Self = Self { shift: Vector3::new(0.0, 0.0, 0.0), turn: Vector3::new(0.0, 0.0, 0.0) };
 }
 
-/// The path of what follows with a lag, s. At its beginning, and after each gap, the follower has settled.
+/// The path with a lag behind this one, s. At its beginning, and after each gap, the follower has settled.
 ///
 /// # Errors
 /// As [`Trajectory::new`].
@@ -50,7 +50,8 @@ pub fn first_order(path: &Trajectory, lag_s: f64) -> Result<Trajectory, Trajecto
     Trajectory::new(path.times().to_vec(), &poses)
 }
 
-/// The path of what is ahead by the same law, with time turned round: it is smoothed as much as what follows, and nothing that moves is like it.
+/// The path that leads by the same law, with time reversed. It is as smooth as the lagging path, and no real
+/// motion resembles it.
 ///
 /// # Errors
 /// As [`Trajectory::new`].
@@ -99,7 +100,7 @@ mod tests {
             assert!((is.translation.vector - wanted.translation.vector).norm() < 1e-6);
             assert!(is.rotation.angle_to(&wanted.rotation) < 5e-6);
         }
-        // Four seconds are six turns: at their end what is ahead has settled long ago.
+        // Four seconds are six turns: at their end the leading path has settled long ago.
         for time in [0.5, 1.234, 3.5] {
             let (is, wanted) = (ahead.pose_at(time).unwrap(), pose(gain, rate * time + phase));
             assert!((is.translation.vector - wanted.translation.vector).norm() < 1e-6);

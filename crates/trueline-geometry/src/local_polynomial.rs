@@ -24,8 +24,9 @@ pub fn coefficients<const N: usize, const M: usize>(
     Some(normal.cholesky()?.solve(&right))
 }
 
-/// The weights with which values at these times make that at time 0 of the least-squares polynomial of N coefficients through them:
-/// pᵢᵀ (Σ p pᵀ)⁻¹ e₀ with the powers p of the times. `None` where the times do not determine it.
+/// Weights that turn values at these times into the value at time 0 of their least-squares polynomial with N
+/// coefficients: pᵢᵀ (Σ p pᵀ)⁻¹ e₀ with the powers p of the times. `None` where the times do not determine
+/// it.
 pub(crate) fn weights_at_zero<const N: usize>(times_s: &[f64], unit_s: f64) -> Option<Vec<f64>> {
     let mut weights = vec![0.0; times_s.len()];
     weights_into::<N>(times_s, unit_s, &value_at::<N>(0.0), &mut weights)?;
@@ -57,9 +58,9 @@ pub fn slope_at<const N: usize>(time: f64) -> SVector<f64, N> {
     })
 }
 
-/// The weights with which values at some times make a functional (see [`value_at`]) of the least-squares polynomial of N coefficients
-/// through them, written into a caller's buffer. Times count in units of `unit_s`. `None` where the times do not determine it, and for
-/// a buffer that is too short.
+/// Weights that turn values at some times into a functional (see [`value_at`]) of their least-squares polynomial with N
+/// coefficients, written into a caller's buffer. Times count in units of `unit_s`. `None` where the times do not determine
+/// it, and for a buffer that is too short.
 #[must_use]
 pub fn weights_into<const N: usize>(
     times_s: &[f64],

@@ -11,7 +11,7 @@ pub struct Polyline {
 /// Ends nearer than this are one point, m.
 const CLOSED_M: f64 = 1e-6;
 
-/// Where on a polyline.
+/// Place on a polyline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OnPolyline {
     /// The nearest point, m.
@@ -34,7 +34,7 @@ impl Polyline {
         &self.points
     }
 
-    /// Whether it ends where it began, to a micrometre: then it has no ends.
+    /// Whether it is closed, to a micrometre: then it has no ends.
     #[must_use]
     pub(crate) fn is_closed(&self) -> bool {
         let (first, last) = (self.points[0], self.points[self.points.len() - 1]);

@@ -28,8 +28,8 @@ pub fn log(pose: &Pose) -> (Vector3<f64>, Vector3<f64>) {
 
 /// Perturbs rotation and translation apart, R ← Exp(δ) R and t ← t + δt \[Yang2025, Eq. 18\].
 ///
-/// This is not the exponential of SE(3): the two parts do not mix, so that covariances are those of
-/// the rotation and of the translation as everybody reads them.
+/// This is not the exponential of SE(3). The two parts do not mix, so covariances are those of rotation and
+/// translation in the usual sense.
 #[must_use]
 pub fn retract_decoupled(pose: &Pose, rotation: &Vector3<f64>, translation: &Vector3<f64>) -> Pose {
     from_parts(so3::exp(rotation) * pose.rotation, pose.translation.vector + translation)

@@ -1,9 +1,9 @@
 //! How noisy recorded poses are, and a local fit that takes the noise out.
 //!
-//! A robot's motion is smooth over tens of milliseconds, its feedback is not: interpolating between two
-//! noisy samples gives a velocity that is mostly noise, and with it a time offset that looks better known
-//! than it is. A local quadratic over a short window \[Savitzky1964\] keeps position, velocity and
-//! acceleration of the motion and averages the noise.
+//! A robot's motion is smooth over tens of milliseconds, its feedback is not. Interpolation between two noisy
+//! samples gives a velocity that is mostly noise. The time offset then seems more certain than it is. A local
+//! quadratic over a short window \[Savitzky1964\] keeps position, velocity and acceleration of the motion and
+//! averages the noise.
 
 use crate::curve::lagrange_weights;
 use crate::local_polynomial::{self, weights_at_zero, weights_into};
@@ -11,15 +11,16 @@ use crate::statistics::median;
 use crate::{Pose, se3, so3};
 use nalgebra::Vector3;
 
-/// Half the window of a motion of which nothing is known, s: 20 ms keeps a motion of 5 Hz to 0.05 % of its amplitude.
+/// Half the window of an unknown motion, s: 20 ms keeps a motion of 5 Hz to 0.05 % of its amplitude.
 pub const HALF_WINDOW_S: f64 = 0.020;
-/// Fewest samples to either side: with fewer a sample stays as it is.
+/// Fewest samples on either side: with fewer a sample stays unchanged.
 const MIN_SIDE: usize = 2;
-/// Each window that is tried is so much wider than the one before.
+/// Ratio of each trial window to the one before.
 const WIDER: f64 = 1.2;
-/// A window may bend the motion by this part of the noise (root mean square): far below what it takes out of it.
+/// A window may bend the motion by this part of the noise (root mean square): far below the noise that it removes.
 const BENT: f64 = 0.02;
-/// A window twice as wide bends a motion 16 times as much, for what a local quadratic leaves of it begins with its fourth derivative.
+/// A window twice as wide bends a motion 16 times as much, because the error of a local quadratic begins with the fourth
+/// derivative.
 const BENT_BY_TWICE: f64 = 16.0;
 /// A point of the tool by which turns are compared with shifts, m along each axis.
 const TIP_M: f64 = 0.12;
@@ -29,8 +30,9 @@ const TRIED: usize = 1500;
 /// Neighbours to either side from which a sample is predicted.
 const PREDICTORS: usize = 4;
 
-/// Standard deviation of the positions per axis (m) about a smooth motion: how far each sample is off the polynomial
-/// through its four neighbours to either side, in units of what that is for samples with noise 1; the median of it.
+/// Standard deviation of the positions per axis (m) about a smooth motion. Each sample's distance from the
+/// polynomial through its four neighbours on either side is divided by its value for samples with noise 1;
+/// the median counts.
 ///
 /// For even spacing these are the eighth differences: a swing of 1 Hz and 50 mm sampled at 20 Hz passes for 1 µm of
 /// noise. Samples count as whole periods apart: lost ones are missed, but jitter of the stamps, which is measured
@@ -42,7 +44,7 @@ pub fn position_noise(times: &[f64], poses: &[Pose], period: f64, gap_limit: f64
     let mut prediction = Prediction::at([f64::NAN; 2 * PREDICTORS + 1]);
     for (t, p) in times.windows(width).zip(poses.windows(width)) {
         let joined = t.windows(2).all(|pair| pair[1] > pair[0] && pair[1] - pair[0] <= gap_limit);
-        // A robot at rest may report the very same numbers; that says nothing about those in motion.
+        // A robot at rest may report the very same numbers. They contain no information about those in motion.
         let moves = p.windows(2).all(|pair| pair[0].translation != pair[1].translation);
         if joined && moves {
             let mut periods = [0.0; 2 * PREDICTORS + 1];
@@ -62,8 +64,8 @@ pub fn position_noise(times: &[f64], poses: &[Pose], period: f64, gap_limit: f64
     median(errors.into_iter()).unwrap_or(0.0) / 0.674_49
 }
 
-/// The same of the attitudes, rad per axis, by their logarithms from the one in the middle of the recording: within half a radian
-/// of it these turn as the attitude does, to a tenth.
+/// The same for the attitudes, rad per axis, by their logarithms from the one in the middle of the recording.
+/// Within half a radian of it these turn as the attitude does, to a tenth.
 #[must_use]
 pub fn rotation_noise(times: &[f64], poses: &[Pose], period: f64, gap_limit: f64) -> f64 {
     let Some(middle) = poses.get(poses.len() / 2) else { return 0.0 };
@@ -113,14 +115,14 @@ pub fn noise_left(period_s: f64, half_window_s: f64) -> f64 {
     if m < MIN_SIDE as f64 { 1.0 } else { variance_left(m as usize).sqrt() }
 }
 
-/// The square of it, with so many neighbours to either side.
+/// The square of it, with this many neighbours on either side.
 fn variance_left(side: usize) -> f64 {
     let m = side as f64;
     3.0 * (3.0 * m * m + 3.0 * m - 1.0) / ((2.0 * m - 1.0) * (2.0 * m + 1.0) * (2.0 * m + 3.0))
 }
 
-/// Half the widest window, s, from [`HALF_WINDOW_S`] to `most_s`, that leaves the motion as it is: what it bends is told from
-/// the difference to a window twice as wide, less what noise makes of that.
+/// Half the widest window, s, from [`HALF_WINDOW_S`] to `most_s`, that leaves the motion unchanged. Its
+/// effect follows from the difference to a window twice as wide, less the part of noise.
 #[must_use]
 pub fn half_window_s(times: &[f64], poses: &[Pose], gap_limit: f64, noise_m: f64, most_s: f64) -> f64 {
     let tip = |pose: &Pose| pose * nalgebra::Point3::new(TIP_M, TIP_M, TIP_M);
@@ -143,7 +145,7 @@ pub fn half_window_s(times: &[f64], poses: &[Pose], gap_limit: f64, noise_m: f64
         let count = squares.len() as f64;
         let bent =
             squares.iter().sum::<f64>() / count - by_noise.iter().sum::<f64>() / count * noise_m.powi(2);
-        // Nothing to try it on is no reason to widen.
+        // Without data for the test the window is not widened.
         if squares.is_empty() || bent.max(0.0).sqrt() > BENT * noise_m * (BENT_BY_TWICE - 1.0) {
             break;
         }
@@ -153,7 +155,7 @@ pub fn half_window_s(times: &[f64], poses: &[Pose], gap_limit: f64, noise_m: f64
 }
 
 /// Replaces each pose by the value there of a quadratic fitted to its neighbours within `half_window_s`, never across a gap.
-/// Poses with too few neighbours stay as they are.
+/// Poses with too few neighbours stay unchanged.
 #[must_use]
 pub fn local_quadratic(times: &[f64], poses: &[Pose], gap_limit: f64, half_window_s: f64) -> Vec<Pose> {
     let mut weights = Weights::default();
@@ -172,8 +174,8 @@ struct Weights {
 const SAME_TIMES: f64 = 1e-9;
 
 impl Weights {
-    /// For the window at these times about sample `k`, those of the window before if its times are the same; `None` where they do not
-    /// determine a quadratic.
+    /// For the window at these times about sample `k`, those of the window before if its times are the same;
+    /// `None` if they do not determine a quadratic.
     fn at(&mut self, window: &[f64], middle_s: f64) -> Option<&[f64]> {
         let span_s = (window[0] - middle_s).abs().max((window[window.len() - 1] - middle_s).abs());
         let is_same = |(time, elapsed): (&f64, &f64)| (time - middle_s - elapsed).abs() < SAME_TIMES * span_s;
@@ -186,8 +188,8 @@ impl Weights {
     }
 }
 
-/// Neighbours to either side of a sample within half a window and before a gap: as many on both sides, so that a cubic motion is
-/// kept too.
+/// Neighbours to either side of a sample within half a window and before a gap. Both sides have equally many, so a cubic
+/// motion is kept too.
 fn side(times: &[f64], k: usize, gap_limit: f64, half_window_s: f64) -> usize {
     let reaches = |from: usize, to: usize| {
         (times[to] - times[from]).abs() <= gap_limit
@@ -204,7 +206,7 @@ fn side(times: &[f64], k: usize, gap_limit: f64, half_window_s: f64) -> usize {
     side
 }
 
-/// Value at a sample of the quadratic through so many neighbours to either side, less the sample itself.
+/// Value at a sample of the quadratic through this many neighbours on either side, less the sample itself.
 fn value_at(times: &[f64], values: &[Vector3<f64>], k: usize, side: usize) -> Option<Vector3<f64>> {
     let window = k - side..=k + side;
     let elapsed_s: Vec<f64> = times[window.clone()].iter().map(|time| time - times[k]).collect();
@@ -242,13 +244,14 @@ pub const MOST_SIDE: usize = 63;
 /// One pose of [`local_quadratic`], without memory of its own, for streams that do not end.
 #[derive(Clone, Copy, Debug)]
 pub struct SmoothedSample {
-    /// The value of the quadratic there, or the sample itself where it has too few neighbours.
+    /// The value of the quadratic there, or the sample itself if it has too few neighbours.
     pub pose: Pose,
     /// Part of a sample's variance that is left.
     pub variance_left: f64,
 }
 
-/// What [`local_quadratic`] makes of sample `k`, to rounding; windows of more than [`MOST_SIDE`] neighbours to a side are cut there.
+/// The result of [`local_quadratic`] for sample `k`, to rounding. Windows of more than [`MOST_SIDE`]
+/// neighbours to a side are cut there.
 #[must_use]
 pub fn smoothed_sample(
     times: &[f64],

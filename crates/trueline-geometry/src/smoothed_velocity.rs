@@ -1,10 +1,11 @@
 //! How fast the tool moved at a moment, from many samples.
 //!
-//! The slope between two neighbouring poses of a path is mostly noise: with 0.03 mm an axis and 4 ms it has 10.6 mm/s, and 1.8 mm/s
-//! where each pose is already that of a quadratic through ±20 ms ([`crate::smooth::local_quadratic`]). In the derivative of a
-//! residual with respect to the time offset such a velocity looks like information: a weld that runs straight along its seam
-//! would seem to show its time offset. The slope of a cubic through the samples of ±60 ms has 0.4 mm/s of it. It is right to 0.4 %
-//! for a weave of 2 Hz and to 14 % for one of 5 Hz, by which a change of the time offset then seems larger.
+//! The slope between two neighbouring poses of a path is mostly noise: 10.6 mm/s for 0.03 mm an axis and 4
+//! ms. It is 1.8 mm/s if each pose is that of a quadratic through ±20 ms
+//! ([`crate::smooth::local_quadratic`]). In the derivative of a residual with respect to the time offset such
+//! a velocity looks like information: a weld that runs straight along its seam would seem to show its time
+//! offset. The slope of a cubic through the samples of ±60 ms has 0.4 mm/s of it. It is right to 0.4 % for a
+//! weave of 2 Hz and to 14 % for one of 5 Hz, by which a change of the time offset then seems larger.
 
 use crate::local_polynomial::coefficients;
 use crate::{Trajectory, so3};
@@ -28,8 +29,8 @@ fn half_window_s(trajectory: &Trajectory) -> f64 {
     HALF_WINDOW_S.max(LEAST_SAMPLES * trajectory.median_period())
 }
 
-/// The velocities at a time (s); `None` where the window reaches beyond the recording or into a gap
-/// in it: of a cubic with samples on one side only the slope at its end would have up to twelve times the noise.
+/// The velocities at a time (s); `None` if the window reaches beyond the recording or into a gap. The slope
+/// at the end of a cubic with samples on one side only would have up to twelve times the noise.
 #[must_use]
 pub fn smoothed_velocity(trajectory: &Trajectory, time_s: f64) -> Option<SmoothedVelocity> {
     let half_s = half_window_s(trajectory);
@@ -79,11 +80,11 @@ mod tests {
         Trajectory::new(times, &poses).unwrap()
     }
 
-    /// A cubic is what is fitted; between samples the pose is interpolated, which moves the middle and no slope.
+    /// The fit is a cubic. Between samples the pose is interpolated, which moves the middle and no slope.
     #[test]
     fn a_cubic_is_followed_exactly_and_a_turn_about_one_axis_too() {
         let axis = Vector3::new(0.6, 0.0, 0.8);
-        // Held at an attitude of its own, the tool's axes are not those of the base: its rate about them is another vector.
+        // The tool has another attitude than the base, so its rate about its own axes is another vector.
         let held = so3::exp(&Vector3::new(0.9, -1.2, 0.4));
         let trajectory =
             path(|t| (Vector3::new(t * t * t, -2.0 * t, 0.5 * t * t), so3::exp(&(axis * (0.3 * t))) * held));
@@ -94,8 +95,8 @@ mod tests {
         assert!((held.inverse() * axis - axis).norm() > 0.5);
     }
 
-    /// ω of Exp(a f) Exp(b g) is a f′ + Exp(a f) b g′ in base. The cubic leaves of it what a fourth derivative of 0.1 rad/s⁴ makes
-    /// within ±60 ms: less than 1e-5.
+    /// ω of Exp(a f) Exp(b g) is a f′ + Exp(a f) b g′ in base. The cubic's error is that of a fourth derivative of 0.1
+    /// rad/s⁴ within ±60 ms: less than 1e-5.
     #[test]
     fn a_wrist_that_turns_about_two_axes_has_its_rate_in_base() {
         let (a, b) = (Vector3::y() * 0.5, Vector3::x() * 0.8);
@@ -107,7 +108,8 @@ mod tests {
         assert!((found - known).norm() < 1e-5, "{found} {known}");
     }
 
-    /// Savitzky and Golay's weights give 10.6, 1.82 and 0.38 mm/s; 6000 numbers of which eleven neighbours are alike know it to 4 %.
+    /// Savitzky and Golay's weights give 10.6, 1.82 and 0.38 mm/s; 6000 numbers, correlated over eleven neighbours, know it
+    /// to 4 %.
     #[test]
     fn noise_of_the_poses_is_hardly_any_velocity() {
         let mut state = 7_u64;

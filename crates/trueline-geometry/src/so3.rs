@@ -98,7 +98,7 @@ pub fn left_jacobian_inverse(rotation_vector: &Vector3<f64>) -> Matrix3<f64> {
 
 /// The 24 rotations of the cube onto itself: an even cover of all attitudes, none further than 62.8° away.
 ///
-/// They are where a search that knows nothing begins; deterministic, unlike random rotations.
+/// A search without prior knowledge begins there; they are deterministic, unlike random rotations.
 #[must_use]
 pub fn cube_rotations() -> Vec<UnitQuaternion<f64>> {
     use std::f64::consts::FRAC_PI_2;

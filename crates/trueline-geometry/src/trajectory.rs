@@ -19,8 +19,8 @@ use std::sync::Arc;
 
 /// A gap is a time between samples longer than this many median periods.
 ///
-/// Four: EGM at 4 ms may lose one or two datagrams in a row and the motion in between is still linear
-/// to far below a robot's noise; a longer silence is no longer a sampled motion.
+/// Four: EGM at 4 ms may lose one or two datagrams in a row, and the motion in between is still linear to far
+/// below a robot's noise. A longer silence is not a sampled motion.
 pub const GAP_PERIODS: f64 = 4.0;
 
 /// The motion between two neighbouring samples.
@@ -129,7 +129,7 @@ impl Trajectory {
         &self.times
     }
 
-    /// The segments between neighbouring samples, gaps and all: ask [`Trajectory::segment`] which are none.
+    /// The segments between neighbouring samples, including gaps: see [`Trajectory::segment`].
     #[must_use]
     #[inline]
     pub fn segments(&self) -> &[Segment] {
@@ -156,7 +156,7 @@ impl Trajectory {
 
     /// Index j with t_j ≤ time < t_{j+1}; at the very end the last segment that lasts. `None` outside the recording.
     ///
-    /// O(1) where samples are as dense as they are on average, else O(log n).
+    /// O(1) if samples are as dense as on average, else O(log n).
     #[must_use]
     #[inline]
     pub fn bracket(&self, time: f64) -> Option<usize> {
@@ -210,10 +210,10 @@ impl Trajectory {
     }
 }
 
-/// Samples that are looked at one after the other before they are searched.
+/// Samples that are checked one after the other before a binary search.
 const NEAR: usize = 4;
 
-/// Where samples are, by equal intervals of time, as many as there are samples.
+/// Places of samples, by equal intervals of time, as many as there are samples.
 #[derive(Debug)]
 struct SampleTable {
     start: f64,
@@ -243,7 +243,7 @@ impl SampleTable {
         ((time - self.start) * self.intervals_per_s) as usize
     }
 
-    /// The samples of which one is the last at or before this time; `None` before the first and long after the last.
+    /// The samples among which is the last at or before this time; `None` before the first and long after the last.
     #[inline]
     fn samples_about(&self, time: f64) -> Option<Range<usize>> {
         if time < self.start {
@@ -256,7 +256,7 @@ impl SampleTable {
     }
 }
 
-/// Median time between samples at these times, s, those of one time left out.
+/// Median time between samples at these times, s, without samples of equal time.
 ///
 /// # Errors
 /// Times that a trajectory cannot have.

@@ -36,7 +36,7 @@ fn series(matrix: &Matrix3<f64>) -> Matrix3<f64> {
     sum
 }
 
-/// Below a limit series are taken; they are to be as good as what they stand for, where that could be evaluated.
+/// Below a limit series are used. They must be as accurate as the original function, where this could be evaluated.
 #[test]
 fn series_of_small_angles_are_exact_to_rounding() {
     let axis = Vector3::new(0.6, -0.48, 0.64);
@@ -201,7 +201,7 @@ fn the_bracket_is_the_last_sample_at_or_before() {
     for times in [jittering, in_bursts] {
         let trajectory = Trajectory::new(times.clone(), &turning(&times)).unwrap();
         let [first, last] = [times[0], times[99]];
-        // What ends a recording in equal times has no duration.
+        // A recording that ends at equal times has no duration.
         let last_segment = times.iter().rposition(|t| *t < last).unwrap();
         let exactly = times.iter().copied().flat_map(|t| [t, t.next_down(), t.next_up()]);
         for time in (-2..402).map(|k| f64::from(k) * 1e-3).chain(exactly).chain([f64::NAN]) {
@@ -222,8 +222,8 @@ fn equal_stamps_and_falling_stamps() {
     assert!(Trajectory::new(vec![0.0], &turning(&[0.0])).is_err());
 }
 
-/// What a window 0.048 s wide to either side leaves of a sine, x⁗ h⁴/280 \[Savitzky1964\], is 0.3 µm of 10 mm at 1 Hz and 0.1 mm of 5 mm
-/// at 5 Hz; the bound is 15 times 0.02 of the noise, 9 µm.
+/// A window 0.048 s wide to either side attenuates a sine by x⁗ h⁴/280 \[Savitzky1964\]: 0.3 µm of 10 mm at 1 Hz and 0.1 mm
+/// of 5 mm at 5 Hz. The bound is 15 times 0.02 of the noise, 9 µm.
 #[test]
 fn the_window_is_as_wide_as_the_motion_allows() {
     let times: Vec<f64> = (0..1500).map(|k| f64::from(k) * 0.012).collect();
@@ -347,8 +347,8 @@ fn the_curve_between_slow_samples_is_the_motion() {
         (0..60).map(|k| f64::from(k) * 0.05).filter(|t| !(1.02..1.48).contains(t)).collect();
     let poses: Vec<Pose> = times.iter().map(|t| motion(*t)).collect();
     let (dense_times, dense) = trueline_geometry::curve::densified(&times, &poses, 0.2, 0.004);
-    // Six nodes: 5/1024 T⁶ x⁽⁶⁾ with x⁽⁶⁾ = amplitude · rate⁶; near ends and gap four nodes or fewer on one side, where
-    // it is some times 1/24 T⁴ x⁽⁴⁾.
+    // Six nodes: 5/1024 T⁶ x⁽⁶⁾ with x⁽⁶⁾ = amplitude · rate⁶. Near ends and gap there are four nodes or fewer on one
+    // side, and the error is a few times 1/24 T⁴ x⁽⁴⁾.
     let bound = |amplitude: f64| 5.0 / 1024.0 * 0.05_f64.powi(6) * amplitude * rate.powi(6);
     let near_edge = |t: f64| [0.0, 1.0, 1.5, 2.95].iter().any(|edge| (t - edge).abs() < 0.11);
     let coarse = |amplitude: f64| 0.5 * 0.05_f64.powi(4) * amplitude * rate.powi(4);
@@ -373,8 +373,8 @@ fn fits_find_line_and_plane_among_wild_points() {
         *point += Vector3::new(0.2, 0.1 * (k % 5) as f64, -0.3);
     }
     let found = fit::robust_line(&points).unwrap();
-    // Exact points among a third of wild ones: re-weighting shrinks the scale until only rounding is left,
-    // or ten rounds are over, each of which halves what is left at least.
+    // Exact points among a third of wild ones. Re-weighting shrinks the scale until only rounding remains, or ten
+    // rounds are over; each at least halves the rest.
     assert!(found.distance(line.anchor()) < 1e-3, "{}", found.distance(line.anchor()));
     assert!(fit::line(&[Vector3::zeros()]).is_none());
     let flat: Vec<Vector3<f64>> =

@@ -39,7 +39,7 @@ fn four_windows_are_enough_and_three_are_not() {
     assert!(of(12) > 1e-6);
 }
 
-/// One number beside a straight motion, and what the eighth differences make of it: (1, 8, 28, 56, 70) over √C(16, 8).
+/// One deviation from a straight motion, and its eighth differences: (1, 8, 28, 56, 70) over √C(16, 8).
 #[test]
 fn the_noise_of_a_single_wrong_sample_is_that_of_the_eighth_difference() {
     let times = even(17);

@@ -78,7 +78,7 @@ fn between_samples_is_put_what_the_step_asks_for() {
     // A step as long as asked for is left as it is; nothing between equal stamps; nothing in a gap.
     assert_eq!(dense, [0.0, 0.25, 0.5, 0.75, 1.0, 1.0, 3.0]);
     assert!((poses[2].translation.x - 0.5).abs() < 1e-15);
-    // Up to the gap limit it is bridged; three parts are needed for what is a little more than two steps.
+    // Gaps up to the limit are bridged; a little more than two steps need three parts.
     let times = [0.0, 1.0, 2.0];
     assert_eq!(densified(&times, &along_x(&times), 1.0, 0.5).0, [0.0, 0.5, 1.0, 1.5, 2.0]);
     assert_eq!(densified(&times, &along_x(&times), 0.99, 0.5).0, times);
@@ -86,7 +86,7 @@ fn between_samples_is_put_what_the_step_asks_for() {
     assert_eq!(densified(&[], &[], 1.0, 0.5).0.len(), 0);
 }
 
-/// Three samples to either side where there are as many: degree five; less beside an end or a gap.
+/// Three samples to either side if available: degree five; less next to an end or a gap.
 #[test]
 fn the_curve_is_of_the_degree_that_the_samples_allow() {
     // Two stretches of eight samples with a gap between; on either side of the gap the motion is another.

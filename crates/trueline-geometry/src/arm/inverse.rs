@@ -19,8 +19,8 @@ const LONGEST_STEP: f64 = 0.5;
 /// Damping of a step that would be longer, squared.
 const DAMPING_SQUARED: f64 = 1e-3;
 
-/// The angles, near others, at which the flange has a pose in the arm's base; limits are not looked at. `None` out of reach, or
-/// where the way there is lost.
+/// The angles, near others, at which the flange has a pose in the arm's base; limits are not checked. `None` out of reach,
+/// or where the way there is lost.
 #[must_use]
 pub fn angles_for(arm: &Arm, base_from_flange: &Pose, near: &Angles) -> Option<Angles> {
     let mut angles = *near;
@@ -39,7 +39,7 @@ pub fn angles_for(arm: &Arm, base_from_flange: &Pose, near: &Angles) -> Option<A
     None
 }
 
-/// Newton's step, or a damped one where that is too long.
+/// Newton's step, or a damped one if that is too long.
 fn step(jacobian: &Matrix6<f64>, error: &Vector6<f64>) -> Option<Vector6<f64>> {
     if let Some(step) = jacobian.lu().solve(error)
         && step.amax() <= LONGEST_STEP
@@ -52,13 +52,14 @@ fn step(jacobian: &Matrix6<f64>, error: &Vector6<f64>) -> Option<Vector6<f64>> {
     longest.is_finite().then(|| step * (LONGEST_STEP / longest).min(1.0))
 }
 
-/// Angles from which configurations are looked for.
+/// Number of random starts of the search for configurations.
 const STARTS: usize = 300;
 /// Solutions are the same if no angle differs by more, rad.
 const SAME_RAD: f64 = 1e-6;
 
-/// All configurations within the joints' ranges in which the flange has a pose in the arm's base, as many random starts find them; a joint
-/// that may turn by more than once is taken in its turn nearest to the middle of its range.
+/// All configurations within the joints' ranges that bring the flange to a pose in the arm's base, as found
+/// from many random starts. A joint that may turn more than once takes the turn nearest to the middle of its
+/// range.
 #[must_use]
 pub fn configurations(arm: &Arm, base_from_flange: &Pose) -> Vec<Angles> {
     let mut random = ChaCha8Rng::seed_from_u64(0);

@@ -6,7 +6,7 @@ use crate::arm::six_axes::{AXES, Arm, Joint};
 use crate::{Pose, se3};
 use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 
-/// A joint: where it is from the joint before, what it turns about, its range and its speed.
+/// A joint: its place from the joint before, its axis, range and speed.
 type Row = ([f64; 3], [f64; 3], [f64; 2], f64);
 
 /// An arm whose figures are public.
@@ -16,7 +16,7 @@ pub struct NamedArm {
     pub name: &'static str,
     /// The maker's name for it.
     pub title: &'static str,
-    /// Where the figures are from.
+    /// Source of the figures.
     pub source: &'static str,
     joints: [Row; AXES],
     /// The flange from the last joint, and its roll, pitch and yaw about fixed axes.

@@ -9,18 +9,18 @@ pub const AXES: usize = 6;
 /// Angles of all joints, rad.
 pub type Angles = [f64; AXES];
 
-/// A joint and what it may do.
+/// A joint and its limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
     /// The joint's frame in that of the joint before, where its angle is zero; of the first one in the arm's base.
     pub before: Pose,
-    /// What it turns about, in its own frame.
+    /// Its axis, in its own frame.
     pub axis: UnitVector3<f64>,
     /// Smallest and largest angle, rad.
     pub range_rad: [f64; 2],
     /// Largest speed, rad/s.
     pub speed_rad_s: f64,
-    /// Largest acceleration, rad/s²; `None` where nobody says.
+    /// Largest acceleration, rad/s²; `None` if not stated.
     pub acceleration_rad_s2: Option<f64>,
 }
 
@@ -33,7 +33,7 @@ pub struct Arm {
     pub last_from_flange: Pose,
 }
 
-/// Where joints and flange are, and how the flange moves with the joints.
+/// Places of joints and flange, and the flange's motion with the joints.
 #[derive(Clone, Copy, Debug)]
 pub struct ArmState {
     /// Frame of each joint in the arm's base, turned by its angle.
@@ -74,7 +74,8 @@ impl Arm {
         ArmState { base_from_joint, axes, base_from_flange: at * self.last_from_flange }
     }
 
-    /// How far a joint's angle is from the middle of its range, as a part of half the range; above 1 it is outside.
+    /// Distance of a joint's angle from the middle of its range, in units of half the range; above 1 it is
+    /// outside.
     #[must_use]
     pub fn used_of_range(&self, angles: &Angles) -> [f64; AXES] {
         std::array::from_fn(|k| {
@@ -99,8 +100,8 @@ impl ArmState {
         jacobian
     }
 
-    /// How far the wrist is from its singularity, rad: the angle between the axes of the fourth and the sixth joint. In line they
-    /// do the same, and one direction is lost.
+    /// Distance of the wrist from its singularity, rad: the angle between the axes of the fourth and the
+    /// sixth joint. In line they do the same, and one direction is lost.
     #[must_use]
     pub fn wrist_rad(&self) -> f64 {
         let [.., fourth, _, sixth] = &self.axes;

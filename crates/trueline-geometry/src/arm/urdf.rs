@@ -9,10 +9,10 @@ use std::f64::consts::PI;
 /// Why a URDF is of no use.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum UrdfError {
-    /// It cannot be read, or says what one number a joint does not.
+    /// It cannot be read, or has a joint that one number does not describe.
     #[error("the URDF cannot be used: {why}")]
     Unusable {
-        /// What is wrong with it.
+        /// The fault.
         why: String,
     },
     /// More than one frame that nothing is mounted on.
@@ -22,9 +22,9 @@ pub enum UrdfError {
         ends: Vec<String>,
     },
     /// A frame that is not there.
-    #[error("there is no frame `{frame}`; there are: {}", known.join(", "))]
+    #[error("no frame `{frame}`; there are: {}", known.join(", "))]
     UnknownFrame {
-        /// The frame that was asked for.
+        /// The requested frame.
         frame: String,
         /// All frames.
         known: Vec<String>,
@@ -36,7 +36,7 @@ pub enum UrdfError {
 pub struct Chain {
     /// The frame that stands still.
     pub base: String,
-    /// The frame whose pose is wanted.
+    /// The frame of the pose.
     pub tool: String,
     /// From the base to the tool.
     joints: Vec<Joint>,
@@ -54,7 +54,7 @@ struct Joint {
     limits: Limits,
 }
 
-/// What a joint may do, where the file says it.
+/// Motion of a joint, if the file states it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Limits {
     range: Option<[f64; 2]>,
@@ -85,8 +85,8 @@ impl Chain {
     /// The joints from `base` to `tool`; without names, from the root of the tree to its only end.
     ///
     /// # Errors
-    /// No URDF, frames that are not in it or do not lie one behind the other, several ends and no name, joints that one number does
-    /// not describe.
+    /// No URDF; frames that are missing or not in one chain; several ends and no name; joints that one number does not
+    /// describe.
     pub fn of(urdf: &str, base: Option<&str>, tool: Option<&str>) -> Result<Self, UrdfError> {
         let wrong = |why: String| UrdfError::Unusable { why };
         let document = Document::parse(urdf).map_err(|error| wrong(error.to_string()))?;
@@ -106,7 +106,7 @@ impl Chain {
         let mut at = tool.clone();
         while base.as_deref() != Some(&at) {
             match joints.iter().find(|joint| joint.child == at) {
-                // A tree has no more steps than joints; what has is a circle.
+                // A tree has no more steps than joints: more steps are a circle.
                 Some(_) if chain.len() == joints.len() => {
                     return Err(wrong("its joints form a circle".to_owned()));
                 }
@@ -136,10 +136,10 @@ impl Chain {
         self.joints.iter().any(|known| known.motion != Motion::None && known.moved_by() == joint)
     }
 
-    /// `base_from_tool` at positions by name; `None` where no joint that moves is known.
+    /// `base_from_tool` at positions by name; `None` if no moving joint is known.
     ///
     /// # Errors
-    /// The name of a joint that is missing while others are known.
+    /// The name of a missing joint while others are known.
     pub fn base_from_tool(&self, position: impl Fn(&str) -> Option<f64>) -> Result<Option<Pose>, String> {
         let moving = || self.joints.iter().filter(|joint| joint.motion != Motion::None).map(Joint::moved_by);
         if !moving().any(|name| position(name).is_some()) {
@@ -191,7 +191,7 @@ impl Joint {
         })
     }
 
-    /// The joint whose position says where this one is.
+    /// The joint that determines this one's position.
     fn moved_by(&self) -> &str {
         self.follows.as_ref().map_or(&self.name, |follows| &follows.other)
     }
