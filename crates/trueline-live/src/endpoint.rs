@@ -1,7 +1,7 @@
 //! The PC's side of EGM: receives everything that waits, and answers the newest frame alone.
 //!
-//! The controller reads one answer a cycle from its queue. Whoever answers every frame of a backlog hands it commands
-//! that grow older and older.
+//! The controller reads one answer a cycle from its queue. Answers to every frame of a backlog would be commands of
+//! growing age.
 
 use crate::frame_filter::{FrameFilter, Rejection, SequenceStatus};
 use crate::host_clock::HostClock;
@@ -11,23 +11,23 @@ use std::io;
 use std::net::{IpAddr, SocketAddr};
 use std::time::Duration;
 
-/// A datagram and what became of it.
+/// A datagram and its result.
 #[derive(Clone, Copy, Debug)]
 pub struct Received<'a> {
     /// As it came.
     pub datagram: Datagram<'a>,
-    /// What it is, or why it is not used.
+    /// Its content, or why it is not used.
     pub judged: Result<(RobotFrame, SequenceStatus), Rejection>,
 }
 
 /// The frame to answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Newest {
-    /// What it says.
+    /// Its content.
     pub frame: RobotFrame,
     /// It, or one that was received with it, is the first of a session.
     pub is_first: bool,
-    /// Whose it is.
+    /// Its sender.
     pub from: SocketAddr,
     /// When it came.
     pub arrival: Arrival,
@@ -36,10 +36,10 @@ pub struct Newest {
 /// Most datagrams received before the newest is answered: a flood must not keep the robot waiting.
 pub(crate) const MOST_AT_ONCE: usize = 256;
 
-/// Most datagrams left unheard at once: more than a receive buffer holds.
+/// Largest number of datagrams discarded at once: more than a receive buffer holds.
 const MOST_FORGOTTEN: usize = 100_000;
 
-/// A bound socket and what it knows of the robot.
+/// A bound socket and its knowledge of the robot.
 pub struct Endpoint {
     socket: StampedSocket,
     frame_filter: FrameFilter,
@@ -49,20 +49,20 @@ impl Endpoint {
     /// Binds to an address of this machine; accepts one robot, or the first that sends a valid frame.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn bind(address: SocketAddr, robot: Option<IpAddr>, clock: HostClock) -> io::Result<Self> {
         Ok(Self { socket: StampedSocket::bind(address, clock)?, frame_filter: FrameFilter::new(robot) })
     }
 
-    /// Where it listens.
+    /// Its own address.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn local_address(&self) -> io::Result<SocketAddr> {
         self.socket.local_address()
     }
 
-    /// What has been accepted and rejected.
+    /// Counts of accepted and rejected messages.
     #[must_use]
     pub fn frame_filter(&self) -> &FrameFilter {
         &self.frame_filter
@@ -77,7 +77,7 @@ impl Endpoint {
     /// Waits for the robot; hands over every datagram that is there, and returns the frame to answer.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn receive(
         &mut self,
         timeout: Duration,
@@ -103,7 +103,7 @@ impl Endpoint {
     /// Discards queued datagrams that arrived before we started listening.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn discard_waiting(&mut self) -> io::Result<()> {
         for _ in 0..MOST_FORGOTTEN {
             if self.socket.next_waiting()?.is_none() {
@@ -116,7 +116,7 @@ impl Endpoint {
     /// Sends a datagram.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn send(&self, to: SocketAddr, bytes: &[u8]) -> io::Result<()> {
         self.socket.send(bytes, to)
     }

@@ -33,13 +33,13 @@ pub enum Rejection {
     /// Its sequence number is further ahead than frames can have been lost.
     #[error("a sequence number far ahead")]
     FarAhead,
-    /// Its sequence number is older than what can be late.
+    /// Its sequence number is older than any delayed one.
     #[error("a stale sequence number")]
     Stale,
 }
 
 impl Rejection {
-    /// Whether it is part of what the robot sends, and nobody asks for it.
+    /// Whether it belongs to the robot's stream but is not needed.
     #[must_use]
     pub fn is_needless(&self) -> bool {
         matches!(self, Self::Packet(PacketError::NotNeeded(_)))
@@ -64,7 +64,7 @@ pub enum PacketError {
     /// Something that is part of the protocol and not needed.
     #[error("{0}")]
     NotNeeded(&'static str),
-    /// A figure that is none.
+    /// An invalid figure.
     #[error("a pose or time that is not a number")]
     NotFinite,
     /// A text that cannot be read.
@@ -72,12 +72,12 @@ pub enum PacketError {
     Text(&'static str),
 }
 
-/// Where an accepted frame stands in its session.
+/// Place of an accepted frame in its session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SequenceStatus {
     /// The first frame of all, or the first after the controller began anew.
     First,
-    /// The newest; so many numbers before it have not come (yet).
+    /// The newest; this many numbers before it have not come (yet).
     Newest {
         /// Numbers left out directly before it.
         skipped: u32,
@@ -90,9 +90,9 @@ pub enum SequenceStatus {
 pub(crate) const RESTART_SILENCE_NS: i64 = 100_000_000;
 /// The same in periods of a robot that speaks rarely.
 const SILENT_PERIODS: i64 = 5;
-/// So many numbers cannot have been lost without a silence.
+/// More numbers than this cannot be lost without a silence.
 const FARTHEST_AHEAD: u32 = 10_000;
-/// A frame may be overtaken by so many.
+/// A frame may be overtaken by this many.
 const LATE_WINDOW: u32 = 64;
 
 /// Decides about datagrams, one after the other.
@@ -151,7 +151,7 @@ impl FrameFilter {
         })
     }
 
-    /// Judges a datagram of any protocol: `decode` gives its sequence number and what it says.
+    /// Judges a datagram of any protocol: `decode` gives its sequence number and its content.
     ///
     /// # Errors
     /// Why it is not used.
@@ -197,7 +197,7 @@ impl FrameFilter {
         Ok((frame, status))
     }
 
-    /// Longer than what lies between frames, however slowly they come.
+    /// Longer than the time between frames at any rate.
     fn restart_silence_ns(&self) -> i64 {
         let numbers = i64::from(self.newest.wrapping_sub(self.began.0)).max(1);
         let period_ns = (self.accepted_ns - self.began.1) / numbers;

@@ -1,7 +1,7 @@
 //! The loop that guides the robot: receives frames, asks the gate, answers the newest frame.
 //!
-//! Nothing in it waits for anybody but the robot. Who looks on (recorder, display) is called with what was received and sent;
-//! should they panic, the scan is stopped smoothly all the same.
+//! Nothing in it waits for anybody but the robot. Observers (recorder, display) are called with all received and sent
+//! messages. If they panic, the scan still stops smoothly.
 
 use crate::egm::{Axes, EgmFeedBack, EgmHeader, EgmPose, EgmSensor, EgmSpeedRef, Message, MessageType};
 use crate::endpoint::{Endpoint, Newest, Received};
@@ -37,7 +37,7 @@ pub struct Answer {
     pub since_frame_ns: Option<i64>,
     /// Its own number.
     pub sequence: u32,
-    /// What it says.
+    /// Its content.
     pub reference: Reference,
 }
 
@@ -54,7 +54,7 @@ pub struct Outcome {
     pub unsent: u64,
     /// Somebody who looked on panicked.
     pub observer_panicked: bool,
-    /// The controller said last that the robot was near its reference.
+    /// The controller's last report was that the robot was near its reference.
     pub was_converged: bool,
 }
 
@@ -103,7 +103,7 @@ impl Guide {
     /// Runs until the scan is over, however it ends. `command` is asked before every step.
     ///
     /// # Errors
-    /// The socket cannot be read any more; the robot was told to rest.
+    /// The socket cannot be read any more; the robot was commanded to rest.
     pub fn run(
         &mut self,
         mut command: impl FnMut() -> OperatorCommand,
@@ -162,7 +162,7 @@ impl Guide {
         }
     }
 
-    /// Whatever ended it: if the last that was sent was a movement, the robot is told to rest; and told again.
+    /// In any case: if the last message was a movement, the robot is commanded to rest, and again.
     fn say_last_words(&mut self, observer: &mut impl Observer) {
         let Some(last) = self.state.last_sent() else { return };
         for _ in 0..LAST_WORDS {
@@ -206,8 +206,8 @@ fn watched(panicked: &mut bool, call: impl FnOnce()) {
     *panicked |= catch_unwind(AssertUnwindSafe(call)).is_err();
 }
 
-/// A reference as EGM wants it: mm, mm/s and degrees/s in base; the attitude as a quaternion alone, for Euler angles beside it
-/// would count in its stead.
+/// A reference as EGM requires it: mm, mm/s and degrees/s in base. The attitude is a quaternion only, because Euler angles
+/// would override it.
 #[must_use]
 pub fn message(sequence: u32, steady_ns: i64, reference: &Reference) -> EgmSensor {
     let v = reference.velocity_m_s * 1e3;

@@ -1,7 +1,7 @@
 //! The PC's clocks: one that people read, which can be set, and one that only goes forward.
 //!
-//! Everything is stamped on the steady one, continued from what the wall clock said at the start. A wall clock that is
-//! set during a scan then tears nothing; that it was set is told.
+//! Everything is stamped on the steady one, continued from the wall clock at the start. Setting the wall clock during
+//! a scan then tears nothing; the change is reported.
 
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
@@ -48,7 +48,7 @@ impl HostClock {
     }
 
     /// The steady stamp of something that the kernel stamped by the wall clock, ns; `None` if the two cannot belong together
-    /// because the clock was set in between. [`KernelStamps`] also knows what came before, and so needs no such bound.
+    /// because the clock was set in between. [`KernelStamps`] also uses the earlier stamps, and so needs no such bound.
     #[must_use]
     pub fn steady_ns(read: Reading, kernel_wall_ns: i64) -> Option<i64> {
         let age_ns = read.wall_ns - kernel_wall_ns;
@@ -56,8 +56,8 @@ impl HostClock {
     }
 }
 
-/// Both clocks, the wall clock read between two looks at the steady one: a thread that is put aside in between would make them seem apart by as long, and
-/// stamps of the kernel earlier by as much. Of several tries the quickest counts.
+/// Both clocks, with the wall clock read between two readings of the steady one. A thread that is suspended in between would
+/// shift them against each other, and the kernel's stamps with them. Of several tries the quickest counts.
 fn read_at_once(steady_ns: impl Fn() -> i64, wall_ns: impl Fn() -> i64) -> Reading {
     let once = || {
         let before_ns = steady_ns();
@@ -84,8 +84,8 @@ const AT_ONCE_NS: i64 = 2_000;
 const TRIES: usize = 5;
 
 impl HostClock {
-    /// How far the machine's own steady clock, which all programs on it share, is ahead of this one, ns. This one begins with what the
-    /// wall clock says when the program starts: of two programs they differ by as much as the wall clock was set in between.
+    /// How far the machine's own steady clock, which all programs on it share, is ahead of this one, ns. This one starts
+    /// with the wall clock at the start of the program. Two programs differ by any change of the wall clock in between.
     #[must_use]
     pub fn machine_ahead_ns(&self) -> i64 {
         machine_ns() - self.read().steady_ns
@@ -98,7 +98,7 @@ fn machine_ns() -> i64 {
     clock_gettime(ClockId::CLOCK_MONOTONIC).map_or(0, |now| now.tv_sec() * 1_000_000_000 + now.tv_nsec())
 }
 
-/// Elsewhere the wall clock is what programs share.
+/// Elsewhere programs share the wall clock.
 #[cfg(not(target_os = "linux"))]
 fn machine_ns() -> i64 {
     wall_ns()

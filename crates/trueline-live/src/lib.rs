@@ -1,10 +1,10 @@
-//! The robot live: what robots send, a gate before every command, and simulated controllers.
+//! The robot live: robots' streams, a gate before every command, and simulated controllers.
 //!
-//! By default the PC only listens. Whatever robot it is, its poses come from a [`RobotSource`]: ABB's EGM ([`Endpoint`]),
-//! Universal Robots' RTDE ([`ur`]), FANUC's HSPO and Stream Motion ([`fanuc`]), KUKA's RSI ([`kuka`]). What is received is checked
-//! ([`frame_filter`]), stamped by the kernel ([`stamped_socket`]) and handed to a recorder. Motion is EGM's alone, and passes
-//! [`motion::Gate`]. [`controller`] is the other side of EGM: a robot controller that runs in virtual time for tests and in real
-//! time for other people's programs.
+//! By default the PC only listens. For every robot, poses come from a [`RobotSource`]: ABB's EGM ([`Endpoint`]), Universal
+//! Robots' RTDE ([`ur`]), FANUC's HSPO and Stream Motion ([`fanuc`]), KUKA's RSI ([`kuka`]). Messages are checked
+//! ([`frame_filter`]), stamped by the kernel ([`stamped_socket`]) and handed to a recorder. Motion is EGM's alone, and
+//! passes [`motion::Gate`]. [`controller`] is the other side of EGM: a robot controller that runs in virtual time for tests
+//! and in real time for other people's programs.
 //!
 //! ```
 //! use trueline_live::controller::{Controller, ControllerSettings, Task};

@@ -1,4 +1,4 @@
-//! What was received from an ABB robot, for people and for programs.
+//! Report on an ABB robot's stream, for people and for programs.
 
 use crate::RobotFrame;
 use crate::egm::{MciState, MotorState, RapidState};
@@ -65,7 +65,7 @@ fn robot_lines(f: &mut fmt::Formatter<'_>, report: &LinkReport, frame: &RobotFra
     warnings(report, frame).iter().try_for_each(|warning| writeln!(f, "  warning: {warning}"))
 }
 
-/// Rate and delays of what a robot sends.
+/// Rate and delays of a robot's stream.
 pub(crate) fn timing_lines(
     f: &mut fmt::Formatter<'_>,
     what: &str,
@@ -124,7 +124,7 @@ fn state(frame: &RobotFrame) -> String {
     format!("{motors}, {rapid}, {mci}{utilization}")
 }
 
-/// What the user should know.
+/// Warnings for the user.
 fn warnings(report: &LinkReport, frame: &RobotFrame) -> Vec<String> {
     let stream = &report.stream;
     let mut warnings = Vec::new();
@@ -154,7 +154,7 @@ fn warnings(report: &LinkReport, frame: &RobotFrame) -> Vec<String> {
     );
     warn(
         frame.utilization_percent.is_some_and(|u| u > 90.0),
-        "the robot is near what it can do; above 100 % it cannot follow".to_owned(),
+        "the robot is near its limits; above 100 % it cannot follow".to_owned(),
     );
     warn(frame.collided, "the controller has detected a collision".to_owned());
     warnings

@@ -1,4 +1,4 @@
-//! Who talks, how regularly, and what is lost: the answer to "no data from the UdpUc device".
+//! Senders, regularity and losses: the answer to "no data from the UdpUc device".
 
 use crate::endpoint::Received;
 use crate::frame_filter::{Rejection, SequenceStatus};
@@ -10,12 +10,12 @@ use std::net::SocketAddr;
 /// Senders that are told apart; more than this is a flood, and counted together.
 const MOST_TALKERS: usize = 64;
 
-/// What one sender sent.
+/// Messages of one sender.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Talker {
     /// Its datagrams.
     pub datagrams: u64,
-    /// Those that were the robot's good frames.
+    /// Good frames of the robot among them.
     pub accepted: u64,
     /// The others, by reason.
     pub rejected: BTreeMap<String, u64>,
@@ -37,7 +37,7 @@ pub struct LinkWatch {
 /// The robot's link in three figures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Brief {
-    /// The robot, and the last that it said.
+    /// The robot, and its last message.
     pub robot: Option<(SocketAddr, RobotFrame)>,
     /// Good frames.
     pub frames: u64,
@@ -52,7 +52,7 @@ pub struct LinkReport {
     pub talkers: BTreeMap<SocketAddr, Talker>,
     /// Datagrams of senders beyond those listed.
     pub unlisted: u64,
-    /// The robot, and the last that it said.
+    /// The robot, and its last message.
     pub robot: Option<(SocketAddr, RobotFrame)>,
     /// Its good frames.
     pub stream: StreamSummary,
@@ -100,13 +100,13 @@ impl LinkWatch {
         }
     }
 
-    /// The robot and the last that it said, its frames, and how many were lost: cheap enough for every step.
+    /// The robot and its last message, its frames, and the number of lost ones: cheap enough for every step.
     #[must_use]
     pub fn brief(&self) -> Brief {
         Brief { robot: self.robot, frames: self.counts.frames(), lost: self.counts.lost() }
     }
 
-    /// What there is to tell.
+    /// Present report.
     #[must_use]
     pub fn report(&self) -> LinkReport {
         LinkReport {

@@ -1,4 +1,4 @@
-//! Where a simulated robot is while its own program moves it.
+//! Pose of a simulated robot while its own program moves it.
 
 use nalgebra::Vector3;
 use trueline_dataset::RobotSample;

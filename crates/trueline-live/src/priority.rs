@@ -14,7 +14,7 @@ pub fn request_real_time() -> bool {
         .is_ok()
 }
 
-/// Elsewhere there are no such policies: none is granted, which whoever asks says.
+/// Elsewhere there are no such policies: none is granted, and the caller reports it.
 #[cfg(not(unix))]
 #[must_use]
 pub fn request_real_time() -> bool {

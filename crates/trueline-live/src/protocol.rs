@@ -1,4 +1,4 @@
-//! What robots speak, and how a robot's stream is opened.
+//! Protocols of robots, and opening a robot's stream.
 
 use crate::endpoint::Endpoint;
 use crate::fanuc::{Hspo, Signal, StreamMotion};
@@ -11,7 +11,7 @@ use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-/// What a robot speaks.
+/// Protocol of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Protocol {
     /// ABB's Externally Guided Motion: the robot speaks first (UDP).
@@ -37,7 +37,7 @@ impl Protocol {
         }
     }
 
-    /// What to look at on the controller if nothing came.
+    /// Points to check on the controller if nothing came.
     #[must_use]
     pub fn advice_if_silent(self) -> &'static str {
         match self {
@@ -59,23 +59,23 @@ impl Protocol {
     }
 }
 
-/// Where PC and robot are, as far as it is known.
+/// Addresses of PC and robot, as far as known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LinkAddress {
-    /// What the robot speaks.
+    /// Protocol of the robot.
     pub protocol: Protocol,
-    /// Where the PC listens, for a robot that speaks first.
+    /// Address of the PC, for a robot that speaks first.
     pub bind: Option<SocketAddr>,
-    /// The robot; of those that speak first, the only one that is believed.
+    /// The robot; of those that speak first, the only accepted one.
     pub robot: Option<IpAddr>,
     /// Port of a robot that the PC calls, if not its protocol's own.
     pub robot_port: Option<u16>,
 }
 
-/// What of a robot's stream is chosen beside its address.
+/// Options of a robot's stream besides its address.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LinkOptions {
-    /// Which digital input is to be heard of, in the robot's own words; for robots whose streams do not tell them by themselves.
+    /// Digital input to report, in the robot's own words; for robots with streams that do not contain the inputs.
     pub inputs: Option<String>,
     /// Consent to answer a KUKA controller, which was configured so.
     pub answer: Option<EthernetConfig>,
@@ -84,25 +84,25 @@ pub struct LinkOptions {
 /// Why a robot's stream cannot be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum LinkError {
-    /// It is not said where the PC listens.
+    /// The PC's address is missing.
     #[error("this robot speaks first, and the address at which this PC listens is missing")]
     BindMissing,
-    /// It is said where the PC listens.
+    /// The PC's address is stated but not needed.
     #[error("the PC calls this robot, from a port that the system chooses")]
     BindNotNeeded,
-    /// It is not said where the robot is.
+    /// The robot's address is missing.
     #[error("the PC calls this robot, and its address is missing")]
     RobotMissing,
-    /// It is said at which port the robot listens.
+    /// A port of the robot is stated.
     #[error("this robot speaks first, from a port of its own")]
     RobotPortNotNeeded,
-    /// Port 0, of which no controller can know.
+    /// Port 0, which no controller can know.
     #[error("{address}: a controller needs a fixed port")]
     AnyPort {
         /// The address.
         address: SocketAddr,
     },
-    /// An input is named for a robot whose stream tells all that it tells.
+    /// An input is named for a robot with all inputs in its stream.
     #[error("this robot's stream contains its inputs, if its controller is set to send them")]
     InputsNotNeeded,
     /// Not the name of an input.
@@ -111,7 +111,7 @@ pub enum LinkError {
     /// Answers for a robot that waits for none.
     #[error("this robot waits for no answers")]
     AnswerNotNeeded,
-    /// Answers for whoever speaks first.
+    /// Answers to any sender.
     #[error("only a robot that is named is answered")]
     AnswerWithoutRobot,
     /// The file with the configuration cannot be read.
@@ -119,7 +119,7 @@ pub enum LinkError {
     Config {
         /// The file.
         file: PathBuf,
-        /// What is wrong with it.
+        /// The fault.
         why: String,
     },
     /// The configuration does not go with answers.
@@ -128,18 +128,18 @@ pub enum LinkError {
     /// The operating system refuses.
     #[error("{address}: cannot listen: {error}")]
     Io {
-        /// Where was to be listened, or called.
+        /// The local address, or the called one.
         address: SocketAddr,
-        /// What it says.
+        /// The error.
         error: io::Error,
     },
 }
 
 impl LinkAddress {
-    /// Where the PC listens, or whom it calls.
+    /// The local address, or the called one.
     ///
     /// # Errors
-    /// What is missing, or not needed.
+    /// Missing or superfluous options.
     pub fn check(&self) -> Result<SocketAddr, LinkError> {
         match (self.protocol.controllers_port(), self.bind, self.robot) {
             (None, ..) if self.robot_port.is_some() => Err(LinkError::RobotPortNotNeeded),
@@ -154,15 +154,15 @@ impl LinkAddress {
     /// Opens the stream.
     ///
     /// # Errors
-    /// What is missing or not needed, and what the operating system says.
+    /// Missing or superfluous options; error of the operating system.
     pub fn open(&self, clock: HostClock) -> Result<RobotLink, LinkError> {
         self.open_with(&LinkOptions::default(), clock)
     }
 
-    /// Opens the stream with what was chosen for it.
+    /// Opens the stream with its options.
     ///
     /// # Errors
-    /// What is missing or not needed, and what the operating system says.
+    /// Missing or superfluous options; error of the operating system.
     pub fn open_with(&self, options: &LinkOptions, clock: HostClock) -> Result<RobotLink, LinkError> {
         let address = self.check()?;
         let (inputs, signal, answer) = (options.element(self)?, options.signal(self)?, options.answer(self)?);
@@ -186,10 +186,10 @@ impl LinkAddress {
 }
 
 impl LinkOptions {
-    /// Refuses what does not go with a robot, before anything is opened.
+    /// Refuses options that do not fit the robot, before anything is opened.
     ///
     /// # Errors
-    /// What that is.
+    /// The missing or superfluous option.
     pub fn check(&self, address: &LinkAddress) -> Result<(), LinkError> {
         self.element(address)?;
         self.signal(address)?;
@@ -229,7 +229,7 @@ impl LinkOptions {
 /// Reads the Ethernet configuration of a KUKA controller.
 ///
 /// # Errors
-/// A file that cannot be read, or that is no such configuration.
+/// A file that cannot be read, or that is not such a configuration.
 pub fn read_ethernet_config(file: &Path) -> Result<EthernetConfig, LinkError> {
     let why = |why: String| LinkError::Config { file: file.to_owned(), why };
     let text = fs::read_to_string(file).map_err(|error| why(error.to_string()))?;

@@ -1,7 +1,7 @@
 //! The RAPID module that goes with a scan: the robot's own program for the path, or the guidance that the PC fills.
 //!
-//! Syntax after ABB's application manual 3HAC073318 and the RAPID reference; no real controller has compiled it here, and the
-//! module says so.
+//! Syntax after ABB's application manual 3HAC073318 and the RAPID reference. No real controller has compiled it here, and
+//! the module states this.
 
 use crate::robot_program::rapid_path::{path_procedure, target};
 use crate::robot_program::waypoints::Waypoints;
@@ -23,9 +23,9 @@ pub struct RapidCell {
     pub device: String,
     /// Mechanical unit that is guided, for example `ROB_1`.
     pub mechanical_unit: String,
-    /// The task that moves it, into which the module is loaded: `T_ROB1` where there is one robot.
+    /// The task that moves it, into which the module is loaded: `T_ROB1` if there is one robot.
     pub task: String,
-    /// Where the PC listens.
+    /// Address of the PC.
     pub pc: SocketAddr,
     /// Speed of the way to the path's first pose, mm/s.
     pub approach_mm_s: f64,
@@ -79,7 +79,7 @@ const TAKEN: [&str; 14] = [
     "tlEgmId",
 ];
 
-/// The module with which the robot moves along the path by itself and the PC only listens.
+/// The module that moves the robot along the path by itself while the PC only listens.
 ///
 /// # Errors
 /// Names or figures that RAPID does not take, or no path.
@@ -94,7 +94,7 @@ pub fn stream_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String, R
          \x20 PROC {module}_Listen()\n\
          \x20   ConfJ\\Off;\n\
          \x20   ConfL\\Off;\n\
-         \x20   ! First the way to where the path begins. Look where that is before you let it run.\n\
+         \x20   ! First the move to the start of the path. Check this point before you run the program.\n\
          \x20   MoveJ {}, {}, fine, {tool}\\WObj:={work_object};\n\
          \x20   WaitTime\\InPos, 1;\n\
          \x20   EGMReset tlEgmId;\n\
@@ -144,14 +144,14 @@ pub fn guidance_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String,
     let _ = write!(
         text,
         "  LOCAL VAR egmident tlEgmId;\n\
-         \x20 ! Within these for \\CondTime counts as arrived. They are a fifth of what this path moves in the time by which the robot\n\
-         \x20 ! typically is behind: wider ones would take a slow path for a rest, and end the guidance on the way.\n\
+         \x20 ! Staying within these for \\CondTime counts as arrived. Each is a fifth of the path's motion during\n\
+         \x20 ! the robot's typical delay. Wider ones would mistake a slow path for its end and stop the guidance early.\n\
          \x20 LOCAL CONST egm_minmax tlNearMm := [-{near_mm:.4}, {near_mm:.4}];\n\
          \x20 LOCAL CONST egm_minmax tlNearDeg := [-{near_deg:.4}, {near_deg:.4}];\n\n\
          \x20 PROC {module}_Guide()\n\
          \x20   ConfJ\\Off;\n\
          \x20   ConfL\\Off;\n\
-         \x20   ! First the way to where the path begins, to a fine point. Look where that is before you let it run.\n\
+         \x20   ! First the move to the start of the path, to a fine point. Check this point before you run the program.\n\
          \x20   MoveJ {}, {}, fine, {tool}\\WObj:={work_object};\n\
          \x20   WaitTime\\InPos, 1;\n\
          \x20   EGMReset tlEgmId;\n\
@@ -160,7 +160,7 @@ pub fn guidance_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String,
          \x20   EGMActPose tlEgmId\\StreamStart\\Tool:={tool}\\WObj:={work_object}{signal}, tlNoCorr, EGM_FRAME_WOBJ, tlNoCorr, EGM_FRAME_WOBJ\n\
          \x20     \\x:=tlNearMm\\y:=tlNearMm\\z:=tlNearMm\\rx:=tlNearDeg\\ry:=tlNearDeg\\rz:=tlNearDeg\n\
          \x20     \\LpFilter:=20\\SampleRate:=4\\MaxPosDeviation:=60\\MaxSpeedDeviation:={speed_deviation_deg_s:.2};\n\
-         \x20   ! EGM_STOP_HOLD stays where it is; EGM_STOP_RAMP_DOWN would drive back to where it began.\n\
+         \x20   ! EGM_STOP_HOLD holds the position; EGM_STOP_RAMP_DOWN would drive back to the start.\n\
          \x20   EGMRunPose tlEgmId, EGM_STOP_HOLD\\x\\y\\z\\rx\\ry\\rz\\CondTime:=3\\RampInTime:=0.5;\n\
          \x20   EGMReset tlEgmId;\n\
          \x20   ConfL\\On;\n\
@@ -181,7 +181,7 @@ pub fn guidance_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String,
     Ok(text)
 }
 
-/// What a robot is behind its reference by if its speed is sent along, s.
+/// Typical delay of a robot behind its reference if speed is sent as well, s.
 const BEHIND_S: f64 = 0.015;
 /// The window, as a share of the way in that time at the path's typical speed.
 const WINDOW: f64 = 0.2;

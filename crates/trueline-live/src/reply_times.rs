@@ -8,7 +8,7 @@ pub struct ReplyTimes {
     microseconds: Histogram<u32>,
 }
 
-/// Longest time that is told apart from longer ones, µs.
+/// Longest separate time, µs.
 const LONGEST_US: u64 = 10_000_000;
 
 impl Default for ReplyTimes {

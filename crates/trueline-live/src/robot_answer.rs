@@ -1,4 +1,4 @@
-//! What a robot that waits for answers was answered.
+//! Answers to a robot that waits for them.
 
 use std::net::SocketAddr;
 

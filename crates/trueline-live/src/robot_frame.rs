@@ -3,7 +3,7 @@
 use crate::egm::{EgmRobot, Generation, MciState, MessageType, MotorState, PoseError, RapidState};
 use trueline_geometry::Pose;
 
-/// What one message of the controller says, checked.
+/// Content of one message of the controller, checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RobotFrame {
     /// `seqno`.
@@ -20,17 +20,17 @@ pub struct RobotFrame {
     pub mci: MciState,
     /// Whether RAPID runs.
     pub rapid: RapidState,
-    /// Share of what the robot can do, %, where told.
+    /// Used share of the robot's limits, %, if reported.
     pub utilization_percent: Option<f64>,
     /// The robot is near its reference, by the controller's own measure.
     pub converged: bool,
     /// A collision was detected.
     pub collided: bool,
-    /// What sent it.
+    /// Sender of it.
     pub generation: Generation,
     /// Quaternion and Euler angles differ by more than their digits.
     pub attitudes_differ: bool,
-    /// The signal that the program sends along (`\DOToSensor`), where it sends one. RobotWare 7.7 and later.
+    /// The signal that the program sends with the poses (`\DOToSensor`), if any. RobotWare 7.7 and later.
     pub digital: Option<bool>,
 }
 
@@ -47,7 +47,7 @@ pub enum FrameError {
     #[error("it has no cartesian feedback")]
     NoFeedback,
     /// RobotWare before 6.07.
-    #[error("its feedback has no time: RobotWare before 6.07, whose units are not consistent")]
+    #[error("its feedback has no time: RobotWare before 6.07 has inconsistent units")]
     OldRobotWare,
     /// The pose is not one.
     #[error(transparent)]
@@ -87,8 +87,8 @@ impl RobotFrame {
         })
     }
 
-    /// Whether the controller moves the robot by references of the PC. A RAPID state that is not told counts as running:
-    /// controllers are known to leave it out after a restart.
+    /// Whether the controller moves the robot by references of the PC. An unreported RAPID state counts as running:
+    /// controllers may leave it out after a restart.
     #[must_use]
     pub(crate) fn is_guided(&self) -> bool {
         self.motors == MotorState::On && self.mci == MciState::Running && self.rapid != RapidState::Stopped

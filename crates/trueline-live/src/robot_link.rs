@@ -1,4 +1,4 @@
-//! A robot's stream, whatever it speaks: ABB's with all that EGM says, the others' poses.
+//! A robot's stream in any protocol: ABB's with all of EGM, the others' poses.
 
 use crate::endpoint::Endpoint;
 use crate::link_report;
@@ -13,7 +13,7 @@ use std::fmt;
 use std::thread;
 use std::time::Duration;
 
-/// Where packets come from.
+/// Source of packets.
 pub enum RobotLink {
     /// An ABB robot.
     Egm(Box<Endpoint>),
@@ -60,7 +60,7 @@ impl RobotLink {
         self.source_mut().receive(timeout, each)
     }
 
-    /// What it speaks, and what its poses are, as far as is known by now.
+    /// Its protocol, and the kind of its poses, as far as known now.
     #[must_use]
     pub fn about(&self) -> SourceAbout {
         self.source().about()
@@ -77,8 +77,8 @@ impl RobotLink {
         self.source_mut().take_answers()
     }
 
-    /// Listens as long as `goes_on` says so. A robot that is not there yet, or went away, is called again. Returns what went
-    /// wrong last, unless good packets came after it.
+    /// Listens as long as `goes_on` returns true. A robot that is not there yet, or went away, is called again. Returns the
+    /// last error, unless good packets came after it.
     pub fn listen(
         &mut self,
         watch: &mut StreamWatch,
@@ -103,7 +103,7 @@ impl RobotLink {
     }
 }
 
-/// Takes notice of what comes.
+/// Observes the stream.
 #[derive(Clone, Debug, Default)]
 pub struct StreamWatch {
     /// Of an ABB robot.
@@ -136,7 +136,7 @@ impl StreamWatch {
         }
     }
 
-    /// What there is to tell of a link's stream.
+    /// Report on a link's stream.
     #[must_use]
     pub fn report(&self, link: &RobotLink) -> StreamReport {
         match link {
@@ -178,7 +178,7 @@ impl fmt::Display for StreamBrief {
 pub enum StreamReport {
     /// Of an ABB robot.
     Egm(LinkReport),
-    /// Of a robot of another make, and what it speaks.
+    /// For a robot of another make, with its protocol.
     Other(SourceReport, SourceAbout),
 }
 
@@ -192,7 +192,7 @@ impl StreamReport {
         }
     }
 
-    /// The part of the robot's packets that never came, where that is more than a path through the others bears: a tenth.
+    /// The part of the robot's packets that never came, if a path through the others cannot bridge it: above a tenth.
     #[must_use]
     pub fn heavy_loss(&self) -> Option<f64> {
         let (Self::Egm(LinkReport { stream, .. }) | Self::Other(SourceReport { stream, .. }, _)) = self;

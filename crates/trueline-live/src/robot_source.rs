@@ -1,4 +1,4 @@
-//! Where a robot's poses come from, whatever it speaks.
+//! Sources of a robot's poses, for any protocol.
 
 use crate::frame_filter::{Rejection, SequenceStatus};
 use crate::robot_answer::RobotAnswer;
@@ -10,7 +10,7 @@ use std::net::SocketAddr;
 use std::time::Duration;
 use trueline_geometry::Pose;
 
-/// A robot that tells where it is. Nothing that it is sent moves it.
+/// A robot that reports its pose. Nothing that it is sent moves it.
 pub trait RobotSource: Send {
     /// Waits for the robot, and hands over every packet that is there.
     ///
@@ -23,10 +23,10 @@ pub trait RobotSource: Send {
         each: &mut dyn FnMut(&RobotPacket<'_>),
     ) -> Result<(), SourceError>;
 
-    /// What it speaks, and what its poses are, as far as is known by now.
+    /// Its protocol, and the kind of its poses, as far as known now.
     fn about(&self) -> SourceAbout;
 
-    /// Whether the robot waits for answers: then whoever receives must not wait for anything else.
+    /// Whether the robot waits for answers: then the receiver must not wait for anything else.
     fn must_answer(&self) -> bool {
         false
     }
@@ -37,7 +37,7 @@ pub trait RobotSource: Send {
     }
 }
 
-/// A packet of the robot and what became of it.
+/// A packet of the robot and its result.
 #[derive(Clone, Copy, Debug)]
 pub struct RobotPacket<'a> {
     /// As it came.
@@ -46,13 +46,13 @@ pub struct RobotPacket<'a> {
     pub from: SocketAddr,
     /// When it came.
     pub arrival: Arrival,
-    /// Where the robot was, or why the packet is not used.
+    /// The robot's pose, or why the packet is not used.
     pub judged: Result<(RobotPose, SequenceStatus), Rejection>,
     /// All that EGM says, where the robot is ABB's.
     pub egm: Option<&'a Received<'a>>,
 }
 
-/// Where a robot was.
+/// Pose of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RobotPose {
     /// Counts the controller's cycles; wraps.
@@ -67,7 +67,7 @@ pub struct RobotPose {
     pub inputs: Option<u64>,
 }
 
-/// How a robot is, as far as its stream says.
+/// State of a robot, as far as its stream reports it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RobotStatus {
     /// The stream does not say.
@@ -100,7 +100,7 @@ pub enum PoseMeaning {
     FlangeInWorld,
     /// Of the active tool in the active base or user frame.
     TcpInActiveBase,
-    /// Of what a driver publishes, in the frame that it names.
+    /// Pose from a driver's publication, in the frame that it names.
     Published,
 }
 
@@ -111,12 +111,12 @@ impl fmt::Display for PoseMeaning {
             Self::TcpInBase => "the active tool (TCP) in the robot's base",
             Self::FlangeInWorld => "the flange (faceplate) in the robot's world frame",
             Self::TcpInActiveBase => "the active tool in the active base",
-            Self::Published => "what the robot's driver publishes",
+            Self::Published => "the poses of the robot's driver",
         })
     }
 }
 
-/// What a source speaks. Recordings of different meanings are not to be mixed in one calibration.
+/// Protocol of a source. Recordings of different meanings are not to be mixed in one calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SourceAbout {
     /// Protocol and version.
@@ -125,9 +125,9 @@ pub struct SourceAbout {
     pub pose: PoseMeaning,
     /// The clock of the stream: unit and resolution.
     pub clock: &'static str,
-    /// The controller's software, where it says so.
+    /// The controller's software, if reported.
     pub controller: Option<String>,
-    /// What is worth telling: what the controller said, or what is odd about its stream.
+    /// Remarks: statements of the controller, and irregularities of its stream.
     pub notes: Vec<String>,
 }
 
@@ -137,21 +137,21 @@ pub enum SourceError {
     /// The network.
     #[error("{address}: {error}")]
     Io {
-        /// Whose.
+        /// Its sender.
         address: SocketAddr,
-        /// What the operating system says.
+        /// Error of the operating system.
         error: io::Error,
     },
     /// The robot closed the connection, or ended its stream; the next call connects anew.
     #[error("{address} closed the connection")]
     Closed {
-        /// Whose.
+        /// Its sender.
         address: SocketAddr,
     },
     /// The robot speaks, and cannot be listened to.
     #[error("{address}: {why}")]
     Refused {
-        /// Whose.
+        /// Its sender.
         address: SocketAddr,
         /// Why.
         why: String,

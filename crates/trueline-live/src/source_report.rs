@@ -1,4 +1,4 @@
-//! What was received from a robot of another make than ABB, for people and for programs.
+//! Report on the stream of a robot of another make than ABB, for people and for programs.
 
 use crate::link_report::timing_lines;
 use crate::robot_source::SourceAbout;

@@ -1,4 +1,4 @@
-//! How a robot's stream is, whatever it speaks: who sends, how regularly, what is lost and what is not used.
+//! State of a robot's stream in any protocol: sender, regularity, losses and rejected messages.
 
 use crate::frame_filter::{Rejection, SequenceStatus};
 use crate::robot_source::{RobotPacket, RobotPose};
@@ -18,7 +18,7 @@ pub struct SourceWatch {
 /// A robot's stream so far.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SourceReport {
-    /// The robot, and the last that it said.
+    /// The robot, and its last message.
     pub robot: Option<(SocketAddr, RobotPose)>,
     /// Its good poses.
     pub stream: StreamSummary,
@@ -28,7 +28,7 @@ pub struct SourceReport {
     pub unlisted: u64,
 }
 
-/// Reasons and senders that are told apart; more is a flood, and counted together.
+/// Largest number of separate reasons and senders; more are a flood, and counted together.
 const MOST_REASONS: usize = 64;
 
 impl SourceWatch {
@@ -40,7 +40,7 @@ impl SourceWatch {
         }
     }
 
-    /// Whether the robot that is heard sends from this address.
+    /// Whether the received robot sends from this address.
     #[must_use]
     pub fn is_robot(&self, from: SocketAddr) -> bool {
         self.robot.is_some_and(|(robot, _)| robot == from)
@@ -68,7 +68,7 @@ impl SourceWatch {
         }
     }
 
-    /// What there is to tell.
+    /// Present report.
     #[must_use]
     pub fn report(&self) -> SourceReport {
         SourceReport {

@@ -1,4 +1,4 @@
-//! A UDP socket that tells when the kernel got each datagram, which no busy program can delay.
+//! A UDP socket with the kernel's time of each datagram, which no busy program can delay.
 
 use crate::host_clock::{HostClock, KernelStamps, Reading};
 use crate::wait;
@@ -7,7 +7,7 @@ use std::io;
 use std::net::{SocketAddr, UdpSocket};
 use std::time::Duration;
 
-/// Longest datagram that is looked at, bytes: EGM's are under 500.
+/// Longest accepted datagram, bytes: EGM's are under 500.
 pub(crate) const LONGEST_BYTES: usize = 2048;
 /// Room for some seconds of EGM in the kernel, bytes, should this program be held up.
 const BUFFER_BYTES: usize = 4 << 20;
@@ -15,11 +15,11 @@ const BUFFER_BYTES: usize = 4 << 20;
 /// When a datagram came.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Arrival {
-    /// On the steady clock, ns: by the kernel's stamp where there is one, else when it was read.
+    /// On the steady clock, ns: by the kernel's stamp if there is one, else the time of reading.
     pub steady_ns: i64,
-    /// Whether the stamp is that of the reading although the kernel gave one: it fitted no clock there was.
+    /// Whether the stamp is that of the reading although the kernel gave one: it agreed with no clock.
     pub is_of_reading: bool,
-    /// The kernel's stamp as it is, ns since 1970 by the wall clock.
+    /// The kernel's own stamp, ns since 1970 by the wall clock.
     pub kernel_wall_ns: Option<i64>,
     /// Both clocks when this program read it.
     pub read: Reading,
@@ -34,7 +34,7 @@ pub struct Datagram<'a> {
     pub from: SocketAddr,
     /// When it came.
     pub arrival: Arrival,
-    /// Datagrams that the kernel had to drop since the socket was opened, as far as it says.
+    /// Datagrams dropped by the kernel since the socket was opened, as far as it reports them.
     pub dropped_by_kernel: u32,
 }
 
@@ -52,10 +52,10 @@ impl StampedSocket {
     /// Binds to an address of this machine.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn bind(address: SocketAddr, clock: HostClock) -> io::Result<Self> {
         let socket = Socket::new(Domain::for_address(address), Type::DGRAM, Some(Protocol::UDP))?;
-        // A smaller buffer than asked for is what an unprivileged program gets; the kernel tells what it drops.
+        // An unprivileged program gets a smaller buffer than requested; the kernel reports its drops.
         let _ = socket.set_recv_buffer_size(BUFFER_BYTES);
         let socket = UdpSocket::from(socket);
         socket.set_nonblocking(true)?;
@@ -72,10 +72,10 @@ impl StampedSocket {
         })
     }
 
-    /// Where it listens.
+    /// Its own address.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn local_address(&self) -> io::Result<SocketAddr> {
         self.socket.local_addr()
     }
@@ -89,7 +89,7 @@ impl StampedSocket {
     /// Waits for a datagram; `None` if none comes in time.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn wait(&mut self, timeout: Duration) -> io::Result<Option<Datagram<'_>>> {
         wait::until_readable(&self.socket, timeout);
         self.next_waiting()
@@ -98,7 +98,7 @@ impl StampedSocket {
     /// The next datagram that is already here.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub(crate) fn next_waiting(&mut self) -> io::Result<Option<Datagram<'_>>> {
         let received = kernel::receive(&self.socket, &mut self.buffer, &mut self.control);
         let read = self.clock.read();
@@ -126,13 +126,14 @@ impl StampedSocket {
     /// Sends a datagram.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn send(&self, bytes: &[u8], to: SocketAddr) -> io::Result<()> {
         self.socket.send_to(bytes, to).map(drop)
     }
 }
 
-/// A wait that ended without a datagram, by time, by a signal, or by word that an answer of ours found nobody.
+/// A wait that ended without a datagram, by time, by a signal, or by the report that an answer of ours found no
+/// receiver.
 fn is_nothing(error: &io::Error) -> bool {
     use io::ErrorKind::{ConnectionRefused, Interrupted, TimedOut, WouldBlock};
     matches!(error.kind(), WouldBlock | TimedOut | Interrupted | ConnectionRefused)

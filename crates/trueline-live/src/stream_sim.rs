@@ -21,17 +21,17 @@ const HSPO_COUNTER_US: (u32, u32) = (0, 129_000_000);
 const IPOC: u64 = 4_208_163_634;
 /// `Timeout` of the ETHERNET object as it comes.
 const RSI_TIMEOUT_CYCLES: u32 = 100;
-/// Clients of RTDE take a controller that runs for less than 40 s for one that is booting.
+/// Clients of RTDE treat a controller as booting for the first 40 s.
 const UR_EPOCH_S: f64 = 100.0;
 
-/// What is simulated.
+/// Settings of the simulation.
 #[derive(Clone, Debug)]
 pub struct StreamSim {
-    /// What the controller speaks.
+    /// Protocol of the controller.
     pub protocol: Protocol,
-    /// Where it listens, or, if it speaks first, where the PC does.
+    /// Its own address, or the PC's if it speaks first.
     pub address: SocketAddr,
-    /// Where the robot is.
+    /// Poses of the robot.
     pub feed: PoseFeed,
     /// Version of the protocol; 2 of RTDE and 3 of Stream Motion if not given.
     pub version: Option<u32>,
@@ -43,13 +43,13 @@ pub struct StreamSim {
     pub network: NetworkSettings,
     /// Seed of the losses.
     pub seed: u64,
-    /// What is wired to it.
+    /// Its wiring.
     pub wiring: WiringSettings,
     /// KUKA: answers are awaited, by this configuration.
     pub awaits: Option<EthernetConfig>,
 }
 
-/// What a simulated controller did.
+/// Report on a simulated controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StreamSimReport {
     /// A server of RTDE.
@@ -59,13 +59,13 @@ pub enum StreamSimReport {
     },
     /// A controller that sends datagrams.
     Datagrams {
-        /// What went over the socket.
+        /// Counts of the socket's messages.
         sent: Sent,
         /// Datagrams lost on purpose.
         lost: u64,
         /// Of Stream Motion: packets refused, and commands of motion that were not followed.
         refused_and_commands: Option<(u64, u64)>,
-        /// Of RSI without ONLYSEND: what became of the answers.
+        /// For RSI without ONLYSEND: counts of the answers.
         answers: Option<AnswerCounts>,
     },
 }
@@ -84,7 +84,7 @@ impl StreamSim {
     /// Runs until told to stop; `each` is called after every cycle with the time since the start.
     ///
     /// # Errors
-    /// What the operating system says; EGM, which [`crate::controller`] simulates.
+    /// Error of the operating system; EGM, which [`crate::controller`] simulates.
     pub fn run(self, each: impl Fn(Duration) -> ControlFlow<()>) -> io::Result<StreamSimReport> {
         if self.protocol != Protocol::UrRtde {
             return self.run_datagrams(each);
@@ -125,7 +125,7 @@ impl StreamSim {
         Ok(StreamSimReport::Datagrams { sent, lost: robot.network.lost(), refused_and_commands, answers })
     }
 
-    /// What it says, and its usual time between messages, ms.
+    /// Its protocol, and its usual time between messages, ms.
     fn speech(&self) -> io::Result<(Speech, u32)> {
         match self.protocol {
             Protocol::KukaRsi => {

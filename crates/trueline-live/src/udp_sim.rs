@@ -12,7 +12,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 use trueline_geometry::Pose;
 
-/// What a simulated controller speaks.
+/// Protocol of a simulated controller.
 #[derive(Clone, Debug)]
 pub enum Speech {
     /// FANUC's HSPO; its µs counter begins at and wraps at these.
@@ -28,16 +28,16 @@ pub enum Speech {
     Rsi {
         /// First value.
         begins: u64,
-        /// What becomes of answers.
+        /// Receiver of the answers.
         controller: RsiController,
     },
 }
 
 /// A controller and its robot.
 pub struct UdpRobot {
-    /// What it speaks.
+    /// Its protocol.
     pub speech: Speech,
-    /// Where the robot is.
+    /// Poses of the robot.
     pub feed: PoseFeed,
     /// Time between messages by the controller's clock, ms.
     pub period_ms: u32,
@@ -45,11 +45,11 @@ pub struct UdpRobot {
     pub drift_ppm: f64,
     /// The way to the PC.
     pub network: Network<(SocketAddr, Vec<u8>)>,
-    /// What is wired to it.
+    /// Its wiring.
     pub wiring: Wiring,
 }
 
-/// What went over the socket.
+/// Counts of the socket's messages.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sent {
     /// Cycles.
@@ -64,7 +64,7 @@ impl UdpRobot {
     /// Runs from a socket until told to stop; a robot that speaks first speaks to `pc`.
     ///
     /// # Errors
-    /// What the operating system says, except that nobody listens.
+    /// Error of the operating system, except a missing receiver.
     pub fn run(
         &mut self,
         socket: &UdpSocket,
@@ -92,13 +92,13 @@ impl UdpRobot {
         }
     }
 
-    /// Until the next cycle: sends what has been long enough on its way, answers what comes.
+    /// Until the next cycle: sends messages after their delay, and answers received ones.
     fn answer(&mut self, socket: &UdpSocket, start: Instant, due_ns: i64, sent: &mut Sent) -> io::Result<()> {
         let mut buffer = [0; 2048];
         loop {
             let now_ns = i64::try_from(start.elapsed().as_nanos()).unwrap_or(i64::MAX);
             while let Some((_, (to, datagram))) = self.network.take_due(now_ns) {
-                // Nobody may be there to hear.
+                // There may be no receiver.
                 sent.datagrams += u64::from(socket.send_to(&datagram, to).is_ok());
             }
             if now_ns >= due_ns {

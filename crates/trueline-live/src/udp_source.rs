@@ -1,4 +1,4 @@
-//! Robots that tell where they are by datagrams: one socket, the same rules of who is believed for all of them.
+//! Robots that report their pose by datagrams: one socket, and the same rules of acceptance for all of them.
 
 use crate::endpoint::MOST_AT_ONCE;
 use crate::frame_filter::{FrameFilter, Rejection, SequenceStatus};
@@ -10,32 +10,32 @@ use std::io;
 use std::net::{IpAddr, SocketAddr};
 use std::time::Duration;
 
-/// One protocol: what its datagrams say.
+/// One protocol: the content of its datagrams.
 pub trait DatagramProtocol: Send {
-    /// What a datagram says before its place in the stream is known.
+    /// Content of a datagram before its place in the stream is known.
     type Raw;
 
-    /// Reads a datagram: its number, and what it says.
+    /// Reads a datagram: its number, and its content.
     ///
     /// # Errors
     /// Why it is not used.
     fn decode(&self, bytes: &[u8]) -> Result<(u32, Self::Raw), Rejection>;
 
-    /// Puts it in its place: numbers of a controller whose counter leaves some out, a clock that wraps.
+    /// Puts it in its place: for counters with gaps, and clocks that wrap.
     fn place(&mut self, raw: Self::Raw, status: SequenceStatus) -> (RobotPose, SequenceStatus);
 
-    /// What it speaks.
+    /// Its protocol.
     fn about(&self) -> SourceAbout;
 
-    /// What is to be sent to the robot at a steady time, ns, so that it speaks. Nothing of it moves the robot.
+    /// Messages to send at a steady time, ns, so that the robot speaks. Nothing of it moves the robot.
     fn ask(&mut self, _now_ns: i64) -> Vec<Vec<u8>> {
         Vec::new()
     }
 
-    /// Takes notice of a datagram, whatever it is.
+    /// Observes any datagram.
     fn notice(&mut self, _bytes: &[u8], _now_ns: i64) {}
 
-    /// What the robot is answered when all that is there was read, at a steady time, ns. Nothing of it moves the robot.
+    /// Answer to the robot after all its messages were read, at a steady time, ns. Nothing of it moves the robot.
     fn answer(&mut self, _now_ns: i64) -> Option<Vec<u8>> {
         None
     }
@@ -50,7 +50,7 @@ pub trait DatagramProtocol: Send {
         None
     }
 
-    /// What is sent before the socket is closed.
+    /// Message sent before the socket is closed.
     fn farewell(&self) -> Option<Vec<u8>> {
         None
     }
@@ -59,7 +59,7 @@ pub trait DatagramProtocol: Send {
 /// Answers that are kept until somebody asks for them.
 const MOST_KEPT: usize = 1000;
 
-/// A socket and what it knows of its robot.
+/// A socket and its knowledge of its robot.
 pub struct UdpSource<P: DatagramProtocol> {
     socket: StampedSocket,
     local: SocketAddr,
@@ -75,7 +75,7 @@ impl<P: DatagramProtocol> UdpSource<P> {
     /// Listens at an address of this machine; to one robot, or to the first that sends a good packet.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn listen(
         address: SocketAddr,
         robot: Option<IpAddr>,
@@ -98,7 +98,7 @@ impl<P: DatagramProtocol> UdpSource<P> {
     /// Asks a robot to speak.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn call(robot: SocketAddr, protocol: P, clock: HostClock) -> io::Result<Self> {
         let any: IpAddr = if robot.is_ipv4() { [0; 4].into() } else { [0_u16; 8].into() };
         let mut called = Self::listen(SocketAddr::new(any, 0), Some(robot.ip()), protocol, clock)?;
@@ -106,7 +106,7 @@ impl<P: DatagramProtocol> UdpSource<P> {
         Ok(called)
     }
 
-    /// Where it listens.
+    /// Its own address.
     #[must_use]
     pub fn local_address(&self) -> SocketAddr {
         self.local
@@ -199,7 +199,7 @@ impl<P: DatagramProtocol> RobotSource for UdpSource<P> {
 impl<P: DatagramProtocol> Drop for UdpSource<P> {
     fn drop(&mut self) {
         if let (Some(robot), Some(farewell)) = (self.robot, self.protocol.farewell()) {
-            // Who does not hear it stops by itself.
+            // A robot that misses it stops by itself.
             let _ = self.socket.send(&farewell, robot);
         }
     }

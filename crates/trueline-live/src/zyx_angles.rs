@@ -1,4 +1,5 @@
-//! FANUC's W, P, R and KUKA's A, B, C: both turn about z, then y, then x of the turned frame; their letters stand in opposite order.
+//! FANUC's W, P, R and KUKA's A, B, C: both rotate about z, then y, then x of the rotated frame; their letters are in
+//! opposite order.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use trueline_geometry::Pose;

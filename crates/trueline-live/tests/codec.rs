@@ -202,7 +202,7 @@ fn what_lacks_something_is_no_frame() {
     assert_eq!(of("pose-only"), Err(FrameError::OldRobotWare));
 }
 
-/// What leaves for the robot, number by number: mm, mm/s and degrees/s, the attitude as w, x, y, z, no Euler angles.
+/// The numbers sent to the robot: mm, mm/s and degrees/s, the attitude as w, x, y, z, no Euler angles.
 #[test]
 fn a_reference_is_sent_in_the_units_and_order_of_egm() {
     let pose = Pose::from_parts(

@@ -79,8 +79,8 @@ fn tracking(gain_per_s: f64, frequency_hz: f64, with_speed: bool) -> (f64, f64) 
     ((-cosine).atan2(sine) / omega, sine.hypot(cosine) / 0.02)
 }
 
-/// Against the transfer function of the loop `v = LP·(k(r − p) + r')`, p = v/s, behind the dead time, and what sampling adds:
-/// an answer is read in the cycle after the one in which it was worked out.
+/// Against the transfer function of the loop `v = LP·(k(r − p) + r')`, p = v/s, behind the dead time, with the delay of
+/// sampling: an answer is read in the cycle after its computation.
 #[test]
 fn follows_as_its_transfer_function_says() {
     for (gain, frequency, with_speed) in [
@@ -256,8 +256,8 @@ fn a_stream_follows_its_own_path_and_no_answers() {
         worst_m = worst_m.max((frame.base_from_tool.translation.vector - expected).norm());
         Some(answer(0.5, None))
     });
-    // Between cycles set points are taken as linear, and the path's speed steps by 0.8 mm/s at its own knots: a kink
-    // costs step · period / 4.
+    // Between cycles set points are linear, and the path's speed steps by 0.8 mm/s at its own knots: a kink costs
+    // step · period / 4.
     assert!(worst_m < 1e-6, "{worst_m} m");
 }
 

@@ -19,7 +19,7 @@ fn robot() -> SocketAddr {
     "192.168.1.20:40001".parse().unwrap()
 }
 
-/// Three angles of different size, so that none can be taken for another.
+/// Three angles of different size, so that none can be confused with another.
 fn pose() -> Pose {
     let turn = so3::exp(&Vector3::new(0.1, 0.2, 0.3)) * so3::exp(&Vector3::new(3.0, 0.0, 0.0));
     Pose::from_parts(Vector3::new(0.50025, -0.123, 0.4).into(), turn)
@@ -330,7 +330,7 @@ fn what_is_no_rsi_message_is_refused_with_what_to_do() {
 }
 
 proptest! {
-    /// Whatever comes, nothing panics, and what is taken is finite.
+    /// Nothing panics on any input, and accepted input is finite.
     #[test]
     fn no_datagram_upsets_a_reader(mut bytes in prop::collection::vec(any::<u8>(), 0..450), kind in 0_usize..8) {
         let starts: [&[u8]; 8] = [&[], &[0, 0, 0, 1, 0, 0, 0, 9, 0, 0, 0, 9, 0, 1], &[0, 0, 0, 202], &[0, 0, 0, 204],

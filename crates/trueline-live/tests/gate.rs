@@ -1,4 +1,4 @@
-//! Whatever is received, no command outside the limits leaves the gate; and every kind of exit ends in rest.
+//! For any input, no command outside the limits leaves the gate; and every kind of exit ends in rest.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod common;
@@ -20,7 +20,7 @@ fn gate() -> Gate {
     Gate::new(limits(), path, 0.2)
 }
 
-/// A robot that is where it was told to be, one period later.
+/// A robot at its commanded pose, one period later.
 struct Follower {
     gate: Gate,
     state: GateState,
@@ -98,7 +98,7 @@ fn travels_the_path_from_rest_to_rest_within_every_limit() {
     assert!(most(&d1) <= l.speed_m_s);
     assert!(most(&d2) <= l.acceleration_m_s2 + cut / PERIOD_S, "{}", most(&d2));
     assert!(most(&d3) <= l.jerk_m_s3 + 2.0 * cut / PERIOD_S.powi(2), "{}", most(&d3));
-    // What is said of the velocity is what the poses do: half a second difference apart.
+    // The stated velocity agrees with the poses, half a second difference apart.
     for (k, pair) in robot.sent.windows(2).enumerate() {
         let mean = 0.5 * (pair[0].1.velocity_m_s + pair[1].1.velocity_m_s);
         assert!((mean - d1[k]).norm() < l.jerk_m_s3 * PERIOD_S.powi(2) / 12.0 + 1e-5, "{k}");
@@ -408,9 +408,9 @@ fn told(robot: Pose, k: i64, received: &Received) -> Option<RobotFrame> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
-    /// Every command is in box and cone and under every speed. It is rest, or the path: then the way since rest is no longer than
-    /// full speed allows in the time that passed here, whatever the controller's clock says, and the velocity changes no faster
-    /// than the acceleration allows. Whenever the motion has ended or is interrupted, the last word was rest.
+    /// Every command is in box and cone and under every speed. It is rest, or the path. For the path, the way since rest is
+    /// within full speed for the elapsed time here, whatever the controller's clock says, and the velocity changes within
+    /// the acceleration. Whenever the motion has ended or is interrupted, the last word was rest.
     #[test]
     fn no_sequence_of_events_makes_the_gate_leave_the_limits(
         events in prop::collection::vec((received(), command(), 0.2..8.0_f64, 0_u32..60), 1..120),
@@ -555,7 +555,7 @@ fn sparse_paths_are_checked_between_their_poses() {
     assert!(CheckedPath::new(&dense, 1.0, &within(0.56)).is_ok());
     let refused = CheckedPath::new(&sparse, 1.0, &within(0.56));
     assert!(matches!(refused, Err(PathError::OutsideCone { .. })), "{refused:?}");
-    // Whatever is accepted is inside everywhere, looked at ten thousand times.
+    // An accepted path is inside everywhere, checked at ten thousand points.
     let accepted = CheckedPath::new(&sparse, 1.0, &within(0.75)).unwrap();
     for k in 0..10_000 {
         let at = accepted.at(accepted.duration_s() * f64::from(k) / 1e4).base_from_tool;

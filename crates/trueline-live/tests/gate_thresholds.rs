@@ -1,4 +1,4 @@
-//! Where the gate's mind changes: just below each of its thresholds it goes on, just above it does not.
+//! The gate's thresholds: just below each it goes on, just above it does not.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod common;
@@ -18,7 +18,7 @@ fn travelling() -> Liar {
     robot
 }
 
-/// One that was not heard for so many periods, and is therefore at rest on the path.
+/// A robot unheard for this many periods, and therefore at rest on the path.
 fn interrupted(periods: i64) -> Liar {
     let mut robot = travelling();
     for _ in 0..periods {
@@ -37,7 +37,7 @@ fn turned(pose: &Pose, radians: f64) -> Pose {
     Pose::from_parts(pose.translation, pose.rotation * so3::exp(&(Vector3::x() * radians)))
 }
 
-/// Says so many periods later that it stands elsewhere than where it said before; returns whether that was believed.
+/// States another pose than before, this many periods later; returns whether the gate believed it.
 fn is_believed(mut robot: Liar, periods: f64, elsewhere: impl Fn(&Pose) -> Pose) -> bool {
     let pose = elsewhere(&robot.said);
     robot.says((periods * PERIOD_NS as f64) as i64, pose, |_| {});

@@ -94,7 +94,7 @@ fn robot() -> SocketAddr {
     "192.0.2.1:40000".parse().unwrap()
 }
 
-/// What `trueline rapid` writes. With the default of 1 mm a slow start counts as rest, and the guidance ends.
+/// The output of `trueline rapid`. With the default of 1 mm a slow start counts as rest, and the guidance ends.
 fn tight() -> Convergence {
     Convergence { distance_m: 5e-5, angle_rad: 0.05_f64.to_radians(), for_s: 3.0 }
 }
@@ -118,8 +118,8 @@ fn the_robot_travels_the_path_and_the_guidance_ends_in_peace() {
         cell.run(14.0, |at_ns, datagram| pc.receive(at_ns, datagram, robot()));
         assert_eq!(pc.end_reason(), Some(EndReason::Travelled));
         assert_eq!(cell.controller.ended(), Some(GuidanceEnd::Converged), "by the condition time at rest");
-        // With the speed sent along, the lag is dead time, servo and network: 25 to 35 ms of 80 mm/s; at the start
-        // the gain has to ramp in: 0.5 s in which the robot has half the speed, 2 mm behind at most by then.
+        // With the speed sent along, the lag is dead time, servo and network: 25 to 35 ms of 80 mm/s. At the start
+        // the gain must ramp in: 0.5 s with half the speed, at most 2 mm behind by then.
         assert!(pc.worst_m < 0.008, "{} mm", pc.worst_m * 1e3);
         assert!(pc.highest_m_s > 0.06 && pc.highest_m_s < 0.12);
         let (taken, refused) = cell.controller.answers();

@@ -1,5 +1,5 @@
-//! Paths against their limits, to the figure: what a path reaches, the room that it needs, how briskly it may be begun, the limits
-//! that are derived from it, and what of all that is shown to whoever allows it.
+//! Paths against their limits, with exact figures: the largest values of a path, the room that it needs, the fastest start,
+//! the limits derived from it, and the part of all this shown to the person who allows it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod common;
@@ -150,7 +150,7 @@ fn a_motion_begins_as_briskly_as_its_limits_leave_free() {
     let refused = slope(&|l| l.acceleration_m_s2 = 0.02 + 0.4 * 0.08);
     let Err(PathError::NoRoomToStop { stop_s }) = refused else { panic!("{refused:?}") };
     near(stop_s, 2.5);
-    // What rests takes nothing of any limit.
+    // Rest uses nothing of any limit.
     near(CheckedPath::new(&resting(), 1.0, &limits()).unwrap().ramp().slope_per_s, 2.0);
 }
 
@@ -254,7 +254,7 @@ fn a_rest_on_the_way_that_may_be_taken_for_the_end_is_said() {
         let path = CheckedPath::new(&poses, 1.0, &limits).unwrap();
         let shown = PathSummary { path: &path, poses: &poses, limits: &limits, pace: 1.0 }.to_string();
         let rests_s = shown.split_once("it rests for ").unwrap().1.split_once(" s").unwrap().0;
-        // A spline rings on for some poses on either side, by 0.27 of what it did from one to the next: 20 mm/s to 1 in three.
+        // A spline rings on for some poses on either side, by 0.27 from one to the next: 20 mm/s to 1 in three.
         let rests_s: f64 = rests_s.parse().unwrap();
         assert!((6.0..=10.0).contains(&rests_s), "{rests_s} s");
     }

@@ -1,4 +1,4 @@
-//! A reference never steps further than limits × time, whatever a robot reports; and what the tool carries is never faster than
+//! A reference never steps further than limits × time, whatever a robot reports; and the tool's load is never faster than
 //! 250 mm/s.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
@@ -209,12 +209,12 @@ fn turning_about_a_resting_tool_is_capped_at_what_the_tool_carries() {
     // 1.1 rad · 7/s = 7.7 rad/s: 2.3 m/s at 300 mm.
     let refused = CheckedPath::new(&turning_path(1.1), 1.0, &wide(0.3));
     assert!(
-        matches!(refused, Err(PathError::TooMuch { what: "the speed of what the tool carries", found, .. }) if found > 2200.0),
+        matches!(refused, Err(PathError::TooMuch { what: "the speed of the tool's load", found, .. }) if found > 2200.0),
         "{refused:?}"
     );
     assert!(matches!(
         derive_limits::limits_for(&turning_path(1.1), 1.0, 0.3),
-        Err(PathError::TooMuch { what: "the speed of what the tool carries", .. })
+        Err(PathError::TooMuch { what: "the speed of the tool's load", .. })
     ));
     // 0.1 rad · 7/s · 0.3 m = 0.21 m/s, and a little for the bound.
     let path = CheckedPath::new(&turning_path(0.1), 1.0, &wide(0.3)).unwrap();
@@ -225,7 +225,7 @@ fn turning_about_a_resting_tool_is_capped_at_what_the_tool_carries() {
     assert!(CheckedPath::new(&turning_path(0.1), 1.0, &derived).is_ok());
 }
 
-/// A robot that jumps in place and attitude and begins anew: shifted along the axis about which it was turned, its tool's fastest
+/// A robot that jumps in place and attitude and begins anew. It is shifted along the axis of its turn, so its tool's fastest
 /// point moves by less than the sum of both.
 #[test]
 fn a_turn_and_a_shift_along_its_axis_keep_the_cap_at_the_tip() {

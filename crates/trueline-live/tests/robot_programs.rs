@@ -289,7 +289,7 @@ fn kukas_program_streams_around_the_path_by_a_context_that_cannot_move_the_robot
         assert_eq!(program.matches("IF (ret <> RSIOK) THEN\r\n  HALT").count(), 3);
         assert!(!program.contains("RSI_MOVECORR"), "the PC would lead the robot");
         assert_eq!(read_krl(&program), read_krl(&Language::Krl.program(&waypoints)));
-        // What the context is made of: one object, which talks and corrects nothing, and which finds its configuration.
+        // Contents of the context: one object, which talks, corrects nothing, and finds its configuration.
         let context = if form == RsiContext::Rsix { text(".rsix") } else { text(".rsi.xml") };
         let (found, _) = elements(&context);
         let attribute = |element: &Element, name: &str| {

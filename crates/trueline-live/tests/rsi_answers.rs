@@ -102,7 +102,7 @@ fn of_a_backlog_the_newest_is_answered_and_what_is_too_old_is_not() {
         pc.hear(&message(1000 + 4 * k), robot(), 4 * MS * k as i64);
     }
     assert_eq!(ipoc_of(&pc.answer(17 * MS).unwrap()), "1016");
-    // One that was overtaken on its way: it is a good pose, and no longer to be answered.
+    // A message overtaken on its way: it is a good pose, but no longer answered.
     pc.hear(&message(1024), robot(), 24 * MS);
     pc.hear(&message(1020), robot(), 25 * MS);
     assert_eq!(ipoc_of(&pc.answer(25 * MS).unwrap()), "1024");
@@ -158,7 +158,8 @@ fn who_is_not_the_robot_or_says_what_is_in_doubt_is_not_answered() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
-    /// Whatever comes in whatever order, an answer is zeros and the count of a message of the robot that came, and no count is answered twice.
+    /// For any messages in any order, an answer is zeros and the count of a received message of the robot, and no count is
+    /// answered twice.
     #[test]
     fn no_stream_of_odd_messages_is_answered_with_anything_else(
         steps in prop::collection::vec((0_u64..60, any::<u16>(), any::<u8>(), 0_u8..12), 1..120),
@@ -236,8 +237,8 @@ fn only_a_named_kuka_is_answered_and_only_by_consent() {
     assert!(silent.answer(0).is_none() && !silent.must_answer());
 }
 
-/// Over real sockets, with a controller that stops when answers are missing. The cycle is 12 ms, for a machine that is busy otherwise: what
-/// is tested is that answers come without being asked for again, and what becomes of a robot whose PC falls silent.
+/// Over real sockets, with a controller that stops when answers are missing. The cycle is 12 ms, for a busy machine. The
+/// test is that answers come once, and the effect on a robot if the PC falls silent.
 #[test]
 fn a_controller_that_waits_is_answered_over_sockets_until_the_pc_ends() {
     let controller = UdpSocket::bind("127.0.0.1:0").unwrap();

@@ -201,7 +201,7 @@ fn a_source_connects_hears_and_comes_back_after_it_was_cut_off() {
         let before = heard.len();
         let patience = Instant::now();
         while heard.len() < before + 40 && patience.elapsed() < Duration::from_secs(20) {
-            // Whatever the connection says, the next call connects again.
+            // Whatever error the connection reports, the next call connects again.
             let _ =
                 source.receive(Duration::from_millis(20), &mut |packet| heard.push(packet.judged.unwrap()));
         }

@@ -1,4 +1,4 @@
-//! How the robot follows a reference: late, proportional, filtered, and within what it can do.
+//! The robot follows a reference late, proportionally, filtered, and within its limits.
 //!
 //! `speed = k·(reference − position) + speed reference` through a first-order low pass. The dead time lies before it: a
 //! reference takes so long to reach the loop.
@@ -8,10 +8,10 @@ use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use std::collections::VecDeque;
 use trueline_geometry::{Pose, so3};
 
-/// What the robot is told.
+/// Commanded motion of the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
-    /// Where to be.
+    /// Commanded pose.
     pub pose: Pose,
     /// How to move there: m/s and rad/s in base.
     pub velocity: Vector6<f64>,
@@ -44,13 +44,13 @@ impl Arm {
         }
     }
 
-    /// Where it is.
+    /// Its pose.
     #[must_use]
     pub fn pose(&self) -> Pose {
         self.pose
     }
 
-    /// Share of what it can do that was asked of it, 1 is all.
+    /// Used share of its limits; 1 is all.
     #[must_use]
     pub fn utilization(&self) -> f64 {
         self.utilization
@@ -98,7 +98,7 @@ impl Arm {
     }
 }
 
-/// A velocity nearer to the wanted one, and how much of what is possible that would have taken.
+/// A velocity nearer to the wanted one, and its use of the limits.
 fn approach(
     now: Vector3<f64>,
     wanted: Vector3<f64>,

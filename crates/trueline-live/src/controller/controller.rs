@@ -1,4 +1,4 @@
-//! The simulated controller: one cycle after the other, in whatever time it is given.
+//! The simulated controller: one cycle after the other, at any pace.
 
 use super::arm::{Arm, Target};
 use super::joints;
@@ -30,7 +30,7 @@ pub enum GuidanceEnd {
     RangeLeft,
 }
 
-/// What EGM does.
+/// State of EGM.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Guidance {
     /// Streaming; guidance begins a little later, if at all.
@@ -136,13 +136,13 @@ impl Controller {
         }
     }
 
-    /// Answers that were taken, and those that were not, by reason.
+    /// Accepted answers, and rejected ones by reason.
     #[must_use]
     pub fn answers(&self) -> (u64, &BTreeMap<String, u64>) {
         (self.taken, &self.refused)
     }
 
-    /// Where the robot truly was at a time of the last half second, ns after the start.
+    /// True pose of the robot at a time of the last half second, ns after the start.
     #[must_use]
     pub fn true_pose(&self, time_ns: i64) -> Option<Pose> {
         self.set_point(time_ns - (self.settings.feedback.servo_lag_s * 1e9) as i64)
@@ -167,7 +167,7 @@ impl Controller {
         }
     }
 
-    /// One cycle: reads one message, moves the robot, and tells where it is, if it is time to.
+    /// One cycle: reads one message, moves the robot, and reports its pose, if it is due.
     pub fn run_cycle(&mut self) -> Option<Vec<u8>> {
         let now_ns = self.next_cycle_ns();
         self.let_happen(now_ns);
@@ -223,7 +223,7 @@ impl Controller {
         }
         let Guidance::Running { since_ns, mut received_ns } = self.guidance else { return };
         if !self.moves() {
-            // RAPID stopped: connected, no longer running; it goes on when RAPID does.
+            // RAPID stopped: connected, but not running. It continues when RAPID does.
             (self.guidance, self.target) = (Guidance::Connected, None);
             return;
         }

@@ -1,5 +1,5 @@
-//! Joint angles for a pose: of an upright six-axis arm of no particular make, so that receivers find angles that move as
-//! a robot's do. Out of reach the arm points there, stretched.
+//! Joint angles for a pose, of an upright six-axis arm of no particular make. They move as a real robot's do. Out of
+//! reach the arm points there, stretched.
 
 use nalgebra::{Matrix3, Vector3};
 use trueline_geometry::Pose;

@@ -1,5 +1,5 @@
 //! A robot controller that is not there: EGM's protocol, states and queue, a control loop that follows references as
-//! late as a real one, clocks and networks with their faults. It shares no code with what the PC does but the codec.
+//! late as a real one, clocks and networks with their faults. It shares only the codec with the PC's side.
 
 pub mod arm;
 #[expect(clippy::module_inception, reason = "the controller is what the folder is about")]

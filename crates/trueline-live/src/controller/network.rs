@@ -7,7 +7,7 @@ use rand_distr::{Distribution, Exp1};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// What a way does to datagrams.
+/// Effect of a network path on datagrams.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NetworkSettings {
     /// Delay of every datagram, s.
@@ -18,7 +18,7 @@ pub struct NetworkSettings {
     pub held_up: f64,
     /// Share that is lost.
     pub loss: f64,
-    /// Mean number that is lost in a row: 1 loses each by itself, a switch that chokes loses many (Gilbert's model).
+    /// Mean number of losses in a row: 1 loses each independently, an overloaded switch loses many (Gilbert's model).
     pub burst: f64,
     /// Share that comes twice.
     pub duplicate: f64,
@@ -51,7 +51,7 @@ impl NetworkSettings {
 /// Delay that lets the next datagram pass, s.
 const OVERTAKEN_S: f64 = 0.006;
 
-/// One direction of the network and what is under way on it.
+/// One direction of the network and its messages under way.
 #[derive(Clone, Debug)]
 pub struct Network<T: Ord> {
     settings: NetworkSettings,
@@ -91,7 +91,7 @@ impl<T: Ord + Clone> Network<T> {
         }
     }
 
-    /// A burst goes on with 1 − 1/burst; it begins as often as makes the share of all that is lost.
+    /// A burst continues with 1 − 1/burst; it begins so that the share of all losses is right.
     fn is_lost(&mut self) -> bool {
         let NetworkSettings { loss, burst, .. } = self.settings;
         let ends = 1.0 / burst.max(1.0);

@@ -1,4 +1,4 @@
-//! A simulated controller on a real network, for programs that nobody here wrote.
+//! A simulated controller on a real network, for foreign programs.
 
 use super::controller::Controller;
 use super::network::Network;
@@ -31,12 +31,12 @@ pub struct Cycle<'a> {
     pub passed: Duration,
 }
 
-/// What went over the socket.
+/// Counts of the socket's messages.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Datagrams sent.
     pub sent: u64,
-    /// Datagrams that nobody was there to get.
+    /// Datagrams without a receiver.
     pub unreachable: u64,
     /// Datagrams received.
     pub received: u64,
@@ -46,7 +46,7 @@ impl RealTime {
     /// Binds to an address, usually port 0, and will send to the PC: the controller speaks first.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn bind(
         controller: Controller,
         to_pc: Network<Vec<u8>>,
@@ -71,13 +71,13 @@ impl RealTime {
         &self.controller
     }
 
-    /// What was sent and received.
+    /// Counts of sent and received messages.
     #[must_use]
     pub fn counts(&self) -> Counts {
         self.counts
     }
 
-    /// What the network lost, on purpose.
+    /// Messages that the simulated network lost.
     #[must_use]
     pub fn lost(&self) -> u64 {
         self.to_pc.lost() + self.to_robot.lost()
@@ -86,7 +86,7 @@ impl RealTime {
     /// Runs until told to stop; `each` is called after every cycle.
     ///
     /// # Errors
-    /// What the operating system says, except that nobody listens.
+    /// Error of the operating system, except a missing receiver.
     pub fn run(&mut self, mut each: impl FnMut(&Cycle<'_>) -> ControlFlow<()>) -> io::Result<()> {
         let (start, start_ns) = (Instant::now(), self.wiring.clock().read().steady_ns);
         let mut buffer = [0; LONGEST_BYTES];
@@ -131,7 +131,7 @@ impl RealTime {
         Ok(())
     }
 
-    /// Waits for the next thing to do and receives what comes meanwhile.
+    /// Waits for the next task and receives messages meanwhile.
     fn listen(&mut self, buffer: &mut [u8], wait: Duration, start: Instant) -> io::Result<()> {
         wait::until_readable(&self.socket, wait);
         match self.socket.recv_from(buffer) {
@@ -163,7 +163,7 @@ fn is_pause(error: &io::Error) -> bool {
     matches!(error.kind(), WouldBlock | TimedOut | Interrupted | ConnectionRefused)
 }
 
-/// What was sent, lost and answered.
+/// Counts of sent, lost and answered messages.
 impl fmt::Display for RealTime {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Counts { sent, unreachable, received } = self.counts;
@@ -171,7 +171,7 @@ impl fmt::Display for RealTime {
         let lost = self.lost();
         write!(f, "{sent} frames sent, {lost} lost on purpose; {received} answers came, {taken} were taken")?;
         if unreachable > 0 {
-            write!(f, "; nobody was there for {unreachable} frames")?;
+            write!(f, "; {unreachable} frames had no receiver")?;
         }
         refused.iter().try_for_each(|(reason, count)| write!(f, "\n  {count} answers refused: {reason}"))
     }

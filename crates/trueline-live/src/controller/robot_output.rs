@@ -6,12 +6,12 @@ use trueline_geometry::Pose;
 /// How long the output is on, ns.
 const PULSE_NS: i64 = 5_000_000;
 
-/// When the output goes on.
+/// Time at which the output switches on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum OutputEvery {
-    /// Each time the tool has travelled so far, m.
+    /// After this travel of the tool, m.
     Way(f64),
-    /// Each time so much has passed, s.
+    /// After this time, s.
     Time(f64),
 }
 
@@ -75,7 +75,8 @@ mod tests {
 
     const CYCLE_NS: i64 = 4_000_000;
 
-    /// The cycles at which the output goes on, of a robot that travels 100 mm/s for a second, rests for one and goes back.
+    /// The cycles at which the output switches on, of a robot that travels 100 mm/s for a second, rests for one and goes
+    /// back.
     fn cycles(every: OutputEvery) -> Vec<i64> {
         let mut rhythm = Rhythm::new(every);
         let at_m = |s: f64| if s < 2.0 { 0.1 * s.min(1.0) } else { 0.1 - 0.1 * (s - 2.0) };

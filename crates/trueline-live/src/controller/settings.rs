@@ -1,11 +1,11 @@
-//! What a simulated controller is like. Figures without a source are assumptions of ours; those with one come from ABB's
-//! application manual 3HAC073318 or from what users measured.
+//! Properties of a simulated controller. Figures without a source are our assumptions; those with one come from ABB's
+//! application manual 3HAC073318 or from users' measurements.
 
 use crate::egm::Generation;
 use std::net::IpAddr;
 use trueline_geometry::{Pose, Trajectory};
 
-/// What RAPID does.
+/// State of RAPID.
 #[derive(Clone, Debug)]
 pub enum Task {
     /// EGM position stream while a program of the robot's own moves along a path, from its first time; the PC only listens.
@@ -17,12 +17,12 @@ pub enum Task {
     },
     /// EGM pose guidance: the PC's references move the robot.
     Guidance {
-        /// Where the robot stands at first.
+        /// First pose of the robot.
         start: Pose,
     },
 }
 
-/// What happens when a guidance ends.
+/// Behaviour at the end of a guidance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopMode {
     /// `EGM_STOP_HOLD`: the robot stays.
@@ -56,7 +56,7 @@ pub struct Following {
     pub range_rad: f64,
 }
 
-/// When a guidance ends by itself.
+/// Condition for the end of a guidance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Convergence {
     /// Nearer than this to the reference, m,
@@ -67,23 +67,23 @@ pub struct Convergence {
     pub for_s: f64,
 }
 
-/// What the robot reports.
+/// Reports of the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Feedback {
     /// Standard deviation of a position, m.
     pub noise_m: f64,
     /// Standard deviation of an attitude, rad.
     pub noise_rad: f64,
-    /// How much older a pose is than its time says, s.
+    /// Age of a pose beyond its stated time, s.
     pub age_s: f64,
-    /// How far the robot is behind what `planned` says, s.
+    /// Delay of the robot behind `planned`, s.
     pub servo_lag_s: f64,
 }
 
 /// The controller's clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControllerClock {
-    /// What it says at the start, s.
+    /// Its reading at the start, s.
     pub epoch_s: f64,
     /// How much it runs fast, parts per million.
     pub drift_ppm: f64,
@@ -92,7 +92,7 @@ pub struct ControllerClock {
 }
 
 impl ControllerClock {
-    /// What it says at a time after the start, ns.
+    /// Its reading at a time after the start, ns.
     #[must_use]
     pub fn at_ns(&self, time_ns: i64) -> i64 {
         let fast_ns = (time_ns as f64 * self.drift_ppm * 1e-6).round() as i64;
@@ -107,7 +107,7 @@ impl ControllerClock {
 pub enum Event {
     /// Emergency stop: motors off.
     EmergencyStop,
-    /// Motors on again; RAPID goes on.
+    /// Motors on again; RAPID continues.
     MotorsOn,
     /// RAPID is stopped.
     RapidStop,
@@ -124,11 +124,11 @@ pub enum Event {
 pub struct ControllerSettings {
     /// Which fields it fills, and how.
     pub generation: Generation,
-    /// What RAPID does.
+    /// State of RAPID.
     pub task: Task,
     /// Time between its cycles, s: 4.032 ms, a virtual controller's 4 ms.
     pub period_s: f64,
-    /// A message every so many cycles (`\SampleRate` over 4 ms).
+    /// Cycles between messages (`\SampleRate` over 4 ms).
     pub every_cycles: u32,
     /// How it follows.
     pub following: Following,
@@ -138,22 +138,22 @@ pub struct ControllerSettings {
     pub waits_for_pc: bool,
     /// When guidance ends.
     pub convergence: Convergence,
-    /// What it does then.
+    /// Its behaviour then.
     pub stop_mode: StopMode,
-    /// What it reports.
+    /// Its reports.
     pub feedback: Feedback,
     /// Its clock.
     pub clock: ControllerClock,
-    /// What happens, by time after the start, s.
+    /// Events by time after the start, s.
     pub events: Vec<(f64, Event)>,
-    /// The only address whose answers it takes; `None` takes all, as the network delivers them.
+    /// The only address with accepted answers; `None` accepts all, as the network delivers them.
     pub peer: Option<IpAddr>,
     /// Seed of the noise.
     pub seed: u64,
 }
 
 impl ControllerSettings {
-    /// A controller of today as it comes, but for the speed deviation, whose default of 1°/s moves nothing.
+    /// A present controller with its defaults, except the speed deviation: its default of 1°/s moves nothing.
     #[must_use]
     pub fn new(task: Task) -> Self {
         Self {

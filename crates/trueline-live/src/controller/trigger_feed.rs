@@ -24,13 +24,14 @@ impl TriggerSender {
     /// Will send to an address of this machine, times by a clock.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn new(to: SocketAddr, clock: HostClock) -> io::Result<Self> {
         let socket = UdpSocket::bind(SocketAddr::new(to.ip(), 0))?;
         Ok(Self { socket, to, machine_ahead_ns: clock.machine_ahead_ns() })
     }
 
-    /// Tells of a pulse (a camera's exposure), best before it begins: its start and end by the clock, ns. Nobody need be there to get it.
+    /// Reports a pulse (a camera's exposure), best before it begins: its start and end by the clock, ns. A receiver is not
+    /// needed.
     pub fn send(&self, [start_ns, end_ns]: [i64; 2]) {
         let [start_ns, end_ns] = [start_ns, end_ns].map(|at_ns| at_ns + self.machine_ahead_ns);
         let mut bytes = [0; LENGTH];
@@ -47,7 +48,7 @@ pub struct TriggerReceiver {
     socket: UdpSocket,
     /// When the input is on, by the clock.
     pulses_ns: VecDeque<[i64; 2]>,
-    /// By how much the input is later than the machine's clock says of the output, by the clock, ns.
+    /// Delay of the input against the machine's clock reading for the output, by the clock, ns.
     to_clock_ns: i64,
 }
 
@@ -55,21 +56,21 @@ impl TriggerReceiver {
     /// Listens at an address of this machine; the input follows the output after a delay, ns.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn bind(at: SocketAddr, delay_ns: i64, clock: HostClock) -> io::Result<Self> {
         let socket = UdpSocket::bind(at)?;
         socket.set_nonblocking(true)?;
         Ok(Self { socket, pulses_ns: VecDeque::new(), to_clock_ns: delay_ns - clock.machine_ahead_ns() })
     }
 
-    /// Whether the input is on at a time of the clock, ns, as far as has been told by now.
+    /// Whether the input is on at a time of the clock, ns, by the reports so far.
     pub fn is_on(&mut self, steady_ns: i64) -> bool {
         self.hear();
         self.pulses_ns.iter().any(|[start_ns, end_ns]| (*start_ns..*end_ns).contains(&steady_ns))
     }
 
-    /// The first change of the input after a time of the clock, ns, and whether it goes on then; `None` while none has been told. An output
-    /// that is set again while it is on stays on.
+    /// The first change of the input after a time of the clock, ns, and whether it switches on then; `None` without a
+    /// report. An output that is set again while it is on stays on.
     pub fn change_after(&mut self, steady_ns: i64) -> Option<(i64, bool)> {
         self.hear();
         let mut on_ns: Vec<[i64; 2]> = Vec::new();
@@ -83,7 +84,7 @@ impl TriggerReceiver {
         changes.filter(|(at_ns, _)| *at_ns > steady_ns).min_by_key(|(at_ns, _)| *at_ns)
     }
 
-    /// Takes what has been told by now.
+    /// Reads the reports so far.
     fn hear(&mut self) {
         let mut bytes = [0; LENGTH + 1];
         while let Ok(length) = self.socket.recv(&mut bytes) {
@@ -96,7 +97,7 @@ impl TriggerReceiver {
     }
 }
 
-/// A pulse by the clock; `None` for what is none, whoever sent it.
+/// A pulse by the clock; `None` for an invalid one, from any sender.
 fn decode(bytes: &[u8], to_clock_ns: i64) -> Option<[i64; 2]> {
     let bytes: &[u8; LENGTH] = bytes.try_into().ok()?;
     let (eights, _) = bytes[8..].as_chunks::<8>();
@@ -131,7 +132,7 @@ mod tests {
         let mut at_ns = 0;
         while let Some((change_ns, rises)) = input.change_after(at_ns) {
             at_ns = change_ns;
-            // Within what the two readings of the machine's clock are apart.
+            // Within the difference of the two readings of the machine's clock.
             changes.push(((change_ns + 100 * MS) / (500 * MS), rises));
         }
         assert_eq!(changes, [(3, true), (7, false), (19, true), (20, false)]);

@@ -1,6 +1,7 @@
-//! Where a simulated robot truly is, for a simulated camera in another process of the same machine.
+//! True pose of a simulated robot, for a simulated camera in another process of the same machine.
 //!
-//! Times are sent by the machine's own clock: those of the two programs differ by as much as the wall clock was set between their starts.
+//! Times are sent by the machine's own clock. The clocks of the two programs differ by any change of the wall clock between
+//! their starts.
 
 use crate::host_clock::HostClock;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -21,7 +22,7 @@ const MEMORY_NS: i64 = 3_000_000_000;
 /// How often the receiver looks whether it is still needed.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// Tells where the robot is.
+/// Sends the robot's true pose.
 pub struct TruthSender {
     socket: UdpSocket,
     to: SocketAddr,
@@ -32,13 +33,13 @@ impl TruthSender {
     /// Will send to an address of this machine, times by a clock.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn new(to: SocketAddr, clock: HostClock) -> io::Result<Self> {
         let socket = UdpSocket::bind(SocketAddr::new(to.ip(), 0))?;
         Ok(Self { socket, to, machine_ahead_ns: clock.machine_ahead_ns() })
     }
 
-    /// Sends a pose and its time by the clock, ns. Nobody need be there to get it.
+    /// Sends a pose and its time by the clock, ns. A receiver is not needed.
     pub fn send(&self, steady_ns: i64, pose: &Pose) {
         let _nobody_there = self.socket.send_to(&encode(steady_ns + self.machine_ahead_ns, pose), self.to);
     }
@@ -82,10 +83,10 @@ pub struct TruthReceiver {
 }
 
 impl TruthReceiver {
-    /// Listens at an address of this machine; is asked for times by a clock.
+    /// Listens at an address of this machine; its times are those of a clock.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn bind(at: SocketAddr, clock: HostClock) -> io::Result<Self> {
         let socket = UdpSocket::bind(at)?;
         socket.set_read_timeout(Some(LOOK))?;
@@ -97,7 +98,7 @@ impl TruthReceiver {
         Ok(Self { poses, over, thread: Some(thread), machine_ahead_ns: clock.machine_ahead_ns() })
     }
 
-    /// Where the robot was, between two poses that were received; `None` if there are none about that time (yet).
+    /// Pose of the robot, between two received poses; `None` if there are none about that time (yet).
     #[must_use]
     pub fn pose_at(&self, steady_ns: i64) -> Option<Pose> {
         let poses = self.poses.lock().unwrap_or_else(PoisonError::into_inner);
@@ -160,7 +161,7 @@ mod tests {
             thread::sleep(Duration::from_millis(5));
         }
         assert_eq!(receiver.pose_at(2500).unwrap(), Pose::translation(2.5, 0.5, -2.0));
-        // A program that started after the wall clock was set by 3 µs: its clock says that much more at the same moment.
+        // A program that started after the wall clock was set by 3 µs: its clock is ahead by that at the same moment.
         sender.machine_ahead_ns -= 3000;
         sender.send(13_000, &Pose::translation(10.0, 0.5, -2.0));
         while receiver.pose_at(9999).is_none() && std::time::Instant::now() < deadline {

@@ -1,4 +1,4 @@
-//! What is wired to a simulated robot in a cell of several programs on one machine.
+//! Wiring of a simulated robot in a cell of several programs on one machine.
 
 use super::robot_output::{OutputEvery, RobotOutput};
 use super::trigger_feed::{TriggerReceiver, TriggerSender};
@@ -8,18 +8,19 @@ use std::io;
 use std::net::SocketAddr;
 use trueline_geometry::Pose;
 
-/// What is to be wired to a simulated robot; addresses are of this machine.
+/// Wiring of a simulated robot; addresses are of this machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WiringSettings {
     /// The address that is sent the robot's true pose.
     pub truth_to: Option<SocketAddr>,
-    /// Where to listen for what drives the first digital input, and by how much that is late, s.
+    /// Address of the driver of the first digital input, and its delay, s.
     pub input_from: Option<(SocketAddr, f64)>,
-    /// A camera whose pictures a digital output starts, and when that goes on.
+    /// A camera with pictures that a digital output starts, and when that switches on.
     pub output_to: Option<(SocketAddr, OutputEvery)>,
 }
 
-/// A simulated camera that is told where the robot truly is, an output that drives the first digital input, and one of the robot's own.
+/// A simulated camera that receives the robot's true poses, an output that drives the first digital input, and one of the
+/// robot's own.
 pub struct Wiring {
     truth: Option<TruthSender>,
     input: Option<TriggerReceiver>,
@@ -37,7 +38,7 @@ impl Wiring {
     /// Wires all that is to be wired.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn new(settings: &WiringSettings) -> io::Result<Self> {
         let clock = HostClock::start();
         let input = |(at, late_s): (SocketAddr, f64)| TriggerReceiver::bind(at, (late_s * 1e9) as i64, clock);

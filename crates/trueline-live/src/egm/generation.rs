@@ -1,4 +1,4 @@
-//! Which RobotWare sent a message, told by what it fills.
+//! The RobotWare version that sent a message, detected by its fields.
 
 use super::messages::EgmRobot;
 use std::fmt;

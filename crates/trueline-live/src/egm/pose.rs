@@ -13,7 +13,7 @@ pub enum PoseError {
     /// Not a number, or infinite.
     #[error("a coordinate is not finite")]
     NotFinite,
-    /// A quaternion that is no rotation.
+    /// A quaternion that is not a rotation.
     #[error("the quaternion does not have length 1")]
     NotUnit,
 }
@@ -21,7 +21,7 @@ pub enum PoseError {
 /// A quaternion may be this far from length 1: RobotWare sends at least six digits, others round more.
 const NORM_TOLERANCE: f64 = 1e-3;
 
-/// Two forms of one attitude may be this far apart before it is told, rad: printed digits explain no more.
+/// Largest difference of two forms of one attitude without a report, rad: printed digits explain no more.
 pub(crate) const ATTITUDES_AGREE_RAD: f64 = 1e-4;
 
 impl EgmPose {
@@ -46,11 +46,11 @@ impl EgmPose {
         }
     }
 
-    /// The pose, m. Where both forms of the attitude are there, Euler angles count, as the protocol has it; but
-    /// neither may be senseless.
+    /// The pose, m. If a message has both forms of the attitude, Euler angles count, as the protocol requires. Both
+    /// must be valid.
     ///
     /// # Errors
-    /// What is missing or senseless.
+    /// Missing or invalid fields.
     pub fn pose(&self) -> Result<Pose, PoseError> {
         let EgmCartesian { x, y, z } = self.pos.ok_or(PoseError::Missing)?;
         let position_mm = whole([x, y, z])?;

@@ -1,4 +1,5 @@
-//! High Speed Position Output: the controller sends pose and clock to the PC, whatever program runs; nothing is answered.
+//! High Speed Position Output: the controller sends pose and clock to the PC, with any program running. There are no
+//! answers.
 //!
 //! The order of the three angles is that of their names (yaw, pitch, roll) in the only public reader; that they are W, P, R has
 //! not been seen on a controller.
@@ -23,7 +24,7 @@ pub struct Hspo {
     clock: WrappingClock,
 }
 
-/// What a packet says.
+/// Content of a packet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Raw {
     /// Counts the packets of this type.

@@ -1,4 +1,5 @@
-//! FANUC: High Speed Position Output, which a controller sends by itself, and Stream Motion, which it is asked for.
+//! FANUC: High Speed Position Output, which a controller sends by itself, and Stream Motion, which it sends on
+//! request.
 //!
 //! Both are only listened to. [`hspo`] and [`stream_motion`] read the packets; [`hspo_sim`] and [`stream_motion_sim`] are the
 //! controller's side, simulated.
@@ -15,5 +16,5 @@ pub use hspo::Hspo;
 pub use signal::Signal;
 pub use stream_motion::StreamMotion;
 
-/// Where Stream Motion controllers listen.
+/// Port of Stream Motion controllers.
 pub(crate) const STREAM_MOTION_PORT: u16 = 60015;

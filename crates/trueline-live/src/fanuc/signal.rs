@@ -7,7 +7,7 @@ use std::str::FromStr;
 
 /// Entries of a request for signals.
 const ENTRIES: usize = 32;
-/// Words of an entry: what is done, type, first number, how many.
+/// Words of an entry: action, type, first number, count.
 const WORDS: usize = 4;
 /// To report states, in place of taking commands.
 const STATE: u32 = 2;
@@ -42,7 +42,7 @@ impl Signal {
             Kind::Robot => 3,
         };
         let mut request = vec![SIGNALS, version, STATE, kind, self.number, 1];
-        // What is not used begins at 1 and has no length.
+        // Unused entries start at 1 and have no length.
         request.extend([0, 0, 1, 0].repeat(ENTRIES - 1));
         debug_assert_eq!(request.len(), 2 + ENTRIES * WORDS);
         words(&request)

@@ -1,8 +1,8 @@
-//! Listening to Stream Motion: stop, ask what the controller can do, name the input to report if there is one, start, and from then on
-//! nothing is sent. No command ever.
+//! Listens to Stream Motion: stop, ask for the controller's capabilities, name the input to report if there is one, start.
+//! After that nothing is sent. No command ever.
 //!
-//! Where another program streams motion (the status says that commands are awaited), silence would not be harmless: then
-//! the stream is left alone.
+//! If another program streams motion (the status reports that commands are awaited), silence would be harmful. Then the
+//! stream is left alone.
 
 use super::signal::Signal;
 use super::stream_motion_packets::{
@@ -14,7 +14,7 @@ use crate::frame_filter::{Rejection, SequenceStatus};
 use crate::robot_source::{PoseMeaning, RobotPose, RobotStatus, SourceAbout};
 use crate::udp_source::DatagramProtocol;
 
-/// Answers are waited for so long, and a silent stream is asked for again after it, ns.
+/// Waiting time for answers; a silent stream is requested again after it, ns.
 const PATIENCE_NS: i64 = 1_000_000_000;
 /// The version that the question for capabilities has.
 const ASKED_VERSION: u32 = 3;
@@ -26,9 +26,9 @@ const MOST_UNANSWERED: u32 = 3;
 enum Stage {
     /// Nothing asked yet.
     Idle,
-    /// Asked for capabilities (versions 3 and 4).
+    /// Requested capabilities (versions 3 and 4).
     Capability,
-    /// Asked for the version (versions 1 and 2).
+    /// Requested the version (versions 1 and 2).
     Version,
     /// Told which signal to report (versions 3 and 4).
     Signals,
@@ -41,11 +41,11 @@ enum Stage {
 pub struct StreamMotion {
     stage: Stage,
     since_ns: i64,
-    /// What is sent as soon as the socket is asked, and where that leads.
+    /// Message to send at the next call, and the stage after it.
     next: Option<(Stage, Vec<u8>)>,
     /// The input that is to be reported.
     signal: Option<Signal>,
-    /// How often that was asked for in vain.
+    /// Number of unanswered requests.
     unanswered: u32,
     refused: Option<String>,
     version: Option<u32>,
@@ -55,7 +55,7 @@ pub struct StreamMotion {
 }
 
 impl StreamMotion {
-    /// Listens, to an input as well where one is named.
+    /// Listens, also to an input if one is named.
     #[must_use]
     pub fn new(signal: Option<Signal>) -> Self {
         Self {
@@ -179,8 +179,8 @@ impl DatagramProtocol for StreamMotion {
 
     fn refusal(&self) -> Option<String> {
         let another = self.awaits_commands.then(|| {
-            "another program streams motion to this controller (the status says that commands are awaited); \
-             stop it, then listen"
+            "another program streams motion to this controller (its status reports that commands are \
+            awaited); stop it, then listen"
                 .to_owned()
         });
         another.or_else(|| self.refused.clone())

@@ -1,4 +1,5 @@
-//! Packets of Stream Motion (J519), in its two forms: versions 1 and 2, and versions 3 and 4. Only what a listener needs.
+//! Packets of Stream Motion (J519), in its two forms: versions 1 and 2, and versions 3 and 4. Only the parts for a
+//! listener.
 
 use super::hspo::array;
 use crate::frame_filter::PacketError;
@@ -11,11 +12,11 @@ pub const STOP: u32 = 2;
 pub(crate) const START_OLD: u32 = 0;
 /// Asks for the version, versions 1 and 2; the answer has it in its head.
 pub(crate) const VERSION_REQUEST: u32 = 6;
-/// Asks what the controller can do, versions 3 and 4; the answer has the same type.
+/// Request for the controller's capabilities, versions 3 and 4; the answer has the same type.
 pub(crate) const CAPABILITY: u32 = 7;
 /// Begins it, versions 3 and 4.
 pub const START: u32 = 200;
-/// Says which signals the statuses carry, versions 3 and 4; the answer has the same type.
+/// Selects the signals in the statuses, versions 3 and 4; the answer has the same type.
 pub const SIGNALS: u32 = 203;
 /// Status of versions 1 and 2.
 pub(crate) const STATUS_OLD: u32 = 0;
@@ -42,7 +43,7 @@ pub fn word(bytes: &[u8], place: usize) -> Option<u32> {
     array(bytes, 4 * place).map(u32::from_be_bytes)
 }
 
-/// What a controller can do.
+/// Capabilities of a controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Capability {
     /// Version to be used.
@@ -54,7 +55,7 @@ pub struct Capability {
 }
 
 impl Capability {
-    /// Reads an answer; `None` if it is none.
+    /// Reads an answer; `None` if it is not one.
     #[must_use]
     pub fn read(bytes: &[u8]) -> Option<Self> {
         let is_one = bytes.len() == 28 && word(bytes, 0) == Some(CAPABILITY);
@@ -63,7 +64,7 @@ impl Capability {
     }
 }
 
-/// What a status says.
+/// Content of a status.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Status {
     /// Counts the statuses.
@@ -76,8 +77,8 @@ pub struct Status {
     pub stopped: Option<&'static str>,
     /// `base_from_tool` or `base_from_flange`.
     pub pose: Pose,
-    /// What stands where the signals are: of versions 3 and 4 those that were asked for ([`SIGNALS`]), nothing that means anything
-    /// if none were; of versions 1 and 2 `None` where no command named any.
+    /// The signal field. In versions 3 and 4 it holds the requested signals ([`SIGNALS`]), or is meaningless if none were
+    /// requested. In versions 1 and 2 it is `None` if no command named a signal.
     pub signals: Option<u64>,
 }
 
@@ -118,7 +119,7 @@ pub fn status(bytes: &[u8]) -> Result<Status, PacketError> {
     })
 }
 
-/// Versions 1 and 2 tell the signals that a command named: their type (0 is none), first number, mask and value.
+/// Versions 1 and 2 contain the signals named by a command: their type (0 is none), first number, mask and value.
 fn signals_of_command(bytes: &[u8], at: usize) -> Option<u64> {
     let [mask, value] = [at + 3, at + 5].map(|at| array(bytes, at).map(u16::from_be_bytes));
     (bytes[at] != 0).then_some(u64::from(mask? & value?))

@@ -22,12 +22,12 @@ pub struct StreamMotionController {
     refused: u64,
     /// Commands of motion that came; none is followed.
     commands: u64,
-    /// It was told to report an input.
+    /// It was requested to report an input.
     reports_input: bool,
 }
 
 impl StreamMotionController {
-    /// Speaks one version of 1 to 4, every so many ms.
+    /// Uses one version of 1 to 4, with this interval in ms.
     #[must_use]
     pub fn new(version: u32, sampling_ms: u32) -> Self {
         Self {
@@ -62,7 +62,8 @@ impl StreamMotionController {
             (CAPABILITY, true) => {
                 Some(words(&[CAPABILITY, self.version, 1, self.sampling_ms, 0, self.version, 0]))
             }
-            // Old controllers are started before their version is asked for (fanuc-ucl does), so any will do.
+            // Old controllers are started before the request of their version (as fanuc-ucl does), so any version
+            // will do.
             (START_OLD, false) => {
                 (self.listener, self.sequence) = (Some(from), 0);
                 None
@@ -84,7 +85,7 @@ impl StreamMotionController {
         }
     }
 
-    /// One entry, the state of a digital input or of one at the arm, is all that is simulated; 0 is success.
+    /// The simulation has one entry, the state of a digital input or of one at the arm; 0 is success.
     fn configure(&mut self, bytes: &[u8]) -> u32 {
         let entry = [2, 3, 4, 5].map(|place| word(bytes, place));
         let is_input = matches!(entry, [Some(2), Some(1 | 3), Some(1..=MOST_INPUTS), Some(1)]);

@@ -1,4 +1,4 @@
-//! A counter of time that wraps at a value that nobody says: R-30iB's µs wrap at about 1.29·10⁸, others at 2³².
+//! A counter of time that wraps at an unstated value: R-30iB's µs wrap at about 1.29·10⁸, others at 2³².
 
 /// Unwraps it by the packets' own numbers.
 #[derive(Clone, Copy, Debug, Default)]
@@ -7,11 +7,12 @@ pub(crate) struct WrappingClock {
     period_ns: Option<i64>,
 }
 
-/// A step forward of more than this many periods for each number is no step of the clock.
+/// A step forward of more than this many periods for each number is not a step of the clock.
 const MOST_PERIODS: i64 = 3;
 
 impl WrappingClock {
-    /// The time of a packet so many numbers after the last one, ns; a new session begins at what the counter says.
+    /// Time of the packet that comes `number` packets after the last one, ns. A new session begins at the counter's
+    /// value.
     pub(crate) fn unwrapped_ns(&mut self, ticks: u32, tick_ns: i64, numbers: Option<u32>) -> i64 {
         let raw_ns = i64::from(ticks) * tick_ns;
         let at_ns = match (self.last, numbers) {

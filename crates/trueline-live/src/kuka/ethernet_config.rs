@@ -1,4 +1,4 @@
-//! The configuration of a controller's ETHERNET object: what it sends, and what it awaits.
+//! The configuration of a controller's ETHERNET object: the sent and the awaited elements.
 
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
@@ -6,7 +6,7 @@ use quick_xml::events::{BytesStart, Event};
 /// Longest file, bytes: KUKA's object has 64 channels each way.
 const LONGEST_BYTES: usize = 256 << 10;
 
-/// What a configuration says, as far as an answer needs it.
+/// Content of a configuration, as far as an answer needs it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct EthernetConfig {
     /// `PORT`: where the PC listens.
@@ -28,12 +28,12 @@ pub enum ConfigError {
     /// An element that is needed.
     #[error("it has no {0} under CONFIG")]
     Missing(&'static str),
-    /// An element that says nothing that is known.
+    /// An element with an unknown content.
     #[error("its {name} is `{text}`")]
     Odd {
         /// Which.
         name: &'static str,
-        /// What it says.
+        /// Its content.
         text: String,
     },
 }
@@ -42,7 +42,7 @@ impl EthernetConfig {
     /// Reads a configuration.
     ///
     /// # Errors
-    /// What is missing or odd in it.
+    /// Missing or invalid elements.
     pub fn read(text: &str) -> Result<Self, ConfigError> {
         if text.len() > LONGEST_BYTES {
             return Err(ConfigError::NoConfig);
@@ -103,7 +103,7 @@ impl Found {
         let port = self.port.ok_or(ConfigError::Missing("PORT"))?;
         let port = port.parse().map_err(|_| ConfigError::Odd { name: "PORT", text: port })?;
         let sentype = self.sentype.ok_or(ConfigError::Missing("SENTYPE"))?;
-        // What it is written into needs no escaping then.
+        // Such a text needs no escaping.
         let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-. ".contains(c);
         if sentype.is_empty() || sentype.len() > 64 || !sentype.chars().all(is_plain) {
             return Err(ConfigError::Odd { name: "SENTYPE", text: sentype });

@@ -1,7 +1,8 @@
 //! KUKA's Robot Sensor Interface (RSI): the controller sends an XML text each cycle.
 //!
-//! With `ONLYSEND` it wants no answer, and nothing is ever sent: that is how it is listened to unless an [`Answer`](zero_answer) was
-//! asked for. [`rsi`] is the stream, [`ethernet_config`] what the controller was told about it, [`rsi_sim`] the controller's side, simulated.
+//! With `ONLYSEND` it wants no answer, and nothing is ever sent. This is the normal way unless an [`Answer`](zero_answer)
+//! was requested. [`rsi`] is the stream, [`ethernet_config`] its configuration on the controller, [`rsi_sim`] the
+//! controller's side, simulated.
 
 pub mod ethernet_config;
 pub mod input_element;

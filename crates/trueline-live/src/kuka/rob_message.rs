@@ -8,34 +8,35 @@ use quick_xml::Reader;
 use quick_xml::events::{BytesStart, BytesText, Event};
 use trueline_geometry::Pose;
 
-/// What a listener needs of a message.
+/// Fields of a message that a listener needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RobMessage {
     /// `RIst`: actual pose of the active tool in the active base, m.
     pub pose: Pose,
     /// `IPOC`: the controller's count of its cycles, in ms.
     pub ipoc: Ipoc,
-    /// `Delay`: answers that the controller missed, where it says so.
+    /// `Delay`: answers that the controller missed, if it reports them.
     pub delayed: Option<u32>,
     /// Digital inputs.
     pub inputs: Inputs,
 }
 
-/// What a message says of the element that is to hold the inputs.
+/// The inputs' element in a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Inputs {
     /// It is not there.
     Missing,
-    /// It is there, and is no whole number and no truth value.
+    /// It exists, but is not a whole number or a truth value.
     Odd,
     /// The inputs, the first in the lowest bit.
     Bits(u64),
 }
 
-/// Reads a message. Attributes and elements may stand in any order, each element once; entities and document types are refused.
+/// Reads a message. Attributes and elements may come in any order, each element once; entities and document types are
+/// refused.
 ///
 /// # Errors
-/// What is not there, or not as it should be.
+/// Missing or invalid elements.
 pub fn read(bytes: &[u8], inputs: &InputElement) -> Result<RobMessage, PacketError> {
     let text = std::str::from_utf8(bytes).map_err(|_| PacketError::Text("not a text in UTF-8"))?;
     let mut reader = Reader::from_str(text.trim_matches(['\0', ' ', '\r', '\n', '\t']));

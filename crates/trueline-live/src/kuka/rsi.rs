@@ -1,9 +1,9 @@
 //! The stream of messages: cycles of 4 or 12 ms, of simulators 1, told by the IPOC alone; and answers, where the controller waits for them.
 //!
-//! Answering makes the PC a part of the robot's motion loop, so it is done only where it was asked for, and then by these rules: a message is
-//! answered if it is the robot's, in order, whole, and the newest that is there; once; as long as its cycle can still be running; and
-//! with a [`ZeroAnswer`], which has no room for any other correction. What is in doubt is not answered: the controller stops the robot by
-//! itself when answers are missing.
+//! Answers make the PC a part of the robot's motion loop, so the user must ask for them. A message is answered if it is the
+//! robot's, in order, complete, and the newest. It is answered once, within its cycle, with a [`ZeroAnswer`], which cannot
+//! hold any other correction. A doubtful message is not answered: the controller stops the robot itself when answers are
+//! missing.
 
 use super::input_element::InputElement;
 use super::ipoc::Ipoc;
@@ -21,18 +21,18 @@ const ANSWER_WITHIN_NS: i64 = 12 * MS_NS;
 #[derive(Clone, Debug, Default)]
 pub struct Rsi {
     inputs: InputElement,
-    /// The element was named, so that it is missed where it is not there.
+    /// The element was named, so its absence is reported.
     inputs_asked: bool,
     inputs_seen: Option<Inputs>,
     /// The least that the IPOC rose by from one message to the next, ms: the cycle.
     cycle_ms: Option<u32>,
-    /// Answers that the controller missed, as it last said.
+    /// Answers that the controller missed, by its last report.
     delayed: u32,
     answers: Option<Answers>,
     arrived_ns: i64,
 }
 
-/// What is answered, and what became of it.
+/// The answers and their results.
 #[derive(Clone, Debug)]
 struct Answers {
     zero: ZeroAnswer,

@@ -1,7 +1,8 @@
-//! A simulated controller: its messages, and, where it is not set to `ONLYSEND`, what it makes of answers.
+//! A simulated controller: its messages, and its reaction to answers if it is not set to `ONLYSEND`.
 //!
-//! By KUKA's manual (RSI 5.0) an answer counts if it comes within the cycle and repeats the count of the message; late ones are thrown away,
-//! and when too many were late the robot stops. Assumed here: that late ones in a row are counted, and that the first message counts already.
+//! By KUKA's manual (RSI 5.0) an answer counts if it comes within the cycle and repeats the count of the message. Late
+//! answers are discarded, and after too many of them the robot stops. Assumed here: that late ones in a row are counted, and
+//! that the first message counts already.
 
 use crate::zyx_angles;
 use quick_xml::Reader;
@@ -15,7 +16,7 @@ pub struct RsiController {
     awaits: Option<Awaits>,
 }
 
-/// What answers a controller awaits, and what came.
+/// Answers that a controller awaits, and those that came.
 #[derive(Clone, Debug)]
 struct Awaits {
     sentype: String,
@@ -27,7 +28,7 @@ struct Awaits {
     counts: AnswerCounts,
 }
 
-/// What became of the answers that a controller awaited.
+/// Counts of the awaited answers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AnswerCounts {
     /// Of the running cycle.
@@ -57,7 +58,7 @@ impl fmt::Display for AnswerCounts {
 }
 
 impl RsiController {
-    /// Awaits answers of a name in each cycle, and stops when more than so many in a row are missing (`Timeout`).
+    /// Awaits answers of a name in each cycle, and stops when more than this many in a row are missing (`Timeout`).
     #[must_use]
     pub fn awaiting(sentype: String, timeout_cycles: u32) -> Self {
         let counts = AnswerCounts::default();
@@ -65,7 +66,7 @@ impl RsiController {
         Self { awaits: Some(awaits) }
     }
 
-    /// What became of the answers, if any are awaited.
+    /// Counts of the answers, if any are awaited.
     #[must_use]
     pub fn answers(&self) -> Option<AnswerCounts> {
         self.awaits.as_ref().map(|awaits| awaits.counts)
@@ -89,7 +90,7 @@ impl RsiController {
 }
 
 impl Awaits {
-    /// Ends the cycle before and begins one; what `Delay` says in it.
+    /// Ends the cycle before and begins one; returns the value of `Delay` in it.
     fn next(&mut self, ipoc: u64) -> Option<u32> {
         if self.ipoc.replace(ipoc).is_some() {
             self.late_in_row += 1;

@@ -10,8 +10,8 @@ const CORRECTIONS: [&str; 6] = ["RKorr", "AKorr", "EKorr", "RK", "AK", "EK"];
 const POSE: [&str; 6] = ["X", "Y", "Z", "A", "B", "C"];
 const AXES: [&str; 12] = ["A1", "A2", "A3", "A4", "A5", "A6", "E1", "E2", "E3", "E4", "E5", "E6"];
 
-/// The answer of one configuration. All of it is fixed when it is made, but for the count that it repeats: there is no correction that
-/// it could be given.
+/// The answer of one configuration. All of it is fixed when it is made, except the count that it repeats: no correction can
+/// be put into it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ZeroAnswer {
     before_ipoc: String,
@@ -27,9 +27,9 @@ pub enum NoAnswer {
     /// It sends to another port than the PC listens at.
     #[error("PORT is {configured} there, and this PC listens at {bound}")]
     Port {
-        /// What the configuration says.
+        /// The configured port.
         configured: u16,
-        /// Where the PC listens.
+        /// Port of the PC.
         bound: u16,
     },
 }
@@ -70,7 +70,7 @@ impl ZeroAnswer {
         [self.before_ipoc.as_bytes(), ipoc.digits(), b"</IPOC></Sen>"].concat()
     }
 
-    /// What the controller takes and does not get, if anything.
+    /// Elements that the controller reads but does not receive, if any.
     #[must_use]
     pub(crate) fn left_out(&self) -> Option<String> {
         let names = self.left_out.join(", ");

@@ -1,11 +1,11 @@
-//! Where a path is laid: at the robot, as it stood when the motion began.
+//! Place of a path: at the robot's pose when the motion began.
 
 use super::checked_path::Reference;
 use nalgebra::{UnitQuaternion, Vector3};
 use trueline_geometry::Pose;
 
-/// What lies between the path's first pose and the robot's: the place is shifted in base, the attitude turned in the tool, so
-/// that speeds stay as they are.
+/// Difference between the path's first pose and the robot's: a shift in base, and a rotation in the tool, so that speeds
+/// stay the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Anchor {
     shift_m: Vector3<f64>,
@@ -28,7 +28,7 @@ impl Anchor {
         }
     }
 
-    /// A reference of the path where it is laid.
+    /// A reference of the path at its present place.
     #[must_use]
     pub(super) fn lay(&self, mut reference: Reference) -> Reference {
         reference.base_from_tool.translation.vector += self.shift_m;
@@ -59,7 +59,8 @@ mod tests {
             (laid.velocity_m_s, laid.angular_velocity_rad_s),
             (moving(start).velocity_m_s, moving(start).angular_velocity_rad_s)
         );
-        // Further on: the same shift in base; the same turn in the tool, so that the path's own turn in base stays as it is.
+        // Later: the same shift in base and the same rotation in the tool, so that the path's own rotation in base
+        // stays the same.
         let later = pose(0.7, Vector3::new(0.3, -0.2, 0.5));
         let laid = anchor.lay(moving(later)).base_from_tool;
         assert!((laid.translation.vector - Vector3::new(0.703, 0.1, 0.2)).norm() < 1e-12);

@@ -7,7 +7,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use trueline_dataset::RobotSample;
 use trueline_geometry::{Pose, se3, so3};
 
-/// Where the robot is to be and how it is to move there.
+/// Commanded pose of the robot, and its motion there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reference {
     /// `base_from_tool`.
@@ -44,13 +44,13 @@ pub enum PathError {
     /// Stamps that do not rise.
     #[error("the path's time does not rise at {at_s:.3} s")]
     TimeStands {
-        /// Where.
+        /// Time of the violation.
         at_s: f64,
     },
     /// An attitude too far from the first, or a jump.
     #[error("at {at_s:.3} s the attitude jumps, or is more than {:.0}° from the first", FARTHEST_RAD.to_degrees())]
     Attitude {
-        /// Where.
+        /// Time of the violation.
         at_s: f64,
     },
     /// Outside the box.
@@ -58,7 +58,7 @@ pub enum PathError {
     OutsideBox {
         /// When.
         at_s: f64,
-        /// Where.
+        /// Place of the violation.
         at_m: [f64; 3],
         /// Distance that must stay to the sides.
         margin_m: f64,
@@ -82,9 +82,9 @@ pub enum PathError {
         at_s: f64,
         /// Which quantity.
         what: &'static str,
-        /// What it reaches.
+        /// Its value.
         found: f64,
-        /// What it may reach.
+        /// Its limit.
         limit: f64,
         /// Unit of both.
         unit: &'static str,
@@ -137,9 +137,9 @@ pub struct CheckedPath {
 }
 
 impl CheckedPath {
-    /// Checks poses, at their own pace or a share of it, against limits: the cubic splines through them stay in box and
-    /// cone with room for where the scan may begin, and under every speed, acceleration and jerk, also while the motion
-    /// along them starts and stops.
+    /// Checks poses, at their own pace or a share of it, against limits. The cubic splines through them must stay in
+    /// box and cone, with room for the start of the scan. They must stay below every limit of speed, acceleration and
+    /// jerk, also while the motion starts and stops.
     ///
     /// # Errors
     /// The first place where box or cone is left; of speeds, accelerations and jerk the place where a limit is passed by most.
@@ -179,7 +179,7 @@ impl CheckedPath {
         self.ramp
     }
 
-    /// Longest time in which it hardly moves, s: less than 1 mm/s and 0.1°/s.
+    /// Longest time with hardly any motion, s: less than 1 mm/s and 0.1°/s.
     #[must_use]
     pub(crate) fn longest_rest_s(&self) -> f64 {
         let (mut longest_s, mut since_s) = (0.0_f64, 0.0);
@@ -231,7 +231,8 @@ impl CheckedPath {
         for piece in 0..self.position.pieces() {
             let (start_s, length_s) = self.position.piece_s(piece);
             // A box is convex, and between its ends a piece leaves their chord by at most h²/8 of its second derivative. A
-            // direction that turns is on no chord: it is no further from the nearer end than half the piece takes it.
+            // direction that rotates is on no chord: it is no further from the nearer end than the motion of half the
+            // piece.
             let [_, bend_m_s2, _] = self.position.bounds(piece);
             let [turn_rad_s, ..] = self.turn.bounds(piece);
             let margin_m = limits.start_m + length_s * length_s / 8.0 * bend_m_s2;
@@ -277,8 +278,8 @@ impl CheckedPath {
 }
 
 impl CheckedPath {
-    /// The speed of the fastest point that the tool carries: a convex function of (v, ω), so that within a piece it is above the larger of
-    /// its ends by no more than v and ω leave their chords, h²/8 of their second derivatives.
+    /// The speed of the fastest point that the tool carries: a convex function of (v, ω). Within a piece it exceeds the
+    /// larger of its ends by at most the distance of v and ω from their chords, h²/8 of their second derivatives.
     fn tip_m_s(&self, piece: usize, most_second_m_s3: f64, limits: &MotionLimits) -> f64 {
         let (start_s, length_s) = self.position.piece_s(piece);
         let [from, to] = [start_s, start_s + length_s].map(|at_s| {
@@ -302,7 +303,7 @@ impl Extremes {
     }
 }
 
-/// Where a limit is passed by most, as a multiple of it.
+/// The largest violation of a limit, as a multiple of it.
 #[derive(Default)]
 struct Worst {
     passed: Option<(f64, PathError)>,
@@ -313,7 +314,7 @@ impl Worst {
         let degrees = 1.0_f64.to_degrees();
         let rows = [
             ("the speed", here.speed_m_s, limits.speed_m_s, 1e3, "mm/s"),
-            ("the speed of what the tool carries", here.tip_m_s, FASTEST_M_S, 1e3, "mm/s"),
+            ("the speed of the tool's load", here.tip_m_s, FASTEST_M_S, 1e3, "mm/s"),
             ("the acceleration", here.acceleration_m_s2, limits.acceleration_m_s2, 1e3, "mm/s²"),
             ("the jerk", here.jerk_m_s3, limits.jerk_m_s3, 1e3, "mm/s³"),
             ("the angular speed", here.turn_rad_s, limits.turn_rad_s, degrees, "°/s"),
@@ -326,7 +327,7 @@ impl Worst {
             ),
         ];
         for (what, found, limit, per_unit, unit) in rows {
-            // What is not a number keeps no limit, and nothing is worse.
+            // NaN meets no limit, and counts as the worst.
             let is_kept = found <= limit;
             let times = if found.is_nan() { f64::INFINITY } else { found / limit };
             if !is_kept && self.passed.is_none_or(|(worst, _)| times > worst) {
@@ -337,8 +338,8 @@ impl Worst {
     }
 }
 
-/// The briskest ramp that adds no more than the path leaves free. With path p and rate r, the reference is p(s), s' = r:
-/// its acceleration is p''r² + p'r', its jerk p'''r³ + 3p''rr' + p'r'', and `|r'| ≤ ρ`, `|r''| ≤ 2ρ/W`.
+/// The fastest ramp within the path's free margin. With path p and rate r, the reference is p(s), s' = r: its
+/// acceleration is p''r² + p'r', its jerk p'''r³ + 3p''rr' + p'r'', and `|r'| ≤ ρ`, `|r''| ≤ 2ρ/W`.
 fn ramp(most: &Extremes, limits: &MotionLimits) -> Result<Ramp, PathError> {
     let free = [
         (limits.acceleration_m_s2 - most.acceleration_m_s2, most.speed_m_s),

@@ -1,20 +1,20 @@
 //! How often the robot speaks, and how much of the path's time a frame may use up.
 //!
-//! The controller's clock says best how much time lies between two frames, but it is not to be trusted with more than it can
-//! have: over any stretch, no more time is used up than has passed here, plus a period and what came late.
+//! The controller's clock gives the best time between two frames, but it is trusted with limits. Over any stretch the time
+//! used is at most the time passed here, plus a period and the delay.
 
 use super::step_budget::MADE_UP_S;
 use crate::robot_frame::RobotFrame;
 
 /// Frames that show the period.
 const FRAMES: u32 = 25;
-/// Delays on the way may be made up for later, up to so many periods, and [`MADE_UP_S`].
+/// Delays on the way may be made up later, up to this many periods, and [`MADE_UP_S`].
 const MADE_UP_PERIODS: f64 = 3.0;
 
 /// A frame and when it came.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReceivedFrame {
-    /// What it says.
+    /// Its content.
     pub frame: RobotFrame,
     /// When it came, on the steady clock, ns.
     pub arrival_ns: i64,
@@ -28,12 +28,12 @@ pub(super) struct CycleClock {
     first: Option<(u32, i64)>,
     frames: u32,
     period_s: Option<f64>,
-    /// Time used up beyond what passed here, s.
+    /// Time used up beyond the time passed here, s.
     ahead_s: f64,
 }
 
 impl CycleClock {
-    /// Time between the robot's messages, s, once it is known: by this PC's clock and the robot's numbers.
+    /// Time between the robot's messages, s, once known: by this PC's clock and the robot's numbers.
     #[must_use]
     pub(super) fn period_s(&self) -> Option<f64> {
         self.period_s
@@ -100,7 +100,7 @@ mod tests {
         ReceivedFrame { frame, arrival_ns, is_first: false }
     }
 
-    /// Time used up by a frame that came, and of which the controller says that it was made, so much after the one before, ms.
+    /// Time used by a received frame with its stated age after the one before, ms.
     fn elapsed_ms(clock: &mut CycleClock, arrival_ms: f64, device_ms: f64) -> f64 {
         elapsed_of(clock, arrival_ms, device_ms, 0.004)
     }
@@ -124,7 +124,7 @@ mod tests {
         assert!((clock.period_s().unwrap_or(0.0) - 0.004).abs() < 1e-12, "{:?}", clock.period_s());
         clock.learn(&received(151, 900 * MS, 0));
         assert!((clock.period_s().unwrap_or(0.0) - 0.004).abs() < 1e-12, "learnt once");
-        // Numbers that stand, and times that do, tell none.
+        // Constant numbers and constant times give none.
         for (step, apart_ns) in [(0, MS), (1, 0)] {
             let mut clock = CycleClock::default();
             for k in 0..60 {
@@ -145,7 +145,7 @@ mod tests {
         for device_ms in [0.0, -4.0, 17.1, 500.0] {
             near(elapsed_ms(&mut CycleClock::default(), 5.0, device_ms), 5.0);
         }
-        // One that is 11.9 ms ahead is, but it is not given more than what passed and a period.
+        // A clock 11.9 ms ahead is accepted, but it gets no more than the time passed and a period.
         near(elapsed_ms(&mut CycleClock::default(), 5.0, 16.9), 9.0);
         // Three periods of 2 ms are 6; of 20 ms they are 60, and 12 the most.
         near(elapsed_of(&mut CycleClock::default(), 5.0, 11.1, 0.002), 5.0);
@@ -159,10 +159,10 @@ mod tests {
     #[test]
     fn over_any_stretch_no_more_is_used_up_than_passed_and_a_period() {
         let mut clock = CycleClock::default();
-        // It says 6 ms every 4.
+        // It reports 6 ms every 4.
         let used: f64 = (0..50).map(|_| elapsed_ms(&mut clock, 4.0, 6.0)).sum();
         assert!((used - 204.0).abs() < 1e-9, "{used} ms of 200");
-        // What came late is made up for, up to 12 ms and no more: 100 ms in which it says half of it, then twice as much.
+        // A delay is made up, up to 12 ms and no more: 100 ms at half the rate, then twice the rate.
         let mut clock = CycleClock::default();
         let slow: f64 = (0..25).map(|_| elapsed_ms(&mut clock, 4.0, 2.0)).sum();
         assert!((slow - 50.0).abs() < 1e-9);

@@ -1,4 +1,4 @@
-//! Limits that just hold a path: something to begin with, to be read and narrowed by whoever answers for the robot.
+//! Limits that just hold a path: a start, to be read and narrowed by the person responsible for the robot.
 
 use super::checked_path::{BRISKEST_PER_S, CheckedPath, LAG_S, PathError};
 use super::limits::{FASTEST_M_S, MotionLimits};
@@ -9,19 +9,19 @@ use trueline_dataset::RobotSample;
 const ROOM_M: f64 = 0.02;
 /// Room of the cone, rad.
 const ROOM_RAD: f64 = 0.05;
-/// What is left between the path and its limits.
+/// Margin between the path and its limits.
 const SLACK: f64 = 1.1;
 
 /// A path at rest has limits as well, m/s.
 const LEAST_M_S: f64 = 1e-3;
 
-/// What the tool carries reaches no further than this where nobody says otherwise, m: a sensor or a torch on a bracket.
+/// Assumed reach of the tool's load if none is stated, m: a sensor or a torch on a bracket.
 pub const REACH_M: f64 = 0.5;
 
 /// Limits for a path at a share of its own pace, of a tool that carries something as far as `reach_m` from its origin.
 ///
 /// # Errors
-/// A path that no limits can allow: it moves what the tool carries faster than the cap that no limits file can raise.
+/// A path that no limits can allow: it moves the tool's load faster than the cap that no limits file can raise.
 pub fn limits_for(poses: &[RobotSample], pace: f64, reach_m: f64) -> Result<MotionLimits, PathError> {
     let axis = poses.iter().map(|p| p.base_from_tool.rotation * Vector3::z()).sum::<Vector3<f64>>();
     let tool_axis = UnitVector3::try_new(axis, 1e-3).ok_or(PathError::Attitude { at_s: 0.0 })?;

@@ -1,10 +1,10 @@
-//! The gate before every command: a function of its state and of what was received, nothing else.
+//! The gate before every command: a function of its state and of the received messages, nothing else.
 //!
-//! What leaves it is one of four: the path, laid at where the robot was when it began, at a rate that starts and stops
-//! smoothly; rest where that ended; rest where the robot is; or nothing. Every one is inside the limits, whatever is received,
-//! none is further from the one before than the limits allow in the time between them, and after a moving reference the last
-//! one is always rest. Speed, acceleration and jerk keep their limits as long as the motion goes on or stops smoothly; where
-//! something is wrong, or the robot is silent, rest is asked for at once, and the controller's own filters and limits brake.
+//! Its output is one of four: the path, placed at the robot's pose at its start, with a smooth start and stop; rest at the
+//! path's end; rest at the robot's pose; or nothing. Every one is inside the limits, whatever is received. None is further
+//! from the one before than the limits allow in the time between them. After a moving reference the last one is always
+//! rest. Speed, acceleration and jerk keep their limits while the motion continues or stops smoothly. After a fault or
+//! silence of the robot, rest is commanded at once, and the controller's own filters and limits brake.
 
 use super::anchor::Anchor;
 use super::checked_path::{CheckedPath, Reference};
@@ -16,28 +16,28 @@ use super::step_budget::StepBudget;
 use nalgebra::Vector3;
 use trueline_geometry::Pose;
 
-/// What was received, and when.
+/// A received message, and its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Input {
     /// The newest frame; `None` if none came.
     pub received: Option<ReceivedFrame>,
     /// Now, on the steady clock, ns.
     pub now_ns: i64,
-    /// What the operator wants.
+    /// The operator's command.
     pub command: OperatorCommand,
 }
 
 /// The gate's memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GateState {
-    /// What it is about.
+    /// Phase of the guidance.
     pub phase: Phase,
     /// The last frame that was believed.
     received: Option<ReceivedFrame>,
     pub(super) cycle_clock: CycleClock,
     pub(super) anchor: Anchor,
     pub(super) budget: StepBudget,
-    /// What was sent last.
+    /// The last message sent.
     sent: Option<Reference>,
     /// Holds of the motion because frames came late or not at all.
     pub pauses: u32,
@@ -46,19 +46,19 @@ pub struct GateState {
 }
 
 impl GateState {
-    /// Time between the robot's messages, s, once it is known.
+    /// Time between the robot's messages, s, once known.
     #[must_use]
     pub fn period_s(&self) -> Option<f64> {
         self.cycle_clock.period_s()
     }
 
-    /// What was sent last.
+    /// The last message sent.
     #[must_use]
     pub(crate) fn last_sent(&self) -> Option<Reference> {
         self.sent
     }
 
-    /// Whether the controller said last that the robot is near its reference.
+    /// Whether the controller's last report was that the robot is near its reference.
     #[must_use]
     pub fn was_converged(&self) -> bool {
         self.received.is_some_and(|received| received.frame.converged)
@@ -81,15 +81,15 @@ pub struct Gate {
     timeout_s: f64,
 }
 
-/// After so many periods without a frame nothing is sent, and the controller's own timeout acts.
+/// After this many periods without a frame nothing is sent, and the controller's own timeout acts.
 const SILENT_PERIODS: f64 = 5.0;
 /// A frame that is later than this is a hold-up of this program or of the network.
 pub(super) const LATE_PERIODS: f64 = 3.0;
 /// As long as the period is not known, this is silence, s.
 const SILENT_AT_FIRST_S: f64 = 0.2;
-/// Frames in time before motion goes on.
+/// Frames in time before motion continues.
 pub(super) const PAUSE_FRAMES: u32 = 25;
-/// What the feedback may differ from one frame to the next beside the robot's own speed: noise and vibration, m.
+/// Allowed difference of the feedback from frame to frame beyond the robot's own speed: noise and vibration, m.
 const JUMP_SLACK_M: f64 = 0.002;
 /// The same for the attitude, rad.
 const JUMP_SLACK_RAD: f64 = 0.01;
@@ -112,7 +112,7 @@ impl Gate {
         &self.path
     }
 
-    /// One step: the new state and what to send, if anything.
+    /// One step: the new state and the message to send, if any.
     #[must_use]
     pub fn step(&self, mut state: GateState, input: &Input) -> (GateState, Option<Reference>) {
         state.budget.pass(input.now_ns);
@@ -197,8 +197,8 @@ impl Gate {
         self.advance(state, &before, &received, command)
     }
 
-    /// The controller began anew: nothing is guided any more. It is held where it is, or at the last reference if it cannot be
-    /// where it says.
+    /// The controller began anew: nothing is guided any more. It is held at its reported pose, or at the last reference if
+    /// that pose is impossible.
     fn new_session(&self, state: &mut GateState, before: &ReceivedFrame, received: ReceivedFrame) -> Step {
         let jumped = self.has_jumped(state, before, &received);
         state.received = Some(received);
@@ -212,7 +212,7 @@ impl Gate {
         self.hold(state, at, &received, state.ended().unwrap_or(EndReason::Restarted))
     }
 
-    /// Whoever was being guided gets one final hold at the last reference.
+    /// A robot under guidance gets one final hold at the last reference.
     fn fall_silent(&self, state: &mut GateState, silent_s: f64) -> Step {
         let why = state.ended().unwrap_or(EndReason::RobotSilent { silent_s });
         let rest = |on_path: &PathState| Some(Reference::rest(self.laid(state, on_path).base_from_tool));
@@ -225,16 +225,16 @@ impl Gate {
             Phase::Holding { at, .. } => (Phase::Silent { why }, Some(self.rest_toward(state, &at))),
             Phase::Interrupted { .. } | Phase::Silent { .. } => (Phase::Silent { why }, None),
             Phase::Waiting => {
-                // What comes later begins anew.
+                // Later messages start anew.
                 (state.received, state.cycle_clock) = (None, CycleClock::default());
                 (Phase::Waiting, None)
             }
         }
     }
 
-    /// Goes on after an interruption: from rest, after some frames in time, if it is the same session of a controller that
-    /// still follows, and the robot is where it was left. Frames that waited somewhere on the way say where it was, not where it
-    /// is: they are passed over until a fresh one comes.
+    /// Resumes after an interruption, from rest, after some frames in time. It must be the same session of a controller that
+    /// still follows, and the robot must be at its last pose. Frames that waited somewhere on the way report an old pose:
+    /// they are skipped until a fresh one comes.
     fn take_up(
         &self,
         state: &mut GateState,
@@ -289,14 +289,14 @@ impl Gate {
         (Phase::Silent { why }, moving.map(|sent| Reference::rest(sent.base_from_tool)))
     }
 
-    /// Whether the robot cannot have moved so far. It may catch up for as long as is no silence; a longer one it spends at its
-    /// reference's speed at most.
+    /// Whether the robot cannot have moved so far. It may catch up for as long as is no silence; in a longer one it moves at
+    /// its reference's speed at most.
     fn has_jumped(&self, state: &GateState, before: &ReceivedFrame, now: &ReceivedFrame) -> bool {
         let passed_s = seconds(before.arrival_ns, now.arrival_ns).max(state.period_s().unwrap_or(0.0));
         let caught_up_s = passed_s.min(self.silence_s(state));
         let may_s = passed_s + (CATCH_UP - 1.0) * caught_up_s;
         let (distance_m, angle_rad) = apart(&before.frame.base_from_tool, &now.frame.base_from_tool);
-        // Written so that what is no number is a jump.
+        // Written so that NaN counts as a jump.
         let near = distance_m <= self.limits.speed_m_s * may_s + JUMP_SLACK_M
             && angle_rad <= self.limits.turn_rad_s * may_s + JUMP_SLACK_RAD;
         !near
@@ -322,7 +322,7 @@ impl Gate {
         }
     }
 
-    /// Before the scan the robot is told to stay where it is.
+    /// Before the scan the robot is commanded to stay in place.
     fn begin(&self, state: &mut GateState, received: &ReceivedFrame, command: OperatorCommand) -> Step {
         let robot = received.frame.base_from_tool;
         if command == OperatorCommand::Stop {
@@ -346,8 +346,8 @@ impl Gate {
         (Phase::Travelling { on_path, braking_for_end: false, paused_for: 0 }, Some(rest))
     }
 
-    /// Held where it was; a robot that is not guided is followed, for its controller does not listen. One that is guided and yet
-    /// elsewhere is left to its controller's timeout: any reference would move it.
+    /// Held at its pose; a robot without guidance is followed, because its controller does not listen. One that is guided
+    /// and yet elsewhere is left to its controller's timeout: any reference would move it.
     fn go_on_holding(
         &self,
         state: &GateState,

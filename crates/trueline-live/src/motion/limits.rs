@@ -1,10 +1,10 @@
-//! What the robot may be told to do.
+//! Limits of the commands to the robot.
 
 use nalgebra::{UnitVector3, Vector3};
 use trueline_geometry::Pose;
 
-/// Speed at which robots may move with people near, m/s (ISO 10218-1, 5.6.2): nothing in a limits file raises it. It holds for
-/// every point of what the tool carries, not for the tool's origin alone.
+/// Speed at which robots may move with people near, m/s (ISO 10218-1, 5.6.2): nothing in a limits file raises it. It holds
+/// for every point of the tool's load, not for the tool's origin alone.
 pub(crate) const FASTEST_M_S: f64 = 0.250;
 
 /// Limits of every command, for the tool frame in base.
@@ -16,7 +16,7 @@ pub struct MotionLimits {
     pub tool_axis: UnitVector3<f64>,
     /// Greatest angle between the two, rad.
     pub cone_rad: f64,
-    /// Distance from the tool's origin to the farthest point of what the tool carries (sensor, torch), m.
+    /// Distance from the tool's origin to the farthest point of its load (sensor, torch), m.
     pub reach_m: f64,
     /// Speed of the tool's origin, m/s.
     pub speed_m_s: f64,
@@ -53,7 +53,7 @@ impl MotionLimits {
         (0..3).all(|k| point[k] - margin_m >= low[k] && point[k] + margin_m <= high[k])
     }
 
-    /// Angle between the tool's z axis and where it should point, rad.
+    /// Angle between the tool's z axis and its wanted direction, rad.
     #[must_use]
     pub fn cone_angle_rad(&self, base_from_tool: &Pose) -> f64 {
         (base_from_tool.rotation * Vector3::z()).angle(&self.tool_axis)
@@ -73,8 +73,8 @@ impl MotionLimits {
         along.hypot(square + rate * self.reach_m)
     }
 
-    /// Shortest time in which a reference may move so far and turn so much (a rotation vector in base, rad), s. Of what is no
-    /// number it is none either: `f64::max` would pass over it.
+    /// Shortest time of a reference for this shift and rotation (a rotation vector in base, rad), s. NaN gives NaN:
+    /// `f64::max` would ignore it.
     #[must_use]
     pub(crate) fn least_time_s(&self, shift_m: &Vector3<f64>, turn_rad: &Vector3<f64>) -> f64 {
         let tip_s = self.tip_speed_m_s(shift_m, turn_rad) / FASTEST_M_S;

@@ -55,10 +55,10 @@ struct DistanceTable {
     angle_deg: f64,
 }
 
-/// Reads a limits file. Every key must be there: what a robot may do is said, not assumed.
+/// Reads a limits file. Every key must be there: the limits of a robot are stated, not assumed.
 ///
 /// # Errors
-/// A file that is no such table, or limits that make no sense.
+/// A file without such a table, or limits without a sense.
 pub fn parse(file: &Path, text: &str) -> Result<MotionLimits, Error> {
     let wire: LimitsFile = parse_toml(file, text)?;
     checked(&wire).map_err(|problem| Error::in_file(file, problem))
@@ -88,7 +88,7 @@ fn checked(wire: &LimitsFile) -> Result<MotionLimits, Problem> {
     let turn_rad_s = positive("motion.turn_deg_s", motion.turn_deg_s, DEGREE)?;
     if turn_rad_s * reach_m > FASTEST_M_S * ROUNDED {
         let found = format!("{} °/s at a reach of {} mm", motion.turn_deg_s, wire.sensor.reach_mm);
-        let expected = "turning that moves what the tool carries by at most 250 mm/s";
+        let expected = "rotation that moves the tool's load by at most 250 mm/s";
         return Err(Problem::Value { key: "motion.turn_deg_s", expected, found });
     }
     Ok(MotionLimits {
@@ -125,7 +125,7 @@ const FARTHEST_M: f64 = 10.0;
 /// Figures are written with two digits after the point.
 const ROUNDED: f64 = 1.001;
 
-/// The greatest figure that makes sense, in the units of the file, and what to say of a greater one.
+/// The greatest sensible figure, in the units of the file, and the message about a greater one.
 type Most = (f64, &'static str);
 const REACH: Most = (3000.0, "at most 3000 mm");
 const CONE: Most = (180.0, "at most 180°");
@@ -163,14 +163,14 @@ pub fn format(limits: &MotionLimits) -> String {
          min_mm = {}\nmax_mm = {}\n\n\
          [tool_cone] # the tool's z axis stays this near to a direction in base\n\
          axis = [{:.4}, {:.4}, {:.4}]\nhalf_angle_deg = {}\n\n\
-         [sensor] # no point of what the tool carries moves faster than 250 mm/s, whatever is said below\n\
+         [sensor] # no point of the tool's load moves faster than 250 mm/s, at any value below\n\
          reach_mm = {} # from the tool's origin to the farthest point of sensor and torch\n\n\
          [motion] # of the tool's origin\n\
          speed_mm_s = {} # at most 250\nacceleration_mm_s2 = {}\njerk_mm_s3 = {}\n\
          turn_deg_s = {}\nturn_acceleration_deg_s2 = {}\n\n\
-         [deviation] # robot from its reference; further off, and it is held where it is\n\
+         [deviation] # robot from its reference; if further off, it is held in place\n\
          distance_mm = {}\nangle_deg = {}\n\n\
-         [start] # robot from the path's first pose; further off, and nothing begins\n\
+         [start] # robot from the path's first pose; if further off, the scan does not start\n\
          distance_mm = {}\nangle_deg = {}\n",
         corner(&limits.box_m[0]),
         corner(&limits.box_m[1]),

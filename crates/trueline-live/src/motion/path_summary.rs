@@ -1,4 +1,4 @@
-//! What would be sent to a robot, for the person who is to allow it.
+//! Commands that would be sent to a robot, for the person who is to allow them.
 
 use super::checked_path::CheckedPath;
 use super::limits::{FASTEST_M_S, MotionLimits};
@@ -15,7 +15,7 @@ pub struct PathSummary<'a> {
     pub path: &'a CheckedPath,
     /// The poses that it was made from.
     pub poses: &'a [RobotSample],
-    /// What it was checked against.
+    /// The limits it was checked against.
     pub limits: &'a MotionLimits,
     /// Share of the path's own pace.
     pub pace: f64,

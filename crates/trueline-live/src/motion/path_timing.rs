@@ -1,8 +1,8 @@
-//! How fast a path is travelled: from rest to its own pace and back, along the path and never off it.
+//! Timing of a path: from rest to its own pace and back, always along the path.
 //!
-//! The path's time runs at a rate between 0 and 1. What is asked of the rate is a ramp, `q' = ±ρ`; the rate follows it by
-//! a lag, `r' = (q − r)/W`. Then `|r'| ≤ ρ` and `|r''| ≤ 2ρ/W` whatever is asked and whenever, and the path time that
-//! passes before rest is `q²/(2ρ) + W·r`, exactly.
+//! The path's time runs at a rate between 0 and 1. The commanded rate is a ramp, `q' = ±ρ`. The rate follows it by a lag,
+//! `r' = (q − r)/W`. Then `|r'| ≤ ρ` and `|r''| ≤ 2ρ/W` for any commands at any times, and the path time before rest is
+//! `q²/(2ρ) + W·r`, exactly.
 
 /// How quickly the rate may change.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,12 +13,12 @@ pub struct Ramp {
     pub lag_s: f64,
 }
 
-/// Where on the path, and at what rate.
+/// Place on the path, and rate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PathState {
     /// Time on the path, s.
     pub path_s: f64,
-    /// Rate that is asked for, 0 to 1.
+    /// Commanded rate, 0 to 1.
     pub asked: f64,
     /// Rate, 0 to 1.
     pub rate: f64,
@@ -92,7 +92,7 @@ mod tests {
                 on_path = on_path.after(0.004, RAMP, false);
             }
             assert!(on_path.rests());
-            // What REST cuts off: lag · 1e-5.
+            // The part that REST cuts off: lag · 1e-5.
             assert!((on_path.path_s - expected).abs() < 2e-6, "{} is not {expected}", on_path.path_s);
         }
     }

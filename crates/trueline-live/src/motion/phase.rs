@@ -1,10 +1,10 @@
-//! Where a scan stands, what the operator wants of it, and how it can end.
+//! Phases of a scan, the operator's commands, and how a scan can end.
 
 use super::path_timing::PathState;
 use std::fmt;
 use trueline_geometry::Pose;
 
-/// What the operator wants.
+/// Commands of the operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum OperatorCommand {
     /// Go on.
@@ -59,7 +59,7 @@ pub enum EndReason {
         /// Time between its messages, s.
         period_s: f64,
     },
-    /// The robot says that it is where it cannot have moved to.
+    /// The robot reports an impossible pose.
     #[error("the reported pose leapt by {:.1} mm and {:.2}°, which the robot cannot have moved", distance_m * 1e3, angle_rad.to_degrees())]
     NotBelieved {
         /// Distance from the last pose that was believed, m.
@@ -75,7 +75,7 @@ pub enum EndReason {
         /// Angle, rad.
         angle_rad: f64,
     },
-    /// The controller says that the robot cannot follow.
+    /// The controller reports that the robot cannot follow.
     #[error("the robot cannot follow: {percent:.0} % utilised")]
     Overload {
         /// `utilizationRate`, %.
@@ -86,7 +86,7 @@ pub enum EndReason {
     Collision,
 }
 
-/// What the gate is about.
+/// Phase of the guidance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Phase {
     /// Waits for the controller to let itself be guided.
@@ -94,28 +94,29 @@ pub enum Phase {
     Waiting,
     /// On the path.
     Travelling {
-        /// Where.
+        /// Place on the path.
         on_path: PathState,
         /// Braking for the path's end.
         braking_for_end: bool,
-        /// Frames still to come in time before the motion goes on after a hold-up of this program.
+        /// Timely frames still needed before the motion continues after a hold-up of this program.
         paused_for: u32,
     },
-    /// At rest on the path because nothing was received for some periods; it goes on if the robot is soon heard again.
+    /// At rest on the path because nothing was received for some periods; it continues if the robot is soon received
+    /// again.
     Interrupted {
-        /// Where, at rest.
+        /// Place on the path, at rest.
         on_path: PathState,
     },
     /// Braking along the path.
     Stopping {
-        /// Where.
+        /// Place on the path.
         on_path: PathState,
         /// Why.
         why: EndReason,
     },
     /// At rest where the path was left, or where the robot was.
     Holding {
-        /// Where.
+        /// The pose.
         at: Pose,
         /// Since when, on the steady clock, ns.
         since_ns: i64,

@@ -13,7 +13,7 @@ pub(super) struct Jet<const N: usize> {
     pub second: SVector<f64, N>,
 }
 
-/// A cubic spline of `N` numbers whose outermost pieces are parabolas: a path may begin and end in the midst of motion.
+/// A cubic spline of `N` numbers with parabolas as outermost pieces: a path may begin and end during motion.
 #[derive(Clone, Debug)]
 pub(super) struct Spline<const N: usize> {
     times_s: Vec<f64>,
@@ -69,9 +69,9 @@ impl<const N: usize> Spline<N> {
         }
     }
 
-    /// Bounds of the norms of first, second and third derivative within a piece. The second is linear and the third
-    /// constant there, so theirs are exact; the first leaves the chord of its ends by at most h²/8 of its own second
-    /// derivative.
+    /// Bounds of the norms of first, second and third derivative within a piece. The second derivative is linear and
+    /// the third constant there, so theirs are exact. The first one leaves the chord of its ends by at most h²/8 of
+    /// its own second derivative.
     #[must_use]
     pub(super) fn bounds(&self, piece: usize) -> [f64; 3] {
         let (start_s, length_s) = self.piece_s(piece);

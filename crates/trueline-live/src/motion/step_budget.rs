@@ -1,15 +1,16 @@
-//! How far a reference may be from the one before: what the limits allow in the time that has passed, whatever is reported.
+//! Largest distance of a reference from the one before: the limits times the time passed, independent of reports.
 //!
-//! Time is saved up as it passes and spent by every step. Between two references that were sent, however far apart, lies
-//! never more than limits × (time between them + what may be saved up).
+//! Time is saved up as it passes and spent by every step. Between two references at any distance in time there is never
+//! more than limits × (time between them + saved time).
 
 use super::limits::MotionLimits;
 use trueline_geometry::{Pose, so3};
 
 /// Time that came late and may be made up for, s: three periods of a controller that speaks every 4 ms.
 pub(super) const MADE_UP_S: f64 = 0.012;
-/// What a step may take longer, s, than the time in which the path goes it at its limits: rounding, and h³|ω × α|/12 by which the
-/// axis of a step's turn is off that of ω (4 ms, 1 rad/s, 5 rad/s²: 3e-8 rad, of a tool of 0.5 m 5e-8 s). Of 250 mm/s it is 25 nm.
+/// Allowed excess of a step's time over the path's time at its limits, s: rounding, and h³|ω × α|/12, the angle between the
+/// axis of a step's rotation and that of ω (4 ms, 1 rad/s, 5 rad/s²: 3e-8 rad, of a tool of 0.5 m 5e-8 s). Of 250 mm/s it is
+/// 25 nm.
 const ROUNDING_S: f64 = 1e-7;
 
 /// Time saved up.
@@ -34,7 +35,7 @@ impl StepBudget {
 
     /// Whether there is time for a step.
     pub(super) fn has_time(&self, from: &Pose, to: &Pose, limits: &MotionLimits) -> bool {
-        // Written so that what is no number is refused.
+        // Written so that NaN is refused.
         takes_s(from, to, limits) <= self.spare_s + ROUNDING_S
     }
 
@@ -50,7 +51,7 @@ impl StepBudget {
         Pose::from_parts(position.into(), so3::exp(&(turn * share)) * from.rotation)
     }
 
-    /// A step was made; a period and what came late stay saved up at most.
+    /// A step was made; at most a period and the delay stay saved.
     pub(super) fn spend(&mut self, from: Option<&Pose>, to: &Pose, limits: &MotionLimits, period_s: f64) {
         let took_s = from.map_or(0.0, |from| takes_s(from, to, limits));
         self.spare_s = (self.spare_s - took_s).clamp(0.0, MADE_UP_S + period_s);
@@ -145,7 +146,7 @@ mod tests {
     fn what_is_too_far_is_gone_toward_for_as_long_as_there_is_time() {
         let (from, to, l) = (at(0.1, 0.2), at(0.104, 0.21), limits());
         let budget = after(10_000_000);
-        // 4 mm take 40 ms, a quarter of which has passed.
+        // 4 mm take 40 ms; a quarter of this has passed.
         let reached = budget.toward(&from, &to, &l);
         assert!((reached.translation.vector - at(0.101, 0.0).translation.vector).norm() < 1e-12);
         assert!(reached.rotation.angle_to(&at(0.0, 0.2025).rotation) < 1e-12);

@@ -48,7 +48,7 @@ impl Gate {
         }
     }
 
-    /// What leaves no time for a smooth stop.
+    /// Reason that leaves no time for a smooth stop.
     pub(super) fn broken_off(
         &self,
         state: &GateState,
@@ -95,7 +95,7 @@ impl Gate {
         Phase::Stopping { on_path: on_path.after(elapsed_s, self.path.ramp(), false), why }
     }
 
-    /// Goes on as long as it could still stop before the path's end.
+    /// Continues as long as it could still stop before the path's end.
     fn travel_on(&self, on_path: PathState, elapsed_s: f64, braking_for_end: bool, paused_for: u32) -> Phase {
         let ramp = self.path.ramp();
         let gone_on = on_path.after(elapsed_s, ramp, true);
@@ -106,7 +106,7 @@ impl Gate {
         Phase::Travelling { on_path, braking_for_end, paused_for }
     }
 
-    /// The path where it is laid.
+    /// The path at its present place.
     pub(super) fn laid(&self, state: &GateState, on_path: &PathState) -> Reference {
         state.anchor.lay(self.path.along(on_path))
     }

@@ -1,7 +1,7 @@
 //! KUKA's KRL: a SPLINE block through the waypoints, with the time of each.
 //!
-//! Syntax after KUKA System Software 8.3, Operating and Programming Instructions for System Integrators, "Programming time blocks":
-//! each part's time is a share of the whole, and the shares here are per cent that add up to 100 but for rounding.
+//! Syntax after KUKA System Software 8.3, Operating and Programming Instructions for System Integrators, "Programming time
+//! blocks". Each part's time is a share of the whole; the shares here are per cent and add up to 100 but for rounding.
 
 use super::warning::warning;
 use super::waypoints::Waypoints;
@@ -9,7 +9,7 @@ use crate::zyx_angles::to_abc_deg;
 use std::fmt::Write;
 use trueline_geometry::Pose;
 
-/// What stands around the path.
+/// Text around the path.
 pub(crate) struct Around<'a> {
     /// Name of the program.
     pub name: &'a str,

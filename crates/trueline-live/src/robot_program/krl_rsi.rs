@@ -1,9 +1,10 @@
 //! KUKA's KRL with RSI: the path's program, which streams the robot's poses to a PC while it runs.
 //!
-//! The context has an ETHERNET object alone and none that corrects positions or axes, and the configuration says `ONLYSEND`: nothing
-//! that a PC sends can move the robot, and the controller waits for no answer. The parameters of the object, their numbers and the
-//! elements of the configuration are those of contexts that public drivers bring for RSI 3 to 5 (kuka_experimental of ROS-Industrial,
-//! kuka-external-control-sdk; of an input, kuka-rsi3-communicator and KukaDatatypeMapping); no controller has loaded these files.
+//! The context has only an ETHERNET object and none that corrects positions or axes, and the configuration states
+//! `ONLYSEND`. So no message of a PC can move the robot, and the controller waits for no answer. Parameters, numbers and
+//! elements are those of public drivers' contexts for RSI 3 to 5: kuka_experimental of ROS-Industrial and
+//! kuka-external-control-sdk; for an input, kuka-rsi3-communicator and KukaDatatypeMapping. No controller has loaded these
+//! files.
 
 use super::krl;
 use super::program_file::ProgramFile;
@@ -22,11 +23,11 @@ pub enum RsiContext {
 const CONFIGURATION: &str = "trueline_ethernet.xml";
 const SENSOR_INTERFACE: &str = r"C:\KRC\ROBOTER\Config\User\Common\SensorInterface";
 const PROGRAMS: &str = r"KRC:\R1\Program";
-/// Decimals of what is sent: 1 nm and 0.000001°, finer than any resolver.
+/// Decimals of the sent values: 1 nm and 0.000001°, finer than any resolver.
 const DECIMALS: u8 = 6;
 /// Late answers until RSI ends, in cycles; nothing is answered, and with `ONLYSEND` nothing is waited for.
 const TIMEOUT_CYCLES: u8 = 100;
-/// An input by itself, in place of a byte or a word of them.
+/// A single input, in place of a byte or a word of them.
 const BIT: u8 = 0;
 
 /// The program with its RSI files, for a PC that runs `trueline record --protocol kuka-rsi` at an address. `input`: the number of the digital
@@ -75,7 +76,7 @@ fn halt_unless_ok() -> &'static str {
     "IF (ret <> RSIOK) THEN\n  HALT\nENDIF\n"
 }
 
-/// What is sent: actual pose, actual axes, late answers, an input. Nothing is received.
+/// Sent elements: actual pose, actual axes, late answers, an input. Nothing is received.
 fn configuration(pc: SocketAddr, input: Option<u16>) -> String {
     let element = match input {
         Some(_) => "\x20     <ELEMENT TAG=\"DiL\" TYPE=\"BOOL\" INDX=\"1\" />\n",

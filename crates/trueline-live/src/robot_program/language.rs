@@ -46,7 +46,7 @@ impl Language {
         }
     }
 
-    /// Where that file goes.
+    /// Destination of that file.
     #[must_use]
     pub fn goes_to(self) -> &'static str {
         match self {
@@ -56,7 +56,7 @@ impl Language {
             Self::Ls => {
                 "the controller's MD: device; it reads .LS with the option ASCII Upload, or after MakeTP"
             }
-            Self::Csv => "whatever reads a table",
+            Self::Csv => "any program that reads tables",
         }
     }
 

@@ -1,7 +1,8 @@
 //! A path as the program of a robot: RAPID, KRL, URScript, FANUC's LS, or a table.
 //!
-//! The robot moves by its own program, and the PC only listens. Every program approaches the first pose by a joint move, keeps the
-//! path's own times, and says in its head that nobody has run it on a controller and that reach and collisions are not checked.
+//! The robot moves by its own program, and the PC only listens. Every program approaches the first pose by a joint move and
+//! keeps the path's own times. Its head states that nobody has run it on a controller, and that reach and collisions are not
+//! checked.
 
 pub mod krl;
 pub mod krl_rsi;

@@ -3,14 +3,14 @@
 use super::language::Language;
 use super::waypoints::Waypoints;
 
-/// A file, and where it goes.
+/// A file, and its place.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ProgramFile {
     /// Its name, which other files of the same program may refer to.
     pub name: &'static str,
     /// Folder on the controller, or how it gets there.
     pub goes_to: &'static str,
-    /// What is in it, with the line ends that the controller writes itself.
+    /// Its content, with the line ends that the controller writes itself.
     pub text: String,
 }
 

@@ -12,7 +12,7 @@ use trueline_geometry::{Pose, so3};
 /// Time of a step, s: a whole number of cycles of every controller (8 ms of CB3, 2 ms of e-Series).
 const STEP_S: f64 = 0.008;
 
-/// The program. Moves last whole steps; the rounding is carried over, so that the times of the path are kept to one.
+/// The program. Moves last whole steps. The rounding is carried over, so the times of the path are kept to one step.
 #[must_use]
 pub fn program(path: &Waypoints) -> String {
     let mut text = String::new();

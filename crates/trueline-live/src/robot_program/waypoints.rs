@@ -1,4 +1,4 @@
-//! As few waypoints as a robot's own program needs: none nearer in time than a controller takes them, none that does not move.
+//! As few waypoints as a robot's own program needs: none closer in time than a controller accepts, and each with a move.
 
 use trueline_dataset::RobotSample;
 use trueline_geometry::Pose;
@@ -33,7 +33,7 @@ const CHORD_RAD: f64 = 1e-3;
 const LONGEST_S: f64 = 0.25;
 /// Shortest move, s: controllers need some time for each.
 pub const SHORTEST_S: f64 = 0.1;
-/// Moves of less are none: a controller may stop at them, or refuse a time for them; m.
+/// Shorter moves are left out: a controller may stop at them, or refuse a time for them; m.
 const LEAST_M: f64 = 1e-4;
 /// The same as a turn, rad.
 const LEAST_RAD: f64 = 1e-3;
@@ -41,7 +41,8 @@ const LEAST_RAD: f64 = 1e-3;
 const ROUNDING_S: f64 = 1e-9;
 
 impl Waypoints {
-    /// Of a path; `None` if it has no two poses at rising times, or is not a quarter of a second long, or does not move.
+    /// Waypoints of a path; `None` if it has no two poses at rising times, is shorter than a quarter of a second, or
+    /// does not move.
     #[must_use]
     pub fn of(path: &[RobotSample]) -> Option<Self> {
         let first = path.first()?;
@@ -71,7 +72,7 @@ impl Waypoints {
         Some(Self { list, chord_m, chord_rad, reach_is_checked: false })
     }
 
-    /// The same, whose reach was checked or was not.
+    /// The same, with or without a check of its reach.
     #[must_use]
     pub fn with_reach(self, is_checked: bool) -> Self {
         Self { reach_is_checked: is_checked, ..self }
@@ -99,8 +100,7 @@ impl Waypoints {
     }
 }
 
-/// The waypoint after one: the last that a straight move reaches without leaving the path by much, but one that moves, and not
-/// too soon.
+/// The waypoint after one: the last within reach of a straight move near the path, which moves and is not too soon.
 fn next_after(all: &[Waypoint], from: usize) -> Option<usize> {
     let takes_s = |to: usize| all[to].time_s - all[from].time_s;
     let least = (from + 1..all.len())
@@ -112,7 +112,7 @@ fn next_after(all: &[Waypoint], from: usize) -> Option<usize> {
     further.last().or(Some(least))
 }
 
-/// What is left after the last waypoint belongs to the move that leads there.
+/// The rest after the last waypoint belongs to the move that leads there.
 fn end_at_the_end(all: &[Waypoint], kept: &mut Vec<usize>) {
     let last = all.len().saturating_sub(1);
     if kept.len() > 1 {

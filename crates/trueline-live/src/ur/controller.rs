@@ -4,12 +4,12 @@ use super::variables::{Kind, output};
 use super::wire::{self, BadSize, CONTROLLER, DATA, INPUTS, OUTPUTS, PAUSE, START, VERSION, package};
 use trueline_geometry::{Pose, so3};
 
-/// Software that it says it is: PolyScope 5.11.
+/// Its reported software: PolyScope 5.11.
 const SOFTWARE: [u32; 4] = [5, 11, 0, 108];
 /// A controller's cycles in a second, Hz.
 pub(crate) const CYCLES_HZ: f64 = 500.0;
 
-/// What a controller knows at a cycle.
+/// Knowledge of a controller at a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
     /// Time since it was started, s.
@@ -50,7 +50,7 @@ impl Connection {
         }
     }
 
-    /// Takes what the client sent; appends the answers.
+    /// Reads the client's bytes; appends the answers.
     ///
     /// # Errors
     /// [`BadSize`]: the connection is to be closed.
@@ -131,7 +131,7 @@ impl Connection {
         send.extend(package(kind, &payload));
     }
 
-    /// What is sent at a cycle, if it is the client's turn.
+    /// Data sent at a cycle, if it is the client's turn.
     #[must_use]
     pub fn data(&self, cycle: u64, moment: &Moment) -> Option<Vec<u8>> {
         if !self.streams || !cycle.is_multiple_of(self.divisor) {
@@ -145,7 +145,7 @@ impl Connection {
     }
 }
 
-/// A comma at the end is no name.
+/// A comma at the end is not a name.
 fn names_in(bytes: &[u8]) -> Vec<String> {
     let text = String::from_utf8_lossy(bytes);
     text.split(',').filter(|name| !name.is_empty()).map(str::to_owned).collect()

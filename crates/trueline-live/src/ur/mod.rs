@@ -13,5 +13,5 @@ pub mod wire;
 pub use server::{RtdeServer, ServerSettings};
 pub use source::RtdeSource;
 
-/// Where controllers listen.
+/// Port of controllers.
 pub const PORT: u16 = 30004;

@@ -9,12 +9,12 @@ use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-/// What a simulated controller does.
+/// Settings of a simulated controller.
 #[derive(Clone, Debug)]
 pub struct ServerSettings {
-    /// Where the robot is.
+    /// Poses of the robot.
     pub feed: PoseFeed,
-    /// What its clock says at the start, s: clients take less than 40 for a controller that is still booting.
+    /// Its clock's reading at the start, s: clients treat less than 40 as booting.
     pub epoch_s: f64,
     /// How much its clock runs fast, parts per million.
     pub drift_ppm: f64,
@@ -46,7 +46,7 @@ impl RtdeServer {
     /// Listens.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn bind(address: SocketAddr, settings: ServerSettings) -> io::Result<Self> {
         let listener = TcpListener::bind(address)?;
         listener.set_nonblocking(true)?;
@@ -59,10 +59,10 @@ impl RtdeServer {
         Self { wiring, ..self }
     }
 
-    /// Where it listens.
+    /// Its own address.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn local_address(&self) -> io::Result<SocketAddr> {
         self.listener.local_addr()
     }
@@ -82,7 +82,7 @@ impl RtdeServer {
     /// Runs cycle by cycle until told to stop. A late cycle is skipped, as controllers do under load; stamps stay on the grid.
     ///
     /// # Errors
-    /// What the operating system says of the listening socket.
+    /// Errors of the operating system about the listening socket.
     pub fn run(&mut self, mut each: impl FnMut(&Self, Duration) -> ControlFlow<()>) -> io::Result<()> {
         let (start, start_ns) = (Instant::now(), self.wiring.clock().read().steady_ns);
         let mut cycle = 0_u64;

@@ -7,7 +7,7 @@ use crate::robot_source::{RobotPose, RobotStatus};
 use nalgebra::Vector3;
 use trueline_geometry::{Pose, so3};
 
-/// The fields that are asked for; those that a controller does not know are left out, but for the first two.
+/// The requested fields; those unknown to a controller are left out, except the first two.
 const WANTED: [&str; 9] = [
     "timestamp",
     "actual_TCP_pose",
@@ -20,7 +20,7 @@ const WANTED: [&str; 9] = [
     "actual_digital_input_bits",
 ];
 const NEEDED: usize = 2;
-/// Asked for, Hz; slower controllers send at their own rate.
+/// Requested rate, Hz; slower controllers send at their own rate.
 const RATE_HZ: f64 = 500.0;
 
 /// Metres and radians that no pose has.
@@ -54,14 +54,14 @@ pub enum SessionError {
     },
 }
 
-/// What a package brought.
+/// Content of a package.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Told {
     /// The controller's software.
     Controller([u32; 4]),
     /// Words of the controller; 0 and 1 are grave.
     Text(u8, String),
-    /// A pose, or why there is none in the package.
+    /// A pose, or the reason for its absence in the package.
     Pose(Result<RobotPose, PacketError>),
     /// The tool was changed: poses before and after are not of the same frame.
     ToolChanged,
@@ -122,7 +122,7 @@ impl Session {
         self.stage == Stage::Streaming
     }
 
-    /// Takes what came; appends what is to be sent. `each` is given every package and what it brought.
+    /// Reads the received bytes; appends the bytes to send. `each` gets every package and its content.
     ///
     /// # Errors
     /// [`SessionError`]: the connection is of no use any more.
@@ -169,7 +169,7 @@ impl Session {
             (START, Stage::Start) => Err(SessionError::NotStarted),
             // Data may come before the answer to the start.
             (DATA, Stage::Start | Stage::Streaming) => Ok(Some(self.data(package.payload))),
-            _ => Ok(Some(Told::Odd("a package that was not asked for"))),
+            _ => Ok(Some(Told::Odd("an unrequested package"))),
         }
     }
 
@@ -226,7 +226,7 @@ impl Session {
             self.ask_for_fields(send);
             return Ok(Some(Told::Odd("a controller that does not support all fields: the others are used")));
         }
-        // A test server of the maker's answers with the names; the types of these fields are known anyway.
+        // A test server of the maker answers with the names; the types of these fields are known anyway.
         let echoed = types == names;
         let kinds = names.iter().zip(&types).map(|(name, kind)| match echoed {
             true => output(name),
@@ -270,7 +270,7 @@ impl Session {
     fn pose(&self, values: &[u8]) -> Result<RobotPose, PacketError> {
         let stamp_s = self.field("timestamp", values).and_then(double).ok_or(PacketError::NotFinite)?;
         let tcp = self.field("actual_TCP_pose", values).and_then(six).ok_or(PacketError::NotFinite)?;
-        // No arm is so far, or turned so often, and beyond it a rotation is lost in rounding.
+        // No arm reaches so far, or rotates so often, and beyond it a rotation is lost in rounding.
         let is_pose = tcp.iter().all(|figure| figure.abs() < MOST_M_OR_RAD);
         let is_time = stamp_s.abs() < MOST_S;
         if !is_pose || !is_time {

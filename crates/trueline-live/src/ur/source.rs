@@ -159,7 +159,7 @@ fn gravity(level: u8) -> &'static str {
     }
 }
 
-/// RTDE has no numbers: what is missing shows as a gap of the stamps, and a controller that began anew as stamps that fall.
+/// RTDE has no numbers. Losses show as a gap of the stamps, and a restarted controller as falling stamps.
 #[derive(Clone, Debug, Default)]
 struct Order {
     last_ns: Option<i64>,
@@ -172,7 +172,7 @@ impl Order {
         self.last_ns = None;
     }
 
-    /// A pose with the number of its cycle, and where it stands.
+    /// A pose with the number of its cycle, and its place in the stream.
     fn place(&mut self, pose: RobotPose) -> (RobotPose, SequenceStatus) {
         let passed_ns = self.last_ns.map(|last_ns| pose.device_ns - last_ns);
         self.last_ns = Some(pose.device_ns);

@@ -144,7 +144,7 @@ const REGISTERS: [(&str, Kind, u32); 6] = [
     ("input_bit_register_", Bool, 128),
 ];
 
-/// The type of an output; `None` if there is none of that name.
+/// The type of an output; `None` if the name is unknown.
 #[must_use]
 pub fn output(name: &str) -> Option<Kind> {
     let numbered = || {

@@ -25,7 +25,7 @@ const HEAD: usize = 3;
 pub struct Package<'a> {
     /// Its kind, a letter.
     pub kind: u8,
-    /// What follows.
+    /// The content after the head.
     pub payload: &'a [u8],
     /// All of it.
     pub whole: &'a [u8],
@@ -35,14 +35,14 @@ pub struct Package<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("a package of {size} bytes; three are the least: this is not RTDE")]
 pub struct BadSize {
-    /// What it says.
+    /// Its stated size.
     pub size: u16,
 }
 
 /// A package to be sent.
 ///
 /// # Panics
-/// Never: what is longer than a package can be is cut by its caller's types.
+/// Never: the caller's types keep it below the longest package.
 #[must_use]
 pub fn package(kind: u8, payload: &[u8]) -> Vec<u8> {
     let size = u16::try_from(HEAD + payload.len()).unwrap_or(u16::MAX);
@@ -53,7 +53,7 @@ pub fn package(kind: u8, payload: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// The first package of what has come, if it is whole.
+/// The first package of the received bytes, if it is whole.
 ///
 /// # Errors
 /// [`BadSize`]: the stream cannot be followed any further.
@@ -67,7 +67,7 @@ pub fn first(bytes: &[u8]) -> Result<Option<Package<'_>>, BadSize> {
     Ok(Some(Package { kind: *kind, payload: &whole[HEAD..], whole }))
 }
 
-/// Words of protocol 2: how grave (0 exception, 1 error, 2 warning, 3 information) and what.
+/// Words of protocol 2: severity (0 exception, 1 error, 2 warning, 3 information) and message.
 #[must_use]
 pub fn text(payload: &[u8]) -> Option<(u8, String)> {
     let (length, rest) = payload.split_first()?;

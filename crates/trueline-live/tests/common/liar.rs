@@ -11,7 +11,7 @@ pub(crate) struct Liar {
     pub(crate) now_ns: i64,
     pub(crate) k: i64,
     pub(crate) sent: Vec<(i64, Reference)>,
-    /// Where it said last that it is.
+    /// Its last stated pose.
     pub(crate) said: Pose,
 }
 
@@ -26,7 +26,7 @@ impl Liar {
         self.gate.path().at(0.0).base_from_tool
     }
 
-    /// Where an honest robot would be.
+    /// The pose of an honest robot.
     pub(crate) fn obedient(&self) -> Pose {
         self.sent.last().map_or_else(|| self.start(), |(_, sent)| sent.base_from_tool)
     }

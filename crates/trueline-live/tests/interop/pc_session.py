@@ -1,4 +1,4 @@
-"""What both PC programs share: the commanded move, the bookkeeping and the main loop."""
+"""The common part of both PC programs: the commanded move, the bookkeeping and the main loop."""
 
 import argparse
 import json
