@@ -1,4 +1,4 @@
-//! Checks for whoever writes a problem of his own: is the gradient the derivative of the cost?
+//! Checks for the author of a problem: is the gradient the derivative of the cost?
 
 use crate::{LeastSquares, NormalEquations};
 use nalgebra::{DMatrix, DVector};
@@ -26,8 +26,8 @@ where
     jacobian
 }
 
-/// Largest difference between the analytic and the numerical gradient of the cost at `state`, each
-/// component in units of √H_kk, where one is one standard deviation of residual.
+/// Largest difference between the analytic and the numerical gradient of the cost at `state`, each component in units
+/// of √H_kk: one is one standard deviation of residual.
 #[must_use]
 pub fn gradient_error<P: LeastSquares>(problem: &P, state: &P::State, steps: &DVector<f64>) -> f64 {
     let mut equations = NormalEquations::zeros(problem.dimension());

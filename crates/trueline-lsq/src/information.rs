@@ -1,8 +1,8 @@
 //! Information of the data on each unknown: rank, null directions, covariance.
 //!
-//! H = JᵀJ of the whitened residuals is the information. Its columns are scaled to unit length first, so
-//! that a metre and a radian can be compared; the singular values of the scaled J are then between 0 and
-//! √n, and a direction is called unseen below a stated part of the largest one.
+//! H = JᵀJ of the whitened residuals is the information. Its columns are scaled to unit length first, to make
+//! a metre and a radian comparable. The singular values of the scaled J are then between 0 and √n. A
+//! direction below a stated part of the largest one counts as unseen.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use std::ops::Range;
@@ -34,11 +34,11 @@ impl Information {
         Self::over(hessian, free, threshold)
     }
 
-    /// The same where some unknowns are known beforehand, so that they are seen in any case: whatever the others do, they
-    /// follow. What is said of the others (rank, singular values, null directions) is said of the information that is
-    /// left to them, H_xx − H_xk H_kk⁻¹ H_kx; the covariance is of all.
+    /// The same with prior information on some unknowns, which are therefore determined in any case: the others
+    /// follow. Rank, singular values and null directions of the others use the information left to them, H_xx − H_xk
+    /// H_kk⁻¹ H_kx. The covariance is of all.
     ///
-    /// Returns `None` also if nothing is known of one of them after all.
+    /// Returns `None` also if one of them has no prior information after all.
     #[must_use]
     pub fn beside(
         hessian: &DMatrix<f64>,
@@ -70,7 +70,7 @@ impl Information {
     fn over(hessian: &DMatrix<f64>, free: Vec<usize>, threshold: f64) -> Option<Self> {
         let dimension = hessian.nrows();
         let largest = free.iter().map(|&k| hessian[(k, k)]).fold(0.0, f64::max);
-        // A column that is empty to rounding is left unscaled: it is a null direction by itself.
+        // A column that is empty to rounding is left unscaled: it is itself a null direction.
         let scale = DVector::from_iterator(
             free.len(),
             free.iter().map(|&k| {
@@ -81,7 +81,7 @@ impl Information {
         let scaled = DMatrix::from_fn(free.len(), free.len(), |i, j| {
             hessian[(free[i], free[j])] * scale[i] * scale[j]
         });
-        // Of nothing there is no decomposition, and nothing is known.
+        // An empty matrix has no decomposition, and no information.
         let eigen = if free.is_empty() {
             SymmetricEigen { eigenvectors: DMatrix::zeros(0, 0), eigenvalues: DVector::zeros(0) }
         } else {
@@ -111,8 +111,8 @@ impl Information {
         Some(Self { free, dimension, scale, singular_values, composition, root, null, known: 0 })
     }
 
-    /// The same where only some directions count as seen: the columns of `kept` (orthonormal, in the coordinates of
-    /// [`Information::covariance_root`]); what is square to them becomes null directions.
+    /// The same if only some directions count as seen: the columns of `kept` (orthonormal, in the coordinates
+    /// of [`Information::covariance_root`]). Directions perpendicular to them become null directions.
     #[must_use]
     pub fn keeping(&self, kept: &DMatrix<f64>) -> Self {
         let unscaled = DVector::from_iterator(
@@ -130,7 +130,7 @@ impl Information {
         Self { root: &self.root * kept, null: null.qr().q(), ..self.clone() }
     }
 
-    /// Number of unknowns that are estimated, with those that were known beforehand.
+    /// Number of estimated unknowns, including those with a prior.
     #[must_use]
     pub fn size(&self) -> usize {
         self.free.len() + self.known
@@ -142,14 +142,14 @@ impl Information {
         &self.singular_values
     }
 
-    /// The unknowns that make up the direction of each singular value, the strongest first; those that carry less than a fifth of
-    /// it are left out.
+    /// The unknowns in the direction of each singular value, the strongest first. Shares below a fifth are
+    /// left out.
     #[must_use]
     pub fn composition(&self) -> &[Vec<usize>] {
         &self.composition
     }
 
-    /// Number of directions that are seen, with those that were known beforehand.
+    /// Number of determined directions, including those with a prior.
     #[must_use]
     pub fn rank(&self) -> usize {
         self.root.ncols()

@@ -1,8 +1,8 @@
 //! Robust nonlinear least squares on manifolds, for small dense problems with very many residuals.
 //!
-//! Three nouns, never mixed: the problem ([`LeastSquares`]: what), the options ([`SolveOptions`]: how),
-//! the solution ([`Solution`]: what happened, as data). The problem adds its own residuals into
-//! [`NormalEquations`], so that this crate needs memory for the unknowns only, never for the residuals.
+//! Three nouns, never mixed: the problem ([`LeastSquares`]), the options ([`SolveOptions`]), the solution
+//! ([`Solution`], as data). The problem adds its own residuals into [`NormalEquations`], so that this crate needs
+//! memory for the unknowns only, never for the residuals.
 //!
 //! Residuals must be whitened: one is one standard deviation. The crate is independent of robots, cameras and lasers; it does not
 //! print, and the same input gives the same bits.

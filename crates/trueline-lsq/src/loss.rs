@@ -10,7 +10,7 @@ pub enum Loss {
     Squared,
     /// Quadratic up to `scale`, linear beyond: bounded influence, but never none.
     Huber {
-        /// Where the linear part begins, σ.
+        /// Start of the linear part, σ.
         scale: f64,
     },
     /// ρ = c² ln(1 + s/c²).

@@ -1,4 +1,4 @@
-//! What a least-squares problem is.
+//! Definition of a least-squares problem.
 
 use crate::NormalEquations;
 use nalgebra::DVector;

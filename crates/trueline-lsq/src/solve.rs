@@ -1,12 +1,12 @@
-//! Levenberg–Marquardt: one joint step over all unknowns, damping scaled by the diagonal of H, controlled
-//! by the gain ratio; a step that raises the cost is never taken.
+//! Levenberg–Marquardt: one joint step over all unknowns, damping scaled by the diagonal of H, controlled by
+//! the gain ratio. A step that raises the cost is never taken.
 //!
 //! Differs from Eq. (17) of the paper, which damps by μI: a metre and a radian are then damped alike,
 //! and it needs 16 to 31 iterations where the scaled form needs 5. Source: \[Madsen2004, Alg. 3.16\],
 //! scaling \[Marquardt1963\].
 //!
-//! H leaves out how a robust loss bends: near a minimum every step then falls short by the same part, and the next ones shrink by no
-//! more than that. What a step gained tells the part, and the next step is longer by it.
+//! H leaves out the curvature of a robust loss. Near a minimum every step then falls short by the same part, and the
+//! next ones shrink by no more than that. The gain of a step determines the part, and the next step is longer by it.
 
 use crate::{LeastSquares, NormalEquations, Termination};
 use nalgebra::{DMatrix, DVector};
@@ -36,18 +36,19 @@ const DAMPING_LIMIT: f64 = 1e12;
 /// Rounding of a sum of up to some millions of squares, as a part of it.
 const COST_ROUNDING: f64 = 1e-13;
 
-/// A cost that rises by more than this part of itself is higher. A residual of a length of a metre beside 10 µm is known to 1e-11 of its
-/// standard deviation, which over ten thousand of them is 1e-13 of the cost.
+/// A cost that rises by more than this part of itself is higher. A residual of a metre with 10 µm of noise is exact to 1e-11
+/// of its standard deviation. Over ten thousand of them this is 1e-13 of the cost.
 const HIGHER: f64 = 1e-12;
 
-/// The true curvature along a step over that of H, where the loss bends: beyond this range the linear model is a poor one, or there is
-/// nothing to gain. It is measured by steps of less than one standard deviation: longer ones tell of the residuals' own curvature …
+/// The true curvature along a step over that of H, where the loss bends. Beyond this range the linear model is poor, or
+/// there is nothing to gain. It is measured by steps of less than one standard deviation: longer ones include the residuals'
+/// own curvature …
 const BENT: std::ops::RangeInclusive<f64> = 0.8..=0.99;
 /// … and not by a promise of less than this part of the cost, which is too near to the sum's rounding.
 const MEASURABLE: f64 = 1e-10;
 
-/// Least damping of a retry; less of it where a solve begins with so much less: what the first step was to leave undamped the next one is not
-/// to hold.
+/// Least damping of a retry. It is smaller for a solve that begins with smaller damping: directions that the first step
+/// left undamped must not be held by the next one.
 const LEAST_RETRY_DAMPING: f64 = 1e-3;
 /// See [`LEAST_RETRY_DAMPING`].
 const LEAST_RETRY_TIMES: f64 = 1e4;
@@ -69,7 +70,7 @@ pub struct Iteration<S> {
     pub accepted: bool,
 }
 
-/// What happened.
+/// Result of the solver.
 #[derive(Clone, Debug)]
 pub struct Solution<S> {
     /// The best state found.
@@ -82,7 +83,7 @@ pub struct Solution<S> {
     pub iterations: Vec<Iteration<S>>,
 }
 
-/// Why there is no solution at all.
+/// The reason why there is no solution at all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SolveError {
     /// Cost, gradient or Hessian is not finite at the start.
@@ -105,7 +106,7 @@ impl std::fmt::Display for SolveError {
 
 impl std::error::Error for SolveError {}
 
-/// Minimises the problem from `start`, leaving the unknowns listed in `fixed` where they are.
+/// Minimises the problem from `start`, with the unknowns listed in `fixed` held constant.
 ///
 /// # Errors
 /// [`SolveError`] if there is nothing to start from. Not converging is not an error: see
@@ -180,7 +181,7 @@ impl<P: LeastSquares> Search<'_, P> {
                 };
             }
             if promised <= COST_ROUNDING * cost {
-                // What the step could gain is lost in the rounding of the sum.
+                // The possible gain is below the rounding of the sum.
                 return Termination::CostConverged { decrease: promised / cost, threshold: COST_ROUNDING };
             }
             if accepted {
@@ -210,7 +211,8 @@ impl<P: LeastSquares> Search<'_, P> {
         self.problem.linearize(&next, &mut self.tried);
         let decrease = cost - self.tried.cost;
         let gain_ratio = if promised > 0.0 { decrease / promised } else { 0.0 };
-        // The cost cannot tell whether a step is good whose promise is lost in its rounding; the gradient is known to far more digits.
+        // The cost cannot judge a step with a promised gain below its rounding. The gradient has far more
+        // digits.
         let is_lost = promised > 0.0 && promised <= COST_ROUNDING * cost;
         let is_lower = gain_ratio > 0.0 || (is_lost && -decrease <= HIGHER * cost);
         let accepted = self.tried.is_finite() && is_lower;
@@ -229,7 +231,7 @@ impl<P: LeastSquares> Search<'_, P> {
         (accepted, gain_ratio, decrease)
     }
 
-    /// Damping and its growth after a step that was not taken, or that there is none of: also from a damping of zero.
+    /// Damping and its growth after a rejected or missing step, also from a damping of zero.
     fn raised(&self, damping: f64, growth: f64) -> (f64, f64) {
         // Below the least a longer or shorter damping makes no difference to the step.
         ((damping * growth).max(self.least_retry), growth * 2.0)
@@ -242,7 +244,7 @@ impl<P: LeastSquares> Search<'_, P> {
     }
 }
 
-/// The measured curvature κ, the step having gained −gᵀδ − ½ κ δᵀHδ, where it is that of a loss that bends; else 1, that of H.
+/// The measured curvature κ of a step with the gain −gᵀδ − ½ κ δᵀHδ, if a bending loss has it; else 1, that of H.
 fn bent(curvature: f64) -> f64 {
     if BENT.contains(&curvature) { curvature } else { 1.0 }
 }
@@ -251,7 +253,7 @@ fn bent(curvature: f64) -> f64 {
 fn damped_step(equations: &NormalEquations, fixed: &[usize], damping: f64) -> Option<DVector<f64>> {
     let mut matrix: DMatrix<f64> = equations.hessian.clone();
     let mut right = -equations.gradient.clone();
-    // An unknown that no residual depends on has an empty column; it stays where it is.
+    // An unknown without effect on any residual has an empty column; it stays constant.
     let floor = matrix.diagonal().max() * 1e-30;
     for k in 0..right.len() {
         let held = fixed.contains(&k) || matrix[(k, k)] <= floor;

@@ -40,12 +40,12 @@ pub enum Termination {
 }
 
 impl Termination {
-    /// Whether the state can be taken as the minimum.
+    /// Whether the state counts as the minimum.
     #[must_use]
     pub fn is_converged(&self) -> bool {
         match *self {
             Self::StepConverged { .. } | Self::CostConverged { .. } => true,
-            // What is left over is far below what the data can tell.
+            // The remaining gradient is far below the data's precision.
             Self::NoFurtherDecrease { step, .. } => step < 1e-2,
             Self::IterationLimit { .. } | Self::NoSolution => false,
         }

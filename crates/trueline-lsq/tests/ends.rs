@@ -1,4 +1,4 @@
-//! Why a solve ends: each threshold from both sides, after steps that were taken and that were not, and where no step can be had.
+//! Why a solve ends: each threshold from both sides, after accepted and rejected steps, and without a possible step.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
@@ -124,9 +124,9 @@ fn a_step_whose_promise_is_lost_in_rounding_is_taken_unless_it_is_seen_to_lose_a
         panic!("{}", lost.termination)
     };
     assert!((decrease / (1e-14 / 9.0) - 1.0).abs() < 1e-12 && threshold == 1e-13, "{decrease}");
-    // That it was the wrong one cannot be seen by the cost: it rises by 1.5e-14 of 4.5.
+    // The cost does not show that it was the wrong one: it rises by 1.5e-14 of 4.5.
     assert_eq!((lost.iterations.len(), lost.iterations[0].accepted, lost.state[0]), (1, true, 2e-7));
-    // What does not promise more and is seen to lose is not taken.
+    // A step that promises no more and visibly loses is rejected.
     let jump = |x: &DVector<f64>| {
         let cost = if x[0] == 1e-7 { 4.5 } else { 4.5 + 1e-11 };
         (dmatrix![1.0], dvector![x[0]], cost)
@@ -176,7 +176,7 @@ fn a_matrix_that_is_not_positive_definite_is_damped_until_it_is() {
         assert!(solution.iterations.is_empty() && solution.state == start);
         solution.termination
     };
-    // 1e-3 × 2^(2 + 3 + … + 9) = 1.8e10 is tried, × 2^10 is not, also from no damping at all; there is no step left over to tell of.
+    // 1e-3 × 2^(2 + 3 + … + 9) = 1.8e10 is tried, × 2^10 is not, also from no damping at all; no step is left to report.
     let end = |damping| Termination::NoFurtherDecrease { damping, threshold: 1e12, step: f64::INFINITY };
     assert_eq!([given_up(1e-6), given_up(0.0)], [end(1e-3 * 2_f64.powi(54)); 2]);
     assert_eq!(given_up(5e11), end(4e12));
@@ -238,13 +238,13 @@ fn each_end_has_its_sentence() {
     for (end, sentence) in sentences {
         assert_eq!(end.to_string(), sentence);
     }
-    // At 0.01 σ what is left over is no longer far below what the data tell.
+    // At 0.01 σ the remainder is no longer far below the data's resolution.
     let left = |step| Termination::NoFurtherDecrease { damping: 4e12, threshold: 1e12, step }.is_converged();
     assert_eq!((left(0.009), left(0.01)), (true, false));
 }
 
-/// H says 1 where the cost bends by 0.9, so that every Gauss–Newton step leaves a tenth; what the first one gained tells it, and the
-/// second arrives.
+/// H says 1 but the cost bends by 0.9, so every Gauss–Newton step leaves a tenth. The gain of the first step shows it, and
+/// the second arrives.
 #[test]
 fn a_step_that_falls_short_tells_how_much_longer_the_next_one_is() {
     let bent = |curvature: f64| Sums {
@@ -255,7 +255,7 @@ fn a_step_that_falls_short_tells_how_much_longer_the_next_one_is() {
         },
     };
     let two = SolveOptions { max_iterations: 2, ..EXACT };
-    // Rounding of a cost of about one, by which the curvature is told.
+    // Rounding of a cost of about one, which determines the curvature.
     assert!(from(&bent(0.9), 0.5, two).state[0].abs() < 1e-14);
     assert!((from(&bent(0.9), 0.5, SolveOptions { max_iterations: 1, ..two }).state[0] - 0.05).abs() < 1e-15);
     // Outside the range it is not a loss that bends: plain Gauss–Newton, whose errors are 0.3² and 0.5² of the first.
@@ -264,7 +264,7 @@ fn a_step_that_falls_short_tells_how_much_longer_the_next_one_is() {
     assert!((from(&bent(0.995), 0.5, two).state[0] - 1.25e-5).abs() < 1e-15);
     // A step of several standard deviations tells nothing.
     assert!((from(&bent(0.9), 3.0, two).state[0] - 0.03).abs() < 1e-15);
-    // Where the promise is lost in the sum's rounding nothing is measured.
+    // If the promise is lost in the sum's rounding, nothing is measured.
     let high = |x: &DVector<f64>| {
         let cost = 1e12 + 0.45 * x[0] * x[0];
         (dmatrix![1.0], dvector![0.9 * x[0]], cost)

@@ -1,4 +1,4 @@
-//! What is said of each unknown, against plain inverses of the matrices that are meant.
+//! The statements about each unknown, against plain inverses of the corresponding matrices.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{DMatrix, DVector};
@@ -61,7 +61,7 @@ proptest! {
         let all = Information::beside(&hessian, &[], known.clone(), 1e-9).unwrap();
         prop_assert!(differ(&all.covariance(), &hessian.clone().try_inverse().unwrap()) < ROUNDING);
         prop_assert_eq!((all.size(), all.rank()), (SIZE, SIZE));
-        // What is left to the others is the inverse of their block of the covariance.
+        // The remainder for the others is the inverse of their block of the covariance.
         let others: Vec<usize> = (0..SIZE).filter(|k| !known.contains(k)).collect();
         let block = hessian.clone().try_inverse().unwrap().select_rows(&others).select_columns(&others);
         let left = Information::new(&block.try_inverse().unwrap(), &[], 1e-9).unwrap();
@@ -71,8 +71,8 @@ proptest! {
         prop_assert!(unit.abs().max() < ROUNDING);
     }
 
-    /// What is kept stays as it was; what is not becomes directions of which nothing is known: square to what is kept, of unit
-    /// length in comparable unknowns, and beside the fixed ones.
+    /// Kept directions stay unchanged. The others become directions without information: perpendicular to the kept ones, of
+    /// unit length in comparable unknowns, and next to the fixed ones.
     #[test]
     fn what_is_not_kept_becomes_null_directions(hessian in hessian(), held in 0..SIZE, turn in 0.1..3.0_f64) {
         let all = Information::new(&hessian, &[held], 1e-9).unwrap();
@@ -115,7 +115,7 @@ fn a_direction_that_nothing_depends_on_is_null_and_the_threshold_decides() {
     let steps = DMatrix::from_fn(3, 2, |i, j| information.null_space()[(i, j)] / [2.0, 10.0, 1.0][i]);
     // Rounding of the sums: 100 × eps.
     assert!((&hessian * steps).abs().max() < 1e-13);
-    // What is seen has a variance of ¼ of a half of what each alone would have: the pseudo-inverse of [1 1; 1 1] is a quarter of it.
+    // The seen part has a variance of ¼ of a half of each alone: the pseudo-inverse of [1 1; 1 1] is a quarter of it.
     assert!((information.covariance()[(0, 0)] - 0.25 / 4.0).abs() < 1e-15);
 
     // Nearly together: the smaller singular value is √(0.01/1.99) = 0.071 of the larger.
@@ -129,7 +129,7 @@ fn a_direction_that_nothing_depends_on_is_null_and_the_threshold_decides() {
     assert_eq!(Information::beside(&near, &[], 1..1, 1e-9).unwrap().size(), 2, "nothing is known beforehand");
 }
 
-/// A threshold of zero leaves out what is exactly unseen, and nothing else; where nothing is seen at all, everything is left out.
+/// A threshold of zero leaves out exactly unseen directions, and no others; if nothing is seen, everything is left out.
 #[test]
 fn what_is_exactly_unseen_is_no_direction_whatever_the_threshold() {
     let hessian = DMatrix::from_diagonal(&DVector::from_vec(vec![4.0, 0.0, 1e-20]));

@@ -165,7 +165,7 @@ fn what_cannot_begin_is_an_error() {
 fn differences_are_exact_for_polynomials_of_degree_four() {
     let function =
         |x: &DVector<f64>| dvector![3.0 * x[0] + x[0].powi(4) - x[1].powi(3), 2.0 * x[1] + x[0] * x[1]];
-    // At zero; the stencil cancels powers up to four, what is left is rounding: eps × 8 values / (12 × 0.5).
+    // At zero; the stencil cancels powers up to four, and the remainder is rounding: eps × 8 values / (12 × 0.5).
     let jacobian = numerical_jacobian(2, 0.5, function);
     let expected = DMatrix::from_row_slice(2, 2, &[3.0, 0.0, 0.0, 2.0]);
     assert!((jacobian - expected).abs().max() < 1e-14);
