@@ -4,7 +4,7 @@ use crate::message::content_error::ContentError;
 use std::path::{Path, PathBuf};
 use trueline_geometry::arm::urdf::UrdfError;
 
-/// What stands in the way: of a file, a message, or a choice that is the user's.
+/// Obstacles: a file, a message, or a choice that is the user's.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImportError {
@@ -13,7 +13,7 @@ pub enum ImportError {
     Io {
         /// The file.
         file: PathBuf,
-        /// What it says.
+        /// Its statement.
         why: String,
     },
     /// Neither MCAP nor SQLite nor a folder with such files.
@@ -34,12 +34,12 @@ pub enum ImportError {
         /// The file.
         file: PathBuf,
     },
-    /// A data base that is none of rosbag2.
+    /// A data base that is not of rosbag2.
     #[error("{}: is not a database of rosbag2: {why}", file.display())]
     Database {
         /// The file.
         file: PathBuf,
-        /// What SQLite says.
+        /// Error of SQLite.
         why: String,
     },
     /// A message that is needed and cannot be used.
@@ -51,20 +51,20 @@ pub enum ImportError {
         number: u64,
         /// When it was recorded, ns.
         log_time: u64,
-        /// What is wrong with it.
+        /// The fault.
         problem: ContentError,
     },
     /// A topic that is not there, or is of another kind.
-    #[error("there is no topic `{topic}` with {wanted}; there are: {}", list(candidates))]
+    #[error("no topic `{topic}` with {wanted}; there are: {}", list(candidates))]
     NoTopic {
-        /// The topic that was asked for.
+        /// The requested topic.
         topic: String,
-        /// What it should have.
+        /// The content it should have.
         wanted: &'static str,
         /// Topics that would do.
         candidates: Vec<String>,
     },
-    /// Nothing says where the robot was.
+    /// No source of the robot's poses.
     #[error("the recording has no robot poses; its topics are: {}", list(topics))]
     NoRobot {
         /// All topics with their types.
@@ -76,13 +76,13 @@ pub enum ImportError {
         /// The topic.
         topic: String,
     },
-    /// A URDF is given, and there is nothing that it explains.
+    /// A URDF is given without anything to explain.
     #[error("the URDF cannot be used: the recording has no joint angles")]
     NoJointAngles,
     /// A URDF that cannot be used.
     #[error("the URDF cannot be used: {why}")]
     Urdf {
-        /// What is wrong with it.
+        /// The fault.
         why: String,
     },
     /// A URDF with more than one tool.
@@ -107,7 +107,7 @@ pub enum ImportError {
         /// All joints that are there.
         seen: Vec<String>,
     },
-    /// An axis whose joint is in another unit.
+    /// An axis with its joint in another unit.
     #[error("axis `{name}`: joint `{joint}` is in {} or {}", units[0].trim_start_matches('_'), units[1].trim_start_matches('_'))]
     AxisUnit {
         /// Its name.
@@ -123,12 +123,12 @@ pub enum ImportError {
     /// More than one topic could be meant.
     #[error("several topics have {wanted}: {}", list(candidates))]
     SeveralTopics {
-        /// What they have.
+        /// Their content.
         wanted: &'static str,
         /// The topics.
         candidates: Vec<String>,
     },
-    /// Transforms of which more than one could be the robot's pose.
+    /// Transforms with several possible poses of the robot.
     #[error("which transform is the robot's pose? the recording has: {}", list(links))]
     FramesNeeded {
         /// The transforms, as parent → child.
@@ -137,21 +137,21 @@ pub enum ImportError {
         proposal: Option<[String; 2]>,
     },
     /// A frame that is not there.
-    #[error("there is no frame `{frame}`; there are: {}", list(known))]
+    #[error("no frame `{frame}`; there are: {}", list(known))]
     UnknownFrame {
-        /// The frame that was asked for.
+        /// The requested frame.
         frame: String,
         /// All frames.
         known: Vec<String>,
     },
-    /// Poses told in another frame than asked for.
+    /// Poses in another frame than requested.
     #[error("the poses of `{topic}` are in frame `{found}`, not in `{wanted}`")]
     OtherBase {
         /// The topic.
         topic: String,
         /// The frame of the poses.
         found: String,
-        /// The frame that was asked for.
+        /// The requested frame.
         wanted: String,
     },
     /// Frames without a connection.
@@ -167,7 +167,7 @@ pub enum ImportError {
     SeveralParents {
         /// The frame.
         child: String,
-        /// What it hangs on.
+        /// Its parents.
         parents: Vec<String>,
     },
     /// A static transform that changes.
@@ -176,7 +176,7 @@ pub enum ImportError {
         /// The transform, as parent → child.
         link: String,
     },
-    /// Transforms that nobody publishes again and again.
+    /// Transforms that are not published repeatedly.
     #[error("nothing moves between `{base}` and `{tool}`: the transforms are static")]
     NothingMoves {
         /// The outer frame.
@@ -184,7 +184,7 @@ pub enum ImportError {
         /// The inner frame.
         tool: String,
     },
-    /// Transforms of which none is known at the time of the others.
+    /// Transforms without a common time.
     #[error("the transforms from `{base}` to `{tool}` are never known at the same time")]
     NeverTogether {
         /// The outer frame.
@@ -193,7 +193,7 @@ pub enum ImportError {
         tool: String,
     },
     /// Messages without stamps.
-    #[error("the messages of `{topic}` all have the stamp 0: whoever sent them did not stamp them")]
+    #[error("the messages of `{topic}` all have the stamp 0: their sender did not stamp them")]
     NotStamped {
         /// The topic.
         topic: String,
@@ -203,7 +203,7 @@ pub enum ImportError {
     NoPtp {
         /// How many.
         count: usize,
-        /// Of what.
+        /// The kind of data.
         what: &'static str,
     },
     /// Two clocks that follow different masters.
@@ -214,21 +214,21 @@ pub enum ImportError {
         /// How far, s.
         apart_s: f64,
     },
-    /// Nothing says what the sensor is.
+    /// No description of the sensor.
     #[error("the recording does not describe the sensor")]
     NoSensor,
     /// Seam points of another sensor.
-    #[error("the recorded seam points are not those of a sensor of kind `{sensor}`")]
+    #[error("the recorded seam points do not fit a sensor of kind `{sensor}`")]
     OtherSensor {
         /// The kind of the sensor.
         sensor: &'static str,
     },
-    /// Profiles whose numbers stand for something else than they say.
+    /// Profiles with codes among their numbers.
     #[error("{topic}: {problem}")]
     Profiles {
         /// Their topic.
         topic: String,
-        /// What is wrong.
+        /// The fault.
         problem: trueline_dataset::Problem,
     },
     /// The dataset cannot be written, or the sensor cannot be read.
@@ -241,13 +241,13 @@ impl ImportError {
         Self::Io { file: file.to_owned(), why: error.to_string() }
     }
 
-    /// What the user can do about it.
+    /// Remedy for the user.
     #[must_use]
     pub fn hint(&self) -> String {
         let text = match self {
             Self::Io { .. } => "check the path and its permissions",
             Self::NotARecording { .. } => {
-                "what can be read: an .mcap file, a folder of rosbag2, a .db3 or .db3.zstd file"
+                "readable: an .mcap file, a folder of rosbag2, a .db3 or .db3.zstd file"
             }
             Self::RosBag1 { .. } => "`mcap convert in.bag out.mcap` makes it an MCAP file",
             Self::WithoutRosbag2 { .. } => {
@@ -264,19 +264,21 @@ impl ImportError {
             }
             Self::NoJointAngles => "leave --urdf out: poses and transforms need none",
             Self::Urdf { .. } => "xacro is expanded first: xacro robot.xacro > robot.urdf",
-            Self::ToolNeeded { .. } => "name the one whose pose is wanted with --tool",
+            Self::ToolNeeded { .. } => "name the wanted one with --tool",
             Self::JointMissing { .. } => "all joints between --base and --tool must come in one message",
             Self::NoAxis { .. } | Self::AxisUnit { .. } | Self::Axis(_) => return self.hint_of_axes(),
             Self::FramesNeeded { proposal: Some([base, tool]), .. } => {
                 return format!(
-                    "perhaps --base {base} --tool {tool}? the tool is the frame whose pose the robot reports"
+                    "perhaps --base {base} --tool {tool}? the tool is the frame of the robot's reported \
+                    poses"
                 );
             }
             Self::FramesNeeded { .. }
             | Self::UnknownFrame { .. }
             | Self::NoChain { .. }
             | Self::NothingMoves { .. } => {
-                "name the frames with --base and --tool; the tool is the frame whose pose the robot reports"
+                "name the frames with --base and --tool; the tool is the frame of the robot's reported \
+                poses"
             }
             Self::OtherBase { .. } => "leave --base out, or choose another topic",
             Self::SeveralParents { .. } => "were two recordings joined? split the recording",
@@ -296,8 +298,8 @@ impl ImportError {
             }
             Self::OtherSensor { .. } => "give the sensor that was recorded with --sensor sensor.toml",
             Self::Profiles { .. } => {
-                "let the driver write NaN for no return, as in PointCloud2; or state the code for no return: \
-                 `trueline import mcap|rosbag2 SRC --no-return-mm 0 --out DIR`"
+                "let the driver write NaN for no return, as in PointCloud2; or state the code for no \
+                return: `trueline import mcap|rosbag2 SRC --no-return-mm 0 --out DIR`"
             }
             Self::Dataset(error) => return error.hint(),
         };

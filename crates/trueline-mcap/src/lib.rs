@@ -1,4 +1,4 @@
-//! Recordings in MCAP: written so that nothing is lost, read whoever wrote them.
+//! Recordings in MCAP: written so that nothing is lost, read from any program.
 //!
 //! | folder | type in → out | names |
 //! |---|---|---|
@@ -8,8 +8,8 @@
 //! | [`message`] | schema and bytes → [`Content`] | [`message::decode`] |
 //! | `import` | recording and [`Choice`] → [`Imported`]: a `Recording` and its pictures | [`import()`], [`DatasetFolder`] |
 //!
-//! A recording that was cut off is normal: a program can be killed and a disk can be full. What was written before stays
-//! readable, and missing data are reported ([`Damage`]). Data without a valid checksum are never trusted.
+//! A recording that was cut off is normal: a program can be killed and a disk can be full. Data written before an error
+//! stay readable, and missing data are reported ([`Damage`]). Data without a valid checksum are never trusted.
 //!
 //! ```
 //! use trueline_mcap::{About, Entry, Recorder, survey};

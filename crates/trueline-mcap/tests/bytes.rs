@@ -137,12 +137,12 @@ proptest! {
         }
         drop(message::decode(good[which].schema, "ros1", &bytes));
         let end = cut.index(bytes.len());
-        // A length that was changed may fit what is left: only one that is cut and nothing else is sure to be refused.
+        // A changed length may fit the remaining bytes: only truncation alone is sure to be refused.
         drop(message::decode(good[which].schema, "ros1", &bytes[..end]));
         prop_assert!(message::decode(good[which].schema, "ros1", &good[which].bytes[..end]).is_err());
     }
 
-    /// Whatever is asked for, in whatever order.
+    /// For any requests in any order.
     #[test]
     fn no_reading_goes_behind_the_end(bytes in prop::collection::vec(any::<u8>(), 4..200), asked in prop::collection::vec(0..7, 0..40)) {
         for mut cursor in [Some(RosCursor::ros1(&bytes)), RosCursor::ros2(&bytes).ok()].into_iter().flatten() {

@@ -1,4 +1,4 @@
-//! Whatever is done to a file: no panic, no altered item without a word, and as much as there is.
+//! For any damage to a file: no panic, no silently altered item, and all remaining data.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod common;
@@ -52,7 +52,7 @@ fn cuts_in_the_index_of_a_finished_recording_lose_nothing() {
     }
 }
 
-/// Where the chunks of a file are: opcode 6 and a length that leads on.
+/// Places of a file's chunks: opcode 6 and a length that leads on.
 fn chunks(file: &[u8]) -> Vec<std::ops::Range<usize>> {
     let mut at = 8;
     let mut chunks = Vec::new();
@@ -120,7 +120,7 @@ fn no_record_passes_as_one_of_another_kind() {
     }
 }
 
-/// A length that was altered so that it leads over the next chunk to a place where a record begins.
+/// A length altered to lead over the next chunk to the start of a record.
 #[test]
 fn a_record_that_hides_a_chunk_is_told_and_the_chunk_is_read() {
     let (whole, known) = read_items(&UNFINISHED);

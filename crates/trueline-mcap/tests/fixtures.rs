@@ -161,7 +161,7 @@ fn what_is_not_said_is_not_guessed() {
     assert_eq!(error.to_string(), "the poses of `/robot/pose` are in frame `base_link`, not in `world`");
 
     let error = refusal("pose_mono8", &Choice { pose_topic: Some("/pose".to_owned()), ..choice() });
-    assert_eq!(error.to_string(), "there is no topic `/pose` with robot poses; there are: /robot/pose");
+    assert_eq!(error.to_string(), "no topic `/pose` with robot poses; there are: /robot/pose");
 
     let error = refusal("pose_mono8", &Choice { image_topic: Some("/robot/pose".to_owned()), ..choice() });
     assert!(

@@ -1,4 +1,5 @@
-//! Whole profiles: recorded as standard point clouds, read back to the last bit, and what others have recorded so.
+//! Whole profiles: recorded as standard point clouds, read back to the last bit, and other programs' recordings in
+//! this form.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod common;
@@ -72,7 +73,7 @@ fn what_was_recorded_comes_back_without_the_columns_that_saw_nothing() {
     assert!(matches!(import(&file, &ptp), Err(ImportError::NoPtp { .. })));
 }
 
-/// Zeros for no return are refused at the door, as they are in a dataset; what the user names is left out.
+/// Zeros for no return are refused on input, as in a dataset; values named by the user are left out.
 #[test]
 fn a_range_that_stands_for_no_return_is_refused_unless_the_user_names_it() {
     let dir = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Nothing that was accepted is lost, and what is lost is counted.
+//! Accepted data are never lost, and losses are counted.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod common;
@@ -15,7 +15,7 @@ use trueline_mcap::{
     Sink, message,
 };
 
-/// The fields of a message that is written by hand here: an independent reading of what is in the file.
+/// The fields of a message written by hand here: an independent reading of the file.
 #[derive(Clone, PartialEq, Message)]
 struct RobotDatagram {
     #[prost(bytes = "vec", tag = "1")]
@@ -261,7 +261,7 @@ fn a_dropped_recorder_ends_its_recording() {
     assert!(damages.is_empty() && messages(&items, "/tf").len() == 1);
 }
 
-/// What is accepted is with the operating system a moment later, also when nothing follows.
+/// Accepted data reach the operating system a moment later, also if nothing follows.
 #[test]
 fn entries_are_handed_over_while_nothing_follows() {
     let memory = Memory::default();

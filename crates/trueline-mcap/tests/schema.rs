@@ -1,4 +1,4 @@
-//! The descriptors in the file fit the bytes in it: a viewer that knows nothing of trueline shows every field.
+//! The descriptors in the file fit its bytes: any viewer shows every field without knowing trueline.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod common;

@@ -1,4 +1,4 @@
-//! What drivers publish beside gray pictures and plain poses, against the formulas of `fixtures/make_sensor_fixtures.py`.
+//! Drivers' messages besides gray pictures and plain poses, against the formulas of `fixtures/make_sensor_fixtures.py`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! What becomes of recordings that are not as they should be: told, or refused with the reason.
+//! Faulty recordings: reported, or refused with the reason.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod common;
@@ -83,7 +83,7 @@ fn poses_out_of_order_are_sorted_and_told() {
     );
     let robot = scan.robot();
     assert_eq!(robot.iter().map(|s| s.stamp_ns).collect::<Vec<_>>(), [0, 10, 15, 15, 20, 30].map(at));
-    // Those of one stamp as they came.
+    // Items of one stamp in their order of arrival.
     for (sample, k) in robot.iter().zip([0, 1, 3, 4, 2, 5]) {
         assert!((sample.base_from_tool.translation.vector - pose(k).translation.vector).norm() < 1e-15);
     }
@@ -149,7 +149,7 @@ fn a_message_that_cannot_be_used_is_named() {
     long.bytes[w..].copy_from_slice(&2.0_f64.to_le_bytes());
     let error = Scan::of(&[long]).unpack(&choice()).unwrap_err();
     assert!(matches!(error, ImportError::Message { problem: ContentError::QuaternionNotUnit { .. }, .. }));
-    // What is not needed may be broken.
+    // Unneeded parts may be broken.
     let mut messages = Vec::from(messages);
     messages[1].topic = "/other";
     let wanted = Choice { pose_topic: Some("/pose".to_owned()), ..choice() };
@@ -487,6 +487,6 @@ fn seam_points_of_another_sensor_are_refused() {
 fn frames_of_an_own_recording_have_their_names() {
     let scan = Scan::own(vec![Entry::Robot(robot(0))], "kind = \"profiler\"");
     let error = scan.unpack(&framed("base", "tool0")).unwrap_err();
-    assert_eq!(error.to_string(), "there is no frame `tool0`; there are: base, tool");
+    assert_eq!(error.to_string(), "no frame `tool0`; there are: base, tool");
     assert_eq!(scan.unpack(&framed("base", "tool")).unwrap().robot, 1);
 }

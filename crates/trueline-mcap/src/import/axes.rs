@@ -9,7 +9,7 @@ use trueline_dataset::import::axis_columns::{AxisColumn, size_of_unit};
 /// Units of joints: of packets of a robot, and of ROS.
 const UNITS: [[&str; 2]; 2] = [["_deg", "_mm"], ["_rad", "_m"]];
 
-/// What was found so far.
+/// Findings so far.
 pub(super) struct AxisJoints<'a> {
     asked: &'a [AxisColumn],
     /// Values of each by their topic.
@@ -23,12 +23,12 @@ impl<'a> AxisJoints<'a> {
         Self { asked, found: vec![BTreeMap::new(); asked.len()], seen: BTreeSet::new() }
     }
 
-    /// Whether any is asked for.
+    /// Whether any is requested.
     pub(super) fn are_asked(&self) -> bool {
         !self.asked.is_empty()
     }
 
-    /// Adds what a message says of joints.
+    /// Adds the joints of a message.
     pub(super) fn add<'n>(
         &mut self,
         topic: &str,
@@ -59,7 +59,7 @@ impl<'a> AxisJoints<'a> {
         if count == 0 { Ok(()) } else { Err(ImportError::NoPtp { count, what: "values of axes" }) }
     }
 
-    /// The axes, in the order in which they were asked for.
+    /// The axes, in the order of the request.
     ///
     /// # Errors
     /// A joint that is not there, or in several topics; a unit that joints do not have.

@@ -1,9 +1,9 @@
-//! What the user says of a recording.
+//! The user's choice about a recording.
 
 use trueline_dataset::SensorFile;
 use trueline_dataset::import::axis_columns::AxisColumn;
 
-/// What the user says; nothing needs to be said where there is one possibility.
+/// The user's choice; not needed if there is only one possibility.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Choice {
     /// The sensor; else the one in the recording.
@@ -14,13 +14,13 @@ pub struct Choice {
     pub image_topic: Option<String>,
     /// The frame that stands still.
     pub base_frame: Option<String>,
-    /// The frame whose pose the robot reports.
+    /// The frame of the robot's reported pose.
     pub tool_frame: Option<String>,
     /// The text of the robot's URDF, with which joint angles become poses.
     pub urdf: Option<String>,
     /// The clock that stamps.
     pub clock: StampClock,
-    /// The range of profiles that stands for no return, m.
+    /// The code for no return in profiles, m.
     pub no_return_m: Option<f64>,
     /// External axes by the names of their joints.
     pub axes: Vec<AxisColumn>,

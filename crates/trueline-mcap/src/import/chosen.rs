@@ -10,7 +10,7 @@ use crate::wire::frame_names::{BASE, TOOL};
 use std::collections::BTreeSet;
 use trueline_geometry::arm::urdf;
 
-/// Where the robot's poses are.
+/// Source of the robot's poses.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum RobotSource {
     /// In a recording of trueline.
@@ -36,7 +36,7 @@ pub(super) struct Chain {
 /// The topic of the pose in a recording of trueline.
 pub(crate) const OWN_POSES: &str = "/tf";
 
-/// What is meant.
+/// The chosen topics and frames.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Chosen {
     pub robot: RobotSource,
@@ -46,7 +46,7 @@ pub(super) struct Chosen {
 }
 
 impl Chosen {
-    /// Decides, from what there is and what the user says.
+    /// Decides, by the recording's content and the user's choice.
     pub(super) fn of(survey: &Survey, choice: &Choice) -> Result<Self, ImportError> {
         let seen = seen(survey, choice)?;
         let is_profile = |topic: &String| {
@@ -65,7 +65,7 @@ fn names(survey: &Survey, kinds: &[Kind]) -> Vec<String> {
     topics.map(|topic| topic.name.clone()).collect()
 }
 
-/// The topic of what the sensor sees.
+/// The topic of the sensor's readings.
 fn seen(survey: &Survey, choice: &Choice) -> Result<Option<String>, ImportError> {
     const WANTED: &str = "pictures or profiles";
     let mut candidates = names(survey, &[Kind::Picture, Kind::Profile]);
@@ -95,7 +95,7 @@ fn robot(survey: &Survey, choice: &Choice) -> Result<RobotSource, ImportError> {
     }
     let mut poses = names(survey, &[Kind::Pose]);
     let moving = survey.links.iter().any(|link| !link.is_static());
-    // Only transforms know a tool.
+    // Only transforms have a tool.
     if moving && (poses.is_empty() || choice.tool_frame.is_some()) {
         return chain(survey, choice, None);
     }
@@ -109,7 +109,7 @@ fn robot(survey: &Survey, choice: &Choice) -> Result<RobotSource, ImportError> {
     }
 }
 
-/// The topic of joint angles, and what they mean.
+/// The topic of joint angles, and their meaning.
 fn joints(survey: &Survey, choice: &Choice, urdf: &str) -> Result<RobotSource, ImportError> {
     const WANTED: &str = "joint angles";
     let mut candidates = names(survey, &[Kind::JointStates]);

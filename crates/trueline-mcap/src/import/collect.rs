@@ -1,4 +1,4 @@
-//! The second look at a recording: what was chosen is taken out.
+//! The second pass over a recording: the chosen data are extracted.
 
 use crate::import::axes::AxisJoints;
 use crate::import::choice::{Choice, StampClock};
@@ -20,7 +20,7 @@ use crate::write::entry::InputsEntry;
 use std::collections::{BTreeMap, HashMap};
 use trueline_dataset::{Feature, RobotSample};
 
-/// What was taken out so far.
+/// Data extracted so far.
 pub(super) struct Collector<'a> {
     chosen: &'a Chosen,
     is_own: bool,
@@ -34,7 +34,7 @@ pub(super) struct Collector<'a> {
     /// Of each step of the chain.
     pub transforms: Vec<Samples>,
     pub pictures: Vec<StoredPicture>,
-    /// Pictures by what they were.
+    /// Pictures by their form.
     pub origins: BTreeMap<PictureOrigin, usize>,
     pub profiles: Vec<StampedProfile>,
     pub picture_types: Vec<MessageType>,
@@ -44,7 +44,8 @@ pub(super) struct Collector<'a> {
     pub inputs: Vec<InputsEntry>,
     /// External axes.
     pub axes: AxisJoints<'a>,
-    /// IEEE 1588 time of the robot's datagrams by their steady stamp, ns both; looked for only if they are to stamp.
+    /// IEEE 1588 time of the robot's datagrams by their steady stamp, ns both; collected only if these are the
+    /// stamps.
     pub ptp_ns: HashMap<i64, i64>,
 }
 
@@ -121,7 +122,7 @@ impl<'a> Collector<'a> {
             }
             _ => Ok(content),
         };
-        // Of a recording of trueline the times of the log are what is used.
+        // For a recording of trueline the times of the log are used.
         let is_own = self.is_own;
         let stamped = |content: Content| {
             let times = [message.log_time, message.publish_time];

@@ -27,7 +27,7 @@ impl DatasetFolder {
     /// Writes a recording and gives the folder its name. Returns where a former one is kept.
     ///
     /// # Errors
-    /// What the operating system says; then there is no folder.
+    /// Error of the operating system; then there is no folder.
     pub fn write(self, imported: &Imported) -> Result<Option<PathBuf>, ImportError> {
         folder::write(self.0.path(), &imported.recording)?;
         if let Some(text) = &imported.sensor_toml {
@@ -68,8 +68,8 @@ impl DatasetFolder {
     }
 }
 
-/// A picture whose pixels are stored as they are, because its recording compresses them; a file of its own has nobody who does.
-/// One that cannot be decoded is passed on as it is, and named by whoever looks at it.
+/// A picture with pixels stored uncompressed, because its recording compresses them. A file of its own must be compressed.
+/// One that cannot be decoded is passed on unchanged, and reported by its reader.
 fn stored_image(file: &Path, png: &[u8]) -> Option<GrayImage> {
     gray_png::is_stored(png).then(|| gray_png::decode(file, Cursor::new(png), &mut Vec::new()).ok())?
 }

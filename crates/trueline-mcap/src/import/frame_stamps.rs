@@ -8,7 +8,7 @@ use std::collections::{HashMap, VecDeque};
 
 const WHAT: &str = "pictures";
 
-/// The frames in their order, and what is worth knowing. `stamps` are those of a recording of trueline.
+/// The frames in their order, and remarks. `stamps` are those of a recording of trueline.
 pub(super) fn recorded_frames(
     mut pictures: Vec<StoredPicture>,
     stamps: Option<Vec<FrameStamps>>,

@@ -11,7 +11,7 @@ pub(super) fn late(stamps: impl Iterator<Item = i64>) -> usize {
     late
 }
 
-/// Sorts by stamp, those of equal stamps as they were; tells what was out of order.
+/// Sorts by stamp, equal stamps in their order; reports the disorder.
 pub(super) fn sort<T>(items: &mut [T], stamp: impl Fn(&T) -> i64, what: &str) -> Option<String> {
     let late = late(items.iter().map(&stamp));
     items.sort_by_key(stamp);
@@ -23,13 +23,13 @@ pub(crate) fn late_note(late: usize, what: &str) -> Option<String> {
     (late > 0).then(|| format!("{late} {what} were recorded behind later ones and have been sorted by stamp"))
 }
 
-/// Tells how many items have the stamp of the one before; they are kept.
+/// Reports the number of items with the stamp of the one before; they are kept.
 pub(super) fn repetitions<T>(items: &[T], stamp: impl Fn(&T) -> i64, what: &str) -> Option<String> {
     let count = items.windows(2).filter(|w| stamp(&w[0]) == stamp(&w[1])).count();
     (count > 0).then(|| format!("{count} {what} have the stamp of the one before"))
 }
 
-/// Whether whoever sent them left out the stamps.
+/// Whether the sender left out the stamps.
 pub(crate) fn not_stamped(mut stamps: impl ExactSizeIterator<Item = i64>) -> bool {
     stamps.len() > 1 && stamps.all(|stamp| stamp == 0)
 }

@@ -1,4 +1,4 @@
-//! The pictures of a recording, decoded one by one when they are asked for.
+//! The pictures of a recording, decoded one by one on request.
 
 use crate::import::stored_picture::{MessageType, RecordedFrame};
 use crate::import_error::ImportError;

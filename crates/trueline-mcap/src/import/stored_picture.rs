@@ -1,4 +1,4 @@
-//! A picture that stays where it is.
+//! A picture that stays in its place.
 
 use crate::read::place::Place;
 
@@ -18,7 +18,7 @@ pub(crate) struct MessageType {
     pub encoding: String,
 }
 
-/// A picture with all that is known of its frame.
+/// A picture with all data of its frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RecordedFrame {
     pub stamp_ns: i64,

@@ -1,8 +1,8 @@
-//! From a recording to what calibration takes.
+//! From a recording to the input of a calibration.
 //!
-//! Stamps of a recording of trueline are those of its steady clock, with the senders' own beside them. In recordings of others
-//! they are those in the messages' headers, which the drivers set; when a message was recorded says when a program got round to
-//! it, and is not used.
+//! Stamps of a recording of trueline are those of its steady clock, with the senders' own as well. In foreign recordings
+//! they are those in the messages' headers, which the drivers set. The time of recording is when a program got round to it,
+//! and is not used.
 
 use crate::import::axes::AxisJoints;
 use crate::import::choice::{Choice, StampClock};
@@ -28,26 +28,26 @@ use trueline_dataset::{
     sensor_toml, written_form,
 };
 
-/// A recording that was read, whatever it was made of.
+/// A recording read from any form.
 #[derive(Debug)]
 pub struct Imported {
     /// Poses, seam points and the sensor, with all the digits that were recorded.
     pub recording: Recording,
-    /// The text of `sensor.toml`, where it stands in the recording.
+    /// The text of `sensor.toml`, if the recording contains it.
     pub sensor_toml: Option<String>,
-    /// The pictures, which stay in the recording until they are asked for; `None` if there are none.
+    /// The pictures, which stay in the recording until requested; `None` if there are none.
     pub pictures: Option<RecordedPictures>,
-    /// Whole profiles, in the place of seam points.
+    /// Whole profiles, in place of seam points.
     pub profiles: Vec<Profile>,
     /// Changes of the robot's digital inputs, as they came.
     pub inputs: Vec<InputsEntry>,
-    /// Exposure time of the pictures as the camera told it, s; the middle one, where it told several.
+    /// Exposure time of the pictures as reported by the camera, s; the median of several.
     pub exposure_s: Option<f64>,
-    /// What its stamps mean, in the words of the recording, where it says so.
+    /// Meaning of its stamps, in the words of the recording, if it states one.
     pub stamp_meaning: Option<String>,
-    /// What is worth knowing: what was sorted, interpolated or left out.
+    /// Remarks: sorted, interpolated or ignored data.
     pub notes: Vec<String>,
-    /// What of the recording could not be read.
+    /// Damaged parts of the recording.
     pub damages: Vec<DamagedFile>,
 }
 
@@ -110,8 +110,8 @@ fn exposure_s(collected: &Collector<'_>) -> Option<f64> {
 }
 
 impl Imported {
-    /// The recording with the numbers that reading the dataset folder gives, were it written: what is calibrated from the
-    /// one and from the other is then the same to the last digit.
+    /// The recording with the numbers that the written dataset folder would give. A calibration from either is then the
+    /// same to the last digit.
     ///
     /// # Errors
     /// A sensor that cannot be written.
@@ -130,7 +130,7 @@ fn hashes(bag: &Bag) -> Result<BTreeMap<String, String>, ImportError> {
     bag.files().map(hash).collect()
 }
 
-/// The sensor, and its text where it stands in the recording.
+/// The sensor, and its text if the recording contains it.
 fn sensor(
     path: &Path,
     survey: &Survey,
@@ -149,7 +149,7 @@ fn sensor(
             Ok((sensor_toml::parse_file(&path.join("sensor.toml"), text)?, Some(text.clone())))
         }
         (None, None) if has_profiles => {
-            notes.push("no sensor.toml: profiles are those of a profiler".to_owned());
+            notes.push("no sensor.toml: profiles need a profiler".to_owned());
             Ok((Sensor::Profiler.into(), None))
         }
         (None, None) => Err(ImportError::NoSensor),
@@ -241,7 +241,7 @@ fn frames(
     }
     let mut stamps = is_own.then(|| std::mem::take(&mut collected.frames));
     if chosen.profiles.is_some() {
-        // A frame of profiles has no picture; what is told is which of them did not come whole.
+        // A frame of profiles has no picture. Only incomplete frames are reported.
         stamps.iter_mut().for_each(|stamps| stamps.retain(|frame| frame.status != COMPLETE));
     }
     let (frames, told) = recorded_frames(pictures, stamps);
@@ -249,7 +249,7 @@ fn frames(
     Ok(frames)
 }
 
-/// What is worth knowing of pictures that were not gray.
+/// Remark about pictures that were not gray.
 fn origin_note(origin: PictureOrigin, count: usize) -> Option<String> {
     let words = match origin {
         PictureOrigin::Gray => return None,
@@ -298,7 +298,7 @@ fn profiles(
     }
     let origins = no_return::take_out_origins(&mut profiles);
     notes.extend(origins.map(|said| format!("profiles: {said}")));
-    // As of a dataset's profiles: what is calibrated from a recording and from its import is the same, or refused alike.
+    // As for a dataset's profiles: a recording and its import give the same calibration, or the same refusal.
     no_return::check(&profiles).map_err(|problem| ImportError::Profiles {
         topic: chosen.profiles.clone().unwrap_or_default(),
         problem,

@@ -1,8 +1,8 @@
 //! From transforms between many frames to one pose over time.
 //!
-//! Transforms that are published together share their stamps, and are composed at just these. A moving transform that is not
-//! known at a stamp of another one is interpolated between its own samples, never beyond them or across a gap; where that
-//! cannot be, the stamp is left out and counted.
+//! Transforms that are published together share their stamps, and are composed at just these. A moving transform without a
+//! sample at the stamp of another one is interpolated between its own samples, never beyond them or across a gap. Otherwise
+//! the stamp is left out and counted.
 
 use crate::import_error::ImportError;
 use crate::read::survey::LinkSurvey;
@@ -72,12 +72,12 @@ fn one_parent(links: &[&LinkSurvey], child: &str) -> Result<(), ImportError> {
     Ok(())
 }
 
-/// Poses over time, and what became of the stamps.
+/// Poses over time, and the use of the stamps.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Composed {
     /// Stamp in ns, and the pose.
     pub poses: Vec<(i64, Pose)>,
-    /// Stamps at which not every transform is known.
+    /// Stamps without a value of every transform.
     pub left_out: usize,
     /// Stamps at which one was interpolated.
     pub interpolated: usize,

@@ -1,10 +1,10 @@
-//! What a message can hold, whoever wrote it.
+//! Content of a message, from any program.
 
 use crate::write::entry::InputsEntry;
 use trueline_dataset::{Feature, FrameSignals, GrayImage};
 use trueline_geometry::Pose;
 
-/// What a topic's messages are.
+/// Kind of a topic's messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// A pose of something that has no name, in a frame that has one.
@@ -50,8 +50,8 @@ pub enum Content {
     Frame(FrameStamps),
     /// A change of a robot's digital inputs.
     Inputs(InputsEntry),
-    /// When a packet of the robot came by the steady clock, ns, its IEEE 1588 time, ns, if it has one, and names and values of external axes in it, deg
-    /// or mm.
+    /// Arrival of a robot's packet on the steady clock, ns, its IEEE 1588 time, ns, if it has one, and names and values of
+    /// external axes in it, deg or mm.
     ExternalAxes(i64, Option<i64>, Vec<(String, f64)>),
     /// Something else.
     Other,
@@ -88,11 +88,11 @@ pub struct StampedPicture {
     pub stamp_ns: i64,
     /// The picture.
     pub picture: Picture,
-    /// What became gray levels on the way.
+    /// Form before the conversion to gray levels.
     pub origin: PictureOrigin,
 }
 
-/// What a picture was before it was gray.
+/// Form of a picture before it was converted to gray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PictureOrigin {
     /// Gray levels, without losses.
@@ -121,7 +121,7 @@ pub struct StampedProfile {
 /// A picture as it was recorded.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Picture {
-    /// A gray PNG, to be passed on as it is.
+    /// A gray PNG, to be passed on unchanged.
     Png(Vec<u8>),
     /// A JPEG or a PNG in colour: [`trueline_dataset::gray_picture`] makes gray levels of it.
     Compressed(Vec<u8>),
@@ -155,7 +155,7 @@ pub struct FrameStamps {
     pub device_ns: Option<i64>,
     /// Exposure time, µs, where known.
     pub exposure_us: Option<f64>,
-    /// What the camera told of its inputs with it.
+    /// State of the camera's inputs with it.
     pub signals: FrameSignals,
     /// Whether it came whole.
     pub status: String,

@@ -1,6 +1,6 @@
 //! Why a message cannot be used.
 
-/// What is wrong with a message.
+/// Fault of a message.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ContentError {
@@ -16,22 +16,22 @@ pub enum ContentError {
         /// How many.
         bytes: usize,
     },
-    /// The first bytes are not those of the encoding.
+    /// The first bytes do not match the encoding.
     #[error("the message is in no known representation of CDR ({found:#06x})")]
     Representation {
         /// The first two bytes.
         found: u16,
     },
-    /// Bytes that are no text.
+    /// Bytes that are not text.
     #[error("{field} is not UTF-8 text")]
     NotText {
         /// The field.
         field: &'static str,
     },
-    /// Bytes that are no protocol-buffer message.
+    /// Bytes that are not a protocol-buffer message.
     #[error("not a protocol-buffer message: {why}")]
     Protobuf {
-        /// What the decoder says.
+        /// Error of the decoder.
         why: String,
     },
     /// A field that is needed.
@@ -46,13 +46,13 @@ pub enum ContentError {
         /// The field.
         field: &'static str,
     },
-    /// A quaternion whose length is not one.
+    /// A quaternion with another length than one.
     #[error("expected a quaternion of length 1, found length {norm}")]
     QuaternionNotUnit {
         /// Its length.
         norm: f64,
     },
-    /// A time that is none.
+    /// An invalid time.
     #[error("the stamp is out of range")]
     Stamp,
     /// Numbers that do not belong to one another.
@@ -74,16 +74,16 @@ pub enum ContentError {
     /// A cloud of points that are not in the sheet of a profiler.
     #[error("the points are not a profile: expected y = 0 in the sensor's frame, found {y_m} m")]
     NoProfile {
-        /// What is there, m.
+        /// Its value, m.
         y_m: f64,
     },
     /// A picture in colour or in another form.
     #[error("expected a gray picture of 8 or 16 bits, found `{found}`")]
     NotGray {
-        /// What it says it is.
+        /// Its stated type.
         found: String,
     },
-    /// A picture whose size does not fit its bytes.
+    /// A picture with a size that does not fit its bytes.
     #[error("a picture of {width} x {height} pixels with rows of {step} bytes does not fit {bytes} bytes")]
     PictureSize {
         /// Columns, px.
@@ -98,13 +98,13 @@ pub enum ContentError {
 }
 
 impl ContentError {
-    /// What the user can do about it.
+    /// Remedy for the user.
     #[must_use]
     pub fn hint(&self) -> String {
         let text = match self {
             Self::Jpeg => {
-                "JPEG moves edges by fractions of a pixel, which is what is measured: record raw pictures, or PNG (image_transport: `format: png`); \
-                 --allow-jpeg takes them as they are"
+                "JPEG moves edges by fractions of a pixel, the very quantity measured: record raw \
+                pictures, or PNG (image_transport: `format: png`); --allow-jpeg accepts them"
             }
             Self::NotGray { .. } => {
                 "record mono8, mono16, rgb8, bgr8, a bayer pattern, colours of 16 bits, PNG of 8 or 16 bits, or JPEG"

@@ -5,7 +5,7 @@ use crate::message::content_error::ContentError;
 use crate::message::{foxglove, ros};
 use crate::wire::decode as own;
 
-/// What messages of a schema in an encoding are.
+/// Kind of the messages of a schema in an encoding.
 #[must_use]
 pub fn kind(schema: &str, encoding: &str) -> Kind {
     match encoding {

@@ -11,7 +11,7 @@ use prost::Message;
 /// Names and values, deg or mm.
 pub(crate) type Values = Vec<(String, f64)>;
 
-/// `abb.egm.EgmRobot`, as far as it is about external axes.
+/// `abb.egm.EgmRobot`, the part about external axes.
 #[derive(Clone, PartialEq, Message)]
 struct EgmRobot {
     #[prost(message, optional, tag = "2")]
@@ -30,7 +30,7 @@ struct EgmJoints {
     joints: Vec<f64>,
 }
 
-/// Those of a datagram of EGM; none where it has none, or is another message.
+/// The values of a datagram of EGM; empty if it has none, or is another message.
 #[must_use]
 pub(crate) fn of_egm(bytes: &[u8]) -> Values {
     const NAMES: [&str; 6] = ["eax_a", "eax_b", "eax_c", "eax_d", "eax_e", "eax_f"];
@@ -40,7 +40,7 @@ pub(crate) fn of_egm(bytes: &[u8]) -> Values {
     named.map(|(name, value)| ((*name).to_owned(), value)).collect()
 }
 
-/// Those of a packet of another protocol.
+/// The values of a packet of another protocol.
 #[must_use]
 pub(crate) fn of_packet(bytes: &[u8]) -> Values {
     match std::str::from_utf8(bytes) {

@@ -12,7 +12,7 @@ use foxglove::messages::{
 };
 use prost::Message;
 
-/// What messages of a schema are.
+/// Kind of the messages of a schema.
 #[must_use]
 pub(super) fn kind(schema: &str) -> Kind {
     match schema {
@@ -27,7 +27,7 @@ pub(super) fn kind(schema: &str) -> Kind {
 /// Understands a message.
 ///
 /// # Errors
-/// [`ContentError`] says which field is at fault.
+/// [`ContentError`] names the faulty field.
 pub(super) fn decode(schema: &str, bytes: &[u8]) -> Result<Content, ContentError> {
     match schema {
         "foxglove.PoseInFrame" => pose(bytes).map(Content::Pose),
@@ -101,7 +101,7 @@ fn transform(wire: &FrameTransform, stamp: &Stamp) -> Result<StampedTransform, C
     })
 }
 
-/// Nothing is a message too, and reads as zeros: what is missing must be seen to be missing.
+/// An empty message is valid too, and reads as zeros: a missing value must be recognisable.
 fn position(wire: Option<Vector3>) -> Result<[f64; 3], ContentError> {
     let p = wire.ok_or(ContentError::Missing { field: "the position" })?;
     Ok([p.x, p.y, p.z])
@@ -147,7 +147,7 @@ fn raw_image(bytes: &[u8]) -> Result<StampedPicture, ContentError> {
         height: wire.height,
         step: wire.step,
         encoding: &wire.encoding,
-        // The schema says so.
+        // As in the schema.
         big_endian: false,
         bytes: &wire.data,
     };

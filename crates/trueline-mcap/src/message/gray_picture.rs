@@ -78,7 +78,7 @@ impl Layout {
 const LUMA: [u32; 3] = [299, 587, 114];
 
 impl RawPicture<'_> {
-    /// The gray levels, and what they were made of.
+    /// The gray levels, and their source.
     ///
     /// # Errors
     /// Another encoding, or a size that does not fit.
@@ -115,13 +115,13 @@ fn luma<L: Into<u32> + TryFrom<u32> + Default>(colours: [L; 3]) -> L {
     L::try_from((sum + 500) / 1000).unwrap_or_default()
 }
 
-/// A mosaic of colours as gray: the mean over each pixel and its neighbours with the weights 1 2 1, along rows and columns. It
-/// weighs red, green and blue as 1 : 2 : 1 about every pixel whatever its own colour is, and moves nothing.
+/// A mosaic of colours as gray: the mean over each pixel and its neighbours with the weights 1 2 1, along rows and columns.
+/// It weighs red, green and blue as 1 : 2 : 1 about every pixel of any colour, and shifts nothing.
 fn blended<L: Copy + Into<u32> + TryFrom<u32> + Default>(mosaic: &[L], width: usize) -> Vec<L> {
     let height = mosaic.len() / width;
     let mirrored = |k: usize, by: isize, count: usize| match k.checked_add_signed(by) {
         Some(k) if k < count => k,
-        // Behind the border the mosaic goes on with the colour of the other side.
+        // Beyond the border the mosaic continues with the colour of the other side.
         _ => k.saturating_add_signed(-by).min(count - 1),
     };
     let mut gray = Vec::with_capacity(mosaic.len());
@@ -145,10 +145,11 @@ const PNG: &[u8] = &[0x89, b'P', b'N', b'G', 0x0d, 0x0a, 0x1a, 0x0a];
 /// Bytes that a JPEG begins with.
 const JPEG: &[u8] = &[0xff, 0xd8, 0xff];
 
-/// A compressed picture: a PNG that is gray by its head as it is, and what else can be decoded; `format` is what the message calls it.
+/// A compressed picture. A PNG with a gray header is kept as it is; other formats are decoded. `format` is the message's
+/// name for it.
 ///
 /// # Errors
-/// Anything else: by its bytes, for what a message says of its format is not always so.
+/// Other formats are recognised by their bytes, because a message's statement of the format may be wrong.
 pub(super) fn compressed(bytes: &[u8], format: &str) -> Result<(Picture, PictureOrigin), ContentError> {
     if bytes.starts_with(JPEG) {
         return Ok((Picture::Compressed(bytes.to_vec()), PictureOrigin::Jpeg));

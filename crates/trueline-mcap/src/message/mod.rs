@@ -1,4 +1,4 @@
-//! What messages say: one vocabulary ([`Content`]) for the schemas of trueline, ROS and Foxglove.
+//! Content of messages: one vocabulary ([`Content`]) for the schemas of trueline, ROS and Foxglove.
 
 pub(crate) mod content;
 pub(crate) mod content_error;

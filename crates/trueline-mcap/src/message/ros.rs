@@ -10,7 +10,7 @@ use crate::message::ros_profile::{Points, laser_scan, point_cloud};
 use crate::message::spatial::{frame_name, pose_of};
 use crate::message::stamp;
 
-/// What messages of a ROS type are; the type is written `package/msg/Name` in ROS 2, `package/Name` in ROS 1.
+/// Kind of a ROS type's messages. The type is written `package/msg/Name` in ROS 2, `package/Name` in ROS 1.
 #[must_use]
 pub(super) fn kind(schema: &str) -> Kind {
     let short = schema.replace("/msg/", "/");
@@ -29,7 +29,7 @@ pub(super) fn kind(schema: &str) -> Kind {
 /// Understands a ROS 2 message.
 ///
 /// # Errors
-/// [`ContentError`] says which field is at fault.
+/// [`ContentError`] names the faulty field.
 pub(crate) fn decode_ros2(schema: &str, bytes: &[u8]) -> Result<Content, ContentError> {
     if kind(schema) == Kind::Other {
         return Ok(Content::Other);
@@ -40,7 +40,7 @@ pub(crate) fn decode_ros2(schema: &str, bytes: &[u8]) -> Result<Content, Content
 /// Understands a ROS 1 message.
 ///
 /// # Errors
-/// [`ContentError`] says which field is at fault.
+/// [`ContentError`] names the faulty field.
 pub(crate) fn decode_ros1(schema: &str, bytes: &[u8]) -> Result<Content, ContentError> {
     Fields { cursor: RosCursor::ros1(bytes), header: Fields::header_of_ros1 }.content(schema)
 }
@@ -123,7 +123,7 @@ impl<'a> Fields<'a> {
         Ok(StampedPose { stamp_ns, frame, pose: pose_of(position, xyzw)? })
     }
 
-    /// Not used; who does not know it may well send NaN.
+    /// Not used; a sender that does not know it may send NaN.
     fn covariance(&mut self) -> Read<()> {
         for _ in 0..36 {
             self.cursor.any_f64("covariance")?;

@@ -1,8 +1,8 @@
 //! Reads the fields of a ROS message one after the other, in both forms that ROS has had.
 //!
-//! They differ in three values only: which byte of a number comes first, to what multiple of its size a number is aligned,
-//! and whether a text counts a zero at its end. CDR, the form of ROS 2, aligns to the size of the number from the byte behind
-//! its four bytes of preamble; the form of ROS 1 does not align.
+//! They differ in three values only: the byte order of a number, its alignment, and whether a text counts a zero at its end.
+//! CDR, the form of ROS 2, aligns to the size of the number from the byte behind its four bytes of preamble; the form of ROS
+//! 1 does not align.
 
 use crate::message::content_error::ContentError;
 
@@ -12,7 +12,7 @@ pub struct RosCursor<'a> {
     bytes: &'a [u8],
     at: usize,
     big_endian: bool,
-    /// Numbers are aligned to their size, but to no more than this.
+    /// Numbers are aligned to their size, but at most to this.
     most_alignment: usize,
     /// CDR may be filled up to a multiple of this at its end.
     padding: usize,
@@ -153,7 +153,7 @@ impl<'a> RosCursor<'a> {
     /// A text.
     ///
     /// # Errors
-    /// The end of the bytes, or bytes that are no text.
+    /// The end of the bytes, or bytes that are not text.
     pub fn text(&mut self, field: &'static str) -> Read<&'a str> {
         let mut bytes = self.bytes(field)?;
         if self.text_ends_in_zero

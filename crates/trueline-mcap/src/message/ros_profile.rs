@@ -17,10 +17,10 @@ pub(super) struct Points {
     pub no_return: usize,
 }
 
-/// The points of a `PointCloud2` behind its header: a profiler's frame has y = 0. Points that are not finite are no points.
+/// The points of a `PointCloud2` behind its header: a profiler's frame has y = 0. Points that are not finite are left out.
 ///
 /// # Errors
-/// A cloud without x, y and z in single or double precision, or one that is no profile.
+/// A cloud without x, y and z in single or double precision, or one that is not a profile.
 pub(super) fn point_cloud(cursor: &mut RosCursor<'_>) -> Read<Points> {
     let (height, width) = (cursor.u32("height")?, cursor.u32("width")?);
     let fields = fields(cursor)?;
@@ -81,7 +81,7 @@ pub(crate) fn laser_scan(cursor: &mut RosCursor<'_>) -> Read<Points> {
     let mut points = Vec::with_capacity(ranges);
     for k in 0..ranges {
         let range_m = f64::from(cursor.any_f32("ranges")?);
-        // Outside of the limits, and where there is no return, the message has any number.
+        // Outside of the limits, and for no return, the message has any number.
         if range_m >= least_m && range_m <= most_m {
             let (sin, cos) = (first_rad + k as f64 * step_rad).sin_cos();
             points.push([range_m * sin, range_m * cos]);
@@ -97,7 +97,7 @@ pub(crate) fn laser_scan(cursor: &mut RosCursor<'_>) -> Read<Points> {
 pub(super) struct PointField {
     /// Its name.
     pub name: String,
-    /// Where it is in a point, bytes.
+    /// Its place in a point, bytes.
     pub offset: usize,
     /// Whether it has 8 bytes instead of 4.
     pub double: bool,
@@ -108,7 +108,7 @@ impl PointField {
         if self.double { 8 } else { 4 }
     }
 
-    /// Whether it lies within a point of so many bytes.
+    /// Whether it lies within a point of `point_step` bytes.
     pub(super) fn fits(&self, point_step: usize) -> bool {
         self.offset.saturating_add(self.bytes()) <= point_step
     }

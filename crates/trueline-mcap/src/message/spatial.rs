@@ -9,7 +9,7 @@ use trueline_geometry::{Pose, se3};
 /// A pose from a position (m) and a quaternion in the order x, y, z, w.
 ///
 /// # Errors
-/// Numbers that are not finite, or a quaternion that is no rotation.
+/// Numbers that are not finite, or a quaternion that is not a rotation.
 pub(crate) fn pose_of(position: [f64; 3], xyzw: [f64; 4]) -> Result<Pose, ContentError> {
     if !position.iter().all(|v| v.is_finite()) {
         return Err(ContentError::NotFinite { field: "the position" });

@@ -1,4 +1,4 @@
-//! A recording as files: one, or several that follow one another, of whatever kind.
+//! A recording as files: one, or several in sequence, of any kind.
 
 use crate::import_error::ImportError;
 use crate::read::bag_files::{Part, Storage, parts};
@@ -17,8 +17,8 @@ pub struct Bag {
 }
 
 impl Bag {
-    /// Opens an .mcap file, a folder of rosbag2 (with or without its metadata.yaml), a .db3 or .db3.zstd file. What a file
-    /// is, its first bytes tell.
+    /// Opens an .mcap file, a folder of rosbag2 (with or without its metadata.yaml), a .db3 or .db3.zstd file. The first
+    /// bytes of a file state its kind.
     ///
     /// # Errors
     /// Files that cannot be opened or are something else.
@@ -27,10 +27,10 @@ impl Bag {
         Ok(Self { parts, damages })
     }
 
-    /// Reads everything, file by file, in the order of the files; returns what is damaged.
+    /// Reads everything, file by file, in the order of the files; returns the damage.
     ///
     /// # Errors
-    /// What `visit` says, and what the operating system says.
+    /// Error of `visit` or of the operating system.
     pub fn read(&self, visit: &mut Visit<'_>) -> Result<Vec<DamagedFile>, ImportError> {
         let mut damages = self.damages.clone();
         for (number, part) in self.parts.iter().enumerate() {
@@ -62,7 +62,7 @@ impl Bag {
         }
     }
 
-    /// The files as the user knows them.
+    /// The files under the user's names.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
         self.parts.iter().map(|part| part.name.as_path())
     }

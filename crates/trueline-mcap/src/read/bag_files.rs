@@ -1,4 +1,4 @@
-//! Which files a recording consists of, and what they are.
+//! The files of a recording, and their kinds.
 
 use crate::import_error::ImportError;
 use crate::read::damage::{Damage, DamagedFile};
@@ -19,12 +19,12 @@ pub(super) enum Storage {
 
 /// One file of a recording.
 pub(super) struct Part {
-    /// The file as the user knows it.
+    /// The file under the user's name.
     pub name: PathBuf,
-    /// Where its messages are: beside it, if it is compressed as a whole.
+    /// The file with its messages: beside it, if it is compressed as a whole.
     pub path: PathBuf,
     pub storage: Storage,
-    /// Removes what was decompressed.
+    /// Removes the decompressed file.
     #[cfg(feature = "rosbag2")]
     _decompressed: Option<tempfile::TempPath>,
 }
@@ -71,7 +71,7 @@ fn first_bytes(file: &Path) -> Result<Vec<u8>, ImportError> {
     Ok(start)
 }
 
-/// The name decides only where the first bytes do not: a damaged file is still what it was.
+/// The name decides only if the first bytes do not: a damaged file keeps its kind.
 fn storage(file: &Path, start: &[u8]) -> Result<Storage, ImportError> {
     let name = file.to_string_lossy();
     if start.starts_with(mcap::MAGIC) {
@@ -105,7 +105,7 @@ fn decompressed(file: &Path) -> Result<(Part, Option<Damage>), ImportError> {
     Err(ImportError::WithoutRosbag2 { file: file.to_owned() })
 }
 
-/// A data base may be so many times its compressed size: a small file must not fill the disk.
+/// Largest ratio of a data base to its compressed size: a small file must not fill the disk.
 #[cfg(feature = "rosbag2")]
 const MOST_EXPANSION: u64 = 1000;
 
@@ -132,7 +132,7 @@ fn decompressed(file: &Path) -> Result<(Part, Option<Damage>), ImportError> {
                 }
                 io::Write::write_all(&mut whole, &block[..bytes]).map_err(error)?;
             }
-            // What came before it may still be read.
+            // The data before it may still be readable.
             Err(error) => {
                 damage = Some(Damage::Compressed { why: error.to_string() });
                 break;

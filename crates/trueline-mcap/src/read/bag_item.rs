@@ -1,10 +1,10 @@
-//! What is found in a recording, item by item.
+//! Content of a recording, item by item.
 
 use crate::import_error::ImportError;
 use crate::read::place::Place;
 use std::collections::BTreeMap;
 
-/// A message and what it is.
+/// A message and its kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BagMessage<'a> {
     /// Its topic.
@@ -17,15 +17,15 @@ pub struct BagMessage<'a> {
     pub sequence: u32,
     /// When it was recorded, ns.
     pub log_time: u64,
-    /// When it was published, ns; when it was recorded where that is all that is known.
+    /// Its time of publication, ns; the time of recording if no other is known.
     pub publish_time: u64,
     /// Its bytes.
     pub bytes: &'a [u8],
-    /// Where it can be read again.
+    /// Place at which it can be read again.
     pub place: Place,
 }
 
-/// What a recording holds.
+/// Item of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BagItem<'a> {
     /// A message.
@@ -39,7 +39,7 @@ pub enum BagItem<'a> {
     },
     /// Words by keys.
     Metadata {
-        /// What they are about.
+        /// Their topic.
         name: &'a str,
         /// The words.
         values: &'a BTreeMap<String, String>,
@@ -48,5 +48,5 @@ pub enum BagItem<'a> {
     Profile(&'a str),
 }
 
-/// What is done with every item.
+/// Function called with every item.
 pub(crate) type Visit<'a> = dyn FnMut(BagItem<'_>) -> Result<(), ImportError> + 'a;

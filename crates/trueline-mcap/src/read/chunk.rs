@@ -7,25 +7,25 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{McapError, parse_record};
 use std::io::{Cursor, Read};
 
-/// Larger records, compressed or not, are taken as damaged: a bad length must not ask for all memory.
+/// Larger records, compressed or not, count as damaged: a bad length must not ask for all memory.
 pub(crate) const RECORD_LIMIT: usize = 256 << 20;
 /// A chunk may always be this large when it is decompressed, bytes. Dark pictures shrink to nearly nothing.
 const SMALL: u64 = 64 << 20;
-/// Above that it may be so many times its compressed size: a small file must not fill the memory.
+/// Above that the ratio to its compressed size is limited: a small file must not fill the memory.
 const MOST_EXPANSION: u64 = 256;
 /// Opcode and length before every record, bytes.
 pub(crate) const FRAME_BYTES: u64 = 9;
 /// Read at once, bytes.
 pub(crate) const READ_BLOCK: usize = 1 << 20;
 
-/// What a chunk says about itself.
+/// Statements of a chunk about itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ChunkHead {
     /// Earliest log time, ns.
     pub start_ns: u64,
     /// Latest log time, ns.
     pub end_ns: u64,
-    /// Bytes of the record up to the end of what is compressed.
+    /// Bytes of the record up to the end of the compressed part.
     pub end: usize,
     /// Bytes of it when it is decompressed.
     pub uncompressed: usize,
@@ -52,7 +52,7 @@ impl ChunkHead {
         plausible.then_some(Self { start_ns, end_ns, end: end as usize, uncompressed: uncompressed as usize })
     }
 
-    /// What is reported of a chunk that cannot be read to its end.
+    /// Report on a chunk that cannot be read to its end.
     #[must_use]
     pub fn damage(&self, offset: u64, length: u64, kept: usize, why: &McapError) -> Damage {
         let (start_ns, end_ns, why) = (self.start_ns, self.end_ns, why.to_string());
@@ -87,7 +87,7 @@ impl ChunkRecords {
         Self { source: Cursor::new(body), reader }
     }
 
-    /// The next record, or what ended them if it was not the end; nothing is to be asked for after that.
+    /// The next record, or the error that ended them; do not call it after that.
     pub(crate) fn next_record(&mut self) -> Option<Result<Record<'static>, McapError>> {
         loop {
             match self.reader.next_event()? {
@@ -102,8 +102,8 @@ impl ChunkRecords {
     }
 }
 
-/// [`parse_record`] of a record whose inner lengths fit: it sets memory aside by them, and panics on an attachment that is
-/// shorter than it says (mcap 0.26.0).
+/// [`parse_record`] for a record with inner lengths that fit. It allocates memory by them, and panics on an attachment
+/// that is shorter than stated (mcap 0.26.0).
 ///
 /// # Errors
 /// A record that makes no sense.

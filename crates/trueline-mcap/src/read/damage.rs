@@ -1,4 +1,4 @@
-//! What is wrong with a recording, and what is missing because of it.
+//! Fault of a recording, and the data missing because of it.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -11,9 +11,9 @@ pub enum Damage {
     Empty,
     /// The file does not begin as MCAP does.
     NotMcap,
-    /// A chunk whose bytes were altered.
+    /// A chunk with altered bytes.
     Chunk {
-        /// Where it begins, bytes from the start of the file.
+        /// Its start, bytes from the start of the file.
         offset: u64,
         /// Its length, bytes.
         length: u64,
@@ -23,37 +23,37 @@ pub enum Damage {
         end_ns: u64,
         /// Messages of it that could be read.
         kept: usize,
-        /// What does not fit.
+        /// The inconsistency.
         why: String,
     },
     /// A record outside of chunks, or inside a good one, that makes no sense.
     Record {
-        /// Where it begins, or its chunk, bytes from the start of the file.
+        /// Its start, or that of its chunk, bytes from the start of the file.
         offset: u64,
-        /// What does not fit.
+        /// The inconsistency.
         why: String,
     },
-    /// Bytes that are no records.
+    /// Bytes that are not records.
     Skipped {
-        /// Where they begin, bytes from the start of the file.
+        /// Their start, bytes from the start of the file.
         from: u64,
-        /// Where records go on.
+        /// Start of the following records.
         to: u64,
-        /// What does not fit.
+        /// The inconsistency.
         why: String,
     },
-    /// The file was not finished: whoever wrote it was stopped, or it was cut off.
+    /// The file was not finished: its writer was stopped, or it was cut off.
     Truncated {
-        /// Where the last whole record ends, bytes from the start of the file.
+        /// End of the last whole record, bytes from the start of the file.
         offset: u64,
         /// Bytes after it.
         lost: u64,
     },
     /// Something was altered outside of chunks.
     DataChecksum,
-    /// What the recording says about itself was altered.
+    /// The recording's statements about itself were altered.
     AboutChecksum,
-    /// Messages of which nothing tells what they are.
+    /// Messages without a channel that states their kind.
     UnknownChannel {
         /// The number of their topic.
         id: u16,
@@ -64,17 +64,17 @@ pub enum Damage {
     Database {
         /// Messages read before.
         read: usize,
-        /// What SQLite says.
+        /// Error of SQLite.
         why: String,
     },
     /// A message of a data base that cannot be read.
     Row {
         /// Which message of the data base it is, from 1.
         number: usize,
-        /// What does not fit.
+        /// The inconsistency.
         why: String,
     },
-    /// Messages of a data base of which nothing tells what they are.
+    /// Messages of a data base without a topic that states their kind.
     UnknownTopic {
         /// The number of their topic.
         id: i64,
@@ -83,7 +83,7 @@ pub enum Damage {
     },
     /// A compressed file that cannot be read to its end.
     Compressed {
-        /// What does not fit.
+        /// The inconsistency.
         why: String,
     },
     /// A file that the recording's own list names is not there.
@@ -134,7 +134,7 @@ impl fmt::Display for Damage {
 pub struct DamagedFile {
     /// The file.
     pub file: PathBuf,
-    /// What is wrong with it.
+    /// The fault.
     pub damage: Damage,
 }
 

@@ -1,11 +1,11 @@
-//! Whether the lengths inside a record fit into it: what reads records sets memory aside by them.
+//! Whether the lengths inside a record fit into it: the reader of records allocates memory by them.
 
 use mcap::records::op;
 
 /// Part of a record's body.
 #[derive(Clone, Copy)]
 enum Part {
-    /// So many bytes.
+    /// A fixed number of bytes.
     Fixed(usize),
     /// A length in 32 bits, and as many bytes: a text, a list, or a table of numbers.
     Text,
@@ -17,7 +17,7 @@ enum Part {
 
 use Part::{Data, Fixed, Text, Words};
 
-/// What a record consists of, by the specification of MCAP; of other records nothing is read.
+/// Parts of a record, by the specification of MCAP. Other records are not read.
 const fn layout(opcode: u8) -> &'static [Part] {
     match opcode {
         op::HEADER => &[Text, Text],
@@ -35,26 +35,26 @@ const fn layout(opcode: u8) -> &'static [Part] {
     }
 }
 
-/// Whether everything that a record's body says to be in it is in it.
+/// Whether a record's body is complete by its own statements.
 #[must_use]
 pub(super) fn fit(opcode: u8, body: &[u8]) -> bool {
     behind(opcode, body).is_some()
 }
 
-/// Whether a record is longer than all that is in it: then its length may have been altered, and leads over others. Of a message the rest is its data, and other
-/// records are not known.
+/// Whether a record is longer than its content. Then its length may have been altered, and lead past other records. Of a
+/// message the rest is its data, and other records are not known.
 #[must_use]
 pub(super) fn are_exceeded(opcode: u8, body: &[u8]) -> bool {
     let is_known = opcode != op::MESSAGE && !layout(opcode).is_empty();
     is_known && behind(opcode, body).is_some_and(|rest| !rest.is_empty())
 }
 
-/// What of a record's body is behind its parts; `None` where they do not fit.
+/// Bytes of a record's body behind its parts; `None` if they do not fit.
 fn behind(opcode: u8, body: &[u8]) -> Option<&[u8]> {
     layout(opcode).iter().try_fold(body, |rest, part| after(*part, rest))
 }
 
-/// What follows a part; `None` where it does not fit.
+/// Bytes after a part; `None` if it does not fit.
 fn after(part: Part, rest: &[u8]) -> Option<&[u8]> {
     match part {
         Fixed(bytes) => rest.get(bytes..),
@@ -73,7 +73,7 @@ fn after(part: Part, rest: &[u8]) -> Option<&[u8]> {
     }
 }
 
-/// A text and what follows it.
+/// A text and the bytes after it.
 fn text(rest: &[u8]) -> Option<(&[u8], &[u8])> {
     let (length, rest) = rest.split_first_chunk::<4>()?;
     rest.split_at_checked(usize::try_from(u32::from_le_bytes(*length)).ok()?)

@@ -1,7 +1,7 @@
-//! Reads an MCAP file as far as it can be trusted: damage is reported, and reading goes on behind it.
+//! Reads an MCAP file as far as it can be trusted: damage is reported, and reading continues behind it.
 //!
 //! The readers of the MCAP library either end at the first damage or return altered bytes as good ones. Here chunks are
-//! taken as a whole and read on their own, checksum first; where the framing is lost, the next plausible chunk is looked for.
+//! copied whole and read separately, checksum first. If the framing is lost, the next plausible chunk is searched.
 
 use crate::read::chunk::{self, ChunkHead, ChunkRecords, FRAME_BYTES, READ_BLOCK, RECORD_LIMIT};
 use crate::read::damage::Damage;
@@ -20,7 +20,7 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::Arc;
 
-/// What a file holds.
+/// Item of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Item {
     /// A message.
@@ -35,7 +35,7 @@ pub enum Item {
         publish_time: u64,
         /// Its bytes.
         data: Vec<u8>,
-        /// Where it can be read again.
+        /// Place at which it can be read again.
         place: RecordPlace,
     },
     /// A file inside the file.
@@ -47,7 +47,7 @@ pub enum Item {
     },
     /// Words by keys.
     Metadata {
-        /// What they are about.
+        /// Their topic.
         name: String,
         /// The words.
         values: BTreeMap<String, String>,
@@ -59,11 +59,11 @@ pub struct LogReader<R> {
     source: R,
     length: u64,
     records: LinearReader,
-    /// Where the next record begins.
+    /// Start of the next record.
     offset: u64,
     at_start: bool,
     data_ended: bool,
-    /// Messages stand in chunks and nowhere else.
+    /// Messages are in chunks and nowhere else.
     in_chunks: bool,
     done: bool,
     seen: ChannelAccumulator<'static>,
@@ -75,11 +75,11 @@ pub struct LogReader<R> {
     damages: Vec<Damage>,
 }
 
-/// A chunk whose records are being read.
+/// The chunk that is being read.
 struct OpenChunk {
     records: ChunkRecords,
     head: ChunkHead,
-    /// Where it begins.
+    /// Its start.
     offset: u64,
     /// Bytes of its body.
     length: usize,
@@ -100,7 +100,7 @@ impl<R: Read + Seek> LogReader<R> {
     /// Looks at a file.
     ///
     /// # Errors
-    /// What the operating system says. Whatever is wrong with the content is a [`Damage`].
+    /// Error of the operating system. Any fault of the content is a [`Damage`].
     pub fn open(mut source: R) -> io::Result<Self> {
         let length = source.seek(SeekFrom::End(0))?;
         let from_summary = summary::topics(&mut source, length);
@@ -130,7 +130,7 @@ impl<R: Read + Seek> LogReader<R> {
         self.profile.as_deref()
     }
 
-    /// What was found damaged so far; all of it after the last item.
+    /// Damage found so far; all of it after the last item.
     #[must_use]
     pub fn damages(&self) -> &[Damage] {
         &self.damages
@@ -139,7 +139,7 @@ impl<R: Read + Seek> LogReader<R> {
     /// The next item in the order of the file; `None` at the end.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn next_item(&mut self) -> io::Result<Option<Item>> {
         loop {
             if let Some(item) = self.item.take() {
@@ -174,8 +174,8 @@ impl<R: Read + Seek> LogReader<R> {
                 return self.resync(0, "the file does not begin as MCAP does");
             }
             Some(Err(McapError::BadDataCrc { .. })) => {
-                // Every chunk is compared on its own: this says that something else was altered. The library would say
-                // it again and again.
+                // Every chunk has its own checksum: this one shows that something else was altered. The library would
+                // say it again and again.
                 self.damages.push(Damage::DataChecksum);
                 self.data_ended = true;
                 return self.restart(offset + FRAME_BYTES + 4);
@@ -199,7 +199,7 @@ impl<R: Read + Seek> LogReader<R> {
     }
 
     fn record(&mut self, offset: u64, opcode: u8, body: &[u8]) -> io::Result<()> {
-        // A chunk whose opcode was altered still has a head that adds up, and its own checksum.
+        // A chunk with an altered opcode still has a consistent head, and its own checksum.
         let disguised = opcode != op::CHUNK
             && ChunkHead::read(body, body.len() as u64).is_some_and(|head| head.end == body.len());
         if disguised || !self.may_be_here(opcode, body) {
@@ -224,7 +224,7 @@ impl<R: Read + Seek> LogReader<R> {
                     self.damages.push(Damage::Record { offset, why: error.to_string() });
                 }
                 if inner_lengths::are_exceeded(opcode, body) {
-                    return self.resync(offset, "a record is longer than what is in it");
+                    return self.resync(offset, "a record is longer than the data in it");
                 }
             }
         }
@@ -233,8 +233,8 @@ impl<R: Read + Seek> LogReader<R> {
 
     fn may_be_here(&self, opcode: u8, body: &[u8]) -> bool {
         match opcode {
-            // An index of a chunk that was altered can look like a message, which outside of chunks no checksum covers. Whoever
-            // writes chunks writes nothing beside them.
+            // An index of a chunk that was altered can look like a message, which outside of chunks no checksum covers. A
+            // writer of chunks writes nothing outside them.
             op::MESSAGE => !self.data_ended && !self.in_chunks,
             op::SCHEMA | op::CHANNEL => self.data_ended || !self.is_own(),
             op::FOOTER => {
@@ -337,7 +337,7 @@ impl<R: Read + Seek> LogReader<R> {
             .or_else(|| self.from_summary.as_ref()?.get(id))
     }
 
-    /// Goes on at the beginning of a record with a new reader: what the library's does after an error is not defined.
+    /// Continues at the beginning of a record with a new reader: the library's behaviour after an error is undefined.
     fn restart(&mut self, offset: u64) -> io::Result<()> {
         self.source.seek(SeekFrom::Start(offset))?;
         self.offset = offset;
@@ -346,7 +346,7 @@ impl<R: Read + Seek> LogReader<R> {
         Ok(())
     }
 
-    /// Goes on at the next plausible chunk behind `from`; without one the file ends here.
+    /// Continues at the next plausible chunk behind `from`; without one the file ends here.
     fn resync(&mut self, from: u64, why: &str) -> io::Result<()> {
         if let Some(to) = next_chunk(&mut self.source, from + 1, self.length)? {
             self.damages.push(Damage::Skipped { from, to, why: why.to_owned() });
@@ -392,7 +392,7 @@ pub(crate) fn message_at(file: &Path, offset: u64, number: Option<usize>) -> io:
     }
 }
 
-/// Where the next chunk begins whose head adds up with its length.
+/// Start of the next chunk with a head that agrees with its length.
 fn next_chunk<R: Read + Seek>(source: &mut R, from: u64, length: u64) -> io::Result<Option<u64>> {
     /// Longest head of a chunk with its frame, rounded up.
     const HEAD: usize = 64;

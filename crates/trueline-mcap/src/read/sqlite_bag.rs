@@ -25,7 +25,7 @@ pub(super) fn read(file: &Path, number: usize, visit: &mut Visit<'_>) -> Result<
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let base = Connection::open_with_flags(file, flags).map_err(refused)?;
     let topics = topics(&base).map_err(refused)?;
-    // By their numbers, not by time: that needs no index, and what comes before damage is read.
+    // By their numbers, not by time: that needs no index, and the data before a damage are read.
     let mut query =
         base.prepare("SELECT topic_id, timestamp, data, id FROM messages ORDER BY id").map_err(refused)?;
     let mut rows = query.query([]).map_err(refused)?;

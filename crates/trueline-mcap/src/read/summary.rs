@@ -9,7 +9,7 @@ use std::io::{Read, Seek, SeekFrom};
 /// Body of the last record: where the summary begins, where its offsets do, and its checksum.
 const FOOTER_BYTES: u64 = 20;
 
-/// The topics in the summary, if there is one that can be read.
+/// The topics in the summary, if it exists and can be read.
 pub(super) fn topics<R: Read + Seek>(source: &mut R, length: u64) -> Option<ChannelAccumulator<'static>> {
     let end = length.checked_sub(FRAME_BYTES + FOOTER_BYTES + MAGIC.len() as u64)?;
     let footer = bytes(source, end, length - end)?;
@@ -34,7 +34,7 @@ pub(super) fn topics<R: Read + Seek>(source: &mut R, length: u64) -> Option<Chan
     rest.is_empty().then_some(topics)
 }
 
-/// Opcode and body of the first record, and what follows it.
+/// Opcode and body of the first record, and the bytes after it.
 fn first_record(bytes: &[u8]) -> Option<(u8, &[u8], &[u8])> {
     let (opcode, rest) = bytes.split_first()?;
     let (length, rest) = rest.split_first_chunk::<8>()?;
@@ -42,7 +42,7 @@ fn first_record(bytes: &[u8]) -> Option<(u8, &[u8], &[u8])> {
     Some((*opcode, body, rest))
 }
 
-/// So many bytes from a place in the file that is known to have them.
+/// `count` bytes from a place in the file that has them.
 fn bytes<R: Read + Seek>(source: &mut R, from: u64, count: u64) -> Option<Vec<u8>> {
     if count > RECORD_LIMIT as u64 {
         return None;

@@ -1,4 +1,4 @@
-//! What a recording holds, before anything is made of it.
+//! Content of a recording, before it is used.
 
 use crate::import_error::ImportError;
 use crate::message::content::{Content, Kind};
@@ -12,7 +12,7 @@ use crate::wire::topics::PROFILE;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// What a recording holds.
+/// Content of a recording.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Survey {
     /// Whether trueline made it.
@@ -21,11 +21,11 @@ pub struct Survey {
     pub topics: Vec<TopicSurvey>,
     /// Its transforms by parent and child.
     pub links: Vec<LinkSurvey>,
-    /// What it says about itself, if trueline made it.
+    /// Its statements about itself, if trueline wrote it.
     pub about: BTreeMap<String, String>,
     /// The text of `sensor.toml` in it.
     pub sensor_toml: Option<String>,
-    /// What is wrong with it.
+    /// The fault.
     pub damages: Vec<DamagedFile>,
 }
 
@@ -38,7 +38,7 @@ pub struct TopicSurvey {
     pub schema: String,
     /// How they are encoded.
     pub encoding: String,
-    /// What they are.
+    /// Their kind.
     pub kind: Kind,
     /// How many there are.
     pub messages: u64,
@@ -79,7 +79,7 @@ impl LinkSurvey {
     }
 }
 
-/// Whether what is published on a topic holds for all times.
+/// Whether a topic's content holds for all times.
 #[must_use]
 pub(crate) fn is_static_topic(topic: &str) -> bool {
     topic.ends_with("tf_static")
@@ -88,7 +88,7 @@ pub(crate) fn is_static_topic(topic: &str) -> bool {
 /// Looks through a recording.
 ///
 /// # Errors
-/// Files that cannot be opened or are no recording; whatever else is wrong is in the survey.
+/// Files that cannot be opened or are not a recording; other faults are in the survey.
 pub fn survey(path: &Path) -> Result<Survey, ImportError> {
     of(&Bag::open(path)?)
 }
@@ -102,7 +102,7 @@ pub(crate) fn of(bag: &Bag) -> Result<Survey, ImportError> {
     let mut survey = counting.survey;
     survey.topics = counting.topics.into_values().collect();
     survey.links = counting.links.into_values().collect();
-    // The header may be what is damaged.
+    // The header itself may be damaged.
     survey.is_own |= survey.topics.iter().any(|topic| topic.schema.starts_with("trueline."));
     survey.damages = damages;
     Ok(survey)

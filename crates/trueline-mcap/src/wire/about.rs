@@ -1,14 +1,14 @@
-//! What a recording says about itself.
+//! A recording's statements about itself.
 
 use std::collections::BTreeMap;
 use trueline_dataset::folder::sha256;
 
-/// What a recording says about itself.
+/// A recording's statements about itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct About {
     /// The text of `sensor.toml`, if the sensor is known.
     pub sensor_toml: Option<String>,
-    /// What the stamp of a frame means, in words.
+    /// Meaning of a frame's stamp, in words.
     pub stamp_meaning: String,
     /// The command that records.
     pub command: String,

@@ -9,7 +9,7 @@ use crate::write::entry::InputsEntry;
 use prost::Message;
 use trueline_dataset::{Feature, FrameSignals, LAST_LINE, MOST_CORRELATION, Measured};
 
-/// What messages of a schema are.
+/// Kind of the messages of a schema.
 #[must_use]
 pub(crate) fn kind(schema: &str) -> Kind {
     match schema {
@@ -25,7 +25,7 @@ pub(crate) fn kind(schema: &str) -> Kind {
 /// Understands a message.
 ///
 /// # Errors
-/// [`ContentError`] says which field is at fault.
+/// [`ContentError`] names the faulty field.
 pub(crate) fn decode(schema: &str, bytes: &[u8]) -> Result<Content, ContentError> {
     let broken = |error: prost::DecodeError| ContentError::Protobuf { why: error.to_string() };
     match kind(schema) {
@@ -85,7 +85,7 @@ fn feature(wire: &proto::Feature) -> Result<Feature, ContentError> {
         &[a, b] if a > 0.0 && b > 0.0 => Some([a, b]),
         _ => return Err(ContentError::Feature),
     };
-    // What is no number is not within either.
+    // NaN is not within either.
     let correlation = wire.correlation;
     let most = if sigma.is_some() { MOST_CORRELATION } else { 0.0 };
     if !(-most..=most).contains(&correlation) {

@@ -196,8 +196,8 @@ fn feature(feature: &Feature) -> proto::Feature {
     message
 }
 
-/// For viewers only, which know the years 1970 to 2106; what is read back is the time of the message.
-/// A stamp as Foxglove has it.
+/// For viewers only, which know the years 1970 to 2106; the time of the message is read back. A stamp as Foxglove has
+/// it.
 pub(crate) fn timestamp(ns: i64) -> Timestamp {
     let seconds = u32::try_from(ns.div_euclid(1_000_000_000)).unwrap_or(0);
     Timestamp::new(seconds, ns.rem_euclid(1_000_000_000) as u32)

@@ -1,8 +1,8 @@
 //! Names of the frames in a recording of trueline, and how its frames are numbered.
 
-/// Name of the frame that robot poses are told in.
+/// Name of the frame of the robot's poses.
 pub(crate) const BASE: &str = "base";
-/// Name of the frame whose pose the robot tells.
+/// Name of the frame with the robot's pose.
 pub(crate) const TOOL: &str = "tool";
 
 /// The message counter has 32 bits, the camera's may have more.

@@ -1,7 +1,7 @@
 //! The topics of a recording of trueline, with numbers that never change.
 //!
-//! A file tells its topics once, in its first chunk. If just that is damaged and the program was killed before it wrote the
-//! summary, every message would be lost for want of a name; so the reader knows these numbers.
+//! A file lists its topics once, in its first chunk. If just that is damaged and the program was killed before it wrote the
+//! summary, every message would be lost without a name. So the reader knows these numbers.
 
 use foxglove::Encode;
 use foxglove::messages::{CompressedImage, FrameTransform, Log, PointCloud};
@@ -11,7 +11,7 @@ use std::sync::{Arc, LazyLock};
 /// The profile in the header of a recording of trueline.
 pub(crate) const PROFILE: &str = "trueline";
 
-/// The robot's pose: this is what is read back.
+/// The robot's pose: this one is read back.
 pub(crate) const TF: u16 = 1;
 /// The robot's datagrams as they came.
 pub(crate) const ROBOT: u16 = 2;
@@ -81,7 +81,7 @@ fn standard<T: Encode>(id: u16, name: &'static str) -> Topic {
     Topic { id, name, schema, descriptors }
 }
 
-/// The channel that a number means in a recording of trueline whose own words about it are lost.
+/// The meaning of a channel number in a recording of trueline that lost its own statement.
 pub(crate) fn known_channel(id: u16) -> Option<Arc<mcap::Channel<'static>>> {
     let topic = TOPICS.iter().find(|topic| topic.id == id)?;
     let schema = mcap::Schema {

@@ -27,13 +27,13 @@ pub struct CloudFile<W: Write + Seek> {
 }
 
 impl<W: Write + Seek> CloudFile<W> {
-    /// A file whose points have x, y, z, and then these columns.
+    /// A file with points of x, y, z, and then these columns.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn create(out: W, columns: &[&str]) -> Result<Self, McapError> {
         let library = concat!("trueline ", env!("CARGO_PKG_VERSION"));
-        // Random digits do not shrink, and whoever reads them back waits for it.
+        // Random digits do not compress, and delay their reader.
         let mut writer = WriteOptions::new().library(library).compression(None).create(out)?;
         let schema = PointCloud::get_schema();
         let (name, data) =
@@ -52,7 +52,7 @@ impl<W: Write + Seek> CloudFile<W> {
     /// Writes a frame: its points one after the other, each x, y, z (m) and the other columns.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn frame(&mut self, exposed_ns: i64, numbers: &[f64]) -> Result<(), McapError> {
         let cloud = PointCloud {
             timestamp: Some(timestamp(exposed_ns)),
@@ -76,7 +76,7 @@ impl<W: Write + Seek> CloudFile<W> {
     /// Ends the file.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn finish(mut self) -> Result<(), McapError> {
         self.writer.finish().map(drop)
     }

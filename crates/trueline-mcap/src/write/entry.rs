@@ -1,4 +1,4 @@
-//! What can be recorded.
+//! Entries that can be recorded.
 
 use std::net::SocketAddr;
 use trueline_dataset::{Feature, FrameSignals};
@@ -7,7 +7,7 @@ use trueline_geometry::Pose;
 /// One thing that happened.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Entry {
-    /// The robot said where it is.
+    /// A pose reported by the robot.
     Robot(RobotEntry),
     /// A datagram came that is not used.
     Rejected(RejectedEntry),
@@ -23,7 +23,7 @@ pub enum Entry {
     Frame(FrameEntry),
     /// A profiler took a profile.
     Profile(ProfileEntry),
-    /// A sensor that sees the seam itself said where.
+    /// Seam points reported by a sensor.
     Features(FeaturesEntry),
 }
 
@@ -67,7 +67,7 @@ pub struct RobotEntry {
     pub device_ns: i64,
     /// IEEE 1588 time when the robot was there, ns, where the controller is synchronised.
     pub ptp_ns: Option<i64>,
-    /// Where the robot was, m.
+    /// Pose of the robot, m.
     pub base_from_tool: Pose,
 }
 
@@ -109,7 +109,7 @@ pub struct ClockEntry {
 /// How much a note matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoteLevel {
-    /// Good to know.
+    /// A useful remark.
     Info,
     /// Something is not as it should be.
     Warning,
@@ -117,7 +117,7 @@ pub enum NoteLevel {
     Error,
 }
 
-/// Words for whoever looks at the recording.
+/// Text for people who read the recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NoteEntry {
     /// When by the steady clock, ns.
@@ -157,11 +157,11 @@ pub struct FrameEntry {
     pub device_ns: Option<i64>,
     /// Exposure time, µs, where known.
     pub exposure_us: Option<f64>,
-    /// What the camera told of its inputs with it.
+    /// State of the camera's inputs with it.
     pub signals: FrameSignals,
     /// Whether it came whole, in the words of the camera's driver; [`COMPLETE`] if it did.
     pub status: String,
-    /// The picture; empty if there is none because the frame did not come whole.
+    /// The picture; empty if the frame was incomplete.
     pub png: Vec<u8>,
 }
 
@@ -176,7 +176,7 @@ pub struct ProfileEntry {
     pub columns: Vec<Option<[f64; 2]>>,
 }
 
-/// Seam points of one profile, or of one picture that somebody else has looked at.
+/// Seam points of one profile, or of one picture processed elsewhere.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FeaturesEntry {
     /// The points.

@@ -6,9 +6,9 @@ use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// So many entries may wait: four minutes of a robot at 250 Hz.
+/// Largest number of waiting entries: four minutes of a robot at 250 Hz.
 pub(crate) const MOST_ENTRIES: usize = 65_536;
-/// So many bytes of pictures may wait.
+/// Largest size of waiting pictures, bytes.
 pub(crate) const MOST_PICTURE_BYTES: usize = 1 << 30;
 /// A larger picture would make a larger record than the reader takes.
 pub(crate) const LARGEST_PICTURE_BYTES: usize = RECORD_LIMIT / 2;
@@ -44,7 +44,7 @@ struct State {
     failure: Option<String>,
 }
 
-/// What the writer is to do next.
+/// The writer's next task.
 pub(super) enum Next {
     /// Write this.
     Entry(Box<Entry>),
@@ -54,7 +54,7 @@ pub(super) enum Next {
     Closed,
 }
 
-/// The queue between whoever records and the writer.
+/// The queue between the sources and the writer.
 pub(super) struct EntryQueue {
     state: Mutex<State>,
     arrived: Condvar,
@@ -62,7 +62,7 @@ pub(super) struct EntryQueue {
 
 impl EntryQueue {
     pub(super) fn new() -> Self {
-        // Growing would copy everything while whoever records waits; boxed, all the room there can be is half a megabyte.
+        // Growing would copy everything while a source waits; boxed, the largest room is half a megabyte.
         let entries = VecDeque::with_capacity(MOST_ENTRIES);
         Self { state: Mutex::new(State { entries, ..State::default() }), arrived: Condvar::new() }
     }
@@ -119,14 +119,14 @@ impl EntryQueue {
         self.arrived.notify_all();
     }
 
-    /// Nothing can be written any more: what waits is lost, and told to be.
+    /// Nothing can be written any more: the waiting entries are lost, and reported.
     pub(super) fn fail(&self, why: String) {
         let mut state = self.lock();
         state.closed = true;
         state.failure.get_or_insert(why);
         state.refused += state.entries.len() as u64 + std::mem::take(&mut state.in_writer);
         state.picture_bytes = 0;
-        // The pictures take a moment to be freed; nobody should wait for that.
+        // Freeing the pictures takes a moment; nothing should wait for that.
         let lost = std::mem::take(&mut state.entries);
         drop(state);
         drop(lost);

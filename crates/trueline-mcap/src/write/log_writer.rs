@@ -10,7 +10,7 @@ use mcap::{Attachment, Compression, McapError, WriteOptions};
 use std::collections::BTreeMap;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// A chunk is closed when it is this large, bytes before compression; what is not in a closed chunk is lost with the program.
+/// A chunk is closed at this size, bytes before compression. A program's end loses the data of the open chunk.
 const CHUNK_BYTES: u64 = 256 * 1024;
 
 /// Writes a recording to a sink.
@@ -20,10 +20,10 @@ pub struct LogWriter<S: Sink> {
 }
 
 impl<S: Sink> LogWriter<S> {
-    /// Writes what stands before the first entry and hands it to the operating system.
+    /// Writes the part before the first entry and hands it to the operating system.
     ///
     /// # Errors
-    /// What the sink says.
+    /// Error of the sink.
     pub fn new(sink: S, about: &About) -> Result<Self, McapError> {
         let sink = SharedSink::new(sink);
         let writer = options().create(sink.other_owner())?;
@@ -41,7 +41,7 @@ impl<S: Sink> LogWriter<S> {
     /// Adds an entry; it is with the operating system after the next [`LogWriter::flush`].
     ///
     /// # Errors
-    /// What the sink says.
+    /// Error of the sink.
     pub fn write(&mut self, entry: Entry) -> Result<(), McapError> {
         for Outgoing { topic, sequence, log_ns, publish_ns, bytes } in messages(entry) {
             // The bits are kept: a stamp before 1970 is a mistake somewhere else, and must be seen as it was.
@@ -59,7 +59,7 @@ impl<S: Sink> LogWriter<S> {
     /// Hands everything to the operating system.
     ///
     /// # Errors
-    /// What the sink says.
+    /// Error of the sink.
     pub fn flush(&mut self) -> Result<(), McapError> {
         self.writer.flush()
     }
@@ -67,7 +67,7 @@ impl<S: Sink> LogWriter<S> {
     /// Makes everything that was flushed survive a loss of power.
     ///
     /// # Errors
-    /// What the sink says.
+    /// Error of the sink.
     pub fn sync(&mut self) -> Result<(), McapError> {
         Ok(self.sink.sync()?)
     }
@@ -81,7 +81,7 @@ impl<S: Sink> LogWriter<S> {
     /// Writes the index and ends the recording; returns its bytes.
     ///
     /// # Errors
-    /// What the sink says.
+    /// Error of the sink.
     pub fn finish(mut self) -> Result<u64, McapError> {
         self.writer.finish()?;
         self.sink.sync()?;
@@ -120,13 +120,13 @@ fn options() -> WriteOptions {
         .compression_level(1)
         // Else every recording starts as many threads as there are processors.
         .compression_threads(0)
-        // A chunk reaches the file only when it is complete: what is in the file can be read.
+        // A chunk reaches the file only when it is complete: everything in the file can be read.
         .disable_seeking(true)
-        // Readers rely on it: without a checksum, altered bytes are taken as good ones.
+        // Readers rely on it: without a checksum, altered bytes look like good ones.
         .calculate_chunk_crcs(true)
 }
 
-/// The whole story: the error of the MCAP library does not tell what the operating system said.
+/// The whole message: the error of the MCAP library omits that of the operating system.
 pub fn words(error: &McapError) -> String {
     match error {
         McapError::Io(error) => error.to_string(),

@@ -1,4 +1,4 @@
-//! What happens → a file, while it happens.
+//! Writes events to a file while they happen.
 
 pub(crate) mod cloud;
 pub(crate) mod entry;

@@ -1,4 +1,4 @@
-//! What can go wrong with a recording.
+//! Errors of a recording.
 
 use std::path::PathBuf;
 
@@ -17,7 +17,7 @@ pub enum RecordError {
     Create {
         /// The file.
         file: PathBuf,
-        /// What the operating system says.
+        /// Error of the operating system.
         why: String,
     },
     /// Writing failed on the way.
@@ -29,20 +29,20 @@ pub enum RecordError {
         written: u64,
         /// Entries that are not.
         refused: u64,
-        /// What the operating system says.
+        /// Error of the operating system.
         why: String,
     },
 }
 
 impl RecordError {
-    /// What the user can do about it.
+    /// Remedy for the user.
     #[must_use]
     pub fn hint(&self) -> String {
         let text = match self {
             Self::AlreadyExists { .. } => "name a new file; recordings are never overwritten",
             Self::Create { .. } => "check the path, its permissions and the free space",
             Self::Stopped { .. } => {
-                "what was written before can be read; is the disk full? then record to another one"
+                "the data written before can be read; is the disk full? then record to another one"
             }
         };
         text.to_owned()

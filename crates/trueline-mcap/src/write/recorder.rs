@@ -1,4 +1,4 @@
-//! Records while it happens: whoever has something to record never waits, and a killed program loses a moment.
+//! Records events while they happen: a source never waits, and a killed program loses a moment.
 
 use crate::wire::about::About;
 use crate::write::entry::Entry;
@@ -16,19 +16,19 @@ use std::time::{Duration, Instant};
 
 pub use crate::write::entry_queue::RecorderState;
 
-/// What a kill can cost: entries are handed to the operating system this often.
+/// Largest loss by a kill: entries are handed to the operating system this often.
 const FLUSH_EVERY: Duration = Duration::from_millis(250);
-/// What a loss of power can cost.
+/// Largest loss by a power failure.
 const SYNC_EVERY: Duration = Duration::from_secs(1);
 
-/// A recording in progress. Without [`Recorder::finish`] it is ended all the same, but nobody hears how.
+/// A recording in progress. Without [`Recorder::finish`] it is ended as well, but without a result.
 pub struct Recorder {
     file: PathBuf,
     queue: Arc<EntryQueue>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// Where entries are given in; there may be many.
+/// Input of entries; there may be many.
 #[derive(Clone)]
 pub struct RecorderHandle {
     queue: Arc<EntryQueue>,
@@ -41,7 +41,7 @@ pub struct Recorded {
     pub file: PathBuf,
     /// Entries in it.
     pub written: u64,
-    /// Of these, or of those that could not be written, the number with data of the cell: all but clocks and notes.
+    /// The number of these, or of unwritable ones, with data of the cell: all except clocks and notes.
     pub of_cell: u64,
     /// Its bytes.
     pub bytes: u64,
@@ -79,13 +79,13 @@ impl Recorder {
         let recorder = Self::onto(file, path, about);
         match &recorder {
             Ok(_) => keep_name(path),
-            // It holds nothing. If it cannot be removed, the error that is told is still the first.
+            // It holds nothing. If it cannot be removed, the first error is still the reported one.
             Err(_) => drop(fs::remove_file(path)),
         }
         recorder
     }
 
-    /// Begins a recording onto something else; `name` stands for it in errors.
+    /// Begins a recording onto another sink; errors name it `name`.
     ///
     /// # Errors
     /// A sink that cannot be written, or no thread to be had.
@@ -102,13 +102,13 @@ impl Recorder {
         Ok(Self { file: name.to_owned(), queue, thread: Some(thread) })
     }
 
-    /// Where entries are given in.
+    /// Input of entries.
     #[must_use]
     pub fn handle(&self) -> RecorderHandle {
         RecorderHandle { queue: Arc::clone(&self.queue) }
     }
 
-    /// Ends the recording: writes what waits, then the index. Entries offered from now on are refused.
+    /// Ends the recording: writes the waiting entries, then the index. Entries offered from now on are refused.
     ///
     /// # Errors
     /// Writing that failed, now or before.
@@ -138,7 +138,7 @@ impl Drop for Recorder {
     }
 }
 
-/// A file that is synced can still lose its name with the power. Where folders cannot be synced there is nothing to do.
+/// A file that is synced can still lose its name with the power. If folders cannot be synced there is nothing to do.
 fn keep_name(path: &Path) {
     let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if let Ok(folder) = File::open(parent) {

@@ -1,15 +1,15 @@
-//! Where a recording goes.
+//! Destination of a recording.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Something that bytes can be appended to, and that can be told to keep them through a loss of power.
+/// A sink for appended bytes, with a command to keep them through a power failure.
 pub trait Sink: Write + Send {
-    /// Returns when everything written is where it stays.
+    /// Returns when everything written is safe.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     fn sync(&mut self) -> io::Result<()>;
 }
 
@@ -19,7 +19,7 @@ impl Sink for File {
     }
 }
 
-/// A sink with two owners: the MCAP writer takes one and lets nobody at it, but somebody must sync it.
+/// A sink with two owners: the MCAP writer takes one and hides it, but it must be synced.
 pub(crate) struct SharedSink<S: Sink> {
     inner: Arc<Mutex<Counted<S>>>,
 }
@@ -67,7 +67,7 @@ impl<S: Sink> Write for SharedSink<S> {
     }
 }
 
-/// Only says where it is: what is written is never touched again.
+/// Reports its position only: written data are never changed.
 impl<S: Sink> Seek for SharedSink<S> {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         match to {

@@ -1,4 +1,4 @@
-//! What the tests share: entries to record, files to read, and messages as others write them.
+//! Helpers of the tests: entries to record, files to read, and messages in other programs' form.
 #![allow(dead_code, reason = "each test uses its part")]
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -276,7 +276,7 @@ pub(crate) fn pose_xyzw(p: [f64; 3], q: [f64; 4]) -> Pose {
     se3::from_parts(rotation, Vector3::from(p))
 }
 
-/// What came of a recording that was made into a dataset folder.
+/// The result of making a dataset folder from a recording.
 #[derive(Debug)]
 pub(crate) struct Unpacked {
     pub robot: usize,
@@ -287,7 +287,7 @@ pub(crate) struct Unpacked {
     pub damages: Vec<DamagedFile>,
 }
 
-/// Makes a dataset folder of a recording, and holds the folder against what was read: reading it gives the same numbers.
+/// Makes a dataset folder of a recording, and compares it with the read data: reading it gives the same numbers.
 pub(crate) fn unpack(path: &Path, choice: &Choice, out: &Path) -> Result<Unpacked, ImportError> {
     let folder = DatasetFolder::begin(out, false)?;
     let imported = import(path, choice)?;
