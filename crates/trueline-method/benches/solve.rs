@@ -1,4 +1,4 @@
-//! What a calibration is made of: one linearisation, one cost, a solve, a whole calibration from nothing.
+//! Parts of a calibration: one linearisation, one cost, a solve, a whole calibration from nothing.
 //!
 //! `cargo bench -p trueline-method`. Times per feature should not depend on the number of features.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic, reason = "a benchmark fails by panicking")]
@@ -47,7 +47,7 @@ fn sums(c: &mut Criterion) {
     }
 }
 
-/// What the bow of the seam and the shape of the sensor cost.
+/// Cost of the seam's bow and the sensor's shape.
 fn unknowns(c: &mut Criterion) {
     let mut group = c.benchmark_group("linearize 10000");
     let (observed, straight) = of_features(10_000);
@@ -97,7 +97,7 @@ fn from_nothing(c: &mut Criterion) {
     }
 }
 
-/// What the plates cost beside the seam points: a whole calibration of the paper's scan of 60 s, from nothing.
+/// Cost of the plates besides the seam points: a whole calibration of the paper's scan of 60 s, from nothing.
 fn whole_stripes(c: &mut Criterion) {
     let mut group = c.benchmark_group("calibrate with whole stripes");
     group.sample_size(10);

@@ -125,8 +125,8 @@ fn swinging_with_one_frequency(frequency_hz: f64, seed: u64, noise: f64) -> Reco
     simulate(&scenario, seed).unwrap()
 }
 
-/// A moment later such a seam is where a turn and a shape of the sheet put it: only what is known of the sensor tells the time offset, and
-/// with a usual robot the noise of its poses has a better answer elsewhere.
+/// A moment later such a seam is at the place that a turn and a shape of the sheet give it. Only the sensor's known accuracy
+/// determines the time offset, and with a usual robot the noise of its poses has a better answer elsewhere.
 #[test]
 fn a_weave_of_one_frequency_does_not_show_the_time_offset_and_blames_no_sensor() {
     let known = KnownOfCell { offset_within_s: Some(0.2), looks: None };
@@ -144,7 +144,7 @@ fn a_weave_of_one_frequency_does_not_show_the_time_offset_and_blames_no_sensor()
 fn noise_that_takes_part_in_the_time_offset_is_in_its_deviation() {
     let known = KnownOfCell { offset_within_s: Some(0.2), looks: None };
     let config = Config { known, sensor: SensorMode::Prior, ..Config::noise_only() };
-    // A third of the noise: a third of what the time offset seems to rest on is motion.
+    // A third of the noise: a third of the time offset's apparent evidence is motion.
     let squares: Vec<f64> = (0..16)
         .filter_map(|seed| {
             let recording = swinging_with_one_frequency(0.75, seed, 0.3);
@@ -155,8 +155,8 @@ fn noise_that_takes_part_in_the_time_offset_is_in_its_deviation() {
         .collect();
     assert!(squares.len() >= 12, "{}", squares.len());
     let mean = squares.iter().sum::<f64>() / squares.len() as f64;
-    // χ² of 12 to 16: 1 ± 0.38, three times. The sensor is perfect here, so that the prior's part is missing and there is less than
-    // one; with the noise's part left out it is seven times as much, with its root alone 2.8.
+    // χ² of 12 to 16: 1 ± 0.38, three times. The sensor is perfect here, so the prior's part is missing and there is less
+    // than one. Without the noise's part it is seven times as much, with its root alone 2.8.
     println!("{mean}");
     assert!((0.2..2.15).contains(&mean), "{mean}");
 }
@@ -179,7 +179,8 @@ fn a_fast_swing_of_one_frequency_is_known_as_well_as_it_says_or_refused() {
         }
         let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
         println!("{} of 8 known, {mean}", squares.len());
-        // χ² of 8: 1 ± 0.5, twice; less by what is assumed of robot and sensor and is not there. With straight pieces 3.6 and 14.
+        // χ² of 8: 1 ± 0.5, twice; less by the assumed errors of robot and sensor, which are absent here. With straight
+        // pieces 3.6 and 14.
         assert!(mean < 2.0, "{noise}: {mean}");
     }
 }

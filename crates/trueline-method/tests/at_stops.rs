@@ -22,8 +22,8 @@ fn tool_from_camera() -> Pose {
     se3::from_parts(euler_zyx([130.0, -2.0, -175.0]), Vector3::new(0.077, -0.010, 0.266))
 }
 
-/// A profiler before an edge at so many stops, tilted by up to `tilt_deg`; poses are logged at 50 Hz while the robot stands, and once
-/// a stop it reads a seam point.
+/// A profiler in front of an edge at this many stops, tilted by up to `tilt_deg`. Poses are logged at 50 Hz while the robot
+/// stands, and once a stop it reads a seam point.
 fn stops(count: usize, tilt_deg: f64, seed: u64) -> Recording {
     let (mut noise, direction) = (Noise::new(seed, 1), Vector3::new(0.94, -0.34, 0.02).normalize());
     let mut within = |most: f64| noise.uniform(-most, most);
@@ -69,7 +69,7 @@ fn error(found: &Calibration) -> Vector6<f64> {
     Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z)
 }
 
-/// No number of a time offset, and none that is larger than anything that is measured.
+/// No time offset, and no number larger than any measured quantity.
 fn assert_says_nothing_of_time(found: &Calibration, what: &str) {
     assert!(found.time_offset().is_err() && found.sigma(0).is_none(), "{what}");
     let error_m = found.findings.checks.seam_error.map(|error| error.rms_m);

@@ -11,7 +11,7 @@ use trueline_sim::{Preset, simulate};
 
 const SAMPLES: usize = 20_000;
 
-/// Standard normal numbers from the recording's own generator would tie the two together; these are sums of twelve
+/// Standard normal numbers from the recording's own generator would correlate the two. These are sums of twelve
 /// uniform ones of a linear congruential generator: mean 0, variance 1 exactly.
 struct Normal(u64);
 
@@ -116,7 +116,8 @@ fn middle_point(recording: &Recording, config: &Config) -> Vector3<f64> {
     })
 }
 
-/// Another robot needs the true transform: the errors of the one that scanned count by a quarter of its accuracy instead of a sixth.
+/// Another robot needs the true transform: the errors of the scanning robot count by a quarter of its accuracy instead of a
+/// sixth.
 #[test]
 fn for_another_robot_its_own_errors_count_half_as_much_again() {
     let robot_m = |by_another_robot: bool| {

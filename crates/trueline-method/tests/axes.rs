@@ -71,8 +71,8 @@ fn accepted(recording: &Recording, what: &str) -> Calibration {
 fn every_axis_is_found_from_nothing_as_well_as_is_said() {
     let (rotary, linear) = (AxisKind::Rotary, AxisKind::Linear);
     let slide = AxisCourse::Swings { by: 0.2, hz: 0.11 };
-    // What a scan shows of direction, place and time offset. Of one that runs evenly nothing shows the time offset; of a track along one straight seam
-    // nothing shows which way it goes along that.
+    // A scan's evidence of direction, place and time offset. Of one that runs evenly nothing shows the time offset; of a
+    // track along one straight seam nothing shows which way it goes along that.
     let rows = [
         (rotary, Carries::Part, swing(), [true; 3]),
         (rotary, Carries::Part, stands(&[0.0, 60.0, 120.0]), [true; 3]),
@@ -103,8 +103,8 @@ fn every_axis_is_found_from_nothing_as_well_as_is_said() {
     }
 }
 
-/// What is left of a scan without noise are the pieces of straight path between samples, below a micrometre. An offset is as much as the table turns in it: at
-/// 19°/s and 0.3 m 0.1 ms are 10 µm.
+/// A scan without noise leaves only the pieces of straight path between samples, below a micrometre. An offset is as much as
+/// the table turns in it: at 19°/s and 0.3 m 0.1 ms are 10 µm.
 #[test]
 fn a_scan_without_noise_gives_the_axis_to_a_few_micrometres() {
     let mut scenario = scenario(5);
@@ -162,7 +162,7 @@ fn two_axes_are_found_where_one_is_roughly_known() {
     }
 }
 
-/// A controller whose poses contain its table already: what is estimated is where the table really is.
+/// The controller's poses already contain its table: the estimate is the table's real place.
 #[test]
 fn an_axis_within_the_poses_is_corrected() {
     let scenario = scenario(9);
@@ -225,7 +225,8 @@ fn an_axis_that_nobody_knows_is_not_ignored() {
     assert!(matches!(placed, Err(Error::AxisUnknown { .. })));
 }
 
-/// Robot and detector that are not exact make nothing better known: what is looked for beside, a lag above all, is no part of the ±.
+/// An inexact robot and detector make nothing more certain: the additional hypotheses, a lag above all, are not part of the
+/// ±.
 #[test]
 fn errors_widen_what_is_said_of_an_axis() {
     let mut scenario = scenario(14);

@@ -1,4 +1,4 @@
-//! Plates that are not flat, of a fillet, of a lap and of one plate, leave a seam point where it is, and the ± of its error as they are.
+//! Plates that are not flat (of a fillet, of a lap, and one alone) leave a seam point and its ± unchanged.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{Matrix3, Matrix3x6, Point3, Vector2, Vector3};
@@ -35,7 +35,7 @@ fn apart_m(field: &[Vector3<f64>], one: &Calibration, other: &Calibration) -> f6
     field.iter().map(square).sum::<f64>().sqrt()
 }
 
-/// What is said of the error of a point, m.
+/// The stated error of a point, m.
 fn said_m(field: &[Vector3<f64>], calibration: &Calibration) -> f64 {
     let covariance = calibration.best_fit_covariance().fixed_view::<6, 6>(1, 1).into_owned();
     let square = |point: &Vector3<f64>| {
@@ -48,8 +48,9 @@ fn said_m(field: &[Vector3<f64>], calibration: &Calibration) -> f64 {
     field.iter().map(square).sum::<f64>().sqrt()
 }
 
-/// The same scan with the same noise, flat and bowed: what the bow does to a point is the difference b alone. An error of 1.2 times what
-/// is said, σ, is b² + σ² = 1.44 σ². What is said may grow by what the surface terms are no longer known by: hardly at all.
+/// The same scan with the same noise, flat and bowed: the bow's effect on a point is only the difference b. An error of 1.2
+/// times what is said, σ, is b² + σ² = 1.44 σ². The statement may grow by the additional uncertainty of the surface terms:
+/// very little.
 #[test]
 fn each_surface_term_of_0_2_mm_leaves_the_seam_error_within_1_2_of_what_is_said() {
     let lap = PlatePair::Lap { step_m: 3e-3 };

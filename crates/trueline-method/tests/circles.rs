@@ -1,8 +1,7 @@
 //! No circle of source files: what a file uses never leads back to it.
 //!
-//! `use` paths and paths in the text that begin with `crate::`, `super::` or `self::` are followed to the file that they name;
-//! a name that a `mod.rs` or `lib.rs` re-exports is followed to the file that it comes from. Declaring a module (`mod x;`) is
-//! no use of it.
+//! `use` paths, and paths in the text that begin with `crate::`, `super::` or `self::`, are followed to their file; a name
+//! re-exported by a `mod.rs` or `lib.rs` is followed to its original file. Declaring a module (`mod x;`) is no use of it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -182,7 +181,7 @@ fn circle(edges: &BTreeMap<String, BTreeSet<String>>) -> Option<Vec<String>> {
 }
 
 fn circle_in(modules: &Modules) -> Option<Vec<String>> {
-    // What a root re-exports is for others; roots are looked through, and not walked.
+    // A root's re-exports are for others; the check looks through roots without walking them.
     let is_root = |name: &str| {
         name.is_empty()
             || modules.keys().any(|other| other.strip_prefix(name).is_some_and(|r| r.starts_with("::")))

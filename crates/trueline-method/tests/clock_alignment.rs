@@ -19,7 +19,7 @@ fn check(recording: &Recording, ahead_ns: i64) {
     let calibration = calibrate(&moved, None, &Config::default()).unwrap();
     assert_eq!(calibration.status(), Status::Accepted, "{:?}", calibration.reasons());
     let truth_s = recording.truth.as_ref().unwrap().parameters.time_offset_s;
-    // What was taken away and what was estimated are the truth and the shift together, whatever part is whose.
+    // The removed and the estimated part together are the truth and the shift, in any division.
     let off_s =
         calibration.best_fit().time_offset_s - truth_s + (found.images_ahead_ns - ahead_ns) as f64 * 1e-9;
     let sigma_s = calibration.time_offset().unwrap().sigma_s.unwrap();

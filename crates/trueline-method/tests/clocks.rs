@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Exp1};
 use trueline_method::input::clock_model::{Ticks, fit};
 
-/// What a way through an operating system adds to its least delay.
+/// An operating system's addition to the least delay of a way.
 struct Way {
     /// Mean of the exponential part, s.
     tail_s: f64,

@@ -36,7 +36,7 @@ fn a_real_welds_residuals_are_accepted_with_honest_sigmas() {
         assert_eq!(noise.along, Along::Time);
     }
     let mean = cells.iter().map(|(_, squared)| squared / 7.0).sum::<f64>() / cells.len() as f64;
-    // χ² with 280 degrees of freedom over as many: ± 0.085; the level of the noise is known to a few percent.
+    // χ² with 280 degrees of freedom over this number: ± 0.085; the level of the noise is known to a few percent.
     assert!((0.8..1.3).contains(&mean), "{mean}");
 }
 

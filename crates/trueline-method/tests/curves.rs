@@ -1,4 +1,4 @@
-//! Scans over curves beside what else a user may state: a bad guess, what is held, a free sensor, options without effect.
+//! Scans over curves with other statements of a user: a bad guess, held values, a free sensor, options without effect.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::Vector3;

@@ -174,7 +174,7 @@ fn advice_is_given_for_everything_unseen() {
     }
 }
 
-/// Whatever the residual: along the line there is nothing but noise in the column of the time offset.
+/// For any residual: along the line there is only noise in the column of the time offset.
 #[test]
 fn the_papers_residual_shows_no_more() {
     let recording = simulate(&Preset::AlongLine.scenario(), 3).unwrap();

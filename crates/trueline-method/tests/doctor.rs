@@ -102,7 +102,7 @@ fn axes_of_the_robots_positions() {
     assert_named(|r| with_positions(r, |[x, y, z]| [x, y * 1.02, z]), "y is +2.0");
 }
 
-/// A cell whose attitudes are far from those in which Euler angles of different orders are alike.
+/// A cell with attitudes far from those at which Euler angles of different orders are alike.
 fn good_elsewhere() -> Recording {
     simulate(&random_cell(&Preset::Quick.scenario(), 4, 0.1), 11).unwrap()
 }
@@ -245,7 +245,7 @@ fn small_mistakes_with_the_pixels() {
     assert_first(&cropped, "region of interest");
 }
 
-/// What is mended in the seam points is mended in the stripes: `--fix` writes one recording and no mixture.
+/// A correction of the seam points also corrects the stripes: `--fix` writes one recording and no mixture.
 #[test]
 fn stripes_are_mended_like_the_seam_points() {
     let truth = scan_plates(&Preset::Quick.scenario(), &Plates::default(), 3).unwrap();

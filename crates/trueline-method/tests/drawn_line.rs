@@ -1,4 +1,4 @@
-//! A line that is held where a drawing has it: what it shows that nothing else does, and what its own ± makes of the answer.
+//! A line held at a drawing's place: its unique evidence, and the effect of its own ± on the answer.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{DVector, Vector4};
@@ -7,7 +7,7 @@ use trueline_method::{Config, DrawnLine, Error, calibrate};
 use trueline_sim::noise::Noise;
 use trueline_sim::{Preset, random_cell, simulate};
 
-// About as well as the scans show the line themselves: one that is drawn worse than that contradicts them.
+// About as well as the scans show the line themselves: a worse drawing contradicts them.
 const DIRECTION_SIGMA_RAD: f64 = 5e-5;
 const OFFSET_SIGMA_M: f64 = 0.02e-3;
 

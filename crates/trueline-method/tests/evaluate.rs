@@ -1,4 +1,4 @@
-//! What a calibration is worth on welds whose every point is known.
+//! A calibration's accuracy on welds with every point known.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{UnitVector3, Vector3};
@@ -234,7 +234,7 @@ fn points_measured_at_standstill_are_the_truth_of_a_moving_scan() {
         // Some 20 images of 0.02 mm and a robot of 0.03 mm are known to 0.01 mm; a chi of two axes beyond four is one in 3000.
         assert!(off < 4.0 * stop.sigma_m && (1e-6..0.03e-3).contains(&stop.sigma_m), "{off} {stop:?}");
     }
-    // Where nothing moves, the offset does not matter: the same images count, but for one at either end.
+    // Without motion the offset does not matter: the same images count, except for one at either end.
     for (a, b) in stops.iter().zip(standstill::stops(&still, &none).unwrap()) {
         assert!((a.point_in_base - b.point_in_base).norm() < 3.0 * a.sigma_m, "{a:?} {b:?}");
     }

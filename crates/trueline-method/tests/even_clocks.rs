@@ -45,7 +45,7 @@ struct Shop {
     grain_s: f64,
 }
 
-/// What was recorded, and when the samples were taken by the receiver's clock.
+/// The recording, and the times of the samples by the receiver's clock.
 struct Stream {
     taken_s: Vec<f64>,
     stamps_s: Vec<f64>,

@@ -33,7 +33,7 @@ fn streamed(recording: &Recording, extent: Extent, mut each: impl FnMut(&Increme
         stream
             .add(recording.robot[poses..to_pose].to_vec(), recording.features[features..to_feature].to_vec());
         (poses, features) = (to_pose, to_feature);
-        // What is refused is tried again.
+        // Refused data are tried again.
         let _ = stream.update();
         each(&stream);
     }
@@ -57,7 +57,8 @@ fn against(stream: &mut Incremental, recording: &Recording, batch: &Calibration)
     ]
 }
 
-/// The contract: a tenth of the ±; noise within 3 %, but for a drift, whose own ± the stream counts and a calibration does not.
+/// The contract: a tenth of the ±; noise within 3 %. A drift is an exception: the stream includes its ±, a calibration does
+/// not.
 fn assert_is_the_recordings(name: &str, recording: &Recording) {
     assert_is_the_recordings_within([0.1, 0.03], name, recording);
 }
@@ -86,7 +87,7 @@ fn drifting_clocks_and_outliers_make_no_difference() {
     assert_is_the_recordings("outliers", &long(Preset::Good, 120.0, |d| d.outlier_fraction = 0.05));
 }
 
-/// Stamps that jitter by more than what the seam tells of the time offset.
+/// Stamps with more jitter than the seam's uncertainty of the time offset.
 fn jittering(disturbance: &mut Disturbance) {
     disturbance.frame_jitter_s = 2e-3;
     disturbance.robot_jitter_s = 0.5e-3;
@@ -112,7 +113,7 @@ fn jittering_stamps_are_followed_by_one_clock() {
 #[test]
 fn gaps_of_either_stream_make_no_difference() {
     assert_is_the_recordings("gaps", &with_gaps(long(Preset::Good, 120.0, |_| {})));
-    // What part of the noise is the time offset's own was decided by a calibration of 36 s without gaps.
+    // The time offset's own part of the noise was decided by a calibration of 36 s without gaps.
     assert_is_the_recordings_within(
         [0.1, 0.08],
         "gaps and jitter",

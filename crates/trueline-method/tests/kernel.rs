@@ -43,9 +43,9 @@ fn assert_alike(problem: &LineProblem<'_>, at: &Parameters) {
     problem.linearize(at, &mut fast_sums);
     plain.linearize(at, &mut plain_sums);
     // Sums of n settings in another order: √n eps of the largest partial sum, 100 eps for a few thousand samples; each
-    // term itself is rounded a few dozen times. An entry is measured against √(H_ii H_jj), which bounds it. Where the
-    // line meets the sheet at a grazing angle, its sine is a difference of numbers of 1, and everything is divided by
-    // it, its derivative by its square.
+    // term itself is rounded dozens of times. An entry is measured against √(H_ii H_jj), which bounds it. If the line
+    // meets the sheet at a grazing angle, its sine is a difference of numbers of 1, and everything is divided by it,
+    // its derivative by its square.
     let tolerance = 1e-12 * (0.1 / smallest_sine(problem, at)).powi(2).max(1.0);
     // Weights are differences of numbers of 1 where a loss redescends: they are right to 1e-12 of 1, not of themselves,
     // so an entry is measured against the one without weights.
@@ -167,8 +167,8 @@ proptest! {
             .with_shape_prior(shape_prior());
         let mut sums = NormalEquations::zeros(problem.dimension());
         problem.linearize(&at, &mut sums);
-        // The path has a kink at each of the robot's samples, so the time offset has its oracle where there is none: in
-        // the tests of the model.
+        // The path has a kink at each of the robot's samples, so the time offset has its oracle elsewhere: in the tests
+        // of the model.
         for k in 1..problem.dimension() {
             let step = 1e-2 / sums.hessian[(k, k)].sqrt();
             let cost = |multiple: f64| {

@@ -1,4 +1,4 @@
-//! Scans whose packets wait in queues: what is late is no motion, and the time offset is right.
+//! Scans with packets that wait in queues: delay does not count as motion, and the time offset is right.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use rand::{Rng, SeedableRng};

@@ -19,7 +19,7 @@ fn a_stream_in_the_order_of_its_arrival_is_placed_on_the_line() {
         let mut placed = 0;
         for sample in recording.robot {
             assert!(live.add_pose(sample) && !live.add_pose(sample));
-            // Whatever can be placed is placed at once, the rest when its pose has come.
+            // Points that can be placed are placed at once, the others when their pose has come.
             while let Some(feature) = features.peek() {
                 match live.place(feature.stamp_ns, feature.measured) {
                     Placement::At(point) => {

@@ -1,4 +1,4 @@
-//! What residuals that are no noise are made of is named with its size, and nothing is named where there is nothing.
+//! Causes of residuals beyond noise are named with their size, and without a cause nothing is named.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use trueline_dataset::{Recording, Sensor};
@@ -46,7 +46,7 @@ fn each_cause_is_named_with_its_size_and_the_sensor_is_not_blamed() {
     }
 }
 
-/// What one of the usual accuracy would be taken to do hides causes as small as these.
+/// The assumed errors of a usual robot hide causes as small as these.
 fn good_robot() -> Config {
     Config { robot_accuracy_m: Some(0.3e-3), ..Config::default() }
 }
@@ -142,8 +142,8 @@ fn a_held_sensor_is_not_refused_for_a_robot_that_gives_way() {
     assert!(codes(&c).contains(&"sensor-off"), "{:?}", codes(&c));
 }
 
-/// Two passes, the second with the sensor spun by half a turn about its view: a bias of a third of a pixel, which a scan without
-/// that pass takes for another hand-eye transform, is seen, measured, and gone from the answer.
+/// Two passes, the second with the sensor spun by half a turn about its view. A bias of a third of a pixel, which would look
+/// like another hand-eye transform without this pass, is seen, measured and removed from the answer.
 #[test]
 fn a_spun_pass_shows_a_bias_and_measures_it() {
     let mut spun = Preset::Good.scenario();
@@ -191,8 +191,8 @@ fn nothing_is_named_where_nothing_is() {
     }
 }
 
-/// 1.3 px across the rows and half of it along them, for the tilt about the seam: with the bias taken out a seam point is
-/// right again, though it is six times what was taken for possible.
+/// 1.3 px across the rows and half of it along them, for the tilt about the seam. With the bias removed a seam point is
+/// right again, although the bias is six times the assumed limit.
 #[test]
 fn a_bias_with_the_tilt_is_found_and_taken_out() {
     for seed in 0..3 {

@@ -55,14 +55,14 @@ fn gradient_is_the_derivative_of_the_cost() {
     prior.hold_translation(&[0.0, 0.6, -0.8]);
     let problem = PriorAlone(prior);
     let steps = DVector::from_element(11, 1e-3);
-    // Deviations of 0.1 in units of 1e-9 make gradients of 1e8 sigmas; the five-point stencil at 1e-3 is right to
-    // 1e-3⁴/30 = 3e-14 of that and rounding to eps/1e-3 = 2e-13 of the cost over the step, 2e-5: 1e-3 is ample, and a
-    // Jacobian without the logarithm's is off by 1e7.
+    // Deviations of 0.1 in units of 1e-9 make gradients of 1e8 sigmas. The five-point stencil at 1e-3 is right to
+    // 1e-3⁴/30 = 3e-14 of this, and rounding to eps/1e-3 = 2e-13 of the cost over the step, 2e-5. So 1e-3 is ample,
+    // and a Jacobian without the logarithm's is off by 1e7.
     let error = check::gradient_error(&problem, &state, &steps);
     assert!(error < 1e-3, "{error}");
 }
 
-/// Against the estimate itself, moved by what is held: to first order the covariance that is added is the square of the move.
+/// Against the estimate itself, moved by the held value: to first order the added covariance is the square of the move.
 #[test]
 fn what_is_held_and_not_known_widens_what_is_said() {
     let recording = simulate(&Preset::Quick.scenario(), 4).unwrap();
@@ -92,7 +92,7 @@ fn what_is_held_and_not_known_widens_what_is_said() {
     assert_eq!(here.best_fit(), unsure.best_fit());
     let held = |c: &Calibration| c.findings.checks.seam_error.unwrap().budget_m.held;
     assert!(held(&here) == 0.0 && held(&unsure) > 0.0);
-    // A hand-eye transform that is held is off by what it is known to, along each axis.
+    // A held hand-eye transform is off by its stated accuracy, along each axis.
     let known = HeldSigma { translation_m: Some(moved_m), ..exact };
     let unsure = at(0.0, 0.0, Hold::HandEye, known);
     assert!((held(&unsure) - moved_m * 3_f64.sqrt()).abs() < 0.2 * moved_m, "{}", held(&unsure));

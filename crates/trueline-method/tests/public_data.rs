@@ -1,7 +1,7 @@
 //! The authors' public simulation (RoboticsPolyu/LVS_ST_CALIB, data/calib), where it is at hand.
 //!
-//! It has no licence and is no part of this repository: without it these tests say so and pass. It is looked
-//! for in the folder named by `TRUELINE_LVS_ST_CALIB`, else beside the repository.
+//! It has no licence and is not part of this repository: without it these tests say so and pass. It is looked for in
+//! the folder named by `TRUELINE_LVS_ST_CALIB`, else beside the repository.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{UnitVector3, Vector3};
@@ -97,7 +97,7 @@ fn from_the_papers_kind_of_start() {
     let guess = Guess { time_offset_s: 0.0, tool_from_camera: start };
     let calibration = calibrate(&recording, Some(&guess), &straight()).unwrap();
     assert_optimum(&calibration, REGULAR_RMS_M, 0.015e-3);
-    // Where a detector's bias is estimated everything is fitted again a few times; the steps are those of the fit alone.
+    // With an estimated detector bias everything is fitted again a few times; the steps are those of the fit alone.
     let without_bias = Config { feature_bias_px: 0.0, ..straight() };
     let calibration = calibrate(&recording, Some(&guess), &without_bias).unwrap();
     assert!(calibration.findings.fit.iterations.len() <= 15, "{}", calibration.findings.fit.iterations.len());

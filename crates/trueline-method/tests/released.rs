@@ -1,4 +1,4 @@
-//! What is held and wrong is named, and nothing else is blamed for it.
+//! A wrong held value is named, and nothing else is blamed for it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::Vector3;
@@ -22,7 +22,7 @@ fn codes(c: &Calibration) -> (Vec<&'static str>, Vec<&'static str>) {
     )
 }
 
-/// Half a degree was taken for a robot that is off by 0.6 mm, and a quarter of a millimetre for another lens.
+/// Half a degree looked like a robot that is off by 0.6 mm, and a quarter of a millimetre like another lens.
 #[test]
 fn a_held_sensor_that_is_off_is_the_only_thing_to_be_named() {
     let config = Config { sensor: SensorMode::Fixed, ..Config::default() };
@@ -88,8 +88,8 @@ fn a_line_drawn_across_the_seam_is_named_with_its_turn() {
     assert!((turned_rad - std::f64::consts::FRAC_PI_2).abs() < 5.0 * sigma_rad, "{turned_rad} {sigma_rad}");
 }
 
-/// Drawings as good as is said of them, of scans that show the seam ten times better: none is refused, and where the answer is worse for
-/// the drawing, that is said, and no robot or bent seam is blamed for its error.
+/// Drawings as accurate as stated, with scans that show the seam ten times better. None is refused. A worse answer because
+/// of the drawing is reported, and no robot or bent seam is blamed for its error.
 #[test]
 fn a_drawing_that_is_as_good_as_it_says_is_not_refused() {
     let mut noise = Noise::new(5, 17);
@@ -104,7 +104,7 @@ fn a_drawing_that_is_as_good_as_it_says_is_not_refused() {
     }
 }
 
-/// What is held is tested with it released: both models are listed, and the one with more freedom fits at least as well.
+/// A held value is tested by releasing it: both models are listed, and the one with more freedom fits at least as well.
 #[test]
 fn models_that_were_fitted_beside_the_answer_are_listed() {
     let scan = recording(Some("plane-tilt-stripe=0.5"), 3);

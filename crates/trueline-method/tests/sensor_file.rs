@@ -33,7 +33,7 @@ fn calibrated(recording: &Recording) -> Calibration {
     calibrate(recording, None, &Config { sensor: SensorMode::Prior, ..Config::noise_only() }).unwrap()
 }
 
-/// Where a sensor's file places the scan's pixels, camera frame, m.
+/// Places of the scan's pixels by a sensor's file, camera frame, m.
 fn points(sensor: &Sensor, recording: &Recording) -> Vec<Vector3<f64>> {
     let Sensor::CameraLaser { camera, laser_plane_in_camera } = sensor else { panic!("a camera") };
     let sheet = LaserSheet::from_plane(*laser_plane_in_camera);

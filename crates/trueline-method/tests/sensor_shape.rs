@@ -1,4 +1,4 @@
-//! A sensor whose own calibration is off: the shape takes it up, and what is said of a seam point is true.
+//! A sensor with a wrong calibration: the shape absorbs the error, and the statement about a seam point is true.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{Vector2, Vector3};
@@ -23,8 +23,8 @@ fn with_sensor(recording: &Recording, change: impl Fn(&mut Camera, &mut Plane)) 
     recording
 }
 
-/// Root mean square distance, in the tool frame, between where a calibration puts points that the sensor sees and where
-/// they are, over the pixels of the scan.
+/// Root mean square distance, in the tool frame, between a calibration's places of the sensor's points and their true
+/// places, over the pixels of the scan.
 fn seam_error_m(true_recording: &Recording, wrong: &Recording, c: &Calibration) -> f64 {
     let truth = true_recording.truth.as_ref().unwrap().parameters.tool_from_camera;
     let lift = |sensor: &Sensor, pixel: &Vector2<f64>| {
@@ -62,8 +62,8 @@ fn tilted(plane: &Plane, degrees: f64) -> Plane {
         .unwrap()
 }
 
-/// What is written as the corrected camera and laser plane, with its own hand-eye transform, puts every pixel where the
-/// shape does.
+/// The corrected camera and laser plane in the written file, with their own hand-eye transform, put every pixel at the
+/// shape's place.
 fn assert_corrected_camera_measures_the_same(what: &str, wrong: &Recording, c: &Calibration) {
     let corrected = c.findings.unknowns.corrected.as_ref().unwrap();
     let lift = |sensor: &Sensor, pixel: &Vector2<f64>| {
@@ -193,7 +193,7 @@ fn a_scan_counts_once_although_its_sensors_file_was_written_from_it() {
     assert!(least < 0.9, "{least}");
 }
 
-/// What a false statement leaves in the residuals is no lag, no bias and no bad robot.
+/// The effect of a false statement on the residuals is not a lag, a bias or a bad robot.
 #[test]
 fn a_sensor_that_is_worse_than_its_file_states_is_the_only_thing_to_be_named() {
     for (preset, seed) in [(Preset::Good, 1), (Preset::Quick, 1), (Preset::Quick, 2)] {

@@ -45,8 +45,8 @@ fn cells_without_errors_are_calibrated_to_the_truth() {
     }
 }
 
-/// A form that nobody knows is no landmark: where it may be any, the scan does not say more than where there is none. The scan slides along its
-/// seam once, so that to shift along it together is what another form would be as well.
+/// A form that nobody knows is no landmark: where it may be any, the scan does not say more than where there is none. The
+/// scan slides along its seam once, so shifting along it at the same time looks like another form.
 #[test]
 fn a_seam_of_unknown_form_shows_no_more_than_a_straight_one() {
     let cell = Shop::new(Level::Calm, 1228).cast().unwrap();
@@ -62,7 +62,8 @@ fn a_seam_of_unknown_form_shows_no_more_than_a_straight_one() {
     assert!(wavy_m > 0.9 * straight_m, "{wavy_m} {straight_m}");
 }
 
-/// Whole stripes beside the seam points are no reason to refuse what the seam points alone would answer: the errors of the shop are in both.
+/// Whole stripes besides the seam points are no reason to refuse an answer of the seam points alone: the errors of the shop
+/// are in both.
 #[test]
 fn whole_stripes_in_a_shop_are_answered_as_truly_as_said() {
     // A camera and two profilers of an ordinary shop, good scans that are accepted by their seam points.
@@ -76,7 +77,7 @@ fn whole_stripes_in_a_shop_are_answered_as_truly_as_said() {
     }
 }
 
-/// Where noise lasts from frame to frame the stripes' ± would be too small: unasked, the seam points are the answer.
+/// If noise lasts from frame to frame, the stripes' ± would be too small: by default the seam points are the answer.
 #[test]
 fn stripes_whose_noise_lasts_are_not_the_answer_unasked() {
     let cell = Shop { plates: true, ..Shop::new(Level::Ordinary, 7012) }.cast().unwrap();

@@ -1,4 +1,4 @@
-//! The ± means what it says: Monte Carlo over random cells, with any hand-eye, any line, any time offset.
+//! The stated ± are true: Monte Carlo over random cells, with any hand-eye, any line, any time offset.
 //!
 //! `cargo run --release -p trueline-studies -- monte_carlo 2000` does the same at length.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
@@ -12,11 +12,11 @@ const RUNS: u64 = 120;
 /// Tolerances are four standard deviations of the figure itself: one false alarm in 16 000.
 const DEVIATIONS: f64 = 4.0;
 
-/// Bias of the mean normalised error squared that is expected. Upwards: a covariance that is estimated from
-/// F frames makes it 1 + (7 + 1)/F, with 600 frames and more 1.3 %. Downwards, where the robot is noisy: the local
-/// quadratic leaves noise that is anticorrelated by 8 % between frames 33 ms apart (its weights at 250 Hz are
-/// [−36 9 44 69 84 89 84 69 44 9 −36]/429), so that it averages out faster than independent noise, by up to 16 % of
-/// its variance, which is about half of all.
+/// Bias of the mean normalised error squared that is expected. Upwards: a covariance that is estimated from F frames
+/// makes it 1 + (7 + 1)/F, with 600 frames and more 1.3 %. Downwards with a noisy robot. The local quadratic leaves
+/// noise that is anticorrelated by 8 % between frames 33 ms apart (its weights at 250 Hz are [−36 9 44 69 84 89 84 69
+/// 44 9 −36]/429). It averages out faster than independent noise, by up to 16 % of its variance, which is about half
+/// of all.
 const UPWARDS: f64 = 0.013;
 const DOWNWARDS: f64 = 0.08;
 

@@ -119,7 +119,7 @@ fn few_false_stripes_are_no_plate() {
     assert_eq!(one.best_fit().guess().tool_from_camera, other.best_fit().guess().tool_from_camera);
 }
 
-/// What is said of a stripe that is alone is not that it lies outside the picture.
+/// The message for a single stripe does not say that it lies outside the picture.
 #[test]
 fn a_stripe_that_is_alone_is_not_said_to_lie_outside_the_picture() {
     let mut recording = scan_plates(&Preset::Good.scenario(), &Plates::default(), 2).unwrap();

@@ -70,8 +70,9 @@ fn on_the_papers_scan_stripes_know_the_rotation_ten_times_better_and_are_right()
     assert!((9.0..58.0).contains(&sum), "{sum}");
 }
 
-/// A derivative at the robot's reported pose shares its error with the residual: on a scan of constant stand-off, which shows a
-/// depth only by its tilts, the mean shape is then off by 1.4 of its ± (which is too small as well), in every scan the same way.
+/// A derivative at the robot's reported pose shares its error with the residual. On a scan of constant stand-off, with depth
+/// shown only by its tilts, the mean shape is then off by 1.4 of its ± (which is too small as well), in every scan the same
+/// way.
 #[test]
 fn errors_of_the_robot_do_not_draw_a_free_sensors_shape_aside() {
     const SCANS: u64 = 12;
@@ -140,7 +141,8 @@ fn tilts_above_the_noise_are_seen() {
     }
 }
 
-/// Fillets and plates that are nearly in one plane, whose stripes differ by less in the picture than on the laser sheet, and an outside corner.
+/// Fillets and plates that are nearly in one plane, with stripes that differ less in the picture than on the laser sheet,
+/// and an outside corner.
 #[test]
 fn a_recording_of_stripes_alone_calibrates_from_nothing() {
     for (preset, opening_deg) in [(Preset::Quick, 90.0), (Preset::Good, 170.0), (Preset::Good, 270.0)] {
@@ -208,7 +210,7 @@ fn stripes_that_contradict_the_seam_points_are_not_used_unasked() {
     let estimate = stripes(&auto);
     let offsets = [&estimate.stripe, &estimate.seam].map(|answer| answer.parameters.time_offset_s);
     assert_eq!(estimate.apart.time_offset_s, offsets[0] - offsets[1]);
-    // Three pixels at some 130 mm; a part of them is taken for a turn.
+    // Three pixels at about 130 mm; a part of them looks like a turn.
     let Sensor::CameraLaser { camera, .. } = &recording.sensor else { panic!() };
     let aside_m = 3.0 * 0.13 / camera.focal.x;
     let point_m = estimate.apart.point_m;
@@ -219,8 +221,8 @@ fn stripes_that_contradict_the_seam_points_are_not_used_unasked() {
     assert!(asked.warnings().iter().any(|warning| warning.code() == "stripes-disagree"));
 }
 
-/// A camera's seam points are the crossing of straight lines, which of bowed plates is beside the seam: many of its ± where a scan knows it
-/// well. The stripes show the forms, so that both answers do not contradict each other, and theirs is taken.
+/// A camera's seam points are the crossing of straight lines. With bowed plates it is off the seam, by many of its ± if a
+/// scan knows it well. The stripes show the forms, so that both answers do not contradict each other, and theirs is taken.
 #[test]
 fn seam_points_beside_the_seam_of_bowed_plates_do_not_overrule_the_stripes() {
     let form = PlateForm { across: 2e-4, along: 2e-4, ..PlateForm::default() };
@@ -258,7 +260,7 @@ fn stripes_that_know_clearly_less_are_not_used_unasked() {
     // The seam points are those of a good detector.
     let good = scan_plates(&scenario, &Plates::default(), 6).unwrap();
     let recording = Recording { features: good.features, ..noisy };
-    // What a robot of the usual accuracy does would leave both as little.
+    // The errors of a usual robot would leave similarly little of both.
     let good_robot = Config { robot_accuracy_m: Some(0.3e-3), ..Config::default() };
     let auto = calibrated(&recording, &good_robot);
     let outcome = auto.findings.stripes.as_ref().unwrap();
@@ -311,7 +313,7 @@ fn too_few_seam_points_do_not_hide_the_stripes() {
     assert!(matches!(refused, Error::TooFewImages { images: 9, .. }), "{refused}");
 }
 
-/// What is left out is counted and named, as it is of seam points.
+/// Left-out stripes are counted and named, like seam points.
 #[test]
 fn stripes_that_cannot_be_used_are_counted_by_reason() {
     let mut recording = scan_plates(&scenario(Preset::Quick, 10.0), &Plates::default(), 7).unwrap();
@@ -392,7 +394,7 @@ fn stripes_without_numbers_and_with_stamps_of_their_own_are_refused() {
     }
 }
 
-/// What --loss says holds for plates as for seam points: one that never rejects leaves no plate out, and lets false stripes pull.
+/// `--loss` holds for plates as for seam points: a loss that never rejects leaves no plate out, and lets false stripes pull.
 #[test]
 fn the_loss_that_is_asked_for_is_that_of_the_stripes() {
     let mut scenario = scenario(Preset::Quick, 10.0);
@@ -411,7 +413,7 @@ fn the_loss_that_is_asked_for_is_that_of_the_stripes() {
     assert!(by_default.1 < 29.9, "{by_default:?}");
 }
 
-/// Of two scans one shows no plates: its seam points stand for them, and say what they say alone.
+/// One of two scans shows no plates: its seam points replace them, with their information alone.
 #[test]
 fn a_joint_without_plates_counts_by_its_seam_points() {
     let scenario = scenario(Preset::Quick, 8.0);
@@ -438,7 +440,7 @@ fn a_joint_without_plates_counts_by_its_seam_points() {
 #[test]
 fn parallel_plates_and_one_alone_are_joints_with_an_edge() {
     let scenario = scenario(Preset::Paper, 20.0);
-    // What the stripes gain of the rotation: one stripe and its end show less than two.
+    // The stripes' gain for the rotation: one stripe and its end show less than two.
     let butt = |mismatch_m| PlatePair::Butt { gap_m: 1.5e-3, mismatch_m };
     for (pair, gain, step_m) in [
         (PlatePair::Lap { step_m: 3e-3 }, 5.0, Some(3e-3)),

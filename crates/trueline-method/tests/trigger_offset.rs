@@ -8,8 +8,8 @@ use trueline_sim::{Preset, simulate};
 
 const EXPOSURE_S: f64 = 0.006;
 
-/// The edges of an input that is late by so much, of a scan whose true offset is known: every image was exposed about the time that
-/// its stamp less the offset names, and the robot looks at its inputs with every sample.
+/// The edges of an input with this delay, in a scan with a known true offset. Every image was exposed about the time of its
+/// stamp minus the offset, and the robot reads its inputs with every sample.
 fn wired(recording: &Recording, late_s: f64) -> TriggerEdges {
     let offset_s = recording.truth.as_ref().unwrap().parameters.time_offset_s;
     let robot_ns: Vec<i64> = recording.robot.iter().map(|sample| sample.stamp_ns).collect();

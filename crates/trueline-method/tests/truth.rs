@@ -38,9 +38,9 @@ fn exact(mut scenario: Scenario) -> Scenario {
     scenario
 }
 
-/// Without noise the residual at the optimum is zero, so the last step (below 1e-6 of a sigma, which is
-/// at most 1e-3 of the expected noise) converges quadratically to rounding: stamps of 60 s carry
-/// 60·eps = 1e-14 s, base coordinates of 2 m 4e-16 m; the weakest direction magnifies by its condition 1e3.
+/// Without noise the residual at the optimum is zero, so the last step (below 1e-6 of a sigma, at most 1e-3 of the
+/// expected noise) converges quadratically to rounding: stamps of 60 s carry 60·eps = 1e-14 s, base coordinates of 2
+/// m 4e-16 m. The weakest direction magnifies this by its condition 1e3.
 fn assert_exact(scenario: Scenario, initial: Option<Guess>, config: &Config, what: &str) {
     let recording = simulate(&exact(scenario), 1).unwrap();
     let calibration = calibrate(&recording, initial.as_ref(), config).unwrap();
@@ -162,7 +162,8 @@ fn forty_percent_outliers_and_ten_percent_drops() {
     assert!((0.34..0.46).contains(&share), "{share}");
 }
 
-/// Of so many outliers most differences of neighbours are of one: the noise beside all other errors is not taken from these alone, and the reason is the true one.
+/// With this many outliers most differences of neighbours contain one. So the noise is not estimated from these differences
+/// alone, and the reason is the true one.
 #[test]
 fn forty_percent_outliers_are_not_taken_for_noise() {
     let mut scenario = Preset::Good.scenario();

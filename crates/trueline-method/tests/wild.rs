@@ -262,7 +262,7 @@ fn a_lossy_robot_stream_is_right_and_said_to_be_one() {
     let mut row = 0_usize;
     recording.robot.retain(|_| {
         row += 1;
-        // What is missing is counted between the first and the last.
+        // Missing frames are counted between the first and the last.
         row == 1 || row == all || (row as f64 * 0.618_033_988_75).fract() > 0.4
     });
     let lost = all - recording.robot.len();
@@ -312,8 +312,8 @@ fn coarse_stamps() {
     assert!(matches!(robot.reasons()[0], Reason::CoarseRobotStamps { .. }), "{:?}", robot.reasons());
 }
 
-/// Stamps of arrival that are late by milliseconds hide that they are cut to whole ones; the earliest of them, which tell the time offset,
-/// are early by up to a millisecond all the same.
+/// Stamps of arrival that are late by milliseconds hide their truncation to whole milliseconds. Yet the earliest of them,
+/// which determine the time offset, are early by up to a millisecond.
 #[test]
 fn stamps_that_arrive_late_hide_no_grain() {
     let late: Vec<_> =

@@ -1,4 +1,4 @@
-//! What a scan says of an external axis.
+//! Results of a scan about an external axis.
 
 use crate::adjustment::axis_step::AxisStep;
 use nalgebra::{Matrix2, SMatrix, SVector, Vector3};
@@ -6,11 +6,11 @@ use trueline_dataset::{AxisRecord, Carries, Recording};
 use trueline_geometry::axis::{AXIS, AXIS_POINT, AXIS_SCALE, AXIS_TIME_OFFSET};
 use trueline_geometry::{Axis, AxisKind, Line};
 
-/// What is known of the numbers of an axis about its start where nobody says more: direction (rad), place (m), time offset (s).
+/// Prior of an axis's numbers about its start if none is stated: direction (rad), place (m), time offset (s).
 const ANYWHERE: [f64; 3] = [0.3, 1.0, 0.1];
-/// What is held is known to this, SI: encoders count exactly, and an axis that stands moves nothing.
+/// Uncertainty of a quantity held fixed, SI: encoders count exactly, and an axis that stands moves nothing.
 const HELD: f64 = 1e-9;
-/// What is not better known than this part of what was known before is not shown.
+/// A quantity is not determined if its ± exceeds this part of its prior.
 const SHOWN: f64 = 0.5;
 
 /// Standard deviations of the numbers of all axes before the scan, SI.
@@ -31,23 +31,24 @@ fn sigmas_of(record: &AxisRecord, moves: bool) -> [f64; AXIS] {
     [direction, direction, point, point, HELD, offset_s]
 }
 
-/// So many times as large as the first order says are the ± of direction and place of an axis whose time offset nothing shows: it runs evenly while the sensor
-/// goes evenly along the seam, and where it is then looks like a bow of that seam. In 40 simulated cells errors were up to 11 times the first order, and
-/// an independent bound with a free bow is 6 times as large (0.26° and 1.1 mm against 0.045° and 0.2 mm).
+/// Factor on the first order's ± of direction and place of an axis with a hidden time offset. It runs evenly while the
+/// sensor moves evenly along the seam, and its place then looks like a bow of that seam. In 40 simulated cells errors were
+/// up to 11 times the first order, and an independent bound with a free bow is 6 times as large (0.26° and 1.1 mm against
+/// 0.045° and 0.2 mm).
 const WITH_A_BOW: f64 = 6.0;
 
-/// A covariance with the ± of direction and place so many times as large.
+/// A covariance with the ± of direction and place multiplied.
 fn widened(covariance: &SMatrix<f64, AXIS, AXIS>, times: f64) -> SMatrix<f64, AXIS, AXIS> {
     let factor = |k: usize| if k < AXIS_SCALE { times } else { 1.0 };
     SMatrix::from_fn(|i, j| covariance[(i, j)] * factor(i) * factor(j))
 }
 
-/// A part of what an axis is.
+/// A group of an axis's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AxisPart {
     /// Its direction.
     Direction,
-    /// Where it is.
+    /// Its place.
     Place,
     /// Its own time offset.
     TimeOffset,
@@ -68,45 +69,46 @@ impl AxisPart {
     }
 }
 
-/// What is said of an axis.
+/// Result about an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisFinding {
     /// Its name.
     pub name: String,
-    /// What it moves.
+    /// The body that it moves.
     pub carries: Carries,
-    /// Where it is.
+    /// Its place.
     pub axis: Axis,
     /// Whether it moved while something was read.
     pub moves: bool,
-    /// Covariance of its numbers, SI; `None` where they were not estimated.
+    /// Covariance of its numbers, SI; `None` if they were not estimated.
     covariance: Option<SMatrix<f64, AXIS, AXIS>>,
     before: [f64; AXIS],
     seams_are_parallel: bool,
     /// Whether it stood at two places only: two axes turn the one seam into the other.
     has_twin: bool,
     holds_time_offset: bool,
-    /// Whether the robot stood at each reading, so that nothing is late.
+    /// Whether the robot stood at each reading, so that there is no delay.
     at_stops: bool,
     /// How far the last adjustment moved it, standard deviations.
     pub(crate) step_sigmas: f64,
 }
 
 impl AxisFinding {
-    /// Whether its way along the seams is open: of straight seams in one direction a shift along them is seen by nobody, and so is which of two ways, alike
-    /// square to them, the axis goes.
+    /// Whether its place along the seams is undetermined. For straight seams in one direction, a shift along them has no
+    /// effect. Nor can the scan decide between two directions of the axis that are alike perpendicular to them.
     #[must_use]
     pub fn is_open_along_seams(&self) -> bool {
         self.seams_are_parallel && self.axis.kind == AxisKind::Linear && self.carries != Carries::Sensor
     }
 
-    /// Whether it stood at two places at most while something was read: two axes turn the one seam into the other.
+    /// Whether it stood at two places at most during the readings: two axes turn the one seam into the other.
     #[must_use]
     pub fn has_twin(&self) -> bool {
         self.has_twin
     }
 
-    /// The largest standard deviation of a part in any direction, rad, m or s; `None` where the scan does not show it, or an axis does not have it.
+    /// The largest standard deviation of a part in any direction, rad, m or s; `None` if the scan does not determine it, or
+    /// an axis does not have it.
     #[must_use]
     pub fn sigma(&self, part: AxisPart) -> Option<f64> {
         let covariance = self.covariance.as_ref().filter(|_| self.moves)?;
@@ -129,7 +131,7 @@ impl AxisFinding {
         (sigma < SHOWN * self.before[first]).then_some(sigma)
     }
 
-    /// Covariance of its numbers (see [`trueline_geometry::axis::AXIS`]), SI; `None` where they were not estimated.
+    /// Covariance of its numbers (see [`trueline_geometry::axis::AXIS`]), SI; `None` if they were not estimated.
     #[must_use]
     pub fn covariance(&self) -> Option<&SMatrix<f64, AXIS, AXIS>> {
         self.covariance.as_ref()
@@ -163,7 +165,7 @@ pub(crate) fn are_parallel(lines: &[Line]) -> bool {
     lines.windows(2).all(|pair| leans(pair) < PARALLEL_RAD)
 }
 
-/// What is said of all axes of a recording by a step that an adjustment found.
+/// Results about all axes of a recording, by the step of an adjustment.
 #[must_use]
 pub(crate) fn of_all(recording: &Recording, lines: &[Line], found: Option<&AxisStep>) -> Vec<AxisFinding> {
     let (records, moves) = (&recording.axes, recording.axes_that_move());
@@ -175,7 +177,7 @@ pub(crate) fn of_all(recording: &Recording, lines: &[Line], found: Option<&AxisS
             let first = AXIS * k;
             SMatrix::<f64, AXIS, AXIS>::from_fn(|i, j| found.covariance[(first + i, first + j)])
         });
-        // Where it stands while something is read it runs along with nothing.
+        // If it stands during the readings, it runs along with nothing.
         let stamps_ns = recording.features.iter().map(|feature| feature.stamp_ns);
         let is_hidden = record.holds_time_offset && !recording.at_stops && record.stands(stamps_ns).is_none();
         let covariance = first_order.map(|own| if is_hidden { widened(&own, WITH_A_BOW) } else { own });

@@ -1,4 +1,5 @@
-//! External axes: where they are, beside time offset, hand-eye transform and lines, from one scan and without a guess.
+//! External axes: their places, estimated with time offset, hand-eye transform and lines, from one scan and without a
+//! guess.
 //!
 //! | module | |
 //! |---|---|

@@ -8,10 +8,11 @@ use nalgebra::{DMatrix, DVector, Vector2};
 const STEP: f64 = 1e-6;
 /// Damping of a step at first, of the diagonal.
 const DAMPING: f64 = 1e-3;
-/// Standard deviation of everything beforehand in units of a residual's scale, rad, m and s: what nothing shows stays where it is.
+/// Prior standard deviation of everything in units of a residual's scale, rad, m and s: undetermined quantities stay
+/// constant.
 const LOOSE: f64 = 30.0;
 
-/// Where a refinement has led.
+/// Result of a refinement.
 #[derive(Clone, Debug)]
 pub(crate) struct Refined {
     /// Mean loss, between 0 for no residual and 1 for outliers.
@@ -52,7 +53,7 @@ impl Problem<'_> {
         self.readings.iter().map(|reading| self.scan.off_m(at, reading)).collect()
     }
 
-    /// Mean loss of Geman and McClure; what has no place counts as an outlier.
+    /// Mean loss of Geman and McClure; a reading without a place counts as an outlier.
     fn loss(&self, off: &[Option<Vector2<f64>>]) -> f64 {
         let of = |off: &Option<Vector2<f64>>| {
             off.map_or(1.0, |off| {
@@ -63,7 +64,7 @@ impl Problem<'_> {
         off.iter().map(of).sum::<f64>() / off.len().max(1) as f64
     }
 
-    /// The loss with what is unusual of a state: what no reading shows goes back to where it is as a rule.
+    /// The loss with the prior of a state: undetermined quantities return to their usual values.
     fn cost(&self, at: &State, loss: f64) -> f64 {
         loss + at.unusual() / self.readings.len().max(1) as f64
     }

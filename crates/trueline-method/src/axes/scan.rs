@@ -25,13 +25,13 @@ pub(crate) struct Reading {
 pub(crate) struct AxisScan {
     /// The robot's path, as the controller reports it.
     pub path: Trajectory,
-    /// The axes, where they are taken to be.
+    /// The axes, at their assumed places.
     pub chain: AxisChain,
     /// Readings of the seam that was read most often.
     pub readings: Vec<Reading>,
-    /// The direction of each axis, where it is stated.
+    /// The direction of each axis, if stated.
     pub directions: Vec<Option<Vector3<f64>>>,
-    /// Whether the robot stands at each reading: nothing is late then.
+    /// Whether the robot stands at each reading: then there is no delay.
     pub at_stops: bool,
     /// Normal of the laser plane in the camera frame.
     pub normal: Vector3<f64>,
@@ -45,12 +45,13 @@ pub(crate) fn most_read(recording: &Recording) -> Option<u32> {
     counts.into_iter().max_by_key(|(_, count)| *count).map(|(line, _)| line)
 }
 
-/// An axis whose values are off a straight course by less than this runs evenly: rad …
+/// An axis runs evenly if its values deviate from a straight course by less than this: rad …
 const EVEN_RAD: f64 = 2e-3;
 /// … and m.
 const EVEN_M: f64 = 1e-3;
 
-/// Whether an axis runs evenly all the while something is read: a shift of its clock turns or shifts all that it carries alike, so that nothing shows it.
+/// Whether an axis runs evenly during all readings. A shift of its clock then turns or shifts everything that it carries
+/// equally, so nothing determines it.
 #[must_use]
 pub(crate) fn runs_evenly(record: &AxisRecord, recording: &Recording) -> bool {
     let stamps = || recording.features.iter().map(|feature| feature.stamp_ns);
@@ -101,14 +102,15 @@ impl AxisScan {
         }
     }
 
-    /// So many of its readings at most, evenly.
+    /// At most this many of its readings, evenly.
     #[must_use]
     pub(crate) fn some(&self, most: usize) -> Vec<Reading> {
         let step = stride(self.readings.len(), most);
         self.readings.iter().step_by(step).copied().collect()
     }
 
-    /// How far a reading is off the seam in both directions square to it, m; `None` where the robot or an axis has no place then.
+    /// Distance of a reading from the seam in both directions perpendicular to it, m; `None` if the robot or an axis has no
+    /// pose then.
     #[must_use]
     pub(crate) fn off_m(&self, at: &State, reading: &Reading) -> Option<Vector2<f64>> {
         let time_s = reading.stamp_s - at.time_offset_s;

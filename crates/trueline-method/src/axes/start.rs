@@ -1,14 +1,14 @@
 //! Starts for a scan with axes, from nothing.
 //!
-//! Time offset, attitude of the sensor and, of a rotary axis, its direction are tried on a grid. The direction of the seam is then the mean of the laser
-//! plane's normal in its frame. Everything else follows from a linear problem: with a point of the axis c, its motion R, what stands before it (P, p)
-//! and behind it (Q, q), each reading x in the tool's axes is placed at
+//! Time offset, attitude of the sensor and, of a rotary axis, its direction are tried on a grid. The direction of the seam
+//! is then the mean of the laser plane's normal in its frame. Everything else follows from a linear problem. With a point of
+//! the axis c, its motion R, the chain before it (P, p) and behind it (Q, q), each reading x in the tool's axes is placed at
 //!
 //! ```text
 //! rotary: P (R (Q (x + t) + q − c) + c) + p      linear: P (Q (x + t) + q + v d) + p,
 //! ```
 //!
-//! linear in the translation t, in c or in d, and in the place of the seam.
+//! linear in the translation t, in c or in d, and in the seam's place.
 
 use crate::axes::refine::{Refined, follow};
 use crate::axes::scan::{AxisScan, Reading};
@@ -28,9 +28,9 @@ const OFFSET_STEP_S: f64 = 0.2;
 const READINGS: [usize; 4] = [40, 60, 120, 500];
 /// Turns of the attitudes of a cube, rad: a set after the other is tried until one explains nearly all.
 const SETS: [[f64; 3]; 4] = [[0.0; 3], [0.4, 0.3, -0.5], [-0.5, 0.45, 0.2], [0.3, -0.5, 0.45]];
-/// Mean loss of what explains nearly all readings.
+/// Mean loss of a state that explains nearly all readings.
 const CLEAR: f64 = 0.05;
-/// What two sets find alike, to this part of the loss, is as good as it gets.
+/// If two sets find the same, to this part of the loss, the search ends.
 const AGAIN: f64 = 0.01;
 /// Starts that each stage follows.
 const FOLLOWED: [usize; 3] = [240, 40, 8];
@@ -38,10 +38,11 @@ const FOLLOWED: [usize; 3] = [240, 40, 8];
 const SCALES_M: [&[f64]; 3] = [&[0.06], &[0.03, 0.01], &[0.005, 0.002, 0.001]];
 /// Steps at each scale.
 const STEPS: [usize; 3] = [5, 8, 15];
-/// Ridge of the linear problem for each reading: what no reading shows stays small.
+/// Ridge of the linear problem for each reading: undetermined quantities stay small.
 const RIDGE: f64 = 1e-6;
 
-/// The state that explains most readings, with one axis placed anew and the others where they are; `None` where nothing explains them.
+/// The state that explains most readings, with one axis placed anew and the others constant; `None` if nothing explains
+/// them.
 #[must_use]
 pub(crate) fn from_nothing(scan: &AxisScan, sought: usize, within_s: f64, threads: usize) -> Option<Refined> {
     let steps = (within_s / OFFSET_STEP_S).ceil() as i32;
@@ -96,7 +97,7 @@ impl Set<'_> {
     }
 }
 
-/// What stands around the sought axis at one reading.
+/// The chain around the sought axis at one reading.
 struct Placed {
     around: Around,
     point: Vector3<f64>,
@@ -156,7 +157,7 @@ struct Trial<'a> {
     normal: Vector3<f64>,
 }
 
-/// What is left, and what follows.
+/// The remaining unknowns, and the quantities that follow from them.
 struct Solved {
     mean_square_m2: f64,
     tool_from_camera: Pose,

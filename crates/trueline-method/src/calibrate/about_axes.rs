@@ -1,4 +1,4 @@
-//! A scan with axes: a start from nothing, then the calibration about it until the axes stay where they are.
+//! A scan with axes: a start without a guess, then repeated calibrations until the axes converge.
 
 use crate::axes::finding::{AxisFinding, AxisPart, are_parallel};
 use crate::axes::scan::{AxisScan, most_read, runs_evenly};
@@ -13,19 +13,19 @@ use trueline_geometry::{Axis, AxisKind, Pose};
 
 /// Calibrations at most.
 const ROUNDS: usize = 8;
-/// A step of less than this part of the standard deviations is none.
+/// A step of less than this part of the standard deviations counts as zero.
 const SMALL: f64 = 0.1;
 /// Mean loss at a scale of 1 mm beyond which most readings are explained by nothing.
 const UNEXPLAINED: f64 = 0.75;
 /// The same below which nearly all are explained.
 const EXPLAINED: f64 = 0.2;
-/// What leaves more than this may be explained by a mistake: a third of outliers leave less.
+/// A larger mean loss may come from a mistake: a third of outliers gives less.
 const DOUBTFUL: f64 = 0.4;
 
-/// Calibrates a recording with axes by what calibrates one whose axes are known.
+/// Calibrates a recording with axes by the calibration of one with known axes.
 ///
 /// # Errors
-/// As `calibrate`; a scan with axes that no place of them explains; what axes are not yet for.
+/// As `calibrate`; a scan with axes that no place of them explains; unsupported options.
 pub(crate) fn calibrated(
     recording: &Recording,
     config: &Config,
@@ -42,7 +42,7 @@ pub(crate) fn calibrated(
     Ok(if other.findings.fit.noise_factor < best.findings.fit.noise_factor { other } else { best })
 }
 
-/// The calibration about axes that stay where they are.
+/// The calibration with converged axes.
 fn converged(
     mut placed: Recording,
     calibrate: &dyn Fn(&Recording) -> Result<Calibration, Error>,
@@ -61,7 +61,7 @@ fn converged(
         }
         best = calibrate(&placed)?;
     }
-    // What nothing shows is taken for zero, here as wherever the result is used: lines are where they are with it.
+    // A hidden time offset is set to zero, here as wherever the result is used: the lines' places depend on it.
     let hidden = |(record, found): (&AxisRecord, &AxisFinding)| {
         let is_asked = found.moves && found.has(AxisPart::TimeOffset) && !record.holds_time_offset;
         is_asked && found.sigma(AxisPart::TimeOffset).is_none()
@@ -78,8 +78,8 @@ fn converged(
     calibrate(&placed)
 }
 
-/// A linear axis that goes the other way along the first seam moves no point of it otherwise. Where a scan has seams in other directions, these decide, and
-/// the start, which looks at one of them, does not.
+/// A linear axis that goes the other way along the first seam moves no point of it otherwise. If a scan has seams in other
+/// directions, these decide. The start uses one of them, and does not decide.
 fn mirrored(recording: &Recording, best: &Calibration) -> Option<Recording> {
     let lines = &best.findings.unknowns.parameters.lines;
     let along = lines.get(most_read(recording)? as usize)?.direction();
@@ -108,7 +108,7 @@ fn other_way(direction: &UnitVector3<f64>, along: &Vector3<f64>) -> UnitVector3<
     UnitVector3::new_normalize(d - along * (2.0 * along.dot(d)))
 }
 
-/// Where an axis is known best.
+/// Best known place of an axis.
 struct Places {
     /// A point of the seam, in base.
     seam: Option<Vector3<f64>>,
@@ -117,7 +117,7 @@ struct Places {
 }
 
 impl Places {
-    /// The same axis by its point that is nearest to what it moves.
+    /// The same axis by its point nearest to its load.
     fn nearest(&self, axis: &Axis, carries: Carries) -> Axis {
         let place = match carries {
             Carries::Sensor => Some(self.camera.translation.vector),
@@ -150,7 +150,7 @@ fn check_options(config: &Config) -> Result<(), Error> {
 fn started(recording: &Recording, config: &Config) -> Result<Vec<AxisRecord>, Error> {
     let mut axes = recording.axes.clone();
     let moves = recording.axes_that_move();
-    // What stands all the while is shown by nothing, and left out.
+    // An axis that stands during the whole scan is not determined, and left out.
     for (axis, moves) in axes.iter_mut().zip(&moves) {
         axis.holds_time_offset |= recording.at_stops || runs_evenly(axis, recording);
         axis.known = axis.known.or_else(|| Some(stated(axis))).filter(|_| *moves);
@@ -190,7 +190,7 @@ fn started(recording: &Recording, config: &Config) -> Result<Vec<AxisRecord>, Er
     Ok(axes)
 }
 
-/// What explains the scan if it is what was meant: another thing that the axis carries, or another unit.
+/// The mistake that explains the scan: another body that the axis carries, or another unit.
 fn mistaken(scan: &AxisScan, sought: usize, config: &Config) -> Option<AxisMistake> {
     let carries = [Carries::Part, Carries::Robot, Carries::Sensor].map(AxisMistake::Carries);
     let mistakes = carries.into_iter().chain([AxisMistake::ValuesInRadians, AxisMistake::ValuesInDegrees]);
@@ -208,7 +208,7 @@ fn mistaken(scan: &AxisScan, sought: usize, config: &Config) -> Option<AxisMista
     })
 }
 
-/// Where an axis is said to be, or anywhere.
+/// Stated place of an axis, or anywhere.
 fn stated(axis: &AxisRecord) -> Axis {
     let direction = axis.guess.map_or(UnitVector3::new_unchecked(Vector3::z()), |guess| guess.direction);
     let point_m = axis.guess.and_then(|guess| guess.point_m).unwrap_or_else(Vector3::zeros);
@@ -219,7 +219,7 @@ fn stated(axis: &AxisRecord) -> Axis {
 mod tests {
     use super::*;
 
-    /// Across the seam it goes as before, and along it the other way: whoever turns a sign here leaves a track on its wrong side.
+    /// Across the seam it moves as before, and along it the other way: a wrong sign here leaves a track on its wrong side.
     #[test]
     fn the_other_way_along_a_seam_is_the_same_across_it() {
         let along = Vector3::new(0.6, 0.0, 0.8);

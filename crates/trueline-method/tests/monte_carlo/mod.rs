@@ -24,7 +24,7 @@ use trueline_sim::{Disturbance, Scenario, random_cell, simulate};
 /// Time offset, rotation, translation.
 pub(crate) const UNKNOWNS: usize = 7;
 
-/// Where a run starts.
+/// Start of a run.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Start {
     /// From nothing.
@@ -33,7 +33,7 @@ pub(crate) enum Start {
     Truth,
 }
 
-/// What is disturbed.
+/// The disturbed quantities.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Noise {
     /// Everything as in the preset: features, robot poses, stamps of both streams.

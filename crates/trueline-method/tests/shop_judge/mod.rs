@@ -9,7 +9,7 @@ use trueline_method::problem::parameters::ROTATION;
 use trueline_method::{Calibration, Config, Status};
 use trueline_sim::shop::{ShopCell, ShopTruth};
 
-/// Where the k-th point of a check pass is, and is meant to be.
+/// True and intended place of the k-th point of a check pass.
 type Place<'a> = &'a dyn Fn(usize, &Vector3<f64>) -> Option<Vector3<f64>>;
 
 /// A cell and what became of it; lengths in mm.
@@ -26,8 +26,8 @@ pub(crate) struct Judged {
     pub(crate) miss_mm: Option<f64>,
     /// How many of its standard deviations the time offset is outside of the true interval.
     pub(crate) offset_z: Option<f64>,
-    /// Errors of hand-eye rotation and translation over their standard deviations, against the transform that places the readings of the sensor as it was
-    /// found best: what is wrong with its file is no error of the transform.
+    /// Errors of hand-eye rotation and translation over their standard deviations, against the transform that places the
+    /// readings of the sensor as found best: errors of its file are not errors of the transform.
     pub(crate) hand_eye_z: Option<[f64; 6]>,
 }
 
