@@ -1,8 +1,8 @@
 //! A seam that is not quite straight: a bow in each of the line's two cross directions.
 //!
 //! p(s) = c + s u₁ + (κ₂ u₂ + κ₃ u₃) φ(s), φ(s) = ((s − s₀)/ℓ)² − 1/3, with ℓ half of the visible length and s₀ its
-//! middle. Written so, κ is the height of the bow between middle and ends whatever the length, and nearly independent
-//! of the line's own offsets: the mean of φ over the visible length is zero.
+//! middle. So κ is the height of the bow between middle and ends at any length. It is nearly independent of the
+//! line's own offsets: the mean of φ over the visible length is zero.
 
 use nalgebra::Vector2;
 
@@ -13,15 +13,15 @@ pub struct Curvature {
     pub bow_m: [f64; 2],
     /// ℓ, half of the visible length, m.
     pub half_length_m: f64,
-    /// s₀, the middle of what is visible, along the line from its anchor, m.
+    /// s₀, the middle of the visible part, along the line from its anchor, m.
     pub middle_m: f64,
 }
 
 /// The mean of ((s − s₀)/ℓ)² over the visible length.
 pub const MEAN_SQUARE: f64 = 1.0 / 3.0;
-/// Standard deviation of the bow of a seam that nobody has measured, whatever its length, m.
+/// Prior standard deviation of a seam's bow, at any length, m.
 const PRIOR_M: f64 = 0.3e-3;
-/// What is added to it for its length: 1 mm per metre.
+/// Its increase with length: 1 mm per metre.
 const PRIOR_PER_M: f64 = 1e-3;
 
 impl Curvature {

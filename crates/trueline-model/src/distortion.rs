@@ -63,8 +63,8 @@ impl BrownConrady {
         (value, jacobian)
     }
 
-    /// Squared radius up to which the radial part rises, so that every pixel has one ray: the first
-    /// positive root of 1 + 3k₁s + 5k₂s² + 7k₃s³ with s = r²; infinite where there is none.
+    /// Squared radius up to which the radial part rises, so that every pixel has one ray: the first positive
+    /// root of 1 + 3k₁s + 5k₂s² + 7k₃s³ with s = r²; infinite without one.
     #[must_use]
     pub fn invertible_radius_squared(&self) -> f64 {
         first_positive_root([1.0, 3.0 * self.k1, 5.0 * self.k2, 7.0 * self.k3])

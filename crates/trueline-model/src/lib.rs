@@ -1,4 +1,4 @@
-//! What a laser vision sensor on a robot sees: four independent stages, each with value and Jacobian.
+//! The view of a laser vision sensor on a robot: four independent stages, each with value and Jacobian.
 //!
 //! ```text
 //! pixel ──camera──▶ ray ──laser_plane──▶ point_in_camera ──placement──▶ point_in_base ──residual──▶ r

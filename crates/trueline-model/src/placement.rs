@@ -5,7 +5,7 @@
 use nalgebra::{Matrix2x3, Matrix3, SVector, Vector3};
 use trueline_geometry::{Pose, Segment, so3};
 
-/// Where the sensor was when one frame was exposed, and how it moved.
+/// Pose and motion of the sensor when one frame was exposed.
 #[derive(Clone, Copy, Debug)]
 pub struct Placement {
     /// Robot pose at the exposure.
@@ -98,7 +98,7 @@ impl Placement {
         }
     }
 
-    /// By the pose, of a number whose gradient by a point of the sensor at `point_in_base` is `by_point`.
+    /// By the pose, of a number with the gradient `by_point` by a point of the sensor at `point_in_base`.
     #[must_use]
     #[inline]
     pub fn by_pose(&self, point_in_base: &Vector3<f64>, by_point: &Vector3<f64>) -> PoseGradient {
@@ -106,7 +106,7 @@ impl Placement {
         PoseGradient { by_shift: *by_point, by_turn: lever.cross(by_point) }
     }
 
-    /// The same of two numbers whose gradients by the point are the rows of a matrix.
+    /// The same of two numbers; the rows of a matrix are their gradients by the point.
     #[must_use]
     #[inline]
     pub(crate) fn by_pose_of_two(

@@ -9,12 +9,12 @@
 //! ```
 //!
 //! n and δ are three unknowns, β seven more, known beforehand to be small. Each β is how far the plate is off at 25 mm
-//! from the seam and 100 mm along it. What f lacks (1, r, s) is n and δ.
+//! from the seam and 100 mm along it. The terms 1, r, s, missing in f, are n and δ.
 
 use nalgebra::{SVector, Unit, UnitVector3, Vector3};
 use trueline_geometry::so3;
 
-/// Distance from the seam at which a surface term is what its number says, m.
+/// Distance from the seam at which a surface term has its stated value, m.
 pub const SURFACE_REACH_M: f64 = 0.025;
 /// Distance along the seam at which it is, m.
 pub const SURFACE_LENGTH_M: f64 = 0.100;
@@ -24,7 +24,7 @@ const PER_REACH: f64 = 1.0 / SURFACE_REACH_M;
 /// 1 / [`SURFACE_LENGTH_M`], 1/m.
 const PER_LENGTH: f64 = 1.0 / SURFACE_LENGTH_M;
 
-/// Where the numbers of a plate count from; fixed while they are estimated.
+/// Origin of a plate's numbers; fixed during the estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlateChart {
     /// c, the middle of the scan on the seam, base, m.
@@ -38,7 +38,7 @@ pub struct PlateChart {
 /// A plate in base.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plate {
-    /// Where its numbers count from.
+    /// Origin of its numbers.
     pub chart: PlateChart,
     /// n.
     pub normal: UnitVector3<f64>,

@@ -1,7 +1,7 @@
 //! Stage 2: ray → point on the laser sheet.
 //!
-//! p_C = d r / (n·r). The sheet also carries two axes, so that a measured point is two numbers: x along
-//! the stripe (as near to the camera's x axis as the sheet allows) and y, the range, square to it.
+//! p_C = d r / (n·r). The sheet also has two axes, so a measured point is two numbers: x along the stripe (as near to
+//! the camera's x axis as the sheet allows), and y, the range, perpendicular to it.
 
 use nalgebra::{Matrix3, Matrix3x2, Vector2, Vector3};
 use trueline_geometry::Plane;
@@ -15,8 +15,9 @@ pub struct LaserSheet {
 }
 
 impl LaserSheet {
-    /// A sheet whose axes follow from the plane alone: x is the camera's x axis laid into the sheet (its
-    /// y axis where x is square to the sheet), y completes n = x × y; the origin is the plane's foot.
+    /// A sheet with axes that follow from the plane alone: x is the camera's x axis projected onto the sheet
+    /// (its y axis if x is perpendicular to the sheet), y completes n = x × y. The origin is the plane's
+    /// foot.
     #[must_use]
     pub fn from_plane(plane: Plane) -> Self {
         let normal = plane.normal().into_inner();
@@ -77,7 +78,7 @@ impl LaserSheet {
         Some((point, d_point_d_ray))
     }
 
-    /// Coordinates in the sheet (m) of a point in the camera frame; what sticks out of it is left off.
+    /// Coordinates in the sheet (m) of a point in the camera frame; its distance from the sheet is dropped.
     #[must_use]
     pub fn coordinates(&self, point_in_camera: &Vector3<f64>) -> Vector2<f64> {
         self.axes.transpose() * (point_in_camera - self.origin)

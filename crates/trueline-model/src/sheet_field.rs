@@ -7,7 +7,8 @@
 //! α = atan2(Σ q̃ × c̃, Σ q̃ · c̃),  s = c̄ − R(α) q̄
 //! ```
 //!
-//! with q̃, c̃ counted from the means q̄, c̄ (Procrustes in the plane). What it leaves is the sensor's own distortion.
+//! with q̃, c̃ counted from the means q̄, c̄ (Procrustes in the plane). Its residue is the sensor's own
+//! distortion.
 
 use crate::sheet::LaserSheet;
 use crate::sheet_shape::SheetShape;
@@ -35,7 +36,7 @@ pub struct RigidPart {
     pub shift_m: [f64; 2],
 }
 
-/// A rigid part with its derivative by h₁ … h₅, and what the correction does beyond it.
+/// A rigid part with its derivative by h₁ … h₅, and the rest of the correction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigidPartOfShape {
     /// The motion.

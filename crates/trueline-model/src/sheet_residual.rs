@@ -4,13 +4,13 @@
 //! sheet (m). Whitened by the measurement covariance it is maximum likelihood, and it cannot collapse:
 //! a line that runs along the sheet has no q.
 //!
-//! With E the sheet's axes in base (3×2), n its normal in base and u₁ the line's direction, the oblique
-//! projection along the line onto the sheet is B = Eᵀ − h nᵀ with h = Eᵀu₁ / (n·u₁), and
-//! r = B (p_B − c): B u₁ = 0, so any point c of the line will do.
+//! Let E be the sheet's axes in base (3×2), n its normal in base and u₁ the line's direction. The oblique
+//! projection along the line onto the sheet is B = Eᵀ − h nᵀ with h = Eᵀu₁ / (n·u₁), and r = B (p_B − c). As
+//! B u₁ = 0, any point c of the line will do.
 //!
-//! Jacobians: q is fixed neither in space nor in the sheet. When the camera moves so that its own point
-//! at q shifts by dx, q moves in the sheet by −B dx; when the line shifts by dl at q, by +B dl. So
-//! dr = B (dx(q) − dl(q)): everything is evaluated at the predicted q, not at the measured p.
+//! Jacobians: q is fixed neither in space nor in the sheet. If the camera's own point at q shifts by dx, q
+//! moves in the sheet by −B dx. If the line shifts by dl at q, it moves by +B dl. So dr = B (dx(q) − dl(q)):
+//! everything is evaluated at the predicted q, not at the measured p.
 
 use crate::point_to_line::ResidualJacobian;
 use crate::sheet_shape::ReportedPoint;
@@ -76,18 +76,18 @@ pub fn linearize(
     })
 }
 
-/// The same with a bowed seam and a sensor whose sheet is not quite what it says.
+/// The same with a bowed seam and a sensor with errors of its sheet.
 #[derive(Clone, Copy, Debug)]
 pub struct SeamInSheet<'a> {
     /// The straight part of the seam, in base.
     pub line: &'a Line,
     /// Its bow.
     pub curvature: &'a Curvature,
-    /// The sensor's shape; `None` is a sensor that reports what is there.
+    /// The sensor's shape; `None` is a sensor without error.
     pub shape: Option<&'a SheetShape>,
 }
 
-/// A residual with what its bow and shape add to the Jacobian.
+/// A residual with the columns of its bow and shape in the Jacobian.
 #[derive(Clone, Copy, Debug)]
 pub struct SeamJacobian {
     /// The residual, reported minus predicted report (m), and its derivatives as for a straight seam.
@@ -146,7 +146,7 @@ impl SeamInSheet<'_> {
         })
     }
 
-    /// Where the seam meets the sheet through `measured`, all in base.
+    /// Point at which the seam meets the sheet through `measured`, all in base.
     fn meeting(&self, normal: &Vector3<f64>, measured: &Vector3<f64>) -> Option<Meeting> {
         let axes: Matrix3<f64> = self.line.axes();
         let direction: Vector3<f64> = axes.column(0).into();

@@ -1,17 +1,18 @@
 //! Between stages 2 and 3: a projective correction of the sheet's coordinates.
 //!
-//! Whatever is wrong with a camera's focal lengths, principal point and laser plane, or with a profiler's scales, moves a
-//! measured point by a homography within the sheet and by a rigid motion. The rigid motion is part of the hand-eye
-//! transform; of the homography five numbers are left, the shape: with (a, b) counted from the shape's origin,
+//! An error of a camera's focal lengths, principal point or laser plane, or of a profiler's scales, moves a
+//! measured point by a homography within the sheet and by a rigid motion. The rigid motion is part of the
+//! hand-eye transform. Five numbers of the homography remain, the shape: with (a, b) counted from the shape's
+//! origin,
 //!
 //! ```text
 //! a′ = ((1 + h₁) a + h₃ b)/w,  b′ = (1 + h₂) b/w,  w = 1 + h₄ a + h₅ b
 //! ```
 //!
-//! h₁ is a scale of width, h₂ of depth, h₃ a shear, h₄ and h₅ keystone (1/m). (a, b) is what the sensor reports,
-//! (a′, b′) where the point is. A residual needs the way back: what the sensor reports of a point that is predicted. Its
-//! derivative at the *predicted* point is free of the measurement's noise; at the measured one the estimate would be
-//! drawn towards zero, as in every problem with errors in its variables.
+//! h₁ is a scale of width, h₂ of depth, h₃ a shear, h₄ and h₅ keystone (1/m). (a, b) is the sensor's report, (a′, b′)
+//! the point's place. A residual needs the inverse: the sensor's report of a predicted point. Its derivative at the
+//! *predicted* point is free of the measurement's noise. At the measured point the estimate would be drawn towards
+//! zero, as in every problem with errors in its variables.
 
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
@@ -20,11 +21,11 @@ use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 pub struct SheetShape {
     /// h₁ width scale, h₂ depth scale, h₃ shear, h₄ and h₅ keystone in 1/m.
     pub h: [f64; 5],
-    /// Where a and b are zero, in the sheet's own coordinates, m.
+    /// Point with a = b = 0, in the sheet's own coordinates, m.
     pub origin_m: [f64; 2],
 }
 
-/// What the sensor reports of a point of the sheet.
+/// The sensor's report of a point of the sheet.
 #[derive(Clone, Copy, Debug)]
 pub struct ReportedPoint {
     /// Coordinates in the sheet as reported, m.
@@ -39,13 +40,13 @@ impl SheetShape {
     /// Number of unknowns.
     pub const DIMENSION: usize = 5;
 
-    /// The shape of a sensor that reports what is there.
+    /// The shape of a sensor without error.
     #[must_use]
     pub fn exact_about(origin: &Vector2<f64>) -> Self {
         Self { h: [0.0; 5], origin_m: [origin.x, origin.y] }
     }
 
-    /// Where a point is that is reported at `reported` (sheet coordinates, m), with d true / d reported.
+    /// True place of a point reported at `reported` (sheet coordinates, m), with d true / d reported.
     #[must_use]
     pub fn corrected(&self, reported: &Vector2<f64>) -> (Vector2<f64>, Matrix2<f64>) {
         let [h1, h2, h3, h4, h5] = self.h;
@@ -58,7 +59,8 @@ impl SheetShape {
         (origin + moved, (linear - moved * keystone.transpose()) * inverse_w)
     }
 
-    /// What the sensor reports of a point at `at` (sheet coordinates, m): the inverse of [`SheetShape::corrected`].
+    /// The sensor's report of a point at `at` (sheet coordinates, m): the inverse of
+    /// [`SheetShape::corrected`].
     #[must_use]
     pub fn reported(&self, at: &Vector2<f64>) -> ReportedPoint {
         let [h1, h2, h3, h4, h5] = self.h;
@@ -85,8 +87,8 @@ impl SheetShape {
         ReportedPoint { reported: origin + reported, d_true: d_m * affine, d_shape }
     }
 
-    /// d corrected / d h of a point that is reported at `reported`: of [`SheetShape::corrected`], the report being what it is; `None`
-    /// where the correction turns the sheet inside out.
+    /// d corrected / d h for a point reported at `reported`: of [`SheetShape::corrected`] at a constant
+    /// report; `None` if the correction turns the sheet inside out.
     #[must_use]
     pub fn d_corrected_d_shape(&self, reported: &Vector2<f64>) -> Option<SMatrix<f64, 2, 5>> {
         // 0 = ∂g/∂q dq + ∂g/∂h dh

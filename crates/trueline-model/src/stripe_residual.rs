@@ -1,6 +1,6 @@
 //! Stage 4 for a plate: measured point of the stripe against the stripe that is predicted.
 //!
-//! The plate's surface cuts the laser sheet in a curve; a support point of the stripe says how far it is from that curve,
+//! The plate's surface cuts the laser sheet in a curve. A support point of the stripe gives its distance from that curve,
 //! and nothing along it. So the residual is one number: the signed distance, in the sheet's reported coordinates, of the
 //! measured point x̂ from the curve φ(x) = 0, with x ↦ base through shape, hand-eye and robot.
 //!
@@ -17,7 +17,7 @@ use nalgebra::{ArrayStorage, Matrix2, Matrix3x2, Point3, SMatrix, SVector, Vecto
 const MIN_SINE: f64 = 1e-3;
 /// Most of Newton's steps to the foot: on a curve of radius R, at a distance d from it, each leaves d/R of the one before.
 const FOOT_STEPS: usize = 3;
-/// After a step below this the foot is where it is to d/R of that, m, and its distance to the square of it.
+/// After a step below this the foot is exact to d/R of it, m, and its distance to its square.
 const FOOT_FOUND_M: f64 = 1e-7;
 
 /// A plate and the sensor that looks at it.
@@ -27,7 +27,7 @@ pub struct StripeOnPlate<'a> {
     pub plate: &'a Plate,
     /// The laser sheet.
     pub sheet: &'a LaserSheet,
-    /// The sensor's shape; `None` is a sensor that reports what is there.
+    /// The sensor's shape; `None` is a sensor without error.
     pub shape: Option<&'a SheetShape>,
 }
 
@@ -111,7 +111,7 @@ impl StripeOnPlate<'_> {
         Some(self.jacobian_along(placement, &foot, &local, (&normal, distance_m)))
     }
 
-    /// Distance from the stripe along a direction, with its derivatives, of a point whose stripe lies there.
+    /// Distance from the stripe along a direction, with its derivatives, of a point with the stripe there.
     pub(crate) fn jacobian_along(
         &self,
         placement: &Placement,

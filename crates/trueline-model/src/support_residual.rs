@@ -1,8 +1,9 @@
 //! Stage 4 for a whole stripe: the straight line that was fitted to a stripe against that through the predicted stripe.
 //!
-//! A stripe is reported as two support points of its line of least squares, half a length/√3 from the middle. A plate is not
-//! straight, so the line does not lie on the stripe, and the same line is taken of the predicted stripe: with h the distance of the
-//! reported line from it, square to the line, and t from −1 to 1 along the line,
+//! A stripe is reported as two support points of its line of least squares, half a length/√3 from the middle.
+//! A plate is not straight, so the line does not lie on the stripe. The same line is therefore fitted to the
+//! predicted stripe. With h the distance of the reported line from it, perpendicular to the line, and t from
+//! −1 to 1 along the line,
 //!
 //! ```text
 //! ρ(±1/√3) = ½ ∫ h dt ± √3 · ½ ∫ t h dt
@@ -11,29 +12,31 @@
 //! by Gauss and Legendre's three points, which is exact where h is of the fourth degree. With a straight stripe that is the distance at the
 //! support points.
 //!
-//! A line of a picture is fitted to even columns, in px, and t and h are those of the picture: what is further from the camera is smaller there. By
-//! the depth z along the line, t is as z₂/z₁ has it, and a pixel is as long as z.
+//! A line of a picture is fitted to even columns, in px, so t and h are those of the picture. Parts further
+//! from the camera are smaller there. By the depth z along the line, t is as z₂/z₁ has it, and a pixel is as
+//! long as z.
 
 use crate::stripe_residual::{Local, SheetInBase};
 use crate::{Placement, StripeJacobian, StripeOnPlate};
 use nalgebra::Vector2;
 
-/// Where along a line the distances are taken, in units of the way from its middle to its second support point: ±√(3/5) of its
-/// half length, which is √3 of them.
+/// Places of the distances along a line, in units of the way from its middle to its second support point:
+/// ±√(3/5) of its half length, which is √3 of them.
 const NODES: [f64; 3] = [-NODE, 0.0, NODE];
 /// √(9/5).
 const NODE: f64 = 1.341_640_786_499_874;
-/// What part of them is in the line at its support points: 5/18, 8/18, 5/18 of the mean, and √(9/5) · 5/18 of the slope.
+/// Their weights in the line at its support points: 5/18, 8/18, 5/18 of the mean, and √(9/5) · 5/18 of the
+/// slope.
 const PARTS: [[f64; 3]; 2] =
     [[MEAN + SLOPE, 4.0 / 9.0, MEAN - SLOPE], [MEAN - SLOPE, 4.0 / 9.0, MEAN + SLOPE]];
 const MEAN: f64 = 5.0 / 18.0;
 const SLOPE: f64 = NODE * MEAN;
 
-/// Cosine of the angle up to which a line is taken for one along the stripe.
+/// Cosine of the largest angle between a line and the stripe that it belongs to.
 const LEAST_ALIKE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// Most of Newton's steps from a line to the stripe: each leaves the bow's slope times its curvature's of the one before.
 const STEPS: usize = 4;
-/// After a step below this the stripe is reached, m: to its square over the bow's radius, and φ is known as near to it as that.
+/// After a step below this the stripe is reached, m: to its square over the bow's radius, as φ is.
 const REACHED_M: f64 = 1e-7;
 
 /// The two support points of a stripe as a sensor reports them.
@@ -41,12 +44,14 @@ const REACHED_M: f64 = 1e-7;
 pub struct SupportPair {
     /// Reported sheet coordinates, m.
     pub reported: [Vector2<f64>; 2],
-    /// How many times as far from the camera the second is, along its axis; 1 of sensors that report lengths.
+    /// Ratio of the second's distance from the camera to the first's, along its axis; 1 for sensors that
+    /// report lengths.
     pub depth_ratio: f64,
 }
 
 impl SupportPair {
-    /// The places of the line, as parts of the way from the first support point to the second, and what part of the distance there is in the line at each of both.
+    /// The places of the line, as parts of the way from the first support point to the second, and the weight of each
+    /// point's distance at these places.
     fn places(&self) -> ([f64; 3], [[f64; 3]; 2]) {
         let of_picture = NODES.map(|node| 0.5 * (1.0 + node));
         // 1/z is linear in the picture.
@@ -64,7 +69,7 @@ struct Node {
     /// Distance of the line from the stripe along the normal, m.
     distance_m: f64,
     local: Local,
-    /// Where the stripe is, reported sheet coordinates, m.
+    /// Place of the stripe, reported sheet coordinates, m.
     on_stripe: Vector2<f64>,
 }
 
@@ -77,8 +82,8 @@ impl StripeOnPlate<'_> {
         Some(parts.map(|parts| nodes.iter().zip(parts).map(|(node, part)| part * node.distance_m).sum()))
     }
 
-    /// [`StripeOnPlate::support_residuals`] with their derivatives. Of a stripe that is no line beside the predicted one, which is an outlier, the turn of the
-    /// direction is left out.
+    /// [`StripeOnPlate::support_residuals`] with their derivatives. For a stripe that is no line near the predicted one, an
+    /// outlier, the rotation of the direction is left out.
     #[must_use]
     pub fn linearize_supports(
         &self,
@@ -96,8 +101,8 @@ impl StripeOnPlate<'_> {
         Some(sums)
     }
 
-    /// The normal of a line, or that of the stripe where they differ by more than 45°, to the side where φ rises, and how far places of it are from the
-    /// stripe along that.
+    /// The normal of a line, or of the stripe if they differ by more than 45°, to the side where φ rises, and
+    /// the distance of the line's places from the stripe along it.
     fn nodes(
         &self,
         placement: &Placement,
@@ -112,7 +117,7 @@ impl StripeOnPlate<'_> {
         let local = self.local(&sheet, &middle)?;
         let up = local.gradient.normalize();
         let turned = across.dot(&up);
-        // A stripe of another plate is no line beside this one: its distance is that of the places as they are.
+        // A stripe of another plate is no line near this one: its distance is that of the places unchanged.
         let normal = if turned.abs() > LEAST_ALIKE { across * turned.signum() } else { up };
         let centre = self.along(&sheet, (&middle, &normal), (0.0, local))?;
         let first_m = centre.distance_m;
@@ -124,7 +129,7 @@ impl StripeOnPlate<'_> {
         Some((normal, [beside(places[0])?, centre, beside(places[2])?]))
     }
 
-    /// The stripe beside a place, along a direction; the search begins at a distance, where φ is known.
+    /// The stripe near a place, along a direction; the search begins at a distance with known φ.
     fn along(
         &self,
         sheet: &SheetInBase,

@@ -1,4 +1,4 @@
-//! Lens distortion against OpenCV, and what happens where it cannot be undone.
+//! Lens distortion against OpenCV, and its behaviour beyond the invertible range.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{Vector2, Vector3};
@@ -50,8 +50,8 @@ fn a_pixel_outside_the_image_is_an_error() {
 
 #[test]
 fn beyond_the_fold_there_is_an_error_and_no_wrong_ray() {
-    // r (1 − 0.5 r²) rises to 0.5443 at r = 0.8165 and falls beyond: larger pixels have no ray, and every
-    // pixel below belongs to two rays, of which the inner one is seen.
+    // r (1 − 0.5 r²) rises to 0.5443 at r = 0.8165 and falls beyond. Larger pixels have no ray, and every pixel below
+    // belongs to two rays; the inner one is seen.
     let lens = BrownConrady { k1: -0.5, ..BrownConrady::default() };
     assert!((lens.invertible_radius_squared() - 2.0 / 3.0).abs() < 1e-12);
     assert!(lens.undistort(&Vector2::new(0.545, 0.0)).is_none());

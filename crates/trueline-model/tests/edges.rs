@@ -1,4 +1,4 @@
-//! Where what is modelled ends: of the picture, of the lens, of the sheet, of the plate, from both sides.
+//! Ends of the models from both sides: of the picture, of the lens, of the sheet, of the plate.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{Matrix3, SVector, UnitVector3, Vector2, Vector3};
@@ -73,8 +73,7 @@ fn the_fold_itself_is_on_no_pixel() {
     assert!(mirror.undistort(&value).is_none_or(|(ideal, _)| (ideal - Vector2::new(0.0, 0.5)).norm() > 0.1));
 }
 
-/// A pixel far beyond the fold in a lens of any form: the starts that lie outside are drawn in, and the inner ray is found where
-/// there is one.
+/// A pixel far beyond the fold in a lens of any form: starts outside are drawn in, and the inner ray is found if it exists.
 #[test]
 fn pixels_whose_own_radius_is_beyond_the_fold_have_their_inner_ray() {
     // A barrel that is undone by k₂: distorted radii are larger than ideal ones, up to the fold.

@@ -1,5 +1,5 @@
-//! The stripe on a plate: the distance by a search along the curve itself, the Jacobian by differences of that, and what the
-//! obvious residual does to a sensor's shape.
+//! The stripe on a plate: the distance by a search along the curve itself, the Jacobian by differences of it, and the effect
+//! of the obvious residual on a sensor's shape.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{DMatrix, DVector, SVector, UnitVector3, Vector2, Vector3};
@@ -37,7 +37,7 @@ fn case() -> impl Strategy<Value = Case> {
     })
 }
 
-/// Where a plate's surface is, written out: height over its own plane, without the model's derivatives.
+/// Place of a plate's surface, written out: height over its own plane, without the model's derivatives.
 fn height_over_plate(plate: &Plate, point: &Vector3<f64>) -> f64 {
     let from = point - plate.chart.centre;
     let (r, s) = (from.dot(&plate.chart.outward) / 0.025, from.dot(&plate.chart.along) / 0.1);
@@ -231,9 +231,9 @@ fn depth_scale(
     (shape.h[1], variance.sqrt())
 }
 
-/// The obvious residual, distance of the placed point from the plate, takes the measured point for the true one in its
-/// derivative: with noise σ and depths that spread by b, the depth scale is drawn off by some σ²/b², whatever the number
-/// of points.
+/// The obvious residual, distance of the placed point from the plate, uses the measured point as the true one in its
+/// derivative. With noise σ and depths that spread by b, the depth scale is biased by about σ²/b², for any number of
+/// points.
 #[test]
 fn the_obvious_residual_is_biased_and_the_forward_one_is_not() {
     let sheet = LaserSheet::of_profiler();
@@ -283,9 +283,9 @@ fn whole(case: &Case, half_m: f64, turn: f64) -> [Vector2<f64>; 2] {
     [case.view.in_sheet - along * half_m, case.view.in_sheet + along * half_m]
 }
 
-/// What lines of least squares through many columns say that are even in the picture: that through the stripe under a reported line, in the line's own direction,
-/// each column by bisection. A place of the picture is a point of the line by homogeneous coordinates, whose weights are depths; a length there is as many pixels as
-/// it is near.
+/// What lines of least squares through many columns say that are even in the picture: that through the stripe under a
+/// reported line, in the line's own direction, each column by bisection. A place of the picture is a point of the line by
+/// homogeneous coordinates, with depths as weights; a length there has the more pixels the nearer it is.
 fn fitted(case: &Case, supports: &SupportPair, step: &DVector<f64>) -> [f64; 2] {
     const COLUMNS: usize = 300;
     let three = |k: usize| Vector3::new(step[k], step[k + 1], step[k + 2]);
@@ -336,8 +336,9 @@ proptest! {
         let said = fitted(&case, &supports, &DVector::zeros(UNKNOWNS));
         for (k, row) in rows.iter().enumerate() {
             prop_assert!((alone[k] - row.residual).abs() < 1e-15);
-            // Bows of 1.5 mm at the ends; the mean of even columns' squares is less by 1/n², and what is of the fifth degree is a thousandth of the bow's.
-            // Of third degrees, up to a third of them, goes beyond the third by place what is below.
+            // Bows of 1.5 mm at the ends. The mean of even columns' squares is less by 1/n², and the fifth-degree part is a
+            // thousandth of the bow's. Of third degrees, up to a third of them, goes beyond the third by place what is
+            // below.
             let tolerance = 5e-8 + 0.5e-3 * 0.1 * (depth_ratio - 1.0_f64).powi(2);
             prop_assert!((row.residual - said[k]).abs() < tolerance, "{} {}", row.residual, said[k]);
             let mut analytic = DVector::zeros(UNKNOWNS);
@@ -350,9 +351,9 @@ proptest! {
                 DVector::from_element(1, fitted(&case, &supports, step)[k])
             });
             for (of, (a, b)) in analytic.iter().zip(numerical.iter()).enumerate() {
-                // The mean of even columns' powers up to the fourth is less by up to 10/(3 n²) of what is added up, up to one; what three points leave
-                // out of a bowed stripe is of the order of its slope squared, 2e-4. By place a third degree in the picture goes on with a tenth of
-                // the depths' difference squared.
+                // The mean of even columns' powers up to the fourth is less by up to 10/(3 n²) of the summed values, up to
+                // one; three points miss a part of a bowed stripe, of the order of its slope squared, 2e-4. By place a third
+                // degree in the picture goes on with a tenth of the depths' difference squared.
                 let tolerance = 5e-4 + 0.1 * (depth_ratio - 1.0_f64).powi(2);
                 prop_assert!((a - b).abs() < tolerance * b.abs().max(1.0), "{of}: {a} {b}");
             }

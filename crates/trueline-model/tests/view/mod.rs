@@ -13,7 +13,7 @@ pub(crate) struct View {
     pub exposure: f64,
     pub tool_from_camera: Pose,
     pub sheet: LaserSheet,
-    /// What is measured, sheet coordinates, m.
+    /// The measured point, sheet coordinates, m.
     pub in_sheet: Vector2<f64>,
 }
 
