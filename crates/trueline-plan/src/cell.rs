@@ -1,4 +1,4 @@
-//! What is known before the scan: sensor, rough mounting, rough line, limits, noise.
+//! Prior knowledge of a scan: sensor, rough mounting, rough line, limits, noise.
 
 use crate::guess_error::GuessError;
 use crate::limits::Limits;
@@ -12,7 +12,7 @@ use trueline_dataset::{KnownCalibration, Sensor, Truth};
 use trueline_geometry::Pose;
 use trueline_model::LaserSheet;
 
-/// Standard deviations of what will be recorded.
+/// Standard deviations of the future recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExpectedNoise {
     /// A feature, px along u and v; for cameras.
@@ -33,12 +33,12 @@ impl Default for ExpectedNoise {
     }
 }
 
-/// All that planning is made from.
+/// Inputs of planning.
 #[derive(Clone, Debug)]
 pub struct Cell {
     /// The sensor and its own calibration.
     pub sensor: Sensor,
-    /// What it sees.
+    /// Its field of view.
     pub view: View,
     /// Its sheet.
     pub sheet: LaserSheet,
@@ -46,21 +46,21 @@ pub struct Cell {
     pub tool_from_camera: Pose,
     /// Rough line.
     pub seam: Seam,
-    /// How the sensor stands over the seam where nothing is tilted.
+    /// Pose of the sensor over the seam without tilt.
     pub sensor_pose: SensorPose,
     /// How rough the guess is.
     pub guess_error: GuessError,
-    /// What the motion keeps to.
+    /// Limits of the motion.
     pub limits: Limits,
-    /// What disturbs the measurement.
+    /// Disturbances of the measurement.
     pub noise: ExpectedNoise,
     /// Time between images, s.
     pub frame_period_s: f64,
     /// Time between robot samples, s.
     pub robot_period_s: f64,
-    /// The arm; without one reach and joints are not looked at.
+    /// The arm; without one reach and joints are not checked.
     pub arm: Option<MountedArm>,
-    /// What must not touch.
+    /// Bodies that must not touch.
     pub surroundings: Surroundings,
 }
 

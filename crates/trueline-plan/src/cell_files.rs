@@ -6,16 +6,16 @@ use std::path::Path;
 use trueline_dataset::sensor_toml::{SensorFile, parse_file};
 use trueline_dataset::{Error, Problem, SensorSetup, source_file};
 
-/// What a cell is read from, and the cell.
+/// The files of a cell, and the cell.
 #[derive(Clone, Debug)]
 pub struct CellFiles {
     /// The text of its own file.
     pub cell_text: String,
     /// The text of its sensor's.
     pub sensor_text: String,
-    /// Name and text of its arm's URDF, where it names one.
+    /// Name and text of its arm's URDF, if it names one.
     pub urdf: Option<[String; 2]>,
-    /// How the sensor is mounted, and what else its file says.
+    /// Mounting of the sensor, and the rest of its file.
     pub setup: SensorSetup,
     /// The cell.
     pub cell: Cell,
@@ -25,7 +25,8 @@ impl CellFiles {
     /// Makes a cell of the texts of its two files; a URDF is read from beside `file`.
     ///
     /// # Errors
-    /// Texts that describe no cell, and a URDF that is missing or elsewhere: a plan's folder has a copy of its own.
+    /// Texts that do not describe a cell, and a URDF that is missing or elsewhere: a plan's folder has a copy of its
+    /// own.
     pub fn of(file: &Path, cell_text: String, sensor_text: String) -> Result<Self, Error> {
         let beside = file.with_file_name(cell_toml::sensor_name(file, &cell_text)?);
         let SensorFile { sensor, setup } = parse_file(&beside, &sensor_text)?;

@@ -28,7 +28,7 @@ pub enum Constraint {
     Workspace,
     /// The seam in view: at the guess in every frame, in cells where the guess is wrong in as many as [`Loss`] allows.
     View,
-    /// The same where what is lost is lost beyond an end of the seam.
+    /// The same, with the losses beyond an end of the seam.
     SeamEnds,
     /// The reach of the arm.
     Reach,
@@ -40,7 +40,7 @@ pub enum Constraint {
     JointAcceleration,
     /// The distance of its wrist from the singularity.
     Wrist,
-    /// The distance of what the robot carries from the plates.
+    /// The distance of the robot's load from the plates.
     Clearance,
 }
 
@@ -151,7 +151,8 @@ impl Constraints {
         all.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((Constraint::Speed, 0.0))
     }
 
-    /// How many times too fast the motion is: a motion that takes so many times longer keeps all limits of speed, acceleration and jerk.
+    /// Factor by which the motion is too fast: slowed down by it, the motion keeps all limits of speed, acceleration and
+    /// jerk.
     #[must_use]
     pub(crate) fn too_fast(&self) -> f64 {
         use Constraint::{Acceleration, Jerk, Speed, TipSpeed, TurnAcceleration, TurnJerk, TurnRate};
@@ -170,7 +171,7 @@ impl Constraints {
 /// A box that is left, or a clearance that is missed, by this much counts as one limit's worth, m.
 const BOX_M: f64 = 0.1;
 
-/// Measures what a motion demands of the robot.
+/// Measures the demands of a motion on the robot.
 #[must_use]
 pub(crate) fn of_motion(cell: &Cell, motion: &Motion, period_s: f64) -> Constraints {
     let mut constraints = Constraints::default();
@@ -181,7 +182,7 @@ pub(crate) fn of_motion(cell: &Cell, motion: &Motion, period_s: f64) -> Constrai
 }
 
 impl Constraints {
-    /// With what the sensor sees: where the seam is in the camera at the guess, and what wrong cells lose.
+    /// Adds the sensor's view: the place of the seam in the camera at the guess, and the losses of wrong cells.
     #[must_use]
     pub(crate) fn with_view(
         mut self,
@@ -197,12 +198,12 @@ impl Constraints {
     }
 }
 
-/// What is reached of a path that is not reached to its end counts as one limit's worth for each tenth that is missing.
+/// For a path that is not reached to its end, each missing tenth counts as one limit's worth.
 const MISSING: f64 = 0.1;
 
 impl Constraints {
-    /// With what the arm must do for poses of the tool, of which it reaches the first ones; and how near what the robot carries
-    /// comes to the plates.
+    /// Adds the arm's motion for poses of the tool (it reaches the first ones), and the distance of the robot's load from
+    /// the plates.
     #[must_use]
     pub(crate) fn with_arm(mut self, cell: &Cell, poses: &[Pose], joints: Option<&JointPath>) -> Self {
         if let Some((mounted, joints)) = cell.arm.as_ref().zip(joints) {
@@ -271,8 +272,9 @@ fn moving(cell: &Cell, poses: &[Pose], period_s: f64, constraints: &mut Constrai
         constraints.raise(Constraint::TurnRate, rate / limits.turn_rad_s);
         constraints.raise(Constraint::TurnAcceleration, turn_acceleration / limits.turn_acceleration_rad_s2);
         constraints.raise(Constraint::TurnJerk, turn_jerk / limits.turn_jerk_rad_s3);
-        // The gate bounds it over the time between two poses of the path, from the ends of that time by h²/8 of its second derivative;
-        // and an end is off the mean of the steps about it by no more than h²/6, their means off the middles by h²/24.
+        // The gate bounds it over the time between two poses of the path, from the ends of that time by h²/8 of its second
+        // derivative. An end differs from the mean of the steps about it by at most h²/6, their means from the middles by
+        // h²/24.
         let between = PATH_PERIOD_S * PATH_PERIOD_S / 3.0 * (jerk + turn_jerk * limits.reach_m);
         let fastest = fastest_m_s(&shift.rate, &turn.rate, limits.reach_m) + between;
         constraints.raise(Constraint::TipSpeed, fastest / limits.tip_speed_m_s);

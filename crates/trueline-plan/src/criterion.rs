@@ -1,4 +1,4 @@
-//! What makes one scan better than another.
+//! Measures of a scan's quality.
 
 use nalgebra::SMatrix;
 use trueline_method::Requirement;
@@ -7,23 +7,23 @@ use trueline_method::problem::parameters::{LINES, ROTATION, TRANSLATION};
 /// Covariance of time offset and hand-eye.
 pub type SensorCovariance = SMatrix<f64, LINES, LINES>;
 
-/// How a covariance becomes one number; smaller is better, and 1 is what was asked for.
+/// Converts a covariance to one number. Smaller is better, and 1 is the requirement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Criterion {
-    /// The largest sigma in units of what is wanted: nothing is left behind. The default, for a calibration is as
-    /// good as what it knows worst.
+    /// The largest sigma in units of the required one: no unknown is neglected. The default: a calibration is as good
+    /// as its least certain unknown.
     #[default]
     Worst,
-    /// Root mean square of the sigmas in units of what is wanted (A-optimal).
+    /// Root mean square of the sigmas in units of the required ones (A-optimal).
     Mean,
     /// Volume of the ellipsoid of confidence, as the side of a cube (D-optimal).
     Volume,
 }
 
-/// What is wanted of the sigmas, and how they are weighed.
+/// Requirements on the sigmas, and their weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Goal {
-    /// One standard deviation each; what is not asked for does not count.
+    /// One standard deviation each; `None` does not count.
     pub want: Requirement,
     /// How they become one number.
     pub criterion: Criterion,

@@ -7,7 +7,7 @@ use crate::shape::Shape;
 /// One harmonic of a sweep.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Swing {
-    /// Amplitude, in the unit of what swings.
+    /// Amplitude, in the unit of the swing.
     pub amplitude: f64,
     /// Frequency, Hz.
     pub frequency_hz: f64,
@@ -18,7 +18,7 @@ pub struct Swing {
 /// Something that swings about a mean over time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sweep {
-    /// Mean, in the unit of what swings.
+    /// Mean, in the unit of the swing.
     pub mean: f64,
     /// Two harmonics: one alone leaves the distances between its turning points unused.
     pub swings: [Swing; 2],
@@ -46,9 +46,9 @@ pub struct Design {
     pub ramp_s: f64,
     /// Part of the seam that is scanned.
     pub length_share: f64,
-    /// Where its middle is, as a part of the seam's length from the seam's middle: −½ to ½.
+    /// Its middle, as a part of the seam's length from the seam's middle: −½ to ½.
     pub centre: f64,
-    /// Where the seam appears along the stripe, as a part of the stand-off: the view is wider further away.
+    /// Place of the seam along the stripe, as a part of the stand-off: the view is wider further away.
     pub stripe: Sweep,
     /// Stand-off, m.
     pub stand_off: Sweep,
@@ -64,7 +64,7 @@ impl Design {
         [&self.stripe, &self.stand_off, work, travel, spin]
     }
 
-    /// The same with all swings so many times slower; the one bow of a C stays one.
+    /// The same with all swings slower by this factor; the one bow of a C stays one.
     #[must_use]
     pub(crate) fn slowed(mut self, times: f64) -> Self {
         let bow_hz = self.stripe.swings[0].frequency_hz;
@@ -87,8 +87,8 @@ const RAMP_S: [f64; 2] = [0.4, 2.0];
 /// Widest sweep along the stripe to either side: 30°.
 const STRIPE: f64 = 0.577;
 
-/// At least so much of a seam is scanned, m: on less the answer would hang on one bead, tack or dent, and the seam's direction on almost
-/// nothing.
+/// Least scanned length of a seam, m. With less, the answer would depend on one bead, tack or dent, and the seam's direction
+/// on almost nothing.
 const LEAST_LENGTH_M: f64 = 0.05;
 /// Of a short seam this part will do, for its ends may be elsewhere.
 const PART_OF_SHORT_SEAM: f64 = 1.0 / 3.0;
@@ -99,12 +99,12 @@ pub(crate) fn least_share(seam: &Seam) -> f64 {
     (LEAST_LENGTH_M / seam.length_m()).min(PART_OF_SHORT_SEAM)
 }
 
-/// Numbers of a design: ramp, share and centre of the seam; for each sweep its reach, how its two harmonics share that,
-/// and two frequencies and phases; for all but the one along the stripe a mean.
+/// Numbers of a design: ramp, share and centre of the seam. Each sweep has its reach, the shares of its two harmonics,
+/// and two frequencies and phases; all but the one along the stripe have a mean.
 pub const DIMENSION: usize = 3 + 6 + 4 * 7;
 
-/// Makes the design that a point of the unit box stands for; whatever the point, means and swings stay within the
-/// limits of stand-off and tilt.
+/// Makes the design of a point of the unit box. For any point, means and swings stay within the limits of stand-off
+/// and tilt.
 #[must_use]
 pub(crate) fn from_unit_box(
     (limits, seam): (&Limits, &Seam),
@@ -128,7 +128,7 @@ pub(crate) fn from_unit_box(
         let middle = 0.5 * (range[0] + range[1]);
         let half = 0.5 * (range[1] - range[0]);
         let reach = half * next(0.0, 1.0);
-        // What the swings leave of the range is the mean's.
+        // The mean has the part of the range that the swings leave.
         let mean = middle + (half - reach) * next(-1.0, 1.0);
         Sweep { mean, swings: swings(reach, &mut next) }
     };
@@ -137,7 +137,7 @@ pub(crate) fn from_unit_box(
     Design { shape, duration_s, ramp_s, length_share, centre, stripe, stand_off, tilts }
 }
 
-/// Two harmonics whose amplitudes add up to `reach`.
+/// Two harmonics with a sum of amplitudes of `reach`.
 fn swings(reach: f64, next: &mut impl FnMut(f64, f64) -> f64) -> [Swing; 2] {
     let first = reach * next(0.0, 1.0);
     let [low, high] = FREQUENCY_HZ.map(f64::ln);
@@ -148,7 +148,7 @@ fn swings(reach: f64, next: &mut impl FnMut(f64, f64) -> f64) -> [Swing; 2] {
     })
 }
 
-/// Folds any number into 0 to 1, as between two mirrors, so that a search knows no walls.
+/// Folds any number into 0 to 1, as between two mirrors, so that a search has no walls.
 fn mirrored(x: f64) -> f64 {
     let folded = x.rem_euclid(2.0);
     if folded > 1.0 { 2.0 - folded } else { folded }

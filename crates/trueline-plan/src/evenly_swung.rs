@@ -1,13 +1,13 @@
-//! Sweeps at many times in a row: where these are evenly spaced, a swing's sine and cosine are turned on by one step instead of
-//! being asked for anew.
+//! Sweeps at many times in a row. If these are evenly spaced, a swing's sine and cosine are rotated by one step instead of
+//! computed anew.
 
 use crate::design::Sweep;
 
 /// Swings of the five sweeps.
 const SWINGS: usize = 10;
-/// So many turns in a row add up to some 1e-12 rad of rounding, most of it that of the times.
+/// This many rotations in a row add up to some 1e-12 rad of rounding, most of it that of the times.
 const TURNS: usize = 64;
-/// Two times that are so much more or less than a step apart are not evenly spaced, s: at 1.2 Hz 64 of these are 5e-11 rad.
+/// Two times are evenly spaced if they differ from a step by less than this, s: at 1.2 Hz 64 of these are 5e-11 rad.
 const EVEN_S: f64 = 1e-13;
 
 /// See the module.

@@ -21,28 +21,28 @@ pub(crate) struct FrameRows<const ROWS: usize, const N: usize> {
     pub by_turn: SMatrix<f64, ROWS, 3>,
 }
 
-/// The frames of a scan. Unknowns are those that are asked for, then the form of what is seen, then the sensor's shape.
+/// The frames of a scan. Unknowns are the wanted ones, then the form of the seam or plates, then the sensor's shape.
 #[derive(Clone, Debug)]
 pub(crate) struct Evidence<const ROWS: usize, const N: usize> {
-    /// Each frame; more than one of a frame of which some cells see less.
+    /// Each frame; more than one for a frame that some cells see less of.
     pub frames: Vec<FrameRows<ROWS, N>>,
-    /// Frames that each stands for.
+    /// Number of frames that each represents.
     pub stride: f64,
-    /// How many unknowns are asked for.
+    /// Number of wanted unknowns.
     pub asked: usize,
-    /// Where the sensor's shape begins.
+    /// Start of the sensor's shape.
     pub shape: usize,
-    /// What is known of each number of the form beforehand: one over its variance.
+    /// Prior information of each number of the form: one over its variance.
     pub known_of_form: f64,
-    /// Unknowns among those that are asked for which are held, because nothing shows them.
+    /// Wanted unknowns that are held fixed, because nothing determines them.
     pub held: Vec<usize>,
 }
 
-/// So much is known of a number that is held: one over its variance.
+/// Information of a number held fixed: one over its variance.
 pub(crate) const HELD: f64 = 1e150;
 
 impl<const ROWS: usize, const N: usize> Evidence<ROWS, N> {
-    /// What the first so many sights tell of everything but the shape, K unknowns, with what is known of the form beforehand.
+    /// Information of the first `until` sights on everything but the shape, K unknowns, including the prior of the form.
     fn told<const K: usize>(&self, until: usize) -> SMatrix<f64, K, K> {
         let mut information = SMatrix::<f64, K, K>::zeros();
         for frame in self.frames.iter().filter(|frame| frame.sight < until) {

@@ -14,7 +14,7 @@ pub struct GuessError {
     pub translation_m: f64,
     /// Hand-eye rotation, about any axis, rad.
     pub rotation_rad: f64,
-    /// Distance of the line from where it was thought, m.
+    /// Distance of the line from its assumed place, m.
     pub line_m: f64,
 }
 
@@ -26,7 +26,7 @@ impl Default for GuessError {
 
 impl GuessError {
     /// A hand-eye transform and a seam that are wrong at random, anywhere within the errors allowed. Both ends of the seam
-    /// move on their own: what lies between them is then no further off than they are.
+    /// move independently, so the error between them does not exceed theirs.
     #[must_use]
     pub fn disturbed(&self, tool_from_camera: &Pose, seam: &Seam, seed: u64) -> (Pose, Seam) {
         let mut random = ChaCha8Rng::seed_from_u64(seed);

@@ -1,4 +1,4 @@
-//! The plates of a cell that make its seam: two that meet in it, two that are parallel, or one that ends in it.
+//! The plates of a cell that make its seam: two that meet in it, two parallel ones, or one that ends there.
 //!
 //! | joint | what the cell's file says of its plates |
 //! |---|---|
@@ -16,17 +16,18 @@ use trueline_method::stripe::start::LEAST_ANGLE_SINE;
 
 /// A plate that is further off the ends of the seam does not hold it, m: the seam may have been found elsewhere since it was written down.
 const OFF_SEAM_M: f64 = 20e-3;
-/// Parallel plates nearer to each other than this lie in one plane, m: which of them bears the edge cannot be told.
+/// Parallel plates nearer to each other than this lie in one plane, m: it cannot be determined which of them has the
+/// edge.
 const LEAST_STEP_M: f64 = 0.1e-3;
 
 /// The plates of the seam, and how they end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Joint {
-    /// The plates; the second is not there where [`Joint::seen`] says so, and is the first once more.
+    /// The plates; the second is missing if [`Joint::seen`] states it, and then repeats the first.
     pub plates: [JointPlate; 2],
     /// Whether there is each of them.
     pub seen: [bool; 2],
-    /// Number of the plate whose edge the seam is; `None` where the plates meet.
+    /// Number of the plate with the seam as its edge; `None` if the plates meet.
     pub edge_on: Option<usize>,
 }
 
@@ -48,10 +49,10 @@ pub enum NoJoint {
     /// None are named, or more than two.
     #[error("the cell's file does not define the two plates of the seam")]
     Unnamed,
-    /// Parallel plates, or one, of which it is not said on which side of the seam they lie.
+    /// Parallel plates, or a single one, on an unstated side of the seam.
     #[error("a single or parallel plate ends in the seam, but the cell's file does not state its side")]
     NoSide,
-    /// Plates that meet, of which one alone says on which side it lies.
+    /// Plates that meet, with only one side stated.
     #[error("only one of the two plates of the seam states its side")]
     OneSide,
     /// Parallel plates on one side of the seam.
@@ -60,13 +61,13 @@ pub enum NoJoint {
     /// Parallel plates without a step between them.
     #[error("the two plates lie in one plane, and neither has an edge that the stripe shows")]
     NoStep,
-    /// A plate whose free side is turned away from the sensor.
+    /// A plate with its free side turned away from the sensor.
     #[error(
         "plate {plate} faces away from the sensor: its normal is {turned_deg:.0}° from the direction to \
         it"
     )]
     FacesAway {
-        /// Its number among those of the joint, from 1 in the order of the file.
+        /// Its number among the joint's plates, from 1 in the order of the file.
         plate: usize,
         /// Angle between its normal and the direction towards the sensor, degrees; more than 90.
         turned_deg: f64,

@@ -6,10 +6,10 @@
 //!       └───────── search over designs: most accurate of those within all limits ─▶ Plan
 //! ```
 //!
-//! A design is a handful of numbers: where the sweeps of seam, stand-off and attitude begin, how wide and how fast
-//! they are. What a design promises is the inverse of the Fisher information at the guess, frame by frame, with the
-//! noise that the estimator itself expects. How much of every limit it uses is measured on the sampled motion, and what is lost
-//! where the guess is wrong on a sample of such cells. The search needs all of it as numbers only, so any criterion, sensor or
+//! A design is a handful of numbers: where the sweeps of seam, stand-off and attitude begin, how wide and how fast they are.
+//! The predicted covariance of a design is the inverse of the Fisher information at the guess, frame by frame, with the
+//! noise that the estimator itself expects. Its use of every limit is measured on the sampled motion. The loss by a wrong
+//! guess is measured on a sample of such cells. The search needs all of it as numbers only, so any criterion, sensor or
 //! limit is one function.
 //!
 //! ```

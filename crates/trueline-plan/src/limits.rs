@@ -1,11 +1,11 @@
-//! What the robot, the torch and the user allow.
+//! Limits of the robot, the torch and the user.
 
 use nalgebra::Vector3;
 
 /// Limits of the motion; positions, speeds and their derivatives are those of the tool frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limits {
-    /// Corners of the box in base that the tool's origin stays in, m; `None` is no box.
+    /// Corners of the box in base for the tool's origin, m; `None` is no box.
     pub workspace_m: Option<[Vector3<f64>; 2]>,
     /// Nearest and furthest distance of the seam along the camera's axis (a profiler's range), m.
     pub stand_off_m: [f64; 2],
@@ -24,11 +24,12 @@ pub struct Limits {
     pub turn_acceleration_rad_s2: f64,
     /// Angular jerk, rad/s³.
     pub turn_jerk_rad_s3: f64,
-    /// Speed of the fastest point of what the tool carries, m/s: of a ball about the tool's origin, as the gate has it that guides a robot.
+    /// Speed of the fastest point of the tool's load, m/s: of a ball about the tool's origin, as in the gate that guides a
+    /// robot.
     pub tip_speed_m_s: f64,
     /// Whether a second pass may be made with the sensor spun by half a turn about its view, as far as cables and joints are concerned.
     pub spun_pass: bool,
-    /// Distance from the tool's origin to the farthest point of what the tool carries (sensor, torch), m.
+    /// Distance from the tool's origin to the farthest point of its load (sensor, torch), m.
     pub reach_m: f64,
 }
 

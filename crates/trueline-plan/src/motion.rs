@@ -16,7 +16,7 @@ pub struct Motion {
     sensor_pose: SensorPose,
     middle: Vector3<f64>,
     scanned: Vector3<f64>,
-    /// Time in which the sensor is spun between two passes, s; 0 where it is not.
+    /// Time in which the sensor is spun between two passes, s; 0 without a spin.
     spin_s: f64,
 }
 
@@ -25,7 +25,7 @@ const SPIN_RAMP: f64 = 0.25;
 /// Part of a limit of speed that a spin uses.
 const SPIN_USES: f64 = 0.98;
 
-/// Time between the poses of a path, s, whatever the rate of the robot's feedback: between them it may go straight.
+/// Time between the poses of a path, s, at any rate of the robot's feedback: between them it may move straight.
 pub const PATH_PERIOD_S: f64 = 4e-3;
 
 /// Step of the difference that gives velocities, s: at 1 m/s² it is 0.05 mm/s off.
@@ -47,7 +47,7 @@ impl Motion {
         Self { spin_s, ..still }
     }
 
-    /// How long half a turn takes at the limits of speed: it is made between the passes, while everything else rests.
+    /// Duration of half a turn at the limits of speed: it is made between the passes, while everything else rests.
     fn spin_needs_s(&self, cell: &Cell) -> f64 {
         let limits = &cell.limits;
         let reach = |low: &Sweep| low.swings.iter().map(|swing| swing.amplitude.abs()).sum::<f64>();
@@ -67,20 +67,20 @@ impl Motion {
         std::f64::consts::PI / ((1.0 - SPIN_RAMP) * SPIN_USES * fastest.min(limits.turn_rad_s))
     }
 
-    /// From when to when the sensor is spun, s; the two are one where it is not.
+    /// Start and end of the spin, s; equal without one.
     #[must_use]
     pub fn spun_s(&self) -> [f64; 2] {
         let middle_s = 0.5 * self.design.duration_s;
         [middle_s - 0.5 * self.spin_s, middle_s + 0.5 * self.spin_s]
     }
 
-    /// Whether there is time for the passes beside the spin.
+    /// Whether the duration suffices for the passes and the spin.
     #[must_use]
     pub fn has_time(&self) -> bool {
         self.pass_s() >= 3.0 * self.design.ramp_s
     }
 
-    /// How long a pass takes, s, that begins and ends at rest: the whole scan where nothing is spun.
+    /// Duration of a pass, s, from rest to rest: the whole scan without a spin.
     fn pass_s(&self) -> f64 {
         if self.spin_s > 0.0 { 0.5 * (self.design.duration_s - self.spin_s) } else { self.design.duration_s }
     }
@@ -109,7 +109,7 @@ impl Motion {
         &self.design
     }
 
-    /// Where the seam is to appear at a time, s, and how the sensor stands then.
+    /// Wanted place of the seam at a time, s, and attitude of the sensor then.
     #[must_use]
     pub fn station(&self, time_s: f64) -> Station {
         let (eased_s, spun_rad) = self.eased_and_spun(time_s);
@@ -165,7 +165,7 @@ impl Motion {
         })
     }
 
-    /// Pose of the tool at one time, s, after another; quick where they are a step apart.
+    /// Pose of the tool at one time, s, after another; fast if they are a step apart.
     fn evenly(&self, step_s: f64) -> impl FnMut(f64) -> Pose + '_ {
         let mut swung = EvenlySwung::new(self.design.sweeps(), step_s);
         move |time_s| {
@@ -183,8 +183,8 @@ impl Motion {
     }
 }
 
-/// Time that runs slowly at first and at last: its rate rises from 0 to 1 over the ramp as the smooth step
-/// u³(10 − 15u + 6u²), so that speed, acceleration and jerk begin and end at zero.
+/// Time with a slow start and end: its rate rises from 0 to 1 over the ramp as the smooth step u³(10 − 15u + 6u²). So
+/// speed, acceleration and jerk begin and end at zero.
 fn eased(time_s: f64, duration_s: f64, ramp_s: f64) -> f64 {
     let time_s = time_s.clamp(0.0, duration_s);
     // ∫ of the smooth step, ½ at u = 1.

@@ -6,16 +6,16 @@ use nalgebra::Vector3;
 use trueline_geometry::Pose;
 use trueline_geometry::arm::{Angles, Arm, inverse};
 
-/// An arm, where it stands and what it carries.
+/// An arm, its place and its load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MountedArm {
     /// Its name for a person.
     pub name: String,
     /// Its joints.
     pub arm: Arm,
-    /// Where it stands.
+    /// Its place.
     pub base_from_arm: Pose,
-    /// The tool whose poses are planned.
+    /// The tool of the planned poses.
     pub flange_from_tool: Pose,
     /// Angles in the middle of the scan, rad; `None` takes the configuration with most room.
     pub near: Option<Angles>,
@@ -63,21 +63,22 @@ impl MountedArm {
         inverse::angles_for(&self.arm, &self.arm_from_flange(base_from_tool), near)
     }
 
-    /// How far a configuration is from where it may not be: 1 is at the end of a joint's range, or as near to the wrist's
-    /// singularity as is allowed.
+    /// Use of a configuration's limits: 1 is at the end of a joint's range, or at the least distance from the wrist's
+    /// singularity.
     #[must_use]
     pub fn used(&self, angles: &Angles) -> (f64, f64) {
         let range = self.arm.used_of_range(angles).into_iter().fold(0.0, f64::max);
-        // 1 at the least distance, 0 where the axes are square: what a search can follow also beyond the singularity.
+        // 1 at the least distance, 0 if the axes are perpendicular: a search can follow it also beyond the
+        // singularity.
         let wrist = self.arm.state(angles).wrist_rad();
         let square = std::f64::consts::FRAC_PI_2;
         (range, (square - wrist) / (square - self.least_wrist_rad))
     }
 
-    /// The configuration for a seam: the one nearest to what was stated, or the one with most room along the whole seam.
+    /// The configuration for a seam: the one nearest to the stated one, or the one with most room along the whole seam.
     ///
     /// # Errors
-    /// Where the arm does not reach.
+    /// A seam out of the arm's reach.
     pub(crate) fn stance(
         &self,
         seam: &Seam,
@@ -125,8 +126,8 @@ impl MountedArm {
             .collect()
     }
 
-    /// Joint angles along poses, each from the one before, the first from the stance: the configuration is kept. The part of the
-    /// path that is reached is returned where it is lost on the way.
+    /// Joint angles along poses, each from the one before, the first from the stance: the configuration is kept. Returns the
+    /// reached part of the path if the rest is out of reach.
     #[must_use]
     pub fn follow(&self, stance: &Stance, poses: &[Pose], period_s: f64) -> JointPath {
         let mut path = JointPath { period_s, angles: Vec::with_capacity(poses.len()) };
@@ -141,7 +142,7 @@ impl MountedArm {
             if path.angles.is_empty() {
                 change = [0.0; 6];
             }
-            // Another configuration is no way on.
+            // A change of configuration ends the path.
             if change.iter().any(|by| by.abs() > JUMP_RAD.max(FASTEST_RAD_S * period_s)) {
                 return path;
             }
@@ -152,8 +153,8 @@ impl MountedArm {
     }
 }
 
-/// A joint that turns by more from one pose to the next has changed its configuration, rad; or where poses are far apart, that
-/// would have to turn faster than any does, rad/s.
+/// A joint that turns by more from one pose to the next has changed its configuration, rad. For distant poses the limit is a
+/// rate that no joint reaches, rad/s.
 const JUMP_RAD: f64 = 0.1;
 /// See [`JUMP_RAD`].
 const FASTEST_RAD_S: f64 = 12.0;

@@ -1,4 +1,4 @@
-//! A plan's promise as the scan goes on, and where the guess is wrong.
+//! A plan's prediction in the course of the scan, and for wrong guesses.
 
 use crate::cell::Cell;
 use crate::plan::Plan;
@@ -8,7 +8,7 @@ use crate::truth::Truth;
 use crate::wrong_cells::{SeenBy, WrongCells};
 use trueline_method::problem::parameters::LINES;
 
-/// The prediction as the scan goes on: time (s) and what is known until then, at so many times.
+/// The prediction in the course of the scan: time (s) and the knowledge until then, at `times` times.
 #[must_use]
 pub fn over_time(cell: &Cell, plan: &Plan, times: usize) -> Vec<(f64, Prediction)> {
     let truth = Truth::guessed(cell);
@@ -20,8 +20,8 @@ pub fn over_time(cell: &Cell, plan: &Plan, times: usize) -> Vec<(f64, Prediction
     ends.filter_map(|n| Some((sights.list[n - 1].time_s, measured.prediction_until(n)?))).collect()
 }
 
-/// Standard deviations of the same motion where the guess is wrong, by anything within its error: of each component the
-/// one that 95 % of such cells stay below.
+/// Standard deviations of the same motion if the guess is wrong by anything within its error: for each component the
+/// value that 95 % of such cells stay below.
 #[must_use]
 pub fn wrong_guesses(cell: &Cell, plan: &Plan) -> [f64; LINES] {
     let stride = (exposures(cell, &plan.motion, 1).count() / 200).max(1);

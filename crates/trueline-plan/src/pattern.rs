@@ -1,11 +1,12 @@
-//! A path that served well in one cell is a place to begin the search from in others: in the unit box it is stated as parts of their own
-//! limits. It saves a search what it mostly spends its time on, to find out which valley is deep; other starts compete with it.
+//! A path that served well in one cell is a place to begin the search from in others: in the unit box it is stated as parts
+//! of their own limits. It saves the longest part of a search, finding the deep valley; other starts compete with it.
 
 use crate::design::DIMENSION;
 use crate::shape::Shape;
 
-/// Found by longer searches from other random numbers in the paper's cell, for 20 s: ramp, share and centre of the seam; then along the
-/// stripe, stand-off, work angle, travel angle and spin, in the order of [`crate::design::from_unit_box`].
+/// Found by longer searches from other random numbers in the paper's cell, for 20 s. Ramp, share and centre of the seam come
+/// first; then along the stripe, stand-off, work angle, travel angle and spin, in the order of
+/// [`crate::design::from_unit_box`].
 #[rustfmt::skip]
 const TWO_PASSES: [f64; DIMENSION] = [
     0.911, 0.136, 0.465,
@@ -16,7 +17,7 @@ const TWO_PASSES: [f64; DIMENSION] = [
     0.998, 0.436, 0.846, 0.066, 0.719, 0.062, 0.753,
 ];
 
-/// The pattern of a shape; `None` where none is known.
+/// The pattern of a shape; `None` if none is known.
 #[must_use]
 pub(crate) fn of(shape: Shape) -> Option<&'static [f64; DIMENSION]> {
     (shape == Shape::TwoPasses).then_some(&TWO_PASSES)

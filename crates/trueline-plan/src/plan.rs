@@ -1,4 +1,4 @@
-//! The plan: a motion within all limits, what it promises and what it uses.
+//! The plan: a motion within all limits, its prediction and its use of the limits.
 
 use crate::constraints::{Constraint, Constraints};
 use crate::criterion::Goal;
@@ -16,16 +16,16 @@ use trueline_dataset::RobotSample;
 use trueline_geometry::Pose;
 use trueline_method::Measurements;
 
-/// What is asked of a plan.
+/// Request of a plan.
 #[derive(Clone, Debug)]
 pub struct PlanRequest {
     /// Duration of the scan, s.
     pub duration_s: f64,
-    /// What is wanted of it.
+    /// Its goal.
     pub goal: Goal,
     /// The seam error that is wanted, if one is: then paths are compared by that.
     pub seam: Option<SeamGoal>,
-    /// What the calibration will be made of: whole stripes need a cell that names its plates.
+    /// The measurements of the calibration: whole stripes need a cell with named plates.
     pub measurements: Measurements,
     /// Shapes that may be used; the best wins.
     pub shapes: Vec<Shape>,
@@ -52,13 +52,13 @@ impl Default for PlanRequest {
     }
 }
 
-/// What the sigmas of noise add to a wanted seam error: of two paths that leave about the same of it, the one with the smaller sigmas is
-/// the better one.
+/// Contribution of the sigmas of noise to a wanted seam error: of two paths with about the same one, that with the smaller
+/// sigmas is better.
 const TIE_BREAK: f64 = 0.04;
 
 impl PlanRequest {
-    /// Score of a path by the ratio of its seam error to the required one, and by its sigmas. Sigmas that were asked for
-    /// count as much as the seam error.
+    /// Score of a path by the ratio of its seam error to the required one, and by its sigmas. Required sigmas count as
+    /// much as the seam error.
     #[must_use]
     pub(crate) fn seam_score(&self, of_wanted: f64, by_sigmas: f64) -> f64 {
         let worst = if self.goal == Goal::default() { of_wanted } else { of_wanted.max(by_sigmas) };
@@ -71,26 +71,26 @@ impl PlanRequest {
 pub struct Plan {
     /// The motion.
     pub motion: Motion,
-    /// What its prediction is made of.
+    /// Measurements of its prediction.
     pub target: Target,
-    /// What it promises at the guess, each frame counting as often as wrong cells see it.
+    /// Its prediction at the guess. Each frame counts as often as wrong cells see it.
     pub prediction: Prediction,
-    /// What it uses of the limits, at the robot's own rate.
+    /// Its use of the limits, at the robot's own rate.
     pub constraints: Constraints,
-    /// What cells lose in which the guess is wrong.
+    /// Frames lost in cells with a wrong guess.
     pub loss: Loss,
-    /// Angles of the arm's joints at each pose of the path; `None` where no arm is known.
+    /// Angles of the arm's joints at each pose of the path; `None` without an arm.
     pub joints: Option<JointPath>,
     /// Share of those cells that see each frame.
     pub seen_by: Vec<SeenBy>,
-    /// Its score: see [`Goal::score`]; where a seam error is wanted, about that over what is wanted.
+    /// Its score: see [`Goal::score`]. If a seam error is wanted, its ratio to the wanted one.
     pub score: f64,
-    /// The point of the unit box that the motion stands for.
+    /// The motion's point in the unit box.
     pub(crate) point: DVector<f64>,
 }
 
 impl Plan {
-    /// Whether all that counts in a goal is reached.
+    /// Whether all counting requirements of a goal are met.
     #[must_use]
     pub fn reaches(&self, goal: &Goal) -> bool {
         goal.missed_by(&self.prediction.covariance) <= 1.0
@@ -121,7 +121,7 @@ pub enum PlanError {
     /// The seam has no length.
     #[error("the seam's two ends are one point")]
     NoSeam,
-    /// Whole stripes are asked for, and what they are on is not known.
+    /// Whole stripes are required, but their plates are not known.
     #[error(transparent)]
     NoJoint(#[from] NoJoint),
     /// No motion keeps to the limits.
@@ -133,7 +133,7 @@ pub enum PlanError {
     NoRoom {
         /// Its duration, s.
         duration_s: f64,
-        /// The limit that stands in the way.
+        /// The limit that prevents it.
         constraint: Constraint,
         /// How much of it would be used.
         used: f64,
@@ -146,7 +146,7 @@ pub enum PlanError {
     Blind {
         /// Stand-offs that are allowed, m.
         allowed_m: [f64; 2],
-        /// Stand-offs at which it would see it, m; `None` if there are none.
+        /// Stand-offs with the seam in view, m; `None` if there are none.
         seen_m: Option<[f64; 2]>,
     },
     /// All motions within the limits leave something unseen.
@@ -169,7 +169,7 @@ pub enum PlanError {
     /// A duration that no scan has.
     #[error("a scan must take {least_s} to {most_s} s; {duration_s} s were requested")]
     Duration {
-        /// What was asked for, s.
+        /// The requested duration, s.
         duration_s: f64,
         /// The shortest, s.
         least_s: f64,

@@ -19,24 +19,25 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 use trueline_geometry::Pose;
 
-/// A search keeps to this part of each limit, so that what a denser look finds is mostly still within it.
+/// A search keeps to this part of each limit, so that a finer check mostly stays within it.
 const MARGIN: f64 = 0.99;
-/// The same for what wrong cells may lose: a search asks few of them.
+/// The same for the losses of wrong cells: a search uses few of them.
 const LOSS_MARGIN: f64 = 0.85;
 /// Samples of the motion while searching, s: speeds of a swing of 1.2 Hz are then seen to 1.5 %, jerks to 5 %.
 const ROUGH_PERIOD_S: f64 = 0.08;
 /// Times that a motion is slowed down.
 const SLOWED: usize = 3;
-/// What goes along the seam is not slowed: a little more than enough, so that it need not be done often.
+/// The factor by which motion across the seam is slowed. It is slightly larger than necessary, so that few
+/// repetitions are needed.
 const SLOWER: f64 = 1.002;
-/// The same for the arm's joints, whose jerk is not looked at.
+/// The same for the arm's joints, without a check of their jerk.
 const ROUGH_JOINTS_S: f64 = 0.08;
-/// Frames that a search looks at are no further apart, s.
+/// Largest spacing of the frames in a search, s.
 const ROUGH_FRAMES_S: f64 = 0.2;
-/// Of these frames wrong cells look at one of so many.
+/// Wrong cells use one of this many of these frames.
 const ROUGH_VIEWS: usize = 2;
-/// Designs that leave something unseen come after all that show everything; then those that wrong cells lose, those that lose
-/// the seam at the guess, and those that break limits.
+/// Order of bad designs, after all complete ones: those with something undetermined, those that lose frames in wrong
+/// cells, those that lose the seam at the guess, and last those outside limits.
 const BROKEN: f64 = 1e6;
 
 /// Tries for each scout, without which it finds nothing: a quarter of them at first.
@@ -70,7 +71,7 @@ pub fn finalists(cell: &Cell, ask: &PlanRequest, tick: &(dyn Fn() + Sync)) -> Re
     Ok(finalists)
 }
 
-/// What all scouts found: those that found most are given more tries, twice, each half of what is left.
+/// The results of all scouts. The best ones get more tries, twice, each half of the remaining ones.
 fn searched(cell: &Cell, ask: &PlanRequest, tick: &(dyn Fn() + Sync)) -> Result<Vec<Plan>, PlanError> {
     check(cell, ask.duration_s)?;
     let place = Place::of(cell, ask)?;
@@ -97,7 +98,7 @@ fn searched(cell: &Cell, ask: &PlanRequest, tick: &(dyn Fn() + Sync)) -> Result<
     Ok(searches.into_iter().filter_map(|search| search.best).collect())
 }
 
-/// A plan of the same shape for another duration, from one that is near: a quarter of the designs will do.
+/// A plan of the same shape for a slightly different duration: a quarter of the designs suffices.
 ///
 /// # Errors
 /// As [`plan`].
@@ -136,7 +137,7 @@ fn check(cell: &Cell, duration_s: f64) -> Result<(), PlanError> {
     }
 }
 
-/// The best of those that keep to all limits; or what stands in the way of the one that comes nearest.
+/// The best of the designs that keep all limits; or the obstacle of the one that comes nearest.
 fn best_sound(found: impl Iterator<Item = Plan>, duration_s: f64) -> Result<Plan, PlanError> {
     let best = found.min_by(|a, b| rank(a).total_cmp(&rank(b)));
     let (constraint, used) =
@@ -150,7 +151,7 @@ fn best_sound(found: impl Iterator<Item = Plan>, duration_s: f64) -> Result<Plan
     }
 }
 
-/// Sound plans by their score, then those that leave something unseen, then broken ones.
+/// Sound plans by their score, then those that leave something undetermined, then broken ones.
 fn rank(plan: &Plan) -> f64 {
     match (plan.constraints.most().1 <= 1.0, plan.prediction.shows_all()) {
         (true, true) => plan.score.min(UNSEEN),
@@ -166,7 +167,7 @@ fn unseen(rank: usize) -> f64 {
     BROKEN * (1.0 - 0.01 * rank as f64)
 }
 
-/// What all searches of a plan share.
+/// Data shared by all searches of a plan.
 struct Place<'a> {
     cell: &'a Cell,
     ask: &'a PlanRequest,
@@ -188,7 +189,7 @@ impl<'a> Place<'a> {
         Ok(Self { cell, ask, truth, target, stride, asked, judged, stance })
     }
 
-    /// The joints' way along poses; `None` where no arm is known.
+    /// The joints' path along poses; `None` without an arm.
     fn joints(&self, poses: &[Pose], period_s: f64) -> Option<JointPath> {
         let mounted = self.cell.arm.as_ref()?;
         Some(mounted.follow(self.stance.as_ref()?, poses, period_s))
@@ -209,7 +210,7 @@ impl<'a> Place<'a> {
         (constraints.with_arm(self.cell, &poses, joints.as_ref()), joints)
     }
 
-    /// What wrong cells see of some frames.
+    /// View of wrong cells in some frames.
     fn look(&self, cells: &WrongCells, sights: &Sights, stride: usize) -> Views {
         let some = sights.list.iter().step_by(stride);
         let poses = some.map(|sight| sight.placement.base_from_tool);
@@ -217,7 +218,7 @@ impl<'a> Place<'a> {
     }
 }
 
-/// The configuration of the arm; `None` where no arm is known.
+/// The configuration of the arm; `None` without an arm.
 fn stance(cell: &Cell) -> Result<Option<Stance>, PlanError> {
     let [near, far] = cell.limits.stand_off_m;
     let found = (cell.arm.as_ref())
@@ -226,10 +227,11 @@ fn stance(cell: &Cell) -> Result<Option<Stance>, PlanError> {
     found.map_err(|why| PlanError::OutOfReach { middle: why == NoStance::Middle })
 }
 
-/// A design that is better by less is not looked at closely on the way.
+/// A design that is better by less is not examined closely on the way.
 const CLEARLY: f64 = 0.995;
 
-/// A search among the designs of one shape, and the best plan that it has found; one that breaks limits where it finds nothing else.
+/// A search among the designs of one shape, and the best plan found. It may break limits if the search finds nothing
+/// else.
 struct Search<'a> {
     place: &'a Place<'a>,
     shape: Shape,
@@ -247,8 +249,7 @@ impl<'a> Search<'a> {
         self.best.as_ref().map_or(f64::INFINITY, rank)
     }
 
-    /// Tries more. Whenever it seems to have found a clearly better plan, and at the end, that is looked at as closely as it will be
-    /// used: what counts is what then remains.
+    /// Tries more. A clearly better plan, and the final one, is examined as closely as in use: the result of that counts.
     fn run(&mut self, tries: usize, tick: &(dyn Fn() + Sync)) {
         let designs = Designs { place: self.place, shape: self.shape };
         let best = &mut self.best;
@@ -281,8 +282,8 @@ impl<'a> Search<'a> {
     }
 }
 
-/// A motion and what it demands, sampled so often; swings so much slower, as wide as they are, that it keeps a part of all limits of speed
-/// and its derivatives.
+/// A motion and its demands, sampled at this period. The swings keep their width and are slowed until they keep a part of
+/// all limits of speed and its derivatives.
 fn paced(cell: &Cell, mut motion: Motion, period_s: f64, most: f64) -> (Motion, Constraints) {
     let mut demand = constraints::of_motion(cell, &motion, period_s);
     for _ in 0..SLOWED {
@@ -303,8 +304,8 @@ struct Designs<'a> {
 }
 
 impl Designs<'_> {
-    /// The motion of a point and what it demands; one that is too fast is slowed down, swings as wide as they are, so that the search
-    /// finds what is best at the limit itself instead of groping for it from below.
+    /// The motion of a point and its demands. A motion that is too fast is slowed down with the same swings. So the search
+    /// finds the best motion at the limit itself, and does not approach it from below.
     fn motion(&self, point: &DVector<f64>) -> Option<(Motion, Constraints)> {
         let Place { cell, ask, .. } = self.place;
         let unit: &[f64; DIMENSION] = point.as_slice().try_into().ok()?;
@@ -318,8 +319,7 @@ impl Designs<'_> {
         Some(paced(cell, motion, ROUGH_PERIOD_S, MARGIN))
     }
 
-    /// What the search minimises: the score, or for motions that break limits by how much they do. What is cheap to ask is asked
-    /// first.
+    /// Value that the search minimises: the score, or for motions that break limits the amount. Cheap checks come first.
     fn rough_value(&self, motion: &Motion, demand: &Constraints) -> f64 {
         let Place { cell, ask, stride, .. } = self.place;
         let excess = demand.excess(MARGIN);
@@ -363,7 +363,7 @@ impl Designs<'_> {
         score.map_or(UNSEEN, |score| score.min(UNSEEN))
     }
 
-    /// The plan with every frame looked at, and limits checked at the path's own rate, at which it may have to be a little slower.
+    /// The plan with every frame checked, and limits checked at the path's own rate; it may have to be a little slower.
     fn finished(&self, motion: Motion, point: DVector<f64>) -> Option<Plan> {
         let Place { cell, ask, truth, target, stride, judged, .. } = self.place;
         let (motion, demand) = paced(cell, motion, PATH_PERIOD_S, 1.0);
@@ -392,7 +392,7 @@ impl Designs<'_> {
 fn par_each<I: Send>(items: &mut [I], threads: usize, job: impl Fn(&mut I) + Sync + Send) {
     match rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build() {
         Ok(pool) => pool.install(|| items.par_iter_mut().for_each(&job)),
-        // Where the system has no threads left, this one does.
+        // If the system has no threads left, the present one does the work.
         Err(_) => items.iter_mut().for_each(job),
     }
 }

@@ -1,8 +1,8 @@
-//! The stripes on the plates of a joint in the frames of a scan, as the estimator has them: two residuals a plate, of two support points,
-//! and one of the edge point where the plates do not meet.
+//! The stripes on the plates of a joint in the frames of a scan, as in the estimator. Each plate gives two residuals, of
+//! two support points; the edge point gives one if the plates do not meet.
 //!
-//! Unknown are time offset and hand-eye, the planes of the plates and of the edge and, with a prior, how they are not flat, then the
-//! sensor's shape: in the order of `trueline_method::stripe::unknowns`.
+//! Unknowns are time offset and hand-eye, the planes of the plates and of the edge, their forms with a prior, then the
+//! sensor's shape, in the order of `trueline_method::stripe::unknowns`.
 
 use crate::cell::Cell;
 use crate::evidence::{Evidence, FrameRows};
@@ -26,7 +26,7 @@ pub(crate) const MEETING_ROWS: usize = EDGE_ROW;
 pub(crate) const MEETING_ALL: usize = LOCAL_EDGE;
 /// See [`MEETING_ROWS`].
 pub(crate) const MEETING_FORM: usize = LOCAL_SHAPE;
-/// The same where there is an edge.
+/// The same with an edge.
 pub(crate) const EDGED_ROWS: usize = ROWS;
 /// See [`EDGED_ROWS`].
 pub(crate) const EDGED_ALL: usize = LOCAL_ALL;
@@ -81,18 +81,18 @@ fn held(joint: &Joint) -> Vec<usize> {
     missing.chain(joint.edge_on.map(|_| unknowns.plane(0, EDGE).start)).collect()
 }
 
-/// A joint about the line of a cell, with what the sensor makes of it.
+/// A joint about the line of a cell, with the sensor's readings of it.
 struct JointAhead {
     joint: Joint,
     along: Vector3<f64>,
     unknowns: StripeUnknowns,
-    /// The plates and, where there is one, the edge.
+    /// The plates and, if there is one, the edge.
     surfaces: Vec<Plate>,
     shape: SheetShape,
 }
 
 impl JointAhead {
-    /// Where the line is not as it was guessed, its plates are turned and moved with it.
+    /// If the line differs from the guess, its plates are turned and moved with it.
     fn of(truth: &Truth, joint: &Joint, sights: &Sights) -> Option<Self> {
         let along = truth.line.direction();
         let middle = truth.line.anchor() + along * sights.middle_m();
@@ -112,7 +112,7 @@ impl JointAhead {
     }
 }
 
-/// The residuals of a frame as they are, in m.
+/// The unwhitened residuals of a frame, in m.
 struct Rows<const R: usize, const N: usize> {
     columns: SMatrix<f64, R, N>,
     by_px: SMatrix<f64, R, 2>,
@@ -137,7 +137,8 @@ impl<const R: usize, const N: usize> Rows<R, N> {
         let ends_of = ends(cell, (&ahead.joint, &ahead.along), in_camera, &sight.point_in_camera);
         for (number, ends) in ends_of.iter().enumerate().filter(|(number, _)| ahead.joint.seen[*number]) {
             let Stripe { places, noise } = stripe(cell, ends.as_ref()?)?;
-            // What is even in a picture is not quite even on the sheet: of a scan that is not yet made it says thousandths.
+            // Even spacing in a picture is not quite even on the sheet. For a scan that is not yet made this changes
+            // thousandths.
             let reported = places.each_ref().map(|place| cell.sheet.coordinates(place));
             let supports = SupportPair { reported, depth_ratio: 1.0 };
             let found = ahead.on_plate(cell, number).linearize_supports(&sight.placement, &supports)?;
@@ -152,7 +153,7 @@ impl<const R: usize, const N: usize> Rows<R, N> {
         Some(rows)
     }
 
-    /// The residual of a support point of a plate, whose noise is so many times a seam point's.
+    /// The residual of a support point of a plate; its noise is a multiple of a seam point's.
     fn set(
         &mut self,
         cell: &Cell,
@@ -208,7 +209,7 @@ impl<const R: usize, const N: usize> Rows<R, N> {
         by_turn += found.by_pose.by_turn.transpose() * share;
     }
 
-    /// The own noise of a residual along a vector of the sheet, so many times a seam point's.
+    /// The own noise of a residual along a vector of the sheet, as a multiple of a seam point's.
     fn set_own(
         &mut self,
         cell: &Cell,
@@ -222,8 +223,8 @@ impl<const R: usize, const N: usize> Rows<R, N> {
         Some(())
     }
 
-    /// Whitened by Σ = D + σ_r² G Gᵀ + σ_ω² T Tᵀ + σ_t² ρ̇ ρ̇ᵀ, which all rows of a frame share; those of a plate that is not seen tell
-    /// nothing.
+    /// Whitened by Σ = D + σ_r² G Gᵀ + σ_ω² T Tᵀ + σ_t² ρ̇ ρ̇ᵀ, which all rows of a frame share. The rows of an invisible
+    /// plate contain no information.
     fn whitened(&self, left: &NoiseLeft, is_seen: [bool; 2]) -> Option<FrameRows<R, N>> {
         let rate = self.columns.column(TIME_OFFSET);
         let mut covariance = self.by_shift * self.by_shift.transpose() * left.levels.robot_sigma_m.powi(2)

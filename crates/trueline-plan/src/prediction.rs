@@ -1,8 +1,9 @@
-//! What a motion promises: the covariance of the estimates, from the information of every frame.
+//! Prediction for a motion: the covariance of the estimates, from the information of every frame.
 //!
-//! The Fisher information of a frame is JᵀΣ⁻¹J with the estimator's own residual, at the place where the seam or its plates are
-//! expected, and Σ of feature, robot and stamp. Robot noise counts as the estimator leaves it, after its local fit. As in the
-//! estimator the seam may bow, and plates need not be flat; a frame counts as often as it is seen in cells where the guess is wrong.
+//! The Fisher information of a frame is JᵀΣ⁻¹J with the estimator's own residual, at the place where the seam or its plates
+//! are expected, and Σ of feature, robot and stamp. Robot noise counts as the estimator leaves it, after its local fit. As
+//! in the estimator the seam may bow, and plates need not be flat. A frame counts as often as it is seen in cells with a
+//! wrong guess.
 
 use crate::criterion::SensorCovariance;
 use nalgebra::DMatrix;
@@ -17,13 +18,13 @@ pub struct Prediction {
     pub covariance: SensorCovariance,
     /// Directions that the scan shows.
     pub rank: usize,
-    /// Unknowns that it is asked for: time offset, hand-eye, and line or planes.
+    /// Wanted unknowns: time offset, hand-eye, and line or planes.
     pub asked: usize,
 }
 
 impl Prediction {
-    /// The prediction of a whole information, of which the first unknowns are asked for, but for those that are held, and the others
-    /// have a prior; `None` if it is not finite.
+    /// The prediction from a whole information. The first unknowns are wanted, except those held fixed, and the others have
+    /// a prior; `None` if it is not finite.
     #[must_use]
     pub(crate) fn of(information: &DMatrix<f64>, held: &[usize], asked: usize) -> Option<Self> {
         let known = asked..information.nrows();

@@ -1,8 +1,8 @@
 //! Calibration of a planned scan before it is made, by the estimator itself with all its error sources.
 //!
-//! The scan is cast at the guess, from the same sights that the prediction is made of, with the noise expected; where the guess
-//! is right it is what will be recorded. This does not test the estimator, but gives results that no sum over frames gives: the
-//! seam error with robot, sensor and bias, and whether another time offset or a turned sensor would explain the scan as well.
+//! The scan is cast at the guess, from the same sights as the prediction, with the expected noise. For a right guess it is
+//! the future recording. This does not test the estimator, but gives results that a sum over frames cannot: the seam error
+//! with robot, sensor and bias, and whether another time offset or a turned sensor would explain the scan as well.
 
 use crate::cell::Cell;
 use crate::design::{DIMENSION, from_unit_box};
@@ -57,8 +57,8 @@ impl Rehearsal {
 /// Seed of the noise.
 const SEED: u64 = 1;
 
-/// Calibrates a motion's scan at the guess; `None` if the scan is too short for it, a sensor's features cannot be made, or stripes are asked
-/// for and the cell does not name its plates.
+/// Calibrates a motion's scan at the guess; `None` if the scan is too short for it, a sensor's features cannot be made, or
+/// stripes are requested without named plates.
 #[must_use]
 pub fn rehearse(
     cell: &Cell,
@@ -81,8 +81,8 @@ pub fn rehearse(
 /// Duration of a middling scan, s.
 const MIDDLING_S: f64 = 20.0;
 
-/// What a calibration would take for known of the sensor's shape and of the errors that are not noise, and the speed of its seam error.
-/// The points of a path decide a little of it: those of a middling one stand for all.
+/// A calibration's prior knowledge of the sensor's shape and of the errors that are not noise, and the speed of its seam
+/// error. The points of a path have little effect on it: those of an average one represent all.
 pub(crate) fn knowledge(
     cell: &Cell,
     setup: &SensorSetup,
@@ -142,7 +142,7 @@ fn cast(cell: &Cell, setup: &SensorSetup, measurements: Measurements, motion: &M
     Some(Recording { stripes, ..Recording::new(cell.sensor.clone(), setup.clone(), robot, features) })
 }
 
-/// What the sensor reports of a sight; `None` if its camera does not see the point.
+/// The sensor's report of a sight; `None` if its camera does not see the point.
 fn measured(cell: &Cell, sight: &Sight, normal: [f64; 2]) -> Option<Measured> {
     let at = sight.point_in_camera;
     let in_sheet = at + cell.sheet.axes() * nalgebra::Vector2::from(normal) * cell.noise.feature_m;

@@ -25,7 +25,7 @@ impl RehearsedPlan {
         Self { plan, rehearsal, longer: Vec::new() }
     }
 
-    /// Whether its scan would be accepted, and no other answer explains much of it; true where it cannot be rehearsed.
+    /// Whether its scan would be accepted, and no other answer explains much of it; true if it cannot be rehearsed.
     fn is_sound(&self) -> bool {
         self.rehearsal.as_ref().is_none_or(|rehearsal| rehearsal.accepted && !rehearsal.has_alias())
     }
@@ -37,7 +37,8 @@ impl RehearsedPlan {
         error.map_or(f64::INFINITY, |error| error.rms_m)
     }
 
-    /// By how many times what is asked for is missed: a seam error, and the sigmas where they were asked for too. At most 1 if all is reached.
+    /// Factor by which the requirement is missed: of a seam error, and also of required sigmas. At most 1 if all is
+    /// reached.
     #[must_use]
     pub fn missed_by(&self, ask: &PlanRequest) -> f64 {
         let seam = ask.seam.as_ref().map_or(f64::INFINITY, |goal| self.seam_error_m() / goal.wanted_m);
@@ -50,7 +51,7 @@ impl RehearsedPlan {
 const ATTEMPTS: u64 = 3;
 
 /// Plans by `planner`, again from other random numbers where another answer would explain too much of the scan: a path that
-/// nearly repeats itself. If all have an alias, the first one, which says so.
+/// nearly repeats itself. If all have an alias, the first one, which reports it.
 ///
 /// # Errors
 /// As `planner`, of the first attempt.
@@ -64,7 +65,8 @@ pub fn without_alias(
     first_sound(ask, attempt)
 }
 
-/// The plan of an attempt, or of further ones from other random numbers where it is not sound; if none is, the first one, which says so.
+/// The plan of an attempt, or of further ones from other random numbers if it is not sound. If none is, the first one, which
+/// reports it.
 fn first_sound(
     ask: &PlanRequest,
     attempt: impl Fn(&PlanRequest) -> Result<RehearsedPlan, PlanError>,
@@ -91,8 +93,8 @@ pub fn least_seam_error(
     first_sound(ask, |ask| least_of_finalists(cell, setup, ask, tick))
 }
 
-/// Plans for the least seam error: the best path of each kind is rehearsed, and of those that are sound the one that leaves least is
-/// taken. Noise alone does not separate them: what the sensor, the robot and the feature's bias do differs from path to path.
+/// Plans for the least seam error: the best path of each kind is rehearsed, and the sound one with the least error is taken.
+/// Noise alone does not separate them: the effect of the sensor, the robot and the feature's bias differs from path to path.
 fn least_of_finalists(
     cell: &Cell,
     setup: &SensorSetup,
@@ -119,15 +121,15 @@ fn least_of_finalists(
 
 /// Durations that are tried for a wanted seam error, as parts of the longest.
 const PARTS: [f64; 4] = [0.15, 0.3, 0.6, 1.0];
-/// A longer scan must come nearer to what is wanted than this part of the way that a shorter one leaves; else its time buys nothing.
+/// A longer scan must reduce the distance from the requirement to this part of a shorter one's; else its time gains nothing.
 const WORTH_ITS_TIME: f64 = 0.95;
 
-/// Plans the shortest of four durations up to [`PlanRequest::duration_s`] that reaches what is wanted, a seam error say. Where a longer scan
-/// comes no nearer to it, the shorter one: what the robot and the bias of the features add does not shrink with time. What the longer one
-/// would have left is in [`RehearsedPlan::longer`].
+/// Plans the shortest of four durations up to [`PlanRequest::duration_s`] that reaches the requirement, for example a seam
+/// error. If a longer scan comes no nearer to it, the shorter one: the contributions of the robot and of the features' bias
+/// do not shrink with time. The longer one's result is in [`RehearsedPlan::longer`].
 ///
 /// # Errors
-/// As [`crate::planner::plan`], for the longest, where no duration has a plan.
+/// As [`crate::planner::plan`], for the longest, if no duration has a plan.
 pub fn shortest_that_reaches(
     cell: &Cell,
     setup: &SensorSetup,
@@ -153,7 +155,8 @@ pub fn shortest_that_reaches(
     best
 }
 
-/// Whether a longer scan reaches what is wanted, or comes clearly nearer to it; or is sound where the shorter one is not.
+/// Whether a longer scan reaches the requirement, or comes clearly nearer to it; or is sound while the shorter one is
+/// not.
 fn is_worth_its_time(ask: &PlanRequest, shorter: &RehearsedPlan, longer: &RehearsedPlan) -> bool {
     if longer.is_sound() != shorter.is_sound() {
         return longer.is_sound();
@@ -162,11 +165,11 @@ fn is_worth_its_time(ask: &PlanRequest, shorter: &RehearsedPlan, longer: &Rehear
     missed_by <= 1.0 || missed_by < WORTH_ITS_TIME * shorter.missed_by(ask)
 }
 
-/// Accuracies of a robot that is better than the one that is known or assumed, m.
+/// Accuracies of robots better than the stated or assumed one, m.
 const BETTER_ROBOTS_M: [f64; 4] = [0.2e-3, 0.1e-3, 0.05e-3, 0.02e-3];
 
-/// What the same scan leaves with a better robot: its accuracy and the seam error, m, until what is wanted is reached. The bias of the features
-/// shrinks with it, for the robot's errors hide it.
+/// Results of the same scan with better robots: accuracy and seam error, m, until the requirement is met. The bias of the
+/// features shrinks with it, for the robot's errors hide it.
 #[must_use]
 pub fn with_better_robots(
     (cell, setup): (&Cell, &SensorSetup),

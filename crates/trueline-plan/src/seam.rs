@@ -6,9 +6,9 @@ use trueline_geometry::Line;
 /// A stretch of straight seam in base.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seam {
-    /// Where the scan begins, m.
+    /// Start of the scan, m.
     pub from_m: Vector3<f64>,
-    /// Where it ends, m.
+    /// Its end, m.
     pub to_m: Vector3<f64>,
 }
 

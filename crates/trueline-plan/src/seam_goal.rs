@@ -1,9 +1,10 @@
-//! A wanted seam error, and what a path leaves of it: quick enough for a search, which the rehearsal then confirms.
+//! A required seam error, and that of a path: fast enough for a search; the rehearsal then confirms it.
 //!
-//! Unknown are time offset, hand-eye, line and bow (or the planes of plates and edge and how they are not flat), and with what is known of them
-//! beforehand the sensor's five numbers of shape and the six of the feature's bias with the tilt; in stripes the estimator does not look
-//! for that: what the seam points leave of it moves the estimate there. The robot's errors are a Gaussian process over the poses that is not estimated: it moves
-//! the estimate \[Schmidt1966\]; so does the radius of an edge of which the detector sees the outermost point. The seam error is the root mean square over the field that the scan visits, as in
+//! Unknowns are time offset, hand-eye, line and bow (or the planes of plates and edge and their forms). With a prior they
+//! include the sensor's five numbers of shape and the six of the feature's bias with the tilt. In stripes the estimator does
+//! not estimate that bias, so the rest of it moves the estimate there. The robot's errors are a Gaussian process over the
+//! poses that is not estimated: it moves the estimate \[Schmidt1966\]. So does the radius of an edge, because the detector
+//! finds its outermost point. The seam error is the root mean square over the field that the scan visits, as in
 //! `trueline_method::assess::seam_error`.
 
 use crate::cell::Cell;
@@ -20,7 +21,7 @@ use trueline_method::input::shape_knowledge::ShapeCovariance;
 use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_model::SheetShape;
 
-/// What is wanted of the seam error, and the prior of everything that adds to it.
+/// Required seam error, and the prior of all its contributions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SeamGoal {
     /// One standard deviation, m.
@@ -29,15 +30,15 @@ pub struct SeamGoal {
     pub shape: ShapeCovariance,
     /// How far the robot is off within a scan.
     pub robot: RobotSigmas,
-    /// Radius of the edge of which seam points are seen, m; zero for stripes, where two fitted lines cross.
+    /// Radius of the edge behind the seam points, m; zero for stripes, where two fitted lines cross.
     pub edge_radius_m: f64,
-    /// Bias of the feature per 10° of tilt, px (m for sensors that report lengths are made of it as the estimator does).
+    /// Bias of the feature per 10° of tilt, px (converted to m for sensors that report lengths, as in the estimator).
     pub bias_px: f64,
     /// Speed along the seam in use, m/s.
     pub speed_m_s: f64,
 }
 
-/// Robot errors change slowly along a path: of a search's frames about so many are asked.
+/// Robot errors change slowly along a path: about this many of a search's frames are used.
 const ROBOT_POSES: usize = 36;
 /// Covariance of the remaining bias, px per 10° of tilt.
 pub(crate) type BiasLeft = SMatrix<f64, BIAS, BIAS>;
@@ -55,8 +56,8 @@ impl SeamGoal {
         Some(Self { wanted_m, shape, robot, edge_radius_m, bias_px, speed_m_s })
     }
 
-    /// The seam error that frames leave, m; `None` where something is not shown at all. A is N and the numbers of the bias, which is
-    /// estimated with the rest, or moves the estimate by what is left of it.
+    /// The seam error that frames leave, m; `None` where something is not shown at all. A is N and the numbers of the bias,
+    /// which is estimated with the rest, or moves the estimate by its remainder.
     #[must_use]
     pub(crate) fn left_m<const ROWS: usize, const N: usize, const A: usize>(
         &self,
@@ -80,7 +81,8 @@ impl SeamGoal {
         Some((noise + moved + edge + self.by_robot(&seen, &spread)).max(0.0).sqrt())
     }
 
-    /// What the radius of the edge adds: the detector's point lies on the side of the sensor, off the mean of the scan by as much as the view is.
+    /// Contribution of the edge's radius: the detector's point lies on the side of the sensor, away from the mean of the
+    /// scan by as much as the view is.
     fn by_edge<const ROWS: usize, const N: usize, const A: usize>(
         &self,
         cell: &Cell,
@@ -93,7 +95,7 @@ impl SeamGoal {
         let view = |frame: &FrameRows<ROWS, N>| {
             let sight = &sights.list[frame.sight];
             let base_from_camera = sight.placement.base_from_camera();
-            // A picture is seen from the camera's origin; of what reports lengths the range is the view.
+            // A picture's view starts at the camera's origin; for sensors that report lengths the range is the view.
             let towards = match cell.sensor {
                 Sensor::CameraLaser { .. } => -(base_from_camera.rotation * sight.point_in_camera),
                 _ => base_from_camera.rotation * cell.sheet.axes().column(1),
@@ -110,7 +112,7 @@ impl SeamGoal {
         Some(pushed.dot(&(spread * pushed)))
     }
 
-    /// What seam points leave unknown of the bias; `None` where something is not shown at all.
+    /// Remaining variance of the bias with seam points; `None` if something is not determined at all.
     pub(crate) fn bias_left<const ROWS: usize, const N: usize, const A: usize>(
         &self,
         sights: &Sights,
@@ -121,7 +123,7 @@ impl SeamGoal {
         Some(inverse(&information)?.fixed_view::<BIAS, BIAS>(N, N).into_owned())
     }
 
-    /// What is known of each number of the bias beforehand: one over its variance.
+    /// Prior information of each number of the bias: one over its variance.
     fn known_of_bias(&self) -> f64 {
         if self.bias_px > 0.0 { self.bias_px.powi(-2) } else { HELD }
     }
@@ -180,7 +182,7 @@ impl SeamGoal {
         columns
     }
 
-    /// Σ k(i, j) tr(aᵢᵀ N aⱼ) with aᵢ what the robot's errors at a pose put into the gradient.
+    /// Σ k(i, j) tr(aᵢᵀ N aⱼ) with aᵢ the contribution of the robot's errors at a pose to the gradient.
     fn by_robot<const ROWS: usize, const A: usize>(
         &self,
         seen: &[Seen<ROWS, A>],

@@ -9,7 +9,7 @@ use rand_distr::{Distribution, StandardNormal};
 /// The best point that was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {
-    /// Where.
+    /// The point.
     pub point: DVector<f64>,
     /// Its value.
     pub value: f64,
@@ -55,7 +55,7 @@ impl Constants {
 /// Generations for which the covariance's axes are used.
 const DECOMPOSED_EVERY: usize = 3;
 
-/// A search that can be taken up again where it was left.
+/// A search that can be resumed.
 pub struct Minimiser {
     constants: Constants,
     random: ChaCha8Rng,
@@ -71,8 +71,8 @@ pub struct Minimiser {
 }
 
 impl Minimiser {
-    /// A search about a point, its first samples so far spread and so many in a generation: more look further about. The same seed takes
-    /// the same way.
+    /// A search about a point, with a spread of the first samples and a number of them in a generation: more samples search
+    /// further away. The same seed takes the same way.
     #[must_use]
     pub fn about(start: &DVector<f64>, spread: f64, population: usize, seed: u64) -> Self {
         let n = start.len();
@@ -98,7 +98,7 @@ impl Minimiser {
         self.best.as_ref()
     }
 
-    /// Makes `value` smaller with so many values asked for.
+    /// Makes `value` smaller with this many evaluations.
     pub fn run(&mut self, evaluations: usize, mut value: impl FnMut(&DVector<f64>) -> f64) {
         if self.best.is_none() {
             self.best = Some(Found { point: self.mean.clone(), value: value(&self.mean) });

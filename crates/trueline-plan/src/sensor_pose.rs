@@ -1,14 +1,14 @@
-//! How the sensor stands over the seam: stand-off, tilt and place of the seam in the sheet → a pose of the tool.
+//! Pose of the sensor over the seam: stand-off, tilt and place of the seam in the sheet → a pose of the tool.
 
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, UnitVector3, Vector2, Vector3};
 use trueline_geometry::{Plane, Pose};
 
-/// Where the seam is to appear, and how the sheet is tilted there.
+/// Wanted place of the seam, and tilt of the sheet there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Station {
     /// Point of the seam in base, m.
     pub seam_point: Vector3<f64>,
-    /// Where it appears along the stripe, m from the middle of the view.
+    /// Its place along the stripe, m from the middle of the view.
     pub stripe_m: f64,
     /// Its distance along the camera's axis, m.
     pub stand_off_m: f64,
@@ -16,7 +16,7 @@ pub struct Station {
     pub tilt_rad: [f64; 3],
 }
 
-/// The sheet's own axes in the camera, and how they stand in base where nothing is tilted.
+/// The sheet's own axes in the camera, and their directions in base without tilt.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorPose {
     /// Columns: along the stripe, normal of the sheet, range.
@@ -88,14 +88,14 @@ impl SensorPose {
         Self { camera_from_tool: tool_from_camera.inverse(), ..self.clone() }
     }
 
-    /// Attitude of the tool where nothing is tilted.
+    /// Attitude of the tool without tilt.
     #[must_use]
     pub fn nominal_attitude(&self) -> UnitQuaternion<f64> {
         let base_from_camera = self.base_from_sheet * self.camera_from_sheet.inverse();
         UnitQuaternion::from_rotation_matrix(&base_from_camera) * self.camera_from_tool.rotation
     }
 
-    /// Unit vector from the sensor to the seam in base, where nothing is tilted.
+    /// Unit vector from the sensor to the seam in base, without tilt.
     #[must_use]
     pub(crate) fn range_in_base(&self) -> Vector3<f64> {
         self.base_from_sheet * Vector3::z()
@@ -118,8 +118,8 @@ impl SensorPose {
         Vector3::new(middle.x, middle.y, station.stand_off_m) + self.stripe() * station.stripe_m
     }
 
-    /// Distance of the tool's origin from the axis of the range through a station's point of the seam, m: what spinning the sensor there
-    /// swings it by.
+    /// Distance of the tool's origin from the axis of the range through a station's point of the seam, m: its lever when the
+    /// sensor is spun there.
     #[must_use]
     pub(crate) fn lever_m(&self, station: &Station) -> f64 {
         let axis = self.camera_from_sheet * Vector3::z();

@@ -11,12 +11,12 @@ pub enum Shape {
     TwoPasses,
     /// There, back, and there again.
     ThreePasses,
-    /// There, then back with the sensor spun by half a turn about its view: what a feature is off by with the tilt then shows.
+    /// There, then back with the sensor spun by half a turn about its view: this shows a feature's bias with the tilt.
     Spun,
 }
 
 impl Shape {
-    /// All that keep the sensor as it stands.
+    /// All shapes that do not spin the sensor.
     pub const ALL: [Self; 4] = [Self::S, Self::C, Self::TwoPasses, Self::ThreePasses];
 
     /// The name on the command line.

@@ -1,4 +1,4 @@
-//! The shortest scan that reaches what is wanted.
+//! The shortest scan that meets the requirement.
 
 use crate::cell::Cell;
 use crate::plan::{DURATION_S, Plan, PlanError, PlanRequest};
@@ -7,7 +7,7 @@ use crate::planner::{plan, replan};
 /// Relative resolution of durations.
 const RESOLUTION: f64 = 1.04;
 
-/// Plans the shortest scan of at most [`PlanRequest::duration_s`] that reaches all of the goal's sigmas; where none does, the
+/// Plans the shortest scan of at most [`PlanRequest::duration_s`] that reaches all of the goal's sigmas; if none does, the
 /// longest: see [`Plan::reaches`].
 ///
 /// Sigmas fall with the duration, by more than its root where a short scan has no room to swing, so the duration is
@@ -28,7 +28,7 @@ pub fn shortest(cell: &Cell, ask: &PlanRequest, tick: &(dyn Fn() + Sync)) -> Res
                 long_s = duration_s;
                 best = plan;
             }
-            // Too short for what is wanted, or for the limits.
+            // Too short for the requirement, or for the limits.
             _ => short_s = duration_s,
         }
     }

@@ -1,4 +1,4 @@
-//! The frames of a scan: where the sensor is, where the seam is seen, and what that depends on.
+//! The frames of a scan: pose of the sensor, place of the seam, and their derivatives.
 
 use crate::cell::Cell;
 use crate::motion::Motion;
@@ -13,18 +13,18 @@ use trueline_method::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED, LOCAL_STRAIGHT}
 use trueline_model::sheet_residual::{self, SeamInSheet};
 use trueline_model::{Camera, Curvature, LaserSheet, Placement, SheetShape};
 
-/// One frame: where the seam is seen, and what that depends on.
+/// One frame: the place of the seam, and its derivatives.
 #[derive(Clone, Debug)]
 pub struct Sight {
     /// When it is exposed, s.
     pub time_s: f64,
-    /// Where the sensor is and how it moves.
+    /// Pose and motion of the sensor.
     pub placement: Placement,
     /// The point of the seam in the camera, m.
     pub point_in_camera: Vector3<f64>,
     /// Derivatives of the sheet residual by all unknowns.
     columns: SMatrix<f64, 2, LOCAL_ALL>,
-    /// What carries displacements in base onto the sheet.
+    /// Map of displacements in base onto the sheet.
     onto_sheet: Matrix2x3<f64>,
     /// The same for turns about the tool.
     by_turn: Matrix2x3<f64>,
@@ -35,12 +35,12 @@ pub struct Sight {
 pub struct Sights {
     /// Each.
     pub list: Vec<Sight>,
-    /// Frames that each stands for.
+    /// Number of frames that each represents.
     stride: usize,
     bow_sigma_m: f64,
-    /// The middle of what is scanned of the line, m from its anchor.
+    /// The middle of the scanned part of the line, m from its anchor.
     middle_m: f64,
-    /// The middle of what is seen, sheet coordinates, m.
+    /// The middle of the seen points, sheet coordinates, m.
     origin: Vector2<f64>,
 }
 
@@ -75,7 +75,7 @@ impl Sights {
         })
     }
 
-    /// One of so many of them, which stands for the others.
+    /// One of this many of them, which represents the others.
     pub(crate) fn thinned(mut self, every: usize) -> Self {
         if every > 1 {
             self.list = self.list.into_iter().step_by(every).collect();
@@ -84,17 +84,17 @@ impl Sights {
         self
     }
 
-    /// Frames that each stands for.
+    /// Number of frames that each represents.
     pub(crate) fn stride(&self) -> usize {
         self.stride
     }
 
-    /// The middle of what is scanned of the line, m from its anchor.
+    /// The middle of the scanned part of the line, m from its anchor.
     pub(crate) fn middle_m(&self) -> f64 {
         self.middle_m
     }
 
-    /// The middle of what is seen, in the sheet, m: the sensor's shape counts from there.
+    /// The middle of the seen points, in the sheet, m: origin of the sensor's shape.
     pub(crate) fn origin(&self) -> &Vector2<f64> {
         &self.origin
     }
@@ -108,7 +108,7 @@ impl Sights {
 /// Below this the estimator believes in no bow either; half of it, m.
 const LEAST_HALF_LENGTH_M: f64 = 5e-3;
 
-/// Where a line meets the sheet.
+/// Crossing of a line with the sheet.
 struct Met {
     time_s: f64,
     placement: Placement,
@@ -147,7 +147,7 @@ impl Met {
 }
 
 impl Sight {
-    /// What whitens its residual, and how far a pixel is in the sheet, m; `None` if no camera sees the point.
+    /// Whitener of its residual, and the size of a pixel in the sheet, m; `None` if no camera sees the point.
     pub(crate) fn whitener(&self, cell: &Cell, left: &NoiseLeft) -> Option<(Matrix2<f64>, Matrix2<f64>)> {
         let sheet_per_px = sheet_per_px(cell, &self.point_in_camera)?;
         let feature = sheet_per_px * sheet_per_px.transpose() * feature_px(cell).powi(2);
@@ -164,7 +164,7 @@ impl Sight {
         &self.columns
     }
 
-    /// What carries displacements in base onto the sheet.
+    /// Map of displacements in base onto the sheet.
     pub(crate) fn onto_sheet(&self) -> &Matrix2x3<f64> {
         &self.onto_sheet
     }
@@ -200,7 +200,7 @@ impl NoiseLeft {
     }
 }
 
-/// The length that counts as a pixel where features are lengths, m: as the estimator has it, whatever the cell's noise is.
+/// The length that counts as a pixel for features in lengths, m: as in the estimator, at any noise of the cell.
 fn length_per_px_m() -> f64 {
     Config::default().length_per_px_m()
 }

@@ -4,12 +4,12 @@ use crate::cell::Cell;
 use crate::sensor_pose::Station;
 use nalgebra::Vector3;
 
-/// Distances that are looked at, m: from contact to further than any sensor measures, each 2 % further than the one before.
+/// Distances that are tried, m: from contact to further than any sensor measures, each 2 % further than the one before.
 const RANGE_M: [f64; 2] = [0.005, 10.0];
 const STEP: f64 = 1.02;
 
-/// Nearest and furthest stand-off at which the sensor, untilted, sees a seam in the middle of its stripe, m; `None` if there is
-/// none. The lines of sight of a camera meet its sheet in one stretch, so all between them will do.
+/// Nearest and furthest stand-off at which the untilted sensor has a seam in the middle of its stripe, m; `None` without
+/// one. The lines of sight of a camera meet its sheet in one stretch, so all between them will do.
 #[must_use]
 pub(crate) fn stand_offs_in_view(cell: &Cell) -> Option<[f64; 2]> {
     let sees = |stand_off_m: &f64| {

@@ -1,7 +1,8 @@
 //! The stripes on the plates of a joint as a planned scan will show them, to `calibrate --use stripe`.
 //!
-//! What an upper plate hides of a lower one is not looked at: where a sensor stands by its laser or by its camera is not known. A stripe is
-//! known by two points whose errors are independent: of N columns with errors σ that are alike over 1.75 columns, σ √(2 · 1.75 / N) at ± ℓ/√3 of its middle.
+//! Hiding of a lower plate by an upper one is not considered: it is unknown whether a sensor stands by its laser or by its
+//! camera. A stripe is given by two points with independent errors: for N columns with errors σ, correlated over 1.75
+//! columns, σ √(2 · 1.75 / N) at ± ℓ/√3 of its middle.
 
 use crate::cell::Cell;
 use crate::joint::Joint;
@@ -9,7 +10,8 @@ use crate::sights::Sight;
 use nalgebra::{Vector2, Vector3};
 use trueline_dataset::{Measured, PlateStripe, Sensor};
 
-/// A plate's stripe is used from here to there from the seam, m: at the corner light is reflected, and plates are no wider than they are.
+/// Range of a plate's stripe that is used, from the seam, m: at the corner light is reflected, and plates have a limited
+/// width.
 const FROM_SEAM_M: [f64; 2] = [2e-3, 25e-3];
 /// Columns over which speckle is alike.
 const ALIKE: f64 = 1.75;
@@ -37,14 +39,14 @@ pub(crate) fn ends(
     })
 }
 
-/// Whether all of a stripe is in view: of one that is cut off no use is made.
+/// Whether all of a stripe is in view: a stripe that is cut off is not used.
 pub(crate) fn is_in_view(cell: &Cell, ends: &[Vector3<f64>; 2]) -> bool {
     ends.iter().all(|end| cell.view.contains(end))
 }
 
 /// A stripe's support points.
 pub(crate) struct Stripe {
-    /// Where they are in the camera, m.
+    /// Their places in the camera, m.
     pub places: [Vector3<f64>; 2],
     /// Their noise, square to the stripe, as a part of a seam point's.
     pub noise: f64,
@@ -60,7 +62,7 @@ pub(crate) fn stripe(cell: &Cell, [from, to]: &[Vector3<f64>; 2]) -> Option<Stri
     Some(Stripe { places: [middle - half, middle + half], noise: (2.0 * ALIKE / columns).sqrt() })
 }
 
-/// The stripes of a frame, those that are in view; `normal` draws standard normal numbers.
+/// The visible stripes of a frame; `normal` draws standard normal numbers.
 pub(crate) fn stripes_of(
     cell: &Cell,
     (joint, along): (&Joint, &Vector3<f64>),
@@ -80,7 +82,7 @@ pub(crate) fn stripes_of(
         .collect()
 }
 
-/// What the sensor reports of the support points of a stripe between two ends, and how well, px or m.
+/// The sensor's report of the support points of a stripe between two ends, and their uncertainty, px or m.
 fn supports(
     cell: &Cell,
     ends: &[Vector3<f64>; 2],
@@ -126,14 +128,14 @@ mod tests {
     use trueline_dataset::{Recording, sensor_toml};
     use trueline_sim::{Disturbance, PlatePair, Plates, Preset, SensorModel, scan_plates_along};
 
-    /// A joint's text in the cell's file, and what the simulator calls it, which casts points of the plates forward.
+    /// A joint's text in the cell's file, and its name in the simulator, which casts points of the plates forward.
     fn joints() -> Vec<(String, PlatePair, usize)> {
         let plate = |toward: f64, more: &str| {
             format!("\n[[plates]]\nnormal = [0, 0, 1]\ntoward = [0, {toward}, 0]\n{more}\n")
         };
         let lap = PlatePair::Lap { step_m: 4e-3 };
         let below = "below_mm = 4";
-        // The seam runs roughly along x and is looked at from above: the simulator's plate 0 lies at negative y.
+        // The seam runs roughly along x and is seen from above: the simulator's plate 0 lies at negative y.
         vec![
             (format!("{}{}", plate(1.0, ""), plate(-1.0, below)), lap, 1),
             (format!("{}{}", plate(1.0, below), plate(-1.0, "")), lap, 0),
@@ -154,7 +156,7 @@ mod tests {
         cell
     }
 
-    /// What the simulator sees of the same plates, without noise.
+    /// The simulator's view of the same plates, without noise.
     fn simulated(cell: &Cell, motion: &Motion, pair: PlatePair, edge_on: usize) -> Recording {
         let mut scenario = Preset::Quick.scenario();
         let Sensor::CameraLaser { camera, laser_plane_in_camera } = cell.sensor.clone() else { panic!() };
@@ -195,7 +197,7 @@ mod tests {
                 let ([a, b], [c, d]) = (pixels(&stripe), pixels(theirs));
                 let chord = (b - a).normalize();
                 let across = |p: Vector2<f64>| (chord.x * (p - a).y - chord.y * (p - a).x).abs();
-                // One line, but for what the lens bends of it between other places on it.
+                // One line, except for the bend of the lens between other places on it.
                 assert!(across(c) < 1.0 && across(d) < 1.0, "{pair:?}: {} {}", across(c), across(d));
                 // On the same side of the seam, and as far from it, but for lengths that the simulator counts square to the seam.
                 let most = 0.15 * (b - a).norm();

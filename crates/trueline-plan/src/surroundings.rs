@@ -1,25 +1,25 @@
-//! What must not touch: spheres about cables, torch and sensor against the planes of the plates.
+//! Bodies that must not touch: spheres about cables, torch and sensor against the planes of the plates.
 
 use crate::mounted_arm::MountedArm;
 use nalgebra::{Point3, UnitVector3, Vector3};
 use trueline_geometry::Pose;
 use trueline_geometry::arm::{AXES, Angles};
 
-/// What carries a sphere.
+/// Carrier of a sphere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Carrier {
     /// The tool.
     Tool,
-    /// What follows a joint of the arm, counted from 0.
+    /// The link after a joint of the arm, counted from 0.
     Joint(usize),
 }
 
 /// A sphere about something that moves with the robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sphere {
-    /// What it is about.
+    /// The body's name.
     pub name: String,
-    /// What it moves with.
+    /// The part that it moves with.
     pub carrier: Carrier,
     /// Its middle in that frame, m.
     pub at_m: Vector3<f64>,
@@ -34,23 +34,23 @@ pub struct Plate {
     pub point_m: Vector3<f64>,
     /// Into the free side.
     pub normal: UnitVector3<f64>,
-    /// From the seam into the plate, roughly; `None` where it is not said.
+    /// From the seam into the plate, roughly; `None` if not stated.
     pub toward: Option<UnitVector3<f64>>,
 }
 
 /// Spheres and plates.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Surroundings {
-    /// What moves.
+    /// Moving bodies.
     pub spheres: Vec<Sphere>,
-    /// What does not.
+    /// Fixed bodies.
     pub plates: Vec<Plate>,
-    /// What must stay free between them, m: the plates are as far off as the guess may be.
+    /// Required clearance between them, m: the plates are as far off as the guess may be.
     pub clearance_m: f64,
 }
 
 impl Surroundings {
-    /// Whether there is nothing to look at.
+    /// Whether there is nothing to check.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.spheres.is_empty() || self.plates.is_empty()

@@ -1,4 +1,4 @@
-//! What is measured of the seam: the point where the stripe meets it, or the stripes on its plates.
+//! Target of the measurement: the meeting point of stripe and seam, or the stripes on its plates.
 
 use crate::cell::Cell;
 use crate::criterion::SensorCovariance;
@@ -14,7 +14,7 @@ use trueline_method::Measurements;
 use trueline_method::assess::tilt_bias::BIAS;
 use trueline_method::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED, LOCAL_STRAIGHT};
 
-/// What is measured.
+/// Kind of measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Target {
     /// The seam's point in each frame.
@@ -23,7 +23,7 @@ pub enum Target {
     Stripes(Joint),
 }
 
-/// What is measured in the frames of a scan.
+/// Measurements in the frames of a scan.
 #[derive(Clone, Debug)]
 pub(crate) enum Measured {
     /// Seam points: two residuals each.
@@ -42,10 +42,10 @@ const MEETING_AND_BIAS: usize = MEETING_ALL + BIAS;
 const EDGED_AND_BIAS: usize = EDGED_ALL + BIAS;
 
 impl Target {
-    /// What a calibration will use.
+    /// Measurements of a calibration.
     ///
     /// # Errors
-    /// [`NoJoint`] where that is whole stripes and the cell's plates make no joint.
+    /// [`NoJoint`] for whole stripes if the cell's plates make no joint.
     pub fn of(cell: &Cell, measurements: Measurements) -> Result<Self, NoJoint> {
         match measurements {
             Measurements::Seam => Ok(Self::SeamPoint),
@@ -55,8 +55,8 @@ impl Target {
         }
     }
 
-    /// Of the frames that a search asks what they tell, one of so many is enough: stripes cost more than a seam point, and what is
-    /// clearly better is looked at in every frame anyway.
+    /// In a search, one of this many frames is enough: stripes cost more than a seam point, and clearly better paths are
+    /// checked in every frame anyway.
     pub(crate) fn rough_frames(&self) -> usize {
         match self {
             Self::SeamPoint => 1,
@@ -64,7 +64,7 @@ impl Target {
         }
     }
 
-    /// The joint whose plates are looked at; `None` where none are.
+    /// The joint of the used plates; `None` if none are used.
     pub(crate) fn joint(&self) -> Option<&Joint> {
         match self {
             Self::SeamPoint => None,
@@ -72,7 +72,7 @@ impl Target {
         }
     }
 
-    /// What frames tell of which so many cells see something.
+    /// Information of frames, of which this many cells see something.
     pub(crate) fn measured(
         &self,
         cell: &Cell,
@@ -102,12 +102,12 @@ impl Measured {
         }
     }
 
-    /// What the scan promises.
+    /// Prediction for the scan.
     pub(crate) fn prediction(&self) -> Option<Prediction> {
         self.prediction_until(usize::MAX)
     }
 
-    /// What its first so many frames promise.
+    /// Prediction for its first `sights` frames.
     pub(crate) fn prediction_until(&self, sights: usize) -> Option<Prediction> {
         match self {
             Self::SeamPoints(points) => points.prediction::<LOCAL_BOWED>(sights),

@@ -1,9 +1,9 @@
-//! What is true in a cell.
+//! The truth in a cell.
 
 use crate::cell::Cell;
 use trueline_geometry::{Line, Pose};
 
-/// What a cell really is, as far as it is not known: hand-eye transform and line.
+/// The unknown truth of a cell: hand-eye transform and line.
 #[derive(Clone, Copy, Debug)]
 pub struct Truth {
     /// Hand-eye transform.

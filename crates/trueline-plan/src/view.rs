@@ -1,4 +1,4 @@
-//! What the sensor sees, and how far a point is from leaving it.
+//! Field of view of the sensor, and the distance of a point from leaving it.
 
 use nalgebra::{Vector2, Vector3};
 use trueline_model::Camera;
@@ -54,7 +54,7 @@ impl View {
         self.room(point_in_camera) >= 0.0
     }
 
-    /// How far inside the view a point of the camera frame (m) is, as a part of half the view's size; negative
+    /// Distance of a point of the camera frame (m) inside the view, as a part of half the view's size; negative
     /// outside.
     #[must_use]
     pub fn room(&self, point_in_camera: &Vector3<f64>) -> f64 {
@@ -72,8 +72,8 @@ impl View {
     }
 }
 
-/// The picture without its margin as ideal coordinates, drawn in by the most that the lens moves any point within its corners'
-/// radius; empty where the lens model does not hold so far out.
+/// The picture without its margin as ideal coordinates, reduced by the largest shift of the lens at any point within its
+/// corners' radius; empty if the lens model does not hold so far out.
 fn surely_seen(camera: &Camera, margin_px: f64, believed_squared: f64) -> [Vector2<f64>; 2] {
     let edge = |k: usize, pixel: f64| (pixel - 0.5 - camera.centre[k]) / camera.focal[k];
     let low = Vector2::from_fn(|k, _| edge(k, margin_px));
@@ -94,7 +94,7 @@ fn room_in_picture(camera: &Camera, margin_px: f64, believed_squared: f64, point
         return BEHIND;
     }
     let ideal = point.xy() / point.z;
-    // Where the lens model folds back the pixel means nothing; the pinhole says how far outside it is.
+    // If the lens model folds back, the pixel is meaningless; the pinhole gives its distance outside.
     let believed = ideal.norm_squared() < believed_squared;
     let seen = if believed { camera.distortion.distort(&ideal).0 } else { ideal };
     let pixel = seen.component_mul(&camera.focal) + camera.centre;

@@ -1,6 +1,6 @@
-//! Cells in which the guess is wrong: what they still see of a scan that was planned at the guess.
+//! Cells with a wrong guess, and their view of a scan that was planned at the guess.
 //!
-//! The same cells are asked for every path (common random numbers), so that paths can be compared.
+//! Every path uses the same cells (common random numbers), so that paths can be compared.
 
 use crate::cell::Cell;
 use crate::joint::Joint;
@@ -24,7 +24,7 @@ impl ToolPose {
     }
 }
 
-/// What becomes of one frame.
+/// Result of one frame.
 enum Frame {
     /// It sees the seam, there in the camera.
     Seen(Vector3<f64>),
@@ -67,13 +67,13 @@ impl WrongCell {
         })
     }
 
-    /// What is true in it.
+    /// The truth in it.
     #[must_use]
     pub fn truth(&self) -> Option<Truth> {
         Some(Truth { tool_from_camera: self.tool_from_camera, line: self.seam.line()? })
     }
 
-    /// What a frame taken at a pose of the tool sees of the seam, and of the plates of a joint.
+    /// Visible parts, in a frame taken at a pose of the tool, of the seam and of the plates of a joint.
     #[must_use]
     pub(crate) fn sees(&self, cell: &Cell, joint: Option<&Joint>, base_from_tool: &Pose) -> SeenBy {
         let tool = ToolPose::of(base_from_tool);
@@ -87,7 +87,7 @@ impl WrongCell {
         seen
     }
 
-    /// Where the sheet meets the line, and what becomes of the frame.
+    /// Crossing of the sheet with the line, and result of the frame.
     fn frame(&self, cell: &Cell, tool: &ToolPose) -> Frame {
         let middle = tool.tool_from_base * (self.middle - tool.origin);
         let direction = tool.tool_from_base * self.direction;
@@ -103,7 +103,8 @@ impl WrongCell {
         if along.abs() > self.half_length_m { Frame::BeyondEnd } else { Frame::Seen(in_camera) }
     }
 
-    /// Which plates' stripes are in view about a point of the seam, as an index into [`SeenBy::stripes`]; the plates turn with the seam.
+    /// Plates with stripes in view about a point of the seam, as an index into [`SeenBy::stripes`]; the plates turn with the
+    /// seam.
     fn stripes(
         &self,
         cell: &Cell,
@@ -128,7 +129,7 @@ impl WrongCell {
 pub struct SeenBy {
     /// The seam.
     pub seam: f64,
-    /// With it the stripe of the first plate alone, of the second alone, and both; zero where plates are not looked at.
+    /// With it the stripe of the first plate alone, of the second alone, and both; zero if plates are not used.
     pub stripes: [f64; 3],
 }
 
@@ -138,7 +139,7 @@ pub struct WrongCells {
     cells: Vec<WrongCell>,
 }
 
-/// The first seeds are those of the search; what is promised is judged by cells that no search has seen.
+/// The first seeds are those of the search; a prediction is judged by cells that no search has used.
 const SEARCH_SEED: u64 = 0;
 /// See [`SEARCH_SEED`].
 const PROMISE_SEED: u64 = 1 << 32;
@@ -146,25 +147,25 @@ const PROMISE_SEED: u64 = 1 << 32;
 const SEARCH_CELLS: u64 = 120;
 /// Cells that a promise is judged by.
 const PROMISE_CELLS: u64 = 240;
-/// Of so many cells one is asked for the stripes: each weighs the frames alike, and no limit hangs on them.
+/// One of this many cells is used for the stripes: each weighs the frames equally, and no limit depends on them.
 const STRIPES_ONE_IN: usize = 6;
 /// See [`WrongCells::for_wrong_guesses`].
 const WRONG_GUESSES: u64 = 40;
 
 impl WrongCells {
-    /// Those that a search asks.
+    /// The cells for a search.
     #[must_use]
     pub(crate) fn for_search(cell: &Cell) -> Self {
         Self::sample(cell, SEARCH_SEED, SEARCH_CELLS)
     }
 
-    /// Those that a promise is judged by.
+    /// The cells for a prediction.
     #[must_use]
     pub(crate) fn for_promise(cell: &Cell) -> Self {
         Self::sample(cell, PROMISE_SEED, PROMISE_CELLS)
     }
 
-    /// Wrong by anything within the cell's errors; the guess itself where nothing is wrong.
+    /// Wrong by anything within the cell's errors; the guess itself if nothing is wrong.
     fn sample(cell: &Cell, seed: u64, count: u64) -> Self {
         let count = if cell.guess_error.is_none() { 1 } else { count };
         let drawn =
@@ -183,7 +184,7 @@ impl WrongCells {
         self.cells.iter()
     }
 
-    /// What all of them see of frames taken at these poses, and of the plates of a joint.
+    /// View of all of them in frames taken at these poses, and of the plates of a joint.
     #[must_use]
     pub(crate) fn look(
         &self,
@@ -218,7 +219,7 @@ impl WrongCells {
     }
 }
 
-/// What wrong cells see of the frames of a scan.
+/// View of wrong cells in the frames of a scan.
 #[derive(Clone, Debug)]
 pub struct Views {
     /// Share of the cells that see each frame.
@@ -228,17 +229,17 @@ pub struct Views {
     cells: usize,
 }
 
-/// So many cells may lose more than [`LOSS`] of their frames.
+/// Part of the cells that may lose more than [`LOSS`] of their frames.
 const EXCEPTIONS: f64 = 0.05;
 /// Part of the frames that all other cells may lose.
 pub const LOSS: f64 = 0.05;
 /// Part of the frames that no cell may lose.
 pub(crate) const WORST_LOSS: f64 = 0.25;
 
-/// What cells lose of their frames.
+/// Frames that cells lose.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Loss {
-    /// 95 % of the cells lose no more than this part.
+    /// Largest loss of 95 % of the cells.
     pub of_most: f64,
     /// The cell that loses most.
     pub worst: f64,
@@ -247,7 +248,7 @@ pub struct Loss {
 }
 
 impl Loss {
-    /// The part of what may be lost that is lost.
+    /// The used part of the allowed loss.
     #[must_use]
     pub fn used(&self) -> f64 {
         (self.of_most / LOSS).max(self.worst / WORST_LOSS)
@@ -255,7 +256,7 @@ impl Loss {
 }
 
 impl Views {
-    /// What is lost.
+    /// The loss.
     #[must_use]
     pub fn loss(&self) -> Loss {
         let frames = self.seen_by.len().max(1) as f64;

@@ -1,4 +1,4 @@
-//! Plans with an arm keep its limits, by code that shares nothing with the planner's: joint angles go through published tables as
+//! Plans with an arm keep its limits, by code independent of the planner's. Joint angles go through published tables as
 //! matrices and must lead the tool along the path; speeds and accelerations are differences of angles.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 

@@ -1,4 +1,5 @@
-//! What plates in a cell's file make of its seam: a fillet, an outside corner, a lap on either side, an edge, or nothing, with the reason.
+//! Seams from the plates in a cell's file: a fillet, an outside corner, a lap on either side, an edge, or nothing, with the
+//! reason.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::Vector3;

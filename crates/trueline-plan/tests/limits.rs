@@ -1,4 +1,4 @@
-//! Whatever the cell: no limit is exceeded, and where the guess is wrong as many frames see the seam as is promised.
+//! In any cell: no limit is exceeded, and with a wrong guess the promised number of frames see the seam.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod cells;
@@ -13,8 +13,8 @@ use trueline_plan::plan::PATH_PERIOD_S;
 use trueline_plan::{Cell, Plan, PlanError, PlanRequest, Shape, View, plan};
 use trueline_sim::Disturbance;
 
-/// Largest length of the k-th differences of a list over the k-th power of the period: what a robot's own motion
-/// monitor would see. The path is at rest before and after.
+/// Largest length of the k-th differences of a list over the k-th power of the period, as in a robot's own motion
+/// monitor. The path is at rest before and after.
 fn peaks(values: Vec<Vector3<f64>>, period_s: f64) -> [f64; 3] {
     let rest = Vector3::zeros();
     let mut rates = vec![rest; 3];
@@ -89,8 +89,8 @@ fn stand_off_m(cell: &Cell, pose: &Pose) -> f64 {
     (start + along * part).z
 }
 
-/// Parts of the frames that see the seam, in view with the margin and between its ends, in cells that are as wrong as they may be
-/// and anything less: sorted, and never below what is promised.
+/// Parts of the frames that see the seam, in view with the margin and between its ends, in cells with errors up to the
+/// largest possible: sorted, and never below the promise.
 fn check_view(cell: &Cell, plan: &Plan, seeds: std::ops::Range<u64>) {
     let View::Camera { camera, margin_px, .. } = &cell.view else { unreachable!() };
     let duration_s = plan.motion.design().duration_s;
@@ -115,19 +115,19 @@ fn check_view(cell: &Cell, plan: &Plan, seeds: std::ops::Range<u64>) {
                 let [width, height] = camera.size.map(f64::from);
                 (u + 0.5).min(width - 0.5 - u).min(v + 0.5).min(height - 0.5 - v) > *margin_px
             });
-            // Those that are both are at least so many.
+            // At least this many are both.
             (on_seam.count() as f64 + clear.count() as f64 - recording.features.len() as f64) / frames
         })
         .collect();
     kept.sort_by(f64::total_cmp);
-    // Of 60 cells 3 may keep less than 95 %. Where 5 % do, more than 8 of 60 do once in 400 times; the frames that count on both
+    // Of 60 cells 3 may keep less than 95 %. If 5 % do, more than 8 of 60 do once in 400 times. Frames that count on both
     // lists are counted twice, and the first and the last pose are not placed: 0.5 %.
     assert!(kept[8] > 0.95 - 0.01, "{kept:?}");
     // Of 240 cells that were tried none loses more than a quarter: of 60 others one may, by a little.
     assert!(kept[0] > 0.65, "{kept:?}");
 }
 
-/// The gate that guides a robot takes the path at its own pace: its bounds on what the tool carries are kept.
+/// The gate that guides a robot takes the path at its own pace: its limits of the tool's load are kept.
 fn check_gate(cell: &Cell, plan: &Plan) {
     let poses: Vec<RobotSample> = (plan.path().into_iter().zip(0_i64..))
         .map(|(base_from_tool, k)| RobotSample { stamp_ns: k * 4_000_000, device_ns: None, base_from_tool })

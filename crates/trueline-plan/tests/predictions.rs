@@ -67,8 +67,9 @@ fn the_prediction_is_the_estimators_own_bound() {
         let bound = bound(&cell, &plan.motion);
         for k in 0..LINES {
             let ratio = plan.prediction.sigma(k) / bound[k];
-            // Velocities between samples 4 ms apart against true ones, and one frame less at the end of the recording: 1/660 in the variance
-            // each on average, and up to ten times that for a frame at the far end of a slow swing, which tells most of an unknown.
+            // Velocities between samples 4 ms apart against true ones, and one frame less at the end of the recording: 1/660
+            // in the variance each on average. A frame at the far end of a slow swing, with most of an unknown's
+            // information, has up to ten times this.
             assert!((ratio - 1.0).abs() < 8e-3, "unknown {k}: {ratio}");
         }
     }
@@ -107,9 +108,9 @@ fn spread_over_prediction(cell: &Cell, plan: &Plan, runs: u64) -> SVector<f64, L
 fn estimates_spread_as_predicted() {
     let cell = exact(example());
     let ratios = spread_over_prediction(&cell, &quick_plan(&cell, 15.0), 400);
-    // 400 runs know their spread to 1/√800 = 3.5 %: four of that above. Below, the robot's noise counts for too much, here as in
-    // the estimator's own ±: its local fit leaves 0.205 of the variance in each frame, 33 of them a second, where 250 samples a
-    // second carry 1/250; slow swings see √(33/250/0.205) = 0.8 of it.
+    // 400 runs know their spread to 1/√800 = 3.5 %: four of that above. Below, the robot's noise counts too much, here as in
+    // the estimator's own ±. Its local fit leaves 0.205 of the variance in each frame, 33 of them a second, but 250 samples
+    // a second carry 1/250; slow swings see √(33/250/0.205) = 0.8 of it.
     assert!(ratios.iter().all(|ratio| (0.8..1.14).contains(ratio)), "{ratios}");
 }
 
@@ -148,7 +149,7 @@ fn the_shortest_scan_reaches_what_is_wanted_and_much_shorter_ones_do_not() {
 
 #[test]
 fn a_longer_search_of_the_same_cell_finds_little_more() {
-    // Where the guess is good there are few deep valleys, of which another seed may find a deeper one.
+    // With a good guess there are few deep valleys, and another seed may find a deeper one.
     let cell = exact(example());
     let ask = |evaluations, seed| PlanRequest {
         shapes: vec![Shape::TwoPasses],

@@ -89,8 +89,8 @@ fn a_sensor_that_cannot_see_at_its_stand_off_is_told_where_it_does() {
     };
     assert!(near < far && far < allowed_m[0], "{near} {far}");
     assert!(refused.to_string().contains("it is in view from"), "{refused}");
-    // Independent of the planner's own view: the seam's pixel, by the sensor's model, is in the picture at what is said to be in view,
-    // with the margin of 100 px, and not beyond.
+    // Independent of the planner's own view: the seam's pixel, by the sensor's model, is in the picture at the stated
+    // frames, with the margin of 100 px, and not beyond.
     let trueline_dataset::Sensor::CameraLaser { camera, .. } = &cell.sensor else { unreachable!() };
     let in_picture = |stand_off_m: f64| {
         let plane = cell.sheet.plane();

@@ -1,4 +1,5 @@
-//! Plans for a seam error: what the search expects is what a calibration of the scan says, and a spun pass keeps the limits and pays.
+//! Plans for a seam error: the search's expectation equals a calibration of the scan, and a spun pass keeps the limits and
+//! pays.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::path::Path;
@@ -62,8 +63,8 @@ fn a_spun_pass_keeps_the_limits_and_pays_where_the_bias_is_what_is_left() {
     let plan = &made.plan;
     assert_eq!(plan.motion.design().shape, Shape::Spun);
     assert!(made.rehearsal.as_ref().unwrap().accepted);
-    // Bias that grows with the tilt is a shift of the hand-eye, but for a sensor that is spun it is one the other way. A search that knows
-    // of the bias tells most of it by the tilts alone: 13 µm are left of it, 9 µm with the spun pass.
+    // Bias that grows with the tilt is a shift of the hand-eye, but for a sensor that is spun it is one the other way. A
+    // search that includes the bias determines most of it by the tilts alone: 13 µm remain, 9 µm with the spun pass.
     let (spun, still) = (error(&made), error(&still));
     assert!(spun.budget_m.feature_bias < 0.8 * still.budget_m.feature_bias, "{spun:?} {still:?}");
     assert!(spun.rms_m < still.rms_m);

@@ -1,5 +1,5 @@
-//! Plans that use whole stripes: what they promise is the spread of the estimates from simulated stripes, and they leave less than
-//! plans for seam points do.
+//! Plans with whole stripes: they promise the spread of the estimates from simulated stripes, and leave less than plans for
+//! seam points.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -19,8 +19,8 @@ use trueline_plan::surroundings::Plate;
 use trueline_plan::{Cell, Plan, PlanRequest, Shape, plan};
 use trueline_sim::{PlatePair, Plates, scan_plates_along};
 
-/// The example's cell where the guess is right, with plates about the seam, and as the simulator has them: of each whether it is on the right,
-/// how steeply it rises from the seam, and how far it lies below it.
+/// The example's cell at the exact guess, with plates about the seam in the simulator's form. Each states whether it is on
+/// the right, its slope from the seam, and its depth below it.
 fn with_plates(plates: &[(bool, f64, f64)], pair: PlatePair) -> (Cell, Plates) {
     let mut cell = exact(example());
     let along = cell.seam.direction().unwrap().into_inner();
@@ -70,7 +70,7 @@ fn planned(cell: &Cell, measurements: Measurements) -> Plan {
     plan(cell, &ask, &|| ()).unwrap()
 }
 
-/// What the estimates from the simulator's scans do.
+/// Spread of the estimates from the simulator's scans.
 struct Achieved {
     /// Root mean square of their errors.
     spread: SVector<f64, LINES>,
@@ -132,14 +132,15 @@ fn a_plan_for_stripes_keeps_what_it_promises_and_beats_one_for_seam_points() {
         // slow swings see √(33/250/0.205) = 0.8 of it, as for seam points, and here it is nearly all of the noise.
         assert!((0.8 - 3.0 * 0.09 * 0.8..1.27).contains(&ratio), "unknown {k}: {ratio}");
     }
-    // By the score that is asked for: the worst in units of what is wanted, of what the estimator states: 60 scans know their spread to 9 %.
+    // By the requested score, the worst in units of the wish, from the estimator's statement: 60 scans know their spread to
+    // 9 %.
     let goal = PlanRequest::default().goal;
     let worst = |stated: &SMatrix<f64, LINES, LINES>| {
         (0..LINES).filter_map(|k| Some(stated[(k, k)].sqrt() / goal.wanted(k)?)).fold(0.0, f64::max)
     };
     let (by_its_own, by_the_other) = (worst(&own.stated), worst(&other.stated));
     assert!(by_its_own < by_the_other, "{by_its_own} and {by_the_other}");
-    // What is alike in two unknowns tells signs apart, which their sigmas do not.
+    // A common part in two unknowns shows signs, which their sigmas do not.
     let promised = &by_stripes.prediction.covariance;
     for (i, j) in (0..LINES).flat_map(|i| (0..i).map(move |j| (i, j))) {
         let (expected, stated) = (alike(promised, i, j), alike(&own.stated, i, j));
@@ -147,7 +148,7 @@ fn a_plan_for_stripes_keeps_what_it_promises_and_beats_one_for_seam_points() {
     }
 }
 
-/// What is promised of a lap and of an edge, with their stripes and without them, is what is achieved, and what is said.
+/// The promise for a lap and for an edge, with and without their stripes, equals the result and the statement.
 #[test]
 fn plans_for_laps_and_edges_keep_what_they_promise() {
     const RUNS: u64 = 60;

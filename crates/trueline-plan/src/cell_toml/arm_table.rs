@@ -145,7 +145,7 @@ fn row(wire: &JointTable) -> Result<Row, Problem> {
     })
 }
 
-/// Spheres, of which those that a joint carries need an arm.
+/// Spheres; those on a joint need an arm.
 pub(super) fn spheres(wire: &[SphereTable], has_arm: bool) -> Result<Vec<Sphere>, Problem> {
     let one = |(k, table): (usize, &SphereTable)| {
         let carrier = match table.joint {
@@ -166,10 +166,10 @@ pub(super) fn spheres(wire: &[SphereTable], has_arm: bool) -> Result<Vec<Sphere>
     wire.iter().enumerate().map(one).collect()
 }
 
-/// Least sine of the angle between what `toward` says and a plate that runs along the seam: its side would be a guess.
+/// Least sine of the angle between `toward` and a plate that runs along the seam: its side would be a guess.
 const LEAST_SIDE: f64 = 0.1;
 
-/// Plates, through the middle of the seam where nothing else is said.
+/// Plates, through the middle of the seam unless stated otherwise.
 pub(super) fn plates(wire: &[PlateTable], seam: &Seam) -> Result<Vec<Plate>, Problem> {
     let plates = wire.iter().map(|table| plate(table, seam)).collect::<Result<Vec<_>, _>>()?;
     for (k, table) in wire.iter().enumerate().filter(|(_, table)| table.below_mm.is_some()) {

@@ -142,7 +142,7 @@ pub fn sensor_name(file: &Path, text: &str) -> Result<String, Error> {
     Ok(tables(file, text)?.sensor)
 }
 
-/// The name of the arm's URDF, which lies beside the cell's file; `None` where it has none.
+/// The name of the arm's URDF, which is beside the cell's file; `None` if it has none.
 ///
 /// # Errors
 /// Broken TOML or unknown keys.
@@ -220,9 +220,9 @@ fn cell_from(wire: CellFile, sensor: Sensor, urdf: Option<&str>) -> Result<Cell,
     })
 }
 
-/// What must not touch; the plates are as far off as the line may be, unless something else is said.
+/// Bodies that must not touch. The plates are as uncertain as the line, unless otherwise stated.
 fn surroundings(wire: &CellFile, seam: &Seam, guess_error: &GuessError) -> Result<Surroundings, Problem> {
-    // Plates alone say what stripes are of; spheres alone have nothing to touch.
+    // Plates alone describe stripes; spheres alone have nothing to touch.
     if !wire.spheres.is_empty() && wire.plates.is_empty() {
         return Err(wrong("spheres", "`[[plates]]` beside `[[spheres]]`", "none"));
     }
@@ -288,7 +288,7 @@ fn view(wire: &ViewTable, sensor: &Sensor, stripe: Vector3<f64>) -> Result<View,
         return Err(wrong("view.margin_px", "`width_mm` and `depth_mm` for this sensor", "`margin_px`"));
     }
     let (Some(width_mm), Some(depth_mm)) = (wire.width_mm, wire.depth_mm) else {
-        return Err(wrong("view", "`width_mm` and `depth_mm`: what the sensor sees", "nothing"));
+        return Err(wrong("view", "`width_mm` and `depth_mm`: the sensor's field of view", "nothing"));
     };
     Ok(View::Window {
         half_width_m: 0.5 * positive("view.width_mm", Some(width_mm), width_mm)? / MM_PER_M,

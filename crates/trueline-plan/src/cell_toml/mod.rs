@@ -1,4 +1,4 @@
-//! `cell.toml`: what is known before the scan, as a person writes it down.
+//! `cell.toml`: prior knowledge of the scan, as a person writes it down.
 
 mod arm_table;
 mod cell_file;

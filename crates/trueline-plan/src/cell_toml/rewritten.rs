@@ -1,4 +1,4 @@
-//! A cell's file with something of it said anew: comments are lost, values are not.
+//! A cell's file with some statements replaced: comments are lost, values are not.
 
 use super::cell_file::{sensor_file, sensor_name};
 use crate::cell::Cell;

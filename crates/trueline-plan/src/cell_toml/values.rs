@@ -1,4 +1,4 @@
-//! Values of keys, checked: what no cell has is refused with the key.
+//! Values of keys, checked: impossible values are refused with the key.
 
 use nalgebra::Vector3;
 use serde::Deserialize;

@@ -15,7 +15,8 @@ const FILLET: &str = "\n[[plates]]\nnormal = [-0.127023, 0.695640, 0.707072]\n[[
 const LAP: &str = "\n[[plates]]\nnormal = [0.02, -0.03, 1]\ntoward = [0, -1, 0]\n[[plates]]\nnormal = [0.02, -0.03, 1]\ntoward = [0, 1, 0]\nbelow_mm = 3\n";
 const ONE_PLATE: &str = "\n[[plates]]\nnormal = [0.02, -0.03, 1]\ntoward = [0, 1, 0]\n";
 
-/// Where everything is, moved by the tangent of all unknowns: φ of every surface at a point of the sheet, written out.
+/// Places of everything, moved by the tangent of all unknowns: φ of every surface at a point of the sheet, written
+/// out.
 struct Forward<'a> {
     cell: &'a Cell,
     motion: &'a Motion,
@@ -46,8 +47,8 @@ impl Forward<'_> {
         normal.dot(&from) - plate.offset_m - raised - height
     }
 
-    /// How far along an axis of the sheet a place is from the crossing of the cuts of a plate and of the edge moves with each unknown: both
-    /// conditions that the crossing meets, by differences.
+    /// Derivative, by each unknown, of a distance along an axis of the sheet: between a place and the crossing of the cuts
+    /// of a plate and of the edge. Both conditions of the crossing hold, by differences.
     fn slopes_of_end(
         &self,
         (on, time_s): (usize, f64),
@@ -107,7 +108,8 @@ impl Forward<'_> {
     }
 }
 
-/// The unit vector in the sheet whose product with a shift does not change where that is square to the stripe in the picture, by projection.
+/// The unit vector in the sheet whose product with a shift is zero for shifts perpendicular to the stripe in the picture, by
+/// projection.
 fn axis_of_end(cell: &Cell, [begin, end]: &[Vector3<f64>; 2], point: &Vector3<f64>) -> Vector2<f64> {
     let Sensor::CameraLaser { camera, .. } = &cell.sensor else { panic!("a camera") };
     let at = cell.sheet.coordinates(point);
@@ -129,8 +131,8 @@ fn axis_of_end(cell: &Cell, [begin, end]: &[Vector3<f64>; 2], point: &Vector3<f6
     Vector2::new(low.sin(), -low.cos())
 }
 
-/// The line of least squares through a polynomial of third degree on a stripe of length 2√3 about zero, at 1: its mean and its slope
-/// ∫ x f dx / ∫ x² dx, by quadrature at three points, which is exact up to the fifth degree.
+/// The line of least squares through a polynomial of third degree on a stripe of length 2√3 about zero, at 1: its mean and
+/// its slope ∫ x f dx / ∫ x² dx. The quadrature at three points is exact up to the fifth degree.
 fn line_at_support(f: impl Fn(f64) -> f64) -> f64 {
     let nodes = [(-0.6_f64.sqrt(), 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.6_f64.sqrt(), 5.0 / 9.0)];
     // ∫ x² dx is 2 √3, and 0.5 of the weights the mean.

@@ -74,7 +74,7 @@ pub(crate) fn random(seed: u64) -> Cell {
     cell
 }
 
-/// What the simulator is told of a cell in which hand-eye and seam are really these.
+/// The simulator's settings for a cell with this true hand-eye and seam.
 pub(crate) fn scenario(cell: &Cell, truth: (Pose, Seam), duration_s: f64) -> Scenario {
     let mut scenario = Preset::Quick.scenario();
     let Sensor::CameraLaser { camera, laser_plane_in_camera } = cell.sensor.clone() else { unreachable!() };

@@ -13,7 +13,7 @@ import numpy as np
 from ikpy.chain import Chain
 from scipy.spatial.transform import Rotation
 
-# Where the arm stands: the seam of the example is then in front of it.
+# Base of the arm: the seam of the example is then in front of it.
 STANDS_MM = [1150.0, -420.0, 0.0]
 # Little enough to bind the plan, degrees/s².
 FASTEST = 150.0

@@ -1,7 +1,8 @@
 """Casts a planned scan in randomly wrong cells and calibrates each from nothing; see run.sh.
 
-Shares nothing with trueline but its files: homogeneous matrices, splines through the path's poses, OpenCV's lens formula written out,
-stamps that are off by a uniform number, a start of the camera at any time, clocks of any origin.
+Shares nothing with trueline except its files: homogeneous matrices, splines through the path's
+poses, OpenCV's lens formula written out, stamps with uniform errors, a start of the camera at any
+time, clocks of any origin.
 """
 
 import csv
