@@ -1,5 +1,5 @@
 "use strict";
-// What every chart of the report shares: theme, zoom by dragging, keyboard, print; and a view in space on a plain canvas.
+// Common parts of all charts of the report: theme, zoom by dragging, keyboard, print; and a view in space on a plain canvas.
 const Charts = (function () {
   const all = [];
   const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -189,7 +189,7 @@ const Charts = (function () {
       for (const s of scene) for (let i = k; !s.beyond && i < s.xyz.length; i += 3) { if (s.xyz[i] < lo) lo = s.xyz[i]; if (s.xyz[i] > hi) hi = s.xyz[i]; }
       return [lo, hi];
     });
-    // Parts of a film have `each` numbers for every picture; what is drawn of them is the picture of now.
+    // Parts of a film have `each` numbers for every picture; the present picture is drawn.
     let picture = 0;
     const now = (s) => (s.each ? s.xyz.subarray(s.each * picture, s.each * (picture + 1)) : s.xyz);
     const mid = box.map(([lo, hi]) => (lo + hi) / 2);

@@ -48,7 +48,7 @@
         markLine: { silent: true, symbol: "none", label: { show: false }, lineStyle: { color: css("--ink"), type: drawn(m), width: 1 }, data: [{ [m.upright ? "xAxis" : "yAxis"]: m.at }] } });
       const one = (s) => {
         const x = columns[s.x], y = columns[s.y], colour = css(s.colour);
-        // Sampling drops the gaps, and with them what they keep apart.
+        // Sampling drops the gaps, and joins the separate parts.
         if (s.line) return line(s.name, x, y, { color: colour, showSymbol: s.dotted, sampling: s.dotted || y.some(Number.isNaN) ? undefined : "minmax", lineStyle: { width: 1.5, type: s.dashed ? "dashed" : "solid" } });
         return scatter(s.name, x, y, { color: colour, ...(s.leads_to === null ? {} : { symbol: "triangle", symbolSize: 8, large: false }) });
       };
@@ -128,7 +128,7 @@
       const host = document.getElementById(c.id);
       host.style.height = `${Math.min(40, Math.max(10, 4 + 1.7 * c.names.length))}rem`;
       const low = c.axis.log ? 10 ** Math.floor(Math.log10(Math.min(...c.values, c.mark ? c.mark.at : Infinity))) : undefined;
-      // Names take what they need, at most two fifths; longer ones are broken into lines.
+      // Names take their own width, at most two fifths; longer ones are broken into lines.
       const longest = Math.max(...c.names.map((name) => name.length));
       const left = (width) => Math.round(Math.min(24 + 6.6 * longest, 0.4 * width));
       const item = add(c.id, c.alternative, (size) => ({
@@ -236,7 +236,7 @@
   for (const folded of document.querySelectorAll("details")) folded.open = false;
   addEventListener("beforeprint", () => { for (const folded of document.querySelectorAll("details")) folded.open = true; });
   Charts.watch();
-  // What was drawn, for the tests that look at it.
+  // The drawn charts, for the tests.
   setTimeout(() => {
     const root = document.documentElement;
     for (const { host, chart } of Charts.all) {

@@ -1,4 +1,4 @@
-//! A calibration of a simulated scan against what was simulated.
+//! A calibration of a simulated scan against the truth.
 
 use nalgebra::Vector3;
 use trueline_dataset::Truth;
@@ -7,7 +7,7 @@ use trueline_geometry::se3;
 use trueline_method::Calibration;
 use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 
-/// How far the estimates are from what was simulated, in their own standard deviations.
+/// Errors of the estimates against the simulated truth, in their own standard deviations.
 #[must_use]
 pub fn text(calibration: &Calibration, truth: &Truth) -> String {
     let truth = &truth.parameters;

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_plan::{Cell, JointPath, MountedArm, Plan};
 
-/// What nobody has looked at, in one sentence.
+/// Missing checks, in one sentence.
 #[must_use]
 pub(crate) fn not_checked(cell: &Cell) -> &'static str {
     match (cell.arm.is_some(), cell.surroundings.is_empty()) {
@@ -22,7 +22,7 @@ pub(crate) fn not_checked(cell: &Cell) -> &'static str {
     }
 }
 
-/// The arm and its joints; nothing where no arm is known.
+/// The arm and its joints; empty without an arm.
 pub(crate) fn fact(cell: &Cell, plan: &Plan) -> Option<(String, String)> {
     let (mounted, path) = cell.arm.as_ref().zip(plan.joints.as_ref())?;
     let joints: Vec<String> = (0..path.fastest()[0].len())
@@ -59,7 +59,7 @@ fn least_wrist_rad(mounted: &MountedArm, path: &JointPath) -> f64 {
     path.angles.iter().map(|angles| mounted.arm.state(angles).wrist_rad()).fold(f64::INFINITY, f64::min)
 }
 
-/// The same as JSON; null where no arm is known.
+/// The same as JSON; null without an arm.
 pub(crate) fn json(cell: &Cell, plan: &Plan) -> Value {
     let Some((mounted, path)) = cell.arm.as_ref().zip(plan.joints.as_ref()) else { return Value::Null };
     let [speeds, accelerations] = path.fastest();
@@ -83,7 +83,7 @@ pub(crate) fn json(cell: &Cell, plan: &Plan) -> Value {
     })
 }
 
-/// Least distance between what the robot carries and the plates, mm; null where nothing was stated.
+/// Least distance between the robot's load and the plates, mm; null if nothing was stated.
 pub(crate) fn least_clearance_mm(cell: &Cell, plan: &Plan) -> Value {
     if cell.surroundings.is_empty() {
         return Value::Null;

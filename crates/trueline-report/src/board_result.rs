@@ -15,13 +15,13 @@ use trueline_sensor::verdict::Remark;
 
 /// A calibration before a moving board.
 pub struct BoardReport<'a> {
-    /// What was found.
+    /// Result of the fit.
     pub fit: &'a BoardFit,
-    /// Covariance of all that is accounted for: noise, and what is uncertain about the camera.
+    /// Covariance of all included effects: noise, and the camera's uncertainty.
     pub covariance: SMatrix<f64, SIZE, SIZE>,
     /// Why it is not accepted.
     pub reasons: &'a [Remark],
-    /// What to mind.
+    /// Warnings.
     pub warnings: &'a [Remark],
     /// Noise of a corner along each axis, px.
     pub corner_sigma_px: f64,
@@ -29,11 +29,11 @@ pub struct BoardReport<'a> {
     pub robot_noise_m: f64,
     /// Pictures that show no whole, sharp board, by reason.
     pub skipped: &'a BTreeMap<String, usize>,
-    /// Whether the robot stood at each picture: then there is no time offset.
+    /// Whether the robot stood at each picture. Then there is no time offset.
     pub at_stops: bool,
-    /// Whether the time offset was found; else there is none, or it was held.
+    /// Whether the time offset was estimated; else there is none, or it was held fixed.
     pub shows_time_offset: bool,
-    /// SHA-256 of what was read, by name.
+    /// SHA-256 of the inputs, by name.
     pub inputs: &'a BTreeMap<String, String>,
 }
 
@@ -99,7 +99,7 @@ fn sigma(covariance: &SMatrix<f64, SIZE, SIZE>, shows_time_offset: bool) -> Sigm
     }
 }
 
-/// Time offset and hand-eye transform: what a result of a line has too, in the same units.
+/// Time offset and hand-eye transform: as in a result of a line, in the same units.
 fn covariance(of: &SMatrix<f64, SIZE, SIZE>, shows_time_offset: bool) -> Covariance {
     let axes = ["x", "y", "z"];
     let names = std::iter::once("time_offset_s".to_owned())

@@ -15,14 +15,14 @@ pub struct CameraReport<'a> {
     pub next: Option<&'a NextPicture>,
     /// Why it is not accepted.
     pub reasons: &'a [Remark],
-    /// What to mind.
+    /// Warnings.
     pub warnings: &'a [Remark],
-    /// Pictures: file, SHA-256, and why there is no board.
+    /// Pictures: file, SHA-256, and the reason for a missing board.
     pub files: Vec<(String, String, Option<String>)>,
 }
 
 impl CameraReport<'_> {
-    /// The pictures that do not count, and why: those without a board, and those that do not fit the others.
+    /// The rejected pictures, with the reason: those without a board, and those that do not fit the others.
     #[must_use]
     pub fn not_used(&self) -> Vec<(String, String)> {
         let mut views = self.fit.used.iter();

@@ -1,5 +1,5 @@
-//! The certificate of a sensor that a scan has calibrated: who, when and what, its figures with their uncertainty, and which
-//! checks it passed. As a page for people, or as JSON.
+//! The certificate of a sensor calibrated by a scan: who, when and what, its figures with their uncertainty, and the passed
+//! checks. As a page for people, or as JSON.
 
 use crate::number::digits_for;
 use crate::page::render::render;
@@ -15,7 +15,7 @@ use trueline_method::{Calibration, Status};
 /// Expanded uncertainties are this number of standard deviations: about 95 %.
 const COVERAGE: f64 = 2.0;
 
-/// Where a change of scale along an axis is stated, mm from the middle.
+/// Distance from the middle at which a change of scale along an axis is stated, mm.
 const KEYSTONE_REACH_MM: f64 = 30.0;
 
 /// A certificate.
@@ -23,7 +23,7 @@ const KEYSTONE_REACH_MM: f64 = 30.0;
 pub struct Certificate {
     /// Whether the calibration was accepted.
     pub passed: bool,
-    /// Who answers for it, where that was said.
+    /// The responsible person, if stated.
     pub operator: Option<String>,
     /// When it was made, UTC.
     pub made_utc: String,
@@ -37,14 +37,14 @@ pub struct Certificate {
     pub figures: Vec<Figure>,
     /// Share of a seam point's error that the sensor is left with, mm, one standard deviation.
     pub seam_error_of_sensor_mm: Option<f64>,
-    /// What was checked.
+    /// The checks.
     pub checks: Vec<Check>,
 }
 
 /// A figure of the sensor.
 #[derive(Clone, Debug, Serialize)]
 pub struct Figure {
-    /// What it is.
+    /// Its name.
     pub name: &'static str,
     /// Its unit.
     pub unit: &'static str,
@@ -52,22 +52,22 @@ pub struct Figure {
     pub value: f64,
     /// One standard deviation.
     pub sigma: f64,
-    /// What is stated at about 95 %.
+    /// Expanded uncertainty, at about 95 %.
     pub expanded: f64,
     /// One standard deviation before the scan.
     pub sigma_before: f64,
 }
 
-/// A check and what came of it.
+/// A check and its outcome.
 #[derive(Clone, Debug, Serialize)]
 pub struct Check {
-    /// What was asked.
+    /// Name of the requirement.
     pub name: &'static str,
     /// Whether nothing speaks against it.
     pub passed: bool,
     /// Why not.
     pub reasons: Vec<String>,
-    /// What else was noticed.
+    /// Other remarks.
     pub notes: Vec<String>,
 }
 
@@ -260,7 +260,7 @@ fn figures(result: &ResultFile) -> Vec<Figure> {
 
 fn checks(reasons: &[Fact], warnings: &[Fact]) -> Vec<Check> {
     let named = |code: &str| CHECKS.iter().position(|(_, codes)| codes.contains(&code));
-    // The last check has what belongs to none.
+    // The last check has the facts of none.
     let texts = |facts: &[Fact], k: usize| -> Vec<String> {
         let of_check = |fact: &&Fact| named(&fact.code).unwrap_or(CHECKS.len() - 1) == k;
         facts.iter().filter(of_check).map(|fact| fact.text.clone()).collect()

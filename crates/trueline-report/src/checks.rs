@@ -1,4 +1,4 @@
-//! What a result was checked against, as it stands in the file: stamps, clocks, other minima, cross-validation, use.
+//! Checks of a result, as in the file: stamps, clocks, other minima, cross-validation, use.
 
 use std::collections::BTreeMap;
 use trueline_dataset::result_file::{
@@ -113,7 +113,7 @@ fn stretch(d: &OutlierSegment) -> Disruption {
     Disruption { span_s: d.span_s, features: d.features, cause: cause.to_owned(), amount }
 }
 
-/// What the calibration means where it is used.
+/// The calibration's error in use.
 #[must_use]
 pub fn at_torch(torch: &SeamPointError) -> AtTorch {
     let [along, across, height] = torch.sigma_m.map(|s| s * MM_PER_M);

@@ -7,17 +7,17 @@ use crate::page::{
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::evaluate::thickness::Thickness;
 
-/// Points of a patch seen from the side: how far along the scan, and how far off the patch, m; those of the pass forth, and of that back.
+/// Points of a patch in side view: distance along the scan, and from the patch, m, for the pass forth and for that back.
 pub type SideView = [Vec<[f64; 2]>; 2];
 
-/// What is shown of a cloud.
+/// Plotted data of a cloud.
 #[derive(Clone, Debug, Default)]
 pub struct CloudView {
     /// Points of the whole cloud.
     pub points: usize,
     /// Its frames.
     pub frames: u64,
-    /// Where it was written.
+    /// Its file.
     pub file: String,
     /// Time offset, s.
     pub time_offset_s: f64,
@@ -101,7 +101,7 @@ fn table(cloud: &CloudView) -> Table {
     Table { head: head.map(str::to_owned).to_vec(), rows: rows.collect() }
 }
 
-/// Both charts have the same axes: what is thicker looks thicker.
+/// Both charts have the same axes, so that thickness can be compared.
 fn charts(views: &[SideView; 2], columns: &mut Columns) -> Vec<Block> {
     let heights = || views.iter().flatten().flatten().map(|[_, off_m]| off_m * MM_PER_M);
     let [low, high] = [heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max)];

@@ -36,7 +36,7 @@ pub fn estimate(parameters: Guess, result: &ResultFile) -> Result<Estimate, [&'s
     Ok(Estimate { parameters, covariance })
 }
 
-/// What to mind where two results belong to different sensor files: the same bracket has another transform with another file.
+/// Remark if two results belong to different sensor files: the same bracket has another transform with another file.
 #[must_use]
 pub fn other_file([first, second]: [&KnownCalibration; 2]) -> Option<&'static str> {
     first.is_of_another_file(second).then_some(

@@ -1,4 +1,4 @@
-//! What the doctor found, as words and as JSON.
+//! Findings of the doctor, as words and as JSON.
 
 use serde_json::{Value, json};
 use std::fmt::Write;

@@ -16,7 +16,7 @@ use trueline_method::evaluate::reference_curve::ReferenceCurve;
 pub struct Judged<'a> {
     /// The verdict against a tolerance.
     pub check: Option<&'a ToleranceCheck>,
-    /// That the calibration differs from the scan's own, or is another cell's.
+    /// Set if the calibration differs from the scan's own, or is another cell's.
     pub other: Option<&'a OtherCell>,
 }
 
@@ -114,8 +114,8 @@ fn table(e: &Evaluation) -> Table {
     }
 }
 
-/// Along the seam, across it and up, at a point: up is base z without what of it is along the seam, or base x where the seam itself
-/// stands. Where the reference has no direction these are x, y and z of base.
+/// Along the seam, across it and up, at a point: up is base z without its part along the seam, or base x if the seam itself
+/// is vertical. If the reference has no direction these are x, y and z of base.
 fn axes(e: &Evaluation, d: &Deviation) -> [Vector3<f64>; 3] {
     let reference = e.references.get(d.measured.line as usize);
     let Some(along) = reference.and_then(|reference| reference.direction_at(&d.measured.point_in_base))
@@ -127,7 +127,7 @@ fn axes(e: &Evaluation, d: &Deviation) -> [Vector3<f64>; 3] {
     [along, up.cross(&along), up]
 }
 
-/// What is nearer to zero is rounding, m.
+/// Values nearer to zero are rounding, m.
 const ROUNDING_M: f64 = 1e-9;
 
 /// More points than this are thinned out for drawing.

@@ -1,4 +1,4 @@
-//! What a calibration is worth on a scan, as words, JSON and a table of all points.
+//! Errors of a calibration on a scan, as words, JSON and a table of all points.
 
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -139,7 +139,7 @@ pub fn tolerance_text(check: &ToleranceCheck) -> String {
     said
 }
 
-/// What it means that a calibration does not belong to a scan.
+/// Meaning of a calibration that does not belong to a scan.
 #[must_use]
 pub fn other_cell_text(other: &OtherCell) -> String {
     let said = if other.is_other_cell {

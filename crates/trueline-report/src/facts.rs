@@ -1,4 +1,4 @@
-//! Reasons and warnings as they stand in the file: a code, a sentence, and the values with their unit in the key.
+//! Reasons and warnings as in the file: a code, a sentence, and the values with their unit in the key.
 
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -121,7 +121,7 @@ fn by_code(skipped: &BTreeMap<Skip, usize>) -> serde_json::Map<String, Value> {
     skipped.iter().map(|(why, count)| (why.code().to_owned(), json!(count))).collect()
 }
 
-/// What was found along the scan.
+/// Findings along the scan.
 fn of_adjustment(warning: &Warning) -> Value {
     match *warning {
         Warning::OtherLine { span_s, features, beside_m } => {

@@ -1,4 +1,4 @@
-//! What a person or a program reads of a calibration: JSON, a terminal summary, an HTML report.
+//! Output of a calibration for people and programs: JSON, a terminal summary, an HTML report.
 //!
 //! Formatting only; every number comes from the calibration. Here metres become millimetres, seconds
 //! milliseconds and radians degrees.

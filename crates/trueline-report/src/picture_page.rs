@@ -13,14 +13,14 @@ pub struct Looked {
     pub stamp_s: f64,
     /// Its file.
     pub file: String,
-    /// The seam, or why there is none.
+    /// The seam, or the reason why there is none.
     pub seam: Result<SeamPixel, MissingSeam>,
 }
 
 /// A seam in a picture.
 #[derive(Clone, Copy, Debug)]
 pub struct SeamPixel {
-    /// Where it is, px.
+    /// Its place, px.
     pub at_px: [f64; 2],
     /// Its standard deviations, px.
     pub sigma_px: [f64; 2],
@@ -35,10 +35,10 @@ pub struct MissingSeam {
     pub text: String,
 }
 
-/// All that the report is made from.
+/// Inputs of the report.
 #[derive(Clone, Copy, Debug)]
 pub struct Source<'a> {
-    /// What was looked at, for the heading.
+    /// Title, for the heading.
     pub title: &'a str,
     /// Every picture.
     pub looked: &'a [Looked],

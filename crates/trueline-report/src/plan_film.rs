@@ -60,7 +60,7 @@ fn column(columns: &mut Columns, points: Vec<Vector3<f64>>) -> Column {
     columns.add(points.iter().flat_map(|p| [p.x, p.y, p.z]).map(|m| m * MM_PER_M).collect::<Vec<f64>>())
 }
 
-/// What stands still: the paths of tool and camera, the seam, the workspace.
+/// The fixed parts: the paths of tool and camera, the seam, the workspace.
 fn paths(cell: &Cell, plan: &Plan, columns: &mut Columns) -> Vec<Part> {
     let duration_s = plan.motion.design().duration_s;
     let poses = || (0..=PLACES).map(|k| plan.motion.base_from_tool(duration_s * k as f64 / PLACES as f64));

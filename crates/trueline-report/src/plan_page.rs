@@ -1,4 +1,4 @@
-//! The report of a plan: what it promises, the path, the view, what it uses of the limits.
+//! The report of a plan: its prediction, the path, the view, its use of the limits.
 
 use crate::number::digits_for;
 use crate::page::render::render;
@@ -238,7 +238,7 @@ fn room(cell: &Cell, plan: &Plan, columns: &mut Columns) -> Block {
     })
 }
 
-/// What the charts do not show.
+/// Facts that the charts do not show.
 fn made(source: &Source<'_>) -> Vec<(String, String)> {
     let mut facts = plan_summary::facts(source);
     facts.push(("command".to_owned(), source.command.to_owned()));

@@ -25,7 +25,7 @@ pub(crate) fn rows(source: &Source<'_>) -> Vec<(String, String)> {
     let are_pixels = matches!(source.cell.sensor, Sensor::CameraLaser { .. });
     let of_lengths = (!are_pixels).then(|| Config::default().length_per_px_m());
     let said = format!(
-        "± {} in use{by}: the scan alone ± {}, and with it a robot of {} mm ({}), the sensor's own calibration and a feature bias of {} \
+        "± {} in use{by}: the scan alone ± {}, and with it a robot accuracy of {} mm ({}), the sensor's own calibration and a feature bias of {} \
          per 10° of tilt (assumed){wanted}",
         mm(error.rms_m),
         mm(error.scan_alone_m()),
@@ -55,7 +55,7 @@ pub(crate) fn predicted(source: &Source<'_>) -> Option<String> {
     Some(format!("± {}", mm(of(source)?.rms_m)))
 }
 
-/// What a seam error that is missed misses it by.
+/// Text on a missed seam error.
 pub(crate) fn missed(source: &Source<'_>) -> Option<String> {
     let wanted_m = source.asked.seam_m?;
     let wanted_mm = wanted_m * MM_PER_M;
@@ -74,7 +74,7 @@ pub(crate) fn missed(source: &Source<'_>) -> Option<String> {
     ))
 }
 
-/// What would reach a seam error that is missed, a sentence each; nothing where none is.
+/// Ways to reach a missed seam error, a sentence each; empty if none is missed.
 pub(crate) fn advice(source: &Source<'_>) -> Vec<String> {
     if missed(source).is_none() {
         return Vec::new();
@@ -83,7 +83,7 @@ pub(crate) fn advice(source: &Source<'_>) -> Vec<String> {
     let known = of(source).is_some_and(|error| error.levels.robot_is_stated);
     if let Some((_, best_m)) = source.better_robots.last() {
         let left = source.better_robots.iter().map(|(accuracy_m, left_m)| {
-            format!("± {} with a robot of {} mm", mm(*left_m), accuracy_m * MM_PER_M)
+            format!("± {} with a robot accuracy of {} mm", mm(*left_m), accuracy_m * MM_PER_M)
         });
         let is_enough = source.asked.seam_m.is_some_and(|wanted_m| *best_m <= wanted_m);
         list.push(format!(
@@ -106,7 +106,7 @@ pub(crate) fn advice(source: &Source<'_>) -> Vec<String> {
     list
 }
 
-/// What longer scans would have left; `None` where none was planned.
+/// Results of longer scans; `None` if none was planned.
 pub(crate) fn longer(source: &Source<'_>) -> Option<String> {
     let (duration_s, left_m) = source.longer.first()?;
     Some(format!(
@@ -116,7 +116,7 @@ pub(crate) fn longer(source: &Source<'_>) -> Option<String> {
     ))
 }
 
-/// As JSON: the advice, and what longer scans would have left.
+/// As JSON: the advice, and results of longer scans.
 pub(crate) fn json(source: &Source<'_>) -> [Value; 3] {
     let pairs = |list: &[(f64, f64)], key: &str, unit: f64| {
         list.iter()
@@ -139,7 +139,7 @@ fn budget(error: &SeamError) -> Vec<BudgetPart> {
     seam_error::budget(error, false)
 }
 
-/// What would shrink a part, for somebody who plans a scan.
+/// Remedy for a part, for a person who plans a scan.
 fn cure(part: &BudgetPart, source: &Source<'_>, error: &SeamError) -> String {
     match part.name {
         "noise" => "falls with the square root of the duration".to_owned(),

@@ -5,27 +5,27 @@ use trueline_plan::{Cell, Goal, Plan, Prediction, Rehearsal};
 
 /// Inputs of all reports on a plan.
 pub struct Source<'a> {
-    /// What was known.
+    /// Prior knowledge.
     pub cell: &'a Cell,
-    /// What was planned.
+    /// The plan.
     pub plan: &'a Plan,
     /// Predicted calibration of its scan; `None` if it fails.
     pub rehearsal: Option<&'a Rehearsal>,
-    /// What was asked for.
+    /// The request.
     pub asked: Asked<'a>,
     /// Standard deviations that 95 % of the cells stay below in which the guess is wrong.
     pub wrong_guess: &'a [f64; LINES],
-    /// What is promised as the scan goes on.
+    /// Prediction in the course of the scan.
     pub over_time: &'a [(f64, Prediction)],
-    /// Longer scans that come no nearer to the seam error that is wanted: duration, s, and what each leaves, m.
+    /// Longer scans that come no nearer to the required seam error: duration, s, and result of each, m.
     pub longer: &'a [(f64, f64)],
-    /// Where a wanted seam error is missed, what better robots would leave: their accuracy and the seam error, m.
+    /// If a required seam error is missed, results of better robots: their accuracy and the seam error, m.
     pub better_robots: &'a [(f64, f64)],
     /// How to make it again.
     pub command: &'a str,
 }
 
-/// What was asked of a plan.
+/// Request of a plan.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Asked<'a> {
     /// Sigmas, if anything was.

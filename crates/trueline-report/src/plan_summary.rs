@@ -23,7 +23,7 @@ const UNKNOWNS: [(&str, &str); LINES] = [
     ("translation z", "mm"),
 ];
 
-/// What SI is multiplied with to be read in [`UNKNOWNS`]' unit.
+/// Factor from SI to the unit of [`UNKNOWNS`].
 fn scale(component: usize) -> f64 {
     match component {
         TRANSLATION.. => MM_PER_M,
@@ -32,7 +32,7 @@ fn scale(component: usize) -> f64 {
     }
 }
 
-/// What is wanted and missed, one sentence each.
+/// Missed requirements, one sentence each.
 #[must_use]
 pub fn missed(source: &Source<'_>, goal: &Goal) -> Vec<String> {
     let plan = source.plan;
@@ -55,12 +55,12 @@ pub fn missed(source: &Source<'_>, goal: &Goal) -> Vec<String> {
             )
         })
     };
-    // Where only a seam error was asked for, nobody wants the sigmas by which paths are compared.
+    // If only a seam error was required, the sigmas that compare paths are not needed.
     let sigmas = if source.asked.seam_m.is_some() && *goal == Goal::default() { 0 } else { LINES };
     (0..sigmas).filter_map(worse).chain(plan_seam_error::missed(source)).collect()
 }
 
-/// The plan in a few lines; what is wanted is shown where the user has asked for it.
+/// The plan in a few lines; requirements are shown if the user has stated them.
 #[must_use]
 pub fn text(source: &Source<'_>) -> String {
     let Source { cell, plan, wrong_guess, .. } = source;
@@ -98,7 +98,7 @@ pub fn text(source: &Source<'_>) -> String {
     out
 }
 
-/// How the sensor moves, what that takes of the limits, and how wrong the guess may be.
+/// The sensor's motion, its use of the limits, and the allowed error of the guess.
 #[must_use]
 pub fn facts(source: &Source<'_>) -> Vec<(String, String)> {
     let Source { cell, plan, .. } = source;
@@ -107,7 +107,7 @@ pub fn facts(source: &Source<'_>) -> Vec<(String, String)> {
         .iter()
         .filter(|constraint| constraint.applies_in(cell))
         .map(|constraint| (constraint.name(), plan.constraints.used(*constraint)))
-        // Of frames that are lost beyond the seam's ends there mostly are none.
+        // Mostly there are no frames lost beyond the seam's ends.
         .filter(|(_, used)| *used >= 5e-3)
         .map(|(name, used)| format!("{name} {:.0} %", 100.0 * used))
         .collect();
@@ -131,11 +131,11 @@ pub fn facts(source: &Source<'_>) -> Vec<(String, String)> {
     facts
 }
 
-/// What swings, in words: its mean and its swings, those that are too small to show left out.
+/// The swings in words: mean and swings, without those too small to show.
 fn swung((name, sweep, unit, factor): (&str, Sweep, &str, f64)) -> (String, String) {
-    // A tenth that is rounded from below is no minus zero.
+    // A tenth rounded from below must not be minus zero.
     let tenths = |x: f64| (10.0 * x).round() / 10.0 + 0.0;
-    // "% of the stand-off" is said once.
+    // "% of the stand-off" is written once.
     let (unit, of) =
         unit.split_once(" of ").map_or((unit, String::new()), |(unit, of)| (unit, format!(" of {of}")));
     let space = if unit == "°" { "" } else { " " };
@@ -149,7 +149,7 @@ fn swung((name, sweep, unit, factor): (&str, Sweep, &str, f64)) -> (String, Stri
     (name.to_owned(), format!("{mean:.1}{space}{unit}{of}, {swings}"))
 }
 
-/// What is to be known of a path with a pass that is spun.
+/// Remark on a path with a spun pass.
 fn half_turn(plan: &Plan) -> String {
     let [from_s, to_s] = plan.motion.spun_s();
     format!(
@@ -235,7 +235,7 @@ fn in_words(shape: trueline_plan::Shape) -> &'static str {
     }
 }
 
-/// What swings, its unit and what SI is multiplied with.
+/// Each swing, its unit and the factor from SI.
 fn sweeps(plan: &Plan) -> [(&'static str, Sweep, &'static str, f64); 5] {
     let design = plan.motion.design();
     let [work, travel, spin] = design.tilts;
@@ -305,7 +305,7 @@ pub fn json(source: &Source<'_>, goal: &Goal) -> Value {
     })
 }
 
-/// What is infinite, because the seam leaves the view, is null.
+/// Infinite values, because the seam leaves the view, are null.
 fn sigmas(of: &dyn Fn(usize) -> f64) -> Value {
     let three = |first: usize, factor: f64| [0, 1, 2].map(|k| of(first + k) * factor);
     json!({
@@ -315,7 +315,7 @@ fn sigmas(of: &dyn Fn(usize) -> f64) -> Value {
     })
 }
 
-/// The prediction over time as CSV; what is not visible yet is empty.
+/// The prediction over time as CSV; quantities that are not observable yet are empty.
 #[must_use]
 pub fn over_time_csv(over_time: &[(f64, Prediction)]) -> String {
     let mut out = String::from(

@@ -26,25 +26,25 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// A calibration from pose sightings.
 pub struct PoseReport<'a> {
-    /// What was found.
+    /// Result of the fit.
     pub fit: &'a PoseFit,
     /// Covariance of all modelled errors: noise, and position errors of the robot.
     pub covariance: SMatrix<f64, SIZE, SIZE>,
     /// Why it is not accepted.
     pub reasons: &'a [SightingRemark],
-    /// What to mind.
+    /// Warnings.
     pub warnings: &'a [SightingRemark],
     /// Noise of a recorded position of the robot, per axis, m.
     pub robot_noise_m: f64,
-    /// Whether the robot stood at each sighting: then there is no time offset.
+    /// Whether the robot stood at each sighting. Then there is no time offset.
     pub at_stops: bool,
-    /// Whether the time offset was estimated; else there is none, or it was held.
+    /// Whether the time offset was estimated; else there is none, or it was held fixed.
     pub estimates_offset: bool,
     /// Whether the camera stands beside the robot, which carries the target.
     pub beside_robot: bool,
-    /// What was asked for.
+    /// The options of the command.
     pub options: Options,
-    /// SHA-256 of what was read, by name.
+    /// SHA-256 of the inputs, by name.
     pub inputs: &'a BTreeMap<String, String>,
 }
 
@@ -53,7 +53,7 @@ impl PoseReport<'_> {
         self.fit.used.iter().filter(|used| **used).count()
     }
 
-    /// The time offset, where it is one.
+    /// The time offset, if there is one.
     fn time_offset_s(&self) -> Option<f64> {
         let is_one = !self.at_stops && !self.fit.hidden.time_offset;
         is_one.then_some(self.fit.unknowns.time_offset_s)
@@ -77,7 +77,7 @@ impl PoseReport<'_> {
     }
 }
 
-/// The result as a file: that of a line, with a target in the place of lines.
+/// The result as a file: that of a line, with a target in place of lines.
 #[must_use]
 pub fn of(report: &PoseReport<'_>) -> ResultFile {
     let fit = report.fit;
@@ -185,7 +185,7 @@ fn sigma(report: &PoseReport<'_>, covariance: &SMatrix<f64, SIZE, SIZE>) -> Sigm
     }
 }
 
-/// Time offset and hand-eye transform: what a result of a line has too, in the same units.
+/// Time offset and hand-eye transform: as in a result of a line, in the same units.
 fn covariance(report: &PoseReport<'_>) -> Covariance {
     let names = std::iter::once("time_offset_s".to_owned())
         .chain(AXES.map(|axis| format!("rotation_{axis}_rad")))

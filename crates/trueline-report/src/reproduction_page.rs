@@ -260,7 +260,7 @@ fn weld_blocks(weld: &WeldErrors, columns: &mut Columns) -> Vec<Block> {
     blocks
 }
 
-/// Errors in space are drawn so many times larger.
+/// Magnification of errors in space.
 const ENLARGED: f64 = 20.0;
 
 fn in_space(weld: &WeldErrors, columns: &mut Columns) -> Block {

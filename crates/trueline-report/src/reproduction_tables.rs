@@ -50,7 +50,7 @@ fn boards(out: &mut String, r: &Reproduction) {
     in_markdown(out, &board_table(r));
 }
 
-/// What [`board_table`] shows.
+/// Content of [`board_table`].
 #[must_use]
 pub(crate) fn boards_text() -> String {
     format!(
@@ -79,7 +79,7 @@ pub(crate) fn board_table(r: &Reproduction) -> Table {
     Table { head: head.map(str::to_owned).to_vec(), rows: rows.collect() }
 }
 
-/// A table as markdown; the name of what is published stands out.
+/// A table as markdown; the names of published rows stand out.
 fn in_markdown(out: &mut String, table: &Table) {
     let _ = writeln!(out, "| {} |\n|{}", table.head.join(" | "), "---|".repeat(table.head.len()));
     for row in &table.rows {
@@ -96,7 +96,7 @@ fn in_markdown(out: &mut String, table: &Table) {
 const SIMULATED: &str = "simulated";
 const PUBLISHED: &str = "published";
 
-/// Where every method ends.
+/// End of every method.
 #[must_use]
 pub(crate) fn convergence_table(r: &Reproduction) -> Table {
     let simulated = r.convergence.iter().filter_map(|track| {
@@ -136,7 +136,7 @@ pub(crate) fn convergence_table(r: &Reproduction) -> Table {
     }
 }
 
-/// The median, and the least and the largest where there are several.
+/// The median, and the least and the largest if there are several.
 fn spread(values: impl Iterator<Item = f64>, digits: usize) -> String {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
@@ -165,9 +165,9 @@ fn weld_section(out: &mut String, r: &Reproduction, weld: &WeldErrors) {
     let _ = writeln!(out, "## {title}\n");
     let _ = writeln!(
         out,
-        "Scanned at {:.0} mm/s{}, offset {:.2} ms. *Position*: measured point against where it truly is (the paper's static \
-         ground truth). *From the weld*: distance from its curve, which an error along the weld does not change. *MAE*: \
-         mean absolute error. Over {} repeats.\n",
+        "Scanned at {:.0} mm/s{}, offset {:.2} ms. *Position*: measured point against its true place \
+        (the paper's static ground truth). *From the weld*: distance from its curve, which an error \
+        along the weld does not change. *MAE*: mean absolute error. Over {} repeats.\n",
         weld.speed_m_s * MM_PER_M,
         if round {
             " (not published; the speed at which 17.73 ms make Table I's error)"
@@ -180,7 +180,7 @@ fn weld_section(out: &mut String, r: &Reproduction, weld: &WeldErrors) {
     in_markdown(out, &weld_table(weld));
 }
 
-/// Every calibration's errors on a weld, and what the paper has published of it.
+/// Every calibration's errors on a weld, and the paper's published ones.
 #[must_use]
 pub(crate) fn weld_table(weld: &WeldErrors) -> Table {
     let mm = |m: f64| format!("{:.3}", m * MM_PER_M);
@@ -235,7 +235,7 @@ fn speeds(out: &mut String, r: &Reproduction) {
     in_markdown(out, &speed_table(r));
 }
 
-/// What [`speed_table`] shows.
+/// Content of [`speed_table`].
 pub(crate) const SPEEDS: &str =
     "RMSE of positions on a straight weld of 300 mm, mm: without temporal calibration → with trueline's.";
 

@@ -1,4 +1,4 @@
-//! A calibration as the file of a result: the units of the file, and null for what is not observable.
+//! A calibration as the file of a result: the units of the file, and null for unobservable quantities.
 
 use crate::export::time_offset;
 use crate::number::positive_w;
@@ -112,7 +112,7 @@ fn tool_from_camera(c: &Calibration) -> PoseEntry {
     }
 }
 
-/// The curve; where it is only where time offset and hand-eye transform are all shown.
+/// The curve; placed only if time offset and hand-eye transform are determined.
 fn curve(c: &Calibration) -> Option<CurveEntry> {
     let found = c.findings.curve.as_ref()?;
     let is_placed = (TIME_OFFSET..parameters::LINES).all(|component| c.is_known(component));
@@ -160,7 +160,7 @@ fn line(c: &Calibration, number: usize) -> LineEntry {
     with_bow(c, number, line_entry(label, at))
 }
 
-/// The bow of a line, where it was estimated.
+/// The bow of a line, if it was estimated.
 fn with_bow(c: &Calibration, number: usize, entry: LineEntry) -> LineEntry {
     let Some((bow, curvature)) = c.findings.unknowns.bow(number).zip(c.best_fit().curvatures.get(number))
     else {
@@ -177,7 +177,7 @@ fn with_bow(c: &Calibration, number: usize, entry: LineEntry) -> LineEntry {
     }
 }
 
-/// A complete answer that the scan does not tell from the one given, but for what it does not show at all.
+/// A complete answer that the scan does not separate from the given one, without undetermined quantities.
 fn rival(c: &Calibration, rival: &RivalAnswer) -> RivalEntry {
     let pose = c.file_pose(&rival.parameters);
     let shows = |group: Group| c.findings.unknowns.observability.shows(group);

@@ -1,4 +1,4 @@
-//! How far off a seam point is that is measured later: two numbers, where they come from, and what would shrink each part.
+//! Error of a seam point that is measured later: two numbers, their sources, and a remedy for each part.
 
 use crate::number::digits_for;
 use trueline_dataset::result_file::{
@@ -65,7 +65,7 @@ pub(crate) fn sensor_entry(c: &Calibration) -> SensorEntry {
     }
 }
 
-/// The sensor file that the hand-eye transform belongs to: the one that was written, or that the recording came with.
+/// The sensor file of the hand-eye transform: the written one, or the recording's.
 fn sensor_file(c: &Calibration) -> Option<SensorFileEntry> {
     if let Some(written) = &c.findings.unknowns.written {
         return Some(written.clone());
@@ -86,7 +86,7 @@ fn per_mm([h1, h2, h3, h4, h5]: [f64; 5]) -> [f64; 5] {
 #[must_use]
 pub fn rows(c: &Calibration) -> Vec<(String, String)> {
     let Some(error) = &c.findings.checks.seam_error else { return Vec::new() };
-    let alone = format!("± {} by the scan alone", mm(error.scan_alone_m()));
+    let alone = format!("± {} from the scan alone", mm(error.scan_alone_m()));
     let both = match assumed(c, error) {
         None => alone,
         Some(with) => format!("{alone}; ± {} with {with}", mm(error.rms_m)),
@@ -109,24 +109,24 @@ const LEAST_LISTED: f64 = 5e-3;
 /// A part of the seam error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BudgetPart {
-    /// Where it comes from.
+    /// Its source.
     pub name: &'static str,
     /// One standard deviation, m.
     pub sigma_m: f64,
     /// Its share of the variance, 0 to 1.
     pub share: f64,
-    /// What would shrink it.
+    /// Its remedy.
     pub cure: &'static str,
 }
 
-/// What beside the scan the whole error contains, in words; `None` if nothing else was taken into account.
+/// Contributions to the whole error besides the scan, in words; `None` if nothing else was included.
 #[must_use]
 pub fn assumed(c: &Calibration, error: &SeamError) -> Option<String> {
     let mut with = Vec::new();
     let levels = &error.levels;
     if error.budget_m.robot > 0.0 {
         let assumed = if levels.robot_is_stated { "" } else { " (assumed)" };
-        with.push(format!("a robot of {} mm{assumed}", levels.robot_accuracy_m * MM_PER_M));
+        with.push(format!("a robot accuracy of {} mm{assumed}", levels.robot_accuracy_m * MM_PER_M));
     }
     if error.budget_m.feature_bias.hypot(error.budget_m.detector) > 0.0 {
         let state = if levels.bias_is_estimated { "estimated" } else { "assumed" };
@@ -152,7 +152,7 @@ pub fn assumed(c: &Calibration, error: &SeamError) -> Option<String> {
     }
 }
 
-/// A feature bias in px, or in mm where features are lengths, of which one of so many m counts as a pixel.
+/// A feature bias in px. If features are lengths it is in mm, and one of `per_px_m` counts as a pixel.
 pub(crate) fn bias(px: f64, per_px_m: Option<f64>) -> String {
     match per_px_m {
         None => format!("{} px", (100.0 * px).round() / 100.0),
@@ -160,8 +160,8 @@ pub(crate) fn bias(px: f64, per_px_m: Option<f64>) -> String {
     }
 }
 
-/// The parts that matter, largest first, each with what would shrink it; of a robot that seems worse than it was taken to be, nobody
-/// is asked to state that it is better.
+/// The relevant parts, largest first, each with a remedy. If the robot seems worse than assumed, nobody is asked to state a
+/// better one.
 #[must_use]
 pub fn budget(error: &SeamError, robot_is_doubted: bool) -> Vec<BudgetPart> {
     let parts = &error.budget_m;
@@ -208,7 +208,7 @@ fn sensor_rows(c: &Calibration) -> Vec<(String, String)> {
     let mut rows = vec![("sensor calibration".to_owned(), sensor_state(&shape))];
     let taken: Vec<&str> = (0..5).filter(|k| shape.is_from_prior(*k)).map(|k| COMPONENTS[k]).collect();
     if !taken.is_empty() {
-        rows.push(("  not seen".to_owned(), format!("{}: from the prior", taken.join(", "))));
+        rows.push(("  undetermined".to_owned(), format!("{}: from the prior", taken.join(", "))));
     }
     if let Some(written) = &c.findings.unknowns.written {
         rows.push((
@@ -218,8 +218,8 @@ fn sensor_rows(c: &Calibration) -> Vec<(String, String)> {
     }
     if let Some(stated) = c.findings.unknowns.stated.as_ref().filter(|_| shape.is_off()) {
         rows.push((
-            "  left by its file".to_owned(),
-            format!("{} in every seam point, with the sensor file as it is", mm(stated.remains_m)),
+            "  remaining error".to_owned(),
+            format!("{} in every seam point, with the present sensor file", mm(stated.remains_m)),
         ));
     }
     rows
@@ -240,7 +240,7 @@ fn sensor_state(shape: &SensorShape) -> String {
     }
 }
 
-/// A component so many of its ± from zero is doubted, though five of them together are not plainly off.
+/// A component this many of its ± from zero is doubtful, even if five of them together are not clearly off.
 const DOUBTFUL: f64 = 3.0;
 
 /// The five numbers of a shape.

@@ -1,4 +1,5 @@
-//! The report of a camera's calibration: where corners were seen, how they fit, how well the camera is known and where.
+//! The report of a camera's calibration: places of the corners, their residuals, and the camera's uncertainty over the
+//! picture.
 
 use crate::page::render::render;
 use crate::page::{
@@ -103,10 +104,10 @@ fn picture_axes(size: [u32; 2]) -> (Axis, Axis) {
     )
 }
 
-/// A corner as it is drawn: which picture, where, whether it counts, and how far off it is.
+/// A corner in the chart: its picture, its place, whether it counts, and its residual.
 type SeenCorner = (usize, nalgebra::Vector2<f64>, bool, nalgebra::Vector2<f64>);
 
-/// Where corners were found, a colour for one picture in four.
+/// Corners found, a colour for one picture in four.
 fn found(all: &[SeenCorner], columns: &mut Columns) -> Vec<Series> {
     let mut seen = Vec::new();
     for (remainder, name) in

@@ -65,7 +65,7 @@ pub fn text(tied: &Tied) -> String {
     lines.join("\n")
 }
 
-/// Where a pose is, with its ± in translation and rotation.
+/// A pose, with its ± in translation and rotation.
 fn placed(pose: &Pose, sigma: &[f64]) -> String {
     let place = pose.translation.vector * MM_PER_M;
     let largest = |of: &[f64]| of.iter().copied().fold(0.0, f64::max);

@@ -33,7 +33,7 @@ fn plane(plane: &PlaneEstimate) -> PlaneEntry {
     }
 }
 
-/// What became of the stripes; `None` if there are none, or only seam points were asked for.
+/// Use of the stripes; `None` if there are none, or only seam points were requested.
 #[must_use]
 pub(crate) fn entry(c: &Calibration) -> Option<StripesEntry> {
     let StripeOutcome { used, because, frames, with_both, skipped, estimate, .. } =
@@ -121,7 +121,7 @@ pub(crate) fn of_seam_points(c: &Calibration) -> &'static str {
     if are_the_answer(c) { " (of the fit to the seam points alone)" } else { "" }
 }
 
-/// What a joint's plates are to each other, and how they are bowed.
+/// The plates of a joint relative to each other, and their bow.
 fn plates(estimate: &StripeEstimate, joint: usize) -> String {
     let of_joint = estimate.planes.iter().filter(|plane| plane.number / 2 == joint);
     let bows: Vec<String> =
@@ -147,7 +147,7 @@ pub(crate) fn fact(estimate: &StripeEstimate, joint: usize) -> Option<(&'static 
     Some(("step", format!("{value:.0$} mm ± {sigma:.0$} mm", digits_for(sigma))))
 }
 
-/// What was left out as an outlier.
+/// Outliers that were left out.
 fn astray(counts: &OutlierCounts) -> impl Iterator<Item = String> + use<> {
     let OutlierCounts { stripes, rejected_stripes, edge_points, rejected_edge_points, .. } = *counts;
     let of = |rejected, all, what| {
@@ -194,7 +194,7 @@ fn used(stripes: &StripeOutcome) -> String {
     }
 }
 
-/// Both answers, and what the stripes gained.
+/// Both answers, and the gain by the stripes.
 fn side_by_side(c: &Calibration, estimate: &StripeEstimate) -> String {
     let rotation = |answer: &Answer| {
         let seen = (ROTATION..TRANSLATION).all(|k| answer.observability.observable_components[k]);
@@ -215,13 +215,13 @@ fn side_by_side(c: &Calibration, estimate: &StripeEstimate) -> String {
         if seen { format!("{ms:.3} ms") } else { "not seen".to_owned() }
     };
     let apart = match estimate.sigmas_apart {
-        // The statistic says how rare a difference is: of none that is rarer than usual it is 0.
+        // The statistic states how rare a difference is: for an ordinary one it is 0.
         Some(sigmas) if sigmas < 1.0 => "less than 1 σ apart".to_owned(),
         Some(sigmas) => format!("{sigmas:.1} sigma apart"),
         None => "they cannot be compared".to_owned(),
     };
     format!(
-        "{}; time offset {} and {}, rotation {} and {}, seam error by the scan alone {} and {}",
+        "{}; time offset {} and {}, rotation {} and {}, seam error from the scan alone {} and {}",
         apart,
         offset_ms(&estimate.seam),
         offset_ms(&estimate.stripe),

@@ -1,4 +1,4 @@
-//! The summary in the terminal: what a welder reads.
+//! The summary in the terminal: the welder reads it.
 
 use crate::export::time_offset;
 use crate::number::{digits_for, with_sigma};
@@ -62,7 +62,7 @@ pub fn sentence(c: &Calibration) -> String {
     format!("{accepted}: images are stamped {size} {which}; residual {residual:.3} mm RMS{rejected}.")
 }
 
-/// What the motion lacked, in two short sentences; `None` if it lacked nothing.
+/// The missing motion, in two short sentences; `None` if nothing is missing.
 fn missing_motion(unobservable: &[Unobservable]) -> Option<String> {
     let of = |group: Group| unobservable.iter().find(|what| what.group == group);
     if let Some(translation) = of(Group::Translation) {
@@ -135,7 +135,7 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
     rows.extend(seam_error::straightness(c));
     rows.extend(stripes::rows(c));
     rows.push(("residual".to_owned(), residual(c)));
-    rows.extend(correlated(c).map(|text| ("  alike".to_owned(), text)));
+    rows.extend(correlated(c).map(|text| ("  correlated".to_owned(), text)));
     rows.extend(over_time(c).map(|bars| (OVER_TIME.to_owned(), bars)));
     rows.push(("features".to_owned(), features(c)));
     if let Some(check) = &c.findings.checks.held_out {
@@ -168,7 +168,7 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
 
 const UNSEEN: &str = "cannot be determined from this scan";
 
-/// What stands in the place of a time offset where the robot stands at each reading.
+/// Text in place of a time offset if the robot stands at each reading.
 pub(crate) const AT_STOPS: &str = "none: the robot stands still at each reading";
 
 fn offset(c: &Calibration) -> String {
@@ -286,8 +286,8 @@ fn correlated(c: &Calibration) -> Option<String> {
 /// Parts of the scan in [`over_time`].
 const BARS: usize = 40;
 
-/// The residual in parts of the scan as bars, the full height three times the typical one; `None` for a scan that
-/// is too short for that.
+/// The residual in parts of the scan as bars, the full height three times the typical one; `None` for a scan that is
+/// too short.
 fn over_time(c: &Calibration) -> Option<String> {
     let used: Vec<&FeatureResidual> = c.findings.fit.features.iter().filter(|f| !f.is_outlier()).collect();
     let (first, last) = (used.first()?.stamp_s, used.last()?.stamp_s);
@@ -353,7 +353,7 @@ fn runner_up(c: &Calibration) -> String {
             c.in_recorded_stamps_s(other.time_offset_s) * MS_PER_S,
             100.0 * other.test.explains,
             100.0 * other.test.best_explains,
-            if other.test.decided() { "told apart" } else { "cannot be separated" },
+            if other.test.decided() { "clearly worse" } else { "cannot be separated" },
             other.test.z
         ),
         None if c.findings.config.hold.contains(&Hold::TimeOffset) => {
@@ -381,7 +381,7 @@ fn stream(s: &StampReport) -> String {
     };
     let silences = match s.silences {
         0 => String::new(),
-        n => format!(", with {n} longer silences"),
+        n => format!(", with {n} longer gaps"),
     };
     let used = if s.dejittered { "stamps dejittered" } else { "stamps as recorded" };
     format!(
@@ -394,7 +394,7 @@ fn stream(s: &StampReport) -> String {
     )
 }
 
-/// A lateness of so many times the jitter is a stall or a queue, and worth a word.
+/// A lateness of this many times the jitter is a stall or a queue, and is reported.
 const LATE: f64 = 5.0;
 
 fn latest(s: &StampReport, jitter_s: f64) -> String {

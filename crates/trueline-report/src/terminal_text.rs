@@ -2,13 +2,13 @@
 
 use std::borrow::Cow;
 
-/// Whether a terminal obeys a character, or turns the order of what stands beside it.
+/// Whether a character controls a terminal, or changes the order of its neighbours.
 fn obeyed(c: char) -> bool {
     let turns = matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     turns || c.is_control() && !matches!(c, '\n' | '\t')
 }
 
-/// Text without what a terminal would obey: names of files and topics are whatever strangers call them.
+/// Text without control characters: names of files and topics are chosen by strangers.
 #[must_use]
 pub fn shown(text: &str) -> Cow<'_, str> {
     if !text.contains(obeyed) {
@@ -19,7 +19,7 @@ pub fn shown(text: &str) -> Cow<'_, str> {
     Cow::Owned(escaped.collect())
 }
 
-/// JSON of the same meaning without such characters: they can stand in its texts alone, where each has a number.
+/// JSON of the same meaning without such characters. They occur only in its texts, which can hold each as a number.
 #[must_use]
 pub fn json_shown(json: &str) -> Cow<'_, str> {
     if !json.contains(obeyed) {

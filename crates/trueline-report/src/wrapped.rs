@@ -3,17 +3,17 @@
 /// Columns of a line, at most; a word that is longer stays whole.
 const WIDTH: usize = 100;
 
-/// Narrower terminals get lines of this many columns: what is left beside an indent must hold a word.
+/// Narrower terminals get lines of this many columns: the room beside an indent must hold a word.
 const NARROWEST: usize = 60;
 
-/// The same text with lines of more than a hundred columns broken between words; what goes on stands below where the line's
-/// value begins.
+/// The same text with lines of more than a hundred columns broken between words; a continuation is indented to the line's
+/// value.
 #[must_use]
 pub fn wrapped(text: &str) -> String {
     wrapped_to(text, WIDTH)
 }
 
-/// The same for a terminal of so many columns; of a wider one no more than a hundred are used.
+/// The same for a terminal of `columns` columns; of a wider one no more than a hundred are used.
 #[must_use]
 pub fn wrapped_to(text: &str, columns: usize) -> String {
     let width = columns.clamp(NARROWEST, WIDTH);
@@ -50,7 +50,7 @@ fn broken(line: &str, width: usize) -> String {
     out
 }
 
-/// Where the value of a row begins: after its name and two blanks or more; else after the mark of an item.
+/// Start of a row's value: after its name and two blanks or more; else after the mark of an item.
 fn value_column(line: &str) -> usize {
     let start = line.chars().take_while(|c| *c == ' ').count();
     let text: Vec<char> = line.chars().collect();
@@ -62,7 +62,7 @@ fn value_column(line: &str) -> usize {
     }
 }
 
-/// What lines on stderr begin with.
+/// Labels of lines on stderr.
 const LABELS: [&str; 5] = ["error: ", "hint: ", "mind: ", "note: ", "warning: "];
 
 #[cfg(test)]

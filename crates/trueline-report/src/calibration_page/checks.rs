@@ -1,4 +1,4 @@
-//! How well each unknown is known, what goes together, and what else would explain the scan.
+//! Uncertainty of each unknown, correlations, and other explanations of the scan.
 
 use super::Shown;
 use crate::page::{Axis, Block, Chart, Colour, Columns, Drawn, Mark, Matrix, Series};
@@ -62,7 +62,7 @@ fn at_the_seam(shown: &Shown<'_>) -> Option<Chart> {
     })
 }
 
-/// Whether a component says something by itself: of a line all four do, or none.
+/// Whether a component has a meaning of its own: of a line all four do, or none.
 fn means_something(c: &Calibration, component: usize) -> bool {
     match component.checked_sub(LINES) {
         None => true,
@@ -124,7 +124,7 @@ fn spectrum(shown: &Shown<'_>) -> Chart {
         wide: false,
         drawn: Drawn::Bars {
             names: observability.composition.iter().map(name).collect(),
-            // A logarithmic axis has no zero; what is below rounding is drawn at it.
+            // A logarithmic axis has no zero; values below rounding are drawn at it.
             values: values.iter().map(|value| value.max(1e-16)).collect(),
             axis: Axis::log("relative to the largest"),
             mark: Some(Mark { name: "not determined below".to_owned(), at: RANK_THRESHOLD, upright: true }),
@@ -132,7 +132,7 @@ fn spectrum(shown: &Shown<'_>) -> Chart {
     }
 }
 
-/// A runner-up that explains less of the features is none.
+/// A runner-up that explains less of the features is not listed.
 const WORTH_NAMING: f64 = 0.05;
 
 fn profile(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
@@ -184,7 +184,7 @@ fn held_out(shown: &Shown<'_>) -> Option<Chart> {
         .map(|part| format!("{what} {:.1}–{:.1} s", part.span_s[0], part.span_s[1]))
         .collect();
     let c = shown.calibration;
-    // What the scan does not show has nothing to move.
+    // Undetermined quantities have nothing to move.
     let known: Vec<usize> = (0..LINES).filter(|k| c.sigma(*k).is_some()).collect();
     let all = names(0);
     let columns = known.iter().map(|k| all[*k].clone()).collect();

@@ -1,4 +1,4 @@
-//! What the numbers mean, and what it takes to make them again.
+//! Meaning of the numbers, and how to reproduce them.
 
 use super::Source;
 use crate::page::Block;
@@ -16,9 +16,9 @@ pub(super) fn blocks(source: &Source<'_>) -> Vec<Block> {
                 "base is the robot's base; tool is the frame whose pose the robot reports; camera is x right, y down, z forward.",
                 "tool_from_camera maps coordinates in the camera to coordinates in the tool. Rotations are right-handed quaternions w, x, y, z with w ≥ 0.",
                 "An image stamped t was exposed at t − time offset: positive means late images. Kalibr's shift has the other sign.",
-                "± is one standard deviation. That of the rotation is about the tool's axes; that of the translation along them.",
+                "± is one standard deviation: of the rotation about the tool's axes, of the translation along them.",
                 "A pixel (0, 0) is the middle of the top-left pixel. The laser plane is n·p = d in the camera.",
-                "The line's direction is that in which the scan progressed. Its moment is point × direction.",
+                "The line's direction is the direction of the scan. Its moment is point × direction.",
                 "Times are seconds since the first row of robot.csv.",
             ]
             .map(str::to_owned)
@@ -39,7 +39,7 @@ fn as_json(config: &Config) -> serde_json::Value {
     serde_json::to_value(result::options(config)).unwrap_or_default()
 }
 
-/// Options that are not as they are by default.
+/// Options that differ from their defaults.
 fn changed_options(config: &Config) -> String {
     let (used, default) = (as_json(config), as_json(&Config::default()));
     let (Some(used), Some(default)) = (used.as_object(), default.as_object()) else { return String::new() };

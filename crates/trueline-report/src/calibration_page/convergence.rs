@@ -53,7 +53,8 @@ fn all(steps: &[&IterationRecord], of: impl Fn(&IterationRecord) -> f64) -> Vec<
     steps.iter().map(|step| of(step)).collect()
 }
 
-/// How far a quantity is from its end after each step, in units of which its own one has so many. The end itself has no place on a logarithmic axis: it is left out.
+/// Distance of a quantity from its end after each step, times `units`. The end itself has no place on a logarithmic axis:
+/// it is left out.
 fn distances(steps: &[&IterationRecord], of: impl Fn(&IterationRecord) -> f64, units: f64) -> Vec<f64> {
     all(steps, |step| of(step).abs() * units).into_iter().map(above_zero).collect()
 }

@@ -1,4 +1,4 @@
-//! What a reader sees first: the answers, and what they cannot be relied on for.
+//! First screen for a reader: the answers, and their limits.
 
 use crate::export::{FORMATS, Format, Mounting, time_offset};
 use crate::number::{digits_for, with_sigma};
@@ -19,7 +19,7 @@ pub(super) fn blocks(c: &Calibration, probable_cause: Option<&str>) -> Vec<Block
         |words: &str| Block::Notice { heading: "Probable cause", items: vec![words.to_owned()], bad: true };
     let mut blocks: Vec<Block> = probable_cause.map(cause).into_iter().collect();
     if !c.reasons().is_empty() {
-        // What could not be seen has a box of its own.
+        // Undetermined quantities have a box of their own.
         let others = c.reasons().iter().filter(|reason| !matches!(reason, Reason::Unobservable(_)));
         let items: Vec<String> = others.map(ToString::to_string).collect();
         if !items.is_empty() {
@@ -56,7 +56,7 @@ pub(super) fn blocks(c: &Calibration, probable_cause: Option<&str>) -> Vec<Block
     blocks
 }
 
-/// What to copy of an accepted result.
+/// Text to copy from an accepted result.
 fn to_use(c: &Calibration, offset_s: Option<f64>) -> Vec<Block> {
     let mut blocks: Vec<Block> = offset_s.into_iter().flat_map(use_of_offset).collect();
     if (ROTATION..LINES).all(|k| c.is_known(k)) {
@@ -66,7 +66,7 @@ fn to_use(c: &Calibration, offset_s: Option<f64>) -> Vec<Block> {
     blocks
 }
 
-/// What to do with the time offset.
+/// Use of the time offset.
 fn use_of_offset(offset_s: f64) -> [Block; 2] {
     let label = "How to use the time offset, to copy";
     let snippet = |snippet: time_offset::Snippet| Form {
@@ -133,7 +133,7 @@ fn hand_eye(c: &Calibration) -> Card {
     }
 }
 
-/// The rotation as angles, and how well it is known.
+/// The rotation as angles, and its uncertainty.
 fn rotation(c: &Calibration) -> Vec<String> {
     if c.rotation().is_err() {
         return vec![format!("rotation {UNSEEN}")];
@@ -152,14 +152,14 @@ fn rotation(c: &Calibration) -> Vec<String> {
     vec![format!("x {x:.digits$}°, y {y:.digits$}°, z {z:.digits$}°"), known]
 }
 
-/// How far off a seam point is that is measured later: by the scan alone, and with all that is assumed.
+/// Error of a seam point that is measured later: from the scan alone, and with all assumptions.
 fn seam_error_card(c: &Calibration) -> Card {
     let name = "Error of a seam point";
     let Some(error) = &c.findings.checks.seam_error else {
         let meaning = "Not predicted: this scan does not determine the whole hand-eye transform.".to_owned();
         return Card { name, values: vec!["–".to_owned()], meaning };
     };
-    let mut values = vec![format!("± {} by the scan alone", mm(error.scan_alone_m()))];
+    let mut values = vec![format!("± {} from the scan alone", mm(error.scan_alone_m()))];
     let assumed = seam_error::assumed(c, error).map(|with| {
         values.push(format!("± {} in all", mm(error.rms_m)));
         format!(" In all: including {with}.")
@@ -174,7 +174,7 @@ fn seam_error_card(c: &Calibration) -> Card {
     Card { name, values, meaning }
 }
 
-/// Where the error comes from, largest first, and what would shrink each part.
+/// Sources of the error, largest first, and a remedy for each part.
 fn budget(c: &Calibration, error: &SeamError) -> Table {
     let row = |part: seam_error::BudgetPart| {
         TableRow::plain(vec![

@@ -33,13 +33,13 @@ pub struct FramePicture {
     pub png: Vec<u8>,
 }
 
-/// All that the report is made from.
+/// Inputs of the report.
 pub struct Source<'a> {
     /// The result.
     pub calibration: &'a Calibration,
-    /// What it was made from.
+    /// Its recording.
     pub recording: &'a Recording,
-    /// What was calibrated, for the heading.
+    /// Title, for the heading.
     pub title: &'a str,
     /// How to make it again.
     pub command: &'a str,
@@ -105,13 +105,13 @@ fn numbers(c: &Calibration) -> Vec<(String, String)> {
 /// More points than this are thinned out for drawing; outliers never are.
 const MOST_POINTS: usize = 100_000;
 
-/// What is drawn of a calibration.
+/// Plotted data of a calibration.
 struct Shown<'a> {
     source: &'a Source<'a>,
     calibration: &'a Calibration,
     /// Features that are drawn.
     features: Vec<&'a FeatureResidual>,
-    /// One feature in so many is drawn.
+    /// One feature in `stride` is drawn.
     stride: usize,
     /// The same seams with the time offset left out.
     before: Vec<Deviation>,
@@ -132,12 +132,12 @@ impl<'a> Shown<'a> {
             features,
             stride,
             before: without_offset(source).unwrap_or_default(),
-            // A profile that cannot be had leaves its chart empty, and the chart says so.
+            // A missing profile leaves its chart empty, and the chart states it.
             profile: offset_profile::around(source.recording, calibration).unwrap_or_default(),
         }
     }
 
-    /// A number of each feature that is no outlier.
+    /// A number of each inlier.
     fn inliers(&self, of: impl Fn(&FeatureResidual) -> f64) -> Vec<f64> {
         self.features.iter().filter(|f| !f.is_outlier()).map(|f| of(f)).collect()
     }
@@ -148,7 +148,7 @@ impl<'a> Shown<'a> {
     }
 }
 
-/// Where the seams would be if images were not late.
+/// Places of the seams if images were not late.
 fn without_offset(source: &Source<'_>) -> Option<Vec<Deviation>> {
     let c = source.calibration;
     if c.best_fit().lines.is_empty() {

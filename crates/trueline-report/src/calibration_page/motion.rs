@@ -11,7 +11,7 @@ use trueline_method::order_statistics::median;
 
 /// Over how long a speed is taken, s: shorter is noise, longer hides turns.
 const WINDOW_S: f64 = 0.1;
-/// Between two recordings that were joined nothing is known of the motion, s.
+/// Between two joined recordings the motion is unknown, s.
 const GAP_S: f64 = 1.0;
 /// Places at which the motion is drawn.
 const PLACES: usize = 1500;
@@ -166,8 +166,8 @@ fn tilts(moments: &[Moment], columns: &mut Columns) -> Chart {
     }
 }
 
-/// Information of each second on the time offset: the square of how far the seam moves in the laser plane during one standard
-/// deviation of a point, summed; all else taken as known.
+/// Information of each second on the time offset: the squared distance that the seam moves in the laser plane during one
+/// standard deviation of a point, summed, with all else known.
 fn information(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
     let used: Vec<&FeatureResidual> = shown.features.iter().filter(|f| !f.is_outlier()).copied().collect();
     let sigma_m = median(used.iter().filter_map(|f| {

@@ -22,7 +22,7 @@ const FILLED: f64 = 0.9;
 const IDS: [&str; 4] = ["plate-0", "plate-1", "plate-2", "plate-3"];
 const TITLES: [&str; 4] = ["Plate 0", "Plate 1", "Plate 2", "Plate 3"];
 
-/// Nothing where no plates were estimated.
+/// Empty if no plates were estimated.
 pub(super) fn blocks(c: &Calibration) -> Vec<Block> {
     let estimate = c.findings.stripes.as_ref().and_then(|stripes| stripes.estimate.as_ref());
     let Some(estimate) = estimate else { return Vec::new() };
@@ -32,7 +32,7 @@ pub(super) fn blocks(c: &Calibration) -> Vec<Block> {
     blocks
 }
 
-/// One standard deviation of what both answers say, and how many times better the stripes know it.
+/// One standard deviation of both answers, and the gain of the stripes.
 fn side_by_side(estimate: &StripeEstimate) -> Table {
     let row = |name: &str, of: &dyn Fn(&Answer) -> Option<f64>, scale: f64, unit: &str| {
         let [seam, stripe] = [&estimate.seam, &estimate.stripe].map(of);
@@ -57,13 +57,13 @@ fn side_by_side(estimate: &StripeEstimate) -> Table {
             row("time offset", &|a| root_sum(a, TIME_OFFSET..ROTATION), 1e3, " ms"),
             row("rotation, all axes", &|a| root_sum(a, ROTATION..TRANSLATION), degrees, "°"),
             row("translation, all axes", &|a| root_sum(a, TRANSLATION..LINES), MM_PER_M, " mm"),
-            row("seam error by the scan alone", &alone, MM_PER_M, " mm"),
+            row("seam error from the scan alone", &alone, MM_PER_M, " mm"),
             row("seam error, total", &all, MM_PER_M, " mm"),
         ],
     }
 }
 
-/// Root of the summed variances; `None` where one of them is not seen.
+/// Root of the summed variances; `None` if one of them is not observable.
 fn root_sum(answer: &Answer, range: std::ops::Range<usize>) -> Option<f64> {
     let seen = range.clone().all(|k| answer.observability.observable_components[k]);
     seen.then(|| range.map(|k| answer.covariance[(k, k)].max(0.0)).sum::<f64>().sqrt())
@@ -85,7 +85,8 @@ fn angles(estimate: &StripeEstimate) -> Vec<(String, String)> {
     facts
 }
 
-/// How high each support point of a plate lies above its best plane, as the median of the part of the plate that it is in, m; `None` as for [`map`].
+/// Height of each support point of a plate over its best plane, as the median of its part of the plate, m; `None` as for
+/// [`map`].
 pub(super) fn relief_m(plane: &PlaneEstimate) -> Option<Vec<f64>> {
     let grid = Grid::over(plane)?;
     let heights: Vec<f64> =
@@ -93,7 +94,7 @@ pub(super) fn relief_m(plane: &PlaneEstimate) -> Option<Vec<f64>> {
     Some(plane.points.iter().map(|point| heights[grid.cell_of(point)]).collect())
 }
 
-/// The median height of the support points in each part of a plate; `None` where it was seen in one place alone.
+/// The median height of the support points in each part of a plate; `None` if it was seen in one place alone.
 fn map(plane: &PlaneEstimate, (id, title): (&'static str, &'static str)) -> Option<Chart> {
     let grid = Grid::over(plane)?;
     let cells = grid.cells(plane);
@@ -132,7 +133,7 @@ struct Grid {
 }
 
 impl Grid {
-    /// The finest whose cells the points of a plate nearly fill; `None` where it was seen in one place alone.
+    /// The finest grid with cells that the points of a plate nearly fill; `None` if it was seen in one place alone.
     fn over(plane: &PlaneEstimate) -> Option<Self> {
         let limits = [0, 1].map(|axis| {
             let places = || plane.points.iter().map(|point| point.place_m[axis]);

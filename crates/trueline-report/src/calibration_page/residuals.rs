@@ -66,7 +66,7 @@ fn two_sides(shown: &Shown<'_>, columns: &mut Columns, x: impl Fn(&FeatureResidu
     series
 }
 
-/// Where the vertical axis ends: a little beyond everything that is no outlier, mm.
+/// End of the vertical axis: a little beyond all inliers, mm.
 fn edge_mm(shown: &Shown<'_>) -> f64 {
     1.15 * shown.inliers(|f| f.offset_m.amax() * MM_PER_M).into_iter().fold(1e-6, f64::max)
 }
@@ -150,12 +150,12 @@ fn along_line(shown: &Shown<'_>, columns: &mut Columns) -> Chart {
     }
 }
 
-/// Cells along the longer side of what was visited of the view.
+/// Cells along the longer side of the visited part of the view.
 const CELLS: f64 = 16.0;
 /// The mean of fewer residuals has no information.
 const FEWEST: f64 = 3.0;
 
-/// What the view is measured in: its axes with their limits, the place of a feature in it, and its residual.
+/// Coordinates of the view: its axes with their limits, the place of a feature in it, and its residual.
 type View<'a> =
     ([(Axis, [f64; 2]); 2], Box<dyn Fn(&FeatureResidual) -> Option<([f64; 2], f64)> + 'a>, &'static str);
 
@@ -250,7 +250,7 @@ fn visited(cells: &[[f64; 4]], axis: usize) -> [f64; 2] {
 
 /// Vectors that are drawn at most.
 const VECTORS: usize = 600;
-/// Length of a typical vector as a part of what was visited.
+/// Length of a typical vector as a part of the visited part.
 const VECTOR_LENGTH: f64 = 0.04;
 
 /// Residuals as vectors over the picture, enlarged: neighbours that point the same way are a lens or a laser plane.

@@ -93,7 +93,7 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     })]
 }
 
-/// The lines, or the curve, along what was seen of them.
+/// The lines, or the curve, along their visible part.
 fn fitted(shown: &Shown<'_>, seam: &[Vector3<f64>], columns: &mut Columns) -> Vec<Part> {
     let c = shown.calibration;
     let lines = &c.best_fit().lines;
@@ -112,10 +112,10 @@ fn fitted(shown: &Shown<'_>, seam: &[Vector3<f64>], columns: &mut Columns) -> Ve
     parts
 }
 
-/// A part of a plate is said to be high or low from this part of its greatest height on.
+/// A part of a plate counts as high or low from this part of its greatest height on.
 const OFF_PLANE: f64 = 1.0 / 3.0;
 
-/// The support points of each plate's stripes: those of what is high, of what is low, and of the rest of it.
+/// The support points of each plate's stripes, in three groups: high, low, and the rest.
 fn plates(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Part> {
     let estimate = shown.calibration.findings.stripes.as_ref().and_then(|stripes| stripes.estimate.as_ref());
     let planes = estimate.map_or(&[][..], |estimate| &estimate.planes);
@@ -156,7 +156,7 @@ fn thinned(robot: &[RobotSample], most: usize) -> impl Iterator<Item = &RobotSam
     robot.iter().step_by(robot.len().div_ceil(most).max(1))
 }
 
-/// Corners of the field of view on the sheet in the camera frame, m: the picture's own, or of what was seen.
+/// Corners of the field of view on the sheet in the camera frame, m: the picture's own, or those of the visited part.
 fn view_corners(shown: &Shown<'_>) -> Vec<Vector3<f64>> {
     if let Sensor::CameraLaser { camera, laser_plane_in_camera } = &shown.source.recording.sensor {
         let sheet = LaserSheet::from_plane(*laser_plane_in_camera);

@@ -9,7 +9,7 @@ use trueline_dataset::unit::MM_PER_M;
 pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     let lines = &shown.calibration.best_fit().lines;
     if lines.is_empty() {
-        // Along and across a line: of a curve the scene shows where it is, and the residuals how far the points are off.
+        // Along and across a line. For a curve the scene shows its place, and the residuals the distances of the points.
         return Vec::new();
     }
     let place = |line: u32, point: &Vector3<f64>| {

@@ -1,4 +1,4 @@
-//! What the calibration's uncertainty does to a seam point, over the laser plane, at the working speed.
+//! Effect of the calibration's uncertainty on a seam point, over the laser plane, at the working speed.
 
 use super::Shown;
 use crate::page::{Axis, Chart, Drawn, Heat};
@@ -11,7 +11,7 @@ use trueline_model::LaserSheet;
 
 /// Cells along each side.
 const CELLS: usize = 15;
-/// The field is drawn wider than what was visited by this part on each side …
+/// The field is drawn wider than the visited part by this share on each side …
 const BEYOND: f64 = 0.25;
 /// … and at least this wide and deep about its middle, m, as `diff` takes it: others weld at other stand-offs.
 const LEAST_FIELD_M: [f64; 2] = [0.06, 0.04];

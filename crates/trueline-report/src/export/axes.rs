@@ -1,4 +1,4 @@
-//! External axes in the words of robots and programs: a joint, or the frame whose z axis is the axis.
+//! External axes in the forms of robots and programs: a joint, or a frame with its z axis along the axis.
 
 use crate::export::number::{deg, m, mm, unit, wxyz};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, UnitVector3, Vector3};
@@ -23,7 +23,7 @@ pub struct AxisForm {
 /// Why an axis cannot be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoAxis {
-    /// The scan does not show where it is.
+    /// The scan does not determine its place.
     #[error("the scan does not show where the axis is")]
     NotShown,
     /// The form is for rotary axes that carry the part.
@@ -63,7 +63,7 @@ impl AxisForm {
     /// The text.
     ///
     /// # Errors
-    /// An axis whose place is not known, and one that the form is not for.
+    /// An axis at an unknown place, or of a kind that the form does not support.
     pub fn text(&self, entry: &AxisEntry) -> Result<String, NoAxis> {
         let axis = entry.known().ok_or(NoAxis::NotShown)?;
         let placed = PlacedAxis {
@@ -77,7 +77,7 @@ impl AxisForm {
     }
 }
 
-/// An axis whose place is known.
+/// An axis at a known place.
 struct PlacedAxis {
     name: String,
     kind: AxisKind,
@@ -87,15 +87,15 @@ struct PlacedAxis {
 }
 
 impl PlacedAxis {
-    /// Whether it is a table, whose frame controllers know.
+    /// Whether it is a table: controllers know its frame.
     fn is_table(&self) -> bool {
         self.kind == AxisKind::Rotary && self.carries == Carries::Part
     }
 
-    /// Axes of a frame in base whose z axis is the direction and whose x axis is as near as can be to that of base, or to y where z is that.
+    /// Axes of a frame in base: z is the direction, and x is as near as possible to that of base, or to y if z is that.
     fn rotation(&self) -> UnitQuaternion<f64> {
         let z = self.direction.into_inner();
-        // Nearer to it than 8°, x of base says little of a direction square to z.
+        // Nearer to it than 8°, x of base gives no reliable direction perpendicular to z.
         const ALONG: f64 = 0.99;
         let towards = if z.x.abs() < ALONG { Vector3::x() } else { Vector3::y() };
         let x = (towards - z * z.dot(&towards)).normalize();

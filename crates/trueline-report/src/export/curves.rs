@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-/// Points along a curve, with the ± of each of them where it is known; the last is the first again where it is closed.
+/// Points along a curve, with the ± of each if known; for a closed curve the last is the first again.
 #[derive(Clone, Copy, Debug)]
 pub struct CurvePoints<'a> {
     /// Points in base, mm.

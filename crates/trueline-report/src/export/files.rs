@@ -167,7 +167,7 @@ fn rows(matrix: &Matrix4<f64>) -> [[f64; 4]; 4] {
     std::array::from_fn(|row| std::array::from_fn(|column| matrix[(row, column)]))
 }
 
-/// What to do with the time offset, as a line of a program.
+/// Use of the time offset, as a line of a program.
 fn offset_line(mounting: &Mounting, comment: &str, end: &str) -> String {
     mounting.time_offset_s.map_or(String::new(), |offset_s| {
         format!("\ntime_offset_s = {}{end}  {comment}true exposure = stamp - time_offset_s", m(offset_s))

@@ -44,7 +44,7 @@ impl Format {
     /// The text.
     ///
     /// # Errors
-    /// What the format has no place for.
+    /// Content that the format cannot hold.
     pub fn text(&self, mounting: &Mounting) -> Result<String, Unsupported> {
         (self.write)(mounting)
     }

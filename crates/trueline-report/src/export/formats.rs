@@ -11,7 +11,7 @@ pub fn named(name: &str) -> Option<&'static Format> {
     FORMATS.iter().find(|format| format.name == name || format.aliases.contains(&name))
 }
 
-/// Name, title and convention of every format, those of curves and axes last, in lines for a person.
+/// Name, title and convention of every format, those of curves and axes last, as lines for a person.
 #[must_use]
 pub fn list() -> String {
     let row = |format: &Format| {

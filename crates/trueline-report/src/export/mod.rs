@@ -1,7 +1,7 @@
 //! A calibration in the words of robots and programs.
 //!
 //! A [`Mounting`] (where the sensor sits, and how late its stamps are) becomes text in one of [`FORMATS`], each with its
-//! convention in words. All of them contain the same: the pose of the sensor in the frame whose pose the robot reports,
+//! convention in words. All of them contain the same: the pose of the sensor in the frame of the robot's reported pose,
 //! `p_tool = R p_sensor + t`. [`time_offset`] explains the use of the time offset.
 //!
 //! ```

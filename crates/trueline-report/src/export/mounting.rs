@@ -1,16 +1,16 @@
-//! What is exported.
+//! The exported data.
 
 use nalgebra::Matrix4;
 use trueline_dataset::Sensor;
 use trueline_geometry::Pose;
 use trueline_model::Camera;
 
-/// Where the sensor sits on the robot, and how late its stamps are.
+/// Pose of the sensor on the robot, and delay of its stamps.
 #[derive(Clone, Debug)]
 pub struct Mounting {
     /// The pose of the sensor's frame in the tool's.
     pub tool_from_sensor: Pose,
-    /// An image stamped t was exposed at t − offset, s; `None` where it is not known.
+    /// An image stamped t was exposed at t − offset, s; `None` if it is not known.
     pub time_offset_s: Option<f64>,
     /// Name of the frame that the sensor is mounted on.
     pub parent: String,
@@ -36,7 +36,7 @@ impl Mounting {
         }
     }
 
-    /// The same with the camera of a sensor, where it has one.
+    /// The same with the camera of a sensor, if it has one.
     #[must_use]
     pub fn with_camera_of(self, sensor: &Sensor) -> Self {
         let camera = match sensor {

@@ -5,7 +5,7 @@
 
 use nalgebra::UnitQuaternion;
 
-/// A number with so many decimals; what rounds to zero has no sign.
+/// A number with `decimals` decimals; zero has no sign.
 pub(crate) fn fixed(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     let is_zero = text.bytes().all(|byte| matches!(byte, b'-' | b'.' | b'0'));

@@ -15,11 +15,11 @@ pub struct PlacedPoint {
     pub frame: u64,
     /// Which line.
     pub line: u32,
-    /// Where it is in base, m.
+    /// Its place in base, m.
     pub in_base_m: [f64; 3],
 }
 
-/// Seam points with their exposure and image: each is the row of its feature, its line, and where it is in base, m. Images
+/// Seam points with their exposure and image: each is the row of its feature, its line, and its place in base, m. Images
 /// without a counter are numbered by their stamps.
 #[must_use]
 pub fn placed(

@@ -1,9 +1,9 @@
-//! What to do with a time offset: the rule in one line, and the lines of a program that apply it.
+//! Use of a time offset: the rule in one line, and the lines of a program that apply it.
 
 use crate::export::format::{Format, Group, Unsupported};
 use crate::number::digits_for;
 
-/// The rule, where it is entered, and the programs, as one text.
+/// The rule, its place of entry, and the programs, as one text.
 pub const FORMAT: Format = Format {
     name: "time-offset",
     aliases: &["offset"],
@@ -44,7 +44,7 @@ pub(crate) fn rule_with(time_offset_s: f64, sigma_s: Option<f64>) -> String {
     format!("true exposure = stamp {sign} {:.digits$} ms", size * 1e3)
 }
 
-/// Where it is entered, and what voids it.
+/// Where to enter it, and what voids it.
 #[must_use]
 pub fn advice(time_offset_s: f64) -> [String; 3] {
     let late = if time_offset_s < 0.0 { "earlier" } else { "later" };

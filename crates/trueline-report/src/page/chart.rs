@@ -1,4 +1,4 @@
-//! Charts: what is drawn, never how.
+//! Charts: their content, not their drawing.
 
 use super::columns::{Column, Columns};
 use serde_json::{Value, json};
@@ -10,17 +10,17 @@ pub struct Chart {
     pub id: &'static str,
     /// Heading.
     pub title: &'static str,
-    /// What to look for.
+    /// Advice for the reader.
     pub explanation: String,
-    /// What it shows, for readers who cannot see it.
+    /// Its content in words, for readers who cannot see it.
     pub alternative: String,
     /// Whether it takes the whole width.
     pub wide: bool,
-    /// What is drawn.
+    /// Its content.
     pub drawn: Drawn,
 }
 
-/// What is drawn.
+/// Content of a chart.
 #[derive(Debug)]
 pub enum Drawn {
     /// Points and lines over two axes.
@@ -34,7 +34,7 @@ pub enum Drawn {
         /// Lines across.
         marks: Vec<Mark>,
     },
-    /// Counts in bins, and what was expected.
+    /// Counts in bins, and their expectation.
     Histogram(Histogram),
     /// A colour for each pair of names.
     Matrix(Matrix),
@@ -55,11 +55,11 @@ pub enum Drawn {
     Scene(Vec<Part>),
     /// The same with parts that move, and a slider of time.
     Film {
-        /// What stands still.
+        /// The fixed parts.
         parts: Vec<Part>,
-        /// What moves: for each picture equally many points, one picture after the other.
+        /// The moving parts: for each picture equally many points, one picture after the other.
         moving: Vec<Part>,
-        /// What moves them, likewise; it may reach beyond what is shown.
+        /// Their motion, likewise; it may reach beyond the shown part.
         arm: Option<Part>,
         /// When each picture is, s.
         times: Column,
@@ -196,7 +196,7 @@ impl Series {
         Self { line: true, ..Self::points(name, x, y, colour) }
     }
 
-    /// A line whose points are steps worth seeing.
+    /// A line through points, drawn as steps.
     #[must_use]
     pub fn steps(name: &str, x: Column, y: Column, colour: Colour) -> Self {
         Self { dotted: true, ..Self::line(name, x, y, colour) }
@@ -220,7 +220,7 @@ impl Series {
 pub struct Mark {
     /// Name.
     pub name: String,
-    /// Where.
+    /// The place.
     pub at: f64,
     /// Upright, at a value of the horizontal axis.
     pub upright: bool,
@@ -235,9 +235,9 @@ impl Mark {
 /// Counts in equal bins.
 #[derive(Debug)]
 pub struct Histogram {
-    /// Axis of what was counted.
+    /// Axis of the counted quantity.
     pub axis: Axis,
-    /// Where the first bin begins.
+    /// Start of the first bin.
     pub low: f64,
     /// Width of a bin.
     pub width: f64,
@@ -256,7 +256,7 @@ pub struct Matrix {
     pub columns: Vec<String>,
     /// Names of the rows.
     pub rows: Vec<String>,
-    /// Row by row; what is not finite is left out.
+    /// Row by row; values that are not finite are left out.
     pub values: Vec<f64>,
     /// Value of the strongest colour on both sides of zero.
     pub strongest: f64,

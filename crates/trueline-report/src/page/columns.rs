@@ -15,7 +15,7 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// Adds a column; what is not finite is a gap.
+    /// Adds a column; a value that is not finite is a gap.
     pub fn add(&mut self, values: impl IntoIterator<Item = f64>) -> Column {
         self.columns.push(values.into_iter().map(|value| value as f32).collect());
         Column(self.columns.len() - 1)

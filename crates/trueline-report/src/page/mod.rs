@@ -1,7 +1,7 @@
 //! A report as data: sections of words, tables and charts; rendered into one HTML file that opens offline.
 //!
-//! A page knows nothing of calibrations. What is shown is decided by the modules that build pages; how it is drawn, by
-//! `assets/report.js`, one function for each kind of [`Chart`].
+//! A page is independent of calibrations. The modules that build pages decide the content. `assets/report.js` draws
+//! it, with one function for each kind of [`Chart`].
 
 mod chart;
 mod columns;
@@ -13,7 +13,7 @@ pub use columns::{Column, Columns};
 /// A whole report.
 #[derive(Debug, Default)]
 pub struct Page {
-    /// What it is about.
+    /// Its title.
     pub title: String,
     /// The first thing that a reader sees.
     pub verdict: Verdict,
@@ -23,7 +23,7 @@ pub struct Page {
     pub columns: Columns,
 }
 
-/// What kind of news a verdict is.
+/// Kind of a verdict.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tone {
     /// Neither good nor bad.
@@ -45,12 +45,12 @@ impl Tone {
     }
 }
 
-/// A sentence, and what kind of news it is.
+/// A sentence, and its kind.
 #[derive(Debug, Default)]
 pub struct Verdict {
     /// The sentence.
     pub text: String,
-    /// What kind of news.
+    /// Kind of the verdict.
     pub tone: Tone,
 }
 
@@ -61,7 +61,7 @@ pub struct Section {
     pub id: &'static str,
     /// Heading; the first screen has none.
     pub heading: &'static str,
-    /// What stands there.
+    /// Its blocks.
     pub blocks: Vec<Block>,
     /// Whether it is closed at first: for readers who look for it.
     pub folded: bool,
@@ -74,7 +74,7 @@ pub enum Block {
     Text(String),
     /// Items, one a line.
     List(Vec<String>),
-    /// What must not be overlooked: a heading and items.
+    /// Important remarks: a heading and items.
     Notice {
         /// Heading.
         heading: &'static str,
@@ -91,7 +91,7 @@ pub enum Block {
     Table(Table),
     /// The same thing written in several ways; the reader chooses and copies.
     Choice {
-        /// What it is.
+        /// Its label.
         label: &'static str,
         /// Ways to write it.
         forms: Vec<Form>,
@@ -114,7 +114,7 @@ pub enum Block {
 /// One way to write something.
 #[derive(Debug)]
 pub struct Form {
-    /// Whose way.
+    /// Name of its robot, language or program.
     pub name: &'static str,
     /// Its units, order and axes, in words.
     pub convention: &'static str,
@@ -122,14 +122,14 @@ pub struct Form {
     pub text: String,
 }
 
-/// A large number with what it means.
+/// A large number with its meaning.
 #[derive(Debug)]
 pub struct Card {
-    /// What it is.
+    /// Its name.
     pub name: &'static str,
     /// The number with its ± and unit, one or several.
     pub values: Vec<String>,
-    /// What it means.
+    /// Its meaning.
     pub meaning: String,
 }
 
@@ -147,7 +147,7 @@ pub struct Table {
 pub struct TableRow {
     /// Name in its address, where something points to it.
     pub id: Option<String>,
-    /// Where its first cell leads.
+    /// Target of its first cell.
     pub link: Option<String>,
     /// Its cells.
     pub cells: Vec<String>,

@@ -17,7 +17,7 @@ const SCRIPT: &str = include_str!("../../assets/report.js");
 const ECHARTS: &str = include_str!("../../assets/third_party/echarts/echarts-custom.min.js");
 const CHARTS_HINT: &str = " · charts: Apache ECharts 6.1.0 (Apache-2.0). <span class=\"hint\">Charts: drag to zoom, double click to reset, Ctrl and wheel zooms; with the keyboard arrows walk through the points, + and − zoom, 0 resets.</span>";
 
-/// Renders a page; the charting library is in it only where there are charts.
+/// Renders a page; the charting library is included only if there are charts.
 #[must_use]
 pub fn render(page: &Page) -> String {
     let verdict_class = match page.verdict.tone {
@@ -43,7 +43,7 @@ pub fn render(page: &Page) -> String {
         ("{{data}}", in_script(&data(page))),
         ("{{script}}", SCRIPT.to_owned()),
     ];
-    // One pass over the template, so that nothing inside a part is taken for a placeholder.
+    // One pass over the template, so that text inside a part is never a placeholder.
     let mut out = String::new();
     let mut rest = TEMPLATE;
     while let Some(start) = rest.find("{{") {
@@ -93,7 +93,7 @@ fn section(section: &Section) -> String {
     out
 }
 
-/// Which charts take the whole width: those that want it, and the last of an odd number of others in a row.
+/// Charts of full width: those that request it, and the last of an odd number of others in a row.
 fn spanning(blocks: &[Block]) -> Vec<bool> {
     let is_half = |block: &Block| matches!(block, Block::Chart(chart) if !chart.wide);
     let mut spans: Vec<bool> =
@@ -155,7 +155,7 @@ fn card(card: &Card) -> String {
 
 fn table_html(table: &Table) -> String {
     let head: String = table.head.iter().map(|h| format!("<th scope=\"col\">{}</th>", escape(h))).collect();
-    // A table that is longer than a screen scrolls by itself.
+    // A table longer than a screen scrolls separately.
     let long = if table.rows.len() > 30 { " long" } else { "" };
     let mut out = format!(
         "<div class=\"scroll full{long}\" tabindex=\"0\"><table><thead><tr>{head}</tr></thead><tbody>"
@@ -179,7 +179,7 @@ fn table_html(table: &Table) -> String {
     out
 }
 
-/// All forms are on the page, so that it says the same without a script, and on paper.
+/// All forms are on the page, so that it is complete without a script, and on paper.
 fn choice(label: &str, forms: &[Form]) -> String {
     let mut out =
         format!("<div class=\"choice full\"><h3>{}</h3><div class=\"choose\"></div>", escape(label));
@@ -231,7 +231,7 @@ fn figure(chart: &Chart, spans: bool) -> String {
     )
 }
 
-/// The name of a script in a content security policy: a browser runs no other, whatever text of strangers became of.
+/// The name of a script in a content security policy: a browser runs no other, even if foreign text became a script.
 fn hash(script: &str) -> String {
     // A browser reads ends of lines as one character, however they were stored where the program was built.
     format!("'sha256-{}'", STANDARD.encode(Sha256::digest(script.replace("\r\n", "\n"))))

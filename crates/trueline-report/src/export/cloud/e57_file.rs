@@ -7,7 +7,7 @@ use std::io;
 
 /// Nanoseconds in a second.
 const NS_PER_S: f64 = 1e9;
-/// Names of the file and of its only cloud: readers tell the clouds of several files apart by their place.
+/// Names of the file and of its only cloud: readers distinguish the clouds of several files by their place.
 const FILE_NAME: &str = "{7472756c-696e-6520-636c-6f75642066696c}";
 /// See [`FILE_NAME`].
 const CLOUD_NAME: &str = "{7472756c-696e-6520-636c-6f7564000001}";

@@ -60,7 +60,7 @@ impl CloudForm {
         }
     }
 
-    /// What of the columns the form has no place for.
+    /// Columns that the format cannot hold.
     #[must_use]
     pub fn leaves_out(self, columns: CloudColumns) -> Vec<&'static str> {
         let no_place = matches!(self, Self::Las | Self::E57);
@@ -72,7 +72,7 @@ impl CloudForm {
 /// Writes a file of points; `fill` hands them over. The file must be empty, and open for reading as well.
 ///
 /// # Errors
-/// What `fill` says, the operating system or the format's library; and a form that this program was built without.
+/// Error of `fill`, of the operating system or of the format's library; a form that is not built in.
 pub fn write<E: From<io::Error>>(
     file: &File,
     form: CloudForm,

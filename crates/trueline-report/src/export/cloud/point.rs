@@ -1,11 +1,11 @@
-//! Points of a cloud, and what takes them.
+//! Points of a cloud, and their receivers.
 
 use std::io;
 
 /// A point of a cloud.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CloudPoint {
-    /// Where it is in base, m.
+    /// Its place in base, m.
     pub in_base_m: [f64; 3],
     /// When it was exposed, by the robot's clock, ns.
     pub exposed_ns: i64,
@@ -17,7 +17,7 @@ pub struct CloudPoint {
     pub frame: u64,
 }
 
-/// What is written of each point beside its place and its time.
+/// Columns of each point besides its place and its time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CloudColumns {
     /// Brightness.
@@ -33,6 +33,6 @@ pub trait CloudSink {
     /// The next points.
     ///
     /// # Errors
-    /// What the operating system or the format's library says.
+    /// Error of the operating system or of the format's library.
     fn take(&mut self, points: &[CloudPoint]) -> io::Result<()>;
 }

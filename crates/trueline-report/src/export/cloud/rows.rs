@@ -54,7 +54,7 @@ pub(super) fn write<E: From<io::Error>>(
     Ok(())
 }
 
-/// A number with blanks before it, and those that it leaves of the width of the largest number.
+/// A number with leading blanks, and the rest of the largest number's width.
 pub(super) fn padded(count: u64) -> (String, String) {
     let digits = count.to_string();
     let blanks = " ".repeat(WIDTH.saturating_sub(digits.len()));
