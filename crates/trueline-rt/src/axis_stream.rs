@@ -1,7 +1,8 @@
 //! The values of an external axis that have arrived, and its value between them.
 //!
-//! Cubic pieces through the values give value and rate, as in the estimate. What a value is off the cubic through its neighbours measures
-//! the noise of the stream (encoder, stamps); a value that is off by more is an outlier, and the ± around it contains it.
+//! Cubic pieces through the values give value and rate, as in the estimate. The distance of a value from the
+//! cubic through its neighbours measures the noise of the stream (encoder, stamps). A value with a larger
+//! distance is an outlier, and the ± around it contain it.
 
 use crate::envelope_clock::{EnvelopeClock, Trust};
 use crate::error::{AxisError, AxisProblem};
@@ -15,27 +16,28 @@ use trueline_geometry::trajectory::GAP_PERIODS;
 const FEWEST_VALUES: usize = 9;
 /// A step of more periods than this bridges lost values.
 const LOST: f64 = 1.5;
-/// A value further off its neighbours than so many times the noise is an outlier.
+/// A value further off its neighbours than this many times the noise is an outlier.
 const OUTLYING: f64 = 6.0;
 /// Residuals over which the noise is averaged.
 const NOISE_VALUES: f64 = 256.0;
-/// Residuals from which the noise is known.
+/// Number of residuals that give the noise.
 const NOISE_KNOWN: usize = 16;
-/// One residual counts as so many standard deviations at most, once [`NOISE_KNOWN`] are known.
+/// Largest weight of one residual, in standard deviations, once [`NOISE_KNOWN`] are known.
 const MOST_SIGMAS: f64 = 5.0;
-/// A variance below this (rad², m²) is none.
+/// A variance below this (rad², m²) counts as zero.
 const TINY: f64 = 1e-18;
-/// Variance of what a value is off the cubic through four neighbours, of values of variance 1: 1 + (1 + 16 + 16 + 1)/36.
+/// Variance of a value's distance from the cubic through four neighbours, for values of variance 1: 1 + (1 + 16 + 16 +
+/// 1)/36.
 const BY_CUBIC: f64 = 1.944;
 /// The same of the middle of two neighbours: 1 + 2/4.
 const BY_CHORD: f64 = 1.5;
 /// The same of the line through the two values before: 1 + 4 + 1.
 const BY_LINE: f64 = 6.0;
-/// Stamps that go back by more periods than this are those of another clock; by less, packets overtook each other.
+/// Stamps that go back by more periods than this are of another clock; by less, packets overtook each other.
 const REORDERED_PERIODS: f64 = 8.0;
 /// No value is larger, rad or m.
 const MOST_VALUE: f64 = 1e6;
-/// Memory is made once, for twice as many values as are kept: then half of them is moved at a time.
+/// Memory is allocated once, for twice the kept values: then half of them is moved at a time.
 const ROOM: usize = 2;
 
 /// One value.
@@ -58,7 +60,7 @@ pub(crate) struct AxisAt {
     pub sigma: f64,
     /// Standard deviation of the times of the values, s.
     pub sigma_s: f64,
-    /// How long before the last value, s; negative where it is predicted.
+    /// Time before the last value, s; negative if it is predicted.
     pub age_s: f64,
 }
 
@@ -77,7 +79,7 @@ pub(crate) struct AxisStream {
     last_arrival_ns: Option<i64>,
     /// By which it may leave its present motion, 1/s².
     acceleration: f64,
-    /// Faster is no motion, 1/s.
+    /// Largest possible speed, 1/s.
     fastest: f64,
     longest_prediction_s: f64,
 }
@@ -106,7 +108,7 @@ impl AxisStream {
         }
     }
 
-    /// Usual time between values, s; zero before it is known.
+    /// Usual time between values, s; zero if unknown yet.
     pub(crate) fn period_s(&self) -> f64 {
         self.steps.median_s().unwrap_or(0.0)
     }
@@ -143,7 +145,7 @@ impl AxisStream {
 
     /// Takes a value that has arrived.
     pub(crate) fn push(&mut self, stamp_ns: i64, value: f64) -> Result<(), AxisError> {
-        // Not a number is no larger than any.
+        // NaN passes no comparison.
         if !is_stamp(stamp_ns) || value.is_nan() || value.abs() > MOST_VALUE {
             return Err(AxisError::NotFinite);
         }
@@ -246,7 +248,7 @@ impl AxisStream {
         self.residuals += 1;
     }
 
-    /// What a value is off the cubic through two neighbours to either side.
+    /// Distance of a value from the cubic through two neighbours on either side.
     fn off_cubic(&self, k: usize) -> f64 {
         let nodes = [k - 2, k - 1, k + 1, k + 2];
         let weight = |i: usize| {
@@ -259,7 +261,7 @@ impl AxisStream {
         self.samples[k].value - there
     }
 
-    /// By how much a value is off its neighbours, beyond its noise and what the axis may do.
+    /// Distance of a value from its neighbours, beyond its noise and the axis's possible motion.
     fn outlying(&self, k: usize) -> f64 {
         let (noise, last) = (self.noise(), self.samples.len() - 1);
         if k >= 2 && k + 2 <= last {
@@ -329,7 +331,7 @@ impl AxisStream {
         })
     }
 
-    /// A value after the last one: the last step goes on.
+    /// A value after the last one: the last step continues.
     fn after(&self, by_s: f64) -> Result<AxisAt, AxisProblem> {
         let limit_s = self.longest_prediction_s;
         if by_s > limit_s {

@@ -8,7 +8,7 @@ use trueline_model::{Camera, LaserSheet, SheetShape};
 /// Covariance of time offset (s), hand-eye rotation (left, tool frame, rad) and hand-eye translation (m), in this order.
 pub type LinksCovariance = SMatrix<f64, 7, 7>;
 
-/// What the sensor reports.
+/// Kind of readings of the sensor.
 #[derive(Clone, Debug)]
 pub enum SensorModel {
     /// Pixels of a camera that sees a laser plane.
@@ -22,7 +22,7 @@ pub enum SensorModel {
     Profiler,
     /// Points in the camera frame, m.
     Points {
-        /// The sheet in the camera frame, where there is one: a shape corrects its coordinates.
+        /// The sheet in the camera frame, if there is one: a shape corrects its coordinates.
         laser_plane_in_camera: Option<Plane>,
     },
 }
@@ -39,13 +39,13 @@ impl SensorModel {
     }
 }
 
-/// What carries the sensor.
+/// Carrier of the sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Carrier {
     /// The robot carries the sensor: points come out in base.
     #[default]
     Tool,
-    /// The sensor stands beside the robot, which carries the part: points come out in the frame of the tool, and
+    /// The sensor stands beside the robot, which carries the part. Points are then in the frame of the tool, and
     /// [`PlacerCalibration::tool_from_camera`] is `base_from_camera`.
     Fixed,
 }
@@ -53,19 +53,19 @@ pub enum Carrier {
 /// A finished calibration: everything that a [`crate::Placer`] takes from it.
 #[derive(Clone, Debug)]
 pub struct PlacerCalibration {
-    /// What the sensor reports.
+    /// Kind of readings of the sensor.
     pub sensor: SensorModel,
-    /// The correction of the sheet's coordinates; `None` where the sensor reports what is there.
+    /// The correction of the sheet's coordinates; `None` for a sensor without error.
     pub shape: Option<SheetShape>,
     /// Hand-eye transform of the corrected sensor.
     pub tool_from_camera: Pose,
     /// Time offset, s: the image stamped t was exposed at t − offset.
     pub time_offset_s: f64,
-    /// How well these are known.
+    /// Their uncertainty.
     pub covariance: LinksCovariance,
     /// Standard deviation of a reading along each axis of the sheet, m.
     pub reading_sigma_m: f64,
-    /// What carries the sensor.
+    /// Carrier of the sensor.
     pub carrier: Carrier,
     /// The external axes, from the base outward; empty if there are none.
     pub axes: Vec<ExternalAxis>,

@@ -1,4 +1,4 @@
-//! The external axes as links from the points to what carries the sensor.
+//! The external axes as links from the points to the sensor's carrier.
 //!
 //! With axes A that carry the part, B that carry the robot and C that carry the sensor, each from the base outward,
 //!
@@ -6,8 +6,9 @@
 //! lines_from_carrier(t) = (A₁ … Aₙ)⁻¹ B₁ … Bₘ base_from_tool(t) C₁ … Cₗ,
 //! ```
 //!
-//! and where the sensor stands beside the robot, `(A₁ … Aₙ)⁻¹ tool_from_base(t) (B₁ … Bₘ)⁻¹ C₁ … Cₗ`. Axes that the controller's poses contain
-//! already are taken out as the controller has them, and put in as they are. So does the estimate.
+//! and if the sensor stands beside the robot, `(A₁ … Aₙ)⁻¹ tool_from_base(t) (B₁ … Bₘ)⁻¹ C₁ … Cₗ`. Axes that the
+//! controller's poses contain already are removed at the controller's places, and put in at their true ones. So does the
+//! estimate.
 
 use crate::axis_stream::{AxisAt, AxisStream};
 use crate::calibration::Carrier;
@@ -34,7 +35,7 @@ struct Link {
 #[derive(Clone, Copy, Debug)]
 struct Factor {
     link: usize,
-    /// Whether the inverse of its motion stands there.
+    /// Whether it is the inverse of its motion.
     is_inverse: bool,
 }
 
@@ -46,19 +47,19 @@ pub(crate) struct Chain {
     behind: Vec<Factor>,
 }
 
-/// Values of all links at one time: those of the axes as they are, and as the controller has them.
+/// Values of all links at one time: the true values of the axes, and the controller's.
 #[derive(Clone, Copy, Debug)]
 struct Values {
     own: [AxisAt; MOST_AXES],
     in_pose: [AxisAt; MOST_AXES],
 }
 
-/// Where the carrier of the sensor was among the axes.
+/// Pose of the sensor's carrier among the axes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Carried {
     /// The carrier in the frame of the points, and its motion; the uncertainties are those of the robot alone.
     pub located: Located,
-    /// From the carrier to the tool: what the axes that carry the sensor do.
+    /// From the carrier to the tool: the motion of the axes that carry the sensor.
     pub tool_from_carrier: Pose,
     /// The variance of a point of the carrier by the axes, m², by (p, 1).
     pub by_axes: Matrix4<f64>,
@@ -173,7 +174,7 @@ impl Chain {
         if factor.is_inverse { moved.inverse() } else { moved }
     }
 
-    /// The variance of a point of the carrier by what is not known of the axes, each by itself.
+    /// Variance of a point of the carrier from the uncertainty of each axis.
     fn by_axes(&self, values: &Values, robot: &Pose) -> Matrix4<f64> {
         let mut form = Matrix4::zeros();
         // From the carrier to where each link has taken it, from the sensor toward the points.

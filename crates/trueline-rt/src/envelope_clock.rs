@@ -5,7 +5,7 @@
 
 use crate::steps::Steps;
 
-/// Samples of which the earliest counts.
+/// Number of samples in a block; the earliest counts.
 const BLOCK: usize = 16;
 /// Blocks that the line goes along.
 const BLOCKS: usize = 32;
@@ -13,13 +13,14 @@ const BLOCKS: usize = 32;
 const LEARNT: usize = 4 * BLOCK;
 /// A sample this part of a period before its tick belongs to the tick before.
 const EARLY: f64 = 0.25;
-/// A line through so many blocks is half as certain as one through many.
+/// A line through this many blocks is half as certain as one through many.
 const FEW: f64 = 8.0;
 /// Part of a sample's lateness by which the count of the first ones follows it.
 const FOLLOW: f64 = 0.1;
-/// A step of more periods than this is a silence: what comes after it may be a queue.
+/// A step of more periods than this is a silence: the data after it may be a queue.
 const SILENCE: f64 = 1.75;
-/// A block that is later than the line by so many times the scatter of blocks, and by [`JUMP_PERIODS`], shows a jump of the clock.
+/// A block that is later than the line by this many times the scatter of blocks, and by [`JUMP_PERIODS`], shows a jump of
+/// the clock.
 const JUMP_SIGMAS: f64 = 8.0;
 /// See [`JUMP_SIGMAS`].
 const JUMP_PERIODS: f64 = 0.1;
@@ -110,7 +111,7 @@ impl EnvelopeClock {
         self.learnt == LEARNT
     }
 
-    /// Time between ticks by the receiver's clock, s; zero before it is known.
+    /// Time between ticks by the receiver's clock, s; zero if unknown yet.
     pub(crate) fn period_s(&self) -> f64 {
         self.period_s + self.line[1]
     }
@@ -125,7 +126,7 @@ impl EnvelopeClock {
         self.jumps
     }
 
-    /// Moves the origin of times later by so much, s.
+    /// Moves the origin of times later by this, s.
     pub(crate) fn rebase(&mut self, by_s: f64) {
         self.last_s -= by_s;
         self.line[0] -= by_s;
@@ -351,7 +352,7 @@ mod tests {
             }
         }
         assert_eq!(clock.jumps(), 1);
-        // Within the usual lateness a jump is not told from a delay before a whole block shows it.
+        // Within the usual lateness a jump looks like a delay until a whole block shows it.
         assert!(wrong <= 2 * BLOCK, "{wrong}");
     }
 

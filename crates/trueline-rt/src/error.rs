@@ -8,7 +8,7 @@ pub struct BadSetting {
     pub name: &'static str,
 }
 
-/// Why a pose is not taken. The stream goes on.
+/// Why a pose is not taken. The stream continues.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PoseError {
     /// The pose is not finite, further than 100 km or no rotation; or the stamp is further from zero than 95 years.
@@ -28,7 +28,7 @@ pub enum PoseError {
     },
 }
 
-/// Why a value of an external axis is not taken. The stream goes on.
+/// Why a value of an external axis is not taken. The stream continues.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AxisError {
     /// The value is not finite and in range, or the stamp is further from zero than 95 years.
@@ -37,7 +37,7 @@ pub enum AxisError {
     /// The calibration has no such axis.
     #[error("the calibration has {axes} axes, and none of number {axis}")]
     NoSuchAxis {
-        /// The number asked for, from 0.
+        /// The requested number, from 0.
         axis: usize,
         /// How many there are.
         axes: usize,
@@ -59,7 +59,7 @@ pub enum AxisError {
 /// Why an external axis has no value at an exposure.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum AxisProblem {
-    /// There are too few values to know the stream.
+    /// Too few values to know the stream.
     #[error("{values} of {needed} values so far")]
     Unsettled {
         /// Values so far.
@@ -79,7 +79,7 @@ pub enum AxisProblem {
         /// Length of the gap, s.
         gap_s: f64,
     },
-    /// The values around the exposure are no motion of an axis, or their times are not certain.
+    /// The values around the exposure are not the motion of an axis, or their times are not certain.
     #[error("the values around the exposure are doubtful")]
     Doubtful,
     /// The values end before the exposure, by more than is predicted.
@@ -95,7 +95,7 @@ pub enum AxisProblem {
 /// Why a frame is not placed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PlaceError {
-    /// There are too few poses to know the stream: its period and its noise.
+    /// Too few poses to know the stream: its period and its noise.
     #[error("the stream of poses is not settled: {poses} of {needed} poses")]
     Unsettled {
         /// Poses so far.
@@ -127,7 +127,7 @@ pub enum PlaceError {
         /// Length of the gap, s.
         gap_s: f64,
     },
-    /// The poses around the exposure are no motion of a robot, or their times are not certain.
+    /// The poses around the exposure are not the motion of a robot, or their times are not certain.
     #[error("the poses around the exposure are doubtful")]
     DoubtfulPoses,
     /// The poses end before the exposure, by more than is predicted.
@@ -154,7 +154,7 @@ pub enum PlaceError {
         /// Number of points.
         points: usize,
     },
-    /// These points are not those of the calibrated sensor.
+    /// These points are not of the calibrated sensor.
     #[error("the sensor does not report such points")]
     OtherSensor,
 }

@@ -8,7 +8,7 @@ use trueline_geometry::axis::{AXIS, AXIS_POINT, AXIS_SCALE, AXIS_TIME_OFFSET};
 /// offset (s).
 pub type AxisCovariance = SMatrix<f64, AXIS, AXIS>;
 
-/// What an axis moves.
+/// The body that an axis moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AxisCarries {
     /// The part: a table, a positioner. Points come out in the frame of the part, as it lies with the axis at zero.
@@ -19,16 +19,16 @@ pub enum AxisCarries {
     Sensor,
 }
 
-/// An axis whose place is known. The order of the axes is that of the chain, from the base outward.
+/// An axis at a known place. The order of the axes is that of the chain, from the base outward.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExternalAxis {
-    /// Where it is in base, or in the tool if it carries the sensor.
+    /// Its pose in base, or in the tool if it carries the sensor.
     pub axis: Axis,
-    /// What it moves.
+    /// The body that it moves.
     pub carries: AxisCarries,
     /// The axis as the controller has it, where the poses that the controller reports contain its motion already.
     pub in_pose: Option<Axis>,
-    /// How well its numbers are known.
+    /// Uncertainty of its numbers.
     pub covariance: AxisCovariance,
 }
 
@@ -54,7 +54,7 @@ impl ExternalAxis {
         covariance
     }
 
-    /// Whether all its numbers can be those of an axis.
+    /// Whether all its numbers are possible for an axis.
     #[must_use]
     pub(crate) fn is_good(&self) -> bool {
         let is_axis = |axis: &Axis| {

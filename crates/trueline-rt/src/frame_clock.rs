@@ -16,7 +16,7 @@ pub(crate) struct FrameClock {
     last: Option<(i64, Result<FrameTime, PlaceError>)>,
 }
 
-/// When, ns, and how well that is known, s.
+/// The time, ns, and its uncertainty, s.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FrameTime {
     pub stamp_ns: i64,

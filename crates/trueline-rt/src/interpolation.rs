@@ -1,7 +1,8 @@
 //! The pose of the robot at a time between its samples: by the interpolation of the estimate.
 //!
-//! A local quadratic takes the noise out of the samples, where there is any, and a curve through up to three of them to either side gives
-//! the pose between; samples without noise that are near to each other are joined straight. So does `calibrate`.
+//! A local quadratic removes the noise of the samples, if there is any. A curve through up to three of them
+//! on either side gives the pose between. Close samples without noise are joined straight. So does
+//! `calibrate`.
 
 use crate::envelope_clock::Trust;
 use crate::error::PlaceError;
@@ -13,18 +14,19 @@ use trueline_geometry::curve::{self, MOST_NODES};
 use trueline_geometry::smooth::noise_left;
 use trueline_geometry::{Pose, so3};
 
-/// Below this noise poses are taken as recorded, m.
+/// Below this noise, poses are used as recorded, m.
 const SMOOTH_ABOVE_M: f64 = 1e-6;
 /// For so long a robot's path is straight at most, s.
 const STRAIGHT_S: f64 = 0.005;
 /// A step of more periods than this bridges lost samples.
 const LOST: f64 = 1.5;
-/// A sample further from the local fit than so many times the noise is an outlier, which is in the fit as well.
+/// A sample further from the local fit than this many times the noise is an outlier, which is in the fit as well.
 const OUTLYING: f64 = 6.0;
-/// A step over lost samples whose length contradicts the motion around it by so many standard deviations was made by a clock.
+/// A step over lost samples was made by a clock if its length contradicts the motion around it by this many standard
+/// deviations.
 const CONTRADICTION: f64 = 4.0;
 
-/// Where the robot was at a time, s from the origin of the stream.
+/// Pose of the robot at a time, s from the origin of the stream.
 pub(crate) fn at(stream: &PoseStream, settings: &Settings, time_s: f64) -> Result<Located, PlaceError> {
     if !stream.is_settled() {
         return Err(PlaceError::Unsettled { poses: stream.times_s.len(), needed: FEWEST_POSES });
@@ -93,9 +95,10 @@ fn between(stream: &PoseStream, settings: &Settings, j: usize, time_s: f64) -> R
     })
 }
 
-/// What is not known of the motion where samples were lost, m and rad: an acceleration a between bends the path by a T²/8.
+/// Uncertainty of the motion where samples were lost, m and rad: an acceleration a between bends the path by
+/// a T²/8.
 ///
-/// Where the path before and after says that less time went by, or more, the clock jumped.
+/// If the path before and after contradicts the elapsed time, the clock jumped.
 fn bridged(stream: &PoseStream, settings: &Settings, j: usize) -> Result<[f64; 2], PlaceError> {
     let times_s = &stream.times_s;
     let (period_s, step_s) = (stream.period_s(), times_s[j + 1] - times_s[j]);

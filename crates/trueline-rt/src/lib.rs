@@ -1,4 +1,4 @@
-//! Where the sensor was when the light fell, while it runs.
+//! Pose of the sensor at the exposure, while it runs.
 //!
 //! ```text
 //! poses ──push_pose──▶ stream: clock, period, noise ──┐
@@ -7,9 +7,9 @@
 //! seam points ──push──▶ SeamTrack ──ahead(torch, speed, delay)──▶ target ±
 //! ```
 //!
-//! No files and no estimator: a [`PlacerCalibration`] comes from `trueline calibrate`. Metre, radian, second; stamps are nanoseconds of one
-//! clock. Nothing is allocated after the constructors, and nothing waits. A frame or a point whose pose is not known is refused or flagged,
-//! each by its reason.
+//! No files and no estimator: a [`PlacerCalibration`] comes from `trueline calibrate`. Metre, radian, second; stamps are
+//! nanoseconds of one clock. Nothing is allocated after the constructors, and nothing waits. A frame or a point without a
+//! known pose is refused or flagged, each by its reason.
 
 mod axis_stream;
 mod calibration;

@@ -7,7 +7,7 @@ use crate::sweep::{Knot, Sweep, after_s};
 use nalgebra::{Matrix3, Matrix4x3, Vector2, Vector3};
 use trueline_model::{LaserSheet, SheetShape};
 
-/// What the sensor's readings mean in the camera frame.
+/// Meaning of the sensor's readings in the camera frame.
 #[derive(Clone, Debug)]
 pub(crate) struct Lift {
     sensor: SensorModel,
@@ -44,7 +44,7 @@ impl SheetKnot {
     }
 }
 
-/// Writes a point and its ±, or that there is none; whether there is one.
+/// Writes a point and its ±, or that there is none; returns whether there is one.
 #[inline]
 fn answer(point: [f64; 3], variance: f64, base: &mut [f64; 3], sigma_m: &mut f64) -> bool {
     let is_good = (point[0] + point[1] + point[2]).is_finite() && variance.is_finite();
@@ -116,13 +116,13 @@ impl Lift {
         }
     }
 
-    /// Where a point of the sheet is that the sensor reports here.
+    /// Corrected place of a point of the sheet that the sensor reports here.
     #[inline]
     fn corrected(&self, reading: [f64; 2]) -> [f64; 2] {
         self.shape.map_or(reading, |shape| shape.corrected(&Vector2::from(reading)).0.into())
     }
 
-    /// Where a point of the camera frame is; what sticks out of the sheet stays as it is.
+    /// Place of a point of the camera frame; a part outside the sheet stays.
     fn in_sheet(&self, point: Vector3<f64>) -> Vector3<f64> {
         let Some(shape) = &self.shape else { return point };
         let reported = self.sheet.coordinates(&point);

@@ -1,12 +1,12 @@
-//! Where the robot was.
+//! Pose of the robot.
 
 use nalgebra::Vector3;
 use trueline_geometry::Pose;
 
-/// Where the robot was, how it moved, and how well that is known.
+/// Pose of the robot, its motion, and their uncertainty.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Located {
-    /// Pose of what the robot carries, in base.
+    /// Pose of the robot's load, in base.
     pub base_from_tool: Pose,
     /// Velocity of the tool's origin in base, m/s.
     pub velocity: Vector3<f64>,

@@ -14,7 +14,7 @@ use crate::stamps::{self, is_stamp, seconds};
 use crate::sweep::{Knot, Sweep};
 use trueline_geometry::Pose;
 
-/// What became of a frame.
+/// Result of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placed {
     /// Points that were placed.
@@ -23,8 +23,8 @@ pub struct Placed {
     pub flagged: usize,
     /// When the first of its points was exposed, by the robot's clock, ns.
     pub exposed_ns: i64,
-    /// How long before the last pose, or the last value of an external axis, the last of its points was exposed, s; negative where one of
-    /// them is predicted.
+    /// Time from the exposure of the last of its points to the last pose, or to the last value of an external
+    /// axis, s; negative if one of them is predicted.
     pub age_s: f64,
 }
 
@@ -48,7 +48,7 @@ pub struct AxisHealth {
 /// The state of both streams.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Health {
-    /// Whether frames can be placed: poses, frames and all external axes are known enough.
+    /// Whether frames can be placed: poses, frames and all external axes are sufficiently known.
     pub is_settled: bool,
     /// How long ago the last pose was, s; `None` before the first.
     pub silent_s: Option<f64>,
@@ -60,7 +60,7 @@ pub struct Health {
     pub pose_noise_m: f64,
     /// Noise of an attitude about each axis, rad.
     pub pose_noise_rad: f64,
-    /// How late poses and frames usually are at most, s; zero where stamps are taken as they are.
+    /// Usual largest delay of poses and frames, s; zero if stamps are used unchanged.
     pub usual_late_s: [f64; 2],
     /// How often the clocks of poses and of frames jumped.
     pub jumps: [u32; 2],
@@ -68,9 +68,9 @@ pub struct Health {
 
 /// Places the points of a running sensor by a calibration.
 ///
-/// A frame is placed at its exposure, the stamp less the time offset, by the interpolation of the estimate. Beyond the last pose one is
-/// predicted, with what the robot may do meanwhile in the ±; further on the frame is refused. All memory is made by [`Placer::new`];
-/// nothing waits for another thread.
+/// A frame is placed at its exposure, the stamp less the time offset, by the interpolation of the estimate. Beyond the last
+/// pose one is predicted, with the robot's possible motion meanwhile in the ±; further on the frame is refused. All memory
+/// is made by [`Placer::new`]; nothing waits for another thread.
 ///
 /// ```
 /// use trueline_geometry::Pose;
@@ -138,7 +138,8 @@ impl Placer {
     /// Takes a pose `base_from_tool` that has arrived, stamped `stamp_ns`.
     ///
     /// # Errors
-    /// [`PoseError`]: the pose is not finite, not later than the last one, or by a clock that went back. The stream goes on.
+    /// [`PoseError`]: the pose is not finite, not later than the last one, or by a clock that went back. The stream
+    /// continues.
     pub fn push_pose(&mut self, stamp_ns: i64, base_from_tool: &Pose) -> Result<(), PoseError> {
         let lines_from_carrier = match self.carrier {
             Carrier::Tool => *base_from_tool,
@@ -155,18 +156,19 @@ impl Placer {
     /// [`PlacerCalibration::axes`].
     ///
     /// # Errors
-    /// [`AxisError`]: there is no such axis, the value is not finite, not later than the last one, or by a clock that went back. The stream
-    /// goes on.
+    /// [`AxisError`]: an unknown axis, a value that is not finite or not later than the last one, or a clock that went
+    /// back. The stream continues.
     pub fn push_axis(&mut self, axis: usize, stamp_ns: i64, value: f64) -> Result<(), AxisError> {
         let axes = self.chain.count();
         self.chain.stream_mut(axis).ok_or(AxisError::NoSuchAxis { axis, axes })?.push(stamp_ns, value)
     }
 
-    /// Places the points of a frame that was stamped `stamp_ns` into `base_points` (m, in base), each with its ± in `sigma_m`: the root
-    /// mean square of the distance from the true point, m. A point that cannot be placed is NaN, and its ± infinite.
+    /// Places the points of a frame stamped `stamp_ns` into `base_points` (m, in base). `sigma_m` receives
+    /// the ± of each: the root mean square of the distance from the true point, m. A point that cannot be
+    /// placed is NaN, and its ± infinite.
     ///
     /// # Errors
-    /// [`PlaceError`] says why no point of the frame can be placed; the buffers are then NaN and infinite as far as there are points.
+    /// [`PlaceError`] states why no point of the frame can be placed; the buffers are then NaN and infinite for all points.
     pub fn place(
         &mut self,
         stamp_ns: i64,
@@ -214,7 +216,7 @@ impl Placer {
         Ok(Placed { placed, flagged: base_points.len() - placed, exposed_ns, age_s: sweep.age_s() })
     }
 
-    /// Where the camera was at an exposure, s from the origin of the stream.
+    /// Pose of the camera at an exposure, s from the origin of the stream.
     fn knot(&self, exposure_s: f64, frame: FrameTime) -> Result<Knot, PlaceError> {
         let located = interpolation::at(&self.stream, &self.settings, exposure_s)?;
         let stamp_sigma_s = frame.sigma_s.hypot(self.settings.stamp_sigma_s);

@@ -1,4 +1,4 @@
-//! The poses that have arrived, and what their stream is like.
+//! The received poses, and the properties of their stream.
 
 use crate::envelope_clock::{EnvelopeClock, Trust};
 use crate::error::PoseError;
@@ -10,17 +10,17 @@ use trueline_geometry::smooth::{self, SmoothedSample};
 use trueline_geometry::trajectory::GAP_PERIODS;
 use trueline_geometry::{Pose, so3};
 
-/// A pose of which the next comes within this part of a period waited in a queue: the next one is true then.
+/// If the next pose comes within this part of a period, the pose waited in a queue: the next one is right then.
 const QUEUED: f64 = 0.1;
-/// Standard deviation of what is spread evenly over 1: 1/√12.
+/// Standard deviation of an even distribution over 1: 1/√12.
 const UNIFORM: f64 = 0.288_675;
-/// Stamps that go back by more periods than this are those of another clock; by less, packets overtook each other.
+/// Stamps that go back by more periods than this are of another clock; by less, packets overtook each other.
 const REORDERED_PERIODS: f64 = 8.0;
 /// Samples over which the noise is averaged.
 const NOISE_SAMPLES: f64 = 256.0;
-/// One residual counts as so many standard deviations at most, once [`NOISE_KNOWN`] are known.
+/// Largest weight of one residual, in standard deviations, once [`NOISE_KNOWN`] are known.
 const MOST_SIGMAS: f64 = 5.0;
-/// Residuals from which the noise is known.
+/// Number of residuals that give the noise.
 const NOISE_KNOWN: usize = 16;
 /// Poses before anything is placed.
 pub(crate) const FEWEST_POSES: usize = 32;
@@ -28,7 +28,7 @@ pub(crate) const FEWEST_POSES: usize = 32;
 /// One sample of the robot.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sample {
-    /// What the local fit makes of it, and whether later poses change that.
+    /// Its state after the local fit, and whether later poses change that.
     pub smoothed: SmoothedSample,
     pub is_final: bool,
     /// Standard deviation of its time, s.
@@ -56,7 +56,7 @@ pub(crate) struct PoseStream {
     is_started: bool,
 }
 
-/// Memory is made once, for twice as many samples as are kept: then half of them is moved at a time.
+/// Memory is allocated once, for twice the kept samples: then half of them is moved at a time.
 const ROOM: usize = 2;
 
 impl PoseStream {
@@ -92,7 +92,7 @@ impl PoseStream {
         (self.variance_m2, self.variance_rad2) = (0.0, 0.0);
     }
 
-    /// Usual time between poses, s; zero before it is known.
+    /// Usual time between poses, s; zero if unknown yet.
     pub(crate) fn period_s(&self) -> f64 {
         self.steps.median_s().unwrap_or(0.0)
     }
@@ -147,14 +147,14 @@ impl PoseStream {
         Ok(())
     }
 
-    /// When a sample that arrived now was taken (s), how well that is known (s) and how far it can be relied upon; `None` while the clock
-    /// is being learnt.
+    /// Time of a sample that arrived now (s), its uncertainty (s) and how far it can be relied upon; `None`
+    /// while the clock is being learnt.
     fn dated(&mut self, arrival_s: f64) -> Option<(f64, f64, Trust)> {
         let Some(clock) = &mut self.clock else { return Some((arrival_s, 0.0, Trust::Sure)) };
         let jumps = clock.jumps();
         let dated = clock.date(arrival_s);
         if clock.jumps() != jumps {
-            // What was dated by the clock before does not go with what comes.
+            // Samples dated by the clock before do not agree with the new ones.
             self.forget_all();
             return None;
         }
@@ -175,13 +175,13 @@ impl PoseStream {
         Err(PoseError::ClockWentBack { behind_ns })
     }
 
-    /// Whether a pose is one that a controller repeats because it is asked more often than it has news.
+    /// Whether a pose is a repetition: the controller is polled more often than it updates its pose.
     fn only_repeats(&mut self, time_s: f64, pose: &Pose) -> bool {
         let was_repeating = self.repeats.is_repeating();
         let is_same = self.poses.last() == Some(pose);
         let only_repeats = self.repeats.note(time_s, is_same);
         if self.repeats.is_repeating() != was_repeating {
-            // Samples so far were taken for another stream than it is.
+            // The kind of stream was wrong for the samples so far.
             let repeats = self.repeats;
             self.forget_all();
             self.repeats = repeats;
@@ -244,7 +244,7 @@ impl PoseStream {
         }
     }
 
-    /// Makes the fits final whose window no later pose can enter.
+    /// Makes fits final when no later pose can enter their window.
     fn fit_open(&mut self) {
         let gap_limit_s = self.gap_limit_s();
         if gap_limit_s == 0.0 {
@@ -295,5 +295,5 @@ impl PoseStream {
     }
 }
 
-/// A variance below this (m², rad²) is none: 1 nm squared.
+/// A variance below this (m², rad²) counts as zero: 1 nm squared.
 const TINY: f64 = 1e-18;

@@ -1,4 +1,5 @@
-//! A pose beyond the last one: by the stream's own local fit, with what a robot may do meanwhile in its uncertainty.
+//! A pose beyond the last one: by the stream's own local fit, with the robot's possible motion meanwhile in its
+//! uncertainty.
 
 use crate::envelope_clock::Trust;
 use crate::error::PlaceError;
@@ -68,7 +69,7 @@ pub(crate) fn after(stream: &PoseStream, settings: &Settings, time_s: f64) -> Re
     })
 }
 
-/// What noise 1 of the samples makes of the fit at a time, in units of the window.
+/// Effect on the fit at a time of noise 1 in the samples, in units of the window.
 fn gain(times_s: &[f64], window_s: f64, at: f64) -> Option<f64> {
     let (mut elapsed_s, mut weights) = ([0.0; MOST], [0.0; MOST]);
     let last_s = *times_s.last()?;

@@ -1,6 +1,7 @@
 //! Poses that are reported more often than they change, on line.
 //!
-//! A stream of 4 ms whose controller has a new pose every 12 ms repeats each three times. Taken as it is the robot would stand and jump.
+//! If a controller updates its pose every 12 ms, a stream of 4 ms repeats each three times. Without a correction the robot
+//! would stand and jump.
 
 /// A pose that stays the same for longer than this is a robot at rest, s.
 const REST_S: f64 = 0.15;
@@ -13,7 +14,7 @@ const RUNS: f64 = 32.0;
 /// How often poses are repeated.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Repeats {
-    /// Time from one sample to the next, s, of those that repeat.
+    /// Time from one sample to the next, s, of the repetitions.
     pub poll_s: f64,
     since_s: f64,
     last_s: f64,
@@ -27,13 +28,13 @@ impl Repeats {
         self.share >= LEAST_REPEATED
     }
 
-    /// Moves the origin of times later by so much, s.
+    /// Moves the origin of times later by this, s.
     pub(crate) fn rebase(&mut self, by_s: f64) {
         self.since_s -= by_s;
         self.last_s -= by_s;
     }
 
-    /// Takes a sample, and whether its pose is that of the one before; returns whether it says nothing new.
+    /// Adds a sample, and whether its pose repeats the one before; returns whether it adds nothing new.
     pub(crate) fn note(&mut self, time_s: f64, is_same: bool) -> bool {
         let step_s = time_s - self.last_s;
         self.last_s = time_s;

@@ -6,7 +6,7 @@ use trueline_geometry::local_polynomial::{slope_at, value_at};
 
 /// Fewest points of a fit.
 pub(crate) const FEWEST: usize = 5;
-/// Most points that are looked at: of more, every other one or fewer.
+/// Largest number of points used: of more, every other one or fewer.
 const MOST: usize = 128;
 
 /// The seam at a place.

@@ -7,15 +7,15 @@ use crate::track_settings::{AheadError, SeamPointError, TrackSettings};
 use nalgebra::{Point3, Vector3};
 use trueline_geometry::{Pose, se3, so3};
 
-/// So many points in a row that are none of the seam begin another one.
+/// This many points in a row off the seam begin another one.
 const RESTART_AFTER: usize = 8;
 /// Nothing is expected of a seam of fewer points.
 const EXPECTED_FROM: usize = 8;
 
-/// Where a torch is to be. It is advice: whoever moves the robot checks it against the limits of the motion.
+/// Target of a torch. It is advice: the robot's program checks it against the limits of the motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
-    /// The torch in base, its attitude to the seam as it is now.
+    /// The torch in base, at its present attitude to the seam.
     pub base_from_torch: Pose,
     /// Way along the seam from its first point, m.
     pub along_m: f64,
@@ -106,8 +106,8 @@ impl SeamTrack {
                 let beyond_m = from_fit.dot(&fit.tangent);
                 let off = from_fit - fit.tangent * beyond_m;
                 let bent_m = 0.5 * self.settings.curvature_per_m * beyond_m * beyond_m;
-                // By steps from point to point the way does not gather what a fit is off at its end; a chord is as long as the arc by the
-                // direction in its middle.
+                // Steps from point to point do not add up the fits' errors at their ends. Along the direction in
+                // its middle a chord is as long as the arc.
                 let middle = self.fit_at(last_m + 0.5 * step.dot(&fit.tangent).max(0.0));
                 let tangent = middle.map_or(fit.tangent, |middle| middle.tangent);
                 (step.dot(&tangent), (off.norm() - bent_m).max(0.0))
@@ -150,11 +150,11 @@ impl SeamTrack {
         seam_fit::at(&self.settings, &self.points, &self.along_m, &self.sigmas_m, along_m)
     }
 
-    /// Where the torch is to be after `delay_s`, in which it goes on at `speed_m_s` along the seam: the loop's whole delay, from the pose
-    /// that is given to the motion that a command makes.
+    /// Target of the torch after `delay_s` at `speed_m_s` along the seam. `delay_s` is the loop's whole
+    /// delay, from the given pose to the motion of a command.
     ///
     /// # Errors
-    /// [`AheadError`] says why there is no target.
+    /// [`AheadError`] states why there is no target.
     pub fn ahead(&self, base_from_torch: &Pose, speed_m_s: f64, delay_s: f64) -> Result<Target, AheadError> {
         let lead_m = speed_m_s * delay_s;
         if !(is_pose(base_from_torch) && lead_m.is_finite() && speed_m_s >= 0.0 && delay_s >= 0.0) {
@@ -186,7 +186,7 @@ impl SeamTrack {
         })
     }
 
-    /// The seam where it is nearest to a point.
+    /// The seam at its nearest place to a point.
     fn nearest(&self, to: &Vector3<f64>) -> Result<SeamFit, AheadError> {
         let distances = self.points.iter().map(|point| (point - to).norm_squared());
         let nearest = distances.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));

@@ -1,9 +1,9 @@
-//! What a placer may assume of its two streams.
+//! Assumptions of a placer about its streams.
 
-/// What a stream's stamps are.
+/// Kind of a stream's stamps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum StampRule {
-    /// The times of the samples, as they are: for calibrations that took stamps as recorded.
+    /// The samples' times, unchanged: for calibrations with stamps as recorded.
     #[default]
     AsStamped,
     /// Times of arrival of an even clock, delayed to one side: samples are dated by the line along the earliest ones.
@@ -27,11 +27,11 @@ pub enum Readout {
 /// How a placer works; the defaults suit a robot that reports its pose every 1 to 12 ms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// What the stamps of poses are.
+    /// Kind of stamps of poses.
     pub pose_stamps: StampRule,
-    /// What the stamps of frames are.
+    /// Kind of stamps of frames.
     pub frame_stamps: StampRule,
-    /// What the stamps of external axes are.
+    /// Kind of stamps of external axes.
     pub axis_stamps: StampRule,
     /// Standard deviation of a frame's time that nothing else states, s.
     pub stamp_sigma_s: f64,
@@ -45,7 +45,7 @@ pub struct Settings {
     pub acceleration_m_s2: f64,
     /// The same of its rotation, rad/s².
     pub angular_acceleration_rad_s2: f64,
-    /// Two poses between which the tool is faster than this are no motion, m/s.
+    /// Two poses with a faster tool between them are not a motion, m/s.
     pub fastest_m_s: f64,
     /// The same of its rotation, rad/s.
     pub fastest_rad_s: f64,

@@ -1,8 +1,8 @@
-//! The ± of a point in base, as a quadratic form of where it is in the camera: one form a frame, a few products a point.
+//! The ± of a point in base, as a quadratic form of its place in the camera: one form a frame, a few products a point.
 //!
-//! With p̃ = (p, 1), each cause of an error moves the point by an affine function of p: the time offset by p_E × ω − v, the hand-eye
-//! transform by −R_EC p × δ + δt, the robot's attitude by p_E × δ, all turned into the tool, which changes no length. The trace of the
-//! covariance is p̃ᵀ Q p̃.
+//! With p̃ = (p, 1), each cause of an error moves the point by an affine function of p. The time offset moves
+//! it by p_E × ω − v, the hand-eye transform by −R_EC p × δ + δt, the robot's attitude by p_E × δ. All are
+//! rotated into the tool, which changes no length. The trace of the covariance is p̃ᵀ Q p̃.
 
 use crate::calibration::PlacerCalibration;
 use crate::chain::Carried;
@@ -55,7 +55,8 @@ impl Spread {
         }
     }
 
-    /// The form at a place of the robot; `stamp_sigma_s` is what is not known of the frame's time beside the offset.
+    /// The form at a place of the robot; `stamp_sigma_s` is the uncertainty of the frame's time without that
+    /// of the offset.
     pub(crate) fn at(&self, located: &Located, stamp_sigma_s: f64) -> Matrix4<f64> {
         let by_time = by_time(located, &self.tool_by_point);
         let times = self.time_variance_s2 + stamp_sigma_s.powi(2) + located.sigma_s.powi(2);
@@ -69,7 +70,7 @@ impl Spread {
         form
     }
 
-    /// The same among external axes, of a robot that was at a place by itself.
+    /// The same with external axes, for a robot at a place of its own.
     pub(crate) fn among_axes(&self, robot: &Located, carried: &Carried, stamp_sigma_s: f64) -> Matrix4<f64> {
         // A frame's own time moves everything; that of the poses moves the robot alone.
         let whole = Located { sigma_s: 0.0, sigma_rad: 0.0, ..carried.located };

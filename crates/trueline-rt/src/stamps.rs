@@ -15,7 +15,7 @@ pub(crate) fn seconds(stamp_ns: i64, origin_ns: i64) -> f64 {
     (stamp_ns - origin_ns) as f64 / NS_PER_S
 }
 
-/// The stamp at so many seconds from an origin.
+/// The stamp at this many seconds from an origin.
 pub(crate) fn stamp(time_s: f64, origin_ns: i64) -> i64 {
     origin_ns.saturating_add((time_s * NS_PER_S).round() as i64)
 }

@@ -4,7 +4,7 @@
 const STEPS: usize = 64;
 /// Steps from one look at the median to the next.
 const LOOK: usize = 8;
-/// Fewest steps that show what is usual.
+/// Fewest steps for a usual value.
 const FEWEST: usize = 8;
 
 /// The last steps between the times of a stream, and their median.
@@ -20,7 +20,7 @@ impl Steps {
         Self { steps_s: [0.0; STEPS], count: 0, median_s: 0.0 }
     }
 
-    /// A step, s; what is not above zero is none.
+    /// A step, s; values that are not positive are ignored.
     pub(crate) fn push(&mut self, step_s: f64) {
         if step_s.is_nan() || step_s <= 0.0 {
             return;

@@ -50,7 +50,7 @@ const NO_KNOT: Knot = Knot {
     age_s: f64::INFINITY,
 };
 
-/// Where the camera was at one time.
+/// Pose of the camera at one time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Knot {
     /// A point in base, by the point in the camera and 1.
@@ -128,7 +128,7 @@ impl Sweep {
         (self.count == 1).then_some(&self.knots[0])
     }
 
-    /// Where the camera was at a time after the first exposure, s; `None` where no pose is known.
+    /// Pose of the camera at a time after the first exposure, s; `None` if no pose is known.
     pub(crate) fn at(&self, after_s: f64) -> Option<Knot> {
         if self.count == 1 {
             return self.only().copied();

@@ -3,11 +3,12 @@
 /// How a seam is followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackSettings {
-    /// Half the length of seam over which points are averaged, m: a seam whose radius is ten times that bends by a 20th of it.
+    /// Half the length of seam over which points are averaged, m. A seam with ten times that radius bends by
+    /// a 20th of it.
     pub half_window_m: f64,
     /// Longest way beyond the last point that is extrapolated, m.
     pub longest_extrapolation_m: f64,
-    /// Standard deviation of the seam's curvature beyond what the points show, 1/m.
+    /// Standard deviation of the seam's curvature beyond the points, 1/m.
     pub curvature_per_m: f64,
     /// A point further from where the seam was expected is not one of it, m.
     pub jump_m: f64,
@@ -75,7 +76,7 @@ pub enum SeamPointError {
     AnotherSeam,
 }
 
-/// Why there is no target.
+/// The reason of a missing target.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum AheadError {
     /// Torch pose, speed or delay is not finite, or negative.

@@ -105,7 +105,8 @@ fn all() -> Vec<ExternalAxis> {
         .collect()
 }
 
-/// Six axes of every kind, two to each carrier: in the order of the chain, with the sensor on the tool and beside the robot.
+/// Six axes of every kind, two on each carrier, in the order of the chain, with the sensor on the tool and next to the
+/// robot.
 #[test]
 fn points_are_where_the_chain_of_axes_puts_them() {
     for carrier in [Carrier::Tool, Carrier::Fixed] {
@@ -114,8 +115,8 @@ fn points_are_where_the_chain_of_axes_puts_them() {
         for exposed_s in [0.6, 1.2345, 2.8] {
             let (point, _) = place(&mut placer, exposed_s, READING).unwrap();
             let off_m = (Vector3::from(point) - wanted(&axes, carrier, exposed_s)).norm();
-            // Cubic pieces of 8 ms: T³/12 of a third derivative of 1.55, 0.07 µ a value, six of them over levers of up to 1 m; poses are joined
-            // straight: 4 ms of 0.4 rad/s² bend by 0.8 µrad.
+            // Cubic pieces of 8 ms: T³/12 of a third derivative of 1.55, 0.07 µ a value, six of them over levers of up to 1
+            // m. Poses are joined straight: 4 ms of 0.4 rad/s² bend by 0.8 µrad.
             assert!(off_m < 3e-6, "{carrier:?} {exposed_s}: {off_m}");
         }
     }
@@ -245,7 +246,8 @@ fn an_axis_that_stalls_ends_or_lies_gives_no_wrong_point() {
     for off in [0.001, 0.1] {
         let mut step = |time_s: f64, value: f64| Some((time_s, value + if time_s > 2.0 { off } else { 0.0 }));
         let (z, _) = z_of(&mut step, &settings);
-        // Nothing shows afterwards that the first values were the right ones: only what came before, and the step itself, is judged.
+        // Later data do not show that the first values were the right ones: only the earlier ones, and the step itself, are
+        // judged.
         is_honest(&z[..80], "step");
     }
 }

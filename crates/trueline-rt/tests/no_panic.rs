@@ -1,4 +1,4 @@
-//! Whatever comes, nothing panics, and what is placed is finite with a ± above zero, or NaN with an infinite one.
+//! For any input, nothing panics, and a placed point is finite with a ± above zero, or NaN with an infinite one.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod cell;

@@ -52,8 +52,9 @@ fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
     f64::sqrt(sum / count)
 }
 
-/// Without motion the error is the noise of a range, 15 µm, and what a local fit leaves of that of the poses: 20 µm √3 times 0.45 to 1 of
-/// the samples, averaged over the curve, and 20 µrad √2 over 0.3 m. That is 15 ⊕ 16…35 ⊕ 4…8: from 22 to 39 µm, at every speed.
+/// Without motion the error is the noise of a range, 15 µm, and the rest of the poses' noise after a local fit: 20 µm √3
+/// times 0.45 to 1 of the samples, averaged over the curve, and 20 µrad √2 over 0.3 m. This is 15 ⊕ 16…35 ⊕ 4…8: from 22 to
+/// 39 µm, at every speed.
 #[test]
 fn with_the_offset_the_error_is_flat_and_without_it_goes_with_the_speed() {
     for speed_m_s in [0.010, 0.050, 0.200] {

@@ -108,8 +108,8 @@ fn a_jump_of_the_clock_gives_no_wrong_point() {
             }
         }
         let (z, refused) = run(&Settings::default(), &all);
-        // Frames that were exposed before the jump and stamped after it are taken for exposed later, by as much: nothing in
-        // either stream shows it where poses are bridged, but the step in the path.
+        // Frames exposed before the jump and stamped after it look as if exposed later by the same amount. If poses are
+        // bridged, only the step in the path shows it.
         is_honest(&z);
         assert!(!refused.is_empty() && refused.len() < 60, "{jump_s}: {}", refused.len());
     }
@@ -212,8 +212,8 @@ fn each_point_is_placed_at_its_own_exposure() {
         let stamp_ns = stamp_ns + (STEP_S * 1e9) as i64 * k as i64;
         placers[1].place(stamp_ns, Points::Profile(&[*reading]), &mut alone, &mut sigma).unwrap();
         let apart_m = (Vector3::from(alone[0]) - Vector3::from(base[k])).norm();
-        // Between knots 0.5 ms apart the path is taken for straight: at 0.3 rad/s and 0.3 m by less than 1 nm; and at a sample of the
-        // robot the straight pieces of its path meet in a corner of 1 µm.
+        // Between knots 0.5 ms apart the path counts as straight: at 0.3 rad/s and 0.3 m this is right to 1 nm. At a sample
+        // of the robot the straight pieces of its path meet in a corner of 1 µm.
         assert!(apart_m < 1e-7, "{k}: {apart_m}");
         assert!((sigma[0] / sigmas[k] - 1.0).abs() < 0.05);
     }

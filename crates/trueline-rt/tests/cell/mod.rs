@@ -93,7 +93,7 @@ pub(crate) fn calibration(time_offset_s: f64) -> PlacerCalibration {
     }
 }
 
-/// Where rays of the profiler meet the plate: readings without noise, and the points in base.
+/// Points where rays of the profiler meet the plate: readings without noise, and the points in base.
 pub(crate) fn seen(base_from_tool: &Pose, columns: usize) -> (Vec<[f64; 2]>, Vec<Vector3<f64>>) {
     let base_from_camera = base_from_tool * tool_from_camera();
     let (normal, offset) = plate();
@@ -109,7 +109,7 @@ pub(crate) fn seen(base_from_tool: &Pose, columns: usize) -> (Vec<[f64; 2]>, Vec
     (0..columns).map(column).unzip()
 }
 
-/// What arrives, in its order.
+/// The arriving data, in their order.
 #[derive(Clone, Debug)]
 pub(crate) enum Event {
     Pose { stamp_ns: i64, pose: Pose },
