@@ -33,7 +33,7 @@ trueline_pose on_seam(double along) {
             {0.0, std::cos(angle / 2.0), std::sin(angle / 2.0), 0.0}};
 }
 
-// What `pose` makes of a point of its frame.
+// The place of a point of the frame of `pose`.
 void apply(const trueline_pose &pose, const double point[3], double out[3]) {
     const double w = pose.rotation_wxyz[0], x = pose.rotation_wxyz[1], y = pose.rotation_wxyz[2], z = pose.rotation_wxyz[3];
     const double r[3][3] = {{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
@@ -45,7 +45,7 @@ void apply(const trueline_pose &pose, const double point[3], double out[3]) {
     }
 }
 
-// Where the sensor of a torch at `pose` sees the seam, in the sensor's frame: the seam point that is kAhead further, seen from the torch.
+// The seam in the frame of the sensor of a torch at `pose`: the seam point kAhead in front of the torch.
 void see(const trueline_pose &pose, double along, double out[3]) {
     const trueline_pose there = on_seam(along + kAhead);
     trueline_pose inverse = {{0.0, 0.0, 0.0}, {pose.rotation_wxyz[0], -pose.rotation_wxyz[1], -pose.rotation_wxyz[2], -pose.rotation_wxyz[3]}};

@@ -191,7 +191,7 @@ trueline_status trueline_placer_push_axis(trueline_placer *placer, uint32_t axis
 trueline_status trueline_placer_axis_health(const trueline_placer *placer, uint32_t axis, int64_t now_ns,
                                             trueline_axis_health *health);
 /* Places count points: 2 numbers each of a profiler or a camera, 3 of TRUELINE_POINTS; writes 3 numbers each to base_points_m and one to
- * sigma_m. Where the frame is refused they are NaN and infinite. placed may be null. */
+ * sigma_m. If the frame is refused they are NaN and infinite. placed may be null. */
 trueline_status trueline_placer_place(trueline_placer *placer, int64_t stamp_ns, const double *points, size_t count,
                                       double *base_points_m, double *sigma_m, trueline_placed *placed);
 trueline_status trueline_placer_health(const trueline_placer *placer, int64_t now_ns, trueline_health *health);

@@ -16,7 +16,7 @@ const UNIT: f64 = 1e-3;
 pub struct AxisPlain {
     /// Rotary or linear.
     pub kind: i32,
-    /// What it moves.
+    /// The body that it moves.
     pub carries: i32,
     /// Direction, in base, or in the tool if it carries the sensor.
     pub direction: [f64; 3],
@@ -107,7 +107,7 @@ impl From<AxisHealth> for AxisHealthPlain {
 /// Makes a placer of a cell with external axes; it must be freed by `trueline_placer_free`.
 ///
 /// # Safety
-/// Each pointer is null or leads to what its type says, `axes` to `axis_count` of them; `placer` may be written.
+/// Each pointer is null or points to its type, `axes` to `axis_count` of them; `placer` may be written.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueline_placer_new_with_axes(
     calibration: *const CalibrationPlain,
@@ -144,7 +144,7 @@ pub unsafe extern "C" fn trueline_placer_push_axis(
     })
 }
 
-/// Tells the state of the stream of an axis.
+/// Returns the state of an axis's stream.
 ///
 /// # Safety
 /// `placer` is null or a live handle that no other thread uses; `health` is null or may be written.

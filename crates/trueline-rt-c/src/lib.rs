@@ -1,8 +1,8 @@
-//! `trueline-rt` for C and C++: see `include/trueline_rt.h`, which says what each function does.
+//! `trueline-rt` for C and C++: see `include/trueline_rt.h`, which explains each function.
 //!
-//! Nothing unwinds into C: a panic becomes [`status::PANIC`]. Every pointer is looked at before it is used; what cannot be looked at, whether
-//! it leads where its type says, is the caller's part and stands in the header.
-#![allow(unsafe_code, reason = "raw pointers are what C has; each use of one proves itself")]
+//! Nothing unwinds into C: a panic becomes [`status::PANIC`]. Every pointer is checked before use. Whether it
+//! points to an object of its type cannot be checked: that is the caller's part, stated in the header.
+#![allow(unsafe_code, reason = "C has raw pointers; each use of one proves itself")]
 
 mod axis;
 mod placer;

@@ -7,7 +7,7 @@ use trueline_rt::{ExternalAxis, Placer, PlacerCalibration, Points, Settings};
 /// `TRUELINE_RT_ABI`.
 const ABI: u32 = 2;
 
-/// `trueline_placer`: what a handle leads to.
+/// `trueline_placer`: the target of a handle.
 #[derive(Debug)]
 pub struct PlacerHandle {
     pub(crate) placer: Placer,
@@ -37,7 +37,7 @@ pub unsafe extern "C" fn trueline_settings_default(settings: *mut SettingsPlain)
 /// Makes a placer; it must be freed by [`trueline_placer_free`].
 ///
 /// # Safety
-/// Each pointer is null or leads to what its type says; `placer` may be written.
+/// Each pointer is null or points to its type; `placer` may be written.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueline_placer_new(
     calibration: *const CalibrationPlain,
@@ -53,7 +53,7 @@ pub unsafe extern "C" fn trueline_placer_new(
     })
 }
 
-/// Makes a placer of what the pointers lead to.
+/// Makes a placer from the pointers' targets.
 pub(crate) fn made_of(
     calibration: Option<&CalibrationPlain>,
     axes: impl FnOnce() -> Result<Vec<ExternalAxis>, Status>,
@@ -107,9 +107,10 @@ pub unsafe extern "C" fn trueline_placer_push_pose(
 /// Places points.
 ///
 /// # Safety
-/// `placer` is null or a live handle that no other thread uses. `points` leads to `count` points of 2 or 3 numbers as the sensor reports
-/// them, `base_points_m` to 3 `count` numbers and `sigma_m` to `count` that may be written and are not those of `points`; each of them is
-/// null or so. `placed` is null or may be written.
+/// `placer` is null or a live handle that no other thread uses. `points` points to `count` points of 2 or 3
+/// numbers as the sensor reports them, and `base_points_m` to 3 `count` numbers. `sigma_m` points to `count`
+/// numbers that may be written and do not overlap `points`. Each may be null. `placed` is null or may be
+/// written.
 #[unsafe(no_mangle)]
 #[allow(clippy::too_many_arguments, reason = "C has no slices: each is a pointer and shares the count")]
 pub unsafe extern "C" fn trueline_placer_place(
@@ -145,7 +146,7 @@ pub unsafe extern "C" fn trueline_placer_place(
     })
 }
 
-/// Tells the state of both streams.
+/// Returns the state of both streams.
 ///
 /// # Safety
 /// `placer` is null or a live handle that no other thread uses; `health` is null or may be written.
@@ -172,7 +173,7 @@ fn is_too_long<T>(count: usize) -> bool {
 /// A slice; an empty one may be null.
 ///
 /// # Safety
-/// `first` leads to `count` elements that nobody writes meanwhile, unless it is null.
+/// `first` points to `count` elements that nothing writes meanwhile, unless it is null.
 pub(crate) unsafe fn parts<'a, T>(first: *const T, count: usize) -> Result<&'a [T], Status> {
     match () {
         () if count == 0 => Ok(&[]),
@@ -185,7 +186,7 @@ pub(crate) unsafe fn parts<'a, T>(first: *const T, count: usize) -> Result<&'a [
 /// A slice that may be written; an empty one may be null.
 ///
 /// # Safety
-/// `first` leads to `count` elements that nobody else uses meanwhile, unless it is null.
+/// `first` points to `count` elements that nothing else uses meanwhile, unless it is null.
 unsafe fn parts_mut<'a, T>(first: *mut T, count: usize) -> Result<&'a mut [T], Status> {
     match () {
         () if count == 0 => Ok(&mut []),

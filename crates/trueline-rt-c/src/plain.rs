@@ -1,4 +1,4 @@
-//! The structs of the header, and what they mean in Rust.
+//! The structs of the header, and their meaning in Rust.
 
 use crate::status::{BAD_SETTING, NOT_FINITE, Status};
 use nalgebra::{Quaternion, UnitQuaternion, Vector2, Vector3};
@@ -9,7 +9,7 @@ use trueline_rt::{
     Target, TrackSettings,
 };
 
-/// A quaternion may be off unit length by this: more is no rotation.
+/// Allowed deviation of a quaternion from unit length.
 const UNIT: f64 = 1e-3;
 
 /// `trueline_pose`.
@@ -46,9 +46,9 @@ impl PosePlain {
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct CalibrationPlain {
-    /// What the sensor reports.
+    /// Kind of readings of the sensor.
     pub sensor: i32,
-    /// What carries it.
+    /// Its carrier.
     pub carrier: i32,
     /// Whether points have a laser plane.
     pub has_plane: i32,
@@ -68,7 +68,7 @@ pub struct CalibrationPlain {
     pub plane_offset_m: f64,
     /// h1 … h5.
     pub shape_h: [f64; 5],
-    /// Where the shape counts from, m.
+    /// Origin of the shape, m.
     pub shape_origin_m: [f64; 2],
     /// Hand-eye transform.
     pub tool_from_camera: PosePlain,
@@ -128,15 +128,15 @@ impl CalibrationPlain {
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct SettingsPlain {
-    /// What the stamps of poses are.
+    /// Kind of stamps of poses.
     pub pose_stamps: i32,
-    /// What those of frames are.
+    /// Kind of stamps of frames.
     pub frame_stamps: i32,
     /// When the points of one frame are exposed.
     pub readout: i32,
     /// Poses, and values of each axis, that are remembered.
     pub poses_kept: u32,
-    /// What the stamps of external axes are.
+    /// Kind of stamps of external axes.
     pub axis_stamps: i32,
     /// 0.
     pub reserved: i32,
@@ -287,7 +287,7 @@ pub struct TrackSettingsPlain {
     pub longest_extrapolation_m: f64,
     /// Unknown curvature, 1/m.
     pub curvature_per_m: f64,
-    /// A point further off is none of the seam, m.
+    /// Points further off do not belong to the seam, m.
     pub jump_m: f64,
     /// Points that are remembered.
     pub points_kept: u32,

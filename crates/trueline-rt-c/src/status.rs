@@ -1,4 +1,4 @@
-//! What a function returns.
+//! Return values of functions.
 
 use std::ffi::{CStr, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -13,7 +13,7 @@ pub const OK: Status = 0;
 pub const NULL_POINTER: Status = 1;
 /// A number of calibration or settings is not finite or out of range.
 pub const BAD_SETTING: Status = 2;
-/// A pose, a point or a stamp is no finite number in range.
+/// A pose, a point or a stamp is not a finite number in range.
 pub const NOT_FINITE: Status = 3;
 /// The pose is not later than the last one.
 pub const NOT_LATER: Status = 4;
@@ -25,7 +25,7 @@ pub const UNSETTLED: Status = 6;
 pub const STAMP_JUMPED: Status = 7;
 /// The exposure is before the poses, or in a gap between them.
 pub const NO_POSE: Status = 8;
-/// The poses about the exposure are no motion of a robot.
+/// The poses about the exposure are not the motion of a robot.
 pub const DOUBTFUL_POSES: Status = 9;
 /// The poses end before the exposure.
 pub const POSES_ENDED: Status = 10;
@@ -73,7 +73,7 @@ pub extern "C" fn trueline_status_text(status: Status) -> *const c_char {
     text.map_or(c"unknown status", |text| text).as_ptr()
 }
 
-/// Runs what a function does; a panic ends here.
+/// Runs the body of a function; a panic ends here.
 pub(crate) fn guarded(body: impl FnOnce() -> Result<(), Status>) -> Status {
     match catch_unwind(AssertUnwindSafe(body)) {
         Ok(Ok(())) => OK,
@@ -109,7 +109,7 @@ pub(crate) fn of_place(error: PlaceError) -> Status {
         PlaceError::PosesEnded { .. } => POSES_ENDED,
         PlaceError::Axis { problem: AxisProblem::Unsettled { .. }, .. } => UNSETTLED,
         PlaceError::Axis { .. } => NO_AXIS_VALUE,
-        // Buffers are as long as the caller says the points are.
+        // Buffers are as long as the caller states.
         PlaceError::BufferTooShort { .. } => PANIC,
         PlaceError::OtherSensor => OTHER_SENSOR,
     }

@@ -22,7 +22,7 @@ pub unsafe extern "C" fn trueline_track_settings_default(settings: *mut TrackSet
 /// Makes a track; it must be freed by [`trueline_seam_track_free`].
 ///
 /// # Safety
-/// Each pointer is null or leads to what its type says; `track` may be written.
+/// Each pointer is null or points to its type; `track` may be written.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueline_seam_track_new(
     settings: *const TrackSettingsPlain,
@@ -86,11 +86,11 @@ pub unsafe extern "C" fn trueline_seam_track_push(
     })
 }
 
-/// Tells where the torch is to be.
+/// Returns the target of the torch.
 ///
 /// # Safety
-/// `track` is null or a live handle that no other thread uses; `base_from_torch` is null or leads to a pose; `target` is null or may be
-/// written.
+/// `track` is null or a live handle that no other thread uses. `base_from_torch` is null or points to a pose.
+/// `target` is null or may be written.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueline_seam_track_ahead(
     track: *const SeamTrack,
