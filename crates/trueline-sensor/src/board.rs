@@ -14,7 +14,7 @@ pub struct Board {
 }
 
 impl Board {
-    /// A corner in the board's own frame, m: x along the columns, y along the rows, z away from whoever looks at it.
+    /// A corner in the board's own frame, m: x along the columns, y along the rows, z away from the viewer.
     #[must_use]
     pub fn corner(&self, column: usize, row: usize) -> Vector3<f64> {
         Vector3::new(column as f64 * self.square_m, row as f64 * self.square_m, 0.0)
@@ -40,15 +40,15 @@ pub struct FoundCorner {
     pub column: usize,
     /// Its row on the board.
     pub row: usize,
-    /// Where it is seen, px.
+    /// Its place in the picture, px.
     pub pixel: Vector2<f64>,
 }
 
 /// One picture of the board.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
-    /// The corners that were found. With fewer than all of them the count of columns and rows begins at the first that
-    /// is visible: a plain board has no marks that would tell more, and nothing here needs it.
+    /// The corners that were found. With fewer than all of them the count of columns and rows begins at the first
+    /// visible one. A plain board has no marks that would fix the count, and nothing here needs it.
     pub corners: Vec<FoundCorner>,
     /// Whether every corner of the board was found.
     pub complete: bool,

@@ -1,6 +1,6 @@
 //! The joint fit: one camera, perhaps one laser plane, and a pose of the board for every picture.
 //!
-//! A board's pose concerns its own picture only, so that the information matrix is an arrow: the poses are eliminated
+//! A board's pose concerns only its own picture, so the information matrix is an arrow: the poses are eliminated
 //! (variable projection \[Golub1973\]). The solver sees the camera and the plane; a state always carries the poses
 //! that fit them best. The cost is then a function of camera and plane alone, its gradient is theirs alone, and its
 //! Gauss–Newton Hessian is the Schur complement.
@@ -36,15 +36,15 @@ pub struct Bundle {
     pub stripe_sigma_px: f64,
     /// How flat boards are: standard deviation of a board's offset at its stripe, m. Zero is a perfect board.
     pub flatness_m: f64,
-    /// What is known of the camera beforehand.
+    /// Prior knowledge of the camera.
     pub camera_prior: Option<CameraPrior>,
 }
 
-/// A camera that is known already, with its information.
+/// A known camera, with its information.
 #[derive(Clone, Debug)]
 pub struct CameraPrior {
     mean: CameraVector,
-    /// Inverse covariance over what is not held.
+    /// Inverse covariance over the free parameters.
     information: SMatrix<f64, CAMERA_SIZE, CAMERA_SIZE>,
     held: Vec<usize>,
 }
@@ -84,7 +84,7 @@ impl CameraPrior {
 }
 
 impl Bundle {
-    /// A state whose boards are fitted to its camera and plane.
+    /// A state with boards fitted to its camera and plane.
     #[must_use]
     pub fn fitted(&self, mut state: BundleState) -> BundleState {
         let boards = (0..self.pictures.len()).map(|k| self.fit_board(&state, k)).collect();
@@ -105,7 +105,7 @@ impl Bundle {
         equations.cost += cost;
     }
 
-    /// The equations of each picture at a state, for whoever needs more than their sum.
+    /// The equations of each picture at a state, for uses beyond their sum.
     #[must_use]
     pub(crate) fn picture_equations(&self, state: &BundleState) -> Vec<PictureEquations> {
         (0..self.pictures.len()).map(|k| self.picture(k).equations(state, &state.boards[k])).collect()

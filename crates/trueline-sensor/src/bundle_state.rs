@@ -1,4 +1,4 @@
-//! The unknowns of the joint fit: what all pictures share, and what is each picture's own.
+//! The unknowns of the joint fit: those that all pictures share, and each picture's own.
 
 use crate::board::{Board, FoundCorner};
 use crate::projection::{CAMERA_SIZE, project_from_board};
@@ -21,7 +21,7 @@ pub(crate) const PICTURE_SIZE: usize = 8;
 pub struct BundleState {
     /// The camera.
     pub camera: Camera,
-    /// The laser plane in the camera frame; `None` where there is no stripe to measure it.
+    /// The laser plane in the camera frame; `None` without a stripe to measure it.
     pub laser_plane_in_camera: Option<Plane>,
     /// The shape of the board's sheet, the same in all pictures.
     pub sheet: SheetShape,
@@ -30,7 +30,7 @@ pub struct BundleState {
 }
 
 impl BundleState {
-    /// Where a board's corner should be seen; `None` behind the camera.
+    /// Predicted pixel of a board's corner; `None` behind the camera.
     pub(crate) fn pixel_of(
         &self,
         board: &Board,
@@ -42,7 +42,7 @@ impl BundleState {
     }
 }
 
-/// What one picture's board is like.
+/// Unknowns of one picture's board.
 #[derive(Clone, Copy, Debug)]
 pub struct BoardState {
     /// `camera_from_board`.

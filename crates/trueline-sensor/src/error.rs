@@ -1,6 +1,6 @@
 //! Why a sensor could not be calibrated.
 
-/// Why there is no calibration.
+/// Reasons why there is no calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -47,7 +47,7 @@ pub enum Error {
         "no laser plane explains the bright lines of the pictures: the best has a stripe in {found} of them; {needed} are needed"
     )]
     NoCommonPlane {
-        /// Boards whose stripe lies in the plane of most.
+        /// Boards with a stripe in the plane of most.
         found: usize,
         /// The fewest that will do.
         needed: usize,
@@ -78,7 +78,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// The same where a target's sightings are what a board's pictures are to the joint fit.
+    /// The same for a target's sightings, which correspond to a board's pictures in the joint fit.
     pub(crate) fn of_sightings(self) -> Self {
         match self {
             Self::TooFewPictures { found, needed } => Self::TooFewSightings { found, needed },

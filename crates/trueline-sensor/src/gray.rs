@@ -59,7 +59,7 @@ impl Gray {
         Some(above * (1.0 - y) + under * y)
     }
 
-    /// Levels in 65,536 steps from the darkest to the brightest, and how large a step is: what is compared within one picture.
+    /// Levels in 65,536 steps from the darkest to the brightest, and the size of a step, for comparisons within one picture.
     #[must_use]
     pub fn steps(&self) -> (Vec<u16>, f64) {
         let (low, high) = (self.levels.iter())
@@ -86,7 +86,7 @@ impl Gray {
         Self::new(width, height, levels)
     }
 
-    /// This picture less another of the same size: what a lamp adds. `None` where sizes differ.
+    /// This picture less another of the same size: the light of a lamp. `None` where sizes differ.
     #[must_use]
     pub fn less(&self, other: &Self) -> Option<Self> {
         if (self.width, self.height) != (other.width, other.height) {

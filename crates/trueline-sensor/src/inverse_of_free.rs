@@ -2,7 +2,7 @@
 
 use nalgebra::{Cholesky, SMatrix};
 
-/// Inverse over the unknowns that are not held; zero for those that are.
+/// Inverse over the free unknowns; zero for those held fixed.
 #[must_use]
 pub(crate) fn inverse_of_free<const N: usize>(
     information: &SMatrix<f64, N, N>,

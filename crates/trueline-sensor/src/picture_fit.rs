@@ -1,8 +1,8 @@
 //! One picture's part of the joint fit: its corners, its stripe and its board.
 //!
-//! A corner's residual is the pixel where the board says it should be, less the one where it is seen. A point of the
-//! stripe lies on the ray of its pixel, on the board and on the laser plane: the ray meets the board in X, and n·X = d.
-//! Its residual is how far the pixel is from where the stripe should run, across the stripe.
+//! A corner's residual is its pixel predicted by the board, less the measured one. A point of the stripe lies on the
+//! ray of its pixel, on the board and on the laser plane: the ray meets the board in X, and n·X = d. Its residual is
+//! how far the pixel is from where the stripe should run, across the stripe.
 
 use crate::board::{Board, FoundCorner};
 use crate::bundle_state::{BoardState, BundleState, PICTURE_SIZE, SENSOR_SIZE, SHARED_SIZE};
@@ -11,10 +11,10 @@ use crate::sheet::SHEET_SIZE;
 use crate::stripe_residual::{Sheet, StripePixel, StripePoint};
 use nalgebra::{SMatrix, SVector};
 
-/// Where a twist is measured from: one metre of it is not seen by any board.
+/// Reach for a twist: no board sees one metre of it.
 pub(crate) const TWIST_REACH_M: f64 = 0.05;
 
-/// What is measured in one picture, with its noise.
+/// Measurements of one picture, with their noise.
 #[derive(Clone, Debug)]
 pub struct Picture {
     /// Corners: where on the board, and the pixel.
@@ -23,7 +23,7 @@ pub struct Picture {
     pub stripe: Vec<StripePixel>,
 }
 
-/// Sums over one picture, split into what all pictures share and what is its own.
+/// Sums over one picture, split into the shared unknowns and its own.
 #[derive(Clone, Debug)]
 pub(crate) struct PictureEquations {
     /// Shared with shared.
@@ -32,9 +32,9 @@ pub(crate) struct PictureEquations {
     pub across: SMatrix<f64, SHARED_SIZE, PICTURE_SIZE>,
     /// Own with own.
     pub own: SMatrix<f64, PICTURE_SIZE, PICTURE_SIZE>,
-    /// Gradient of what is shared.
+    /// Gradient of the shared unknowns.
     pub shared_gradient: SVector<f64, SHARED_SIZE>,
-    /// Gradient of what is its own.
+    /// Gradient of its own unknowns.
     pub own_gradient: SVector<f64, PICTURE_SIZE>,
     /// ½ Σ r².
     pub cost: f64,
@@ -87,7 +87,7 @@ impl PictureEquations {
         Some(-self.own.cholesky()?.solve(&self.across.transpose()))
     }
 
-    /// Hessian and gradient of what is shared, after the own unknowns are eliminated (Schur complement).
+    /// Hessian and gradient of the shared unknowns, after the own unknowns are eliminated (Schur complement).
     #[must_use]
     pub(crate) fn reduced(
         &self,
@@ -166,7 +166,7 @@ impl PictureFit<'_> {
         }
     }
 
-    /// What is known of the board's flatness beforehand.
+    /// Prior knowledge of the board's flatness.
     fn add_flatness(&self, board: &BoardState, equations: &mut PictureEquations) {
         let values = [board.bulge_m, board.twist];
         for ((index, information), value) in
@@ -179,10 +179,10 @@ impl PictureFit<'_> {
     }
 }
 
-/// Information of offset and twist of boards that are flat to so much, m.
+/// Information of offset and twist of boards with this flatness, m.
 #[must_use]
 pub(crate) fn flatness_information(flatness_m: f64) -> [f64; 2] {
-    // A perfect board has no bulge at all: a millionth of a millimetre stands for that.
+    // A perfect board has no bulge at all; here it has a millionth of a millimetre.
     let sigma_m = flatness_m.max(1e-9);
     [1.0 / sigma_m.powi(2), (TWIST_REACH_M / sigma_m).powi(2)]
 }

@@ -20,7 +20,7 @@ impl PixelRay {
     pub(crate) fn of(camera: &Camera, pixel: &Vector2<f64>) -> Option<Self> {
         let (ray, _) = camera.ray(pixel).ok()?;
         let (_, d_pixel_d_camera, d_pixel_d_point) = project(camera, &ray)?;
-        // At depth one the ray's x and y are those of the point.
+        // At depth one the ray's x and y are the point's.
         let d_pixel = d_pixel_d_point.fixed_columns::<2>(0).try_inverse()?;
         Some(Self { ray, d_pixel, d_camera: -d_pixel * d_pixel_d_camera })
     }

@@ -1,4 +1,4 @@
-//! Whether a calibration from pose sightings may be used, and what to mind.
+//! Whether a calibration from pose sightings may be used, and warnings.
 
 use crate::board_hand_eye::PoseFit;
 use crate::board_hand_eye::joint::{HAND_EYE, SIZE, TIME_OFFSET};
@@ -9,7 +9,7 @@ use crate::verdict::{
 use nalgebra::{SMatrix, Vector3};
 use std::fmt;
 
-/// A calibration with more wrong sightings than this part is none.
+/// A calibration with more wrong sightings than this part is refused.
 const MOST_WRONG: f64 = 0.5;
 /// With more than this part of them something is wrong with the detector.
 const MANY_WRONG: f64 = 0.1;
@@ -18,13 +18,13 @@ const LASTING: f64 = 2.0;
 /// A component of a unit direction above this names it by its axis.
 const MAIN: f64 = 0.9;
 
-/// Why a calibration from sightings is not accepted, or what to mind.
+/// Reasons for a refusal of a calibration from sightings, and warnings.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SightingRemark {
     /// The motion does not show something.
     Unobservable(Unshown),
-    /// The robot stands at each sighting, and nobody said so.
+    /// The robot stands at each sighting, but this was not stated.
     AtStops {
         /// Their number.
         stops: usize,
@@ -74,12 +74,12 @@ pub enum SightingRemark {
     },
 }
 
-/// What a motion does not show.
+/// Quantities that a motion does not determine.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Unshown {
     /// The time offset.
     TimeOffset,
-    /// The hand-eye rotation about these unit directions of what carries the camera.
+    /// The hand-eye rotation about these unit directions of the camera's carrier.
     Rotation(Vec<Vector3<f64>>),
     /// The hand-eye translation along these.
     Translation(Vec<Vector3<f64>>),
@@ -105,7 +105,7 @@ impl Unshown {
         }
     }
 
-    /// All that a fit does not show.
+    /// All undetermined quantities of a fit.
     #[must_use]
     pub fn of(fit: &PoseFit) -> Vec<Self> {
         let hidden = &fit.hidden;
@@ -236,7 +236,7 @@ impl fmt::Display for SightingRemark {
     }
 }
 
-/// Why a calibration is not accepted, and what to mind; the covariance is that of all that is accounted for.
+/// Reasons for a refusal, and warnings. The covariance contains all included effects.
 #[must_use]
 pub fn of_poses(
     fit: &PoseFit,
@@ -251,7 +251,7 @@ pub fn of_poses(
     }
     let sigma = |k: usize| covariance[(k, k)].max(0.0).sqrt();
     let largest = |first: usize| (first..first + 3).map(sigma).fold(0.0, f64::max);
-    // What is not shown at all is said above.
+    // Undetermined directions are reported above.
     let shown =
         |directions: &[Vector3<f64>], first: usize| if directions.is_empty() { largest(first) } else { 0.0 };
     let rotation_rad = shown(&fit.hidden.rotation, HAND_EYE);

@@ -1,9 +1,9 @@
 //! The shape of a printed board: how its sheet bends, and how the printer stretched it.
 //!
-//! A sheet of paper on a table is bent by a fraction of a millimetre, in the same way in all pictures of it. Left out, that bend is
-//! explained by the camera: on real pictures the focal length moved by 3 %, at an uncertainty of 0.4 %. A quadratic surface is
-//! enough there, and it goes on beyond the squares, where the stripe may lie. It looks the same whichever corner the
-//! board is counted from: another origin adds a tilt and an offset, which are the pose's.
+//! A sheet of paper on a table is bent by a fraction of a millimetre, in the same way in all pictures of it. Left out, that
+//! bend is explained by the camera: on real pictures the focal length moved by 3 %, at an uncertainty of 0.4 %. A quadratic
+//! surface is enough there. It continues beyond the squares, where the stripe may lie. It looks the same whichever corner
+//! the board is counted from: another origin adds a tilt and an offset, which are the pose's.
 //!
 //! With ξ and η from the middle of the corners, in half diagonals h: z = h (q₁ ξ² + q₂ ξη + q₃ η²), x grows by the part q₄ and y shrinks
 //! by it, and x grows by q₅ of y.
@@ -14,8 +14,8 @@ use nalgebra::{SMatrix, SVector, Vector2, Vector3};
 /// Numbers of a sheet's shape.
 pub const SHEET_SIZE: usize = 5;
 
-/// What is known of sheets beforehand, standard deviations: their bend as a part of the half diagonal, and what printers stretch.
-/// 0.05 lifts the corner of a sheet of 300 mm by 7 mm.
+/// Prior standard deviations of sheets: their bend as a part of the half diagonal, and the stretch of printers. 0.05 lifts
+/// the corner of a sheet of 300 mm by 7 mm.
 const USUAL: [f64; SHEET_SIZE] = [0.05, 0.05, 0.05, 2e-3, 2e-3];
 
 /// A sheet's shape; zero is flat, and printed true.
@@ -34,7 +34,8 @@ pub(crate) struct Surface {
 }
 
 impl SheetShape {
-    /// Whether a board shows its shape: one with as many columns as rows may be counted from either side in each picture.
+    /// Whether a board determines its shape. One with as many columns as rows may be counted from either side in each
+    /// picture.
     #[must_use]
     pub fn is_seen_on(board: &Board) -> bool {
         board.columns != board.rows

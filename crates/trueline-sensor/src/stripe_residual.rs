@@ -1,8 +1,8 @@
 //! A pixel of the laser's stripe on a board, against the laser plane.
 //!
-//! With the ray r of the pixel and the board's normal m, the surface is m·X = m·t + z + b, where z is the height of the bent sheet
-//! and b the bulge at that point: X = λ r, and s = n·X − d is the signed distance from the laser plane. Derivatives are those
-//! along the normal of the surface where it is met, m less the slope of the sheet.
+//! Let r be the ray of the pixel and m the board's normal. The surface is m·X = m·t + z + b, where z is the height of the
+//! bent sheet and b the bulge at that point. Then X = λ r, and s = n·X − d is the signed distance from the laser plane.
+//! Derivatives are along the normal of the surface at the crossing, m less the slope of the sheet.
 
 use crate::board::Board;
 use crate::bundle_state::{BoardState, PICTURE_SIZE, SENSOR_SIZE, SHARED_SIZE};
@@ -14,11 +14,11 @@ use nalgebra::{SMatrix, Vector2, Vector3};
 use trueline_geometry::{Plane, Pose, so3};
 use trueline_model::Camera;
 
-/// A pixel of the stripe. What turns metres into pixels is taken from an earlier estimate and held: the fit is then
-/// repeated with better values, so that derivatives are exact and the estimate is that of distances in pixels.
+/// A pixel of the stripe. The scale from metres to pixels is taken from an earlier estimate and held fixed; the fit
+/// is then repeated with better values. So derivatives are exact and the estimate is that of distances in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StripePixel {
-    /// Where the stripe is seen, px.
+    /// Place of the stripe, px.
     pub pixel: Vector2<f64>,
     /// Pixels across the stripe for each metre off the laser plane.
     pub px_per_m: f64,
@@ -35,7 +35,7 @@ pub(crate) struct StripePoint {
     pub d_shared: SMatrix<f64, 1, SHARED_SIZE>,
     /// d distance / d (pose, bulge, twist).
     pub d_own: SMatrix<f64, 1, PICTURE_SIZE>,
-    /// Where it is, in the camera frame, m.
+    /// Its place in the camera frame, m.
     pub point_in_camera: Vector3<f64>,
     /// Pixels across the stripe for each metre off the laser plane.
     pub px_per_m: f64,
@@ -98,7 +98,7 @@ pub(crate) struct Sheet<'a> {
     pub shape: &'a SheetShape,
 }
 
-/// Where a ray meets a sheet.
+/// Crossing of a ray with a sheet.
 pub(crate) struct Met {
     /// Ray lengths from the camera.
     pub lambda: f64,
@@ -118,7 +118,7 @@ impl Sheet<'_> {
         Some(ray * self.met(pose, &ray, 0.0)?.lambda)
     }
 
-    /// Where a ray from the camera meets the sheet, lifted by a bulge. `None` where it does not.
+    /// Crossing of a ray from the camera with the sheet, lifted by a bulge. `None` if there is no crossing.
     pub(crate) fn met(&self, pose: &Pose, ray: &Vector3<f64>, bulge_m: f64) -> Option<Met> {
         let flat = pose.rotation * Vector3::z();
         let place = |lambda: f64| (pose.rotation.inverse() * (ray * lambda - pose.translation.vector)).xy();

@@ -1,4 +1,4 @@
-//! Whether a sensor's calibration may be used, and what to mind.
+//! Whether a sensor's calibration may be used, and warnings.
 
 use crate::board::{Board, FoundCorner, View};
 use crate::board_hand_eye::joint::{BoardFit, HAND_EYE, SIZE, TIME_OFFSET};
@@ -24,7 +24,7 @@ pub(crate) const LEAST_BOARD_PICTURES: usize = 6;
 /// Board and robot that differ by more than this multiple of their noise have another error.
 pub(crate) const MOST_DISAGREEMENT: f64 = 3.0;
 
-/// Above this the noise differs from the expected noise, which the user should know.
+/// Above this the noise differs from the expected noise, and the user is warned.
 pub(crate) const USUAL_DISAGREEMENT: f64 = 1.5;
 
 /// The hand-eye transform must be known at least this well, rad.
@@ -36,16 +36,16 @@ pub(crate) const MOST_TRANSLATION_SIGMA_M: f64 = 1e-3;
 /// The time offset must be known at least this well, s.
 pub(crate) const MOST_TIME_OFFSET_SIGMA_S: f64 = 2e-3;
 
-/// Corners that fit worse than this are not those of a sharp board, px.
+/// Corners with a worse fit than this are not of a sharp board, px.
 pub(crate) const MOST_RMS_PX: f64 = 2.0;
 
 /// Points of a laser plane scatter by less than this about it, m: a stripe's middle is found to a tenth of it.
 const USUAL_PLANE_RMS_M: f64 = 0.5e-3;
 
-/// Points that scatter by more than this are those of no plane, m.
+/// Points with a larger scatter than this are not of a plane, m.
 const MOST_PLANE_RMS_M: f64 = 2e-3;
 
-/// Why a calibration is not accepted, or what to mind.
+/// Reasons for a refusal of a calibration, and warnings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Remark {
@@ -74,7 +74,7 @@ pub enum Remark {
         /// Standard deviation, rad.
         sigma_rad: f64,
     },
-    /// The plane's offset is not known well enough where it was measured.
+    /// The plane's offset is too uncertain in the measured range.
     OffsetUncertain {
         /// Standard deviation, m.
         sigma_m: f64,
@@ -108,7 +108,7 @@ pub enum Remark {
         /// How many do.
         count: usize,
     },
-    /// The robot stands at each picture, and nobody said so.
+    /// The robot stands at each picture, but this was not stated.
     AtStops {
         /// Number of stops.
         stops: usize,
@@ -280,12 +280,12 @@ fn board_never_whole(
     )
 }
 
-/// What is no number exceeds every limit.
+/// NaN exceeds every limit.
 fn exceeds(value: f64, limit: f64) -> bool {
     value.is_nan() || value > limit
 }
 
-/// Why a camera is not accepted, and what to mind.
+/// Reasons for a refusal of a camera, and warnings.
 #[must_use]
 pub fn of_camera(fit: &CameraFit, halves: Option<&CrossValidation>) -> (Vec<Remark>, Vec<Remark>) {
     let (mut reasons, mut warnings) = (Vec::new(), Vec::new());
@@ -309,7 +309,8 @@ pub fn of_camera(fit: &CameraFit, halves: Option<&CrossValidation>) -> (Vec<Rema
     (reasons, warnings)
 }
 
-/// Why a plane is not accepted: from the covariance of (θ₁, θ₂, offset) and the offset's σ where it was measured.
+/// Reasons for a refusal of a plane: from the covariance of (θ₁, θ₂, offset) and the offset's σ in the measured
+/// range.
 #[must_use]
 pub fn of_plane(covariance: &Matrix3<f64>, middle_sigma_m: f64) -> Vec<Remark> {
     let mut reasons = Vec::new();
@@ -323,7 +324,7 @@ pub fn of_plane(covariance: &Matrix3<f64>, middle_sigma_m: f64) -> Vec<Remark> {
     reasons
 }
 
-/// Why a plane from points on boards is not accepted, and what to mind.
+/// Reasons for a refusal of a plane from points on boards, and warnings.
 #[must_use]
 pub fn of_points(fit: &PlaneFit) -> (Vec<Remark>, Vec<Remark>) {
     let mut reasons = of_plane(&fit.covariance, fit.middle_sigma_m);
@@ -336,7 +337,7 @@ pub fn of_points(fit: &PlaneFit) -> (Vec<Remark>, Vec<Remark>) {
     (reasons, warnings)
 }
 
-/// A board of which no picture shows all: it may be smaller than stated.
+/// A board never completely visible: it may be smaller than stated.
 #[must_use]
 pub fn never_whole(views: &[View], board: &Board) -> Option<Remark> {
     if views.iter().any(|view| view.complete) {
@@ -349,7 +350,7 @@ pub fn never_whole(views: &[View], board: &Board) -> Option<Remark> {
     Some(Remark::BoardNeverWhole { stated: [board.columns, board.rows], seen })
 }
 
-/// Why a plane from a plate is not accepted, and what to mind.
+/// Reasons for a refusal of a plane from a plate, and warnings.
 #[must_use]
 pub fn of_plate(fit: &PlateFit) -> (Vec<Remark>, Vec<Remark>) {
     let mut reasons = of_plane(&fit.plane_covariance(), fit.middle_sigma_m());
@@ -360,7 +361,8 @@ pub fn of_plate(fit: &PlateFit) -> (Vec<Remark>, Vec<Remark>) {
     (reasons, (count > 0).then_some(Remark::PicturesLeftOut { count }).into_iter().collect())
 }
 
-/// Why a hand-eye transform from a board is not accepted, and what to mind. The covariance is that of all that is accounted for.
+/// Reasons for a refusal of a hand-eye transform from a board, and warnings. The covariance contains all included
+/// effects.
 #[must_use]
 pub fn of_board(fit: &BoardFit, covariance: &SMatrix<f64, SIZE, SIZE>) -> (Vec<Remark>, Vec<Remark>) {
     let (mut reasons, mut warnings) = (Vec::new(), Vec::new());
@@ -388,7 +390,7 @@ pub fn of_board(fit: &BoardFit, covariance: &SMatrix<f64, SIZE, SIZE>) -> (Vec<R
     (reasons, warnings)
 }
 
-/// Pictures whose stripe is none.
+/// Pictures with a false stripe.
 #[must_use]
 pub fn stripes_left_out(fit: &JointFit) -> Vec<Remark> {
     (fit.left_out > 0).then_some(Remark::PicturesLeftOut { count: fit.left_out }).into_iter().collect()

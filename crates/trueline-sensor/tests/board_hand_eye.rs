@@ -35,7 +35,7 @@ const NOISE: ErrorModel =
     ErrorModel { position_m: 0.05e-3, rotation_rad: 4e-5, stamp_s: 0.1e-3, carries: Carried::Camera };
 const CORNER_PX: f64 = 0.15;
 
-/// Where the board is in the camera's view at a time: a smooth motion that tilts to every side.
+/// The board's place in the camera's view at a time: a smooth motion that tilts to every side.
 fn view(time_s: f64) -> Pose {
     let swing = |hertz: f64, phase: f64| (std::f64::consts::TAU * hertz * time_s + phase).sin();
     let turn = Vector3::new(0.35 * swing(0.31, 0.2), 0.35 * swing(0.23, 1.0), 0.3 * swing(0.17, 2.0));
@@ -177,8 +177,8 @@ fn the_gradient_is_that_of_the_cost() {
         ..truth()
     };
     let problem = TargetProblem::whitened(&scan.sightings, robot, &NOISE, &near);
-    // Steps that stay within one segment of the trajectory for the offset (4 ms; the nearest border is measured from the
-    // stamps' even spacing), and a ten-thousandth of a radian and of a metre.
+    // Steps that stay within one segment of the trajectory for the offset (4 ms; the distance to the nearest border
+    // follows from the even stamps), and a ten-thousandth of a radian and of a metre.
     let mut steps = DVector::from_element(SIZE, 1e-4);
     steps[0] = 1e-6;
     let error = gradient_error(&problem, &near, &steps);

@@ -68,8 +68,9 @@ fn the_covariance_is_by_boards_and_honest() {
         let error = off(&fit.plane);
         sum += error.dot(&(fit.covariance.try_inverse().unwrap() * error)) / 3.0;
     }
-    // Variances from 18 boards less three unknowns are themselves uncertain: the mean of a squared t of 15 degrees of freedom is
-    // 15/13 = 1.15 where one variance counts, somewhat less with two. The spread of the mean is sqrt(2/(3 × 400)) × 1.3 = 0.05.
+    // Variances from 18 boards less three unknowns are themselves uncertain: the mean of a squared t of 15 degrees of
+    // freedom is 15/13 = 1.15 with one variance, somewhat less with two. The spread of the mean is sqrt(2/(3 × 400)) × 1.3 =
+    // 0.05.
     let nees = sum / f64::from(sets);
     assert!((0.95..1.32).contains(&nees), "NEES {nees}");
 }
@@ -166,7 +167,7 @@ fn pictures_give_the_plane_with_an_honest_covariance() {
     let (sets, mut sum) = (40, 0.0);
     for seed in 0..sets {
         let mut random = ChaCha12Rng::seed_from_u64(1000 + seed);
-        // What is known of the camera is off by as much as it says.
+        // The camera's knowledge is off by its stated amount.
         let mut known = trueline_sensor::projection::to_vector(&camera);
         for k in 0..8 {
             let z: f64 = StandardNormal.sample(&mut random);
@@ -222,7 +223,7 @@ fn boards_are_found_as_flat_as_they_are() {
     let [flat, bulged] = [0.0, 0.5e-3].map(fitted);
     // Half of the numbers that count are twists, which are zero: √½ of 0.5 mm, known to 1/√(2 · 25) = 14 %.
     assert!((0.2e-3..0.5e-3).contains(&bulged.flatness_m), "{} m", bulged.flatness_m);
-    // Poses are good to some 0.05 mm: what is less cannot be told from it.
+    // Poses are good to about 0.05 mm: smaller effects are invisible.
     assert!(flat.flatness_m < 0.06e-3, "{} m", flat.flatness_m);
     assert_eq!(bulged.left_out + flat.left_out, 0);
     let sigma = |fit: &trueline_sensor::laser_plane::JointFit| fit.covariance[(11, 11)].sqrt();
@@ -280,7 +281,7 @@ fn the_board_to_add_is_where_none_has_been_and_helps_as_much_as_promised() {
     let elsewhere = next.depth_m < next.seen_m[0] || next.depth_m > next.seen_m[1];
     assert!(elsewhere || next.turn_rad != 0.0, "{next:?}");
     assert!(next.then_m < 0.9 * next.now_m, "{next:?}");
-    // That board: across the laser plane, its stripe turned as was said.
+    // This board: across the laser plane, with its stripe turned as stated.
     let along = (Vector3::x() - n * n.x).normalize();
     let away = n.cross(&along);
     let direction = along * next.turn_rad.cos() + away * (next.turn_rad.sin() * away.z.signum());

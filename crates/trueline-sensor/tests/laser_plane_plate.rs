@@ -122,7 +122,7 @@ fn at_one_attitude_the_offset_stays_unknown_however_the_tool_moves() {
     let one = fit_plate(&exact(), &rough, &stops(20, 0.0, USUAL, 4)).unwrap();
     let many = fit_plate(&exact(), &rough, &stops(20, TILT_RAD, USUAL, 4)).unwrap();
     assert!(one.tilts_rad[0] < 1e-3 && many.tilts_rad[1] > 0.1, "{:?} {:?}", one.tilts_rad, many.tilts_rad);
-    // What is left is the rough hand-eye transform's 50 mm and 0.2 rad at 0.4 m.
+    // The remainder is the rough hand-eye transform's 50 mm and 0.2 rad at 0.4 m.
     assert!(one.middle_sigma_m() > 5e-3, "{}", one.middle_sigma_m());
     assert!(many.middle_sigma_m() < 0.3e-3, "{}", many.middle_sigma_m());
 }

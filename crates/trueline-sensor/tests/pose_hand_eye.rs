@@ -125,7 +125,7 @@ fn too_few_sightings_and_streams_without_common_time_are_refused() {
     let mut cast = SightingScan::usual(19).cast();
     cast.sightings = SightingScan::usual(20).cast().sightings;
     let other = sighted::calibrated_cast(&cast, &PoseOptions::default());
-    // Whatever fits best leaves most of them out, or residuals of the size of the motion.
+    // The best fit leaves most of them out, or has residuals of the size of the motion.
     if let Ok(fit) = other {
         let used = fit.used.iter().filter(|used| **used).count();
         assert!(fit.rms_m > 5e-3 || 2 * used < fit.used.len(), "{} {used}", fit.rms_m);

@@ -114,8 +114,8 @@ fn a_thick_stripe_beside_the_squares_is_found_in_every_picture_and_gives_a_plane
         assert!(fit.rms_m < 2e-3, "{session}: {} m", fit.rms_m);
         slopes.push(-plane.normal().z / plane.normal().x);
     }
-    // The planes are not those of one laser: with the distance the stripe moves to the left by 0.5 in one session, and to the right by 0.6
-    // in the other (own fits with OpenCV's corners: -0.47 and 0.63). No focus turns the sign.
+    // The planes are not those of one laser. With the distance the stripe moves to the left by 0.5 in one session, and to
+    // the right by 0.6 in the other (own fits with OpenCV's corners: -0.47 and 0.63). No focus turns the sign.
     let [one, three] = slopes[..] else { return };
     assert!((one + 0.5).abs() < 0.1 && (three - 0.63).abs() < 0.05, "{slopes:?}");
 }

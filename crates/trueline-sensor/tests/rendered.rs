@@ -91,7 +91,8 @@ fn a_board_of_another_size_and_a_picture_without_one_are_told() {
     assert_eq!(chessboard::find(&empty, &board()).unwrap_err(), chessboard::NoBoard::Nothing);
 }
 
-/// Corners that a stripe's light falls on are moved by it, all of a row to one side. Those that are kept are as good as without laser.
+/// Corners that a stripe's light falls on are moved by it, all of a row to one side. The kept corners are as good as without
+/// laser.
 #[test]
 fn corners_under_the_stripe_are_left_out() {
     let square = |off: &[f64]| off.iter().map(|d| d * d).sum::<f64>() / off.len() as f64;
@@ -164,8 +165,8 @@ fn stripes_of_all_widths_are_found_on_a_plate_and_none_where_there_is_none() {
             })
             .collect();
         let mean_px = off_px.iter().sum::<f64>() / off_px.len() as f64;
-        // Noise of two levels beside a hundred; the tilt of the laser to the plate makes a distance of the plane at most as long as one in the
-        // picture.
+        // Noise of two levels in a hundred; the tilt of the laser to the plate makes a distance of the plane at most as long
+        // as one in the picture.
         assert!(mean_px.abs() < 0.05 + 0.01 * width_px, "{width_px} px: {mean_px} px off");
     }
     let dark = gray(&render(&plate(None), 340));

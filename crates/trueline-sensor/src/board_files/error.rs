@@ -1,9 +1,9 @@
-//! Why boards cannot be looked at.
+//! Reasons why boards cannot be used.
 
 use std::io;
 use std::path::PathBuf;
 
-/// Why boards cannot be looked at, or nothing can be calibrated with them.
+/// Reasons why boards cannot be read, or nothing can be calibrated with them.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BoardError {

@@ -28,9 +28,9 @@ use trueline_method::{Config, Hold};
 /// A calibration before a moving board.
 #[derive(Debug)]
 pub struct BoardScan {
-    /// What was found.
+    /// Result of the fit.
     pub fit: BoardFit,
-    /// Covariance of all that is accounted for: noise, and what is uncertain about the camera.
+    /// Covariance of all included effects: noise, and the camera's uncertainty.
     pub covariance: SMatrix<f64, SIZE, SIZE>,
     /// Noise of a corner along each axis, px.
     pub corner_sigma_px: f64,
@@ -40,22 +40,22 @@ pub struct BoardScan {
     pub skipped: BTreeMap<String, usize>,
     /// Whether the robot stood still at each picture, and the source of that.
     pub stops: Option<Stops>,
-    /// Whether the time offset is a result: at stops there is none, and what is held is none.
+    /// Whether the time offset is a result. At stops there is none, and a held one is none.
     pub shows_time_offset: bool,
     /// The robot's file, and its SHA-256.
     pub robot_file: (&'static str, String),
 }
 
-/// What is known of a scan beforehand.
+/// Prior knowledge of a scan.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BoardOptions {
     /// Whether the robot stood at each picture.
     pub at_stops: bool,
-    /// Where to start.
+    /// The start.
     pub guess: Option<Guess>,
     /// Whether the time offset is held there.
     pub holds_offset: bool,
-    /// Absolute accuracy of the robot, m, of which poses at stops have their part; `None` is the value in the sensor's file, or
+    /// Absolute accuracy of the robot, m; poses at stops have a part of it. `None` is the value in the sensor's file, or
     /// [`ASSUMED_ROBOT_ACCURACY_M`].
     pub robot_accuracy_m: Option<f64>,
 }
@@ -231,7 +231,7 @@ fn look(
     Ok(chessboard::find(&gray, board).map_err(|why| why.to_string()))
 }
 
-/// The robot with one feature for each picture: what the streams' clocks are measured on.
+/// The robot with one feature for each picture, to measure the streams' clocks.
 pub(crate) fn stamped(robot: Vec<RobotSample>, stamps_ns: &[i64]) -> Recording {
     let feature = |stamp_ns: &i64| Feature {
         stamp_ns: *stamp_ns,

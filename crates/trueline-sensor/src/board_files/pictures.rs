@@ -1,4 +1,4 @@
-//! Pictures of a board: which files, what they hold, and the board in each.
+//! Pictures of a board: the files, their content, and the board in each.
 
 use crate::board_files::error::BoardError;
 use crate::{Board, FoundCorner, Gray, View, chessboard};
@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use trueline_dataset::{folder, gray_picture};
 
-/// A picture that was looked at.
+/// A picture and its findings.
 #[derive(Debug)]
 pub struct Looked {
     /// Its file.
@@ -15,7 +15,7 @@ pub struct Looked {
     pub sha256: String,
     /// Its size, px.
     pub size_px: [u32; 2],
-    /// The board, or why there is none.
+    /// The board, or the reason why there is none.
     pub view: Result<View, chessboard::NoBoard>,
 }
 
@@ -66,14 +66,14 @@ fn in_folder(path: &Path) -> Result<Vec<PathBuf>, BoardError> {
     Ok(files)
 }
 
-/// Corners of two pictures that are nearer than this, root mean square, are of one picture, px: a second one from a tripod has
-/// noise of its own, but also the same errors of corners and board.
+/// Corners of two pictures that are nearer than this, root mean square, are of one picture, px. A second picture from a
+/// tripod has noise of its own, but the same errors of corners and board.
 const SAME_PX: f64 = 0.05;
 
 /// Looks for the board in every file, with the threads of the current rayon pool. A picture that is there twice counts once.
 ///
 /// # Errors
-/// Files that are no pictures, and pictures of different sizes.
+/// Files that are not pictures, and pictures of different sizes.
 pub fn look(files: &[PathBuf], board: &Board) -> Result<Vec<Looked>, BoardError> {
     let mut looked: Vec<Looked> =
         files.par_iter().map(|file| look_at(file, board)).collect::<Result<_, BoardError>>()?;
@@ -109,7 +109,7 @@ fn look_at(file: &Path, board: &Board) -> Result<Looked, BoardError> {
 /// A picture's gray levels, and the SHA-256 of its file.
 ///
 /// # Errors
-/// A file that is no picture.
+/// A file that is not a picture.
 pub fn read(file: &Path) -> Result<(Gray, String), BoardError> {
     let bytes = gray_picture::bytes(file)?;
     let image = gray_picture::decode(file, &bytes)?;

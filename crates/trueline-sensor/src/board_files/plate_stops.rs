@@ -11,13 +11,13 @@ use trueline_dataset::picture_poses_csv::{self, PicturePose};
 use trueline_dataset::sensor_setup::Mounted;
 use trueline_dataset::sensor_toml::CameraFile;
 
-/// A picture's name, and what it gave.
+/// A picture's name, and its result.
 pub type Stop = (String, Result<PlateStop, NoStripe>);
 
 /// Looks for the stripe in every picture that a table names; pictures are beside the table.
 ///
 /// # Errors
-/// A table that is broken, files that are no pictures, or not of this camera.
+/// A broken table; files that are not pictures, or not of this camera.
 pub fn look(table: &Path, camera: &CameraFile) -> Result<Vec<Stop>, BoardError> {
     let poses = picture_poses_csv::read(table, &plain_file(table)?)?;
     let folder = table.parent().unwrap_or_else(|| Path::new(""));
@@ -39,7 +39,7 @@ fn look_at(file: &Path, pose: PicturePose, camera: &CameraFile) -> Result<Stop, 
     }
     let base_from_tool = match camera.setup.mounted {
         Mounted::Tool => pose.base_from_tool,
-        // The robot carries the plate: what it carries and what stands still change places.
+        // The robot carries the plate: load and fixed body change places.
         Mounted::Fixed => pose.base_from_tool.inverse(),
     };
     let stripe = striped_picture::on_plate(&lit, &camera.camera);

@@ -19,12 +19,12 @@ use trueline_method::input::stops::{self, Stops};
 use trueline_method::input::timestamps::{Dejittered, Sampling};
 use trueline_method::{Config, Hold};
 
-/// What is known of a scan beforehand.
+/// Prior knowledge of a scan.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SightingOptions {
     /// Whether the robot stood at each sighting.
     pub at_stops: bool,
-    /// Where to start.
+    /// The start.
     pub guess: Option<Guess>,
     /// Whether the time offset is held there.
     pub holds_offset: bool,
@@ -37,7 +37,7 @@ pub struct SightingOptions {
 /// A calibration from pose sightings.
 #[derive(Clone, Debug)]
 pub struct PoseScan {
-    /// What was found.
+    /// Result of the fit.
     pub fit: PoseFit,
     /// Covariance of all modelled errors: noise, and position errors of the robot.
     pub covariance: SMatrix<f64, SIZE, SIZE>,
@@ -45,11 +45,11 @@ pub struct PoseScan {
     pub robot_noise_m: f64,
     /// Whether the robot stood still at each sighting, and the source of that.
     pub stops: Option<Stops>,
-    /// Whether the time offset is among what was estimated.
+    /// Whether the time offset was estimated.
     pub estimates_offset: bool,
 }
 
-/// Calibrates from what a folder of sightings holds; `dataset` names it in errors.
+/// Calibrates from a folder of sightings; errors name it `dataset`.
 ///
 /// # Errors
 /// Streams that cannot be used, and sightings that show too little.
@@ -88,7 +88,7 @@ pub fn calibrate(
         let noise = ErrorModel { carries, ..at_stops_noise(accuracy_m) };
         let path = RobotPath::Stops(&poses);
         let fit = poses::calibrate(&reported, path, &noise, &sought).map_err(failed)?;
-        // The residuals have what differs from stop to stop, and not what neighbouring stops share.
+        // The residuals contain the differences from stop to stop, but not the common error of neighbouring stops.
         let covariance = fit.covariance + of_robot(&fit, path, field);
         let robot_noise_m = noise.position_m;
         return Ok(PoseScan { fit, covariance, robot_noise_m, stops: Some(stops), estimates_offset: false });
@@ -112,13 +112,13 @@ fn carried(mounted: Mounted) -> Carried {
     }
 }
 
-/// The pose of what carries the camera at each sighting of a scan at stops.
+/// The pose of the camera's carrier at each sighting of a scan at stops.
 fn poses_at(scan: &Recording, stamps_ns: &[i64]) -> Vec<Pose> {
     let at = |stamp_ns: &i64| scan.robot.partition_point(|sample| sample.stamp_ns < *stamp_ns);
     stamps_ns.iter().filter_map(|stamp| Some(scan.lines_from_carrier(scan.robot.get(at(stamp))?))).collect()
 }
 
-/// What the estimate owes to a robot that is off by an error which changes slowly with its pose.
+/// Effect on the estimate of a robot error that changes slowly with the pose.
 fn of_robot(fit: &PoseFit, path: RobotPath<'_>, sigmas: RobotSigmas) -> SMatrix<f64, SIZE, SIZE> {
     let pose = |k: usize| Some(path.at(k, fit.unknowns.time_offset_s)?.base_from_tool);
     let placed: Vec<(Pose, &SMatrix<f64, SIZE, 6>)> =

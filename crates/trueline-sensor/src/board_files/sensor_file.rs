@@ -1,4 +1,4 @@
-//! What was found of a sensor, as its file.
+//! A sensor's calibration as its file.
 
 use crate::intrinsics::CameraFit;
 use crate::laser_plane::plate::PlateFit;
@@ -8,7 +8,7 @@ use trueline_dataset::Sensor;
 use trueline_dataset::sensor_setup::{SensorCovariance, SensorSetup, SensorUncertainty};
 use trueline_dataset::sensor_toml::{CameraFile, SensorFile};
 
-/// A camera, and how well it is known.
+/// A camera, and its uncertainty.
 #[must_use]
 pub fn of_camera(fit: &CameraFit) -> CameraFile {
     let (camera, sigma) = (fit.state.camera, fit.sigma());
@@ -50,7 +50,7 @@ pub fn with_plate_plane(before: &CameraFile, fit: &PlateFit) -> CameraFile {
     }
 }
 
-/// A camera's file with a laser plane that was measured by itself.
+/// A camera's file with a separately measured laser plane.
 #[must_use]
 pub fn with_plane(before: CameraFile, fit: &PlaneFit) -> CameraFile {
     let stated = before.setup.uncertainty.clone().unwrap_or_default();

@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 use trueline_dataset::sensor_setup::SensorCovariance;
 use trueline_dataset::sensor_toml::CameraFile;
 
-/// What one picture gave.
+/// Result of one picture.
 pub type Found = Result<BoardPicture, NoStripe>;
 
-/// The camera as its file knows it; without a covariance it is treated as exact.
+/// The camera from its file; without a covariance it is treated as exact.
 #[must_use]
 pub fn known(file: &CameraFile) -> KnownCamera {
     let stated = file.setup.uncertainty.as_ref().and_then(|u| u.covariance.as_ref());
@@ -27,7 +27,7 @@ pub fn known(file: &CameraFile) -> KnownCamera {
 /// off.
 ///
 /// # Errors
-/// Files that are no pictures, or not of this camera.
+/// Files that are not pictures, or not of this camera.
 pub fn look(
     files: &[PathBuf],
     without_laser: Option<&Path>,
@@ -37,7 +37,7 @@ pub fn look(
     files.par_iter().map(|file| look_at(file, without_laser, camera, ground)).collect()
 }
 
-/// Puts what the fit says of the pictures with a board, in their order, into what was found.
+/// Adds the fit's results about the pictures with a board, in their order, to the findings.
 pub fn conclude(found: &mut [Found], of_pictures: Vec<Result<(), NoStripe>>) {
     for (found, of_picture) in found.iter_mut().filter(|found| found.is_ok()).zip(of_pictures) {
         if let Err(why) = of_picture {

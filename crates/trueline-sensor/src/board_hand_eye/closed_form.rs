@@ -17,7 +17,7 @@ pub struct MotionPair {
     pub camera: Pose,
 }
 
-/// Every pair of stops: their robot poses `base_from_tool` and what the camera saw, `camera_from_board`.
+/// Every pair of stops: their robot poses `base_from_tool` and the camera's `camera_from_board`.
 #[must_use]
 pub fn pairs(base_from_tool: &[Pose], camera_from_board: &[Pose]) -> Vec<MotionPair> {
     let mut pairs = Vec::new();

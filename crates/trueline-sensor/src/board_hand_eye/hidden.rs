@@ -1,33 +1,34 @@
-//! What the motion does not show of time offset and hand-eye transform.
+//! Directions of time offset and hand-eye transform that the motion does not determine.
 //!
-//! A robot that means to turn about one axis turns a little about others too, if only by its noise. So a direction is not called hidden
-//! by its rank, which noise makes full, but by its uncertainty: one that is no better than a glance at the robot tells is no result.
+//! A robot that means to turn about one axis turns a little about others too, if only by its noise. So a direction is hidden
+//! not by its rank, which noise makes full, but by its uncertainty. A direction that is no better known than by a glance at
+//! the robot is no result.
 
 use super::unknowns::{HAND_EYE, SIZE, TARGET, TIME_OFFSET};
 use nalgebra::{DMatrix, Matrix3, SMatrix, SVector, Vector3};
 use trueline_lsq::Information;
 
-/// A time offset is not shown if it is not known to this, s: the time between two pictures.
+/// A time offset is undetermined above this uncertainty, s: the time between two pictures.
 pub const MOST_TIME_S: f64 = 0.03;
-/// A rotation is not shown if it is not known to this, rad: 3°.
+/// A rotation is undetermined above this uncertainty, rad: 3°.
 pub const MOST_TURN_RAD: f64 = 0.05;
-/// A translation is not shown if it is not known to this, m: a ruler is better.
+/// A translation is undetermined above this uncertainty, m: a ruler is better.
 pub const MOST_SHIFT_M: f64 = 0.02;
-/// Before any recording each unknown is known to this many times these limits: so much larger that it decides nothing.
+/// Prior of each unknown, in units of these limits: so wide that it decides nothing.
 const BEFOREHAND: f64 = 1e3;
-/// Below this part of the best seen direction one is not seen, whatever the noise.
+/// Below this part of the best determined direction one is undetermined, at any noise.
 const SEEN: f64 = 1e-9;
 
-/// What is not shown, and the uncertainty of all.
+/// The undetermined directions, and the uncertainty of all.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hidden {
     /// Directions that are shown.
     pub rank: usize,
     /// Unknowns that are estimated.
     pub size: usize,
-    /// Largest over smallest singular value, columns scaled to length one; infinite where one is zero.
+    /// Largest over smallest singular value, columns scaled to length one; infinite if one is zero.
     pub condition: f64,
-    /// Whether the time offset is among what is estimated and not shown.
+    /// Whether the time offset is estimated but not determined.
     pub time_offset: bool,
     /// Unit directions in the carrier's axes about which the hand-eye rotation is not shown.
     pub rotation: Vec<Vector3<f64>>,
@@ -85,7 +86,7 @@ pub(crate) fn assess(
     Some((hidden, covariance))
 }
 
-/// What is left of the information about the time offset where all else is estimated with it.
+/// Information on the time offset if everything else is estimated with it.
 fn schur(information: &SMatrix<f64, SIZE, SIZE>) -> Option<f64> {
     Some(information.cholesky()?.inverse()[(TIME_OFFSET, TIME_OFFSET)].recip())
 }
@@ -99,7 +100,8 @@ fn limits() -> SVector<f64, SIZE> {
     limits
 }
 
-/// The principal directions of three unknowns that are not known to a limit, the worst first; the axes themselves where none is.
+/// The principal directions of three unknowns with uncertainties above a limit, the worst first; the axes themselves if none
+/// is determined.
 fn directions(covariance: &SMatrix<f64, SIZE, SIZE>, first: usize, limit: f64) -> Vec<Vector3<f64>> {
     let block: Matrix3<f64> = covariance.fixed_view::<3, 3>(first, first).into();
     let eigen = block.symmetric_eigen();

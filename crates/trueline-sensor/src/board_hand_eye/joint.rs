@@ -1,6 +1,6 @@
 //! Time offset, hand-eye transform and target by maximum likelihood, from the target's pose in every picture.
 //!
-//! The target is a board, or whatever else a detector or tracker reports the pose of.
+//! The target is a board, or any other target of a detector or tracker.
 //!
 //! | symbol | code | meaning |
 //! |---|---|---|
@@ -21,8 +21,8 @@ use nalgebra::{DMatrix, DVector, Matrix6, SMatrix, SVector, Vector6};
 use trueline_geometry::{Pose, se3};
 use trueline_lsq::{Information, LeastSquares, NormalEquations, SolveOptions, solve};
 
-/// Rounds of whitening, leaving out and fitting: in each, sightings count whose robot pose is known within so many seconds about the
-/// time offset that it begins with, so that none falls out of the recording while the offset moves.
+/// Rounds of whitening, outlier rejection and fitting. In each, sightings count if their robot pose is known within this
+/// many seconds about the round's first time offset. So none leaves the recording while the offset moves.
 pub(crate) const ROUND_MARGINS_S: [f64; 4] = [0.1, 0.05, 0.02, 0.005];
 /// Median of the squared length of six whitened numbers.
 const MEDIAN_SQUARED: f64 = 5.348;
@@ -33,12 +33,12 @@ pub const FEWEST: usize = 4;
 /// A direction is not seen below this part of the best seen one.
 const SEEN: f64 = 1e-6;
 
-/// What was found.
+/// Result of the fit.
 #[derive(Clone, Debug)]
 pub struct BoardFit {
     /// The estimate.
     pub unknowns: Unknowns,
-    /// Covariance from noise, in the order of [`TIME_OFFSET`], [`HAND_EYE`], [`TARGET`]; zero for an offset that is held. Where
+    /// Covariance from noise, in the order of [`TIME_OFFSET`], [`HAND_EYE`], [`TARGET`]; zero for an offset that is held. If
     /// residuals are larger than the noise explains, it is scaled up to them.
     pub covariance: SMatrix<f64, SIZE, SIZE>,
     /// How the estimate follows the camera's parameters fx … k3, which are held.
@@ -49,12 +49,12 @@ pub struct BoardFit {
     pub used: Vec<bool>,
     /// Sum of squared residuals by its freedom: one if the noise is as it was taken.
     pub squares_per_freedom: f64,
-    /// Root mean square distance of the board's origin from where it should be seen, m.
+    /// Root mean square distance of the board's origin from its prediction, m.
     pub shift_rms_m: f64,
 }
 
 impl BoardFit {
-    /// Covariance with what is uncertain about the camera, whose parameters have this covariance.
+    /// Covariance including the camera's uncertainty; its parameters have this covariance.
     #[must_use]
     pub fn covariance_with(
         &self,
@@ -75,7 +75,7 @@ pub struct TargetProblem<'a, S> {
     whitening: Vec<Matrix6<f64>>,
 }
 
-/// Fits all unknowns from a start; at stops, and where it is held, the time offset stays as it is.
+/// Fits all unknowns from a start; at stops, and if it is held, the time offset stays constant.
 ///
 /// # Errors
 /// Too few pictures, or poses that do not fix the hand-eye transform.
@@ -146,7 +146,7 @@ impl<'a, S: Sighting> TargetProblem<'a, S> {
         self
     }
 
-    /// Without the sightings whose robot pose is not known everywhere within a margin, s, of the offset.
+    /// Without the sightings that have no known robot pose everywhere within a margin, s, of the offset.
     fn within(mut self, margin_s: f64, at: &Unknowns) -> Self {
         if self.robot.has_time_offset() {
             for (k, used) in self.used.iter_mut().enumerate() {
@@ -226,7 +226,7 @@ impl<'a, S: Sighting> TargetProblem<'a, S> {
         })
     }
 
-    /// The tool at the exposure of a picture; `None` where no pose was recorded.
+    /// The tool at the exposure of a picture; `None` without a recorded pose.
     pub(super) fn tool(&self, k: usize, time_offset_s: f64) -> Option<ToolState> {
         self.robot.at(k, time_offset_s)
     }
@@ -254,8 +254,8 @@ impl<'a, S: Sighting> TargetProblem<'a, S> {
         Some((self.residual(k, at)?, self.whitening[k] * jacobian))
     }
 
-    /// How the estimate with a covariance (in units of the whitening) follows an error of the robot's pose at a sighting; `None` of one
-    /// that does not count.
+    /// Derivative of the estimate with a covariance (in units of the whitening) by an error of the robot's pose at a
+    /// sighting; `None` if the sighting does not count.
     pub(crate) fn d_robot(
         &self,
         k: usize,

@@ -1,4 +1,4 @@
-//! What the motion shows of the time offset, apart from the noise of the robot's rates.
+//! Information of the motion on the time offset, without the noise of the robot's rates.
 //!
 //! Rates are differences of noisy poses. Their noise has squares like a motion, and a robot that moves evenly would seem to show its time
 //! offset. The rates before and after a sighting share the motion and not the noise, so their product does not contain it.

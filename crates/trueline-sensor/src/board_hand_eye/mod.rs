@@ -1,13 +1,14 @@
-//! Where the camera is on the robot, from pictures of a board that stands still: the robot stops before it, or moves.
+//! Pose of the camera on the robot, from pictures of a fixed board: the robot stops before it, or moves.
 //!
 //! ```text
 //! corners ──sighting──▶ pose of the board, its covariance ──closed_form──▶ first hand-eye
 //!                                    └──────────────────────joint───────▶ time offset, hand-eye, board
 //! ```
 //!
-//! At standstill there is no time offset to be seen. While the robot moves ([`moving`]), all three are estimated together:
-//! a reference for calibrations without a board. Poses that any other detector or tracker reports ([`poses`]) go through the same joint
-//! estimate; of these the noise is estimated where none is stated, and what the motion does not show is named ([`hidden`]).
+//! At standstill the time offset cannot be determined. While the robot moves ([`moving`]), all three are estimated together:
+//! a reference for calibrations without a board. Poses of any other detector or tracker ([`poses`]) use the same joint
+//! estimate. If their noise is not stated it is estimated, and directions that the motion does not determine are named
+//! ([`hidden`]).
 
 pub mod closed_form;
 pub mod hidden;

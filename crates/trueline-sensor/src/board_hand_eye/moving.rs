@@ -1,7 +1,7 @@
-//! Start and fit, while the robot moves or stands at stops: nothing is known but that one board stands still.
+//! Start and fit, while the robot moves or stands at stops, from the fact alone that one board stands still.
 //!
-//! Start: the time offset at which camera and robot turn by the same angles (angles do not depend on how the camera is
-//! mounted), then a closed form for the hand-eye transform. Stops have no time offset, and a guess takes the place of either.
+//! Start: the time offset at which camera and robot turn by the same angles (angles do not depend on the mounting). A
+//! closed form for the hand-eye transform follows. Stops have no time offset, and a guess takes the place of either.
 
 use super::joint::{self, BoardFit, ErrorModel, FEWEST};
 use super::robot_path::RobotPath;
@@ -11,7 +11,7 @@ use crate::board::Board;
 use crate::error::Error;
 use trueline_geometry::{Pose, Trajectory};
 
-/// Time offsets are looked for up to this, s.
+/// Range of the search for the time offset, s.
 pub(crate) const REACH_S: f64 = 1.0;
 /// Noise of poses that were smoothed over 40 ms is shared by pictures so near to each other, s.
 const SHARED_S: f64 = 0.05;
@@ -33,7 +33,7 @@ pub fn calibrate(
     calibrate_along(board, sightings, RobotPath::Moving { trajectory, stamps_s }, noise, None)
 }
 
-/// The same along any path of the robot, from a guess of time offset and hand-eye transform where there is one.
+/// The same along any path of the robot, from a guess of time offset and hand-eye transform if there is one.
 ///
 /// # Errors
 /// As [`calibrate`].
@@ -67,9 +67,10 @@ pub fn calibrate_along(
     Ok(fit)
 }
 
-/// The same at stops, with the noise of the robot that explains the residuals: where they are larger than the stated noise makes them,
-/// both parts of it are raised alike until the squares are as many as their freedom. That is the restricted likelihood's own condition for
-/// a variance; it is bounded, so that boards and poses that have nothing to do with each other are no robot's noise.
+/// The same at stops, with the noise of the robot that explains the residuals. If they are larger than the stated noise,
+/// both parts of the noise are raised equally until the sum of squares equals the degrees of freedom. This is the restricted
+/// likelihood's own condition for a variance. It is bounded, so that unrelated boards and poses are not explained as robot
+/// noise.
 ///
 /// # Errors
 /// As [`calibrate`].
@@ -105,8 +106,8 @@ const MOST_RAISED: f64 = 20.0;
 /// Halvings of its logarithm: to a hundredth.
 const HALVINGS: usize = 8;
 
-/// How much larger the variance of a mean over the pictures is than if their errors had nothing in common: pictures that
-/// follow each other closely share noise of the robot, whose poses are smoothed. 1 + 2 Σ ρ over the first lags.
+/// Ratio of the variance of a mean over the pictures to that of independent errors: pictures in close sequence share
+/// noise of the robot, as its poses are smoothed. 1 + 2 Σ ρ over the first lags.
 fn correlation(fit: &BoardFit, stamps_s: &[f64]) -> f64 {
     let at = |k: usize| fit.residuals.get(k).copied().flatten().filter(|_| fit.used[k]);
     let squares: f64 = (0..fit.residuals.len()).filter_map(at).map(|residual| residual.norm_squared()).sum();
@@ -122,8 +123,8 @@ fn correlation(fit: &BoardFit, stamps_s: &[f64]) -> f64 {
     factor.max(1.0)
 }
 
-/// All boards counted from the same corner: of the ways in which a plain board can be counted, the one whose turn since the nearest
-/// attitude that is counted already is nearest to the robot's.
+/// All boards counted from the same corner. A plain board can be counted in several ways: the one counts with a rotation
+/// nearest to the robot's since the nearest attitude already counted.
 fn counted_alike(
     board: &Board,
     sightings: &[BoardSighting],
@@ -134,7 +135,8 @@ fn counted_alike(
     // An offset hardly matters here: ways of counting differ by a quarter turn at least.
     let attitudes: Vec<_> = (0..sightings.len()).map(|k| robot.attitude(k, time_offset_s)).collect();
     let turn = |a: usize, b: usize| attitudes[a].zip(attitudes[b]).map_or(0.0, |(a, b)| a.angle_to(&b));
-    // What is not counted yet, with the nearest that is: each is taken where the robot has turned least, a few degrees as a rule.
+    // Boards not counted yet, with the nearest counted one. Each is taken at the smallest rotation of the robot, a few
+    // degrees as a rule.
     let mut left: Vec<(usize, usize)> = (1..sightings.len()).map(|k| (k, 0)).collect();
     while let Some(next) = (0..left.len()).min_by(|a, b| {
         let turned = |k: usize| turn(left[k].0, left[k].1);

@@ -1,4 +1,4 @@
-//! The noise of sightings of which none is stated, from their residuals.
+//! The noise of sightings, estimated from their residuals if none is stated.
 
 use super::joint::{ErrorModel, SIZE, TargetProblem, Unknowns};
 use super::pose_sighting::PoseSighting;
@@ -7,12 +7,12 @@ use super::start::quantile;
 use nalgebra::{Matrix6, SMatrix, Vector6};
 use trueline_lsq::{Information, LeastSquares, NormalEquations};
 
-/// With so many sightings the noise along the camera's view is estimated apart from that across it. Each of four variances then has 10 numbers at least and is
-/// known to a half, while a camera sees depth ten times worse than what is across.
+/// Number of sightings from which the noise along the camera's view is estimated separately. Each of four variances then
+/// has at least 10 numbers and is known to a half, and a camera measures depth ten times worse than across.
 const MANY: usize = 10;
-/// Noise is no smaller than this, rad and m: rounding of files.
+/// Least noise, rad and m: rounding of files.
 const LEAST: [f64; 2] = [1e-7, 1e-8];
-/// Part of the squared residuals whose largest stands for their median where three of ten are wrong.
+/// Part of the squared residuals with a largest value equal to their median if three of ten are wrong.
 const MEDIAN_PART: f64 = 0.4;
 /// Median of the squared length of three numbers of unit variance.
 const MEDIAN_SQUARED: f64 = 2.366;
@@ -29,7 +29,7 @@ pub(crate) enum Groups {
 }
 
 impl Groups {
-    /// What a number of sightings tells apart.
+    /// Number of variances that a number of sightings can separate.
     pub(crate) fn for_count(count: usize) -> Self {
         if count >= MANY { Self::Four } else { Self::Two }
     }
@@ -62,7 +62,7 @@ pub(crate) fn at_start(
 }
 
 /// The next value: each variance times Σ |S⁻¹r|² over Σ tr P of its components, with S the covariance of a residual r and
-/// P = S⁻¹ − S⁻¹ J C Jᵀ S⁻¹. It stays as it is where the restricted likelihood is largest \[Patterson1971\].
+/// P = S⁻¹ − S⁻¹ J C Jᵀ S⁻¹. It converges at the largest restricted likelihood \[Patterson1971\].
 pub(crate) fn estimated(
     problem: &TargetProblem<'_, PoseSighting>,
     at: &Unknowns,

@@ -1,4 +1,4 @@
-//! What a sighting of a target is to the joint estimate: its pose and the covariance of that.
+//! A sighting of a target in the joint estimate: its pose and covariance.
 
 use crate::projection::CAMERA_SIZE;
 use nalgebra::{Matrix6, SMatrix, Vector6};
@@ -12,7 +12,7 @@ pub trait Sighting {
     /// Covariance of (δ, δt) of it, perturbed on the left, in the camera's axes, rad² and m².
     fn covariance(&self) -> &Matrix6<f64>;
 
-    /// How it follows the camera's parameters fx … k3; `None` where there is no camera that could be off.
+    /// Its derivative by the camera's parameters fx … k3; `None` if there is no camera with errors.
     fn d_camera(&self) -> Option<&SMatrix<f64, 6, CAMERA_SIZE>> {
         None
     }
@@ -23,7 +23,7 @@ pub trait Sighting {
 pub struct ReportedPose {
     /// `camera_from_target`.
     pub camera_from_target: Pose,
-    /// Standard deviation per axis of its rotation (rad) and of its translation (m), where it is stated.
+    /// Standard deviation per axis of its rotation (rad) and of its translation (m), if stated.
     pub sigma: Option<[f64; 2]>,
 }
 
@@ -37,8 +37,8 @@ pub struct PoseSighting {
 }
 
 impl PoseSighting {
-    /// A reported pose with its own standard deviations, or else those of `otherwise`: of the rotation about each axis of the camera
-    /// (rad), then of the translation along each (m).
+    /// A reported pose with its own standard deviations, or else those of `otherwise`: of the rotation about each axis of
+    /// the camera (rad), then of the translation along each (m).
     #[must_use]
     pub fn of(reported: &ReportedPose, otherwise: &Vector6<f64>) -> Self {
         let [turn, shift] = reported.sigma.unwrap_or_default();

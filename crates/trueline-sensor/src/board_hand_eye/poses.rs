@@ -4,8 +4,9 @@
 //! offsets (angles turned) ──▶ starts (closed forms over few) ──▶ joint fit and noise, in turn ──▶ the best, its rival, what is hidden
 //! ```
 //!
-//! Where no noise is stated it is estimated with the rest, by restricted maximum likelihood: of rotation and translation, and where there
-//! are enough sightings across the camera's view and along it, which a camera sees worse \[Patterson1971\].
+//! If no noise is stated it is estimated with the rest, by restricted maximum likelihood. It is separate for rotation and
+//! translation and, with enough sightings, for directions across the camera's view and along it, where a camera is worse
+//! \[Patterson1971\].
 
 use super::hidden::{self, Hidden};
 use super::joint::{
@@ -21,29 +22,29 @@ use nalgebra::{SMatrix, Vector6};
 use trueline_geometry::Pose;
 use trueline_lsq::{LeastSquares, NormalEquations};
 
-/// Time offsets are looked for up to this, s.
+/// Range of the search for the time offset, s.
 pub const REACH_S: f64 = 2.0;
 /// Offsets that are fitted.
 const CANDIDATES: usize = 4;
-/// Rounds of fit and noise that tell candidates apart, and that the answer gets.
+/// Rounds of fit and noise: for the choice between candidates, and for the answer.
 const ROUNDS: [usize; 2] = [4, 25];
-/// Sightings that tell starts all around apart.
+/// Number of sightings for the choice between starts.
 const FEW: usize = 60;
 /// The noise is found once it changes by less than this part.
 const SETTLED: f64 = 2e-3;
-/// Answers whose offsets differ by less than this are one, s.
+/// Answers with offsets closer than this are one, s.
 const ONE_OFFSET_S: f64 = 0.03;
 /// Beyond this z the better of two offsets is better by more than chance.
 const DECISIVE_Z: f64 = 5.0;
-/// Correlation of residuals is looked at over this part of all sightings.
+/// Part of all sightings over which the correlation of residuals is computed.
 const LAG_PART: f64 = 0.25;
 
 /// The prior.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseOptions {
-    /// The time offset is looked for within plus and minus this, s.
+    /// The search range of the time offset is plus and minus this, s.
     pub reach_s: f64,
-    /// Where to start: time offset, s, and `tool_from_camera`.
+    /// Start: time offset, s, and `tool_from_camera`.
     pub guess: Option<(f64, Pose)>,
 }
 
@@ -53,19 +54,20 @@ impl Default for PoseOptions {
     }
 }
 
-/// What was found. With a camera beside the robot `tool_from_camera` is `base_from_camera`, and `base_from_target` is
-/// `tool_from_target`.
+/// Result of the fit. With a camera beside the robot `tool_from_camera` is `base_from_camera`, and `base_from_target`
+/// is `tool_from_target`.
 #[derive(Clone, Debug)]
 pub struct PoseFit {
     /// The estimate.
     pub unknowns: Unknowns,
-    /// Covariance from noise, in the order of [`super::joint::TIME_OFFSET`], [`super::joint::HAND_EYE`], [`super::joint::TARGET`]; zero for an offset that is
-    /// held, and very large along what is hidden. Where residuals are larger than stated, or lasting, it is scaled up to them.
+    /// Covariance from noise, in the order of [`super::joint::TIME_OFFSET`], [`super::joint::HAND_EYE`],
+    /// [`super::joint::TARGET`]; zero for an offset held fixed, and very large along hidden directions. If residuals are
+    /// larger than stated, or lasting, it is scaled up to them.
     pub covariance: SMatrix<f64, SIZE, SIZE>,
-    /// What the motion does not show.
+    /// Directions that the motion does not determine.
     pub hidden: Hidden,
-    /// How the estimate follows an error of the robot's pose at each sighting that counts: turn and shift in the axes of what it carries
-    /// its noise in, rad and m.
+    /// Derivative of the estimate by an error of the robot's pose at each counting sighting: rotation and shift in the axes
+    /// of the body that the noise turns, rad and m.
     pub d_robot: Vec<Option<SMatrix<f64, SIZE, 6>>>,
     /// Which sightings count.
     pub used: Vec<bool>,
@@ -73,7 +75,8 @@ pub struct PoseFit {
     pub unplaced: usize,
     /// Whitened length of each residual; `None` without a pose of the robot.
     pub residuals: Vec<Option<f64>>,
-    /// Standard deviations of a sighting about and along the camera's axes, rad and m: estimated, or the mean of what is stated.
+    /// Standard deviations of a sighting about and along the camera's axes, rad and m: estimated, or the mean of the stated
+    /// ones.
     pub sigma: Vector6<f64>,
     /// Whether they are stated.
     pub sigma_is_stated: bool,
@@ -81,7 +84,7 @@ pub struct PoseFit {
     pub squares_per_freedom: f64,
     /// By how much lasting residuals raise the variance.
     pub lasting: f64,
-    /// Root mean square distance of the target from where it should be seen, m.
+    /// Root mean square distance of the target from its prediction, m.
     pub rms_m: f64,
     /// Root mean square angle, rad.
     pub rms_rad: f64,
@@ -110,8 +113,8 @@ impl OtherOffset {
     }
 }
 
-/// Estimates everything from sightings (in the order of the path's stamps) of a target that stands still, or that the robot carries
-/// before a camera that stands still; then the path is `tool_from_base`.
+/// Estimates all unknowns from sightings (in the order of the path's stamps) of a fixed target. If the robot carries the
+/// target before a fixed camera, the path is `tool_from_base`.
 ///
 /// # Errors
 /// Too few sightings, streams without time in common, or poses that have nothing to do with each other.
@@ -256,7 +259,7 @@ impl Scan<'_> {
         Ok(Candidate { state, sigma })
     }
 
-    /// Squared whitened residuals at an answer, no larger than those of outliers; `None` without a pose of the robot.
+    /// Squared whitened residuals at an answer, at most those of outliers; `None` without a pose of the robot.
     fn capped(&self, state: &Unknowns, sigma: &Vector6<f64>) -> Vec<Option<f64>> {
         let sightings = self.sightings(sigma);
         let problem = TargetProblem::whitened(&sightings, self.robot, &self.noise, state);
@@ -343,7 +346,7 @@ impl Scan<'_> {
         })
     }
 
-    /// The noise of a sighting: what was estimated, or the root mean square of what is stated.
+    /// The noise of a sighting: the estimated one, or the root mean square of the stated ones.
     fn sigma_of(&self, best: &Candidate) -> Vector6<f64> {
         if !self.is_stated() {
             return best.sigma;
@@ -357,8 +360,8 @@ impl Scan<'_> {
     }
 }
 
-/// How much larger the variance of a mean is than of values that have nothing in common: 1 + 2 Σ ρ over the lags up to the first
-/// that chance may have made \[Geyer1992\].
+/// Ratio of the variance of a mean to that of independent values: 1 + 2 Σ ρ over the lags up to the first that may be chance
+/// \[Geyer1992\].
 fn lasting<T>(values: &[T], product: impl Fn(&T, &T) -> f64) -> f64 {
     let squares: f64 = values.iter().map(|value| product(value, value)).sum();
     // Two standard deviations of a correlation of numbers without any; of six each there are six times as many.

@@ -1,4 +1,4 @@
-//! Where the robot was when a picture was taken.
+//! Pose of the robot when a picture was taken.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use trueline_geometry::{Pose, Trajectory};
@@ -15,7 +15,7 @@ pub enum RobotPath<'a> {
         /// Stamps of the pictures in the same time, s.
         stamps_s: &'a [f64],
     },
-    /// The robot moves, and the time offset is held where it starts.
+    /// The robot moves, and the time offset is held at its start.
     MovingAtKnownOffset {
         /// `base_from_tool` over time, s.
         trajectory: &'a Trajectory,
@@ -36,7 +36,7 @@ pub struct ToolState {
 }
 
 impl<'p> RobotPath<'p> {
-    /// The tool at the exposure of picture `k`, its stamp less the time offset; `None` where no pose was recorded.
+    /// The tool at the exposure of picture `k`, its stamp less the time offset; `None` without a recorded pose.
     #[must_use]
     pub fn at(&self, k: usize, time_offset_s: f64) -> Option<ToolState> {
         match self {

@@ -1,4 +1,4 @@
-//! What a sighting should be, how that follows the unknowns and the robot, and the whitening of what it is off by.
+//! Prediction of a sighting, its derivatives by the unknowns and the robot, and the whitening of its residual.
 
 use super::pose_sighting::Sighting;
 use super::robot_path::ToolState;
@@ -13,7 +13,7 @@ pub(super) fn predicted(tool: &ToolState, at: &Unknowns) -> Pose {
 
 /// d (Log(R_C R_Pᵀ), t_C − t_P) / d unknowns.
 ///
-/// What turns the prediction, R_P ← Exp(ε) R_P, changes Log(R_C R_Pᵀ) = δ by −V⁻¹(−δ) ε.
+/// A rotation of the prediction, R_P ← Exp(ε) R_P, changes Log(R_C R_Pᵀ) = δ by −V⁻¹(−δ) ε.
 pub(super) fn derivative(seen: &Pose, tool: &ToolState, at: &Unknowns) -> SMatrix<f64, 6, SIZE> {
     let camera_from_tool = at.tool_from_camera.rotation.inverse().to_rotation_matrix().into_inner();
     let tool_from_base = tool.base_from_tool.rotation.inverse().to_rotation_matrix().into_inner();

@@ -1,7 +1,7 @@
 //! One picture of a board as a measurement of its pose.
 //!
-//! Corners determine the pose far better than it bends: within a picture the problem is linear to a thousandth of its own
-//! uncertainty, so pose and covariance hold all that the corners say.
+//! The pose's uncertainty is far below its nonlinearity: within a picture the problem is linear to a thousandth of this
+//! uncertainty. So pose and covariance hold all information of the corners.
 
 use super::pose_sighting::Sighting;
 use crate::board::{Board, FoundCorner, View};
@@ -44,7 +44,7 @@ impl Sighting for BoardSighting {
 }
 
 impl BoardSighting {
-    /// The pose that fits corners best. `None` where they fix none.
+    /// The pose that fits corners best. `None` if they do not determine one.
     #[must_use]
     pub fn of(camera: &Camera, board: &Board, corners: &[FoundCorner], corner_sigma_px: f64) -> Option<Self> {
         let view = View { corners: corners.to_vec(), complete: true };
@@ -105,7 +105,7 @@ impl BoardSighting {
     }
 }
 
-/// Pictures whose corners scatter this many times more than usual show no sharp board.
+/// Pictures with a scatter of corners this many times the usual one do not show a sharp board.
 const BLURRED: f64 = 3.0;
 
 /// Pose of a board from its views.
@@ -119,7 +119,7 @@ pub struct Sightings {
 
 impl Sightings {
     /// Sightings of complete views by one camera; the noise of the corners is the median over the views. In a view with
-    /// missing corners nobody knows which are missing, so its board has no place.
+    /// missing corners it is unknown which are missing, so its board has no place.
     #[must_use]
     pub fn of(camera: &Camera, board: &Board, views: &[View]) -> Self {
         let of_view = |view: &View| {

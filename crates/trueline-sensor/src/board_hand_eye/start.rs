@@ -1,5 +1,5 @@
-//! Where the joint estimate starts when nothing is known: the time offset from the angles that camera and robot turn by, the hand-eye
-//! transform from closed forms over few sightings. Wrong sightings hardly matter to either.
+//! Start of the joint estimate without prior knowledge: the time offset from the rotation angles of camera and robot, the
+//! hand-eye transform from closed forms over few sightings. Wrong sightings hardly matter to either.
 //!
 //! Angles do not depend on how the camera is mounted. The best offsets are all tried: a motion that repeats itself has several.
 
@@ -10,14 +10,14 @@ use super::unknowns::Unknowns;
 use nalgebra::{Matrix3, Vector3};
 use trueline_geometry::{Pose, se3, so3};
 
-/// Offsets tried to either side of zero: 5 ms apart for a reach of a second, in which an angle that is turned in [`PAIR_S`] changes by
-/// some percent.
+/// Offsets tried to either side of zero: 5 ms apart for a reach of a second. In that time the angle turned in [`PAIR_S`]
+/// changes by some percent.
 const STEPS: i32 = 200;
 /// Turns are compared over this time, s, or to the next picture after it: long enough that the noise of a pose is small beside them.
 const PAIR_S: f64 = 0.3;
 /// Pairs that are compared, at most.
 const MOST_PAIRS: usize = 400;
-/// An offset counts if so many of all pairs lie within the robot's recording there.
+/// An offset counts if this part of all pairs lies within the robot's recording there.
 const LEAST_PART: f64 = 0.5;
 /// Of the turns of right sightings at least this part is alike in camera and robot: three in ten sightings wrong leave half of the pairs.
 const ALIKE_PART: f64 = 0.3;
@@ -34,7 +34,7 @@ const FEW: usize = 60;
 const DRAWS: usize = 150;
 /// Sizes of these sets: two motions are the fewest, and more of them average noise.
 const SIZES: [usize; 2] = [3, 6];
-/// Sightings of a set that are tried as the one that shows where the target is.
+/// Sightings of a set that are tried as the one with the target's place.
 const ANCHORS: usize = 3;
 /// A start is as good as this part of all sightings is well explained: less than half, for half of them may be wrong.
 const EXPLAINED_PART: f64 = 0.4;
@@ -42,10 +42,10 @@ const EXPLAINED_PART: f64 = 0.4;
 const ONE_AXIS: f64 = 0.02;
 /// A robot that turns by less between two sightings, root mean square, does not turn, rad.
 const NO_TURN_RAD: f64 = 0.02;
-/// Part of all pairs whose turns are below [`NO_TURN_RAD`] if the robot does not turn.
+/// Part of all pairs with rotations below [`NO_TURN_RAD`] if the robot does not rotate.
 const MOST_PAIRS_PART: f64 = 0.9;
 
-/// By what the robot's motion is told: how far it turns, which no mounting changes, or of one that does not turn how far it shifts.
+/// Measure of the robot's motion: its rotation angle, which no mounting changes, or its shift if it does not rotate.
 #[derive(Clone, Copy)]
 enum Cue {
     Turns,
@@ -53,7 +53,7 @@ enum Cue {
 }
 
 impl Cue {
-    /// That of a robot with these pairs of sightings.
+    /// The cue of a robot with these pairs of sightings.
     fn of(pairs: &[Change], robot: &RobotPath<'_>) -> Self {
         let turn =
             |(from, to, _): &Change| Some(robot.attitude(*from, 0.0)?.angle_to(&robot.attitude(*to, 0.0)?));
@@ -122,7 +122,8 @@ fn changes<S: Sighting>(sightings: &[S], stamps_s: &[f64], cue: Cue) -> Vec<Chan
     (0..sightings.len()).step_by(stride).filter_map(change).collect()
 }
 
-/// How far the robot's changes differ from those seen at an offset; `None` where too few of them are recorded.
+/// Differences between the robot's changes and the observed ones at an offset; `None` if too few of them are
+/// recorded.
 fn differences(changes: &[Change], robot: &RobotPath<'_>, offset_s: f64, cue: Cue) -> Option<Vec<f64>> {
     let difference = |(from, to, seen): &Change| {
         let (a, b) = (robot.at(*from, offset_s)?, robot.at(*to, offset_s)?);
@@ -149,7 +150,7 @@ pub(crate) struct Few {
 }
 
 impl Few {
-    /// Those whose robot pose is known at a time offset.
+    /// The sightings with a known robot pose at a time offset.
     pub(crate) fn of<S: Sighting>(sightings: &[S], robot: &RobotPath<'_>, time_offset_s: f64) -> Self {
         let pair = |(k, seen): (usize, &S)| {
             Some((robot.at(k, time_offset_s)?.base_from_tool, *seen.camera_from_target()))
@@ -191,7 +192,7 @@ impl Few {
         so3::cube_rotations().into_iter().filter_map(turned).collect()
     }
 
-    /// Whether the robot turns about one axis at most, or not at all, so that a closed form follows noise.
+    /// Whether the robot rotates about one axis at most, or not at all, so that a closed form follows noise.
     pub(crate) fn turn_about_one_axis(&self) -> bool {
         let motions: Vec<MotionPair> = pairs(&self.tools, &self.seen);
         let turn = |pair: &MotionPair| so3::log(&pair.tool.rotation);
@@ -207,7 +208,7 @@ impl Few {
         starts.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// The start whose target is where sighting `k` has it, and how far most others are off, m².
+    /// The start with the target at the place of sighting `k`, and the distance of most others, m².
     fn anchored(&self, k: usize, tool_from_camera: Pose) -> Option<(f64, Unknowns)> {
         let base_from_target = self.tools[k] * tool_from_camera * self.seen[k];
         let camera_from_tool = tool_from_camera.inverse();
@@ -231,7 +232,7 @@ impl Draw {
         ((self.0 >> 33) % count.max(1) as u64) as usize
     }
 
-    /// A set of different numbers below `count`; all of them where there are no more.
+    /// A set of different numbers below `count`; all of them if there are no more.
     fn set(&mut self, size: usize, count: usize) -> Vec<usize> {
         let mut set = Vec::with_capacity(size);
         while set.len() < size.min(count) {

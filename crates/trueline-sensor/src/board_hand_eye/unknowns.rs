@@ -1,4 +1,4 @@
-//! What the joint estimate seeks, and the noise that is reported.
+//! Unknowns of the joint estimate, and the reported noise.
 
 use trueline_geometry::Pose;
 
@@ -11,14 +11,14 @@ pub const HAND_EYE: usize = 1;
 /// First index of the target's pose.
 pub const TARGET: usize = 7;
 
-/// What is sought.
+/// The unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unknowns {
     /// Image stamp less exposure, s.
     pub time_offset_s: f64,
     /// Hand-eye transform.
     pub tool_from_camera: Pose,
-    /// Where the target stands.
+    /// Pose of the target.
     pub base_from_target: Pose,
 }
 
@@ -31,11 +31,11 @@ pub struct ErrorModel {
     pub rotation_rad: f64,
     /// Jitter of an image's stamp, s.
     pub stamp_s: f64,
-    /// What the robot carries: about the tool its noise turns that.
+    /// The body on the robot: its rotation noise turns this about the tool.
     pub carries: Carried,
 }
 
-/// What the robot carries.
+/// The body on the robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Carried {
     /// The camera; the target stands still.

@@ -3,10 +3,10 @@
 use crate::gray::Gray;
 use nalgebra::Vector2;
 
-/// Where along the way from corner to corner the edge is looked at.
+/// Places along the way from corner to corner at which the edge is sampled.
 const ALONG: [f64; 5] = [0.2, 0.35, 0.5, 0.65, 0.8];
 
-/// How far beside the edge, as a part of its length, levels are taken.
+/// Distance of the sampled levels from the edge, as a part of its length.
 const BESIDE: f64 = 0.18;
 
 /// How alike the contrasts along an edge must be.

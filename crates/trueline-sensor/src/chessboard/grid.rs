@@ -1,7 +1,7 @@
 //! From corners to a board: which corner is in which column and row.
 //!
 //! Neighbours are joined by an edge. Edges around a corner alternate between bright on the left and bright on the
-//! right, and from each corner to the next they swap: a wrong corner breaks this pattern and is left out.
+//! right, and from each corner to the next they swap. A wrong corner breaks this pattern and is left out.
 
 use super::edge;
 use crate::gray::Gray;
@@ -14,7 +14,7 @@ const NEAREST: usize = 10;
 /// How far a neighbour may be from where the grid expects it, in steps of the grid.
 const TOLERANCE: f64 = 0.35;
 
-/// A contrast weaker than this part of the usual one is no edge of the board.
+/// A contrast weaker than this part of the usual one is not an edge of the board.
 const LEAST_CONTRAST: f64 = 0.25;
 
 /// Place in the grid.
@@ -85,7 +85,7 @@ fn nearest(corners: &[Vector2<f64>], from: usize) -> Vec<usize> {
 struct Walk<'a> {
     corners: &'a [Vector2<f64>],
     edges: &'a [Vec<Edge>],
-    /// What was reached, with the local steps of the grid as columns.
+    /// Corners reached so far, with the local steps of the grid as columns.
     reached: BTreeMap<usize, (Place, Matrix2<f64>)>,
     by_place: BTreeMap<Place, usize>,
     /// Contrast, with its sign, of an edge along the first direction from an even place.
@@ -93,7 +93,7 @@ struct Walk<'a> {
 }
 
 impl<'a> Walk<'a> {
-    /// Begins at a corner whose edges span two directions, the second a right turn from the first.
+    /// Begins at a corner with edges in two directions, the second a right turn from the first.
     fn from(seed: usize, corners: &'a [Vector2<f64>], edges: &'a [Vec<Edge>]) -> Option<Self> {
         let first = edges[seed].first()?;
         let x = corners[first.to] - corners[seed];
@@ -150,7 +150,7 @@ impl<'a> Walk<'a> {
     }
 
     /// Sign of the contrast of the edges that leave a place. Of the four squares around it two opposite ones are
-    /// bright, so the two edges of one direction have one sign and those of the other direction the other; from each
+    /// bright. So the two edges of one direction have one sign, and those of the other direction the other. From each
     /// place to the next the squares swap.
     fn expected_sign(&self, (i, j): Place, (dx, _): Place) -> f64 {
         let first_direction = dx != 0;

@@ -1,7 +1,6 @@
 //! Finds a chessboard of known size in a picture, its corners to a fraction of a pixel.
 //!
-//! `response` (what looks like a corner) → `edge` (which two are neighbours) → `grid` (columns and rows) →
-//! `saddle` (sub-pixel).
+//! `response` (possible corners) → `edge` (pairs of neighbours) → `grid` (columns and rows) → `saddle` (sub-pixel).
 
 mod edge;
 mod grid;
@@ -20,16 +19,16 @@ pub(crate) const FARTHEST_REACH_PX: i32 = 5;
 /// And at most this part of the way to the next corner, so that it sees one corner only.
 pub(crate) const REACH_PART: f64 = 0.35;
 
-/// A board of which less than this part was found is not used.
+/// Less than this part of a board is not used.
 const LEAST_PART: f64 = 0.5;
 
-/// A line of the grid with less than this part of its corners is taken for clutter where the board has fewer lines.
+/// A line of the grid with less than this part of its corners counts as clutter if the board has fewer lines.
 const SPARSE_LINE: f64 = 0.5;
 
 /// Pictures smaller than this along a side are not halved any further, px.
 const LEAST_SIDE_PX: usize = 200;
 
-/// Why there is no board.
+/// Reasons why there is no board.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoBoard {
     /// Nothing like a board.
@@ -65,11 +64,11 @@ pub enum NoBoard {
     },
 }
 
-/// Finds the board. Large or blurred pictures are looked at in smaller ones too; the corners are always measured in the
-/// picture itself.
+/// Finds the board. Large or blurred pictures are searched in smaller versions too; the corners are always measured in
+/// the picture itself.
 ///
 /// # Errors
-/// Why there is no board; of several sizes of picture, the reason of the most corners.
+/// The reason why there is no board; of several sizes of picture, that with the most corners.
 pub fn find(picture: &Gray, board: &Board) -> Result<View, NoBoard> {
     let mut best: Result<View, NoBoard> = Err(NoBoard::Nothing);
     let (mut level, mut scale) = (picture.clone(), 1.0);
@@ -139,7 +138,7 @@ struct Lines {
     last: Place,
     /// The grid's first direction is the board's second.
     transposed: bool,
-    /// The last row of the grid, counted from the first: rows are counted from there where directions are swapped, so
+    /// The last row of the grid, counted from the first. Rows are counted from there if directions are swapped, so
     /// that the board is not mirrored.
     rows_span: i32,
 }

@@ -1,8 +1,8 @@
-//! Where a picture looks like the meeting point of four squares.
+//! Response of a picture to the meeting point of four squares.
 //!
-//! On a ring of sixteen samples around such a point, opposite samples are alike and those a quarter turn away are
-//! not; along an edge or a line it is the other way round \[Bennett2014\]:
-//! response = Σ |(Iₙ + Iₙ₊₈) − (Iₙ₊₄ + Iₙ₊₁₂)| − Σ |Iₙ − Iₙ₊₈| − 16 |mean of the ring − mean of the middle|.
+//! On a ring of sixteen samples around such a point, opposite samples are alike and those a quarter turn away differ.
+//! Along an edge or a line the reverse holds \[Bennett2014\]: response = Σ |(Iₙ + Iₙ₊₈) − (Iₙ₊₄ + Iₙ₊₁₂)| − Σ |Iₙ −
+//! Iₙ₊₈| − 16 |mean of the ring − mean of the middle|.
 
 use crate::gray::Gray;
 use nalgebra::Vector2;
@@ -33,7 +33,7 @@ const LEAST_PART: f32 = 0.06;
 /// No two candidates are nearer than this, px.
 const APART: usize = 4;
 
-/// More candidates than this are not looked at: the strongest are.
+/// Largest number of candidates: the strongest are used.
 const MOST_CANDIDATES: usize = 6000;
 
 /// Pixels that look like corners, the strongest first.

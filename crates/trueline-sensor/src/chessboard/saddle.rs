@@ -7,14 +7,14 @@
 use crate::gray::Gray;
 use nalgebra::{Matrix2, Vector2};
 
-/// A window that has not settled after so many moves is on no corner.
+/// A window that has not converged after this many moves is on no corner.
 const MOST_MOVES: usize = 40;
 
 /// A window that moves less than this has settled, px.
 const SETTLED_PX: f64 = 1e-3;
 
-/// The corner near `start`, seen through a window that reaches `reach` pixels from its middle. `None` where there is
-/// none, or where the window leaves the picture.
+/// The corner near `start`, seen through a window that reaches `reach` pixels from its middle. `None` if there is
+/// none, or if the window leaves the picture.
 pub(super) fn refine(picture: &Gray, start: &Vector2<f64>, reach: i32) -> Option<Vector2<f64>> {
     let mut corner = *start;
     for _ in 0..MOST_MOVES {

@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 pub struct CrossValidation {
     /// How far pixels of one half's camera are from the other's, freed of rotation.
     pub difference: Field,
-    /// What the two covariances let expect, root mean square over the picture, px.
+    /// Difference expected from the two covariances, root mean square over the picture, px.
     pub expected_px: f64,
     /// Squared difference of all parameters by the covariance of that difference, over their number: near one where the
     /// stated covariance is honest.
@@ -28,22 +28,22 @@ pub const AGREES: f64 = 1.5;
 const ONCE_IN_1000: f64 = 3.09;
 
 impl CrossValidation {
-    /// Whether the probability of such a difference of all parameters by noise is below 1 in 1000: χ² by the cube root that is nearly normal
-    /// \[WilsonHilferty1931\]. Few pictures differ by twice what they let expect now and then.
+    /// Whether the probability of such a difference of all parameters by noise is below 1 in 1000: χ² by its cube root,
+    /// which is nearly normal \[WilsonHilferty1931\]. A few pictures may by chance differ by twice their expectation.
     #[must_use]
     pub fn is_beyond_chance(&self) -> bool {
         let spread = 2.0 / (9.0 * self.parameters as f64);
         self.normalized.cbrt() - (1.0 - spread) > ONCE_IN_1000 * spread.sqrt()
     }
 
-    /// The difference of the halves as a part of what they let expect.
+    /// The difference of the halves as a part of its expectation.
     #[must_use]
     pub fn ratio(&self) -> f64 {
         self.difference.rms_px() / self.expected_px
     }
 }
 
-/// Fits the even and the odd pictures apart. `None` where there are too few pictures for that, or one half does not fix
+/// Fits the even and the odd pictures apart. `None` if there are too few pictures for that, or one half does not fix
 /// the camera.
 #[must_use]
 pub fn halves(

@@ -52,7 +52,7 @@ impl DistortionModel {
     }
 }
 
-/// What one model makes of the pictures.
+/// Fit of one model to the pictures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Evidence {
     /// The model.

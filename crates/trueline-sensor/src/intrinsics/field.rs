@@ -1,8 +1,8 @@
-//! How well a camera is known over the picture, and how two cameras differ there.
+//! Uncertainty of a camera over the picture, and the difference of two cameras there.
 //!
-//! A camera that is turned a little and whose principal point is moved to match sees the same: what counts is the
-//! change of pixels that no rotation makes good. So the change over the whole picture is freed of its best rotation first
-//! (what mrcal calls the implied rotation), and what remains is the uncertainty of a direction measured with the camera.
+//! A small rotation of the camera with a matching shift of its principal point changes no pixel. So the measure is the
+//! change of pixels that no rotation compensates. So the best rotation is first removed from the change over the whole
+//! picture (mrcal's implied rotation). The rest is the uncertainty of a direction measured with the camera.
 
 use crate::projection::{CAMERA_SIZE, CameraVector, project};
 use nalgebra::{DMatrix, DVector, Matrix2x3, SMatrix, Vector2};
@@ -15,7 +15,7 @@ pub const GRID: [usize; 2] = [16, 12];
 /// A property over the picture, row by row of the grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
-    /// Where, px.
+    /// The places, px.
     pub pixels: Vec<Vector2<f64>>,
     /// The values, px.
     pub values_px: Vec<f64>,

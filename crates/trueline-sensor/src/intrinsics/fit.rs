@@ -16,7 +16,7 @@ use trueline_lsq::{NormalEquations, SolveOptions, solve};
 /// good corners (a two-dimensional normal distribution) one reaches 4.3.
 const OUTLIER_SIGMAS: f64 = 5.0;
 
-/// A picture is left out if its corners scatter this many times more than those of the others.
+/// A picture is left out if the scatter of its corners is this many times that of the others.
 const PICTURE_FACTOR: f64 = 4.0;
 
 /// In a bad picture, corners this many of its own robust standard deviations off go first.
@@ -34,7 +34,7 @@ const SIGMA_FROM_MEDIAN_DISTANCE: f64 = 0.849_321_8;
 /// Fewest pictures for a camera: with two, errors cannot be separated from the model.
 pub const FEWEST_PICTURES: usize = 3;
 
-/// A fitted camera and what it was fitted to.
+/// A fitted camera and its data.
 #[derive(Clone, Debug)]
 pub struct CameraFit {
     /// Camera and boards; pictures that were left out have a board too.
@@ -43,9 +43,9 @@ pub struct CameraFit {
     pub model: DistortionModel,
     /// Whether the board's sheet is bent or stretched by more than noise explains; else it is held flat.
     pub is_sheet_free: bool,
-    /// How far the sheet rises from its middle to the corner of the squares that is farthest off, m; positive away from the camera.
+    /// Height of the sheet at its farthest corner of the squares over its middle, m; positive away from the camera.
     pub sheet_rise_m: f64,
-    /// For each picture and each of its corners, where it is seen less where it should be, px.
+    /// For each picture and each of its corners, the measured place less the predicted one, px.
     pub residuals_px: Vec<Vec<Vector2<f64>>>,
     /// Which corners count.
     pub used: Vec<Vec<bool>>,
@@ -53,9 +53,9 @@ pub struct CameraFit {
     pub corner_sigma_px: f64,
     /// Root mean square distance of the corners that count, px.
     pub rms_px: f64,
-    /// Covariance of the camera's parameters; zero for those that are held.
+    /// Covariance of the camera's parameters; zero for those held fixed.
     pub covariance: SMatrix<f64, CAMERA_SIZE, CAMERA_SIZE>,
-    /// What each distortion makes of the pictures.
+    /// Fit of each distortion model to the pictures.
     pub evidence: Vec<Evidence>,
 }
 
@@ -161,7 +161,7 @@ impl Rough<'_> {
             corners: view.corners.iter().zip(used).filter(|(_, used)| **used).map(|(c, _)| *c).collect(),
             stripe: Vec::new(),
         });
-        // A picture that is left out has no corners: its board stays where it is.
+        // A picture that is left out has no corners: its board stays constant.
         Bundle {
             board: self.board,
             pictures: pictures.filter(|picture| !picture.corners.is_empty()).collect(),

@@ -1,4 +1,4 @@
-//! Which picture to take next: the one that would make the camera known best over its field.
+//! Proposes the next picture: the one that reduces the camera's uncertainty over its field most.
 
 use super::field::Sensitivity;
 use super::fit::CameraFit;
@@ -15,13 +15,13 @@ const TILT_RAD: f64 = 0.52;
 /// Parts of the picture's width that the board fills.
 const WIDTHS: [f64; 2] = [0.35, 0.6];
 
-/// Less than this part of the board in the picture is no picture of it.
+/// Less than this part of the board in the picture does not count as a picture of it.
 const LEAST_VISIBLE: f64 = 0.999;
 
 /// A picture worth taking.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NextPicture {
-    /// Where the board's middle is in the picture, in thirds: (−1, −1) upper left, (0, 0) middle, (1, 1) lower right.
+    /// Place of the board's middle in the picture, in thirds: (−1, −1) upper left, (0, 0) middle, (1, 1) lower right.
     pub third: (i32, i32),
     /// Tilt about the picture's horizontal axis (its upper edge comes nearer where positive), rad.
     pub pitch_rad: f64,
@@ -29,13 +29,13 @@ pub struct NextPicture {
     pub yaw_rad: f64,
     /// Width of the board as a part of the picture's.
     pub width: f64,
-    /// Uncertainty over the picture as it is, root mean square, px.
+    /// Present uncertainty over the picture, root mean square, px.
     pub now_px: f64,
     /// And with that picture, px.
     pub then_px: f64,
 }
 
-/// The best of a set of pictures: nine places, five tilts, two distances. `None` where none is possible.
+/// The best of a set of pictures: nine places, five tilts, two distances. `None` if none is possible.
 #[must_use]
 pub fn best(fit: &CameraFit, board: &Board) -> Option<NextPicture> {
     let camera = &fit.state.camera;
@@ -57,7 +57,7 @@ pub fn best(fit: &CameraFit, board: &Board) -> Option<NextPicture> {
         .min_by(|a, b| a.then_px.total_cmp(&b.then_px))
 }
 
-/// Where the board is: tilted about its middle, which is seen in the middle of a third of the picture.
+/// Pose of the board: tilted about its middle, which lies in the middle of a third of the picture.
 fn pose(fit: &CameraFit, board: &Board, third: (i32, i32), tilt: (f64, f64), width: f64) -> Option<Pose> {
     let camera = &fit.state.camera;
     let (w, h) = (f64::from(camera.size[0]), f64::from(camera.size[1]));

@@ -10,7 +10,7 @@ use crate::sheet::SheetShape;
 use nalgebra::{Matrix2, Matrix3, Vector2};
 use trueline_model::{BrownConrady, Camera};
 
-/// Focal lengths that are tried, in picture widths, where the pictures do not tell one: from wide to tele.
+/// Trial focal lengths, in picture widths, if the pictures do not determine one: from wide to tele.
 const TYPICAL_FOCAL_WIDTHS: f64 = 1.2;
 
 /// A state to begin with: a camera, and where each board is. `None` where a picture gives no pose.

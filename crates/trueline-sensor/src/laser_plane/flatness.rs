@@ -1,9 +1,10 @@
-//! How flat the boards are, from how far their stripes are off one plane, and which of them is none of these boards.
+//! The boards' flatness, from the distances of their stripes from one plane, and boards that are not of the same
+//! kind.
 //!
-//! Each board's surface is offset and twisted at its stripe, both drawn with one standard deviation τ. The restricted likelihood
-//! \[Patterson1971\] of τ is what remains when all unknowns, boards and shared alike, are integrated out: the plane takes three
-//! numbers from the boards' spread, and poses that are not exact explain a part of it. It is searched directly:
-//! expectation and maximisation hardly moves where the poses explain all of the spread, and ends where it began.
+//! Each board's surface is offset and twisted at its stripe, both drawn with one standard deviation τ. The restricted
+//! likelihood \[Patterson1971\] of τ remains after integrating over all unknowns, boards and shared ones alike. The plane
+//! takes three numbers from the boards' spread, and inexact poses explain a part of it. It is searched directly. Expectation
+//! and maximisation hardly moves if the poses explain all of the spread, and ends at its start.
 
 use crate::bundle::{BoardState, Bundle, BundleState};
 use crate::bundle_state::SHARED_SIZE;
@@ -12,24 +13,25 @@ use crate::picture_fit::{PictureEquations, flatness_information};
 use nalgebra::{Cholesky, Const, Matrix2, SMatrix, SVector, Vector2};
 use trueline_lsq::NormalEquations;
 
-/// Boards are between these, m: a tenth of a micrometre is perfect; a sheet of paper beside its squares is off by millimetres.
+/// Boards are between these, m: a tenth of a micrometre is perfect; a sheet of paper is off by millimetres next to
+/// its squares.
 const FLATTEST_M: f64 = 1e-7;
 const LEAST_FLAT_M: f64 = 5e-3;
 
-/// Values of each decade that are looked at first, and halvings of their distance afterwards: to 2 %.
+/// First values of each decade, and halvings of their distance afterwards: to 2 %.
 const PER_DECADE: usize = 4;
 const HALVINGS: usize = 5;
 
 /// A rise of the deviance that ends a hollow: beyond rounding.
 const RISE: f64 = 1.0;
 
-/// A board is none of the others' kind where chance would make one of all boards so with less than this probability.
+/// A board is of another kind if chance would produce such a one among all boards with less than this probability.
 const STRANGE: f64 = 1e-3;
 
-/// What all pictures show, linear at flat boards, without anything known of their flatness.
+/// Information of all pictures, linear at flat boards, without a prior of their flatness.
 pub(crate) struct Flatness {
     boards: Vec<BoardEquations>,
-    /// What is known of the camera beforehand.
+    /// Prior knowledge of the camera.
     hessian: SharedMatrix,
     gradient: SVector<f64, SHARED_SIZE>,
     fixed: Vec<usize>,
@@ -37,7 +39,7 @@ pub(crate) struct Flatness {
 
 type SharedMatrix = SMatrix<f64, SHARED_SIZE, SHARED_SIZE>;
 
-/// One picture's equations with the pose of its board eliminated; what is its own are offset and twist.
+/// One picture's equations with the pose of its board eliminated; offset and twist are its own.
 struct BoardEquations {
     shared: SharedMatrix,
     across: SMatrix<f64, SHARED_SIZE, 2>,
@@ -90,7 +92,7 @@ impl Flatness {
         })
     }
 
-    /// The standard deviation at which what was seen is most likely, m.
+    /// The standard deviation of highest likelihood, m.
     #[must_use]
     pub(crate) fn most_likely(&self) -> Option<f64> {
         self.most_likely_without(None)
@@ -117,8 +119,8 @@ impl Flatness {
         let (from, to) = (FLATTEST_M.ln(), LEAST_FLAT_M.ln());
         let mut step = std::f64::consts::LN_10 / PER_DECADE as f64;
         let count = ((to - from) / step).round() as usize;
-        // Up from perfect boards to the first hollow. There may be a second one, which is none: boards that may bulge by more
-        // than the stripes are apart let the plane turn into the direction in which noise moves a point, and hide it.
+        // Up from perfect boards to the first hollow. There may be a second, false maximum. If boards may bulge by more
+        // than the distance of the stripes, the plane turns into the direction of the noise, and hides it.
         let (mut best, mut least) = (from, deviance(from)?);
         for at in (1..=count).map(|k| from + step * k as f64) {
             let there = deviance(at)?;
@@ -159,7 +161,7 @@ impl Flatness {
         }
         let covariance = inverse_of_free(&hessian, &self.fixed)?;
         cost -= gradient.dot(&(covariance * gradient));
-        // What is held has no variance, and no part in the determinant.
+        // A parameter held fixed has no variance, and no part in the determinant.
         let held = |k: usize| self.fixed.contains(&k);
         let factor = SharedMatrix::from_fn(|i, j| if i == j && held(i) { 1.0 } else { covariance[(i, j)] });
         let deviance = cost + determinants - log_determinant(&factor.cholesky()?);

@@ -1,4 +1,4 @@
-//! What the laser's stripe falls on: the squares of a board, the sheet around them, or a plain plate.
+//! Surface under the laser: the squares of a board, the sheet around them, or a plain plate.
 
 use crate::board::Board;
 use nalgebra::Vector2;
@@ -6,7 +6,7 @@ use trueline_geometry::Pose;
 use trueline_model::Camera;
 use trueline_vision::pieces::Paint;
 
-/// Where on a board's sheet the stripe is looked for.
+/// Part of a board's sheet on which the stripe is searched.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum StripeOn {
     /// On the squares only.
@@ -46,7 +46,7 @@ impl Ground {
         Self { camera: *camera, squares: None, on: StripeOn::Sheet }
     }
 
-    /// What a pixel shows; `None` where that is nothing of the ground.
+    /// Part of the ground at a pixel; `None` if it is off the ground.
     fn shown(&self, pixel: &Vector2<f64>) -> Option<Shown> {
         let Some((board, pose)) = &self.squares else { return Some(Shown::Plain) };
         let (ray, _) = self.camera.ray(pixel).ok()?;

@@ -1,7 +1,7 @@
 //! The laser plane together with the camera and the boards, from corners and stripes in the same pictures.
 //!
-//! How flat the boards are is estimated with it (`flatness`): each board's surface may be offset and twisted at its stripe,
-//! by as much as the boards differ from the plane.
+//! The flatness of the boards is estimated with it (`flatness`): each board's surface may be offset and twisted at its
+//! stripe, by the spread of the boards about the plane.
 
 use crate::board::{Board, FoundCorner, View};
 use crate::bundle::{Bundle, BundleState, CameraPrior, Picture, SENSOR_SIZE, SHARED_SIZE};
@@ -23,19 +23,19 @@ use trueline_lsq::{LeastSquares, NormalEquations, SolveOptions, solve};
 /// Rounds of fitting, with weights, noise and flatness from the round before.
 const ROUNDS: usize = 6;
 
-/// Noise and flatness at first, at least: corners alone shall say where the boards are. Where the stripes lie farther from the first
-/// plane, that is what they are taken to be good for.
+/// Noise and flatness at first, at least: corners alone shall say where the boards are. If the stripes lie farther from the
+/// first plane, that distance is their standard deviation.
 const FIRST_CORNER_PX: f64 = 0.2;
 const FIRST_STRIPE_PX: f64 = 1.0;
 const FIRST_FLATNESS_M: f64 = 1e-4;
 
-/// Stretches of a stripe whose mean residuals are compared: a bent sheet moves neighbours alike.
+/// Stretches of a stripe for the comparison of mean residuals: a bent sheet moves neighbours in the same way.
 const STRETCHES: usize = 8;
 
-/// A corner farther off than so many times the median is left out: five standard deviations of one axis (Rayleigh).
+/// A corner farther off than this many times the median is left out: five standard deviations of one axis (Rayleigh).
 const MOVED_CORNER: f64 = 4.2;
 
-/// A picture keeps so many corners at least, or all.
+/// Fewest corners of a picture, or all.
 const FEWEST_CORNERS: usize = 12;
 
 /// A stripe's pixel farther off than this is left out, in standard deviations.
@@ -46,7 +46,7 @@ const OUTLIER_SIGMAS: f64 = 5.0;
 pub struct JointFit {
     /// Camera, plane and boards.
     pub state: BundleState,
-    /// Covariance of camera (nine) and plane (θ₁, θ₂, offset); zero for what is held.
+    /// Covariance of camera (nine) and plane (θ₁, θ₂, offset); zero for those held fixed.
     pub covariance: SMatrix<f64, SENSOR_SIZE, SENSOR_SIZE>,
     /// Noise of corners along each axis, px.
     pub corner_sigma_px: f64,
@@ -62,15 +62,14 @@ pub struct JointFit {
     pub points: Vec<Vec<Vector3<f64>>>,
     /// Root mean square distance of these from the plane, m.
     pub rms_m: f64,
-    /// Views that count, by their place in what was given.
+    /// Views that count, by their place in the input.
     pub counting: Vec<usize>,
-    /// Boards whose stripe lies nowhere near the plane of the others, and do not count.
+    /// Boards with a stripe far from the plane of the others, which do not count.
     pub left_out: usize,
 }
 
 impl JointFit {
-    /// Standard deviation of the plane's offset in the middle of the stripes' points, m: what an error of the tilt does not
-    /// touch.
+    /// Standard deviation of the plane's offset in the middle of the stripes' points, m: independent of the tilt's error.
     #[must_use]
     pub fn middle_sigma_m(&self) -> f64 {
         let Some(plane) = self.plane() else { return f64::INFINITY };
@@ -153,7 +152,7 @@ impl Joint {
         Ok(Self { bundle, state, fixed, counting: (0..views.len()).collect() })
     }
 
-    /// Noise and flatness as the first plane leaves them, so that no camera is bent to explain what sheets do.
+    /// Noise and flatness from the first plane, so that no camera is bent to explain the sheets.
     fn begin_with_what_is_seen(&mut self) -> Result<(), Error> {
         self.weigh();
         self.bundle.stripe_sigma_px = self.noise().1.max(FIRST_STRIPE_PX);
@@ -223,7 +222,7 @@ impl Joint {
         self.bundle.pictures[k].stripe.iter().map(residual).collect()
     }
 
-    /// Distances of a picture's corners from where they should be, px.
+    /// Distances of a picture's corners from their predictions, px.
     fn corner_distances(&self, k: usize) -> Vec<f64> {
         let pose = &self.state.boards[k].camera_from_board;
         let distance = |corner: &FoundCorner| {

@@ -4,7 +4,7 @@ use crate::projection::CAMERA_SIZE;
 use nalgebra::SMatrix;
 use trueline_model::Camera;
 
-/// What is known of the camera beforehand.
+/// Prior knowledge of the camera.
 #[derive(Clone, Debug)]
 pub struct KnownCamera {
     /// The camera.

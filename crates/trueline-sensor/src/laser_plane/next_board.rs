@@ -1,4 +1,5 @@
-//! Which board to add for the laser plane: the one whose stripe would make the plane known best where it was measured.
+//! Proposes the next board for the laser plane: its stripe would reduce the plane's uncertainty most over the measured
+//! range.
 
 use super::joint::JointFit;
 use crate::picture_fit::TWIST_REACH_M;
@@ -6,7 +7,7 @@ use crate::projection::{CAMERA_SIZE, project};
 use crate::sheet_tilt;
 use nalgebra::{Matrix3, RowVector3, Vector3};
 
-/// Boards are tried so much nearer and farther than those before, as a part of their distance.
+/// Boards are tried nearer and farther than those before by this part of their distance.
 const BEYOND: f64 = 0.25;
 
 /// Turns of the stripe in the laser plane that are tried, rad: a board that is turned by 30° about the vertical.
@@ -19,7 +20,7 @@ pub struct NextBoard {
     pub depth_m: f64,
     /// Distances of the nearest and the farthest board so far, m.
     pub seen_m: [f64; 2],
-    /// Where along the stripe the board's middle is: −1 left, 0 middle, 1 right.
+    /// Place of the board's middle along the stripe: −1 left, 0 middle, 1 right.
     pub side: i32,
     /// Turn of the stripe: its left end comes nearer where positive, rad.
     pub turn_rad: f64,
@@ -29,7 +30,7 @@ pub struct NextBoard {
     pub then_m: f64,
 }
 
-/// The best of three distances, three places and three turns; `None` where none of them is in the picture.
+/// The best of three distances, three places and three rotations; `None` if none of them is in the picture.
 #[must_use]
 pub fn best(fit: &JointFit) -> Option<NextBoard> {
     let stripes = Stripes::of(fit)?;
@@ -52,7 +53,7 @@ pub fn best(fit: &JointFit) -> Option<NextBoard> {
         .min_by(|a, b| a.then_m.total_cmp(&b.then_m))
 }
 
-/// What the stripes so far are like.
+/// Properties of the stripes so far.
 struct Stripes {
     middle: Vector3<f64>,
     /// Along the stripes, to the right in the picture; and square to that in the plane, away from the camera.

@@ -1,7 +1,7 @@
 //! The laser plane from pictures of a board: which of the bright lines are the laser's, and the joint fit to these.
 //!
-//! The lines are chosen twice. First by a plane through the flat boards, from which bent sheets move a stripe by some pixels; then by
-//! what the joint fit says of plane, camera and sheet, from which the stripe lies by its noise only.
+//! The lines are chosen twice. First with a plane through the flat boards; bent sheets move a stripe from it by some pixels.
+//! Then with the joint fit's plane, camera and sheet; the stripe lies off these by its noise only.
 
 use crate::board::{Board, View};
 use crate::bundle_state::BoardState;
@@ -19,21 +19,21 @@ use trueline_geometry::statistics::median;
 use trueline_model::Camera;
 use trueline_vision::pieces::StripePiece;
 
-/// A scale at which so much of the longest stripe is found is fine enough: the finest of these measures best.
+/// A scale is fine enough if it shows this part of the longest stripe: the finest of these measures best.
 const WHOLE: f64 = 0.8;
 
-/// Pieces of which less than this part is where the stripe must be cross it.
+/// Pieces with less than this part at the stripe's predicted place cross it.
 const ALONG: f64 = 0.5;
 
 /// A stripe of fewer pixels has no information.
 const FEWEST_PIXELS: usize = 8;
 
-/// A laser plane from pictures, and what became of each of them.
+/// A laser plane from pictures, and the result of each.
 #[derive(Clone, Debug)]
 pub struct PicturesFit {
     /// The fit.
     pub fit: JointFit,
-    /// What was fitted to: corners and stripe of the pictures that show one in the plane of most, by their places.
+    /// Data of the fit: corners and stripe of the pictures with a stripe in the plane of most, by their places.
     pub views: Vec<(usize, StripedView)>,
     /// For each picture, whether its stripe counts, and if not why.
     pub pictures: Vec<Result<(), NoStripe>>,
@@ -72,7 +72,7 @@ pub fn fit_pictures(
     Ok(PicturesFit { views: numbers.into_iter().zip(views).collect(), pictures: of_pictures, fit })
 }
 
-/// Where the stripe should be seen.
+/// Predicted place of the stripe.
 struct Sight {
     camera: Camera,
     plane: Plane,
@@ -101,7 +101,7 @@ impl Sight {
         Ok((views, numbers))
     }
 
-    /// The corners of each picture without those that its likeliest stripe draws aside.
+    /// The corners of each picture without those that its likeliest stripe displaces.
     fn corners_clear_of_stripe(&self, pictures: &[BoardPicture]) -> Vec<View> {
         let of_picture = |(picture, at): (&BoardPicture, &BoardState)| {
             let off = self.off_px(picture, at);
@@ -139,7 +139,7 @@ fn likeliest<'a>(pieces: &'a [StripePiece], off: &[Vec<f64>]) -> Option<(&'a Str
     most.map(|(_, piece, off_px)| (piece, off_px))
 }
 
-/// A picture's stripe: all pixels near where it must be, of the finest scale that shows most of it.
+/// A picture's stripe: all pixels near its predicted place, of the finest scale that shows most of it.
 fn striped(picture: &BoardPicture, off: &[Vec<f64>], most_px: f64) -> Option<StripedView> {
     let near: Vec<(&StripePiece, Vec<Vector2<f64>>)> = picture
         .pieces

@@ -1,6 +1,6 @@
 //! A laser plane from points of the stripe on several boards.
 //!
-//! The points of one board share its errors: the board is not flat, and its pose is not exact, so that its whole stripe is
+//! The points of one board share its errors. The board is not flat, and its pose is not exact, so its whole stripe is
 //! offset and tilted. 400 points on a board are therefore no 400 measurements: a board gives two numbers, the offset of
 //! its stripe from the plane and the stripe's slope against it. Their spread from board to board is estimated from the
 //! residuals, each by its share of freedom, and the covariance follows from that.
@@ -28,7 +28,7 @@ pub struct PlaneFit {
     pub covariance: Matrix3<f64>,
     /// Middle of all points, m.
     pub middle: Vector3<f64>,
-    /// Standard deviation of the plane's offset there, m: what an error of the tilt does not touch.
+    /// Standard deviation of the plane's offset there, m: independent of the tilt's error.
     pub middle_sigma_m: f64,
     /// Root mean square distance of all points from the plane, m.
     pub rms_m: f64,
@@ -47,7 +47,7 @@ pub struct BoardResidual {
     pub offset_m: f64,
     /// Slope of its points against the plane, rad.
     pub slope_rad: f64,
-    /// Offset and slope by what is usual.
+    /// Offset and slope over their usual values.
     pub z: [f64; 2],
     /// Length of its stripe, m.
     pub length_m: f64,
@@ -81,7 +81,7 @@ impl Stripe {
         let second_moment: f64 = along.iter().map(|s| s * s).sum();
         let (low, high) = along.iter().fold((0.0, 0.0), |(l, h): (f64, f64), s| (l.min(*s), h.max(*s)));
         let across = (eigen.eigenvalues.sum() - eigen.eigenvalues.max()).max(0.0);
-        // Two directions across a line, of which the plane's normal is about one.
+        // Two directions across a line; the plane's normal is about one of them.
         let scatter = 0.5 * across / (count - 2.0).max(1.0);
         (second_moment > 0.0).then_some(Self {
             count,
@@ -185,7 +185,7 @@ fn conclude(
     let rows = rows(stripes, &plane, &middle);
     let (inverse, _) = solve(&rows).ok_or(Error::OneLine)?;
     let variances = [spread(&rows, &inverse, 0), spread(&rows, &inverse, 1)];
-    // The estimate is a weighted mean of rows whose variance is now known: A⁻¹ (Σ w² v jᵀj) A⁻¹.
+    // The estimate is a weighted mean of rows with a variance that is now known: A⁻¹ (Σ w² v jᵀj) A⁻¹.
     let mut middle_matrix = Matrix3::zeros();
     for (k, row) in rows.iter().enumerate() {
         let variance = variances[k % 2] + row.scatter;
@@ -220,8 +220,8 @@ fn conclude(
     })
 }
 
-/// Variance from board to board of offsets (`kind` 0) or slopes (1): squared residuals by their freedom, less what the
-/// points' own scatter explains.
+/// Variance from board to board of offsets (`kind` 0) or slopes (1): squared residuals by their degrees of freedom,
+/// less the part of the points' own scatter.
 fn spread(rows: &[Row], inverse: &Matrix3<f64>, kind: usize) -> f64 {
     let of_kind = rows.iter().skip(kind).step_by(2);
     let (mut squares, mut freedom, mut scatter, mut count) = (0.0, 0.0, 0.0, 0.0);

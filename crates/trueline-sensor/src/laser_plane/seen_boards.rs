@@ -1,4 +1,4 @@
-//! Boards and the bend of their sheet from corners alone, before anything is known of the laser.
+//! Boards and the bend of their sheet from corners alone, before the laser is known.
 
 use crate::board::{Board, View};
 use crate::bundle::{Bundle, BundleState, CameraPrior, Picture, SENSOR_SIZE, SHARED_SIZE};
@@ -14,7 +14,7 @@ use trueline_model::Camera;
 /// Noise of corners that is assumed, px.
 const CORNER_PX: f64 = 0.2;
 
-/// The sheet, and where it is in each picture.
+/// The sheet, and its pose in each picture.
 #[derive(Clone, Debug)]
 pub(crate) struct SeenBoards {
     /// The sheet of all boards.
@@ -37,7 +37,7 @@ pub(crate) fn of_corners(known: &KnownCamera, board: &Board, views: &[&View]) ->
     Ok(SeenBoards { sheet: solved.sheet, boards: solved.boards })
 }
 
-/// Where a camera and a sheet that are known put the boards.
+/// The boards' poses by a known camera and sheet.
 ///
 /// # Errors
 /// A board without a pose.

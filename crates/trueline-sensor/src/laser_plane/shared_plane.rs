@@ -1,9 +1,9 @@
-//! The plane that the stripes of most boards share, found without trusting any of them: what was taken for a stripe on the others was
-//! none, and of several bright lines in a picture one is the laser's.
+//! The plane shared by the stripes of most boards, found without trusting any of them. On the others a wrong line was found,
+//! and of several bright lines in a picture one is the laser's.
 //!
-//! A plane through one line of each of two pictures says where all others must show a stripe: the plane that finds the most
-//! light there is the laser's. Lines that are printed on the board move with it, and those that are fixed before the camera lie in planes
-//! through its centre, where no depth could be measured.
+//! A plane through one line of each of two pictures predicts a stripe in all others: the plane with the most light there is
+//! the laser's. Lines printed on the board move with it. Lines fixed before the camera lie in planes through its centre,
+//! where no depth could be measured.
 
 use crate::board::Board;
 use crate::bundle_state::BoardState;
@@ -17,29 +17,31 @@ use trueline_geometry::statistics::median;
 use trueline_geometry::{Plane, Pose, fit};
 use trueline_model::Camera;
 
-/// A stripe that is farther off the plane than so many times what is typical is none.
+/// A stripe farther off the plane than this many times the typical distance is rejected.
 pub(crate) const GROSS: f64 = 10.0;
 
 /// Stripes this near a plane are on it, px.
 pub(crate) const NEAR_PX: f64 = 0.1;
 
-/// A line this far from where a plane would show it is worth half of one that is there, px: sheets that are bent move a stripe by some px.
+/// A line at this distance from the plane's prediction has half the weight of an exact one, px: bent sheets move a stripe by
+/// some px.
 pub(crate) const HALF_PX: f64 = 3.0;
 
-/// Lines of a picture from which planes are tried: those with the most light.
+/// Lines of a picture for trial planes: those with the most light.
 const TRIED: usize = 6;
 
-/// Points of a line that are looked at.
+/// Sampled points of a line.
 const LOOKED_AT: usize = 12;
 
-/// The least angle between the laser plane and the camera's rays, rad: sensors have 15° and more, and what is fixed before the camera zero.
+/// The least angle between the laser plane and the camera's rays, rad: sensors have 15° and more, and bodies fixed before
+/// the camera zero.
 const LEAST_ANGLE_RAD: f64 = 0.03;
 
 /// A bright line in a picture of a board.
 struct Line {
     /// Rays of some of its pixels, at depth one.
     rays: Vec<Vector3<f64>>,
-    /// Where these meet the sheet, in the camera frame, m.
+    /// Their crossings with the sheet, in the camera frame, m.
     points: Vec<Vector3<f64>>,
     /// Its light, as a part of that of the clearest line of its picture.
     weight: f64,
@@ -135,7 +137,7 @@ impl Line {
     }
 }
 
-/// The plane that finds the most light where it says that there is a stripe.
+/// The plane with the most light at its predicted stripes.
 fn best(camera: &Camera, pictures: &[Lines]) -> Result<Found, Error> {
     let tried = |picture: &'_ Lines| picture.lines.len().min(TRIED);
     let mut best: Option<Found> = None;

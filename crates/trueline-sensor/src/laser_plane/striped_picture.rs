@@ -10,7 +10,7 @@ use trueline_model::Camera;
 use trueline_vision::pieces::{PieceFinder, StripePiece};
 use trueline_vision::{Picture, PictureRegion};
 
-/// A straight bright line of a picture: how it looks, and where it is.
+/// A straight bright line of a picture: its appearance and its place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
     /// Width at half of its height, px.
@@ -49,7 +49,7 @@ pub enum NoStripe {
     /// No piece of a stripe.
     #[error("no stripe: no straight line clear of printed edges is brighter than both of its sides")]
     Nothing,
-    /// What is there is not the laser's.
+    /// The bright line is not the laser's.
     #[error(
         "no stripe: the clearest bright line, {:.1} px wide and {:.0} px long at column {:.0}, row {:.0}, is not in the laser plane of \
          the other pictures", seen.width_px, seen.length_px, seen.middle_px[0], seen.middle_px[1]
@@ -61,7 +61,7 @@ pub enum NoStripe {
 }
 
 impl NoStripe {
-    /// Of a picture none of whose pieces is the laser's.
+    /// From a picture without the laser's line.
     pub(crate) fn among(pieces: &[StripePiece]) -> Self {
         clearest(pieces).map_or(Self::Nothing, |piece| Self::Elsewhere { seen: Seen::of(piece) })
     }
@@ -83,7 +83,7 @@ pub struct BoardPicture {
 const WINDOW_PART: f64 = chessboard::REACH_PART;
 const WINDOW_PX: f64 = chessboard::FARTHEST_REACH_PX as f64;
 
-/// So many corners are enough for a pose; with fewer beside the stripe those on it are kept.
+/// This many corners are enough for a pose; with fewer beside the stripe those on it are kept.
 const ENOUGH_CORNERS: usize = 12;
 
 /// Pieces of a stripe on one plate lie this near to one line, as a part of its width, or px.
@@ -96,11 +96,11 @@ const FEWEST_MIDDLES: usize = 8;
 /// A piece is believed where its middles scatter by less than this part of its width.
 const MOST_SCATTER: f64 = 0.25;
 
-/// Looks for the board and all that may be the stripe in a picture with the laser on; the board is looked for without laser where there
-/// is such a picture of the same pose.
+/// Searches the board and all possible stripes in a picture with the laser on. The board is searched in a picture without
+/// laser if there is one of the same pose.
 ///
 /// # Errors
-/// [`NoStripe`], where there is no board or no line at all.
+/// [`NoStripe`], if there is no board or no line at all.
 pub fn look(
     lit: &Gray,
     dark: Option<&Gray>,
@@ -144,9 +144,9 @@ fn clearest(pieces: &[StripePiece]) -> Option<&StripePiece> {
     pieces.iter().max_by(|a, b| (a.length_px * a.contrast).total_cmp(&(b.length_px * b.contrast)))
 }
 
-/// The corners in whose windows there is no light of the stripe, which ends `width_px` beside its middle. That light moves a
-/// whole row of corners to one side: by less than stands out, and by more than noise moves the board, for it is one error and not
-/// one for each corner.
+/// The corners without light of the stripe in their windows; the stripe ends `width_px` beside its middle. The stripe's
+/// light moves a whole row of corners to one side. The shift is smaller than an outlier, but larger than the board's noise,
+/// because it is one error and not one for each corner.
 pub(crate) fn beside(view: &View, stripe: &[Vector2<f64>], width_px: f64) -> View {
     let Some(line) = PixelLine::through(stripe) else { return view.clone() };
     // A bent sheet bends the stripe.
@@ -194,7 +194,7 @@ impl PixelLine {
     }
 }
 
-/// Looks for the stripe in a picture of a plain plate: the clearest line, and what goes on along it.
+/// Finds the stripe in a picture of a plain plate: the clearest line, and its continuation.
 ///
 /// # Errors
 /// [`NoStripe::Nothing`].

@@ -10,7 +10,7 @@ use trueline_sensor::board_hand_eye::poses::{self, PoseOptions};
 use trueline_sensor::board_hand_eye::{Carried, ErrorModel, PoseFit, ReportedPose, RobotPath};
 use trueline_sim::{Sighted, SightingScan};
 
-/// The answer for what a scan casts; the robot's noise is the one that is cast.
+/// The answer for a scan's shadow; the robot's noise is the simulated one.
 pub(crate) fn calibrated(scan: &SightingScan, options: &PoseOptions) -> Result<PoseFit, Error> {
     with_noise(&scan.cast(), scan.robot_noise, options)
 }

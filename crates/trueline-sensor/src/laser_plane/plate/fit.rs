@@ -25,13 +25,13 @@ const STARTS: usize = 2;
 /// A part of the stops is all but every fourth.
 const FOLDS: usize = 4;
 
-/// Before anything is known, plate and robot are taken to be right to this, m.
+/// First assumed error of plate and robot, m.
 const FIRST_SPREAD_M: f64 = 1e-4;
 
 /// Rounds with Cauchy's weights.
 const ROBUST_ROUNDS: usize = 6;
 
-/// Weights are never those of stops that are better than this, m.
+/// Stops better than this get no larger weights, m.
 const LEAST_SCALE_M: f64 = 1e-6;
 
 /// A stop is off by far more than the others where Cauchy's weights leave this of it: values above 15 typical ones.
@@ -51,10 +51,10 @@ const MOST_LEFT_OUT: f64 = 0.2;
 pub struct PlateFit {
     /// Camera, laser plane, hand-eye transform and plate.
     pub state: PlateState,
-    /// Covariance in the order of the plate's state; zero for what is held.
+    /// Covariance in the order of the plate's state; zero for those held fixed.
     pub covariance: SMatrix<f64, SIZE, SIZE>,
-    /// Spread of the stops beyond the noise of their pixels: of the stripe's distance from where it should be, and of its slope at
-    /// a standard deviation from its middle, along the plate's normal, m.
+    /// Spread of the stops beyond the noise of their pixels, along the plate's normal, m: of the stripe's distance from its
+    /// prediction, and of its slope at a standard deviation from its middle.
     pub spread_m: [f64; 2],
     /// The stops, in their order.
     pub stops: Vec<StopResidual>,
@@ -143,8 +143,8 @@ struct Fit {
 }
 
 impl Fit {
-    /// From the best of all starts: the one whose stops, but for a few, lie nearest to its planes. Starts come from all stops and
-    /// from all but every fourth, so that some of them know nothing of a stop that belongs to something else.
+    /// From the best of all starts: the one with all but a few stops nearest to its planes. Starts come from all stops
+    /// and from all but every fourth, so that some of them exclude a wrong stop.
     fn begin(known: &KnownCamera, rough: &Pose, stops: Vec<Support>) -> Result<Self, Error> {
         let camera_prior = CameraPrior::new(&known.camera, &known.covariance).ok_or(Error::NotFixed)?;
         let sigmas_m = vec![[FIRST_SPREAD_M; 2]; stops.len()];
@@ -181,8 +181,7 @@ impl Fit {
             .collect()
     }
 
-    /// Fits with Cauchy's weights, so that a few stops that belong to something else have no say. The typical distance of a stop,
-    /// m.
+    /// Fits with Cauchy's weights, so that a few wrong stops have no effect. The typical distance of a stop, m.
     fn settle_robustly(&mut self) -> Option<f64> {
         let mut scale_m = f64::INFINITY;
         for _ in 0..ROBUST_ROUNDS {
@@ -207,12 +206,12 @@ impl Fit {
         Some(scales_m[0].hypot(scales_m[1]))
     }
 
-    /// Leaves out at most so many stops that are off by far more than the others.
+    /// Leaves out at most this many stops with far larger residuals than the others.
     fn leave_out_gross(&mut self, most: usize) {
         for _ in 0..most {
             let off = |(stop, sigmas): (&Support, &[f64; 2])| {
                 let values = StopRows::of(&self.state, stop).map_or([f64::INFINITY; 2], |rows| rows.values_m);
-                // Cauchy's weight of a value v is 1/(s² + v²/4): what is left of it is at most two.
+                // Cauchy's weight of a value v is 1/(s² + v²/4): the rest of it is at most two.
                 let part = |k: usize| (values[k] / sigmas[k]).abs();
                 part(0).max(part(1))
             };
@@ -225,7 +224,7 @@ impl Fit {
         }
     }
 
-    /// Takes back the stops that were left out and fit what the others have found.
+    /// Takes back the left-out stops that fit the result of the others.
     fn readmit<'a>(&mut self, all: impl Iterator<Item = &'a Support>) {
         for stop in all.filter(|stop| !self.counts(stop)).collect::<Vec<_>>() {
             let Some(rows) = StopRows::of(&self.state, stop) else { continue };
@@ -252,7 +251,7 @@ impl Fit {
         self.problem.sigmas_m.remove(stop);
     }
 
-    /// Fits and weighs in turn, until the weights are those of the residuals.
+    /// Fits and weighs in turn, until the weights agree with the residuals.
     fn settle(&mut self) -> Result<(), Error> {
         for _ in 0..ROUNDS {
             let solved = solve(&self.problem, self.state, &self.fixed, &SolveOptions::default());
@@ -327,8 +326,8 @@ impl Fit {
         }
     }
 
-    /// The spreads are themselves estimated from few numbers: on average the inverse of such a variance is too large by
-    /// ν/(ν − 2), and so would be what the result claims to know.
+    /// The spreads are estimated from few numbers. On average the inverse of such a variance is too large by ν/(ν − 2),
+    /// and so would be the result's information.
     fn allow_for_few_stops(&mut self) {
         let measured = self.measured(&self.problem.stops);
         for kind in 0..2 {

@@ -4,9 +4,9 @@
 //! p_base = base_from_tool · tool_from_camera · λ r,   λ from  n_plate · p_base = d_plate,   n_laser · λ r = d_laser
 //! ```
 //!
-//! Where the plate stands and where the camera is on the robot are not known, so they are estimated with the plane:
-//! twelve unknowns, and nine of a camera that is not exact. The robot's motion gives the scale. A stop gives two numbers,
-//! however many pixels its stripe has: the stripe is straight, and errors of plate and robot move all of it.
+//! The pose of the plate and that of the camera on the robot are unknown, so they are estimated with the plane: twelve
+//! unknowns, and nine of an inexact camera. The robot's motion gives the scale. A stop gives two numbers, however many
+//! pixels its stripe has: the stripe is straight, and errors of plate and robot move all of it.
 //!
 //! At one attitude it does not work, however the tool moves: nearer or farther along a plane of unknown distance looks the same for
 //! another distance and another laser plane. The plate must be seen tilted about two axes, near and far.

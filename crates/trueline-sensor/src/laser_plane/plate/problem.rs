@@ -21,13 +21,13 @@ pub struct PlateProblem {
     /// For each stop the standard deviations of the mean distance of its two points from the laser plane, and of half their
     /// difference, m.
     pub sigmas_m: Vec<[f64; 2]>,
-    /// What is known of the camera.
+    /// Prior knowledge of the camera.
     pub camera_prior: CameraPrior,
     /// About where the camera is on the robot: to 11° and 50 mm.
     pub rough_tool_from_camera: Pose,
 }
 
-/// One stop's two numbers and what they depend on.
+/// One stop's two numbers and their derivatives.
 pub(super) struct StopRows {
     /// Mean and half difference of the two distances, m.
     pub values_m: [f64; 2],
@@ -63,7 +63,7 @@ impl PlateProblem {
         [turn / ROUGH[0], shift / ROUGH[1]]
     }
 
-    /// The rough transform holds back what the stops do not show.
+    /// The approximate transform is the prior of undetermined directions.
     fn add_rough(&self, state: &PlateState, equations: &mut NormalEquations) {
         let [turn, shift] = self.off_rough(state);
         let slopes =

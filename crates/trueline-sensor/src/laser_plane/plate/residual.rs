@@ -20,7 +20,7 @@ pub(super) struct OnPlate {
     pub d_surface: f64,
     /// Pixels across the stripe for each metre off the laser plane.
     pub px_per_m: f64,
-    /// Where it is, in the camera frame, m.
+    /// Its place in the camera frame, m.
     pub point_in_camera: Vector3<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! How much stops differ by more than the noise of their pixels: what the robot misses its pose by, and how flat the plate is.
+//! Spread of the stops beyond the noise of their pixels: the robot's pose error, and the plate's flatness.
 
 /// One number of a stop.
 #[derive(Clone, Copy, Debug)]
@@ -9,7 +9,7 @@ pub(super) struct Measured {
     pub noise: f64,
     /// d value / d (plate's surface).
     pub gain: f64,
-    /// Part of the number that the fit has taken for itself, 0 to 1.
+    /// Part of the number absorbed by the fit, 0 to 1.
     pub leverage: f64,
 }
 
@@ -19,19 +19,19 @@ impl Measured {
         self.noise + (self.gain * spread_m).powi(2)
     }
 
-    /// Residual by its own standard deviation, which is smaller than the number's by what the fit has taken.
+    /// Residual by its own standard deviation, which is smaller than the number's by the absorbed part.
     pub(super) fn z(&self, spread_m: f64) -> f64 {
         self.value_m / (self.variance(spread_m) * (1.0 - self.leverage).max(1e-3)).sqrt()
     }
 }
 
-/// Numbers less what the fit has taken of them.
+/// Numbers less the part absorbed by the fit.
 pub(super) fn freedom(of: &[Measured]) -> f64 {
     of.iter().map(|m| 1.0 - m.leverage).sum()
 }
 
-/// The spread with which the weighted squares have their expected value, by halving (\[Paule1982\]); zero where the noise
-/// of the pixels explains all.
+/// The spread with which the weighted squares have their expected value, by halving (\[Paule1982\]); zero if the noise of
+/// the pixels explains all.
 pub(super) fn spread_m(of: &[Measured]) -> f64 {
     let excess = |spread_m: f64| -> f64 {
         let squares: f64 = of.iter().map(|m| m.value_m * m.value_m / m.variance(spread_m)).sum();

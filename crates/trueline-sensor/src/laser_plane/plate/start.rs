@@ -1,8 +1,8 @@
-//! Where to begin: a laser plane and a plate for a hand-eye transform that is roughly known.
+//! Start of the fit: a laser plane and a plate for an approximate hand-eye transform.
 //!
 //! With the plate's normal n in base, the camera at c and the pixel's ray r in base, X = λ r with λ = (d − n·c)/(n·r). The
-//! laser plane l·X = 1 then says (l·r) (d − n·c) = n·r: linear in l and a = d l, if these are taken for independent. So the
-//! normal is all that has to be searched for.
+//! laser plane l·X = 1 then gives (l·r) (d − n·c) = n·r: linear in l and a = d l, if these are treated as independent. So
+//! the normal is all that has to be searched for.
 
 use super::state::PlateState;
 use super::stop::Support;
@@ -13,7 +13,7 @@ use trueline_model::Camera;
 /// Directions of the plate's normal that are tried: one every nine degrees.
 const NORMALS: usize = 256;
 
-/// A laser plane nearer than this, or farther than its inverse, is none, m.
+/// A laser plane nearer than this, or farther than its inverse, is impossible, m.
 const NEAREST_M: f64 = 1e-3;
 
 /// States to begin from, the best first.

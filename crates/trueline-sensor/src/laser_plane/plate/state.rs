@@ -4,13 +4,13 @@ use crate::projection::CAMERA_SIZE;
 use trueline_geometry::{Plane, Pose};
 use trueline_model::Camera;
 
-/// Where the camera's nine unknowns begin.
+/// First of the camera's nine unknowns.
 pub const CAMERA: usize = 0;
-/// Where the laser plane's begin: two tilts (rad) and the offset (m).
+/// First of the laser plane's: two tilts (rad) and the offset (m).
 pub const LASER_PLANE: usize = CAMERA_SIZE;
-/// Where the hand-eye transform's begin: rotation (rad) and translation (m), perturbed on the left.
+/// First of the hand-eye transform's: rotation (rad) and translation (m), perturbed on the left.
 pub const HAND_EYE: usize = LASER_PLANE + 3;
-/// Where the plate's begin: two tilts (rad) and the offset (m).
+/// First of the plate's: two tilts (rad) and the offset (m).
 pub const PLATE: usize = HAND_EYE + 6;
 /// Number of unknowns.
 pub const SIZE: usize = PLATE + 3;

@@ -11,14 +11,14 @@ const FEWEST_PIXELS: usize = 10;
 /// The robot's pose and the stripe that the camera saw there.
 #[derive(Clone, Debug)]
 pub struct PlateStop {
-    /// `base_from_tool` where the robot carries the sensor; its inverse where it carries the plate.
+    /// `base_from_tool` if the robot carries the sensor; its inverse if it carries the plate.
     pub base_from_tool: Pose,
     /// Pixels along the stripe.
     pub stripe: Vec<Vector2<f64>>,
 }
 
-/// A straight stripe as two pixels of it whose errors across it are independent, one standard deviation of the pixels' places
-/// to either side of their middle: what a regression of all pixels gives, and nothing is lost.
+/// A straight stripe as two of its pixels with independent errors across it, one standard deviation of the pixels' places to
+/// either side of their middle. They contain the full result of a regression of all pixels.
 #[derive(Clone, Copy, Debug)]
 pub struct Support {
     /// `base_from_tool`, as in [`PlateStop`].
