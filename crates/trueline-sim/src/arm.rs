@@ -42,7 +42,7 @@ pub const NOMINAL: Links = [
 /// workspace, mean removed.
 const ERRORS_OF_0_3_MM: [f64; 2] = [0.005 / 180.0 * PI, 0.075e-3];
 
-/// An arm whose geometry differs from the nominal one.
+/// An arm with a geometry that differs from the nominal one.
 #[derive(Clone, Debug)]
 pub struct Arm {
     world_from_arm: Pose,
@@ -68,7 +68,7 @@ impl Arm {
         Some(Self { world_from_arm, links }).filter(|arm| arm.true_from_nominal(base_from_tool).is_some())
     }
 
-    /// Where the tool is when the controller reports a pose; `None` out of reach.
+    /// Pose of the tool when the controller reports a pose; `None` out of reach.
     #[must_use]
     pub fn true_from_nominal(&self, base_from_tool: &Pose) -> Option<Pose> {
         let angles = inverse(&(self.world_from_arm.inverse() * base_from_tool))?;

@@ -1,4 +1,4 @@
-//! Scans in cells with external axes: the seam is scanned as if the cell had none, and the robot goes where it must for that.
+//! Scans in cells with external axes: the seam is scanned as if the cell had none, and the robot moves accordingly.
 
 use crate::motion::Motion;
 use crate::noise::Noise;
@@ -10,7 +10,7 @@ use trueline_dataset::axes::AxisValue;
 use trueline_dataset::{AxisRecord, Carries, Recording};
 use trueline_geometry::{Axis, AxisKind, Pose};
 
-/// What an axis does while it is scanned.
+/// Motion of an axis during the scan.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AxisCourse {
     /// It stands at one place after the other, rad or m, for equal times.
@@ -31,11 +31,11 @@ pub enum AxisCourse {
 pub struct SimulatedAxis {
     /// Its name.
     pub name: String,
-    /// What it moves.
+    /// The body that it moves.
     pub carries: Carries,
-    /// Where it is.
+    /// Its place.
     pub axis: Axis,
-    /// What it does.
+    /// Its motion.
     pub course: AxisCourse,
 }
 
@@ -43,7 +43,7 @@ pub struct SimulatedAxis {
 const BETWEEN_S: f64 = 0.8;
 /// Time between two values of an axis, s.
 const PERIOD_S: f64 = 0.008;
-/// How far an axis is beside the seam, m, least and most.
+/// Distance of an axis from the seam, m, least and most.
 const BESIDE_M: [f64; 2] = [0.15, 0.5];
 
 impl AxisCourse {
@@ -90,7 +90,7 @@ impl SimulatedAxis {
         Self { name: name.to_owned(), carries, axis, course }
     }
 
-    /// What it does to a point in base, or in the tool if it carries the sensor.
+    /// Its effect on a point in base, or in the tool if it carries the sensor.
     fn motion(&self, value: f64) -> Pose {
         let Axis { kind, direction, point_m, scale, .. } = self.axis;
         match kind {
@@ -129,8 +129,8 @@ impl SimulatedAxis {
     }
 }
 
-/// Simulates a scan in a cell with axes; the same arguments give the same recording, bit for bit. Axes are chained in their order. The scan is that of the
-/// scenario about the seam where it is when all axes are at zero.
+/// Simulates a scan in a cell with axes; the same arguments give the same recording, bit for bit. Axes are chained in their
+/// order. The scan is that of the scenario about the seam at zero values of all axes.
 ///
 /// Returns `None` for a scenario without a line.
 #[must_use]

@@ -1,4 +1,4 @@
-//! What the sensor sees: the line is met with the sheet, the point projected forward.
+//! The sensor's view: the line is intersected with the sheet, and the point projected forward.
 
 use crate::scenario::SensorModel;
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
@@ -82,14 +82,14 @@ pub(crate) fn point_on_sheet_beside(
     }
     let shift = camera_from_base.rotation * beside(along);
     let point = start + shift + direction * along;
-    // What is left of the last round is taken out along the seam.
+    // The residual of the last round is removed along the seam.
     Some(point + direction * ((sheet.offset - sheet.normal.dot(&point)) / toward))
 }
 
 /// Rounds of the search for a displaced seam.
 const BESIDE_ROUNDS: usize = 6;
 
-/// What the sensor reports of a point without noise, or `None` if it is out of view.
+/// The sensor's report of a point without noise, or `None` if it is out of view.
 #[must_use]
 pub fn measure(sensor: &SensorModel, point_in_camera: &Vector3<f64>) -> Option<Measured> {
     match sensor {

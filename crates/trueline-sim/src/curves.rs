@@ -1,4 +1,5 @@
-//! Scans over curved seams, cast forward: the curve is a formula, and each reading is where it meets the laser sheet.
+//! Scans over curved seams, cast forward: the curve is a formula, and each reading is its crossing with the laser
+//! sheet.
 //!
 //! A profiler follows the seam with its sheet across it, tilts about a torch beside the sheet, sways across and in range. Nothing
 //! here is a spline, and no measurement is inverted.
@@ -149,7 +150,7 @@ const WEAVE_M: f64 = 3e-3;
 /// The robot is recorded for so long before and after, s.
 const MARGIN_S: f64 = 1.3;
 
-/// What is drawn once for a cell.
+/// Quantities drawn once for a cell.
 struct Cell {
     scan: CurveScan,
     base_from_part: Pose,
@@ -186,7 +187,7 @@ impl Cell {
         self.base_from_part.rotation * self.scan.kind.point(s) + self.base_from_part.translation.vector
     }
 
-    /// Where on the curve the sensor is, 0 to 1.
+    /// Place of the sensor on the curve, 0 to 1.
     fn place(&self, time_s: f64) -> f64 {
         let done = self.scan.passes * time_s / self.scan.lasts_s;
         if self.scan.kind.is_closed() {

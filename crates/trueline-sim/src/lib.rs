@@ -1,9 +1,9 @@
 //! Simulated scans with known truth.
 //!
-//! A [`Scenario`] says what the cell is, how the robot moves and what disturbs the measurement;
-//! [`simulate()`] casts the scan forward: at each exposure the line is met with the laser sheet and the
-//! point projected into the camera. Nothing here inverts a measurement and nothing depends on the
-//! estimator, so that a test against it is not a test of the estimator against itself.
+//! A [`Scenario`] describes the cell, the robot's motion and the disturbances. [`simulate()`] casts the scan forward:
+//! at each exposure the line is intersected with the laser sheet and the point projected into the camera. Nothing
+//! here inverts a measurement or depends on the estimator. So a test against it does not test the estimator against
+//! itself.
 //!
 //! ```
 //! use trueline_sim::{Preset, simulate};

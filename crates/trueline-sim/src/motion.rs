@@ -65,7 +65,7 @@ impl<'a> Motion<'a> {
         Pose::from_parts(origin.into(), rotation) * self.scenario.cell.tool_from_camera.inverse()
     }
 
-    /// Where along the scanned length the scan is, from −½ to ½.
+    /// Place of the scan along the scanned length, from −½ to ½.
     fn progress(&self, time_s: f64) -> f64 {
         let (scan, duration_s) = (&self.scenario.scan, self.scenario.timing.duration_s);
         if scan.passes <= 1 && scan.progress == Progress::Even {

@@ -44,9 +44,9 @@ impl Noise {
         low + (high - low) * self.random.random::<f64>()
     }
 
-    /// How many of something there are that comes this often on average (Poisson).
+    /// Number of events with this mean frequency (Poisson).
     pub fn count(&mut self, mean: f64) -> usize {
-        // Poisson's distribution is defined for a mean above zero only; zero is none.
+        // Poisson's distribution needs a mean above zero; zero gives zero.
         Poisson::new(mean).map_or(0, |poisson| poisson.sample(&mut self.random) as usize)
     }
 

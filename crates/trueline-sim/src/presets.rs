@@ -14,9 +14,9 @@ pub enum Preset {
     Paper,
     /// 20 s, ±15° and ±10 mm stand-off: well excited.
     Quick,
-    /// 20 s, 200 mm, ±20 mm, ±25° about three axes and ±25 mm stand-off: what a good scan is.
+    /// 20 s, 200 mm, ±20 mm, ±25° about three axes and ±25 mm stand-off: a good scan.
     Good,
-    /// 20 s with hardly any tilt: all is visible, little is known well.
+    /// 20 s with hardly any tilt: everything is determined, but uncertain.
     Weak,
     /// As `Quick`, with a second line beside the first.
     TwoLines,

@@ -5,8 +5,8 @@ use crate::scenario::Scenario;
 use nalgebra::{Quaternion, UnitQuaternion, UnitVector3, Vector3};
 use trueline_geometry::{Line, se3};
 
-/// The same scan in another cell: any hand-eye rotation, up to 200 mm of translation per axis, a line in
-/// any direction up to 1.5 m from the base, approached from any side, and an offset between ±`offset_s`.
+/// The same scan in another cell: any hand-eye rotation, up to 200 mm of translation per axis, an offset between
+/// ±`offset_s`, and a line in any direction up to 1.5 m from the base, approached from any side.
 #[must_use]
 pub fn random_cell(scenario: &Scenario, seed: u64, offset_s: f64) -> Scenario {
     let mut noise = Noise::new(seed, 4);

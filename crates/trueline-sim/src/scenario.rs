@@ -1,4 +1,4 @@
-//! What is simulated, all in SI units.
+//! Settings of a simulation, all in SI units.
 
 use nalgebra::{UnitVector3, Vector3};
 use trueline_geometry::{Line, Plane, Pose};
@@ -7,13 +7,13 @@ use trueline_model::Camera;
 /// A whole simulated scan.
 #[derive(Clone, Debug)]
 pub struct Scenario {
-    /// What stands where.
+    /// Places of the cell's parts.
     pub cell: Cell,
     /// How the sensor moves over the first line.
     pub scan: Scan,
-    /// When what is sampled.
+    /// Sampling times.
     pub timing: Timing,
-    /// What goes wrong.
+    /// Disturbances.
     pub disturbance: Disturbance,
 }
 
@@ -30,7 +30,7 @@ pub struct Cell {
     pub approach: UnitVector3<f64>,
 }
 
-/// What the sensor measures.
+/// Kind of readings of the sensor.
 #[derive(Clone, Debug)]
 pub enum SensorModel {
     /// Pixels of a camera with a laser plane.
@@ -61,7 +61,7 @@ pub enum SensorModel {
 pub struct Scan {
     /// Length of line that is passed over, m.
     pub length_m: f64,
-    /// Where the line appears in the sheet, along the stripe: amplitude in m and frequency.
+    /// Place of the line in the sheet, along the stripe: amplitude in m and frequency.
     pub lateral: Sine,
     /// The same along the range: change of stand-off.
     pub range: Sine,
@@ -83,7 +83,7 @@ pub struct Scan {
 /// In which frame a weave is laid out. At constant attitude both are the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TrackedIn {
-    /// The seam appears where the sines say in the sensor's sheet, whatever the tilts do.
+    /// The seam follows the sines in the sensor's sheet, at any tilt.
     #[default]
     Sensor,
     /// The middle of the field of view moves in base as the sines say, and the tilts turn about it.
@@ -103,7 +103,7 @@ pub enum Progress {
 /// A sine over time, amplitude · sin(2π·frequency·t + phase).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sine {
-    /// Amplitude in the unit of what it moves.
+    /// Amplitude in the unit of the moved quantity.
     pub amplitude: f64,
     /// Frequency, Hz.
     pub frequency_hz: f64,
@@ -119,7 +119,7 @@ impl Sine {
     }
 }
 
-/// When what is sampled.
+/// Sampling times.
 #[derive(Clone, Debug)]
 pub struct Timing {
     /// Duration of the recording, s.
@@ -145,7 +145,7 @@ pub enum Between {
     Straight,
 }
 
-/// What goes wrong; all zero is a perfect recording.
+/// Disturbances; all zero is a perfect recording.
 #[derive(Clone, Debug, Default)]
 pub struct Disturbance {
     /// Standard deviation of a feature, px (camera) along u and v.

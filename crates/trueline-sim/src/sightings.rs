@@ -1,7 +1,7 @@
 //! Sightings of a target that a camera on the robot, or beside it, reports the pose of: cast forward, with truth.
 //!
-//! The camera's view of the target swings over time; where the robot has to be for that follows from the chain. Nothing of this is
-//! shared with what estimates from it.
+//! The camera's view of the target swings over time; where the robot has to be for that follows from the chain. It shares
+//! nothing with the estimator.
 
 use crate::noise::Noise;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -74,7 +74,7 @@ impl SightingNoise {
 pub struct SightingScan {
     /// Seed of hand-eye transform, target, motion and noise.
     pub seed: u64,
-    /// Sightings are stamped so much later than exposed, s.
+    /// Delay of a sighting's stamp after its exposure, s.
     pub time_offset_s: f64,
     /// Number of sightings.
     pub count: u32,
@@ -82,7 +82,7 @@ pub struct SightingScan {
     pub period_s: f64,
     /// Time between the robot's poses, s.
     pub robot_period_s: f64,
-    /// What carries the camera.
+    /// Carrier of the camera.
     pub mounted: Mounted,
     /// Whether the robot stands at each sighting, and poses and sightings are paired by number.
     pub at_stops: bool,
@@ -100,7 +100,7 @@ pub struct SightingScan {
     pub outliers: f64,
 }
 
-/// What was cast.
+/// The simulated sightings.
 #[derive(Clone, Debug)]
 pub struct Sighted {
     /// The robot's poses as recorded.
@@ -111,7 +111,7 @@ pub struct Sighted {
     pub wrong: Vec<bool>,
     /// The truth.
     pub truth: PoseTruth,
-    /// What `sensor.toml` says.
+    /// Content of `sensor.toml`.
     pub setup: SensorSetup,
     /// Whether there is one pose for each sighting.
     pub at_stops: bool,
@@ -240,7 +240,7 @@ impl Sighted {
     }
 }
 
-/// What leads from the camera to the robot.
+/// Chain from the camera to the robot.
 struct Chain {
     /// `tool_from_camera`, or `base_from_camera`.
     carrier_from_camera: Pose,

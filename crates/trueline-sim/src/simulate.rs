@@ -20,15 +20,16 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> Option<Recording> {
     Some(simulate_along(scenario, &|time_s| motion.base_from_tool(time_s), seed))
 }
 
-/// The same where the robot moves as it is told instead of as [`Scenario::scan`] says: `base_from_tool` gives its
-/// true pose at a time since the start, s.
+/// The same with a prescribed motion of the robot instead of [`Scenario::scan`]: `base_from_tool` gives its true pose
+/// at a time since the start, s.
 #[must_use]
 pub fn simulate_along(scenario: &Scenario, base_from_tool: &dyn Fn(f64) -> Pose, seed: u64) -> Recording {
-    // Only a robot that cannot reach its path fails, and without faults there is none.
+    // Only a robot that cannot reach its path fails; without faults this does not occur.
     record(scenario, base_from_tool, &[], seed).unwrap_or_else(|| unreachable!("a path without faults"))
 }
 
-/// The same scan with the sensor on a wall: the robot carries the part past it, and what was the sensor's pose in the tool is that in base.
+/// The same scan with the sensor on a wall: the robot carries the part past it, and the sensor's pose in the tool becomes
+/// that in base.
 #[must_use]
 pub fn on_the_wall(mut recording: Recording) -> Recording {
     for sample in &mut recording.robot {
@@ -38,8 +39,8 @@ pub fn on_the_wall(mut recording: Recording) -> Recording {
     recording
 }
 
-/// Simulates a scan by several sensors on one tool. The first is that of the scenario, and the robot moves for it; each other is up to 40 mm and 15° beside
-/// the one before, with a time offset of its own. All report the same poses.
+/// Simulates a scan by several sensors on one tool. The first is that of the scenario, and the robot moves for it. Each
+/// of the others is up to 40 mm and 15° off the one before, with a time offset of its own. All report the same poses.
 ///
 /// Returns `None` for a scenario without a line.
 #[must_use]
@@ -116,7 +117,7 @@ pub(crate) fn record_reported(
     Recording { truth, ..Recording::new(sensor(&scenario.cell.sensor), setup(), samples, features) }
 }
 
-/// What is known of a cell that is cast: its edge is sharp, and its seam has no form but the bow that it may be given.
+/// Prior knowledge of a simulated cell: its edge is sharp, and its seam has no form except a possible bow.
 fn setup() -> SensorSetup {
     SensorSetup { edge_radius_m: Some(0.0), waviness_m: Some(0.0), ..SensorSetup::default() }
 }
@@ -188,7 +189,7 @@ fn features(
     features
 }
 
-/// What the sensor sees of the seams.
+/// The sensor's view of the seams.
 struct View<'a> {
     scenario: &'a Scenario,
     sheet: &'a SheetAxes,
@@ -197,7 +198,7 @@ struct View<'a> {
 }
 
 impl View<'_> {
-    /// The feature of a line without noise, in an image whose middle row is exposed at a time, s.
+    /// The feature of a line without noise, in an image with its middle row exposed at a time, s.
     fn seen(&self, line: &Line, exposed_s: f64, errors: &mut FeatureErrors) -> Option<Measured> {
         let beside_m = errors.beside_m(exposed_s);
         let line = if beside_m == 0.0 { *line } else { line_beside(self.scenario, line, beside_m) };

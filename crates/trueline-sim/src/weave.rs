@@ -1,5 +1,5 @@
-//! Weaves and S-paths whose frequencies are commensurable, as a robot's own weave function makes them: a straight line
-//! then looks the same, or nearly the same, one period or half a period later.
+//! Weaves and S-paths with commensurable frequencies, as a robot's own weave function makes them. A straight line then
+//! looks the same, or nearly the same, one period or half a period later.
 
 use crate::noise::Noise;
 use crate::presets::Preset;

@@ -1,4 +1,4 @@
-//! Scans of welds whose every point is known: straight or round, followed at a speed, with or without weaving.
+//! Scans of welds with every point known: straight or round, followed at a speed, with or without weaving.
 
 use crate::capture::{SheetAxes, measure};
 use crate::noise::Noise;
@@ -74,16 +74,16 @@ pub struct WeldScan {
     pub length_m: f64,
     /// Speed along it, m/s.
     pub speed_m_s: f64,
-    /// Where the weld appears along the stripe while it is followed, m.
+    /// Place of the weld along the stripe while it is followed, m.
     pub weave: Sine,
 }
 
 /// A scan and where each feature of it truly is.
 #[derive(Clone, Debug)]
 pub struct KnownScan {
-    /// What was recorded; its truth has no lines.
+    /// The recording; its truth has no lines.
     pub recording: Recording,
-    /// True point in base of each feature, m: what a robot that stops there would measure.
+    /// True point in base of each feature, m: as measured by a robot that stops there.
     pub truth: Vec<Vector3<f64>>,
 }
 

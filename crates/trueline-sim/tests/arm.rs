@@ -46,8 +46,8 @@ fn stretched_out_the_arm_reaches_what_the_data_sheet_says() {
     assert!(inverse(&beyond).is_none());
 }
 
-/// 0.3 mm RMS over the workspace with the mean removed is what the errors were sized for; drawn arms differ by some
-/// tens of percent, and the mean of 40 by a few.
+/// The errors were sized for 0.3 mm RMS over the workspace with the mean removed; drawn arms differ by tens of
+/// percent, and the mean of 40 by a few.
 #[test]
 fn drawn_arms_have_the_stated_accuracy() {
     let mut random = ChaCha8Rng::seed_from_u64(2);

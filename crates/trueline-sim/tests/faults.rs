@@ -1,4 +1,4 @@
-//! Each fault does what it says, where it acts, and nothing else.
+//! Each fault has its stated effect at its place, and no other.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{Point3, Vector3};

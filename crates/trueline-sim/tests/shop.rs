@@ -1,4 +1,5 @@
-//! Cells of a shop: the same for the same seed, as frequent and as large errors as the table has them, and what each one changes.
+//! Cells of a shop: the same for the same seed, with errors as frequent and as large as in the table, and the changes by
+//! each error.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use trueline_dataset::{Measured, PlateStripe, Recording};
@@ -102,7 +103,7 @@ fn a_cell_without_errors_is_free_of_noise() {
     }
 }
 
-/// What must change, and what must not: (error, sensor, poses, readings, stamps).
+/// Quantities that must change, and those that must not: (error, sensor, poses, readings, stamps).
 #[test]
 fn each_error_changes_what_it_should() {
     use ShopError as E;

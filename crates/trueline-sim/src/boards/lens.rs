@@ -1,5 +1,4 @@
-//! From a pixel to its ray, by fixed-point iteration: the ideal point is the distorted one less what the distortion adds
-//! there.
+//! From a pixel to its ray, by fixed-point iteration: the ideal point is the distorted one less the distortion there.
 
 use nalgebra::{Vector2, Vector3};
 use trueline_model::Camera;

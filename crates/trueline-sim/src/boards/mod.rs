@@ -1,7 +1,7 @@
 //! Pictures of a chessboard, rendered forward: for every pixel the light of the board where its ray meets it.
 //!
 //! A pixel's light is the mean over points spread in it. Rays come from an inversion of the distortion of their own
-//! (a fixed-point iteration), and meet the board in space. What finds boards in pictures shares no line with
+//! (a fixed-point iteration), and meet the board in space. The detector of boards in pictures shares no line with
 //! this.
 
 mod lens;
@@ -35,7 +35,7 @@ impl BoardFolder {
         Self { boards: BoardPictures::new(corners, square_m), count, scan }
     }
 
-    /// What was written, and where to read on.
+    /// Summary of the written files, and the next commands.
     #[must_use]
     pub fn words(&self, folder: &Path) -> String {
         format!(
@@ -55,9 +55,9 @@ impl BoardFolder {
         3 * u64::from(self.count) + u64::from(self.scan.pictures)
     }
 
-    /// Writes all that a sensor is calibrated from with a board, and the truth, into a folder that exists: `boards` (laser off, anywhere
-    /// in the picture), `stripes` (laser on), `without-laser` (the same poses, laser off), `moving` (a dataset of a robot that
-    /// moves the camera) and `truth_sensor.toml`. `drawn` is called after each picture.
+    /// Writes a sensor's calibration data with a board, and the truth, into an existing folder: `boards` (laser off,
+    /// anywhere in the picture), `stripes` (laser on), `without-laser` (the same poses, laser off), `moving` (a dataset of a
+    /// robot that moves the camera) and `truth_sensor.toml`. `drawn` is called after each picture.
     ///
     /// # Errors
     /// A board that does not fit into the picture; files that cannot be written.

@@ -33,7 +33,7 @@ const ROBOT_NOISE_RAD: f64 = 2e-5;
 /// A scan of a board.
 #[derive(Clone, Copy, Debug)]
 pub struct BoardScan {
-    /// Time offset: stamps of pictures are so much later than their exposures, s.
+    /// Time offset: delay of pictures' stamps after their exposures, s.
     pub time_offset_s: f64,
     /// Pictures, ten a second.
     pub pictures: u32,
@@ -91,7 +91,7 @@ impl BoardScan {
         write("truth.toml", known_toml::format(&truth, &[]).as_bytes())
     }
 
-    /// The robot's poses as they are recorded, noise of the position and the attitude included.
+    /// The robot's recorded poses, including noise of the position and the attitude.
     fn robot(&self, boards: &BoardPictures) -> Vec<RobotSample> {
         let mut noise = Noise::new(self.seed, 1);
         let mut normal = |sigma: f64| Vector3::from_fn(|_, _| noise.normal(sigma));
@@ -115,7 +115,7 @@ impl BoardScan {
     }
 }
 
-/// Where the board is at a time: swings to every side with frequencies that have no small common multiple.
+/// Pose of the board at a time: swings to every side with frequencies without a small common multiple.
 fn camera_from_board(boards: &BoardPictures, time_s: f64) -> Pose {
     let swing = |hertz: f64, phase: f64| (TAU * hertz * time_s + phase).sin();
     let turn = Vector3::new(0.35 * swing(0.41, 0.2), 0.35 * swing(0.33, 1.0), 0.3 * swing(0.27, 2.0));

@@ -14,7 +14,7 @@ use trueline_dataset::{Error, GrayImage, Problem, gray_png};
 use trueline_geometry::{Plane, Pose, se3, so3};
 use trueline_model::{BrownConrady, Camera};
 
-/// Where the middle of the boards is, m; the laser plane meets the optical axis there.
+/// Middle of the boards, m; the laser plane meets the optical axis there.
 const MIDDLE_M: f64 = 0.36;
 
 /// Tilts of the boards, radians.
@@ -23,7 +23,7 @@ const TILT: std::ops::Range<f64> = 0.25..0.6;
 /// Pixels that are free around a board.
 const MARGIN_PX: f64 = 8.0;
 
-/// Poses that are tried before a board is said not to fit into the picture.
+/// Poses tried before an error reports that the board does not fit into the picture.
 const MOST_TRIES: usize = 20_000;
 
 /// A board, and the sensor that looks at it.

@@ -14,13 +14,13 @@ use trueline_model::Camera;
 pub struct BoardScene {
     /// The camera.
     pub camera: Camera,
-    /// Where the board is: x along its columns, y along its rows, the first inner corner at the origin.
+    /// Pose of the board: x along its columns, y along its rows, the first inner corner at the origin.
     pub camera_from_board: Pose,
     /// Inner corners along x and y; [0, 0] is a plain white plate, 1.5 squares to one side of its origin and half of one to the other.
     pub corners: [usize; 2],
     /// Side of a square, m.
     pub square_m: f64,
-    /// Gray levels of black, white and what is behind the board.
+    /// Gray levels of black, white and the background.
     pub levels: [f64; 3],
     /// Blur of the lens, standard deviation, px.
     pub blur_px: f64,
@@ -41,8 +41,8 @@ pub struct Stripe {
     pub thickness_m: f64,
 }
 
-/// Points in a pixel at which light is gathered, where it is not the same all over: a corner is to be measured to a hundredth
-/// of a pixel, so an edge in it must be right to a tenth.
+/// Sampling points of light in a pixel with an edge. A corner is measured to a hundredth of a pixel, so an edge in it must
+/// be right to a tenth.
 const POINTS: usize = 150;
 
 /// Steps of a sequence that fills a square evenly: the inverse of the root of x³ = x + 1, and its square.
@@ -134,7 +134,7 @@ fn of_ray(scene: &BoardScene, board_from_camera: &Pose, ray: &Vector3<f64>) -> f
     paint + laser
 }
 
-/// Gaussian blur, first along rows and then along columns; at the border the outermost level goes on.
+/// Gaussian blur, first along rows and then along columns; beyond the border the outermost level continues.
 fn blurred(light: &[f64], [width, height]: [usize; 2], sigma_px: f64) -> Vec<f64> {
     if sigma_px <= 0.0 {
         return light.to_vec();

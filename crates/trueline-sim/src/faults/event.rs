@@ -63,7 +63,7 @@ fn beside(measured: Measured, by: f64) -> Measured {
     }
 }
 
-/// What the same scan sees of a parallel line, under the label of the first.
+/// The same scan's view of a parallel line, under the label of the first.
 fn seen_on_line_beside(scenario: &Scenario, seed: u64, by_m: f64) -> Option<Vec<Feature>> {
     let mut other = scenario.clone();
     let seam = scenario.cell.lines.first()?;

@@ -1,23 +1,23 @@
-//! What can be wrong with a cell: one variant a fault, with its size.
+//! Faults of a cell: one variant a fault, with its size.
 
 /// One thing that is wrong. Sizes are in SI units and pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
-    /// The sensor is not what `sensor.toml` states.
+    /// The sensor differs from the statement of `sensor.toml`.
     Sensor(SensorError),
     /// The seam is not straight.
     Seam(SeamForm),
-    /// The robot is not where it reports to be.
+    /// The robot is not at its reported pose.
     Robot(RobotError),
     /// The seam point is not where the detector reports it.
     Feature(FeatureError),
-    /// Stamps and rows are not what they seem.
+    /// Stamps and rows are wrong.
     Stream(StreamError),
     /// Something happened once during the recording.
     Event(Event),
 }
 
-/// How the stated sensor differs from the one that measured.
+/// Difference of the stated sensor from the one that measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SensorError {
     /// The stated laser plane is shifted along its normal.
@@ -65,7 +65,7 @@ pub enum SensorError {
         /// Part of the true ones.
         share: f64,
     },
-    /// A profiler whose range axis leans towards its width axis.
+    /// A profiler with a range axis that leans towards its width axis.
     ProfileShear {
         /// Angle, rad.
         angle_rad: f64,
@@ -94,7 +94,7 @@ pub enum SeamForm {
     },
 }
 
-/// How the robot's reports differ from where it is.
+/// Difference of the robot's reports from its pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RobotError {
     /// A smooth error of the position that depends on the place.
@@ -111,12 +111,12 @@ pub enum RobotError {
         /// Wavelength, m.
         wavelength_m: f64,
     },
-    /// A six-axis arm whose geometry is not the controller's: see [`crate::arm`].
+    /// A six-axis arm with another geometry than the controller's model: see [`crate::arm`].
     Arm {
         /// Root mean square position error over the workspace, mean removed, m.
         rms_m: f64,
     },
-    /// The tool lags behind where it is accelerated: structure and drives give.
+    /// The tool lags under acceleration: structure and drives are flexible.
     Flex {
         /// Displacement for each m/s², m.
         m_per_m_s2: f64,
@@ -143,7 +143,7 @@ pub enum RobotError {
 pub enum FeatureError {
     /// Along v, and half as much along u, with the work angle (about the seam).
     BiasByWorkAngle {
-        /// Per rad, px; for lengths 1 px stands for 0.05 mm.
+        /// Per rad, px; for lengths 1 px is 0.05 mm.
         px_per_rad: f64,
     },
     /// The same with the travel angle (about the stripe).
@@ -168,14 +168,14 @@ pub enum FeatureError {
     },
     /// Some features are of a parallel line.
     ParallelLine {
-        /// How far beside, m.
+        /// Distance from the line, m.
         beside_m: f64,
         /// Part of all features, at random.
         share: f64,
     },
     /// All features of the last part are of a parallel line.
     ParallelLineAtEnd {
-        /// How far beside, m.
+        /// Distance from the line, m.
         beside_m: f64,
         /// Part of the scan.
         share: f64,
@@ -188,7 +188,7 @@ pub enum FeatureError {
     },
 }
 
-/// How stamps and rows differ from what happened.
+/// Errors of stamps and rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StreamError {
     /// Image stamps are cut to whole multiples.
@@ -203,7 +203,7 @@ pub enum StreamError {
     },
     /// The time offset grows evenly over the scan.
     OffsetDrift {
-        /// By so much in all, s.
+        /// In all, s.
         change_s: f64,
     },
     /// The time offset swings once over the scan.
@@ -213,7 +213,7 @@ pub enum StreamError {
     },
     /// The time offset steps half way through.
     OffsetStep {
-        /// By so much, s.
+        /// Size of the step, s.
         step_s: f64,
     },
     /// Some frames repeat the picture of the frame before.

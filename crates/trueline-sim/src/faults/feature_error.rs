@@ -16,7 +16,7 @@ pub(crate) struct FeatureErrors {
     /// Rotation from the sheet's axes as they stand square to the seam to base.
     base_from_square_sheet: Rotation3<f64>,
     correlated: Vec<Correlated>,
-    /// How far the seam is beside itself in this frame: across and in height, m.
+    /// Displacement of the seam in this frame: across and in height, m.
     shift_m: [f64; 2],
     duration_s: f64,
 }
@@ -31,7 +31,7 @@ struct Correlated {
     noise: Noise,
 }
 
-/// Length that stands for one pixel where features are lengths, m.
+/// Length of one pixel for features in lengths, m.
 const M_PER_PX: f64 = 5e-5;
 
 impl FeatureErrors {
@@ -75,12 +75,12 @@ impl FeatureErrors {
         }
     }
 
-    /// How far the seam point of this frame is beside the seam, across and in height, m.
+    /// Distance of this frame's seam point from the seam, across and in height, m.
     pub(crate) fn shift_m(&self) -> [f64; 2] {
         self.shift_m
     }
 
-    /// How far beside its line the feature of this frame is, m; 0 is on it.
+    /// Distance of this frame's feature from its line, m; 0 is on it.
     pub(crate) fn beside_m(&mut self, exposed_s: f64) -> f64 {
         let mut beside = 0.0;
         for error in &self.errors {
@@ -137,8 +137,8 @@ impl FeatureErrors {
     }
 }
 
-/// Turns about the stripe, about the seam and about the range direction, as the sensor itself sees them: spun by half a turn
-/// about its view, it is tilted the other way. A half turn is no tilt.
+/// Rotations about the stripe, about the seam and about the range direction, in the sensor's own axes: spun by half a turn
+/// about its view, it is tilted the other way. A half turn is not a tilt.
 fn own_tilt(turn: &Rotation3<f64>) -> Vector3<f64> {
     let turn = UnitQuaternion::from_rotation_matrix(turn);
     let spin_rad = 2.0 * turn.k.atan2(turn.w);
@@ -147,7 +147,7 @@ fn own_tilt(turn: &Rotation3<f64>) -> Vector3<f64> {
     Vector3::new(swing.x, swing.y, spin_rad - PI * (spin_rad / PI).round())
 }
 
-/// Stream of random numbers for what happens to features by chance.
+/// Stream of random numbers for random errors of features.
 const FEATURE_STREAM: u64 = 21;
 
 /// On which side of the middle a feature is, −1 or 1.

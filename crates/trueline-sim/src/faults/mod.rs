@@ -1,8 +1,8 @@
 //! Fault injection: everything that is wrong with a cell and is not white noise.
 //!
 //! [`simulate_with_faults`](crate::simulate_with_faults) makes the same scan as [`simulate`](crate::simulate()) with some
-//! [`Fault`]s in it. Each fault acts where it acts in a real cell: on the stated sensor, on the seam's form, between
-//! the robot's true and its reported pose, on the feature, on the stamps.
+//! [`Fault`]s in it. Each fault acts at its place in a real cell: on the stated sensor, on the seam's form, between the
+//! robot's true and its reported pose, on the feature, on the stamps.
 
 mod event;
 pub mod fault;

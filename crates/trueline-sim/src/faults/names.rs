@@ -9,16 +9,16 @@ pub struct FaultName {
     pub name: &'static str,
     /// Units of its sizes, separated by commas; empty for a fault without a size.
     pub units: &'static str,
-    /// Sizes where none are given, in these units.
+    /// Default sizes, in these units.
     pub defaults: &'static [f64],
-    /// What it is.
+    /// Its description.
     pub description: &'static str,
     make: fn(&[f64]) -> Fault,
 }
 
 impl FaultName {
-    /// The smallest and the largest of its sizes, in the units of [`FaultName::units`]: of lengths over which something changes a hundredth at
-    /// least, of what is no departure to either side nothing at least.
+    /// The smallest and the largest of its sizes, in the units of [`FaultName::units`]. Lengths of change are at least a
+    /// hundredth; sizes that are no departure to either side are at least zero.
     fn sizes(&self, index: usize) -> (f64, f64) {
         match self.name {
             _ if index > 0 => (LEAST_LENGTH, LARGEST_SIZE),
@@ -38,7 +38,7 @@ impl FaultName {
 const LEAST_LENGTH: f64 = 0.01;
 /// Largest size in any unit.
 const LARGEST_SIZE: f64 = 1e6;
-/// Faults whose first size is a magnitude.
+/// Faults with a magnitude as first size.
 const NOT_NEGATIVE: [&str; 13] = [
     "wobble",
     "robot-field",
@@ -61,7 +61,7 @@ pub enum FaultError {
     /// No fault has this name.
     #[error("`{0}` is not a fault")]
     Name(String),
-    /// A size is no finite number.
+    /// A size is not a finite number.
     #[error("`{0}` is not a number")]
     Number(String),
     /// A size that no cell has, or that nothing can be simulated with.
@@ -73,7 +73,7 @@ pub enum FaultError {
         least: f64,
         /// The largest size.
         largest: f64,
-        /// What was given.
+        /// The given value.
         found: f64,
     },
     /// More or fewer sizes than the fault has.

@@ -1,4 +1,4 @@
-//! A robot that is not where it reports to be.
+//! A robot that is not at its reported pose.
 
 use super::fault::{Fault, RobotError};
 use crate::arm::Arm;
@@ -57,7 +57,7 @@ impl<'a> RobotErrors<'a> {
         Some(Self { path, errors })
     }
 
-    /// What the stream reports at a time since the start, s, without noise.
+    /// The stream's report at a time since the start, s, without noise.
     pub(crate) fn reported(&self, time_s: f64) -> Pose {
         let mut pose = (self.path)(time_s);
         for error in &self.errors {
@@ -68,7 +68,7 @@ impl<'a> RobotErrors<'a> {
         pose
     }
 
-    /// Where the tool is at a time since the start, s.
+    /// Pose of the tool at a time since the start, s.
     pub(crate) fn actual(&self, time_s: f64) -> Pose {
         let mut pose = (self.path)(time_s);
         for error in &self.errors {
@@ -95,8 +95,8 @@ impl<'a> RobotErrors<'a> {
 /// How many poses of the path must be in reach.
 const REACH_CHECKS: u32 = 200;
 
-/// The arm that carries the sensor in the recording which [`simulate_with_faults`](crate::simulate_with_faults) makes of these;
-/// `None` where no fault draws one, or it cannot reach the path.
+/// The arm that carries the sensor in the recording made by [`simulate_with_faults`](crate::simulate_with_faults);
+/// `None` if no fault draws one, or it cannot reach the path.
 #[must_use]
 pub fn drawn_arm(scenario: &Scenario, faults: &[Fault], seed: u64) -> Option<Arm> {
     let motion = Motion::new(scenario)?;

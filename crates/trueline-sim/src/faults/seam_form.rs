@@ -5,7 +5,7 @@ use crate::noise::Noise;
 use crate::scenario::Scenario;
 use nalgebra::Vector3;
 
-/// Where the seam lies beside its straight line, by the place on it.
+/// Displacement of the seam from its straight line, by the place on it.
 pub(crate) struct SeamForms {
     /// Unit vectors in base: sideways, and towards the sensor.
     axes: [Vector3<f64>; 2],

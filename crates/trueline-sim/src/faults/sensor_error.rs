@@ -8,8 +8,8 @@ use trueline_dataset::{Measured, Recording, Sensor};
 use trueline_geometry::Plane;
 
 impl SensorError {
-    /// Spoils the stated sensor, or, where a sensor states nothing, what it measures; `None` for a kind of sensor that
-    /// cannot have this error.
+    /// Spoils the stated sensor or, for a sensor without statements, its measurements; `None` for a kind of sensor
+    /// that cannot have this error.
     pub(crate) fn apply(self, recording: &mut Recording, model: &SensorModel) -> Option<()> {
         match self {
             Self::ProfileWidth { .. } | Self::ProfileDepth { .. } | Self::ProfileShear { .. } => {

@@ -1,4 +1,4 @@
-//! Streams whose stamps and rows are not what they seem.
+//! Streams with wrong stamps or rows.
 
 use super::fault::StreamError;
 use crate::noise::Noise;
@@ -32,7 +32,7 @@ impl StreamError {
     }
 }
 
-/// Stream of random numbers for what happens to frames by chance.
+/// Stream of random numbers for random errors of frames.
 const STREAM: u64 = 22;
 
 fn cut(stamp_ns: &mut i64, grain_s: f64) {

@@ -1,4 +1,4 @@
-//! What welding adds to a picture: glowing spatter and the arc's glow.
+//! Welding effects in a picture: glowing spatter and the arc's glow.
 
 use super::look::Look;
 use crate::noise::Noise;

@@ -6,9 +6,9 @@ use nalgebra::Vector2;
 /// sensor; the seam is the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Facet {
-    /// Where it begins.
+    /// Its start.
     pub from: Vector2<f64>,
-    /// Where it ends.
+    /// Its end.
     pub to: Vector2<f64>,
     /// How much light it scatters, relative to the brightest.
     pub reflectance: f64,
@@ -23,7 +23,7 @@ impl Facet {
     }
 }
 
-/// Where a ray in the cross-section meets a facet.
+/// Crossing of a ray in the cross-section with a facet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Hit {
     /// Which facet.

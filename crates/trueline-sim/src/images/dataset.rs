@@ -8,12 +8,12 @@ use std::fs;
 use std::path::Path;
 use trueline_dataset::{Error, Feature, FrameFile, Measured, Problem, features_csv, gray_png, images};
 
-/// What was written.
+/// The written pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WrittenPictures {
     /// Pictures.
     pub pictures: usize,
-    /// Those that show the seam.
+    /// Number with the seam.
     pub with_seam: usize,
 }
 

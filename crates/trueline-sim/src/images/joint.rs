@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 /// How far plates reach from the seam, m: out of any view.
 const FAR_M: f64 = 0.5;
 
-/// How far beside the seam it is looked whether the stripe is visible, m.
+/// Distance from the seam at which the stripe's visibility is checked, m.
 const BESIDE_M: f64 = 3e-3;
 
 /// Joint type. The seam is the line of the scenario.
@@ -142,7 +142,7 @@ impl Joint {
 
 impl Joint {
     /// Places of the cross-section beside the seam, m, where the stripe must be bright for the seam to be visible.
-    /// None for what has no seam.
+    /// None for a joint without a seam.
     #[must_use]
     pub(crate) fn witnesses(&self) -> Vec<Vector2<f64>> {
         let facets = self.facets();
@@ -173,7 +173,7 @@ impl Joint {
         }
     }
 
-    /// Where its lines are in the cross-section, m.
+    /// Places of its lines in the cross-section, m.
     #[must_use]
     pub fn lines(&self) -> Vec<Vector2<f64>> {
         match *self {

@@ -26,7 +26,7 @@ pub struct Light<'a> {
 }
 
 impl<'a> Light<'a> {
-    /// The scene of a joint along a seam, seen from a pose; the laser stands beside the camera.
+    /// The scene of a joint along a seam, seen from a pose; the laser is beside the camera.
     #[must_use]
     pub fn new(
         (facets, missing, look): (&'a [Facet], &'a [[f64; 2]], &'a Look),
@@ -38,7 +38,7 @@ impl<'a> Light<'a> {
         let along = seam.direction();
         let away = (approach - along * along.dot(approach)).normalize();
         let normal = sheet.normal().into_inner();
-        // Where the sheet passes the camera: the nearest point with z = 0.
+        // Point at which the sheet passes the camera: the nearest one with z = 0.
         let beside = normal.xy() * (sheet.offset() / normal.xy().norm_squared());
         Self {
             facets,
@@ -67,8 +67,8 @@ impl<'a> Light<'a> {
         brightness
     }
 
-    /// Where the sheet lights a facet, in the camera frame: its two ends, m. `None` where the seam runs along
-    /// the sheet.
+    /// Stripe of the sheet on a facet, in the camera frame: its two ends, m. `None` where the seam runs along the
+    /// sheet.
     #[must_use]
     pub(crate) fn stripe_on(&self, facet: &Facet) -> Option<[Vector3<f64>; 2]> {
         let toward = self.normal.dot(&self.along);

@@ -1,6 +1,6 @@
-//! How the pictures look: optics, sensor and everything that disturbs.
+//! Appearance of the pictures: optics, sensor and all disturbances.
 
-/// What the pictures show beside the bare stripe. Brightness is counted in parts of full scale.
+/// Content of the pictures besides the bare stripe. Brightness is counted in parts of full scale.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Look {
     /// Standard deviation of the laser sheet's thickness, m.

@@ -1,9 +1,9 @@
 //! Pictures of a scan: rays are cast from every pixel near the stripe onto the plates of a joint.
 //!
-//! The chain is that of the light: [`joint`] (plates as facets of a [`cross_section`]), [`light`] (what a ray
-//! from the camera meets and how the laser lights it, directly and by mirrors), blur and motion
-//! ([`renderer`]), [`speckle`], [`clutter`] (spatter, glow), [`exposure`] (noise, saturation, bits). [`look`]
-//! says how much of each.
+//! The chain follows the light: [`joint`] (plates as facets of a [`cross_section`]), [`light`] (the target of a
+//! camera's ray and its illumination by the laser, directly and by mirrors), blur and motion ([`renderer`]),
+//! [`speckle`], [`clutter`] (spatter, glow), [`exposure`] (noise, saturation, bits). [`look`] states how much of
+//! each.
 
 pub mod clutter;
 pub mod cross_section;

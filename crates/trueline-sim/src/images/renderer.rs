@@ -14,13 +14,13 @@ use trueline_dataset::{GrayImage, Pixels};
 use trueline_geometry::{Line, Plane, Pose};
 use trueline_model::Camera;
 
-/// Instants of an exposure whose pictures are added up.
+/// Instants of an exposure; their pictures are added up.
 const INSTANTS: usize = 5;
 
-/// A stripe darker than this part of full scale is taken for invisible: eight grey levels of 255.
+/// A stripe darker than this part of full scale counts as invisible: eight grey levels of 255.
 const VISIBLE: f32 = 0.03;
 
-/// What all pictures of a scan share; made once.
+/// Data shared by all pictures of a scan; made once.
 pub struct Studio {
     camera: Camera,
     sheet: Plane,
@@ -38,17 +38,17 @@ pub struct Studio {
     seed: u64,
 }
 
-/// Pixels of places; `None` for those that the sheet does not pass, or that are behind the camera.
+/// Pixels of places; `None` for those off the sheet, or behind the camera.
 type PlacesPx = Vec<Option<Vector2<f64>>>;
 
 /// A picture and where its seam is.
 pub struct Picture {
     /// Grey levels.
     pub image: GrayImage,
-    /// The seam at mid-exposure in distorted px, if it is in the picture and the stripe visible beside it; of a joint
-    /// with two lines, that of line 0.
+    /// The seam at mid-exposure in distorted px, if it is in the picture and the stripe is visible beside it. For a
+    /// joint with two lines it is that of line 0.
     pub seam_px: Option<Vector2<f64>>,
-    /// That of line 1, likewise.
+    /// The seam of line 1, likewise.
     pub second_px: Option<Vector2<f64>>,
 }
 
@@ -119,7 +119,7 @@ impl Studio {
         self.lines.iter().map(moved).collect()
     }
 
-    /// Where the lines are, and the places beside them at which their stripe should be seen, px.
+    /// Places of the lines, and neighbouring places at which their stripe should be visible, px.
     fn places_px(&self, base_from_camera: &Pose) -> (PlacesPx, PlacesPx) {
         let light = self.light(&[], base_from_camera);
         let pixel = |at: &Vector2<f64>| light.on_sheet(at).and_then(|point| self.camera.project(&point));

@@ -9,7 +9,7 @@ use crate::scenario::{Scenario, SensorModel};
 use crate::shutter::{Exposed, Shutter};
 use trueline_geometry::Line;
 
-/// A scan whose pictures can be drawn one by one, in any order and by several threads.
+/// A scan with pictures that can be drawn one by one, in any order and by several threads.
 pub struct PictureScan<'a> {
     scenario: &'a Scenario,
     motion: Motion<'a>,

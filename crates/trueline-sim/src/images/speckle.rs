@@ -1,8 +1,8 @@
 //! Speckle: the intensity of a random complex field of limited bandwidth.
 //!
-//! A field whose real and imaginary parts are white noise smoothed by a Gaussian of σ has the correlation
-//! exp(−r²/4σ²); its intensity is exponentially distributed with the square of that, exp(−r²/2σ²), as the
-//! covariance of its unit mean \[Goodman2007, §3\].
+//! A field with a real and an imaginary part of white noise smoothed by a Gaussian of σ has the correlation
+//! exp(−r²/4σ²). Its intensity is exponentially distributed with the square of that, exp(−r²/2σ²), as the covariance
+//! of its unit mean \[Goodman2007, §3\].
 
 use crate::noise::Noise;
 
@@ -49,7 +49,7 @@ impl Speckle {
     }
 }
 
-/// Gaussian taps whose squares sum to one along each axis.
+/// Gaussian taps with squares that sum to one along each axis.
 fn kernel(sigma_px: f64) -> Vec<f32> {
     let reach = (4.0 * sigma_px).ceil() as i64;
     let taps: Vec<f64> = (-reach..=reach).map(|k| (-0.5 * (k as f64 / sigma_px).powi(2)).exp()).collect();

@@ -1,7 +1,7 @@
 //! Scans of two plates that meet in a seam: whole stripes instead of the seam point, and whole profiles.
 //!
-//! Everything is cast forward: a place on a plate's surface, where the sheet cuts it, into the sensor. Nothing is fitted
-//! but what a sensor's own software fits, the straight line through a stripe.
+//! Everything is cast forward: a place on a plate's surface, where the sheet cuts it, into the sensor. The only fit is
+//! that of a sensor's own software, the straight line through a stripe.
 
 mod profiles;
 mod straight_line;

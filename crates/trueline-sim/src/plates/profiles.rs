@@ -10,7 +10,7 @@ use nalgebra::Point3;
 use trueline_dataset::{Profile, ProfilePoint, Recording};
 use trueline_geometry::Pose;
 
-/// What profiles look like.
+/// Appearance of profiles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProfileLook {
     /// Distance of neighbouring columns, m.
@@ -32,8 +32,8 @@ pub struct ProfileLook {
 }
 
 impl Default for ProfileLook {
-    /// 0.1 mm columns of 0.02 mm, of which 3 % do not return and 1 % are reflections; sharp edges, at which 20 % do not return, and gaps in
-    /// which 30 % see something.
+    /// Columns of 0.1 mm with noise of 0.02 mm; 3 % do not return and 1 % are reflections. At sharp edges 20 % do not return, and
+    /// in gaps 30 % hit something.
     fn default() -> Self {
         Self {
             column_m: 1e-4,
@@ -74,7 +74,7 @@ const MIXED_M: f64 = 2e-3;
 const REFLECTED_M: f64 = 6e-3;
 /// Within this of an edge columns are lost, m.
 const LOST_M: f64 = 5e-4;
-/// What is seen of an edge over nothing, or below a gap, lies at most so much behind the plate, m.
+/// Largest distance of the background behind the plate at an edge over nothing, or below a gap, m.
 const BEHIND_M: f64 = 5e-3;
 
 /// Scans two plates with the profiler of a scenario: a recording without features, and the profiles. `None` for a scenario
@@ -90,7 +90,7 @@ pub fn scan_profiles(
     scan_profiles_along(scenario, plates, look, &|time_s| motion.base_from_tool(time_s), seed)
 }
 
-/// The same where the robot moves as it is told: `base_from_tool` gives its true pose at a time since the start, s.
+/// The same with a prescribed motion of the robot: `base_from_tool` gives its true pose at a time since the start, s.
 #[must_use]
 pub fn scan_profiles_along(
     scenario: &Scenario,
@@ -193,7 +193,7 @@ impl ProfileCaster {
         in_view.is_some().then_some(z_m + reflected_m)
     }
 
-    /// The surface of an arm with the sensor's noise; `None` where nothing comes back.
+    /// The surface of an arm with the sensor's noise; `None` without a return.
     fn surface(&mut self, arm: &[[f64; 2]], x_m: f64) -> Option<f64> {
         let range_m = range_at(arm, x_m)?;
         let z_m = range_m + self.noise.normal(self.look.range_sigma_m) + self.noise.normal(self.roughness_m);
@@ -205,7 +205,7 @@ impl ProfileCaster {
         let ahead = |arm: &Vec<[f64; 2]>| arm.last().map_or(0.0, |end| end[0] - arm[0][0]);
         let side = usize::from((ahead(&arms[1]) > 0.0) == (x_m > corner_x));
         let from_corner_m = (x_m - corner_x).abs();
-        // The column that the edge falls into sees the upper plate of a lap and what lies behind, wherever its middle is.
+        // The column at the edge covers the upper plate of a lap and the background, independent of its middle.
         if let PlatePair::Lap { step_m } = self.pair
             && from_corner_m < 0.5 * self.look.column_m
             && self.chance.happens(self.look.mixed)
@@ -225,7 +225,7 @@ impl ProfileCaster {
     fn of_ending(&mut self, arm: &[[f64; 2]], x_m: f64) -> Option<f64> {
         let [edge_x, edge_z] = *arm.first()?;
         let from_edge_m = (x_m - edge_x).abs();
-        // A column is as wide as it is apart: the one that the edge falls into sees a part of the plate, and reports some range.
+        // A column is as wide as its distance: the one at the edge covers a part of the plate, and reports some range.
         let sees_edge = from_edge_m < 0.5 * self.look.column_m;
         if sees_edge && self.chance.happens(self.look.mixed) {
             return Some(edge_z + self.chance.uniform(0.0, BEHIND_M));
@@ -238,7 +238,7 @@ impl ProfileCaster {
         Some(z_m + self.look.rounded_m - (self.look.rounded_m.powi(2) - bent_m.powi(2)).sqrt())
     }
 
-    /// What is seen through a gap.
+    /// View through a gap.
     fn in_gap(&mut self, arms: &[Vec<[f64; 2]>; 2], x_m: f64, gap_x: [f64; 2]) -> Option<f64> {
         let is_inside = x_m > gap_x[0] && x_m < gap_x[1];
         let plate_z = arms[0].first()?[1];

@@ -8,19 +8,19 @@ pub(super) struct StraightLine {
     along: Vector2<f64>,
     /// Length of the chord, px.
     pub length_px: f64,
-    /// Two points of the line whose errors square to it are independent: one standard deviation of the columns to either side of their
-    /// middle.
+    /// Two points of the line with independent errors perpendicular to it: one standard deviation of the columns to either
+    /// side of their middle.
     pub supports: [Vector2<f64>; 2],
 }
 
 impl StraightLine {
-    /// Through places in order, each an ideal pixel and what it sees; `None` of fewer than two.
+    /// Through places in order, each an ideal pixel and its point; `None` of fewer than two.
     pub(super) fn through(places: &[(Vector2<f64>, Vector3<f64>)]) -> Option<Self> {
         let (first, last) = (places.first()?.0, places.last()?.0);
         let length_px = (last - first).norm();
         let along = (last - first).try_normalize(1e-9)?;
         let normal = Vector2::new(-along.y, along.x);
-        // Columns are even: a place stands for half of the way to its neighbours.
+        // Columns are even: a place represents half of the way to its neighbours.
         let share = |k: usize| {
             let (before, after) = (k.saturating_sub(1), (k + 1).min(places.len() - 1));
             0.5 * (places[after].0 - places[before].0).norm() / length_px

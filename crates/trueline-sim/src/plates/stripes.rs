@@ -1,4 +1,4 @@
-//! Support points of the stripes on two plates, and the seam point where they cross.
+//! Support points of the stripes on two plates, and the seam point at their crossing.
 
 use super::straight_line::StraightLine;
 use super::surface::{PlateInBase, PlatePair, Plates};
@@ -14,24 +14,23 @@ use trueline_model::Camera;
 
 /// Places at which a stripe is cast.
 const PLACES: usize = 24;
-/// A stripe of fewer pixels is none.
+/// A stripe of fewer pixels does not count.
 const LEAST_PX: f64 = 40.0;
-/// Where a plate ends is as high as this much of it before its end says, m.
+/// The height of a plate's end is that of this length before it, m.
 const TIP_M: f64 = 8e-3;
 /// A shift small enough for differences, m.
 const SMALL_M: f64 = 1e-6;
 
-/// Scans two plates with the camera of a scenario: a recording with stripes, and with the seam points where they cross or where
-/// the edge is.
-/// Outliers and drop-outs are those of the scenario, plate by plate and frame by frame. `None` for a scenario without a camera
-/// or a line.
+/// Scans two plates with the camera of a scenario: a recording with stripes, and with the seam points at their crossing or
+/// at the edge. Outliers and drop-outs follow the scenario, plate by plate and frame by frame. `None` for a scenario without
+/// a camera or a line.
 #[must_use]
 pub fn scan_plates(scenario: &Scenario, plates: &Plates, seed: u64) -> Option<Recording> {
     let motion = Motion::new(scenario)?;
     scan_plates_along(scenario, plates, &|time_s| motion.base_from_tool(time_s), seed)
 }
 
-/// The same where the robot moves as it is told: `base_from_tool` gives its true pose at a time since the start, s.
+/// The same with a prescribed motion of the robot: `base_from_tool` gives its true pose at a time since the start, s.
 #[must_use]
 pub fn scan_plates_along(
     scenario: &Scenario,
@@ -133,7 +132,7 @@ struct View<'a> {
     camera: &'a Camera,
     sheet: &'a SheetAxes,
     plates: &'a Plates,
-    /// Where a sensor that has changed takes a true point for, camera frame.
+    /// A changed sensor's reading of a true point, camera frame.
     reported: &'a dyn Fn(Vector3<f64>) -> Vector3<f64>,
 }
 
@@ -145,16 +144,17 @@ pub(crate) struct SeamView<'a> {
     pub sheet: &'a SheetAxes,
     /// How the plates stand and are measured.
     pub plates: &'a Plates,
-    /// Where the seam is.
+    /// The seam.
     pub line: Line,
-    /// From where it is looked at.
+    /// Direction of the view.
     pub approach: UnitVector3<f64>,
-    /// Where a sensor that has changed takes a true point for, camera frame.
+    /// A changed sensor's reading of a true point, camera frame.
     pub reported: &'a dyn Fn(Vector3<f64>) -> Vector3<f64>,
 }
 
 impl SeamView<'_> {
-    /// The support points of both plates' stripes with their standard deviations; `None` where one of the stripes is not seen.
+    /// The support points of both plates' stripes with their standard deviations; `None` if one of the stripes is not
+    /// visible.
     pub(crate) fn seen(
         &self,
         base_from_camera: &Pose,
@@ -210,8 +210,8 @@ impl View<'_> {
         Some(Seen { points, normal: line.normal(), length_px: line.length_px, sigma_px })
     }
 
-    /// Where the stripe ends at the plate's edge: along it with noise of its own, across it where the line through the last
-    /// millimetres of it is. The line through all of a bowed stripe passes beside its end.
+    /// End of the stripe at the plate's edge. Along the stripe it has its own noise; across the stripe it is on the
+    /// line through its last millimetres. The line through all of a bowed stripe passes beside its end.
     fn edge(&self, plate: &PlateInBase, base_from_camera: &Pose, noise: &mut Noise) -> Option<Crossing> {
         let [near, far] = self.plates.reach_m;
         let tip = self.line(plate, base_from_camera, [near, far.min(near.max(TIP_M))], noise)?;
@@ -243,7 +243,8 @@ impl View<'_> {
         Some(Crossing { at, covariance: 0.25 * (a.covariance + b.covariance) })
     }
 
-    /// The distorted support points, moved off by so much, and their standard deviation square to the stripe there.
+    /// The distorted support points, displaced by `shift_px`, and their standard deviation perpendicular to the
+    /// stripe there.
     fn reported(&self, seen: &Seen, shift_px: f64) -> Option<([Measured; 2], f64)> {
         let there = |at: &Vector2<f64>| {
             let shifted = at + seen.normal * shift_px;

@@ -51,7 +51,7 @@ pub enum PlatePair {
     /// They meet in it.
     #[default]
     Meeting,
-    /// They are parallel, and the seam is the edge of one; the other lies so much further from the sensor, m.
+    /// They are parallel, and the seam is the edge of one; the other is further from the sensor by this, m.
     Lap {
         /// Height of the step, m.
         step_m: f64,
@@ -72,13 +72,14 @@ pub enum PlatePair {
 pub struct Plates {
     /// How they make a seam.
     pub pair: PlatePair,
-    /// Number of the plate whose edge the seam of a lap or of one plate is: 0 for the left one, 1 for the right one.
+    /// Number of the plate with the seam as its edge, for a lap or one plate: 0 for the left one, 1 for the right
+    /// one.
     pub edge_on: usize,
     /// Angle between plates that meet, rad.
     pub opening_rad: f64,
     /// How far the pair is turned about the seam, rad.
     pub roll_rad: f64,
-    /// Where each plate is looked at, from the seam, m.
+    /// Measured range of each plate, from the seam, m.
     pub reach_m: [f64; 2],
     /// How they are not flat.
     pub forms: [PlateForm; 2],
@@ -93,7 +94,7 @@ pub struct Plates {
 }
 
 impl Default for Plates {
-    /// A fillet of 90°, of which 25 mm of each plate are seen; columns and edges with 0.5 px, grains of 1.75 px.
+    /// A fillet of 90° with 25 mm of each plate visible; columns and edges with 0.5 px, grains of 1.75 px.
     fn default() -> Self {
         Self {
             pair: PlatePair::Meeting,
@@ -129,7 +130,7 @@ impl PlateInBase {
         Some(Self::about(scenario.cell.lines.first()?, &scenario.cell.approach, plates))
     }
 
-    /// Both plates of a seam that is looked at from `approach`, likewise.
+    /// Both plates of a seam seen from `approach`, likewise.
     pub(super) fn about(seam: &Line, approach: &UnitVector3<f64>, plates: &Plates) -> [Self; 2] {
         let along = seam.direction();
         let away = (approach.into_inner() - along * along.dot(approach)).normalize();

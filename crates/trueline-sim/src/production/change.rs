@@ -1,4 +1,4 @@
-//! What can change in a production.
+//! Changes of a production.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 use trueline_geometry::{Pose, se3};
@@ -16,8 +16,8 @@ pub enum Change {
         /// Shift, m.
         translation_m: Vector3<f64>,
     },
-    /// The sensor's sheet is stretched: h₁ … h₅ (h₄, h₅ per metre) lead from what it reports to what is true, about the
-    /// middle of its field.
+    /// The sensor's sheet is stretched: h₁ … h₅ (h₄, h₅ per metre) lead from its report to the truth, about the middle
+    /// of its field.
     Sensor([f64; 5]),
     /// The fixture moves: turned about the middle of the part (rad, base axes) and shifted (m).
     Seam {
@@ -31,7 +31,7 @@ pub enum Change {
 /// A change and when it happens.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScheduledChange {
-    /// What changes.
+    /// The change.
     pub change: Change,
     /// The first piece that is affected, from 0.
     pub piece: usize,
@@ -66,7 +66,7 @@ impl Change {
         }
     }
 
-    /// Where the fixture holds the part: turn about its middle and shift.
+    /// Pose of the part in the fixture: rotation about its middle and shift.
     #[must_use]
     pub fn fixture(&self) -> (Vector3<f64>, Vector3<f64>) {
         match self {

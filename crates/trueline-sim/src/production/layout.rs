@@ -98,7 +98,7 @@ impl Layout {
 
 const SIDE_M: f64 = 0.3;
 
-/// The four lower edges of a box on a table, looked at from above.
+/// The four lower edges of a box on a table, seen from above.
 fn around_a_box(work_angles_rad: [f64; 4]) -> Vec<SeamPass> {
     let corner = |x: f64, y: f64| Vector3::new(1.0 + x * SIDE_M, y * SIDE_M, 0.12);
     let corners = [corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)];

@@ -1,8 +1,8 @@
 //! A production: the same part welded piece after piece, each lying a little differently, and one thing that changes.
 //!
-//! The robot follows the seams as they were taught, whatever moves: the part in its fixture, each seam on the part, and, from
-//! a piece of choice on, the clock, the bracket, the sensor or the fixture. What the sensor reports is cast forward as
-//! everywhere in this crate; nothing here knows of the detector that is to find it.
+//! The robot follows the seams as taught, while things move: the part in its fixture, each seam on the part and, from a
+//! chosen piece on, the clock, the bracket, the sensor or the fixture. The sensor's reports are cast forward as everywhere
+//! in this crate, independently of the detector under test.
 
 mod change;
 mod change_text;

@@ -1,4 +1,4 @@
-//! One piece of a production as it is recorded.
+//! One recorded piece of a production.
 
 use super::change::Change;
 use super::settings::{PlacementScatter, Production, SeamPass};
@@ -74,7 +74,7 @@ pub fn piece(production: &Production, number: usize, seed: u64) -> Recording {
     recording
 }
 
-/// Where the seams of a piece are, before anything changed.
+/// Places of a piece's seams, before anything changed.
 fn placed_seams(production: &Production, seed: u64) -> Vec<Line> {
     let PlacementScatter { translation_m, rotation_rad, seam_m } = production.scatter;
     let mut noise = Noise::new(seed, PLACEMENT_STREAM);
@@ -105,7 +105,7 @@ fn laser_sheet(sensor: &SensorModel) -> LaserSheet {
     }
 }
 
-/// What the sensor sees.
+/// The sensor's view.
 struct View<'a> {
     production: &'a Production,
     sheet: SheetAxes,
@@ -162,7 +162,7 @@ impl SeamPass {
     }
 }
 
-/// The path as taught: seam after seam, with the sensor where it was when it was mounted.
+/// The path as taught: seam after seam, with the sensor at its first mounting.
 struct Taught<'a> {
     production: &'a Production,
     sheet: SheetAxes,

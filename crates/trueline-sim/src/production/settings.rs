@@ -1,4 +1,4 @@
-//! What a production is.
+//! Settings of a production.
 
 use super::change::ScheduledChange;
 use crate::plates::Plates;
@@ -18,24 +18,24 @@ pub struct Production {
     pub weave: Sine,
     /// Change of stand-off, m.
     pub range: Sine,
-    /// Work angle, travel angle and spin about those of each seam, rad.
+    /// Work angle, travel angle and spin relative to those of each seam, rad.
     pub tilts: [Sine; 3],
     /// The point of the camera frame about which the tilts turn, m; `None`: the point of the seam, which then rests in the sheet.
     pub pivot_m: Option<Vector3<f64>>,
-    /// The plates of each seam, of which a camera sees whole stripes; `None`: seam points alone.
+    /// The plates of each seam, with whole stripes for a camera; `None`: seam points alone.
     pub plates: Option<Plates>,
     /// How pieces differ.
     pub scatter: PlacementScatter,
-    /// What changes, and when.
+    /// The change, and its time.
     pub change: Option<ScheduledChange>,
 }
 
 /// One seam of a part, as taught.
 #[derive(Clone, Copy, Debug)]
 pub struct SeamPass {
-    /// Where it begins, m in base.
+    /// Its start, m in base.
     pub start: Vector3<f64>,
-    /// Where it ends, m in base.
+    /// Its end, m in base.
     pub end: Vector3<f64>,
     /// Direction from which the sensor looks at it.
     pub approach: UnitVector3<f64>,

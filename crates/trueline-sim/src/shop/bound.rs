@@ -17,9 +17,9 @@ type Step = SVector<f64, COUNT>;
 
 /// Steps of the differences: s, rad, m.
 const STEPS: [f64; COUNT] = [1e-4, 1e-5, 1e-5, 1e-5, 1e-6, 1e-6, 1e-6, 1e-5, 1e-5, 1e-6, 1e-6];
-/// Images that are looked at; the information of the others is as theirs.
+/// Images in the computation; the others have the same information.
 const MOST_IMAGES: usize = 300;
-/// What a scan that shows nothing is given, m.
+/// Value of a scan without information, m.
 pub(crate) const NOTHING_SHOWN_M: f64 = 1.0;
 
 /// A scan without errors.
@@ -31,7 +31,7 @@ pub(crate) struct IdealScan<'a> {
 }
 
 impl IdealScan<'_> {
-    /// What is read at a time, s, with the unknowns changed; two numbers in the sensor's own coordinates.
+    /// Reading at a time, s, with the unknowns changed; two numbers in the sensor's own coordinates.
     fn reading(&self, sheet: &SheetAxes, time_s: f64, step: &Step) -> Option<[f64; 2]> {
         let part = |first: usize| Vector3::new(step[first], step[first + 1], step[first + 2]);
         let tool_from_camera = se3::retract_decoupled(&self.tool_from_camera, &part(1), &part(4));
@@ -73,7 +73,7 @@ impl IdealScan<'_> {
         information * every as f64
     }
 
-    /// RMS of the smallest error that check points can have, m, where they move at a speed, m/s.
+    /// RMS of the smallest error that check points at a speed, m/s, can have, m.
     pub(crate) fn bound_m(&self, times_s: &[f64], sigma: f64, points: &[CheckPoint], speed_m_s: f64) -> f64 {
         let scale = Step::from_column_slice(&STEPS);
         let scaled = Information::from_diagonal(&scale)

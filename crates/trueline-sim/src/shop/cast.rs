@@ -49,7 +49,8 @@ pub struct Shop {
     pub seed: u64,
     /// The only errors that are left; `None` leaves all.
     pub only: Option<Vec<ShopError>>,
-    /// Whether the sensor measures whole stripes on two plates; then its seam point is where they cross, and no edge is seen. One that gives points has none.
+    /// Whether the sensor measures whole stripes on two plates. Then its seam point is their crossing, and there is no edge.
+    /// One that gives points has none.
     pub plates: bool,
 }
 
@@ -60,11 +61,11 @@ pub struct ShopCell {
     pub recording: Recording,
     /// The check pass, as a dataset.
     pub check: Recording,
-    /// What is true.
+    /// The truth.
     pub truth: ShopTruth,
 }
 
-/// What is recorded when.
+/// Times of the records.
 struct Times {
     offset_s: f64,
     pose_s: f64,
@@ -268,10 +269,10 @@ impl<'a> Casting<'a> {
         plates.stripes(&view, image, noise)
     }
 
-    /// The seam, or a line aside of it, in an image whose middle row is exposed at a time, s.
+    /// The seam, or a line aside of it, in an image with its middle row exposed at a time, s.
     fn seen(&self, aside_m: f64, exposed_s: f64) -> Option<Measured> {
         let line = self.line_aside(aside_m);
-        // Where two fitted stripes cross there is no edge, and no tack.
+        // The crossing of two fitted stripes has no edge, and no tack.
         let displacement = |along_m: f64| {
             if self.shop.plates {
                 self.form.displacement_beside(along_m)

@@ -1,6 +1,8 @@
-//! The check pass: readings of the true sensor on the true seam without noise, where they are in the tool, and where the torch must go.
+//! The check pass: readings of the true sensor on the true seam without noise, their places in the tool, and the torch's
+//! targets.
 //!
-//! Its robot moves straight on at 10 mm/s without turning, so that a placed point less that motion is in the frame of the tool.
+//! Its robot moves straight at 10 mm/s without rotation, so a placed point minus this motion is in the frame of the
+//! tool.
 
 use super::course::Swing;
 use super::layout::Layout;
@@ -37,7 +39,7 @@ pub(crate) struct CheckedCell<'a> {
 }
 
 impl CheckedCell<'_> {
-    /// Readings and where they belong.
+    /// Readings and their true places.
     pub(crate) fn points(&self) -> Vec<(Measured, CheckPoint)> {
         let layout = self.layout;
         let middle_s = 0.5 * layout.course.duration_s;
@@ -66,7 +68,7 @@ impl CheckedCell<'_> {
         (0..READINGS).filter_map(point).collect()
     }
 
-    /// Where the sensor is after a part of the pass.
+    /// Place of the sensor after a part of the pass.
     fn swing(&self, part: f64) -> Swing {
         let course = &self.layout.course;
         let wave = |k: usize| OF_SWING * (TAU * CYCLES[k] * part + k as f64).sin();
@@ -78,7 +80,7 @@ impl CheckedCell<'_> {
     }
 }
 
-/// The poses of the pass, whose clock reads `start_ns` at the start of the scan.
+/// The poses of the pass; its clock reads `start_ns` at the start of the scan.
 pub(crate) fn poses(start_ns: i64) -> Vec<RobotSample> {
     let count = ((POSES_S[1] - POSES_S[0]) / PERIOD_S).round() as usize;
     let pose = |k: usize| {

@@ -8,7 +8,7 @@ use crate::noise::Noise;
 const FIRST_STREAM: u64 = 4000;
 const STREAMS_OF_EACH: u64 = 4;
 
-/// Errors whose size is no matter of how rough a shop is.
+/// Errors with a size independent of the shop's roughness.
 const OF_EVERY_SHOP: [ShopError; 1] = [ShopError::MillisecondStamps];
 
 /// Sizes of a cell's errors, SI; the same seed gives the same ones.
@@ -71,7 +71,7 @@ impl DrawnErrors {
         TABLE.iter().filter_map(|row| Some((row, self.size(row.error)? / row.unit.1)))
     }
 
-    /// What is random about an error; streams 1 to 3 of each kind are for its own use.
+    /// Random part of an error; streams 1 to 3 of each kind are for its own use.
     pub(crate) fn noise(&self, error: ShopError, stream: u64) -> Noise {
         Noise::new(self.seed, FIRST_STREAM + STREAMS_OF_EACH * error as u64 + stream)
     }

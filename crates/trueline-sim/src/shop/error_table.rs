@@ -1,6 +1,6 @@
 //! Every error of a shop: median size, spread, share of the cells that have it, and where the figures are from.
 //!
-//! Sources: `README` is the population of the project's 37 given cells (shared/data/shop); `report` the study of them
+//! Sources: `README` is the population of the project's 37 given cells (shared/data/shop); `report` is its study
 //! (shared/design/shop.md); `own` a figure that neither states.
 
 use std::f64::consts::LN_2;
@@ -66,7 +66,7 @@ pub enum ShopError {
     Tacks,
     /// A seam bent by heat: cubic, with a kink.
     HeatBend,
-    /// A rounded edge, of which the detector takes the outermost point.
+    /// A rounded edge; the detector finds its outermost point.
     RoundedEdge,
     /// Spatter.
     Spatter,
@@ -104,11 +104,11 @@ pub struct ErrorRow {
     pub unit: SizeUnit,
     /// Standard deviation of the logarithm of the size.
     pub spread: f64,
-    /// Share of the cells of an ordinary shop that have it; 1 is always, whatever the level.
+    /// Share of the cells of an ordinary shop that have it; 1 is always, at any level.
     pub share: f64,
-    /// Where the figures are from.
+    /// Source of the figures.
     pub source: &'static str,
-    /// What the size is the size of.
+    /// The quantity of the size.
     pub what: &'static str,
 }
 
@@ -121,7 +121,7 @@ const FIVEFOLD: f64 = 0.804_719 / RANGE_SPREADS;
 const TENFOLD: f64 = 1.151_293 / RANGE_SPREADS;
 const SIXTEENFOLD: f64 = 2.0 * LN_2 / RANGE_SPREADS;
 const NOISE: f64 = 0.514_810 / RANGE_SPREADS;
-/// Spread of sizes of which only the median is known (own): nine of ten lie within a factor of 2.3.
+/// Spread of sizes with only a known median (own): nine of ten lie within a factor of 2.3.
 const USUAL: f64 = 0.5;
 
 use ShopError as E;

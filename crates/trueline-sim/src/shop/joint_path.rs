@@ -37,7 +37,7 @@ impl JointPath {
             };
             let found = angles_for(arm, &base_from_flange(start_s + k as f64 * STEP_S), &near)?;
             let in_range = arm.used_of_range(&found).iter().all(|used| *used <= OF_RANGE);
-            // Angles are looked at now and then: a path does not jump over a singularity within a tenth of a second.
+            // Angles are checked now and then: a path does not jump over a singularity within a tenth of a second.
             let wrist_is_free = k % 12 != 0 || arm.state(&found).wrist_rad() > WRIST_RAD;
             if !(in_range && wrist_is_free) {
                 return None;

@@ -1,4 +1,4 @@
-//! What stands where: arm, sensor, mounting, seam, and the path over it.
+//! Places in a cell: arm, sensor, mounting, seam, and the path over it.
 
 use super::course::{Course, Swing};
 use super::joint_path::JointPath;
@@ -18,7 +18,7 @@ use trueline_model::{BrownConrady, Camera};
 const STREAM: u64 = 3700;
 /// Arms, with their reach, m.
 const ARMS: [(&str, f64); 3] = [("ur10e", 1.3), ("abb-irb2600-12-1.65", 1.65), ("kuka-kr10-r1420", 1.42)];
-/// Time for which the path is known before the scan and after it, s: the log's own, and what a lag remembers.
+/// Time of known path before and after the scan, s: the log's own, and the memory of a lag.
 pub(crate) const BEYOND_S: [f64; 2] = [2.6, 1.6];
 /// The wrist of a comfortable arm is this far from its singularity, rad.
 const COMFORTABLE_RAD: f64 = 0.4;
@@ -31,7 +31,7 @@ pub(crate) struct Layout {
     pub(crate) sensor: SensorModel,
     pub(crate) tool_from_camera: Pose,
     pub(crate) line: Line,
-    /// Axes of the sheet in base (stripe, along the seam, range) where nothing is tilted.
+    /// Axes of the sheet in base (stripe, along the seam, range) without tilt.
     base_from_square_sheet: Rotation3<f64>,
     sheet: SheetAxes,
     pub(crate) course: Course,

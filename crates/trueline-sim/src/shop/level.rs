@@ -1,6 +1,6 @@
 //! How rough a shop is.
 
-/// A shop, by what it does to the errors of an ordinary one.
+/// A shop, by its factor on the errors of an ordinary one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Level {
     /// Smaller errors, and fewer.

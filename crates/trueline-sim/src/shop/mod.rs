@@ -1,8 +1,8 @@
 //! Whole cells of an ordinary shop, in which everything errs at once.
 //!
-//! A [`Shop`] has a level and a seed; [`Shop::cast`] draws arm, sensor, mounting, seam and motion, then the size of every error of the
-//! [table](error_table::TABLE), and casts the scan forward. Each error is a file of its own. With the scan comes a check pass: readings
-//! without noise, and where they belong, so that a calibration can be judged by what it is for.
+//! A [`Shop`] has a level and a seed; [`Shop::cast`] draws arm, sensor, mounting, seam and motion, then the size of every
+//! error of the [table](error_table::TABLE), and casts the scan forward. Each error is a file of its own. With the scan
+//! comes a check pass: readings without noise, and their true places. It judges a calibration by its use.
 //!
 //! ```
 //! use trueline_sim::shop::{Level, Shop};

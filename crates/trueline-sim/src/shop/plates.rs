@@ -1,7 +1,7 @@
 //! Whole stripes beside the seam points: each is the straight line that a sensor's software fits on a plate, given by two support points.
 //!
-//! A support point is where the stripe crosses a line that lies on the plate beside the seam. So every error of robot, clocks, sensor and of the seam's
-//! form is in it as it is in a seam point; of a rounded edge it knows nothing.
+//! A support point is where the stripe crosses a line that lies on the plate beside the seam. So it contains all errors of
+//! robot, clocks, sensor and of the seam's form as a seam point does. It does not contain the rounding of an edge.
 
 use super::sensor::{ShopSensor, TrueSeam};
 use crate::noise::Noise;
@@ -9,13 +9,13 @@ use nalgebra::{UnitVector3, Vector3};
 use trueline_dataset::{Measured, PlateStripe};
 use trueline_geometry::{Line, Pose};
 
-/// Where a stripe is looked at, m from the seam along the plate.
+/// Places of a stripe's supports, m from the seam along the plate.
 const SUPPORTS_M: [f64; 2] = [4e-3, 16e-3];
 /// The part of each plate's stripe that a line is fitted through makes a support point this many times as exact as a seam point is.
 const FINER: f64 = 2.0;
 /// Each plate is bowed along the seam by this at its ends beyond the form of the seam, one standard deviation, m …
 const OWN_BOW_M: f64 = 0.1e-3;
-/// … and tilted outward against the other where it was tacked, rad: 0.5°. That is no error, it is where the plates are.
+/// … and tilted outward against the other at the tack, rad: 0.5°. This is not an error, but the pose of the plates.
 const TACKED_RAD: f64 = 0.009;
 /// Stream of random numbers of the plates.
 const PLATES_STREAM: u64 = 3977;
@@ -85,7 +85,7 @@ impl ShopPlates {
     }
 }
 
-/// What sees the plates, and where they are beside its seam.
+/// The sensor that views the plates, and their places relative to its seam.
 pub(crate) struct PlateView<'a> {
     pub(crate) sensor: &'a ShopSensor,
     pub(crate) line: &'a Line,

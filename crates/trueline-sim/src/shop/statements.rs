@@ -1,4 +1,4 @@
-//! What the files of a cell state beside what was measured: a guess, the sensor's uncertainty, the arm's accuracy.
+//! Statements of a cell's files besides the measurements: a guess, the sensor's uncertainty, the arm's accuracy.
 
 use super::level::Level;
 use crate::noise::Noise;
@@ -8,7 +8,7 @@ use trueline_dataset::Guess;
 use trueline_dataset::sensor_setup::{SensorSetup, SensorUncertainty};
 use trueline_geometry::{Pose, se3};
 
-/// Stream of random numbers of what is stated.
+/// Stream of random numbers of the statements.
 const STREAM: u64 = 3920;
 /// Share of the cells that state the sensor's uncertainty, the arm's accuracy, and a guess of the hand-eye transform (own, as the
 /// given cells have it).
@@ -17,10 +17,10 @@ const SHARES: [f64; 3] = [0.5, 0.4, 0.3];
 const ACCURACIES_M: [f64; 2] = [0.3e-3, 0.5e-3];
 /// How far a guess is off: about each axis, rad, and along each, m.
 const GUESS_OFF: [f64; 2] = [0.05, 4e-3];
-/// What is stated over the median of the errors.
+/// Ratio of the stated value to the median of the errors.
 const OF_MEDIAN: f64 = 1.2;
 
-/// What stands in `sensor.toml` and `initial.toml`.
+/// Content of `sensor.toml` and `initial.toml`.
 pub(crate) fn drawn(
     seed: u64,
     level: Level,

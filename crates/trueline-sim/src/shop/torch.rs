@@ -1,4 +1,5 @@
-//! A torch on the same robot, whose tip was taught by pivoting: where the controller must send it to touch a point.
+//! A torch on the same robot with a tip taught by pivoting: the place that the controller must command to touch a
+//! point.
 
 use super::robot::ShopRobot;
 use nalgebra::{DMatrix, DVector, Point3, UnitQuaternion, Vector3};
@@ -16,14 +17,14 @@ pub(crate) struct Torch<'a> {
     robot: &'a ShopRobot,
     middle_s: f64,
     attitude: UnitQuaternion<f64>,
-    /// The tip in the tool as it is and as it was taught, m.
+    /// The true tip in the tool and the taught one, m.
     tip: Vector3<f64>,
     taught: Vector3<f64>,
 }
 
 impl<'a> Torch<'a> {
-    /// A torch whose tip is at `tip` (m, in the tool), taught at a place near the middle of the seam; it welds in `attitude`. `None`
-    /// out of reach.
+    /// A torch with its tip at `tip` (m, in the tool), taught at a place near the middle of the seam; it welds in
+    /// `attitude`. `None` out of reach.
     pub(crate) fn taught(
         robot: &'a ShopRobot,
         middle_s: f64,
@@ -36,7 +37,8 @@ impl<'a> Torch<'a> {
         Some(torch)
     }
 
-    /// Where the controller must send the taught tip for the true one to touch a point, m; `None` out of reach.
+    /// Place that the controller must command for the taught tip to bring the true one to a point, m; `None` out of
+    /// reach.
     pub(crate) fn sent_to(&self, point: &Vector3<f64>) -> Option<Vector3<f64>> {
         let reported = self.touching(&self.attitude, point)?;
         Some((reported * Point3::from(self.taught)).coords)

@@ -1,4 +1,4 @@
-//! What is true of a cell, and by what its calibration is judged.
+//! The truth of a cell, by which its calibration is judged.
 
 use super::course::Motion;
 use super::error_table::ErrorRow;
@@ -9,14 +9,14 @@ use trueline_geometry::Pose;
 /// A reading of the check pass.
 #[derive(Clone, Copy, Debug)]
 pub struct CheckPoint {
-    /// Where the seam point is in the tool, m.
+    /// Place of the seam point in the tool, m.
     pub in_tool: Vector3<f64>,
     /// Unit direction in the tool in which the sensor moves over the seam.
     pub velocity_in_tool: Vector3<f64>,
     /// The pose that the controller reports.
     pub reported: Pose,
-    /// Where the torch must be sent for its tip to touch the point: a place in base, m, as the controller understands it. `None` out
-    /// of reach.
+    /// Place that the torch must be sent to for its tip to touch the point: in base, m, in the controller's sense. `None`
+    /// out of reach.
     pub torch_reference: Option<Vector3<f64>>,
 }
 
@@ -37,7 +37,7 @@ pub struct ShopTruth {
     pub arm: &'static str,
     /// Duration, s.
     pub duration_s: f64,
-    /// How far the sensor tilts about each axis, rad; of a designed scan the RMS rotation from its mean attitude.
+    /// Tilt of the sensor about each axis, rad; for a designed scan the RMS rotation from its mean attitude.
     pub tilt_rad: f64,
     /// Share of the images in which the seam is in view.
     pub seen_share: f64,
@@ -45,9 +45,9 @@ pub struct ShopTruth {
     pub outlier_share: f64,
     /// The scan's own Cramér–Rao bound of the seam error, m.
     pub bound_m: f64,
-    /// Time offset, s: of image stamps against the robot's log, with what the log itself is late or early.
+    /// Time offset, s: of image stamps against the robot's log, including the log's own delay.
     pub time_offset_s: f64,
-    /// What the time offset is, taken at other times, of other joints, or with the lateness of either stream, s.
+    /// Range of the time offset at other times, of other joints, or with the lateness of either stream, s.
     pub time_offset_interval_s: [f64; 2],
     /// Hand-eye transform, in the middle of the scan.
     pub tool_from_camera: Pose,
@@ -61,7 +61,7 @@ pub struct ShopTruth {
     pub errors: Vec<(&'static ErrorRow, f64)>,
 }
 
-/// A good scan is known to this by its noise alone, m.
+/// A good scan has this error from its noise alone, m.
 const GOOD_BOUND_M: f64 = 0.08e-3;
 /// It tilts by more than this, rad.
 const GOOD_TILT_RAD: f64 = 6.0 * std::f64::consts::PI / 180.0;
@@ -81,7 +81,7 @@ impl ShopTruth {
             && self.motion.shows_everything()
     }
 
-    /// What the cell is, in words.
+    /// The cell in words.
     #[must_use]
     pub fn about(&self) -> String {
         let article = if self.level == Level::Ordinary { "an" } else { "a" };

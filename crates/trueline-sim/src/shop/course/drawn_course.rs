@@ -33,8 +33,8 @@ const SHARES: [(Motion, f64); 6] = [
 /// Durations, s, and those of designed scans.
 const DURATIONS_S: [f64; 2] = [8.0, 90.0];
 const PLANNED_S: [f64; 2] = [10.0, 24.0];
-/// Tilts about each axis, rad, the small ones more frequent (own: 60 % of the cells are good scans, as in the report); designed scans
-/// have one for each duration.
+/// Tilts about each axis, rad, with small ones more frequent (own: 60 % of the cells are good scans, as in the report).
+/// Designed scans have one for each duration.
 const TILTS_RAD: [f64; 2] = [2.0 * DEGREE, 25.0 * DEGREE];
 const PLANNED_RAD: [f64; 2] = [8.0 * DEGREE, 13.5 * DEGREE];
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
@@ -113,7 +113,7 @@ impl Course {
         Self { motion, duration_s, length_m, in_sheet_m, tilt_rad, swings: draw(noise, limits) }
     }
 
-    /// Where the sensor is beside the seam at a time since the start, s.
+    /// Pose of the sensor relative to the seam at a time since the start, s.
     pub(crate) fn at(&self, time_s: f64) -> Swing {
         (self.swings)(time_s)
     }

@@ -1,4 +1,4 @@
-//! Where the sensor is beside the seam.
+//! Pose of the sensor relative to the seam.
 
 use crate::noise::Noise;
 use std::f64::consts::TAU;
@@ -6,9 +6,9 @@ use std::f64::consts::TAU;
 /// A place of the sensor at the seam.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Swing {
-    /// Where along the scan, from −½ to ½.
+    /// Place along the scan, from −½ to ½.
     pub(crate) progress: f64,
-    /// Where the seam appears along the stripe, and in range, from the middle of the field, m.
+    /// Place of the seam along the stripe, and in range, from the middle of the field, m.
     pub(crate) in_sheet_m: [f64; 2],
     /// Work angle, travel angle and spin, rad.
     pub(crate) tilt_rad: [f64; 3],

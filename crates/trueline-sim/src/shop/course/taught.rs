@@ -9,7 +9,7 @@ const BETWEEN_S: [f64; 2] = [1.5, 5.0];
 const BLEND: f64 = 0.2;
 /// Points before the scan and after it, so that the robot is on its way there too.
 const BEYOND: usize = 3;
-/// What is taught: progress, two places, three tilts.
+/// A taught point: progress, two places, three tilts.
 type Point = [f64; 6];
 
 /// The motion.
@@ -32,7 +32,7 @@ pub(super) fn drawn(noise: &mut Noise, limits: Limits) -> Swings {
     })
 }
 
-/// The place so many points along: straight between them, a parabola about each.
+/// The place after this many points: straight between them, a parabola about each.
 fn blended(points: &[Point], position: f64) -> Point {
     let nearest = (position.round() as usize).clamp(1, points.len() - 2);
     let [before, here, after] = [0, 1, 2].map(|k| &points[nearest - 1 + k]);

@@ -1,4 +1,4 @@
-//! The weave of a robot's own software: one frequency for everything, so that the scan looks the same one period later.
+//! The weave of a robot's own software: one frequency for everything. The scan looks the same one period later.
 
 use super::swing::{Limits, Swing, Swings, Wave, even};
 use crate::noise::Noise;

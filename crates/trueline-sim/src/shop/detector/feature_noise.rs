@@ -6,10 +6,10 @@ use crate::noise::Noise;
 
 /// Degrees of freedom.
 const FREEDOM: usize = 6;
-/// What a pixel is of sensors that measure lengths, m.
+/// Size of a pixel for sensors that measure lengths, m.
 const M_PER_PX: f64 = 40e-6;
 
-/// Standard deviation of a feature, px, or m where it is a length.
+/// Standard deviation of a feature, px, or m for a length.
 pub(crate) fn sigma(errors: &DrawnErrors, is_length: bool) -> f64 {
     errors.size_or_zero(ShopError::FeatureNoise) * if is_length { M_PER_PX } else { 1.0 }
 }

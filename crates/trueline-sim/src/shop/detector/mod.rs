@@ -1,4 +1,4 @@
-//! The detector: what it takes for the seam. One error a file.
+//! The detector, which may mistake something else for the seam. One error a file.
 
 mod feature_noise;
 mod gaps;

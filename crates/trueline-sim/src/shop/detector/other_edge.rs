@@ -1,4 +1,4 @@
-//! Stretches in which the other edge of the joint is taken for the seam.
+//! Stretches in which the detector follows the other edge of the joint.
 
 use super::super::drawn_errors::DrawnErrors;
 use super::super::error_table::ShopError;

@@ -1,4 +1,4 @@
-//! Reflections, which are taken for the seam over several images.
+//! Reflections, which the detector mistakes for the seam over several images.
 
 use super::super::drawn_errors::DrawnErrors;
 use super::super::error_table::ShopError;
@@ -32,7 +32,7 @@ impl Reflections {
         Self { stretches_s, away }
     }
 
-    /// How far the feature is displaced at a time, as parts of half the field; `None` where there is no reflection.
+    /// Displacement of the feature at a time, as parts of half the field; `None` without a reflection.
     pub(super) fn at(&self, time_s: f64) -> Option<[f64; 2]> {
         stretches::at(&self.stretches_s, time_s).map(|number| self.away[number])
     }

@@ -1,4 +1,4 @@
-//! What the detector makes of an image.
+//! The detector's result for an image.
 
 use super::super::drawn_errors::DrawnErrors;
 use super::feature_noise;
@@ -62,7 +62,7 @@ impl ShopDetector {
     ) -> Option<Detected> {
         let measured = self.noisy(seen, sheet);
         let outlier = |measured| Some(Detected { measured, is_outlier: true });
-        // Every image draws the same numbers, whatever is found in it.
+        // Every image draws the same numbers, independent of its findings.
         let spatter = self.spatter.next().then(|| self.anywhere.outlier(sensor, sheet));
         if stretches::at(&self.gaps_s, time_s).is_some() {
             return None;
@@ -102,7 +102,7 @@ fn away_from(seen: Measured, away: [f64; 2], sensor: &SensorModel, sheet: &Sheet
     };
     let away = moved(seen, [away[0] * half[0], away[1] * half[1]], sheet);
     match (away, sensor) {
-        // A detector looks at no more than the image.
+        // A detector uses only the image.
         (Measured::Pixel([u, v]), SensorModel::CameraLaser { camera, .. }) => {
             let [width, height] = camera.size.map(|size| f64::from(size) - 1.0);
             Measured::Pixel([u.clamp(0.0, width), v.clamp(0.0, height)])

@@ -1,4 +1,4 @@
-//! An arm whose links are not as the controller has them.
+//! An arm with links that differ from the controller's model.
 
 use super::super::drawn_errors::DrawnErrors;
 use super::super::error_table::ShopError;
@@ -14,7 +14,7 @@ const CONFIGURATIONS: usize = 80;
 /// They lie within this of the one of the scan, rad: the part of the workspace that a cell uses.
 const WORKSPACE_RAD: f64 = 0.8;
 
-/// The arm as it was built: every joint is shifted and turned, so that the flange is off by the drawn RMS over the workspace about
+/// The arm as built: every joint is shifted and turned to put the flange off by the drawn RMS over the workspace about
 /// `angles`, mean removed.
 pub(crate) fn built(nominal: &Arm, angles: &[f64; AXES], errors: &DrawnErrors) -> Arm {
     let Some(rms_m) = errors.size(ShopError::ArmGeometry) else { return nominal.clone() };

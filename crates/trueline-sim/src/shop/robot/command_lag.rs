@@ -15,7 +15,7 @@ const LAGUERRE: [(f64, f64); 5] = [
     (12.640_800_844_276, 0.000_023_369_972),
 ];
 
-/// The lag of a robot whose log has commands.
+/// The lag of a robot that logs commands.
 pub(crate) struct CommandLag {
     constants_s: [f64; AXES],
 }
@@ -27,7 +27,7 @@ impl CommandLag {
         Some(Self { constants_s: [0.0; AXES].map(|_| size_s * (1.0 + noise.normal(BETWEEN_JOINTS))) })
     }
 
-    /// Where the joints are, rad: the mean of past commands, weighted with exp(−age / time constant).
+    /// Joint angles, rad: the mean of past commands, weighted with exp(−age / time constant).
     pub(crate) fn following(&self, command: &dyn Fn(f64) -> [f64; AXES], time_s: f64) -> [f64; AXES] {
         std::array::from_fn(|k| {
             let past =
@@ -36,7 +36,7 @@ impl CommandLag {
         })
     }
 
-    /// Shortest, mean and longest time constant, s: what the motion is behind its log.
+    /// Shortest, mean and longest time constant, s: the delay of the motion behind its log.
     pub(crate) fn delays_s(&self) -> [f64; 3] {
         let sum: f64 = self.constants_s.iter().sum();
         let ends =

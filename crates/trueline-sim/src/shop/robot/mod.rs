@@ -1,4 +1,4 @@
-//! The robot: what it logs, and where it is. One error a file.
+//! The robot: its log, and its true pose. One error a file.
 
 mod arm_geometry;
 mod command_lag;

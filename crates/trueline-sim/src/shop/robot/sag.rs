@@ -1,4 +1,4 @@
-//! Joints that yield to the weight of what they carry, and to its acceleration.
+//! Joints that yield to the weight of their load, and to its acceleration.
 
 use super::super::drawn_errors::DrawnErrors;
 use super::super::error_table::ShopError;
@@ -10,7 +10,7 @@ const GRAVITY: f64 = 9.81;
 /// A joint yields by the drawn size at this distance from the load, m.
 const STATED_AT_M: f64 = 1.0;
 
-/// How far each joint yields, rad: the moment of the flange's load about its axis, in weights times metres.
+/// Deflection of each joint, rad: the moment of the flange's load about its axis, in weights times metres.
 pub(crate) fn yielding(
     errors: &DrawnErrors,
     arm: &Arm,

@@ -1,4 +1,4 @@
-//! The robot of a cell: joints that follow the path, what is logged of them, and where they take the tool.
+//! The robot of a cell: joints that follow the path, their log, and the tool's true pose.
 
 use super::super::drawn_errors::DrawnErrors;
 use super::super::error_table::ShopError;
@@ -36,7 +36,7 @@ impl ShopRobot {
         }
     }
 
-    /// Where the encoders are at a time since the start, rad.
+    /// Encoder readings at a time since the start, rad.
     fn encoders(&self, time_s: f64) -> [f64; AXES] {
         let command = |time_s: f64| self.path.at(time_s);
         self.lag.as_ref().map_or_else(|| command(time_s), |lag| lag.following(&command, time_s))
@@ -55,12 +55,12 @@ impl ShopRobot {
         step_m.map_or(pose, |step_m| quantised_poses::quantised(&pose, step_m))
     }
 
-    /// Where the tool would be at a time, s, if the arm were as the controller has it and followed at once.
+    /// Pose of the tool at a time, s, if the arm followed the controller's model at once.
     pub(crate) fn wanted(&self, time_s: f64) -> Pose {
         self.nominal.base_from_flange(&self.path.at(time_s))
     }
 
-    /// Where the tool is at a time since the start, s.
+    /// Pose of the tool at a time since the start, s.
     pub(crate) fn actual(&self, time_s: f64) -> Pose {
         let [before, angles, after] =
             [-1.0, 0.0, 1.0].map(|side| self.encoders(time_s + side * DIFFERENCE_S));
@@ -71,7 +71,7 @@ impl ShopRobot {
         self.taken_by(&angles, &rates, &acceleration, time_s)
     }
 
-    /// Where the tool is when the robot stands and reports a pose, in the middle of the scan; `None` out of reach.
+    /// Pose of the tool when the robot stands and reports a pose, in the middle of the scan; `None` out of reach.
     pub(crate) fn standing(&self, reported: &Pose, middle_s: f64) -> Option<Pose> {
         let angles = angles_for(&self.nominal, reported, &self.path.at(middle_s))?;
         Some(self.taken_by(&angles, &[0.0; AXES], &Vector3::zeros(), middle_s))

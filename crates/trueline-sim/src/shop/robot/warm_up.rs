@@ -4,7 +4,7 @@ use super::super::drawn_errors::DrawnErrors;
 use super::super::error_table::ShopError;
 use trueline_geometry::arm::six_axes::Arm;
 
-/// The arm as it is at a time since the start of the scan, s: each link longer by the same.
+/// The arm at a time since the start of the scan, s: each link longer by the same.
 pub(crate) fn grown(mut arm: Arm, errors: &DrawnErrors, time_s: f64) -> Arm {
     let Some(rate_m_s) = errors.size(ShopError::WarmUp) else { return arm };
     for joint in &mut arm.joints {

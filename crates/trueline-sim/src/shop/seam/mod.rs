@@ -1,4 +1,4 @@
-//! The form of the seam, and what of it a detector sees. One error a file.
+//! The form of the seam, and its part that a detector finds. One error a file.
 
 mod bow;
 mod heat_bend;

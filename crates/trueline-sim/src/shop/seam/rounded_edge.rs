@@ -1,4 +1,4 @@
-//! A rounded edge, of which the detector takes the outermost point: the seam seems nearer by the radius, whatever the view.
+//! A rounded edge; the detector finds its outermost point. The seam seems nearer by the radius, from any view.
 
 use super::super::drawn_errors::DrawnErrors;
 use super::super::error_table::ShopError;
@@ -15,7 +15,8 @@ impl RoundedEdge {
         Some(Self { radius_m: errors.size(ShopError::RoundedEdge)? })
     }
 
-    /// How far the outermost point is from the axis, m in base: the radius towards the sensor, square to the seam.
+    /// Displacement of the outermost point from the axis, m in base: the radius towards the sensor, perpendicular to
+    /// the seam.
     pub(crate) fn shift(&self, seam_to_sensor: &Vector3<f64>, along: &Vector3<f64>) -> Vector3<f64> {
         let across = seam_to_sensor - along * along.dot(seam_to_sensor);
         across.normalize() * self.radius_m

@@ -1,4 +1,4 @@
-//! Where the seam lies beside its straight line.
+//! Displacement of the seam from its straight line.
 
 use super::super::drawn_errors::DrawnErrors;
 use super::bow::Bow;
@@ -41,7 +41,7 @@ impl SeamForm {
         self.displacement_beside(along_m) + self.axes[0] * tacks[0] + self.axes[1] * tacks[1]
     }
 
-    /// The same of the plates beside the seam, on which no tack is.
+    /// The same for the plates next to the seam, without a tack.
     pub(crate) fn displacement_beside(&self, along_m: f64) -> Vector3<f64> {
         let parts = [
             self.bow.as_ref().map(|bow| bow.at(along_m)),

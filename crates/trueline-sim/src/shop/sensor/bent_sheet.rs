@@ -3,7 +3,7 @@
 use super::super::drawn_errors::DrawnErrors;
 use super::super::error_table::ShopError;
 
-/// Where the sag is stated, m from the middle of the stripe.
+/// Distance from the middle of the stripe at which the sag is stated, m.
 const STATED_AT_M: f64 = 0.020;
 
 /// The sheet.

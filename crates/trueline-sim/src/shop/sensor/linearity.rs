@@ -28,7 +28,7 @@ impl Linearity {
         })
     }
 
-    /// What is read of a point along the stripe and in range from the middle of the field, m.
+    /// Reading of a point along the stripe and in range from the middle of the field, m.
     pub(crate) fn read(&self, [a, b]: [f64; 2]) -> [f64; 2] {
         [a, b + self.amplitude_m * (self.wave[0] * a + self.wave[1] * b + self.phase).sin()]
     }

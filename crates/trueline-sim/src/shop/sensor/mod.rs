@@ -1,4 +1,4 @@
-//! The sensor: what it is, what its file says, and when it looks. One error a file.
+//! The sensor: its properties, the statements of its file, and its exposure times. One error a file.
 
 mod automatic_exposure;
 mod bent_sheet;

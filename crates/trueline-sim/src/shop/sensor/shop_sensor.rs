@@ -1,4 +1,4 @@
-//! The true sensor: where it sees a seam, and what it reads there.
+//! The true sensor: the place of its view on a seam, and its reading there.
 
 use super::super::drawn_errors::DrawnErrors;
 use super::super::seam::RoundedEdge;
@@ -17,16 +17,16 @@ const BENT_ROUNDS: usize = 5;
 /// Rounds of the search for the row that sees the seam; each gains the rows' speed over the seam's.
 const ROLLING_ROUNDS: usize = 4;
 
-/// What a sensor sees of a seam.
+/// View of a sensor on a seam.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen {
-    /// What it reads, without noise.
+    /// Its reading, without noise.
     pub(crate) measured: Measured,
     /// The point in the camera frame, m.
     pub(crate) point_in_camera: Vector3<f64>,
 }
 
-/// The seam as it is: a line, what it is displaced by, and its edge.
+/// The true seam: a line, its displacement, and its edge.
 pub(crate) struct TrueSeam<'a> {
     pub(crate) line: &'a Line,
     pub(crate) displacement: &'a dyn Fn(f64) -> Vector3<f64>,
@@ -44,7 +44,7 @@ pub(crate) struct ShopSensor {
 }
 
 impl ShopSensor {
-    /// The sensor whose design is `design`.
+    /// The sensor with the design `design`.
     pub(crate) fn new(design: &SensorModel, errors: &DrawnErrors) -> Self {
         let mut model = design.clone();
         let (mut shape, mut linearity) = (None, None);
@@ -72,7 +72,7 @@ impl ShopSensor {
         })
     }
 
-    /// What it sees of a seam in an image whose middle row is exposed at a time, s, from where the camera then is; `None` out of view.
+    /// View of a seam in an image with its middle row exposed at a time, s, from the camera's pose then; `None` out of view.
     pub(crate) fn see(
         &self,
         seam: &TrueSeam<'_>,
@@ -100,7 +100,7 @@ impl ShopSensor {
         }
     }
 
-    /// What it sees while it stands.
+    /// Its view at rest.
     pub(crate) fn see_from(&self, seam: &TrueSeam<'_>, base_from_camera: &Pose) -> Option<Seen> {
         let along = seam.line.direction();
         let to_sensor = base_from_camera.translation.vector - seam.line.anchor();
@@ -125,7 +125,7 @@ impl ShopSensor {
         self.axes.camera_from_sheet.inverse() * (point - self.axes.middle)
     }
 
-    /// What a reading in lengths is distorted to.
+    /// Distorted form of a reading in lengths.
     fn distorted(&self, measured: Measured, point: &Vector3<f64>) -> Measured {
         let at = self.in_sheet(point);
         let mut read = [at.x, at.z];

@@ -1,4 +1,4 @@
-//! What becomes of a stream between its sender and its stamps.
+//! Path of a stream between its sender and its stamps.
 
 use super::super::drawn_errors::DrawnErrors;
 use super::late_packets::{self, LatePackets};
@@ -35,7 +35,7 @@ impl<'a> Arrivals<'a> {
         Self { errors, stalls: Stalls::of(errors, span_s), start_ns, seed }
     }
 
-    /// The stamp of each packet that is sent at these times since the start, s; `None` where it is lost. A packet does not overtake
+    /// The stamp of each packet sent at these times since the start, s; `None` if it is lost. A packet does not overtake
     /// another.
     pub(crate) fn stamps_ns(&self, sent_s: &[f64], stream: Stream) -> Vec<Option<i64>> {
         let number = stream as u64;
@@ -54,7 +54,8 @@ impl<'a> Arrivals<'a> {
         sent_s.iter().map(stamp).collect()
     }
 
-    /// How much the time offset may seem smaller and larger, s: by the lateness of each stream, and the grain of its stamps.
+    /// Range by which the time offset may seem smaller and larger, s: the lateness of each stream, and the resolution of
+    /// its stamps.
     pub(crate) fn of_the_offset_s(&self) -> [f64; 2] {
         let mean_s = late_packets::mean_s(self.errors);
         let [robot, images] = grains_s(self.errors);

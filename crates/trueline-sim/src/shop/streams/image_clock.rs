@@ -3,7 +3,7 @@
 use super::super::drawn_errors::DrawnErrors;
 use super::super::error_table::ShopError;
 
-/// Where in the scan a clock is set, as parts of it.
+/// Range of the scan in which a clock is set, as parts of it.
 const STEP_WITHIN: [f64; 2] = [0.2, 0.8];
 
 /// How much image stamps are ahead of the offset in the middle of the scan.
@@ -25,7 +25,7 @@ impl ImageClock {
         Self { drift, middle_s: 0.5 * duration_s, step }
     }
 
-    /// What is added to the offset at a time since the start, s.
+    /// Addition to the offset at a time since the start, s.
     pub(crate) fn ahead_s(&self, time_s: f64) -> f64 {
         let stepped = self.step.map_or(0.0, |[at_s, by_s]| if time_s >= at_s { by_s } else { 0.0 });
         self.drift * (time_s - self.middle_s) + stepped

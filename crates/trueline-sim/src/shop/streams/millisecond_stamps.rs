@@ -3,7 +3,7 @@
 use super::super::drawn_errors::DrawnErrors;
 use super::super::error_table::ShopError;
 
-/// The grain of each stream's stamps, s: robot, images. Zero is none.
+/// The grain of each stream's stamps, s: robot, images. Zero is no rounding.
 pub(crate) fn grains_s(errors: &DrawnErrors) -> [f64; 2] {
     let mut grains = [0.0; 2];
     if let Some(grain_s) = errors.size(ShopError::MillisecondStamps) {
