@@ -1,4 +1,4 @@
-//! Some pictures of a scan, small, with what was found in them: seams across the scan, and each kind of picture without one.
+//! Some pictures of a scan, small, with the findings in them: seams across the scan, and each kind of picture without one.
 
 use crate::overlay::Canvas;
 use crate::scan::ScanSeams;
@@ -41,7 +41,7 @@ fn sample(source: &dyn PictureSource, scan: &ScanSeams, number: usize) -> Option
     let levels = brightest(&image.levels_u8(), image.width, shrink, [width, height]);
     let mut canvas = Canvas::new(width, height, &levels);
     for seam in scan.frames[number].found.iter().flat_map(|found| found.seams()) {
-        // Pixel centres: the first of so many is half of them before their common centre.
+        // Pixel centres: the first of a group is half of them before their common centre.
         let small = |at: f64| (at + 0.5) / shrink as f64 - 0.5;
         canvas.cross(small(seam.pixel.x), small(seam.pixel.y));
     }

@@ -1,4 +1,4 @@
-//! What a picture shows of a joint: its seam points, and the stripes on its plates.
+//! Findings in a picture of a joint: its seam points, and the stripes on its plates.
 
 use crate::lens::Lens;
 use crate::measure::stripe_meter::Fit;
@@ -6,14 +6,15 @@ use crate::seam::{GRID_SIGMA_PX, Seam};
 use nalgebra::Vector2;
 use trueline_dataset::{Feature, FrameStamp, Measured, PlateStripe};
 
-/// What was found in one picture.
+/// Findings in one picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detection {
     /// The seam point; of a joint with two lines, that of line 0.
     pub seam: Seam,
     /// The point of line 1: the other shoulder of a groove, the foot of a step.
     pub second: Option<Seam>,
-    /// The stripes on the plates of the joint, by number of the plate, where it has such and they are seen; of a plate alone it is 0.
+    /// The stripes on the plates of the joint, by number of the plate, if it has plates and they are visible. For a single
+    /// plate the number is 0.
     pub plates: [Option<StripeSupport>; 2],
 }
 
@@ -50,7 +51,7 @@ impl Detection {
         })
     }
 
-    /// The same, found in a picture whose pixels were `factor` × `factor` of this lens's.
+    /// The same, found in a picture with pixels of `factor` × `factor` of this lens's.
     pub(crate) fn unbinned(self, factor: usize) -> Self {
         Self {
             seam: self.seam.unbinned(factor),
@@ -60,7 +61,7 @@ impl Detection {
     }
 }
 
-/// Measurement of a straight stripe: two points whose errors perpendicular to the stripe are independent and equally large.
+/// Measurement of a straight stripe: two points with independent and equally large errors perpendicular to the stripe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StripeSupport {
     /// Distorted pixels, the one nearer to the seam first.
@@ -87,7 +88,7 @@ impl StripeSupport {
             ideal.swap(0, 1);
         }
         let [a, b] = ideal.map(|at| lens.distorted(&at));
-        // What lies square to the line in the ideal picture is scaled by 1 / |J⁻ᵀ n| in the distorted one.
+        // A distance perpendicular to the line in the ideal picture is scaled by 1 / |J⁻ᵀ n| in the distorted one.
         let scale = |jacobian: &nalgebra::Matrix2<f64>| {
             let back = jacobian.try_inverse()?;
             Some((back.transpose() * fit.line.normal()).norm().recip())
@@ -106,8 +107,8 @@ impl StripeSupport {
     }
 }
 
-/// The stripes on two plates by number of the plate: 0 is the one that lies further to the left in the sheet, or further
-/// up where the sheet stands upright in the picture.
+/// The stripes on two plates by number of the plate. Number 0 is the one further to the left in the sheet, or further up
+/// if the sheet stands upright in the picture.
 pub(crate) fn plates_in_order(
     fits: [&Fit; 2],
     seam: &Vector2<f64>,

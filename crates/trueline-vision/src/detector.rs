@@ -25,8 +25,8 @@ use crate::seam::{Joint, Seam};
 use crate::stripe_choice::StripeChoice;
 use trueline_dataset::{GrayImage, Pixels, Sensor};
 
-/// Finds the seam in pictures of one camera. Keeps its memory from one picture to the next, and nothing else:
-/// every picture is looked at as a whole, so that no reflection can be locked on to.
+/// Finds the seam in pictures of one camera. Keeps its buffers from one picture to the next, and nothing else: every
+/// picture is searched as a whole, so no reflection can be locked on to.
 #[derive(Clone, Debug)]
 pub struct Detector {
     /// For each of [`FACTORS`]: the lens of pictures made smaller by it.
@@ -37,10 +37,10 @@ pub struct Detector {
     binned: BinnedLevels,
     segments: Vec<LineSegment>,
     colour_locator: Locator,
-    /// The straight segments of what had the laser's colour last.
+    /// The straight segments in the laser's colour of the last picture.
     coloured: Vec<LineSegment>,
     region: Option<PictureRegion>,
-    /// Levels of the last picture that was looked at for one of the picture itself: smaller pictures hold sums.
+    /// Ratio of the levels of the last searched picture to those of the picture itself: smaller pictures hold sums.
     level_scale: f64,
 }
 
@@ -75,7 +75,7 @@ impl Detector {
         self
     }
 
-    /// Where the seam is looked for, if not everywhere.
+    /// Search region of the seam, if not everywhere.
     #[must_use]
     pub fn region(&self) -> Option<&PictureRegion> {
         self.region.as_ref()
@@ -113,12 +113,12 @@ impl Detector {
     /// The seam point of a joint in a picture; of a joint with two lines, that of line 0.
     ///
     /// # Errors
-    /// Why there is none; a point that cannot be relied on is none.
+    /// The reason why there is none; an unreliable point counts as none.
     pub fn seam<L: SeamLevel>(&mut self, picture: &Picture<'_, L>, joint: Joint) -> Result<Seam, NotFound> {
         self.detect(picture, joint).map(|found| found.seam)
     }
 
-    /// What a picture shows of a joint: seam points and the stripes on its plates.
+    /// Findings in a picture of a joint: seam points and the stripes on its plates.
     ///
     /// # Errors
     /// As [`Self::seam`].
@@ -139,7 +139,7 @@ impl Detector {
             .or_else(|reason| self.detect_plain_corner(picture, joint).ok_or(reason))
     }
 
-    /// What a region that was stated shows of a corner whose stripe hardly stands out, or has a short arm.
+    /// Findings in a stated region of a corner with a faint stripe or a short arm.
     fn detect_plain_corner<L: Level>(&mut self, picture: &Picture<'_, L>, joint: Joint) -> Option<Detection> {
         let region = self.region.as_ref()?;
         let ridge = is_ridge(joint)?;
@@ -152,9 +152,9 @@ impl Detector {
         Some(found)
     }
 
-    /// As [`Self::detect_in`]; where levels show no fillet or corner, the colour may know its long arm. `colour` is how far that of the
-    /// laser stands above the others, in a picture of the same size ([`trueline_dataset::PictureSource::colour`]), and is asked for then
-    /// only.
+    /// As [`Self::detect_in`]; if levels show no fillet or corner, the colour may show its long arm. `colour` is the excess
+    /// of the laser's colour over the others, in a picture of the same size ([`trueline_dataset::PictureSource::colour`]),
+    /// and is requested only then.
     ///
     /// # Errors
     /// As [`Self::seam`], for the levels.
@@ -215,7 +215,7 @@ impl Detector {
         Some(found)
     }
 
-    /// What a picture shows of a joint whose stripe stands out from all around it.
+    /// Findings in a picture with a stripe that stands out clearly.
     fn detect_bright<L: Level>(
         &mut self,
         picture: &Picture<'_, L>,
@@ -277,8 +277,8 @@ impl Detector {
     }
 }
 
-/// Levels in which seams are looked for. All of the detector is compiled for each of them here: a function that is generic would be compiled
-/// once more in every crate that calls it, which took each test and each program some ten seconds.
+/// Levels of pictures for the search. All of the detector is compiled for each of them here. A generic function would be
+/// compiled again in every crate that calls it, which took each test and each program some ten seconds.
 pub trait SeamLevel: Level {
     /// [`Detector::detect`] in a picture of these levels.
     ///
@@ -311,7 +311,7 @@ impl SeamLevel for u16 {
     }
 }
 
-/// Whether a joint is a corner that lies before its arms; `None` of joints that are no corner of two arms.
+/// Whether a joint is a corner in front of its arms; `None` for joints that are no corner of two arms.
 fn is_ridge(joint: Joint) -> Option<bool> {
     match joint {
         Joint::Fillet => Some(false),

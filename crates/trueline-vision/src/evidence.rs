@@ -1,4 +1,4 @@
-//! What a picture shows before a joint is looked for.
+//! Findings in a picture before the search for a joint.
 
 use crate::frame::Frame;
 use crate::joint::arm_pair::LeastArm;
@@ -17,7 +17,7 @@ pub struct Evidence<'a, L> {
 }
 
 impl<L> Evidence<'_, L> {
-    /// Why there is no joint among the segments.
+    /// The reason why there is no joint among the segments.
     #[must_use]
     pub(crate) fn no_joint(&self) -> NotFound {
         match self.segments {

@@ -35,7 +35,7 @@ pub(crate) trait FastLoop {
     fn run(self);
 }
 
-/// Runs a loop as [`fastest!`] does, without a closure between: a large one is not always compiled into what asks for AVX2.
+/// Runs a loop as [`fastest!`] does, without a closure between: a large one is not always compiled for AVX2.
 pub(crate) fn run_fastest(work: impl FastLoop) {
     #[cfg(target_arch = "x86_64")]
     {

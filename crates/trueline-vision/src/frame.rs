@@ -3,7 +3,7 @@
 use crate::lens::Lens;
 use crate::picture::Picture;
 
-/// What every measurement looks at.
+/// Inputs of every measurement.
 #[derive(Debug)]
 pub struct Frame<'a, L> {
     /// The picture.
@@ -12,7 +12,7 @@ pub struct Frame<'a, L> {
     pub lens: &'a Lens,
 }
 
-// Two references can be copied whatever the levels are; derived, it would ask that of the levels as well.
+// Two references can be copied for any levels; derived, it would require that of the levels as well.
 impl<L> Clone for Frame<'_, L> {
     fn clone(&self) -> Self {
         *self

@@ -1,16 +1,15 @@
 //! Distorted pixels to ideal ones and back.
 //!
-//! Ideal pixels are those of the same camera without distortion. A plane seen by it maps straight lines to
-//! straight lines, so that the segments of a stripe, straight in the laser sheet, are straight there too, and
-//! the noise of a pixel is the same everywhere; that is where they are fitted. What they measure is judged
-//! in the sheet.
+//! Ideal pixels are of the same camera without distortion. It maps straight lines of a plane to straight lines, so
+//! the segments of a stripe, straight in the laser sheet, are straight there too. The noise of a pixel is the same
+//! everywhere. So the fits are made there. Their results are judged in the sheet.
 
 use nalgebra::{Matrix2, Vector2, Vector3};
 use trueline_geometry::Plane;
 use trueline_model::{Camera, LaserSheet};
 
-/// Distance of the grid's nodes, px. Distortion bends by some 1e-4 px per px², so that the middle between
-/// nodes is off by 1e-4 · 16² / 8 = 0.003 px; only first guesses are looked up, results are computed.
+/// Distance of the grid's nodes, px. Distortion bends by some 1e-4 px per px², so the middle between nodes is off by
+/// 1e-4 · 16² / 8 = 0.003 px. Only first guesses are looked up; results are computed.
 const STEP: usize = 16;
 
 /// A camera's lens and its laser sheet, prepared for many pixels.
@@ -65,7 +64,7 @@ impl Lens {
         &self.sheet
     }
 
-    /// The ideal pixel of a distorted one, looked up; not a number where there is none.
+    /// The ideal pixel of a distorted one, looked up; NaN if there is none.
     #[must_use]
     pub fn ideal(&self, u: f32, v: f32) -> [f32; 2] {
         let step = STEP as f32;
@@ -120,9 +119,9 @@ impl Lens {
         self.sheet.axes().transpose() * Vector3::z()
     }
 
-    /// How far to the right in the sheet the point is that an ideal pixel sees, m: along the sheet's direction that keeps
-    /// its distance from the camera, turned towards the right of the picture, or downwards where the sheet stands upright in
-    /// it. `None` where the ray does not meet the sheet.
+    /// Distance to the right in the sheet of the point at an ideal pixel, m. It is measured along the sheet's direction
+    /// of constant distance from the camera, towards the right of the picture, or downwards if the sheet stands upright
+    /// in it. `None` where the ray does not meet the sheet.
     #[must_use]
     pub(crate) fn sideways_m(&self, ideal: &Vector2<f64>) -> Option<f64> {
         let away = self.away();

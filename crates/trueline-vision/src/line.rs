@@ -43,7 +43,7 @@ impl Line2 {
         Self { point: self.point + normal * shift, along: (self.along + normal * slope).normalize() }
     }
 
-    /// Where two lines cross; `None` if they are parallel to within 1e-6 rad.
+    /// Crossing of two lines; `None` if they are parallel to within 1e-6 rad.
     #[must_use]
     pub fn cross(&self, other: &Self) -> Option<Vector2<f64>> {
         let sine = self.along.perp(&other.along);

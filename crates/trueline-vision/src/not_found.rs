@@ -1,6 +1,6 @@
 //! Why a picture has no seam point.
 
-/// Why there is no seam point; the numbers are those that decided.
+/// Reasons why there is no seam point, with the deciding numbers.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NotFound {
@@ -60,18 +60,18 @@ pub enum NotFound {
         gaps_px[1]
     )]
     ArmsApart {
-        /// Where the arms begin, px from the crossing.
+        /// Starts of the arms, px from the crossing.
         gaps_px: [f64; 2],
         /// The most that both may be, px.
         most_px: f64,
     },
-    /// The corner points the other way: towards the camera where it should point away, or the reverse.
+    /// The corner points the other way: towards the camera instead of away, or the reverse.
     #[error("the corner points {}; is it another joint?", if *towards_camera { "towards the camera" } else { "away from the camera" })]
     WrongSide {
         /// Whether the corner is nearer to the camera than its arms.
         towards_camera: bool,
     },
-    /// Faces that open by another angle than those of this joint do.
+    /// Faces with another opening angle than those of this joint.
     #[error(
         "the angle between the faces in the laser plane is {opening_deg:.0}°; {least_deg:.0}° to \
         {most_deg:.0}° are expected"
@@ -90,7 +90,7 @@ pub enum NotFound {
         /// How many straight pieces there are.
         pieces: usize,
     },
-    /// The stripe goes on where it should end.
+    /// The stripe continues beyond its expected end.
     #[error("the stripe continues beyond the crossing of its pieces")]
     GoesOn,
     /// The stripe does not end where its segment does.
@@ -110,7 +110,7 @@ pub enum NotFound {
         px are allowed"
     )]
     RoundedEnd {
-        /// How far it is beside its line, px.
+        /// Its distance from its line, px.
         shift_px: f64,
         /// The most that it may be, px.
         most_px: f64,
@@ -191,7 +191,7 @@ impl NotFound {
         }
     }
 
-    /// The number that decided, for putting reasons of one kind in order; zero where there is none.
+    /// The deciding number, to sort reasons of one kind; zero if there is none.
     #[must_use]
     pub fn value(&self) -> f64 {
         match *self {
@@ -214,7 +214,7 @@ impl NotFound {
         }
     }
 
-    /// The same reason of a picture whose pixels are `factor` times as small, and its levels `level_scale` times.
+    /// The same reason for a picture with pixels `factor` times as small and levels `level_scale` times.
     #[must_use]
     pub(crate) fn scaled(self, factor: f64, level_scale: f64) -> Self {
         match self {

@@ -1,4 +1,4 @@
-//! What was found, drawn into the picture.
+//! Draws the findings into the picture.
 
 use crate::detector::Detector;
 use crate::lens::Lens;
@@ -79,7 +79,7 @@ impl Canvas {
         &self.rgb
     }
 
-    /// A segment: dots along its line, beside the stripe so that it stays visible.
+    /// A segment: dots along its line, next to the stripe so that it stays visible.
     pub fn segment(&mut self, segment: &LineSegment, lens: &Lens) {
         let [from, to] = segment.span();
         let beside = segment.line.normal() * (3.0 * segment.sigma_px + 6.0);
@@ -106,7 +106,7 @@ impl Canvas {
         }
     }
 
-    /// A seam: an open cross, and the ellipse of three standard deviations where it is large enough to see.
+    /// A seam: an open cross, and the ellipse of three standard deviations if it is large enough.
     pub fn seam(&mut self, seam: &Seam) {
         let (u, v) = (seam.pixel.x, seam.pixel.y);
         self.cross(u, v);

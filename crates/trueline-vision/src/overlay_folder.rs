@@ -1,4 +1,4 @@
-//! A folder of pictures that show a person what was found in a frame.
+//! A folder of pictures with the findings of a frame, for people.
 
 use crate::overlay::Canvas;
 use crate::scan::{ExaminedPicture, ScanError};
@@ -30,8 +30,8 @@ impl OverlayFolder {
         self.whole.finish()
     }
 
-    /// Draws a picture with its line segments and its seam, if it is one that is drawn; the name of a picture without a seam states
-    /// this.
+    /// Draws a picture with its line segments and its seam, if this picture is drawn; the name of a picture without a seam
+    /// states this.
     ///
     /// # Errors
     /// A file that cannot be written.

@@ -1,4 +1,4 @@
-//! How a picture is lit: what a person can change at the camera, the laser and the room.
+//! Illumination of a picture: properties that a person can change at the camera, the laser and the room.
 
 use crate::locate::line_segment::LineSegment;
 use crate::locate::tiles::Tiles;
@@ -8,7 +8,7 @@ use crate::locate::tiles::Tiles;
 pub struct PictureLight {
     /// The brightest place.
     pub brightest: f64,
-    /// The median over the picture: what is beside the stripe.
+    /// The median over the picture: the surroundings of the stripe.
     pub ambient: f64,
     /// How far the stripe typically is above its surroundings; without a stripe, the brightest place.
     pub stripe: f64,

@@ -1,8 +1,8 @@
-//! Straight pieces of a stripe anywhere in a picture, whatever lies around them.
+//! Straight pieces of a stripe anywhere in a picture, in any surroundings.
 //!
-//! A seam needs the one stripe and its joint. Whoever measures the laser plane on a board has no joint, and beside the stripe
-//! there are squares, margins and the edge of a table. So every bright ridge is a piece here, each measured as the stripes of
-//! a seam are; which of them are the laser's is for the caller, who has several pictures.
+//! A seam needs the one stripe and its joint. A measurement of the laser plane on a board has no joint, and beside the
+//! stripe there are squares, margins and the edge of a table. So every bright ridge is a piece here, each measured as the
+//! stripes of a seam are; which of them are the laser's is for the caller, who has several pictures.
 
 use crate::frame::Frame;
 use crate::lens::Lens;
@@ -22,13 +22,13 @@ use nalgebra::{Vector2, Vector3};
 use trueline_geometry::Plane;
 use trueline_model::Camera;
 
-/// Stretches of a piece that are measured by themselves, px: a stripe on a bent surface is straight over so much.
+/// Stretches of a piece that are measured separately, px: over this length a stripe on a bent surface is straight.
 const STRETCH_PX: f64 = 48.0;
 
 /// A stretch shows the stripe if it has this part of the piece's usual amplitude.
 const PRESENT: f64 = 0.25;
 
-/// A middle farther off the line of its stretch than this number of standard deviations is none.
+/// A middle farther off the line of its stretch than this number of standard deviations is rejected.
 const OUTLIER_SIGMAS: f64 = 4.0;
 
 /// Lines that are tried for one segment: a short stripe has few of all ridges.
@@ -51,7 +51,7 @@ pub struct StripePiece {
     pub factor: usize,
 }
 
-/// What is painted under a pair of pixels beside the stripe.
+/// Painted under a pair of pixels beside the stripe.
 pub trait Paint {
     /// Whether both pixels, and all between them, show one paint.
     fn is_plain_between(&self, a: &Vector2<f64>, b: &Vector2<f64>) -> bool;
@@ -74,7 +74,7 @@ impl PieceFinder {
     /// A finder for a camera.
     #[must_use]
     pub fn new(camera: &Camera) -> Self {
-        // Nothing here asks where the laser's sheet is: that is what the pieces are for.
+        // The place of the laser's sheet is not needed here: the pieces determine it.
         let lens = Plane::new(Vector3::z(), 1.0).map(|sheet| Lens::new(*camera, sheet));
         Self {
             lenses: FACTORS.map(|factor| lens.as_ref().and_then(|lens| binned_lens(lens, factor))),
@@ -171,7 +171,7 @@ fn measure(
     piece.concluded(&whole, &template)
 }
 
-/// The fit over a stretch from a line that already runs through it: shifts are small, so that they are not cut short.
+/// The fit over a stretch from a line that already runs through it: shifts are small and are not cut short.
 fn settled(
     meter: &mut StripeMeter,
     line: &Line2,
@@ -188,12 +188,12 @@ fn settled(
     Some(fit)
 }
 
-/// The middles of a piece, as they are gathered.
+/// The collected middles of a piece.
 struct Measured<'a> {
     frame: Frame<'a, u16>,
     factor: usize,
     paint: &'a dyn Paint,
-    /// How far beside its middle the stripe is looked at, px of the smaller picture.
+    /// Range of the search for the stripe on each side of its middle, px of the smaller picture.
     reach_px: f64,
     middles: Vec<Vector2<f64>>,
     /// Sum of squared distances of the middles from the lines of their stretches, px² of the smaller picture.
@@ -221,7 +221,7 @@ impl Measured<'_> {
         let sigma_px = (self.squares / self.middles.len() as f64).sqrt() * scale;
         let width_px = template.width_px() * scale;
         let length_px = (last - first).norm();
-        // Smaller pictures of 16 bits hold means: levels are those of the picture.
+        // Smaller pictures of 16 bits hold means: levels are the picture's.
         let contrast = whole.amplitude;
         let factor = self.factor;
         Some(StripePiece { sigma_px, width_px, length_px, contrast, factor, pixels: self.middles })

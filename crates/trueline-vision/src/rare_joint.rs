@@ -1,6 +1,6 @@
-//! When a joint shows in so few pictures or profiles that it is none.
+//! Frequency below which a joint in pictures or profiles does not count.
 
-/// A joint in a smaller part of them than this is none.
+/// A joint in a smaller part of them than this does not count.
 const LEAST: f64 = 0.1;
 
 /// Whether this share of pictures or profiles is too small for a joint.

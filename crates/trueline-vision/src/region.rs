@@ -1,4 +1,4 @@
-//! The part of the picture in which the seam is looked for.
+//! The search region of the picture.
 
 use nalgebra::Vector2;
 
@@ -9,7 +9,7 @@ pub struct PictureRegion {
 }
 
 impl PictureRegion {
-    /// A polygon through corners, px. `None` with fewer than three of them, or one that is no number.
+    /// A polygon through corners, px. `None` with fewer than three of them, or with NaN.
     #[must_use]
     pub fn polygon(corners: &[[f64; 2]]) -> Option<Self> {
         let finite = corners.iter().flatten().all(|x| x.is_finite());

@@ -20,9 +20,9 @@ pub enum Joint {
     Corner,
     /// A plate over nothing that the laser reaches; the seam is where the stripe ends.
     Edge,
-    /// A step whose riser is lit. Two lines: 0 where the upper surface meets the riser, 1 where the lower one does.
+    /// A step with a lit riser. Two lines: 0 where the upper surface meets the riser, 1 where the lower one does.
     Step,
-    /// A groove whose faces are lit, with any root. Two lines, its shoulders: 0 is the left one in the picture.
+    /// A groove with lit faces and any root. Two lines, its shoulders: 0 is the left one in the picture.
     Groove,
     /// A V-block, or a machined V with a relief slot: the line in which its faces would meet.
     VBlock,
@@ -72,11 +72,12 @@ pub struct Seam {
     pub covariance_m2: Matrix2<f64>,
     /// How good the stripe was, 0 to 1: the part of the sections on its weaker segment that show it.
     pub quality: f64,
-    /// Width of the gap, m: of a butt joint, and, to a tile or so, of what hides the place where two faces meet; else zero.
+    /// Width of the gap, m: of a butt joint, and, to a tile or so, of an object that hides the crossing of two faces; else
+    /// zero.
     pub gap_m: f64,
 }
 
-/// What is added to every covariance: light that wanders with the pixel grid and the lens, px. Clean pictures of our simulator scatter
+/// Added to every covariance: light that moves with the pixel grid and the lens, px. Clean pictures of our simulator scatter
 /// by 0.003 px, noise alone would give 0.001.
 pub(crate) const GRID_SIGMA_PX: f64 = 0.004;
 
@@ -84,7 +85,7 @@ impl Seam {
     /// From a point in the ideal picture and its covariance.
     ///
     /// # Errors
-    /// [`NotFound::OutOfView`] for a point outside the picture, or whose ray misses the sheet.
+    /// [`NotFound::OutOfView`] for a point outside the picture, or with a ray that misses the sheet.
     pub fn from_ideal(
         lens: &Lens,
         ideal: &Vector2<f64>,
@@ -120,7 +121,7 @@ impl Seam {
         }
     }
 
-    /// The same seam, found in a picture whose pixels were `factor` × `factor` of this lens's.
+    /// The same seam, found in a picture with pixels of `factor` × `factor` of this lens's.
     pub(crate) fn unbinned(self, factor: usize) -> Self {
         let k = factor as f64;
         let pixel = (self.pixel * k).add_scalar(0.5 * (k - 1.0));
@@ -134,13 +135,13 @@ impl Seam {
     }
 }
 
-/// A seam point must be known to this, px.
+/// Largest uncertainty of a seam point, px.
 const MOST_SIGMA_PX: f64 = 5.0;
 
 /// A covariance (px²) of a point that is of use.
 ///
 /// # Errors
-/// [`NotFound::Uncertain`] where it is too large; what is not a number is.
+/// [`NotFound::Uncertain`] if it is too large or NaN.
 pub fn judged(covariance_px2: &Matrix2<f64>) -> Result<(), NotFound> {
     let variance = covariance_px2.trace();
     if variance <= MOST_SIGMA_PX.powi(2) {

@@ -62,7 +62,7 @@ impl StripeChoice {
         worthy.max_by(|a, b| rank(a).total_cmp(&rank(b)))
     }
 
-    /// What is largest for the place that is meant.
+    /// Quality of a stripe for the intended place; the largest counts.
     fn rank(self, at: &Vector2<f64>, lens: &Lens) -> f64 {
         let away = || lens.on_sheet(at).map_or(0.0, |(point, _)| point.dot(&lens.away()));
         match self {

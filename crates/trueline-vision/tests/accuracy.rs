@@ -1,4 +1,4 @@
-//! What is promised: errors, gross errors, found and invented features on rendered pictures with known truth.
+//! Promises: errors, gross errors, found and invented features on rendered pictures with known truth.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod scenes;
@@ -52,7 +52,7 @@ fn fillet_with_a_gap_at_the_corner() {
     promised(scene, Look::speckled(), Joint::Fillet, 0.3);
 }
 
-/// Where the stripe is missing a picture without noise is exactly dark.
+/// Outside the stripe a picture without noise is exactly dark.
 #[test]
 fn clean_fillet_with_a_gap_at_the_corner() {
     let scene = Scene::Fillet { opening_rad: 1.6, roll_rad: 0.1, gap_m: 1.2e-3 };
@@ -114,8 +114,8 @@ fn errors_are_as_large_as_the_covariance_says() {
     assert!((0.67..4.5).contains(&mean), "mean normalised squared error {mean:.2}");
 }
 
-/// The centre line is what a user may want besides the seam: its points lie about the fitted line as their standard
-/// deviation says. Outliers of a heavy-tailed distribution count in full here, so that half as much again is granted.
+/// Users may want the centre line besides the seam: its points scatter about the fitted line by their standard
+/// deviation. Outliers of a heavy-tailed distribution count in full here, so that half as much again is granted.
 #[test]
 fn points_of_the_centre_line_scatter_as_their_sigma_says() {
     let scenario = scenario(4);
@@ -144,8 +144,8 @@ fn points_of_the_centre_line_scatter_as_their_sigma_says() {
     }
 }
 
-/// Turned so that the upper plate's end face is lit: its light must not be taken for the plate's, and where it begins
-/// is the edge. Without noise that is known as well as a corner is.
+/// Turned to light the upper plate's end face. Its light must not pass as the plate's, and it begins at the edge.
+/// Without noise that is known as well as a corner is.
 #[test]
 fn lap_with_a_lit_end_face() {
     let mut scenario = scenario(8);

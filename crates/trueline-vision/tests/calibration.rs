@@ -110,9 +110,10 @@ fn whole_stripes_of_pictures_with_speckle_and_mirrors_calibrate_within_four_sigm
     }
 }
 
-/// Bowed fillets with the options that a user leaves alone, and with noise alone in the ±, which hides nothing: the stripes are the answer because they agree
-/// with the seam points, which are where the bowed faces meet. Crossings of straight lines through faces of 0.1 mm of bow lie 0.1 mm beside it in
-/// every profile, were up to 14 sigma off, and were taken because the stripes did not agree.
+/// Bowed fillets with default options, and with noise alone in the ±, which hides nothing: the stripes are the answer
+/// because they agree with the seam points, at the crossing of the bowed faces. Crossings of straight lines through faces of
+/// 0.1 mm of bow lie 0.1 mm beside it in every profile, were up to 14 sigma off, and were taken because the stripes did not
+/// agree.
 #[test]
 fn profiles_of_bowed_plates_calibrate_within_four_sigma_as_a_user_calibrates_them() {
     let [square, cube, all] = [[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
@@ -174,8 +175,8 @@ fn noise_free_scans_of_profiles_are_recovered_exactly() {
     }
 }
 
-/// With drop-outs, more of them at edges, columns that see an edge in part, reflections, and a gap through which something is seen: the joint is told
-/// from the profiles.
+/// With drop-outs, more of them at edges, columns that see an edge in part, reflections, and a gap with something visible
+/// through it: the joint is recognised in the profiles.
 #[test]
 fn a_scan_of_profiles_of_an_edge_and_of_a_gap_calibrates_within_four_sigma() {
     let rounded = ProfileLook { rounded_m: 3e-4, ..ProfileLook::default() };

@@ -14,7 +14,7 @@ fn image(paper: &mut Paper) -> GrayImage {
     GrayImage { width: SIZE[0], height: SIZE[1], pixels: Pixels::Eight(paper.levels(0.0)) }
 }
 
-/// What has the laser's colour, alone.
+/// Only the light of the laser's colour.
 fn colour(laser: &[Stroke], seed: u64) -> GrayImage {
     let mut paper = Paper::new(SIZE, 1000 + seed);
     laser.iter().for_each(|stroke| paper.stroke(stroke));

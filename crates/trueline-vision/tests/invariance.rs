@@ -1,4 +1,4 @@
-//! What must not matter: bits, which way the stripe runs, what was looked at before.
+//! Invariances: bits, direction of the stripe, earlier pictures.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod scenes;

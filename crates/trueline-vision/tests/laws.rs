@@ -240,7 +240,7 @@ fn blurred_end(noise: &mut Noise, edge: f64, slant: f64, blur_px: f64, band_px: 
     sections.collect()
 }
 
-/// Known to a part of what is known where the light of neighbours is taken for independent.
+/// Its uncertainty is too small if neighbours' light counts as independent.
 #[test]
 fn the_end_of_a_stripe_behind_a_blurring_lens_is_found_by_what_neighbours_share() {
     let (mut noise, mut finder) = (Noise::new(9, 0), EndFinder::default());
@@ -319,7 +319,7 @@ fn a_gap_that_is_not_as_wide_as_the_others_is_refused() {
     let odd: Vec<usize> = (0..seams.len()).filter(|k| seams[*k] == Err(NotFound::OddGap)).collect();
     assert_eq!(odd, [4]);
     assert_eq!(seams[6], Err(NotFound::NoStripe { contrast: 0.0 }));
-    // Where all differ nothing is the usual width.
+    // If all differ, there is no usual width.
     let mut seams: Vec<_> = [1.0, 2.0, 4.0, 8.0].iter().map(|mm| Ok(seen(mm * 1e-3).unwrap())).collect();
     joint_choice::refuse_odd_gaps(seams.iter_mut());
     assert!(seams.iter().all(Result::is_ok));

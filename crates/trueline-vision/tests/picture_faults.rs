@@ -61,7 +61,8 @@ fn each_fault_is_named_and_a_good_picture_has_none() {
     assert_eq!(faults(2.0, 60.0, 180.0, 8), ["overexposed"]);
     assert_eq!(faults(2.0, 100.0, 80.0, 8), ["ambient-light"]);
     assert_eq!(faults(2.0, 600.0, 8.0, 8), ["saturated-stripe"]);
-    // What is measured is the core of a stripe, here 0.69 of its standard deviation; more than 10 px are out of focus.
+    // The measured width is the core of a stripe, here 0.69 of its standard deviation; more than 10 px are out of
+    // focus.
     assert_eq!(faults(20.0, 150.0, 8.0, 8), ["out-of-focus"]);
 }
 

@@ -1,4 +1,4 @@
-//! Answers that are pinned: what the estimator says of many cells, so that rebuilding it changes none of them unannounced.
+//! Pinned answers: the estimator's statements about many cells, so that a rebuild changes none of them silently.
 //!
 //! A sample is compared on every run. All of them are too large for the repository: before a change
 //! `PINNED=FILE UPDATE=1 cargo test --workspace --test pinned -- --ignored` writes them, after it the same without `UPDATE` compares.
@@ -19,10 +19,10 @@ use trueline_vision::profile;
 /// A change of a value below this part of its standard deviation, or of the standard deviation itself, is none.
 const NO_CHANGE: f64 = 0.01;
 
-/// What is not even known to a second, a radian, a metre or the whole may lie anywhere, and its standard deviation is that of rounding.
+/// A value not even known to a second, a radian, a metre or the whole is arbitrary, and its standard deviation is rounding.
 const UNKNOWN: f64 = 1.0;
 
-/// Where a value has no standard deviation, digits of this part of it may differ.
+/// A value without a standard deviation may differ in digits of this part of it.
 const ROUNDING: f64 = 1e-6;
 
 /// Cells of each preset: 8 × 21 × 3 are 504 answers, of which the sample has 48.
@@ -39,14 +39,14 @@ impl Number {
         match (self.1, other.1) {
             (Some(a), Some(b)) if a > UNKNOWN && b > UNKNOWN => true,
             (Some(a), Some(b)) => close(self.0, other.0, NO_CHANGE * b) && close(a, b, NO_CHANGE * b),
-            // What is not seen may lie anywhere.
+            // Unseen quantities are arbitrary.
             (None, None) => true,
             _ => false,
         }
     }
 }
 
-/// What is said of one cell.
+/// The statements about one cell.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Said {
     /// Status, the sights that the answer is of, reasons and warnings; or why there is none.
@@ -97,7 +97,7 @@ impl Said {
         }
     }
 
-    /// What differs from what is pinned, in words; empty where nothing does.
+    /// Differences from the pinned answers, in words; empty without one.
     fn differs_from(&self, pinned: &Self) -> String {
         let mut what = Vec::new();
         if self.codes != pinned.codes {
@@ -147,7 +147,7 @@ struct Asked {
     seed: u64,
 }
 
-/// What was assumed of a robot when these answers were pinned.
+/// The assumption about a robot when these answers were pinned.
 fn usual_robot() -> Config {
     Config { robot_accuracy_m: Some(0.3e-3), ..Config::default() }
 }

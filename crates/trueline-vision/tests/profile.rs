@@ -109,8 +109,8 @@ fn bowed(x: f64, bow_mm: f64, power: i32) -> f64 {
     BOWED_SLOPES[usize::from(x > 0.0)] * x + bow_mm * (x.abs() / 25.0).powi(power)
 }
 
-/// Faces bowed by so much 25 mm from the seam, whose columns lie anew in each profile. Of a hundred columns one is a reflection, three are lost, and
-/// beyond the view's border one returns something.
+/// Faces bowed by this amount 25 mm from the seam, with new column positions in each profile. Of a hundred columns one is a
+/// reflection, three are lost, and beyond the view's border one returns something.
 fn bowed_profile(bow_mm: f64, power: i32, noise: &mut Noise) -> Vec<[f64; 2]> {
     let phase = noise.uniform();
     let column = |k: i32| {

@@ -30,7 +30,7 @@ const SIGMA_MM: f64 = 0.02;
 /// A plate over nothing, or two with a gap, as a profiler sees it: 40 mm in 400 columns.
 #[derive(Clone, Copy)]
 struct Scene {
-    /// Where plates end: `[from, to]` of each on x, mm.
+    /// Ends of plates: `[from, to]` of each on x, mm.
     plates: [[f64; 2]; 2],
     /// How much the second one is lower, mm.
     lower_mm: f64,
@@ -134,14 +134,14 @@ fn support_errors(found: &ProfileSeams, plate: u32, lower_mm: f64, bow_mm: f64) 
     sums
 }
 
-/// The mean square of what is left over the variance that is said.
+/// The mean square of the remainder over the stated variance.
 fn within(errors: [f64; 2], most_bias_mm: f64, squares: [f64; 2]) {
     let fine = errors[0].abs() < most_bias_mm && errors[1] > squares[0] && errors[1] < squares[1];
     assert!(fine, "{errors:?}");
 }
 
-/// 600 numbers of unit variance: ± 0.06 for normal ones. A column that the edge falls into, and that sees the plate less than half, may
-/// be taken for one behind it: half a column of bias in a seventh of the profiles.
+/// 600 numbers of unit variance: ± 0.06 for normal ones. A column on the edge that sees less than half of the plate may pass
+/// as one behind it: half a column of bias in a seventh of the profiles.
 const HONEST: [f64; 2] = [0.7, 1.3];
 
 #[test]
@@ -203,7 +203,8 @@ fn a_rounded_edge_is_in_the_sigma_and_one_that_is_no_edge_is_refused() {
         // An interval is known to its twelfth root: at either end of it the error is 1.73 of that.
         assert!(along[1] < 3.0, "radius {rounded_mm}: {along:?}");
     }
-    // Where several columns are lost at once a face seems to end: its neighbours know better. Of 12 mm a half of what is seen is bent.
+    // Several columns lost at once look like the end of a face: its neighbours correct this. Of 12 mm a half of what is seen
+    // is bent.
     for (rounded_mm, joint) in
         [2.0, 4.0, 12.0].into_iter().flat_map(|mm| [(mm, ProfileJoint::Edge), (mm, ProfileJoint::Butt)])
     {
@@ -233,8 +234,9 @@ fn a_bowed_plate_keeps_its_edge() {
     }
 }
 
-/// A line through a bowed face lies beside it nearly everywhere: its two support points are where it meets it. At 11 mm from the middle of a face that is bowed by
-/// 0.4 mm the two part by 0.02 mm for each millimetre along the face, so that a place wrong by half a millimetre would be four sigma.
+/// A line through a bowed face lies beside it nearly everywhere: its two support points are where it meets it. At 11 mm from
+/// the middle of a face with a bow of 0.4 mm the two differ by 0.02 mm for each millimetre along the face, so a place wrong
+/// by half a millimetre would be four sigma.
 #[test]
 fn support_points_of_a_bowed_plate_lie_on_it() {
     for bow_mm in [0.0, 0.2, -0.2, 0.4] {
@@ -406,7 +408,7 @@ fn a_stream_of_profiles_finds_what_is_found_afterwards() {
     }
 }
 
-/// A robot that comes from where one plate alone is in view: the second that shows its end does not decide for all that follow.
+/// The robot comes from a place with one plate in view: the second profile with its end does not decide for all others.
 #[test]
 fn a_stream_goes_over_to_the_joint_that_most_profiles_show() {
     let mut profiles = weave(&Scene::of([[-FAR, 2.03], NONE]), 45, 6.0, 34).0;
@@ -424,8 +426,8 @@ fn a_stream_goes_over_to_the_joint_that_most_profiles_show() {
     assert_eq!(nothing.joint(), None);
 }
 
-/// The edge of a lap in a scan that weaves so much, by all profiles: mean error and combined standard deviation along x, mm. Where three columns in a row are
-/// lost a shadow is seen that is not there, in three of 8000 profiles: these outliers are left to the calibration.
+/// The edge of a lap in a scan that weaves so much, by all profiles: mean error and combined standard deviation along x, mm.
+/// Three lost columns in a row look like a shadow, in three of 8000 profiles: these outliers are left to the calibration.
 fn edge_of_lap(at_mm: f64, amplitude_mm: f64, seed: u64) -> [f64; 2] {
     let plates = [[-FAR, at_mm], [at_mm, FAR]];
     let scene = Scene { lower_mm: 3.0, lost: [0.03; 2], mixed: 0.0, ..Scene::of(plates) };
@@ -445,7 +447,8 @@ fn edge_of_lap(at_mm: f64, amplitude_mm: f64, seed: u64) -> [f64; 2] {
     [sum / weights, weights.powf(-0.5)]
 }
 
-/// All profiles of an edge that stays between two columns are off by the same, up to half a column; those of one that moves through them are not.
+/// All profiles of an edge that stays between two columns have the same error, up to half a column; if the edge moves
+/// through the columns, the errors differ.
 #[test]
 fn an_edge_that_stays_between_two_columns_is_known_to_a_column() {
     const PLACES: usize = 40;

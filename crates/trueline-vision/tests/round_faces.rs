@@ -1,4 +1,5 @@
-//! Faces that are round, and what lies between straight ones: a pipe, a ball or a groove is no corner, and beads, throats and rounded edges are no part of the faces.
+//! Round faces, and shapes between straight ones: a pipe, a ball or a groove is not a corner, and beads, throats and rounded
+//! edges are not part of the faces.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::path::{Path, PathBuf};
@@ -20,7 +21,7 @@ struct Look {
 const USUAL: Look = Look { sigma_mm: 0.02, step_mm: 0.1, quantum_mm: 0.0, half_mm: 30.0 };
 const COUNT: usize = 60;
 
-/// Where the shape is in a profile, mm.
+/// Place of the shape in a profile, mm.
 fn middle_mm(number: usize) -> f64 {
     4.0 * (0.31 * number as f64).sin()
 }
@@ -107,7 +108,7 @@ fn small_and_large_radii_are_no_corner() {
     }
 }
 
-/// A ball on a plate is no gap either, and one of which the view shows a flank no edge.
+/// A ball on a plate is not a gap, and a ball with only a flank in view is not an edge.
 #[test]
 fn a_ball_on_a_plate_is_no_joint() {
     for radius_mm in [5.0, 8.0, 12.7, 20.0] {
@@ -134,7 +135,8 @@ fn a_radius_is_told_with_two_digits() {
 /// Half of the median of the squares of two normal numbers: ln 2.
 const MEDIAN_OF_TWO: f64 = std::f64::consts::LN_2;
 
-/// Root mean square of the errors of seams, mm, the median of their squares by what is stated (1 is honest), and how many were found.
+/// Root mean square of the errors of seams, mm, the median of their squares over the stated variance (1 is honest), and the
+/// number found.
 fn errors(found: &ProfileSeams) -> ([f64; 2], f64, usize) {
     let (mut squares, mut stated) = ([0.0; 2], Vec::new());
     for feature in &found.found.features {

@@ -9,7 +9,7 @@ use trueline_vision::{Joint, StripeChoice};
 
 const SIZE: [usize; 2] = [1280, 1024];
 
-/// What is higher in these pictures is further away.
+/// Higher in these pictures is further away.
 fn chosen(strokes: &[Stroke], joint: Joint, [upper, lower]: [[f64; 2]; 2], most_px: f64) {
     let mut paper = Paper::new(SIZE, 5);
     strokes.iter().for_each(|stroke| paper.stroke(stroke));

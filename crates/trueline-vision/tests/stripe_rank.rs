@@ -34,7 +34,7 @@ fn rank(recording: &Recording) -> (usize, usize) {
     (observability.rank, observability.size)
 }
 
-/// What each cell of a motion says it sees, where that is not all but what is hidden.
+/// The cell's view during a motion, if it is incomplete.
 fn wrong(scenario: &Scenario, hidden: usize, pairs: &[PlatePair]) -> Vec<String> {
     let [camera, profiler] = [Preset::Quick, Preset::Profiler].map(|preset| preset.scenario().cell.sensor);
     let mut wrong = Vec::new();

@@ -175,7 +175,7 @@ fn a_step_that_is_small_for_the_stripe_on_a_bright_lower_plate_is_a_lap() {
     }
 }
 
-/// Where the middle of such a stripe is nobody can say: the uncertainty says that.
+/// The middle of such a stripe is unknown, and the uncertainty states it.
 #[test]
 fn a_tail_on_one_side_is_in_the_uncertainty() {
     for seed in 0..4 {
@@ -220,8 +220,8 @@ fn a_face_along_a_plate_further_away_is_no_bead() {
     assert!(off_px < 0.5 && sigmas < 4.5, "{off_px:.3} px, {sigmas:.1} sigma");
 }
 
-/// The right plate is lit itself, up to 14 px beyond the stripe on it, where it ends before a dark wall: what is a little brighter than the
-/// wall is the plate, and has no direction.
+/// The right plate is lit itself, up to 14 px beyond the stripe on it, where it ends before a dark wall. The slightly
+/// brighter area next to the wall is the plate, and has no direction.
 #[test]
 fn the_stripe_on_a_bright_plate_before_a_dark_wall_is_found() {
     let mut paper = paper(&arms(CORNER, 500.0, 2.0, false), 10);
@@ -281,7 +281,7 @@ fn of_two_stripes_the_region_or_the_choice_takes_one() {
     for (choice, truth) in [
         (StripeChoice::Upper, upper),
         (StripeChoice::Lower, lower),
-        // What is higher in these pictures is further away.
+        // Higher in these pictures is further away.
         (StripeChoice::Nearest, lower),
         (StripeChoice::Farthest, upper),
     ] {

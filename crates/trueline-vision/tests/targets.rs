@@ -1,4 +1,4 @@
-//! Targets with two lines, and V-blocks; and what the stripes on two plates say of them.
+//! Targets with two lines, and V-blocks, and the stripes on their two plates.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod drawn;
@@ -31,7 +31,7 @@ fn assert_seams(found: &Detection, truth: &[[f64; 2]]) {
     }
 }
 
-/// What is lower in these pictures is nearer: the upper surface of a step is below its lower one.
+/// Lower in these pictures is nearer: the upper surface of a step is below its lower one.
 fn step(edge: [f64; 2], riser_px: f64) -> ([Stroke; 3], [[f64; 2]; 2]) {
     let (sin, cos) = (-50.0_f64).to_radians().sin_cos();
     let foot = [edge[0] + riser_px * cos, edge[1] + riser_px * sin];

@@ -10,7 +10,7 @@ use nalgebra::Vector2;
 /// The flattest bend that makes a corner, rad in the picture.
 const FLATTEST: f64 = 0.1;
 /// The stripe may be missing this far from the corner on one arm, as a part of its length and in px, and on both
-/// together: further away lines may cross where there is nothing.
+/// together. Beyond that, lines may cross in an empty place.
 const MOST_GAP: f64 = 0.5;
 const MOST_GAP_PX: f64 = 120.0;
 const BOTH_GAPS_PX: f64 = 160.0;
@@ -23,11 +23,11 @@ const SIDE_PX: f64 = 200.0;
 /// Least length of a face of a groove, or a riser, that edgels cover, px.
 pub(crate) const LEAST_FACE_PX: f64 = 24.0;
 
-/// What fills a corner, a weld bead, begins and ends this near to the plates, px; its corner may be further away then.
+/// A weld bead that fills a corner begins and ends this near to the plates, px. Its corner may be further away then.
 const MEETS_PX: f64 = 40.0;
 const BRIDGED_GAPS_PX: f64 = 600.0;
-/// Part of the way from the one plate to the other on which a bead shows straight pieces at least: it is round at its toes.
-/// They lie beside that way by less than this part of it.
+/// Least part of the way from one plate to the other with straight pieces of a bead: it is round at its toes. They lie
+/// beside that way by less than this part of it.
 const BRIDGED_PART: f64 = 0.5;
 /// The relief slot of a V-block hides at most this much of each face, px, and as a part of its length; of both about as
 /// much.
@@ -52,7 +52,7 @@ impl LeastArm {
     /// In a whole picture, in which much else is to be seen.
     pub const USUAL: Self =
         Self { sigmas: 25.0, px: NEEDED_PX, most_gap_px: f64::INFINITY, most_against: f64::INFINITY };
-    /// Where it is known where to look.
+    /// If the approximate place of the corner is known.
     pub const SHORT: Self = Self { sigmas: 12.5, px: 0.5 * NEEDED_PX, most_gap_px: 24.0, most_against: 0.1 };
 
     /// The length for a stripe of a thickness, px.
@@ -61,7 +61,7 @@ impl LeastArm {
         (self.sigmas * sigma_px).max(self.px)
     }
 
-    /// Whether a continuous stretch is as long; its ends are known to half a tile each.
+    /// Whether a continuous stretch is long enough; its ends are known to half a tile each.
     #[must_use]
     pub(crate) fn admits(self, continuous_px: f64, sigma_px: f64) -> bool {
         continuous_px + TILE as f64 >= self.needed_px(sigma_px)
@@ -107,9 +107,9 @@ pub struct ArmPair {
     pub arms: [Line2; 2],
     /// How far each reaches, px.
     pub lengths: [f64; 2],
-    /// How far each is continuous from where it begins, px.
+    /// Length of each without a break from its start, px.
     pub continuous_px: [f64; 2],
-    /// Where each begins, px from the corner.
+    /// Start of each, px from the corner.
     pub gaps_px: [f64; 2],
     /// Thickness of the stripe on each, px.
     pub sigmas_px: [f64; 2],
@@ -144,7 +144,7 @@ impl ArmPair {
         self.segments.iter().position(|number| *number == segment)
     }
 
-    /// The same with the arm on a face that ends so near that its end must be left out: the next corner's light is there.
+    /// The same for an arm on a face with a near end that must be left out: the next corner's light is there.
     #[must_use]
     pub(crate) fn clear_of_far_end(mut self, face: usize) -> Self {
         let length_px = self.lengths[face];
@@ -174,7 +174,7 @@ impl ArmPair {
         if crosses { Err(NotFound::GoesOn) } else { Ok(()) }
     }
 
-    /// The directions of the arms in the sheet, from the corner outward. `None` where they do not meet it.
+    /// The directions of the arms in the sheet, from the corner outward. `None` if they do not meet it.
     #[must_use]
     pub fn in_sheet(&self, lens: &Lens) -> Option<[Vector2<f64>; 2]> {
         let sheet = |ideal: &Vector2<f64>| lens.on_sheet(ideal).map(|(point, _)| point);
@@ -216,7 +216,7 @@ pub(crate) fn pairs_over_slot<'a>(
     pairs_by(segments, lens, may_meet_over_slot)
 }
 
-/// The same for the faces of a groove whose root is dark.
+/// The same for the faces of a groove with a dark root.
 pub(crate) fn pairs_over_root<'a>(
     segments: &'a [LineSegment],
     lens: &'a Lens,
@@ -239,7 +239,7 @@ fn numbers(segments: usize) -> impl Iterator<Item = [usize; 2]> + Clone {
     (0..segments).flat_map(move |first| (first + 1..segments).map(move |second| [first, second]))
 }
 
-/// Why there is no corner: the reason of the pair with the most weight that is none.
+/// The reason why there is no corner: that of the heaviest rejected pair.
 #[must_use]
 pub(crate) fn heaviest_reason(
     results: impl Iterator<Item = (f64, Result<ArmPair, NotFound>)>,
@@ -318,19 +318,19 @@ fn may_meet_over_slot(
     let hidden = |arm: &Arm| arm.gap_px > MOST_SLOT_PX.min(MOST_SLOT * arm.continuous_px);
     let tile = TILE as f64;
     let uneven = gaps_px[0].max(gaps_px[1]) > SLOT_EVEN * gaps_px[0].min(gaps_px[1]) + 2.0 * tile;
-    // What is lit between the faces is a root, or a bead.
+    // A lit piece between the faces is a root, or a bead.
     if arms.iter().any(hidden) || uneven || is_bridged(segments, numbers, arms) {
         return Err(NotFound::ArmsApart { gaps_px, most_px: 2.0 * MOST_SLOT_PX });
     }
     Ok(())
 }
 
-/// Whether a piece can fill a corner of a plate: it meets it at an angle; a face along the plate is a face of its own.
+/// Whether a piece can fill a corner of a plate: it meets it at an angle. A face along the plate is a face of its own.
 fn meets(plate: &LineSegment, piece: &LineSegment) -> bool {
     bend(plate, piece) > FLATTEST.sin()
 }
 
-/// Whether other segments lead from where one arm begins to where the other does: a bead, or a chamfer, over the corner.
+/// Whether other segments lead from the start of one arm to that of the other: a bead, or a chamfer, over the corner.
 fn is_bridged(segments: &[LineSegment], numbers: [usize; 2], arms: &[Arm; 2]) -> bool {
     let others = segments.iter().enumerate().filter(|(number, _)| !numbers.contains(number));
     let others = others.filter(|(_, other)| numbers.iter().all(|plate| meets(&segments[*plate], other)));
@@ -356,8 +356,8 @@ pub(crate) fn covers_way(
     covered_px.sum::<f64>() > BRIDGED_PART * length_px
 }
 
-/// Whether an arm of a corner is a piece of what leads from its other arm to a heavier one, so that the corner is the toe of a
-/// bead over the corner that is meant; why that one is not there.
+/// Whether an arm of a corner is part of a path from its other arm to a heavier one. Then the corner is the toe of a bead
+/// over the intended corner. Returns why the intended one is missing.
 #[must_use]
 pub(crate) fn toe(
     segments: &[LineSegment],

@@ -18,14 +18,14 @@ const IN_LINE: f64 = 0.05;
 const BESIDE_PX: f64 = 12.0;
 /// A section with less than this part of the usual light is dark.
 const DARK: f64 = 0.12;
-/// Where an end is looked for, px.
+/// Search range of an end, px.
 const SEARCH_PX: f64 = 30.0;
 /// Narrowest gap, px: speckle makes the stripe dark for less.
 const NARROWEST_PX: f64 = 5.0;
 /// Widest gap, px.
 const WIDEST_PX: f64 = 300.0;
-/// A second gap of this part of the widest one's width makes it doubtful, soot and scratches make gaps as well; but only if its
-/// plates have this part of the light.
+/// A second gap with this part of the widest one's width makes it doubtful, as soot and scratches make gaps too. This holds
+/// only if its plates have this part of the light.
 const RIVAL: f64 = 0.25;
 const RIVAL_LIGHT: f64 = 0.25;
 
@@ -59,7 +59,7 @@ impl ButtFinder {
     /// Finds the middle of the gap.
     ///
     /// # Errors
-    /// Why there is none.
+    /// The reason why there is none.
     pub(crate) fn find<L: Level>(
         &mut self,
         evidence: &Evidence<'_, L>,

@@ -1,8 +1,8 @@
-//! A corner in daylight: of a colour picture the long arm is known by the laser's colour, and a short one begins where it ends.
+//! A corner in daylight: in a colour picture the long arm has the laser's colour, and a short one begins at its end.
 //!
-//! On a surface that is lit itself a stripe hardly stands out, and in a whole picture much else has ridges. Only the laser has its
-//! colour: it selects the long ridge that is the stripe, so no region must be stated. Where the long arm stands out by its levels,
-//! they have said all that there is to it.
+//! On a surface that is lit itself a stripe hardly stands out, and in a whole picture much else has ridges. Only the laser
+//! has its colour: it selects the long ridge that is the stripe, so no region must be stated. If the long arm stands out by
+//! its levels, colours add nothing.
 
 use crate::detection::Detection;
 use crate::evidence::Evidence;
@@ -20,7 +20,7 @@ use crate::region::PictureRegion;
 use crate::stripe_choice::StripeChoice;
 use nalgebra::Vector2;
 
-/// Long arms at whose ends a short one is looked for.
+/// Long arms with a search for a short one at their ends.
 const MOST_LONG: usize = 4;
 /// How far from the end of a long arm it is looked, px.
 const LOOK_PX: f64 = 96.0;
@@ -29,14 +29,14 @@ const NEAR_PX: f64 = 6.0;
 /// Corners nearer to each other than this are the same, px.
 const SAME_PX: f64 = 10.0;
 
-/// Part of an arm's edgels beside which there are those of levels, where it stands out by these.
+/// Part of an arm's edgels that have edgels of levels beside them, if it stands out by these.
 const SEEN: f64 = 1.0 / 3.0;
 
-/// What is asked for in a picture: its levels, and how far the laser's colour stands above the others in the same place.
+/// Inputs from a picture: its levels, and the excess of the laser's colour over the others in the same place.
 pub(crate) struct ColouredFrame<'a, L, C> {
     pub(crate) frame: Frame<'a, L>,
     pub(crate) colour: &'a Picture<'a, C>,
-    /// The straight segments that stand out by their levels, and those that do by their colour.
+    /// The straight segments that stand out by their levels, and those by their colour.
     pub(crate) bright: &'a [LineSegment],
     pub(crate) coloured: &'a [LineSegment],
 }
@@ -51,8 +51,8 @@ pub(crate) struct ColouredCornerFinder {
 }
 
 impl ColouredCornerFinder {
-    /// The one corner at the ends of segments that have the laser's colour: its arms come towards the camera, or, on a `ridge`, go away
-    /// from it. `None` where there is none, or several.
+    /// The one corner at the ends of segments that have the laser's colour: its arms come towards the camera, or, on a
+    /// `ridge`, go away from it. `None` if there is none, or several.
     pub(crate) fn find<L: Level, C: Level>(
         &mut self,
         picture: &ColouredFrame<'_, L, C>,
@@ -62,7 +62,7 @@ impl ColouredCornerFinder {
         let long = |arm: &LineSegment, at_last| is_long(arm.continuous_from_end_px(at_last), arm.sigma_px);
         let arms =
             || picture.coloured.iter().filter(|arm| long(arm, false) || long(arm, true)).take(MOST_LONG);
-        // What stands out by its levels has been judged by these.
+        // An arm that stands out by its levels has been judged by them.
         if arms().any(|arm| is_seen(arm, picture.bright)) {
             return None;
         }

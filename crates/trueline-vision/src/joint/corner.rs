@@ -31,7 +31,7 @@ const PARALLEL: NotFound = NotFound::TooFlat { bend_deg: 0.0, needed_deg: 0.0 };
 /// Measures the corner of a pair, and the stripes on its two plates.
 ///
 /// # Errors
-/// Why there is none, or none that could be relied on.
+/// The reason why there is none, or none that is reliable.
 pub fn measure<L: Level>(
     meter: &mut StripeMeter,
     pair: &ArmPair,
@@ -82,7 +82,8 @@ pub fn measure<L: Level>(
     Ok(Detection { plates: plates_in_order([&a, &b], &ideal, lens), ..Seam { gap_m, ..seam }.into() })
 }
 
-/// Whether a fit has converged at the corner: after a move m the remaining error is of the order of m² over the stripe's thickness.
+/// Whether a fit has converged at the corner: after a move m the remaining error is of the order of m² over the stripe's
+/// thickness.
 fn settled(arm: &Line2, fit: &Fit) -> bool {
     let moved = fit.line.distance(&arm.point).abs();
     let sigma = fit.variance_at(fit.line.station(&arm.point)).sqrt();
@@ -95,7 +96,8 @@ fn outward_again(arm: &mut Line2, line: &Line2) {
     *arm = Line2 { point: line.at(line.station(&arm.point)), along };
 }
 
-/// How far from the corner an arm is clean: its own end, the other arm's light and the background beside it.
+/// Distance from the corner at which an arm is clean: beyond its own end, the other arm's light and the neighbouring
+/// background.
 fn margin(reach_px: f64, arms: &[Line2; 2]) -> f64 {
     let beside = 0.7 * reach_px + 3.0;
     let sine = arms[0].along.perp(&arms[1].along).abs();
@@ -129,7 +131,7 @@ fn cross(lens: &Lens, a: &Fit, b: &Fit) -> Result<Seam, NotFound> {
     Seam::from_ideal(lens, &ideal, &covariance, a.present.min(b.present))
 }
 
-/// The stripe as it is on an arm.
+/// The usual stripe on an arm.
 struct UsualStripe<'a> {
     amplitude: f64,
     template: &'a Template,

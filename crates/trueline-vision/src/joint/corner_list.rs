@@ -23,8 +23,8 @@ impl CornerList {
         Self(list)
     }
 
-    /// The best of some corners, the best of those that have no segment with it in common, and so on: where two stripes cross each
-    /// other, or the lines of their arms do, there is no third one.
+    /// The best of some corners, the best of those without a common segment with it, and so on. At the crossing of two
+    /// stripes, or of the lines of their arms, there is no third one.
     #[must_use]
     pub(crate) fn distinct(corners: impl Iterator<Item = ArmPair> + Clone) -> Self {
         let mut list = [None; MOST_CORNERS];

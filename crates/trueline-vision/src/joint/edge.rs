@@ -20,7 +20,7 @@ const RIVAL: f64 = 0.5;
 /// Finds the end of the heaviest segment that ends within the picture, or the chosen one of all such ends.
 ///
 /// # Errors
-/// Why there is none.
+/// The reason why there is none.
 pub fn find<L: Level>(
     evidence: &Evidence<'_, L>,
     choice: StripeChoice,
@@ -86,7 +86,7 @@ fn inner_ends<L: Level>(
     [(first, true), (last, false)].into_iter().filter(|(inside, _)| *inside).map(|(_, at_first)| at_first)
 }
 
-/// A segment as a plate whose edge is at its first edgel, or at its last.
+/// A segment as a plate with its edge at its first edgel, or at its last.
 fn plate(segment: &LineSegment, at_first: bool) -> Plate {
     let [first, last] = segment.span();
     let (s, along) = if at_first { (first, -segment.line.along) } else { (last, segment.line.along) };

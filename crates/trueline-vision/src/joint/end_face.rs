@@ -1,4 +1,4 @@
-//! The end face of a lap's upper plate: where it is lit, it leads from one stripe to the other.
+//! The end face of a lap's upper plate: if lit, it leads from one stripe to the other.
 
 use crate::frame::Frame;
 use crate::line::Line2;
@@ -10,10 +10,10 @@ use nalgebra::Vector2;
 
 /// Part of the way from the upper stripe to the lower one in which only the face can be lit.
 const BETWEEN: [f64; 2] = [0.3, 0.7];
-/// How far to both sides of the plates' ends the face is looked for, px.
+/// Search range of the face on both sides of the plates' ends, px.
 const AROUND_PX: f64 = 16.0;
-/// Dark places: on both sides of the face, half way between the stripes if these are this many thicknesses away; else beside the upper
-/// stripe, opposite to the lower one, px.
+/// Dark places: on both sides of the face, half way between the stripes if these are this many thicknesses away. Otherwise
+/// beside the upper stripe, opposite to the lower one, px.
 const CLEAR_SIGMAS: f64 = 4.0;
 const DARK_PX: f64 = 24.0;
 const DARK_ALONG_PX: f64 = 60.0;
@@ -30,7 +30,7 @@ pub(crate) struct FaceFinder {
 }
 
 impl FaceFinder {
-    /// Where a face, a straight line, meets the upper plate's stripe.
+    /// Crossing of a face, a straight line, with the upper plate's stripe.
     pub(crate) fn edge<L: Level>(&mut self, face: &Face<'_, L>, sigma_px: f64) -> Option<Edge> {
         self.middles.clear();
         self.middles.extend(face.rows().filter_map(|row| face.middle(row, face.columns)));

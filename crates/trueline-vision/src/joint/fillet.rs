@@ -17,11 +17,11 @@ const RIVAL: f64 = 0.9;
 /// Corners nearer to each other than this are the same, px.
 const SAME_PX: f64 = 10.0;
 
-/// Finds the corner: one whose arms come towards the camera, or, on a `ridge`, go away from it. What lies on the other
-/// side is another thing, or the crossing with a ghost.
+/// Finds the corner with arms towards the camera or, on a `ridge`, away from it. Light on the other side is another
+/// object, or the crossing with a ghost.
 ///
 /// # Errors
-/// Why there is none.
+/// The reason why there is none.
 pub fn find<L: Level>(
     evidence: &Evidence<'_, L>,
     ridge: bool,
@@ -43,7 +43,7 @@ pub fn find<L: Level>(
 /// Measures the corner that is meant among pairs that were judged, unless there is a doubt about it.
 ///
 /// # Errors
-/// Why there is none.
+/// The reason why there is none.
 pub fn choose<L: Level, I: Iterator<Item = (f64, Result<ArmPair, NotFound>)> + Clone>(
     evidence: &Evidence<'_, L>,
     judged: impl Fn() -> I,

@@ -57,7 +57,7 @@ impl GrooveFinder {
     /// Finds the shoulders.
     ///
     /// # Errors
-    /// Why there are none.
+    /// The reason why there are none.
     pub(crate) fn find<L: Level>(
         &mut self,
         evidence: &Evidence<'_, L>,
@@ -110,7 +110,7 @@ fn shoulders(a: &ArmPair, b: &ArmPair, lens: &Lens) -> Option<Shoulders> {
     parallel.then_some(Shoulders { corners: [*a, *b], plates })
 }
 
-/// Which arm of a shoulder is the plate: it leads away from the groove, and is long; the other leads into it.
+/// The arm of a shoulder that is the plate: it leads away from the groove, and is long. The other leads into it.
 fn plate(shoulder: &ArmPair, outward: &Vector2<f64>) -> Option<usize> {
     let outward = outward.normalize();
     let [a, b] = shoulder.arms.map(|arm| arm.along.dot(&outward));

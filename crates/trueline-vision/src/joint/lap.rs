@@ -39,7 +39,7 @@ struct Plates {
     line: Line2,
     length: f64,
     weight: f64,
-    /// Where the lower plate's stripe begins.
+    /// Start of the lower plate's stripe.
     lower_start: Vector2<f64>,
     /// Bands on the side away from the lower plate: on the other side the light may run on down the upper
     /// plate's end face.
@@ -57,7 +57,7 @@ impl LapFinder {
     /// Finds the edge.
     ///
     /// # Errors
-    /// Why there is none.
+    /// The reason why there is none.
     pub(crate) fn find<L: Level>(
         &mut self,
         evidence: &Evidence<'_, L>,
@@ -93,7 +93,8 @@ impl LapFinder {
         Ok(Detection { plates, ..seam.into() })
     }
 
-    /// The stripe on the lower plate, without what lies next to its beginning: there it fades, or the upper plate's light is beside it.
+    /// The stripe on the lower plate, without the part next to its beginning: there it fades, or the upper plate's light is
+    /// beside it.
     fn lower_stripe<L: Level>(
         &mut self,
         plates: &Plates,
@@ -111,8 +112,8 @@ impl LapFinder {
     }
 }
 
-/// The edge from the light on the upper plate's end face, if there is some: the stripe's own end, seen from the
-/// side that the face is not on, and the place where the face meets the stripe.
+/// The edge from the light on the upper plate's end face, if there is some: the stripe's own end, from the other
+/// side, and the place where the face meets the stripe.
 fn with_lit_face(end: &Edge, face: Option<Edge>, sigma_px: f64) -> Edge {
     // The face's flank reaches around the corner by about half of the stripe's thickness.
     let blurred = Edge { sigma_px: end.sigma_px.hypot(0.6 * sigma_px), ..*end };
@@ -141,7 +142,7 @@ fn plates(segments: &[LineSegment], [upper, lower]: [usize; 2], lens: &Lens) -> 
         return None;
     }
     let (start, end) = (line.station(&b0).min(line.station(&b1)), line.station(&b0).max(line.station(&b1)));
-    // The lower stripe lies ahead, not beside: what lies beside is a ghost.
+    // The lower stripe lies ahead. A stripe beside is a ghost.
     let ahead = end > 0.3 * a.span()[1].min(60.0) && start.abs() < APART_PX && start > -0.3 * (end - start);
     let step = line.distance(&line_point_at(b, &line, start.max(0.0)));
     let beside = step.abs() > STEP_SIGMAS * a.sigma_px;

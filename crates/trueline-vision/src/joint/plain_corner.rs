@@ -1,8 +1,8 @@
 //! A corner within a region that was stated, where the stripe does not stand out from a surface that is lit itself, or one of
 //! its arms is short.
 //!
-//! In a whole picture there is too much else that has short ridges. Where it is known where to look, a short arm is believed if
-//! it begins where a long one ends, and the corner if nothing else of weight is to be seen.
+//! In a whole picture there is too much else that has short ridges. In a stated region, a short arm is accepted if it begins
+//! at the end of a long one, and the corner if there is nothing else of weight.
 
 use crate::detection::Detection;
 use crate::evidence::Evidence;
@@ -20,7 +20,7 @@ use crate::region::PictureRegion;
 use crate::stripe_choice::StripeChoice;
 use nalgebra::Vector2;
 
-/// Long arms at whose ends short ones are looked for.
+/// Long arms with a search for short ones at their ends.
 const MOST_LONG: usize = 3;
 /// Part of the sections of both arms that must show the stripe, and the most that the corner may be uncertain by, px.
 const LEAST_QUALITY: f64 = 0.9;
@@ -40,7 +40,8 @@ pub(crate) struct PlainCornerFinder {
 }
 
 impl PlainCornerFinder {
-    /// The corner in a region: its arms come towards the camera, or, on a `ridge`, go away from it. `None` where it is not plain.
+    /// The corner in a region: its arms come towards the camera, or, on a `ridge`, go away from it. `None` if it is not
+    /// plain.
     pub(crate) fn find<L: Level>(
         &mut self,
         frame: Frame<'_, L>,
@@ -59,7 +60,7 @@ impl PlainCornerFinder {
         })
     }
 
-    /// The corner among the segments, if it is beyond doubt; short arms that were added to those that were `seen` are no evidence.
+    /// The corner among the segments, if it is beyond doubt. Short arms added to the `seen` ones are no evidence.
     fn plain<L: Level>(
         &self,
         search: &ShortArmSearch<'_, L>,
@@ -89,7 +90,7 @@ impl PlainCornerFinder {
         }
     }
 
-    /// Whether most of what stands out lies on lines through a corner.
+    /// Whether most of the bright segments lie on lines through a corner.
     fn has_most(&self, found: &Detection, lens: &Lens, seen: usize) -> bool {
         let pixel = found.seam.pixel;
         let ideal = Vector2::from(lens.ideal(pixel.x as f32, pixel.y as f32).map(f64::from));

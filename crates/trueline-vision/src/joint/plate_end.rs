@@ -1,4 +1,4 @@
-//! Where the stripe on one plate ends: the line along it, and the place on that line.
+//! End of the stripe on one plate: the line along it, and the place on that line.
 
 use crate::frame::Frame;
 use crate::joint::arm_pair::needed_px;
@@ -28,7 +28,7 @@ pub struct Plate {
     pub sigma_px: f64,
 }
 
-/// How far around the last edgel the end is looked for, px, and how far ahead of it the stripe is followed at a time.
+/// Search range of the end around the last edgel, px, and the distance over which the stripe is followed at a time.
 const SEARCH_PX: f64 = 30.0;
 const FOLLOWED_PX: f64 = 64.0;
 const MOST_STEPS: usize = 6;
@@ -41,16 +41,16 @@ const TIP_M: f64 = 8e-3;
 /// flank before the other.
 const CLEAR_BLURS: f64 = 2.0;
 const CLEAR_SIGMAS: f64 = 1.5;
-/// An end that is found within this of where it was taken to be is not followed further, px.
+/// An end found within this of its assumed place is not followed further, px.
 const MOVED_PX: f64 = 10.0;
-/// Light of this part of the stripe's is the stripe; it may be missing so far, in px and in its thicknesses: grains of
-/// speckle are as long as it is thick.
+/// Light of this part of the stripe's is the stripe. It may be missing over this distance, in px and in its
+/// thicknesses: grains of speckle are as long as it is thick.
 const LIT: f64 = 0.4;
 const DARK_PX: f64 = 16.0;
 const DARK_SIGMAS: f64 = 4.0;
 
-/// Where the stripe must still be on its line, in its thicknesses before the end; and how far beside it may be, in its
-/// thicknesses and in standard deviations.
+/// Range before the end in which the stripe must still be on its line, in its thicknesses; and its largest distance
+/// from the line, in its thicknesses and in standard deviations.
 const BEFORE_SIGMAS: [f64; 2] = [3.0, 0.5];
 const ROUNDED_SIGMAS: f64 = 0.3;
 const ROUNDED: f64 = 4.0;
@@ -58,26 +58,26 @@ const ROUNDED: f64 = 4.0;
 const ROUNDEST_SIGMAS: f64 = 0.6;
 const ROUNDED_ALONG: f64 = 4.0;
 
-/// By how much an end is found too far out behind a lens that is out of focus, in blurs that are found: it makes of a point an even disc,
-/// behind which light ends at two of the fade's standard deviations, sharply as at an end that is further out. In drawn pictures this
-/// is between nothing and the double of it.
+/// Outward error of an end behind a lens that is out of focus, in estimated blurs. Such a lens makes an even disc of a
+/// point. The light behind it ends at two of the fade's standard deviations, sharply as at an end that is further out. In
+/// drawn pictures this is between nothing and the double of it.
 const OUT_OF_FOCUS_BLURS: f64 = 0.75;
 
 /// The stripe on a plate, measured.
 struct MeasuredPlate {
     fit: Fit,
     template: Template,
-    /// Where it was taken to end, along the line that was fitted.
+    /// Assumed end along the fitted line.
     near: f64,
 }
 
-/// The stripe on a plate, and where its end is looked for.
+/// The stripe on a plate, and the search range of its end.
 #[derive(Clone, Debug)]
 pub(crate) struct EndSurroundings {
     /// The line along the plate.
     pub(crate) fit: Fit,
     template: Template,
-    /// Where the plate begins, along the line.
+    /// Start of the plate, along the line.
     first: f64,
     /// Length of it used for the height of its end, px.
     tip_px: f64,
@@ -87,8 +87,8 @@ pub(crate) struct EndSurroundings {
 }
 
 impl EndSurroundings {
-    /// Covariance of what an end is uncertain by, px², where the stripe is as flat across as behind a lens that is out of focus, or
-    /// saturated. The middle of two ends that face each other is not: both are too far out.
+    /// Covariance of an end, px², if the stripe's cross-section is flat: behind a lens that is out of focus, or saturated.
+    /// The middle of two ends that face each other is not: both are too far out.
     pub(crate) fn out_of_focus(&self, edge: &Edge) -> Matrix2<f64> {
         let outward =
             OUT_OF_FOCUS_BLURS * edge.blur_px * self.template.flatness().sqrt() * self.fit.line.along;
@@ -163,8 +163,8 @@ impl PlateEndFinder {
         Ok(MeasuredPlate { fit, template, near: fit.line.station(&plate.line.point) })
     }
 
-    /// The plate up to where its stripe leads, if that is not where its end was taken to be: a segment ends where its last
-    /// edgel does, and its line leaves a plate that is bent: half as much of it is looked at then.
+    /// The plate up to the end of its stripe, if that is not the assumed end. A segment ends at its last edgel, and its
+    /// line leaves a plate that is bent. Then half as much of it is used.
     fn followed<L: Level>(
         &mut self,
         stripe: &MeasuredPlate,
@@ -183,7 +183,7 @@ impl PlateEndFinder {
                 last = section.s;
             }
         }
-        // The line was fitted about the middle of what is straight.
+        // The line was fitted about the middle of its straight part.
         let half_px = near - SEARCH_PX;
         let line = Line2 { point: fit.line.at(last), along: fit.line.along };
         if (last - near).abs() > MOVED_PX {
@@ -195,8 +195,8 @@ impl PlateEndFinder {
         bent.then_some(Plate { line, length_px, sigma_px })
     }
 
-    /// How far the stripe lies beside its line before its end at `end_s`, px, where that is more than chance and some part of
-    /// its thickness.
+    /// Distance of the stripe from its line before its end at `end_s`, px, if that is more than chance and a relevant part
+    /// of its thickness.
     fn leaves_line<L: Level>(
         &mut self,
         (fit, template, thickness_px): (&Fit, &Template, f64),
@@ -209,7 +209,7 @@ impl PlateEndFinder {
         (shift_px.abs() > most_px).then_some(shift_px.abs())
     }
 
-    /// Where about the stripe that was looked at last ends, in some of the bands across it.
+    /// End near the last searched stripe, in some of the bands across it.
     ///
     /// # Errors
     /// Light that does not end.
@@ -222,7 +222,7 @@ impl PlateEndFinder {
         self.ends.near_end(&EndSearch { within, band_px, used: bands, sigma_px })
     }
 
-    /// The end of the stripe that was looked at last, in some of the bands across it.
+    /// The end of the last searched stripe, in some of the bands across it.
     ///
     /// # Errors
     /// Light that does not end.
@@ -231,8 +231,8 @@ impl PlateEndFinder {
         self.ends.end(&EndSearch { within, band_px, used: bands, sigma_px })
     }
 
-    /// The same in all bands. Where the stripe leaves its line before its end the plate's edge is rounded, and the light ends
-    /// somewhere on the rounding: that is in the edge's standard deviation.
+    /// The same in all bands. If the stripe leaves its line before its end, the plate's edge is rounded, and the light ends
+    /// somewhere on the rounding. The edge's standard deviation contains this.
     ///
     /// # Errors
     /// Light that does not end, or leaves its line by more than the stripe is thick.
@@ -271,13 +271,14 @@ impl PlateEndFinder {
         (tip.line.at(s), covariance)
     }
 
-    /// The line through the last of a stripe, up to where its end begins to fade. `None` where there is no more of it, or too little.
+    /// The line through the last of a stripe, up to where its end begins to fade. `None` if there is no more of it, or too
+    /// little.
     fn tip<L: Level>(&mut self, around: &EndSurroundings, edge: &Edge, frame: Frame<'_, L>) -> Option<Fit> {
         let EndSurroundings { fit, template, first, tip_px, sigma_px, .. } = around;
         let last = edge.s - CLEAR_BLURS * edge.blur_px - CLEAR_SIGMAS * sigma_px;
         let span = [(last - tip_px).max(*first), last];
         let tip = self.meter.fit_with(&fit.line, span, template, frame)?;
-        // A stripe that is straight for no longer than that has said so already.
+        // The line of a stripe without a longer straight part is known already.
         (tip.regression.centre > 0.0).then(|| tip.with_noise_of(fit))
     }
 }

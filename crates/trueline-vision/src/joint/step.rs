@@ -1,4 +1,4 @@
-//! The two lines of a step: where its riser meets the upper surface, and where it meets the lower one.
+//! The two lines of a step: the crossings of its riser with the upper and with the lower surface.
 
 use crate::detection::Detection;
 use crate::evidence::Evidence;
@@ -36,7 +36,7 @@ impl StepCorners {
 /// Finds the step.
 ///
 /// # Errors
-/// Why there is none.
+/// The reason why there is none.
 pub fn find<L: Level>(
     evidence: &Evidence<'_, L>,
     choice: StripeChoice,

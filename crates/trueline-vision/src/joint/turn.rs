@@ -1,5 +1,5 @@
-//! Where a stripe turns: at one place where two plates meet; all along on something round, where two straight lines fit two
-//! stretches of it and cross beside it.
+//! Place at which a stripe turns: a point where two plates meet. On a round object it turns everywhere; two straight lines
+//! fit two stretches of it and cross beside it.
 
 use crate::joint::arm_pair::{ArmPair, LEAST_FACE_PX, covers_way};
 use crate::lens::Lens;
@@ -8,13 +8,13 @@ use crate::locate::tiles::TILE;
 use crate::not_found::NotFound;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-/// Part of the stripe's whole turn that lies at a corner, at least. Of an arc that is cut into two arms none does: their chords
-/// differ by as much as each arm turns by itself.
+/// Part of the stripe's whole turn that lies at a corner, at least. For an arc that is cut into two arms none does: their
+/// chords differ by as much as each arm turns itself.
 const AT_CORNER: f64 = 0.5;
-/// Standard deviations by which an arm's bow differs from zero at least, and how well the place of an edgel is known at best, px.
+/// Least bow of an arm in standard deviations, and best uncertainty of an edgel's place, px.
 const BOWED: f64 = 3.0;
 const EDGEL_PX: f64 = 0.3;
-/// The stripe goes on with a piece that begins this near to where the last one ends, px.
+/// The stripe continues with a piece that begins this near to the end of the last one, px.
 const GOES_ON_PX: f64 = 40.0;
 /// By how much the arms are longer than a bead between them: one facet of something round is about as long as the next.
 const LONGER_THAN_BEAD: f64 = 2.0;
@@ -22,7 +22,7 @@ const LONGER_THAN_BEAD: f64 = 2.0;
 /// Whether the stripe turns at the corner of a pair, and not all along.
 ///
 /// # Errors
-/// [`NotFound::TurnsAllAlong`], or [`NotFound::ArmsTooShort`] beside a bead that is as long as they are.
+/// [`NotFound::TurnsAllAlong`], or [`NotFound::ArmsTooShort`] beside a bead as long as they are.
 pub(crate) fn at_corner(segments: &[LineSegment], pair: &ArmPair, lens: &Lens) -> Result<(), NotFound> {
     longer_than_bead(segments, pair)?;
     let [first, second] = pair.in_sheet(lens).ok_or(NotFound::OutOfView)?;
@@ -66,7 +66,7 @@ fn longer_than_bead(segments: &[LineSegment], pair: &ArmPair) -> Result<(), NotF
     Ok(())
 }
 
-/// The segments that are no arm of a pair, with their numbers.
+/// The segments outside a pair, with their numbers.
 fn others<'a>(
     segments: &'a [LineSegment],
     pair: &'a ArmPair,
@@ -74,8 +74,8 @@ fn others<'a>(
     segments.iter().enumerate().filter(|(number, _)| !pair.segments.contains(number))
 }
 
-/// By how much an arm turns in the sheet from where the other arm's light ends to its own end, outward, rad: that of the parabola
-/// through its edgels. `None` where they show none.
+/// By how much an arm turns in the sheet from where the other arm's light ends to its own end, outward, rad: that of the
+/// parabola through its edgels. `None` if they show none.
 fn bow_rad(segment: &LineSegment, pair: &ArmPair, k: usize, lens: &Lens) -> Option<f64> {
     let arm = &pair.arms[k];
     let forward = segment.line.along.dot(&arm.along).signum();
@@ -106,7 +106,7 @@ fn bow_rad(segment: &LineSegment, pair: &ArmPair, k: usize, lens: &Lens) -> Opti
         lens.on_sheet(&ideal).map(|(point, _)| point)
     };
     let [from, halfway, to] = [point(begin)?, point(middle)?, point(end)?];
-    // The chords of both halves differ by half of what a parabola turns.
+    // The chords of both halves differ by half of a parabola's turn.
     Some(2.0 * turn_rad(&(halfway - from), &(to - halfway)))
 }
 
@@ -139,7 +139,7 @@ fn beyond_rad(
     }
 }
 
-/// The ends of a piece with which the stripe goes on from where it ends, the nearer one first.
+/// The ends of a piece that continues the stripe from its end, the nearer one first.
 fn onward(piece: &LineSegment, end: Vector2<f64>, along: Vector2<f64>) -> Option<[Vector2<f64>; 2]> {
     let [first, last] = piece.span().map(|s| piece.line.at(s));
     let at_last = (last - end).norm() < (first - end).norm();

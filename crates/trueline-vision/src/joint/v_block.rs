@@ -18,7 +18,7 @@ const OPENINGS: [f64; 2] = [0.25 * PI, 0.8 * PI];
 /// Finds it.
 ///
 /// # Errors
-/// Why there is none.
+/// The reason why there is none.
 pub fn find<L: Level>(
     evidence: &Evidence<'_, L>,
     choice: StripeChoice,
@@ -36,7 +36,7 @@ pub fn find<L: Level>(
     choose(evidence, judged, doubt, choice, meter)
 }
 
-/// The pair, if its faces open as those of a block do.
+/// The pair, if its faces open as on a block.
 fn of_a_block(pair: ArmPair, lens: &Lens) -> Result<ArmPair, NotFound> {
     let opening_rad = pair.opening_rad(lens).ok_or(NotFound::OutOfView)?;
     if (OPENINGS[0]..=OPENINGS[1]).contains(&opening_rad) {

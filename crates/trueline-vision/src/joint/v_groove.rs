@@ -1,4 +1,4 @@
-//! The bottom of a groove: where its two faces meet, each of which ends at a plate.
+//! The bottom of a groove: the crossing of its two faces, each of which ends at a plate.
 
 use crate::detection::Detection;
 use crate::evidence::Evidence;
@@ -20,7 +20,7 @@ const SAME_PX: f64 = 10.0;
 /// Finds the bottom.
 ///
 /// # Errors
-/// Why there is none.
+/// The reason why there is none.
 pub(crate) fn find<L: Level>(
     evidence: &Evidence<'_, L>,
     choice: StripeChoice,
@@ -38,7 +38,7 @@ pub(crate) fn find<L: Level>(
                 pair.score() > 0.0 && are_alike(&segments[pair.segments[0]], &segments[pair.segments[1]])
             })
             .map(|pair| (flanks(segments, &pair), pair))
-            // Where much of the root is dark, only both plates show that the faces belong together.
+            // If much of the root is dark, only both plates show that the faces belong together.
             .filter(|(flanks, pair)| *flanks > usize::from(pair.is_open()))
     };
     // A groove with both plates comes before one with one; then the one with more light on its faces.
@@ -86,8 +86,8 @@ pub(crate) fn flanks(segments: &[LineSegment], pair: &ArmPair) -> usize {
         .count()
 }
 
-/// Whether a segment at the end of a face is the plate of a groove: it leads outward, turned back from the face, is long, and
-/// nothing of it is lit over the opening.
+/// Whether a segment at the end of a face is the plate of a groove. It leads outward, turned back from the face, is long,
+/// and has no light over the opening.
 fn is_plate(plate: &LineSegment, pair: &ArmPair, face: usize) -> bool {
     let [end, other_end] = [face, 1 - face].map(|k| pair.arms[k].at(pair.lengths[k]));
     let [along, other_along] = [pair.arms[face].along, pair.arms[1 - face].along];

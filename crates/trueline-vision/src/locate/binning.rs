@@ -1,4 +1,4 @@
-//! Pictures of thick stripes made smaller, so that every stripe is a few pixels thick where it is measured.
+//! Reduces pictures of thick stripes, so that every stripe is a few pixels thick at the measurement.
 
 use crate::fastest::fastest;
 use crate::lens::Lens;
@@ -8,13 +8,13 @@ use crate::picture::{Level, Picture};
 
 /// Pixels that become one, along each axis, as powers of two: stripes of up to 5, 10, 20 and 40 px.
 pub(crate) const FACTORS: [usize; 4] = [1, 2, 4, 8];
-/// The thickest stripe that is measured as it is, as a part of the window that finds it.
+/// The thickest stripe measured without reduction, as a part of the window that finds it.
 const THICKEST: f32 = 0.23;
 /// Candidates that are asked at most.
 const ASKED: usize = 48;
 
-/// By which factor a picture must be made smaller so that its stripe is thin enough: what most candidates want whose
-/// surroundings have a direction at all.
+/// Factor by which a picture must be reduced to make its stripe thin enough: the best one for most candidates with a
+/// clear direction.
 pub fn factor<L: Level>(picture: &Picture<'_, L>, tiles: &Tiles, candidates: &[Candidate]) -> usize {
     let every = candidates.len().div_ceil(ASKED).max(1);
     let mut votes = [0.0_f32; FACTORS.len()];

@@ -1,8 +1,8 @@
 //! Short straight edgels of a stripe: where, which way, how bright, how thick.
 //!
-//! Brightness above the surroundings in a window is taken as mass; its first two moments give a place and
-//! an axis \[Hu1962\]. The window moves across the stripe until it is centred there, so that its border
-//! sections both flanks alike.
+//! Brightness above the surroundings in a window acts as mass; its first two moments give a place and an axis
+//! \[Hu1962\]. The window moves across the stripe until it is centred there, so that its border sections both flanks
+//! alike.
 
 use crate::fastest::fastest;
 use crate::locate::tiles::{Candidate, TILE};
@@ -11,13 +11,13 @@ use crate::picture::{Level, Picture};
 /// Side of the window, px: three vectors of eight.
 pub(crate) const WINDOW: usize = 24;
 const HALF: f32 = (WINDOW - 1) as f32 * 0.5;
-/// Part of a tile's contrast below which brightness has no mass: a little above the surroundings, or, where what is bright has no
-/// direction then, half way up: the stripe on a surface that is bright itself beside one that is not.
+/// Part of a tile's contrast below which brightness has no mass. It is a little above the surroundings. If the bright part
+/// has no direction then, it is half way up: the stripe on a bright surface beside a dark one.
 const FLOORS: [f32; 2] = [0.12, 0.5];
 /// The thickest mass, as the ratio of its two variances, that still has an axis.
 const ROUNDEST: f32 = 0.45;
 
-/// Edgels among which the same one is looked for.
+/// Number of edgels in which the same one is searched.
 const REMEMBERED: usize = 24;
 
 /// A short element of the stripe's ridge in the picture.
@@ -35,7 +35,7 @@ pub(crate) struct Edgel {
     pub brightness: f32,
 }
 
-/// The edgel in a tile that stands out, or `None` if what is bright there has no direction.
+/// The edgel in a tile that stands out, or `None` if its bright part has no direction.
 #[inline(always)]
 #[must_use]
 pub(crate) fn edgel<L: Level>(picture: &Picture<'_, L>, candidate: &Candidate) -> Option<Edgel> {
@@ -48,7 +48,7 @@ pub(crate) fn edgel<L: Level>(picture: &Picture<'_, L>, candidate: &Candidate) -
     None
 }
 
-/// The same in a window that is `stride` times as large, of which every `stride`-th pixel is read.
+/// The same in a window `stride` times as large, with every `stride`-th pixel read.
 #[inline(always)]
 #[must_use]
 pub(crate) fn edgel_at_stride<L: Level>(
@@ -56,7 +56,7 @@ pub(crate) fn edgel_at_stride<L: Level>(
     candidate: &Candidate,
     stride: usize,
 ) -> Option<Edgel> {
-    // Pixels beside each other are read many at once, where it is known that they are.
+    // Adjacent pixels are read many at once, if known to be adjacent.
     match stride {
         1 => edgel_above(picture, candidate, FLOORS[0], 1),
         _ => edgel_above(picture, candidate, FLOORS[0], stride),
@@ -105,8 +105,8 @@ pub(crate) fn edgels<L: Level>(picture: &Picture<'_, L>, candidates: &[Candidate
 
 #[inline(always)]
 fn extend<L: Level>(picture: &Picture<'_, L>, candidates: &[Candidate], found: &mut Vec<Edgel>) {
-    // One for each tile's worth of picture: a tile in which an edgel lies already, found from its neighbour, has
-    // nothing new. Candidates come row by row, so that it is among the last few, or a row of tiles ago.
+    // One for each tile's worth of picture: a tile with an edgel already, found from its neighbour, has nothing new.
+    // Candidates come row by row, so that it is among the last few, or a row of tiles ago.
     let tile = |u: f32, v: f32| [u, v].map(|x| x as i32 / TILE as i32);
     for candidate in candidates {
         let recent = found.len().saturating_sub(REMEMBERED);
@@ -192,7 +192,7 @@ impl Moments {
         if variances[0] > ROUNDEST * variances[1] {
             return None;
         }
-        // The larger eigenvector: (difference + root, uv) or, where that cancels, (uv, root − difference).
+        // The larger eigenvector: (difference + root, uv) or, if that cancels, (uv, root − difference).
         let [u, v] = if difference > 0.0 { [difference + root, uv] } else { [uv, root - difference] };
         let length = (u * u + v * v).sqrt();
         // Along rising u, as an angle within 90° is.

@@ -1,7 +1,7 @@
 //! Straight segments among the edgels: the line with the most brightness along it, then the next.
 //!
-//! Lines through two edgels that point the same way are tried in a fixed, spread order (RANSAC
-//! \[Fischler1981\] without chance, so that the same picture gives the same answer) and refitted.
+//! Lines through two edgels with the same direction are tried in a fixed, spread order and refitted. This is RANSAC
+//! \[Fischler1981\] without chance, so the same picture gives the same answer.
 
 use crate::fastest::fastest;
 use crate::lens::Lens;
@@ -20,7 +20,7 @@ const TRIALS: usize = 160;
 pub(crate) const FEWEST: usize = 3;
 /// Part of a stretch that edgels cover where the stripe is continuous; scattered glints cover less.
 const CONTINUOUS: f64 = 0.7;
-/// Segments that are looked for.
+/// Largest number of segments.
 pub(crate) const MOST_SEGMENTS: usize = 8;
 /// An edgel in the ideal picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +37,7 @@ struct Mark {
 pub struct SegmentMark {
     /// Distance along the segment's line from its point, px.
     pub s: f64,
-    /// How far it lies beside the line, px; positive on the side of its normal.
+    /// Distance from the line, px; positive on the side of its normal.
     pub beside_px: f64,
     /// Its weight.
     pub weight: f64,
@@ -119,7 +119,7 @@ impl LineSegment {
     }
 }
 
-/// What of the marks is asked of every line that is tried, field by field: many are looked at at once.
+/// Properties of the marks that every trial line uses, field by field: many are processed at once.
 #[derive(Clone, Debug, Default)]
 struct MarkColumns {
     u: Vec<f32>,
@@ -136,7 +136,7 @@ impl MarkColumns {
         let fill = |column: &mut Vec<f32>, value: fn(&Mark) -> f32| {
             column.clear();
             column.extend(marks.iter().map(value));
-            // Whole lanes: what weighs nothing adds nothing.
+            // Whole lanes: entries without weight add nothing.
             column.resize(marks.len().next_multiple_of(LANES), 0.0);
         };
         fill(&mut self.u, |mark| mark.at[0]);

@@ -1,4 +1,4 @@
-//! Where there is a stripe: tiles that stand out → edgels → straight line segments.
+//! Finds stripes: tiles that stand out → edgels → straight line segments.
 
 pub mod binning;
 pub(crate) mod edgel;

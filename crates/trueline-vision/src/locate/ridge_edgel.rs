@@ -8,9 +8,9 @@ use crate::locate::edgel::Edgel;
 use crate::picture::{Level, Picture};
 use crate::region::PictureRegion;
 
-/// Distance of the places that are looked at, px.
+/// Distance of the sampled places, px.
 const STEP: usize = 8;
-/// More places than this are not looked at.
+/// Largest number of places.
 const MOST_SITES: usize = 4000;
 /// Half of a bar's length, and how far to each side of it is looked, px.
 const HALF_LENGTH: i32 = 6;
@@ -21,7 +21,7 @@ const DIRECTIONS: usize = 16;
 /// The ridge is three pixels wide, and lies this far from the place at most, px; its sides are four pixels each, three away from it.
 const MOST_BESIDE: usize = 5;
 const SIDE: std::ops::Range<usize> = 4..8;
-/// How far beside a ridge the middle of a side lies, px.
+/// Distance of the middle of a side from a ridge, px.
 pub(crate) const MIDDLE_OF_SIDE_PX: f64 = 5.5;
 /// A bar must exceed bars elsewhere by this multiple of their spread: most places show no stripe.
 const SPREADS: f32 = 3.5;
@@ -33,7 +33,7 @@ struct Bar {
     along: [f32; 2],
     contrast: f32,
     sigma_px: f32,
-    /// Whether all that it was compared with lies in the region.
+    /// Whether all of its comparison lies in the region.
     is_inside: bool,
 }
 
@@ -43,7 +43,7 @@ pub(crate) struct RidgeFinder {
     most_sites: usize,
     bars: Vec<Bar>,
     contrasts: Vec<f32>,
-    /// What bars usually have, and the spread of that, in levels.
+    /// Usual contrast of bars, and its spread, in levels.
     usual: f32,
     spread: f32,
 }
@@ -55,12 +55,12 @@ impl Default for RidgeFinder {
 }
 
 impl RidgeFinder {
-    /// One that looks at all places of a region, however many: for pictures that nobody waits for.
+    /// One that searches all places of a region, at any number: for pictures without a time limit.
     pub(crate) fn everywhere() -> Self {
         Self { most_sites: usize::MAX, ..Self::default() }
     }
 
-    /// The edgels of ridges within a region of a picture; none where the region has more places than are looked at.
+    /// The edgels of ridges within a region of a picture; none if the region has more places than allowed.
     pub(crate) fn find<L: Level>(
         &mut self,
         picture: &Picture<'_, L>,
@@ -97,7 +97,7 @@ impl RidgeFinder {
         }
     }
 
-    /// How far a line of bars must stand out to be more than what the surface itself shows, levels.
+    /// Excess that a line of bars must have over the surface's own pattern, levels.
     pub(crate) fn more_than_usual(&self) -> f32 {
         self.usual + self.spread
     }

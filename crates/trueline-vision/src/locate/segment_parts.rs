@@ -13,7 +13,7 @@ pub(crate) struct SegmentParts {
 }
 
 impl SegmentParts {
-    /// The parts of segments, the strongest first, and no more than there may be segments.
+    /// The parts of segments, the strongest first, and no more than the allowed number of segments.
     pub(crate) fn of(&mut self, segments: &[LineSegment]) -> &[LineSegment] {
         self.spare.extend(self.parts.drain(..).map(|part| part.marks));
         for segment in segments {

@@ -1,7 +1,8 @@
 //! A short arm where a long one ends: the ray from there along which the picture has a ridge without a break.
 //!
-//! An arm of two or three tiles is too short to be seen as a segment. Where a long arm ends it is known where to look: of all
-//! rays from there the one counts whose *weakest* stretch stands out most, so that glints, shades and borders count for nothing.
+//! An arm of two or three tiles is too short to be seen as a segment. At the end of a long arm the place of the search is
+//! known. Of all rays from there the one with the largest excess in its *weakest* stretch counts, so glints, shades and
+//! borders have no effect.
 
 use crate::fastest::fastest;
 use crate::frame::Frame;
@@ -18,8 +19,8 @@ const STEP_PX: f64 = 2.0;
 /// Directions that are tried: 4° apart, and none within 12° of the long arm's line.
 const DIRECTIONS: usize = 90;
 const LEAST_BEND_RAD: f64 = 0.21;
-/// A ray begins so far from the corner, px, and is looked at in stretches, each half over the one before it, so that no gap of their
-/// length falls between them; this many of them must show the ridge.
+/// A ray begins this far from the corner, px. Its stretches overlap by half, so that no gap of their length falls between
+/// them. This many of them must show the ridge.
 const BEGINS_PX: f64 = 6.0;
 const STRETCH: usize = 4;
 const APART: usize = 2;
@@ -35,7 +36,7 @@ const RIVAL: f32 = 0.5;
 const ELSEWHERE_RAD: f64 = 0.35;
 /// The sides of a ray with which it is compared: from and to, px from its middle.
 const SIDE_PX: [i32; 2] = [4, 7];
-/// Distances between the edgels that stand for the arm, px.
+/// Distances between the edgels that represent the arm, px.
 const MARK_PX: f64 = 8.0;
 
 /// A ray in the picture, and how much its weakest stretch and all of it stand out.
@@ -54,7 +55,7 @@ impl Ray {
     }
 }
 
-/// Where a short arm is looked for.
+/// Search for a short arm.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShortArmSearch<'a, L> {
     /// The picture and its lens.
@@ -65,7 +66,7 @@ pub(crate) struct ShortArmSearch<'a, L> {
     pub(crate) usual: f32,
 }
 
-/// The short arm at an end of a long one, in ideal pixels; `None` where there is none, or several could be.
+/// The short arm at an end of a long one, in ideal pixels; `None` if there is none, or several could be.
 pub(crate) fn short_arm<L: Level>(
     search: &ShortArmSearch<'_, L>,
     long: &LineSegment,
@@ -129,14 +130,15 @@ fn near_by<L: Level>(
 }
 
 impl<L: Level> ShortArmSearch<'_, L> {
-    /// Whether an arm leads from a pixel towards another without a break, as far as a short one must: a row of glints does not.
+    /// Whether an arm leads from a pixel towards another without a break, as far as a short one must. A row of glints does
+    /// not.
     pub(crate) fn leads(&self, from: Vector2<f64>, to: Vector2<f64>) -> bool {
         let along = (to - from).normalize();
         let across = Vector2::new(-along.y, along.x);
         near_by(self, [from, across], along.y.atan2(along.x)).any(|ray| ray.is_even())
     }
 
-    /// Whether what leads from a pixel towards another stands out on average, as far as a short arm must reach.
+    /// Whether the path from a pixel towards another stands out on average, as far as a short arm must reach.
     pub(crate) fn shows(&self, from: Vector2<f64>, to: Vector2<f64>) -> bool {
         let along = to - from;
         let ray = Ray { from, heading_rad: along.y.atan2(along.x), weakest: 0.0, mean: 0.0 };
@@ -144,7 +146,7 @@ impl<L: Level> ShortArmSearch<'_, L> {
         sum.is_some_and(|sum| sum > self.usual * FEWEST as f32)
     }
 
-    /// The ray from a place; `None` where it has no ridge all along.
+    /// The ray from a place; `None` if it has no ridge all along.
     #[inline(always)]
     fn ray(&self, from: Vector2<f64>, heading_rad: f64) -> Option<Ray> {
         let mut ray = Ray { from, heading_rad, weakest: f32::INFINITY, mean: 0.0 };
@@ -156,7 +158,7 @@ impl<L: Level> ShortArmSearch<'_, L> {
         Some(ray)
     }
 
-    /// How much brighter a stretch of a ray is than the brighter of its sides, levels; `None` outside the region or the picture.
+    /// Excess of a stretch of a ray over the brighter of its sides, levels; `None` outside the region or the picture.
     #[inline(always)]
     fn stretch(&self, ray: &Ray, number: usize) -> Option<f32> {
         let (sin, cos) = ray.heading_rad.sin_cos();
@@ -191,7 +193,7 @@ impl<L: Level> ShortArmSearch<'_, L> {
     }
 }
 
-/// A ray as a segment whose edgels are as thick as the long arm's.
+/// A ray as a segment with edgels as thick as the long arm's.
 fn segment(lens: &Lens, long: &LineSegment, ray: &Ray, length_px: f64) -> Option<LineSegment> {
     let (sin, cos) = ray.heading_rad.sin_cos();
     let ideal = |s: f64| {

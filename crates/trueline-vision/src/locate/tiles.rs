@@ -1,12 +1,12 @@
 //! The one look at every part of the picture: the brightest level and the mean of each tile.
 //!
-//! Every second row is looked at for the peak and every fourth for the mean: a stripe less than two rows thick is no stripe that
-//! could be measured.
+//! Every second row is used for the peak and every fourth for the mean: a stripe less than two rows thick could not be
+//! measured.
 
 use crate::fastest::{FastLoop, fastest, run_fastest};
 use crate::picture::{Level, Picture};
 
-/// More tiles than this are no stripe; the ones that stand out most are kept.
+/// Largest number of tiles of a stripe; the ones that stand out most are kept.
 pub const MOST_CANDIDATES: usize = 1500;
 
 /// Tiles from which the median level is taken.
@@ -14,7 +14,7 @@ const SAMPLED: usize = 1000;
 
 /// Side of a tile, px.
 pub const TILE: usize = 16;
-/// Tiles beside each other at most that are read together: what is kept of their columns stays in the nearest memory.
+/// Largest number of adjacent tiles that are read together: the data of their columns stay in the nearest memory.
 const STRIP: usize = 160;
 const PEAK_ROWS: usize = 2;
 const MEAN_ROWS: usize = 4;
@@ -29,7 +29,7 @@ pub struct Tiles {
     counts: Vec<u32>,
 }
 
-/// How bright something must be, compared with its surroundings, to be looked at.
+/// Required brightness, compared with the surroundings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contrast {
     /// The least excess of a tile's peak over its mean.
@@ -52,8 +52,8 @@ impl Tiles {
         run_fastest(TileLook { picture, columns: *columns, peaks, means });
     }
 
-    /// How far a tile must stand out. Most tiles show no stripe: their median excess, and the spread about
-    /// it, is that of the noise; `least` is 8 sigma above it, and no less than a fiftieth of the brightest.
+    /// How far a tile must stand out. Most tiles show no stripe: their median excess, and its spread, are those of
+    /// the noise. `least` is 8 sigma above it, and at least a fiftieth of the brightest.
     pub fn contrast(&mut self) -> Contrast {
         let excess = |(peak, mean): (&f32, &f32)| peak - mean;
         let top = self.peaks.iter().zip(&self.means).map(excess).fold(0.0_f32, f32::max);
@@ -134,7 +134,7 @@ impl Tiles {
     }
 }
 
-/// Counts in which bin the excess of each tile lies; what is below zero in the first one.
+/// Counts the tiles by excess in bins; negative ones are in the first bin.
 #[inline(always)]
 fn count_excesses(peaks: &[f32], means: &[f32], bin: f32, counts: &mut [u32]) {
     // Many bins are found at once, then counted.
@@ -203,8 +203,8 @@ impl<L: Level> Columns<L> {
     }
 }
 
-/// Peaks and means of tiles beside each other, of which the first pixel is given. Rows are read from one end to the other: memory is
-/// quickest so.
+/// Peaks and means of adjacent tiles; the first pixel is given. Rows are read from one end to the other: memory is quickest
+/// so.
 #[inline(always)]
 fn measure_strip<L: Level>(
     picture: &Picture<'_, L>,

@@ -8,7 +8,7 @@ use crate::picture::Level;
 
 /// Sections that share a background.
 pub(crate) const BLOCK: usize = 16;
-/// Pixels beside the stripe from which the background is taken.
+/// Pixels next to the stripe that give the background.
 pub(crate) const BESIDE: usize = 4;
 /// One in this number of sections measures the background.
 const ASKED: usize = 4;
@@ -69,16 +69,16 @@ pub struct CrossSection {
     pub own_amplitude: f64,
     /// Level beside the stripe.
     pub(crate) background: f64,
-    /// Odd-weighted sum: what a shift adds.
+    /// Odd-weighted sum: the effect of a shift.
     pub(crate) tilt: f64,
     /// The same of the stripe's ridge alone.
     pub(crate) ridge_tilt: f64,
-    /// What a shift adds to `tilt`, per px and gain, in levels.
+    /// Change of `tilt` with a shift, per px and gain, in levels.
     pub(crate) response: f64,
     pub(crate) stretch: f64,
 }
 
-/// One section for each station whose pixels are all in the picture.
+/// One section for each station with all its pixels in the picture.
 #[inline(always)]
 pub(crate) fn section_stripe<L: Level>(
     view: &SectionView<'_, L>,

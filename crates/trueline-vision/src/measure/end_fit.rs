@@ -1,15 +1,17 @@
-//! The end of a stripe whose place is nearly known, by generalized least squares: what neighbouring pixels share of speckle is weighed.
+//! The end of a stripe at a nearly known place, by generalized least squares: the correlation of neighbouring pixels'
+//! speckle is included.
 //!
-//! A lens that blurs the plate's edge by w blurs the grains of speckle as well: the light of neighbours goes together, and what the
-//! grains before the edge do is seen beyond it. With grains that are small against the blur the light at x and y has the covariance
+//! A lens that blurs the plate's edge by w blurs the grains of speckle as well. So the light of neighbours is correlated,
+//! and grains before the edge have an effect beyond it. With grains that are small against the blur the light at x and y has
+//! the covariance
 //!
 //! ```text
 //! c² A² exp(−(x − y)² / (2ℓ²)) Q(((x + y) / 2 − e) / (ℓ / 2)),   ℓ² = 2w²,
 //! ```
 //!
-//! where e is the edge, A the plate's light, c its contrast and Q the part of a normal distribution that lies beyond. Weighed by its
-//! inverse the place is known to within a tenth of the Cramér–Rao bound for a blur that is not known; light that is taken for independent
-//! gives twice that.
+//! where e is the edge, A the plate's light, c its contrast and Q the part of a normal distribution that lies beyond.
+//! Weighed by its inverse the place is within a tenth of the Cramér–Rao bound for an unknown blur. Light that is treated as
+//! independent gives twice that.
 
 use crate::measure::end_light::{BANDS, BandSection, Edge};
 use nalgebra::{Matrix3, SMatrix, SymmetricEigen, Vector3};
@@ -20,37 +22,37 @@ const PLACES: usize = 20;
 const PER_BLUR: f64 = 2.0;
 /// The fewest of them on each side of the edge.
 const FEWEST: usize = 4;
-/// Steps of Gauss and Newton at most, what the part of each that is gone is multiplied by where they turn back and where they do not,
-/// and when they have settled: as a part of the standard deviation.
+/// Largest number of Gauss–Newton steps; factors of each step, with and without a turn back; limit of convergence, as
+/// a part of the standard deviation.
 const MOST_STEPS: usize = 14;
 const SHORTER: f64 = 0.5;
 const LONGER: f64 = 1.5;
 const SETTLED: f64 = 0.1;
-/// What is known of the slant beforehand, px along for each px across; and of the blur, as a part of it.
+/// Prior of the slant, px along for each px across; and of the blur, as a part of it.
 const SLANT: f64 = 0.8;
 const MOST_SLANT: f64 = 2.0;
 const BLUR: f64 = 0.7;
-/// What light besides the stripe's is expected to, as parts of the plate's: the same all along, and from place to place.
+/// Prior of other light than the stripe's, as parts of the plate's: the same all along, and from place to place.
 const STRAY: f64 = 0.02;
 const UNEVEN: f64 = 0.004;
 /// How well the light along the plate predicts that at its end, as a part of it, besides speckle.
 const FADES: f64 = 0.05;
 /// A grain is as long as the blur makes it, or by at most this factor longer or shorter than is measured.
 const GRAIN: f64 = 1.6;
-/// What neighbouring bands do not share of their speckle.
+/// Part of their speckle that neighbouring bands do not share.
 const OWN: f64 = 0.005;
 /// The least of (σ₀ / σ)², σ₀ the stripe's thickness before the lens.
 const NARROWEST: f64 = 0.2;
-/// Most squared contrast of speckle in a band: weighed least squares need means and covariances alone, whatever the distribution, but
-/// grains that are hardly blurred are sharper than the covariance above says.
+/// Largest squared contrast of speckle in a band. Weighted least squares need only means and covariances, whatever the
+/// distribution, but grains with little blur are sharper than the covariance above.
 const MOST_CONTRAST2: f64 = 0.4;
-/// Squares of residuals over what is expected that no longer are chance: there is something else.
+/// Squares of residuals over their expectation beyond which they are not chance: there is another object.
 const MISFIT: f64 = 6.0;
 /// An edge that is so far from the first one, in its standard deviations, is another.
 const FAR: f64 = 5.0;
-/// What the shape of the step is uncertain by, px and blurs: one that is not symmetric, a seam that is not straight. Behind a lens that
-/// makes of a point an even disc, out of focus, the edge is found 0.24 blurs too far out; lenses are between that and a normal
-/// distribution: 0.24 / √3.
+/// Uncertainty from the shape of the step, px and blurs: asymmetric, or a seam that is not straight. Behind a lens that
+/// makes an even disc of a point, out of focus, the edge is found 0.24 blurs too far out. Lenses are between that and a
+/// normal distribution: 0.24 / √3.
 const MODEL_PX: f64 = 0.15;
 const MODEL_BLURS: f64 = 0.14;
 /// The sharpest blur, px.
@@ -73,7 +75,7 @@ type Bands = SMatrix<f64, BANDS, 1>;
 type Places = SMatrix<f64, PLACES, 1>;
 type Covariance = SMatrix<f64, PLACES, PLACES>;
 
-/// What is estimated: place and logarithm of the blur, px, and slant.
+/// The unknowns: place and logarithm of the blur, px, and slant.
 #[derive(Clone, Copy)]
 struct Guess {
     place: f64,
@@ -81,7 +83,7 @@ struct Guess {
     blur_px: f64,
 }
 
-/// What the plate itself shows: mean light of each band, contrast and length of grains, the variance of the dark.
+/// Properties of the plate: mean light of each band, contrast and length of grains, the variance of the dark.
 struct Plate {
     light: Bands,
     contrast2: f64,
@@ -91,7 +93,7 @@ struct Plate {
     dark_variance: f64,
 }
 
-/// The edge near a first one; `None` where there is too little light, or it does not look like an edge.
+/// The edge near a first one; `None` if there is too little light, or it does not look like an edge.
 pub(crate) fn refine(light: &EndLight<'_>, first: &Edge) -> Option<Edge> {
     let spacing = light.spacing()?;
     let plate = light.plate(spacing)?;
@@ -102,7 +104,7 @@ pub(crate) fn refine(light: &EndLight<'_>, first: &Edge) -> Option<Edge> {
         if step.is_settled() || number == MOST_STEPS - 1 {
             return step.edge(&at, step.change.x.abs());
         }
-        // What is expected of the light moves with the edge: whole steps may go to and fro.
+        // The expected light moves with the edge: whole steps may oscillate.
         part = if step.change.x * before < 0.0 { SHORTER * part } else { (LONGER * part).min(1.0) };
         before = step.change.x;
         at = at.moved(&(part * step.change));
@@ -120,7 +122,8 @@ struct Step {
 }
 
 impl Step {
-    /// Whether all of it is small against its standard deviation: a place that stays may move yet, with slant and blur.
+    /// Whether all of it is small against its standard deviation: a place that rests may still move with slant and
+    /// blur.
     fn is_settled(&self) -> bool {
         let variances = self.covariance.diagonal();
         self.change
@@ -151,13 +154,13 @@ impl Guess {
     }
 }
 
-/// A step of light at the places that are looked at; zero at others.
+/// A step of light at the sampled places; zero at others.
 struct Shape {
     places: Range<usize>,
     width: f64,
     /// Part of the plate's light.
     lit: Places,
-    /// What it changes by where the edge moves by one px, and where the blur grows by its own size.
+    /// Its change if the edge moves by one px, and if the blur grows by its own size.
     bell: Places,
     wider: Places,
 }
@@ -176,7 +179,7 @@ impl Shape {
         Self { places, width, lit, bell, wider }
     }
 
-    /// Covariance of what is not the stripe's light: the same all along, the camera's noise, what is uneven.
+    /// Covariance of other light than the stripe's: a common part, the camera's noise, and an uneven part.
     fn stray(&self, same: f64, noise: f64, most: f64) -> Covariance {
         let own = noise + (UNEVEN * most).powi(2);
         Covariance::from_fn(|j, k| {
@@ -276,7 +279,7 @@ impl EndLight<'_> {
         Some(Step { change: covariance * right, covariance, misfit: squares / values as f64 })
     }
 
-    /// The light of each band, place by place, over what is expected.
+    /// The light of each band, place by place, less its expectation.
     fn residuals(
         &self,
         plate: &Plate,
@@ -325,10 +328,10 @@ impl EndLight<'_> {
         sum / total.max(1e-12)
     }
 
-    /// Covariance of the bands' light where all of it is there, apart into what is independent.
+    /// Covariance of the bands' light on the plate, split into independent parts.
     fn covariance_across(&self, plate: &Plate, at: &Guess) -> SymmetricEigen<f64, nalgebra::Const<BANDS>> {
-        // Grains in a stripe that is narrow against the blur are seen by all bands alike: of exp(−(a² + b²) / 2σ²) in the stripe's
-        // light the part that both share is not of the grains.
+        // All bands share the grains of a stripe that is narrow against the blur: the shared part of exp(−(a² + b²) / 2σ²)
+        // in the stripe's light is not of the grains.
         let narrow = (1.0 - 0.5 * (plate.grain_px / self.sigma_px).powi(2)).max(NARROWEST);
         SymmetricEigen::new(SMatrix::<f64, BANDS, BANDS>::from_fn(|a, b| {
             let apart = (self.distance_px(a) - self.distance_px(b)) / plate.grain_px;

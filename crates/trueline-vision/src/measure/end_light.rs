@@ -15,12 +15,12 @@ pub struct BandSection {
 /// An edge of the stripe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
-    /// Where it crosses the line, along it, px.
+    /// Its crossing with the line, along the line, px.
     pub s: f64,
     /// Its standard deviation, px.
     pub sigma_px: f64,
     /// How far it is blurred, px: the scale of a logistic step is 1 / 1.702 of it.
     pub blur_px: f64,
-    /// How far the stripe lies beside its line before it, px, where that is more than chance.
+    /// Distance of the stripe from its line before it, px, if that is more than chance.
     pub rounded_px: f64,
 }

@@ -9,9 +9,10 @@ const BLIND: f64 = 5.0;
 const PER_MEDIAN: f64 = 1.4826;
 /// Shifts from which a scale is taken at most.
 const SAMPLED: usize = 300;
-/// A line is settled where it moves by less than this part of the spread: a hundredth of what a thousand shifts leave uncertain, ...
+/// A line has converged if it moves by less than this part of the spread: a hundredth of the uncertainty from a thousand
+/// shifts, ...
 const SETTLED: f64 = 3e-4;
-/// ... and one for a start value where it moves by less than this.
+/// ... and one for a start value if it moves by less than this.
 const ROUGHLY_SETTLED: f64 = 1e-2;
 /// The spread about a line stays that about one beside it by this part of the spread: larger by 5 % at most.
 const SAME_SPREAD: f64 = 0.3;
@@ -19,7 +20,7 @@ const SAME_SPREAD: f64 = 0.3;
 const FEWEST_INDEPENDENT: f64 = 3.0;
 /// A line with this multiple of the variance of lines like it is not chance (χ² of eight over eight exceeds 3 once in 400).
 pub(crate) const OWN_NOISE: f64 = 3.0;
-/// Neighbours whose correlation is looked at.
+/// Number of lags for the correlation.
 const LAGS: usize = 32;
 
 /// One shift.
@@ -29,7 +30,7 @@ pub struct Shift {
     pub s: f64,
     /// Shift square to the line, px.
     pub shift_px: f64,
-    /// Weight; zero where there is no stripe.
+    /// Weight; zero without a stripe.
     pub weight: f64,
     /// By how much this shift changes, on average, if the stripe moves by one px: a dark grain of speckle has less information than a
     /// bright one.
@@ -47,7 +48,7 @@ pub struct Regression {
     pub slope: f64,
     /// Covariance of (shift, slope), with the correlation of neighbours.
     pub covariance: Matrix2<f64>,
-    /// Inverse of what the covariance would be of independent shifts with a variance of one.
+    /// Inverse of the covariance for independent shifts with a variance of one.
     pub information: Matrix2<f64>,
     /// Standard deviation of one shift, px.
     pub sigma_px: f64,
@@ -77,8 +78,8 @@ impl Regression {
         self
     }
 
-    /// The same with the noise of a line through more shifts of the same stripe: a few that share their speckle do not determine it. Where
-    /// they scatter by so much more that this is no chance, they keep their own.
+    /// The same with the noise of a line through more shifts of the same stripe: a few that share their speckle do not
+    /// determine it. If they scatter clearly more than that, they keep their own.
     pub(crate) fn with_noise_of(self, more: &Self) -> Self {
         match (self.noise(), more.noise()) {
             (Some(own), Some(noise)) if own.trace() <= OWN_NOISE * noise.trace() => self.with_noise(&noise),
@@ -86,8 +87,8 @@ impl Regression {
         }
     }
 
-    /// The same with the noise of a line through more shifts where that is larger, as far as chance explains it: the longer line may
-    /// be bent.
+    /// The same with the noise of a line through more shifts if that is larger, as far as chance explains it: the longer
+    /// line may be bent.
     pub(crate) fn at_least_noise_of(self, more: &Self) -> Self {
         let [own, noise] = [self, *more].map(|line| line.noise().map_or(0.0, |noise| noise.trace()));
         let factor = if own > 0.0 { (noise / own).clamp(1.0, OWN_NOISE) } else { 1.0 };
@@ -108,7 +109,7 @@ impl Regression {
     }
 }
 
-/// The line alone of a robust regression, and what shifts scatter by about it.
+/// The line alone of a robust regression, and the scatter of the shifts about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RobustLine {
     /// Distance along the line about which the regression is done, px.
@@ -140,10 +141,10 @@ pub struct Regressor {
 }
 
 impl Regressor {
-    /// The line through shifts; `None` with fewer than eight of them, all at one place, or one that is no number.
+    /// The line through shifts; `None` with fewer than eight of them, all at one place, or a result of NaN.
     pub fn fit(&mut self, shifts: &[Shift]) -> Option<Regression> {
         let centre = self.take(shifts)?;
-        // The spread about the median first; that about the line that follows is as good as the last one's.
+        // First the spread about the median; the spread about the following line is as good as the last one's.
         let level = Vector2::new(self.middle_shift(), 0.0);
         let line = self.settle(centre, level, [SETTLED, 0.0])?;
         self.regression(shifts, &line)
@@ -157,7 +158,7 @@ impl Regressor {
         self.regression(shifts, &line)
     }
 
-    /// The line alone through shifts about one that is roughly it, to a hundredth of what one of them scatters by.
+    /// The line alone through shifts about an approximate line, to a hundredth of the scatter of one of them.
     pub(crate) fn rough_line(&mut self, shifts: &[Shift]) -> Option<RobustLine> {
         let centre = self.take(shifts)?;
         self.settle(centre, Vector2::zeros(), [ROUGHLY_SETTLED, SAME_SPREAD])
@@ -205,7 +206,7 @@ impl Regressor {
         Some(Regression { centre, shift_px, slope, covariance, information, sigma_px, count: weights })
     }
 
-    /// Root mean square of the last shifts about their line, of those that count: what a single shift scatters by.
+    /// Root mean square of the last counting shifts about their line: the scatter of a single shift.
     pub(crate) fn spread(&self, line: &RobustLine) -> f64 {
         let [squares, count] = fastest!(squares_within(
             [&self.along, &self.shifts, &self.responses],
@@ -215,8 +216,8 @@ impl Regressor {
         (squares / f64::max(count, 1.0)).sqrt()
     }
 
-    /// Iterates from a line (shift, slope) on until it moves by less than a part of the spread, which is taken once more where the first step
-    /// moves it by more than another part.
+    /// Iterates from a line (shift, slope) until it moves by less than a part of the spread. The spread is taken again if
+    /// the first step moves the line by more than another part.
     fn settle(
         &mut self,
         centre: f64,
@@ -249,7 +250,7 @@ impl Regressor {
         median(&mut self.sorted)
     }
 
-    /// What the shifts scatter by about a line, by their median distance from it.
+    /// Scatter of the shifts about a line, by their median distance from it.
     fn scale(&mut self, at: Vector2<f64>) -> f64 {
         let every = every(self.shifts.len());
         let values =
@@ -271,7 +272,7 @@ impl Regressor {
         ))
     }
 
-    /// Σ ψ′ ρ x xᵀ, with the response ρ, and Σ ψ² x xᵀ: the covariance of an M-estimate is A⁻¹ B A⁻¹ \[Huber1964\], whatever the
+    /// Σ ψ′ ρ x xᵀ, with the response ρ, and Σ ψ² x xᵀ: the covariance of an M-estimate is A⁻¹ B A⁻¹ \[Huber1964\], for any
     /// distribution of the shifts.
     fn sandwich(&self, shifts: &[Shift], sigma: f64, centre: f64) -> (Matrix2<f64>, Matrix2<f64>) {
         // Of symmetric matrices three sums each.
@@ -306,7 +307,7 @@ impl Regressor {
         let mut sum = 1.0;
         for lag in 1..LAGS.min(shifts.len() / 4) {
             let rho = at_lag(lag) / none.max(1e-30);
-            // What is smaller is the noise of the estimate: 2 / √n at 1000 shifts.
+            // Smaller values are the noise of the estimate: 2 / √n at 1000 shifts.
             if rho < 0.05 {
                 break;
             }
@@ -316,14 +317,14 @@ impl Regressor {
     }
 }
 
-/// How much larger a variance is than that of the residuals about a line through a number of independent shifts says: the line
-/// has taken up two of them.
+/// Ratio of a variance to that of the residuals about a line through a number of independent shifts: the line has taken up
+/// two of them.
 fn line_taken_out(independent: f64) -> f64 {
     let independent = independent.max(FEWEST_INDEPENDENT);
     independent / (independent - 2.0)
 }
 
-/// Medians are taken of at most a few hundred of so many shifts, spread evenly: known to 5 % or so, which a scale need not be better than.
+/// Medians use at most a few hundred shifts, spread evenly. This gives 5 % or so, sufficient for a scale.
 fn every(count: usize) -> usize {
     count.div_ceil(SAMPLED)
 }
@@ -331,7 +332,7 @@ fn every(count: usize) -> usize {
 /// Lanes that one instruction adds at once.
 const LANES: usize = 4;
 
-/// N sums of what each shift gives, by where it is along the line, its shift and its response, in lanes.
+/// N sums over the shifts of a function of their place along the line, their shift and their response, in lanes.
 #[inline(always)]
 fn sums_in_lanes<const N: usize>(
     [along, shifts, responses]: [&[f64]; 3],

@@ -1,11 +1,11 @@
-//! Where the stripe on a plate ends, to a fraction of a pixel.
+//! End of the stripe on a plate, to a fraction of a pixel.
 //!
-//! The stripe is looked at in bands along it. In each, the light is that of the plate up to the edge and none
-//! beyond; since the edge may cross the stripe at a slant, its place may differ from band to band in
-//! proportion. Speckled light has a gamma distribution \[Goodman2007, §3\] whose shape is measured on the
-//! plate: a dark grain before the edge is no surprise, a bright one beyond it is. How far lens and plate blur the edge
-//! is not known either: an edge that is assumed too sharp moves outward by about its blur. Every place, slant and blur
-//! has a likelihood then, and the mean and spread of the places are the answer.
+//! The stripe is processed in bands along it. In each, the light is that of the plate up to the edge and none beyond.
+//! The edge may cross the stripe at a slant, so its place may differ from band to band in proportion. Speckled light
+//! has a gamma distribution \[Goodman2007, §3\] with a shape measured on the plate: a dark grain before the edge is
+//! normal, a bright one beyond it is not. The blur of the edge by lens and plate is unknown as well: an edge that is
+//! assumed too sharp moves outward by about its blur. Every place, slant and blur has a likelihood then, and the mean
+//! and spread of the places are the answer.
 
 use crate::fastest::fastest;
 use crate::measure::end_fit::{EndLight, refine};
@@ -14,15 +14,16 @@ use crate::not_found::NotFound;
 
 /// Part of the stripe's reach that the bands cover, on each side of its middle.
 pub(crate) const COVERED: f64 = 0.7;
-/// The least blur of an edge, px: a pixel's width and what is between two pixels are 0.41 px; larger ones that are tried, in thicknesses (standard deviations) of
-/// the stripe. What blurs the end blurs the stripe's flanks as well, so that more than one is a rounded or worn edge.
+/// The least blur of an edge, px: a pixel's width and the interpolation are 0.41 px. Larger trial blurs are in thicknesses
+/// (standard deviations) of the stripe. A blur of the end blurs the stripe's flanks as well, so more than one is a rounded
+/// or worn edge.
 const LEAST_BLUR_PX: f64 = 0.5;
 const BLUR_SIGMAS: [f64; BLURS - 1] = [0.35, 0.7, 1.0, 1.4, 2.0, 3.0];
 const BLURS: usize = 7;
-/// What each costs beforehand, as twice the negative logarithm of its likelihood: a lens blurs the stripe's flanks as it
-/// does its end, so that more than one thickness needs an edge that is worn.
+/// Prior cost of each, as twice the negative logarithm of its likelihood. A lens blurs the stripe's flanks as it does
+/// its end, so more than one thickness needs a worn edge.
 const BLUR_COSTS: [f64; BLURS] = [0.0, 0.0, 0.0, 1.0, 5.0, 7.0, 9.0];
-/// An edge that is blurred by more than this, in thicknesses of the stripe and px, is no edge that could be measured.
+/// An edge with more blur than this, in thicknesses of the stripe and px, cannot be measured.
 const MOST_BLUR_SIGMAS: f64 = 2.5;
 const MOST_BLUR_PX: f64 = 6.5;
 /// Sections further than this from a place, in blurs, are all plate or all nothing.
@@ -32,7 +33,7 @@ const STEPS_PX: [f64; 2] = [1.0, 0.25];
 const STEP_BLURS: [f64; 2] = [0.5, 0.15];
 /// How far from the best first place the second search goes, px.
 const NEAR_PX: f64 = 6.0;
-/// A blur whose best place costs this much more than the best of all is not looked at again.
+/// A blur is dropped if its best place costs this much more than the best of all.
 const UNLIKELY: f64 = 12.0;
 /// Entries of the table of a step's light, for each blur of distance.
 const PER_BLUR: f64 = 32.0;
@@ -41,9 +42,9 @@ const ENTRIES: usize = 2 * (SHARP_BLURS * PER_BLUR) as usize + 2;
 const SLANTS: [f64; 9] = [-1.6, -1.1, -0.7, -0.35, 0.0, 0.35, 0.7, 1.1, 1.6];
 /// Sections on the plate, and beyond its edge, that are needed.
 const FEWEST: [usize; 2] = [8, 3];
-/// Stripe before the first place with whose light that around the edge is compared, px.
+/// Length of stripe before the first place, for comparison with the light around the edge, px.
 const COMPARED_PX: f64 = 60.0;
-/// What the shape of the step is uncertain by, px and blurs: one that is not symmetric, a seam that is not straight.
+/// Uncertainty from the shape of the step, px and blurs: asymmetric, or a seam that is not straight.
 const MODEL_PX: f64 = 0.15;
 const MODEL_BLURS: f64 = 0.2;
 /// The most even light that is believed: shape of the gamma distribution.
@@ -72,14 +73,14 @@ struct Band {
     first_place: f64,
 }
 
-/// What is looked for: where, in which bands, how thick the stripe is.
+/// Inputs of the search: place, bands, thickness of the stripe.
 #[derive(Clone, Copy, Debug)]
 pub struct EndSearch {
     /// First and last place, px along the line.
     pub within: [f64; 2],
     /// Width of a band, px.
     pub band_px: f64,
-    /// Which bands are looked at.
+    /// The bands in use.
     pub used: [bool; BANDS],
     /// Thickness of the stripe, px.
     pub sigma_px: f64,
@@ -88,7 +89,7 @@ pub struct EndSearch {
 /// Finds ends of stripes; memory is kept from one to the next.
 #[derive(Clone, Debug, Default)]
 pub struct EndFinder {
-    /// The light that is looked at, by rising distance along the line.
+    /// The sampled light, by rising distance along the line.
     pub sections: Vec<BandSection>,
     bands: [Band; BANDS],
     stations: Vec<f64>,
@@ -107,7 +108,7 @@ struct Blur {
     correlation: f64,
 }
 
-/// One place and blur with its cost, and how much of the prior it stands for.
+/// One place and blur with its cost, and its share of the prior.
 #[derive(Clone, Copy, Debug)]
 struct PlaceCost {
     place: f64,
@@ -120,16 +121,16 @@ impl EndFinder {
     /// The end of the stripe in `sections`: light before, none after.
     ///
     /// # Errors
-    /// Light that does not end there, or so slowly that there is no edge; too little of it on either side.
+    /// Light that does not end there, or too slowly for an edge; too little of it on either side.
     pub fn end(&mut self, search: &EndSearch) -> Result<Edge, NotFound> {
         let near = self.near_end(search)?;
         self.refined(search, &near)
     }
 
-    /// The end that is near one, with what neighbours share of speckle.
+    /// The end near another one, with the correlation of neighbours' speckle.
     ///
     /// # Errors
-    /// Light that ends so slowly that there is no edge.
+    /// Light that ends too slowly for an edge.
     pub(crate) fn refined(&self, search: &EndSearch, near: &Edge) -> Result<Edge, NotFound> {
         let [plate, beyond] = self.split(search.within);
         let &EndSearch { used, band_px, sigma_px, .. } = search;
@@ -145,7 +146,7 @@ impl EndFinder {
         ]
     }
 
-    /// About where the end is, without what neighbours share of speckle, which costs a fraction of the time.
+    /// The approximate end, without the correlation of neighbours' speckle, in a fraction of the time.
     ///
     /// # Errors
     /// As [`Self::end`].
@@ -157,7 +158,7 @@ impl EndFinder {
             return Err(NotFound::TooLittle { visible, needed: LEFT });
         }
         let used = search.used;
-        // The light of the plate where it ends may differ from that further back.
+        // The light of the plate at its end may differ from that further back.
         let near = self.sections.partition_point(|section| section.s < search.within[0] - COMPARED_PX);
         let (sections, first, last) = (&self.sections[near..], first - near, last - near);
         for (number, band) in self.bands.iter_mut().enumerate().filter(|(number, _)| used[*number]) {
@@ -195,8 +196,8 @@ impl EndFinder {
         self.mean()
     }
 
-    /// Adds the costs of all places, and of a subset of slants, of one blur. What a band says of a place does not depend on
-    /// the slant: it is found once, and looked up between two places for each.
+    /// Adds the costs of all places, and of a subset of slants, of one blur. A band's evidence on a place does not depend
+    /// on the slant: it is computed once, and interpolated between two places for each.
     fn try_places(&mut self, used: [bool; BANDS], [from, to]: [f64; 2], every: usize, blur: &Blur) {
         let Blur { px: blur_px, step_px, prior, correlation } = *blur;
         let places = ((to - from) / step_px) as usize + 1;
@@ -266,7 +267,7 @@ fn blurs_px(sigma_px: f64) -> [f64; BLURS] {
 }
 
 impl Band {
-    /// Takes over a band's light; `None` if it does not fall from the plate to what is beyond.
+    /// Stores a band's light; `None` if it does not fall from the plate to the dark beyond.
     fn measure(
         &mut self,
         sections: &[BandSection],
@@ -334,7 +335,7 @@ fn add_costs(band: &mut Band, stations: &[f64], [step_px, blur_px]: [f64; 2], co
     }
 }
 
-/// What sections near an edge cost, in lanes: each sum has to wait for the one before.
+/// Costs of sections near an edge, in lanes: each sum has to wait for the one before.
 #[inline(always)]
 fn costs_between(
     light: &[f64],
@@ -359,7 +360,7 @@ fn costs_between(
     lanes.iter().sum::<f64>() + rest.sum::<f64>()
 }
 
-/// Adds to each sum what lies between the second and the third of four costs in a row.
+/// Adds to each sum the value between the second and the third of four costs in a row.
 #[inline(always)]
 fn add_between(sums: &mut [f64], costs: &[f64], weights: [f64; 4]) {
     let count = sums.len();
@@ -371,7 +372,7 @@ fn add_between(sums: &mut [f64], costs: &[f64], weights: [f64; 4]) {
     }
 }
 
-/// What four values in a row count for at a part of the way from the second to the third (Catmull and Rom's cubic).
+/// Weights of four values in a row at a part of the way from the second to the third (Catmull and Rom's cubic).
 fn cubic(part: f64) -> [f64; 4] {
     let (one, two, three) = (part, part * part, part * part * part);
     [

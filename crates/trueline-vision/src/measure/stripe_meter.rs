@@ -20,13 +20,13 @@ const DARK_CUTS: usize = 5;
 /// A stripe is there if it has this part of its usual amplitude.
 const PRESENT: f64 = 0.25;
 
-/// Sections from which a stripe is learnt at least, where there are as many.
+/// Least number of sections from which a stripe is learnt, if there are as many.
 const LEARNT: usize = 250;
 
 /// Beginnings of an arm that are tried without, px, and the longest as a part of the arm.
 const STARTS_PX: [f64; 3] = [240.0, 120.0, 60.0];
 const LONGEST_START: f64 = 0.3;
-/// Standard deviations, and px, by which a beginning must be off to be left out: grey levels of a picture without
+/// Standard deviations, and px, by which a beginning must be off to be left out. Grey levels of a picture without
 /// noise bend it by some hundredths of a pixel.
 const BENT: f64 = 4.0;
 const BENT_PX: f64 = 0.15;
@@ -36,8 +36,8 @@ const BENT_PX: f64 = 0.15;
 const ENDS_PX: [f64; 5] = [80.0, 160.0, 320.0, 640.0, f64::INFINITY];
 const AGREES: f64 = 2.5;
 
-/// Parts of a stripe whose skews are compared, the fewest, and by how many standard deviations of their mean this must differ from
-/// zero.
+/// Parts of a stripe for the comparison of skews, the fewest, and the required number of standard deviations between their
+/// mean and zero.
 const SKEW_PARTS: usize = 16;
 const FEWEST_PARTS: f64 = 8.0;
 const SKEWED: f64 = 3.5;
@@ -57,8 +57,8 @@ pub struct Fit {
     pub present: f64,
     /// Sections that show it.
     pub sections: usize,
-    /// How far its ridge lies beside the middle that its flanks show, px, where that is more than chance: a stripe with a tail
-    /// on one side has no middle that is better known. The same in all pictures.
+    /// Distance of its ridge from the middle of its flanks, px, if that is more than chance: a stripe with a tail on one
+    /// side has no better middle. The same in all pictures.
     pub skew_px: f64,
 }
 
@@ -90,8 +90,8 @@ pub struct Middle {
     pub sigma_px: f64,
 }
 
-/// Whether the first shifts lie beside the line of all by more than two standard deviations of their mean: only
-/// then is it worth a fit of their own.
+/// Whether the first shifts lie beside the line of all by more than two standard deviations of their mean. Only then
+/// they get a fit of their own.
 fn hangs_off(start: &[Shift], all: &Regression) -> bool {
     let (mut sum, mut count) = (0.0, 0.0);
     for shift in start.iter().filter(|shift| shift.weight > 0.0) {
@@ -105,7 +105,7 @@ fn hangs_off(start: &[Shift], all: &Regression) -> bool {
 /// Whether a regression over a longer stretch has the stripe somewhere else at `s` than one over a shorter stretch.
 fn differs(shorter: &Regression, longer: &Regression, s: f64) -> bool {
     let off = shorter.shift_at(s) - longer.shift_at(s);
-    // How far neighbours share their speckle a longer stretch knows better.
+    // A longer stretch shows better how far neighbours share their speckle.
     let shared = (longer.shared() / shorter.shared()).max(1.0);
     off.abs() > BENT_PX && off * off > AGREES * AGREES * shared * shorter.variance_at(s)
 }
@@ -181,7 +181,7 @@ impl StripeMeter {
     }
 
     /// Stretches of the last sections, along the line, in which there is less than a part of the stripe's usual
-    /// light. Where sparks beside the stripe make its surroundings bright, it does not count as dark.
+    /// light. Places with sparks beside the stripe do not count as dark.
     pub(crate) fn dark_stretches(&mut self, part: f64) -> &[[f64; 2]] {
         let usual = self.usual_amplitude();
         self.sorted.clear();
@@ -206,8 +206,7 @@ impl StripeMeter {
         &self.dark
     }
 
-    /// Measures the stripe along a stretch of a line that is known to a few px. `None` if there is too little
-    /// of it.
+    /// Measures the stripe along a stretch of a line known to a few px. `None` if there is too little of it.
     pub fn fit<L: Level>(
         &mut self,
         line: &Line2,
@@ -222,8 +221,8 @@ impl StripeMeter {
         Some((fit, template))
     }
 
-    /// A first look with broad weights at every second section: the line to a tenth of a pixel, and what the
-    /// stripe's cross-section is.
+    /// A first pass with broad weights at every second section: the line to a tenth of a pixel, and the stripe's
+    /// cross-section.
     pub fn learn<L: Level>(
         &mut self,
         line: &Line2,
@@ -287,8 +286,8 @@ impl StripeMeter {
         })
     }
 
-    /// How far the ridge lies beside what all of the stripe says, by parts of the last sections: zero where these scatter so
-    /// much that it may be chance.
+    /// Distance of the ridge from the fit of the whole stripe, by parts of the last sections; zero if their scatter explains
+    /// it.
     fn skew_px(&self, gain: f64) -> f64 {
         let part = self.sections.len().div_ceil(SKEW_PARTS).max(1);
         let (mut count, mut sum, mut squares) = (0.0, 0.0, 0.0);
@@ -309,8 +308,8 @@ impl StripeMeter {
         if count >= FEWEST_PARTS && mean * mean > SKEWED * SKEWED * variance { mean } else { 0.0 }
     }
 
-    /// The stripe's centre line: its middle at every section of the last fit that shows it, along the line that was fitted
-    /// from, and the standard deviation of each square to that line.
+    /// The stripe's centre line: its middle at every section of the last fit that shows it, along the line of the first
+    /// fit, with the standard deviation of each, perpendicular to this line.
     pub fn middles<'a>(&'a self, fit: &'a Fit) -> impl Iterator<Item = Middle> + 'a {
         self.shifts.iter().filter(|shift| shift.weight > 0.0).map(|shift| Middle {
             ideal: fit.from.at(shift.s) + fit.from.normal() * shift.shift_px,
@@ -318,8 +317,8 @@ impl StripeMeter {
         })
     }
 
-    /// The last fit without its beginning, if that does not lie on the line of the rest: mirrored light near a
-    /// corner pulls many sections a little, and none of them far enough to be an outlier by itself.
+    /// The last fit without its beginning, if that does not lie on the line of the rest. Mirrored light near a corner
+    /// pulls many sections a little, and none of them far enough to be an outlier.
     pub(crate) fn without_bent_start(&mut self, fit: Fit) -> Fit {
         let Some([first, last]) = self.shifts.first().zip(self.shifts.last()).map(|(a, b)| [a.s, b.s]) else {
             return fit;
@@ -342,8 +341,8 @@ impl StripeMeter {
         fit
     }
 
-    /// The last fit, or that of the longest stretch up to its end whose line agrees with those of all shorter ones about
-    /// where the stripe is at its end: the line along a bent plate is that near its edge \[Lepski1991\].
+    /// The last fit, or the longest stretch up to its end that agrees with all shorter ones about the stripe's place
+    /// at its end. Near the edge this is the line along a bent plate \[Lepski1991\].
     pub(crate) fn straight_end(&mut self, fit: Fit) -> Fit {
         let Some(last) = self.shifts.last().map(|shift| shift.s) else { return fit };
         let mut stretches = ENDS_PX.map(|end_px| {
@@ -361,14 +360,14 @@ impl StripeMeter {
         let Some(longest) = stretches[number].filter(|longest| *longest != fit.regression) else {
             return fit;
         };
-        // A stretch is short because it scatters by little, which may be chance: the next longer one knows better.
+        // A stretch is short because its scatter is small, which may be chance: the next longer one is more reliable.
         let longer = stretches[number + 1..].iter().flatten().next();
         let longest = longer.map_or(longest, |longer| longest.at_least_noise_of(longer));
         fit.over(&longest)
     }
 
-    /// How far the stripe lies beside a line over a short stretch of it, px, and its standard deviation: the mean, each
-    /// section by its light. `None` where there is none.
+    /// Distance of the stripe from a line over a short stretch of it, px, and its standard deviation: the mean, each
+    /// section weighed by its light. `None` if there is none.
     pub(crate) fn shift_beside<L: Level>(
         &mut self,
         fit: &Fit,
@@ -411,7 +410,7 @@ impl StripeMeter {
         smooth_amplitudes(&mut self.sections);
     }
 
-    /// The template of the stripe on the track; amplitudes are those of the last sections.
+    /// The template of the stripe on the track, with the amplitudes of the last sections.
     fn stack<L: Level>(&mut self, least: f64, reach_px: f64, picture: &Picture<'_, L>) -> Option<Template> {
         self.measure_background(reach_px, picture);
         self.stack.clear();

@@ -1,10 +1,10 @@
 //! The stripe's cross-section, learnt from the picture, and the weights that find its middle best.
 //!
-//! With levels I(d) = A P(d) + noise of variance V(d), the estimate of a shift that has the least variance
-//! weighs each level by −P′(d)/V(d). Under full speckle V = P², and the flanks count far more than in a
-//! centre of gravity; under read noise V is constant, and this is a fit of the profile. P and V are what the
-//! picture itself shows on average along a segment, folded about the middle, so that the weights are odd and a
-//! symmetric stripe of any shape is found without bias.
+//! With levels I(d) = A P(d) + noise of variance V(d), the estimate of a shift that has the least variance weighs
+//! each level by −P′(d)/V(d). Under full speckle V = P², and the flanks count far more than in a centre of gravity;
+//! under read noise V is constant, and this is a fit of the profile. P and V are the picture's own averages along a
+//! segment, folded about the middle. So the weights are odd, and a symmetric stripe of any shape is found without
+//! bias.
 
 /// Bins for a pixel of distance.
 const PER_PX: f64 = 8.0;
@@ -13,43 +13,43 @@ const MOST_PX: f64 = 32.0;
 const BINS: usize = (MOST_PX * PER_PX) as usize;
 /// Bins of the first pixel from the middle that must have been met.
 const MOST_PHASES: usize = 6;
-/// Entries of the table of weights for a bin, interpolated: a stripe along a row of pixels meets the same few
-/// phases of the pixel grid everywhere, and what is rounded there is a bias.
+/// Entries of the table of weights for a bin, interpolated. A stripe along a row of pixels meets the same few phases
+/// of the pixel grid everywhere, and rounding there is a bias.
 const FINE: usize = 4;
 const ENTRIES: usize = 2 * BINS * FINE;
 /// One entry in whole numbers, and its bits.
 const ONE_BITS: u32 = 32;
 const ONE: f64 = (1_u64 << ONE_BITS) as f64;
-/// Where the profile has fallen to this part of its peak it ends.
+/// A profile ends at this part of its peak.
 const END: f64 = 0.002;
-/// Standard deviation that is assumed at least, as a part of the peak. Where there is no speckle, the pixel
-/// grid and the shape of the profile matter more than noise, and all of the flanks is used alike; where it is
-/// fully developed, the far flanks have the most information, down to the noise of the camera.
+/// Standard deviation that is assumed at least, as a part of the peak. Without speckle, the pixel grid and the shape
+/// of the profile matter more than noise, and all of the flanks is used equally. With fully developed speckle, the
+/// far flanks have the most information, down to the noise of the camera.
 const LEAST_SIGMA_CLEAN: f64 = 0.1;
 const LEAST_SIGMA: f64 = 0.005;
-/// What is assumed beside it where the ridge is saturated: what the lens strays of so much light is some hundredths of full scale, and not the
-/// stripe's own.
+/// Assumed in addition for a saturated ridge: the lens's stray light from such brightness is some hundredths of full scale,
+/// and is not the stripe's own.
 const LEAST_SIGMA_SATURATED: f64 = 0.02;
-/// Variance of the stripe's light, as a part of its square, from which on speckle outweighs the rest: a lens, or pixels that were added up,
-/// leave a part of fully developed speckle, whose variance is one. It is that where the light is at least this part of the peak: a ridge
-/// that is saturated shows no speckle, its shoulders do.
+/// Variance of the stripe's light, as a part of its square, above which speckle outweighs the rest. A lens, or pixels that
+/// were added up, leave a part of fully developed speckle, which has a variance of one. It is that where the light is at
+/// least this part of the peak: a ridge that is saturated shows no speckle, its shoulders do.
 const FULL_CONTRAST: f64 = 0.05;
 const SHOULDER: f64 = 0.5;
-/// Standard deviation of the distances whose levels are taken together, px: a slope makes of it a variance that is no speckle. A triangle of
-/// 0.75 px to each side has 0.75 / √6 = 0.31 px, the line is known to some 0.1 px.
+/// Standard deviation of the distances of pooled levels, px: a slope turns it into a variance that is not speckle. A
+/// triangle of 0.75 px to each side has 0.75 / √6 = 0.31 px; the line is known to about 0.1 px.
 const TOGETHER_PX: f64 = 0.35;
 
-/// Parts of its peak at which a profile's widths are compared; what they are of each other in a normal distribution,
-/// √(ln 0.8 / ln 0.3), and in half of an ellipse, √((1 − 0.8²) / (1 − 0.3²)).
+/// Levels of its peak for the comparison of a profile's widths. Their ratio is √(ln 0.8 / ln 0.3) in a normal
+/// distribution, and √((1 − 0.8²) / (1 − 0.3²)) in half of an ellipse.
 const SHOULDER_HEIGHTS: [f64; 2] = [0.8, 0.3];
 const NORMAL: f64 = 0.4305;
 const DISC: f64 = 0.6290;
 
-/// What a level counts for, by distance from the middle:
+/// Weight of a level, by distance from the middle:
 ///
-/// 0. odd: what finds the middle, negative on the negative side;
-/// 1. the profile: what finds the amplitude;
-/// 2. response: what the level adds to the change of the odd sum when the stripe moves. A grain of speckle of
+/// 0. odd: weight for the middle, negative on the negative side;
+/// 1. the profile: weight for the amplitude;
+/// 2. response: the level's contribution to the change of the odd sum when the stripe moves. A grain of speckle of
 ///    factor f moves as f P(d − e), by f P · (−P′/P);
 /// 3. odd, of the ridge alone: finds the same middle of a symmetric stripe as the first does.
 pub type Weights = [f32; 4];
@@ -57,22 +57,22 @@ pub type Weights = [f32; 4];
 /// Profile and weights by distance from the middle.
 #[derive(Clone, Debug)]
 pub struct Template {
-    /// Half of what is looked at, px.
+    /// Half of the sampled range, px.
     pub reach_px: f64,
     /// From −reach to +reach; beyond it zero.
     weights: [Weights; ENTRIES],
-    /// ∫ −w P′ over both sides: what a shift of one px adds to the weighted sum at amplitude one.
+    /// ∫ −w P′ over both sides: change of the weighted sum by a shift of one px at amplitude one.
     pub gain: f64,
     /// ∫ P² over both sides.
     pub energy: f64,
-    /// Width where the profile has four fifths of its peak, as a part of that where it has three tenths.
+    /// Width of the profile at four fifths of its peak, as a part of that at three tenths.
     shoulders: f64,
     /// Width at half of the peak, px.
     width_px: f64,
 }
 
 impl Template {
-    /// A Gaussian with weights that see far: for a line that is known to a few px only.
+    /// A Gaussian with wide weights: for a line known to a few px only.
     #[must_use]
     pub fn gaussian(sigma_px: f64) -> Self {
         let sigma = sigma_px.clamp(0.7, MOST_PX / 4.0);
@@ -133,8 +133,8 @@ impl Template {
         Self { reach_px: bins as f64 / PER_PX, weights: signed, gain, energy, shoulders, width_px }
     }
 
-    /// How much the profile is like that of a line behind a lens that is out of focus, which makes of a point an even disc: from zero,
-    /// a normal distribution, to one, half of an ellipse.
+    /// Similarity of the profile to a line behind a lens out of focus, which makes an even disc of a point. Zero is a
+    /// normal distribution, one is half of an ellipse.
     #[must_use]
     pub(crate) fn flatness(&self) -> f64 {
         ((self.shoulders - NORMAL) / (DISC - NORMAL)).clamp(0.0, 1.0)
@@ -146,13 +146,14 @@ impl Template {
         self.width_px
     }
 
-    /// Sums of levels with each weight. Levels are those of pixels from a first signed distance on in steps of `step_px`, which may
-    /// be negative; beyond reach they count for nothing.
+    /// Sums of levels with each weight. Levels are of pixels from a first signed distance on in steps of `step_px`, which
+    /// may be negative; beyond reach they have no weight.
     #[inline(always)]
     #[must_use]
     pub fn weigh(&self, first_px: f64, step_px: f64, levels: impl Iterator<Item = f32>) -> Weights {
         let per_px = PER_PX * FINE as f64 * ONE;
-        // Whole numbers: to make one of a fraction takes longer than all the rest. What is below zero is far beyond the last entry.
+        // Whole numbers: to make one of a fraction takes longer than all the rest. Negative places are far beyond the last
+        // entry.
         let mut place = ((first_px + self.reach_px) * per_px) as i64;
         let step = (step_px * per_px) as i64;
         // Pixels in turn, for each sum has to wait for the one before.
@@ -169,7 +170,7 @@ impl Template {
     }
 }
 
-/// The greatest variance of the light as a part of its square, ridge and shoulders, but for what the slope makes.
+/// The greatest variance of the light as a part of its square, ridge and shoulders, without the part of the slope.
 fn contrast2(profile: &[f64; BINS], variance: &[f64; BINS], peak: f64) -> f64 {
     let bright = (0..BINS).take_while(|k| profile[*k] > SHOULDER * peak);
     let squared = bright.map(|k| {
@@ -184,7 +185,7 @@ fn bins(of: impl Fn(f64) -> f64) -> [f64; BINS] {
     std::array::from_fn(|k| of((k as f64 + 0.5) / PER_PX))
 }
 
-/// Where a profile has fallen to a part of its peak, in bins.
+/// Place at which a profile has fallen to a part of its peak, in bins.
 fn half_width(profile: &[f64; BINS], part: f64) -> f64 {
     let height = part * profile[0];
     let below = profile.iter().position(|p| *p < height).unwrap_or(BINS - 1).max(1);
@@ -243,7 +244,7 @@ impl Stack {
         seen >= MOST_PHASES
     }
 
-    /// The template of what was added; `None` if there is no peak in the middle.
+    /// The template of the added sections; `None` if there is no peak in the middle.
     #[must_use]
     pub fn template(&self) -> Option<Template> {
         // Triangular, over three quarters of a pixel to each side: narrower than any stripe that is resolved.

@@ -1,4 +1,4 @@
-//! Where a straight segment runs through the picture: one station for each column, or row, that it crosses.
+//! Path of a straight segment through the picture: one station for each column, or row, that it crosses.
 
 use crate::frame::Frame;
 use crate::lens::Lens;
@@ -16,7 +16,7 @@ pub struct Station {
     pub s: f64,
     /// Column (or row) of the section.
     pub at: usize,
-    /// Where the line crosses it: row (or column), px.
+    /// Place of the line in it: row (or column), px.
     pub centre: f64,
     /// Pixels along the section for a pixel square to the line in the ideal picture.
     pub stretch: f64,
@@ -73,7 +73,7 @@ impl Track {
         let (pixel, d_distorted) = lens.distorted(&line.at(s));
         let (along, across) = if self.by_columns { (0, 1) } else { (1, 0) };
         let (tangent, normal) = (d_distorted * line.along, d_distorted * line.normal());
-        // Moving the line by its normal moves its crossing with a section that stays where it is.
+        // Moving the line by its normal moves its crossing with a fixed section.
         let stretch = normal[across] - normal[along] * tangent[across] / tangent[along];
         Node { s, along: pixel[along], across: pixel[across], stretch }
     }

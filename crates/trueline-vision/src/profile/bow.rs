@@ -1,23 +1,24 @@
 //! The bow of a face: the deviation of its surface from a straight line, and their separation over another stretch of it.
 
-/// What was taken out of a face.
+/// The part removed from a face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bow {
     /// From where to where along the face its line is that with equal weights.
     pub(super) place: Place,
-    /// The parts of Legendre's second, third and fourth polynomial, mm; the last one is looked for in faces that are bent by more than plates are.
+    /// The parts of Legendre's second, third and fourth polynomial, mm; the last one is fitted to faces bent by more than
+    /// usual plates.
     pub(super) parts: [f64; 3],
-    /// What columns scatter by about the bowed face, mm.
+    /// Scatter of columns about the bowed face, mm.
     pub(super) spread_mm: f64,
 }
 
 impl Bow {
-    /// What of it is a line (its middle, and how much more at the end) over another place, and the bow that is left there: its powers of u = a + c v, with v from −1
-    /// to 1, are taken apart into Legendre's polynomials of v.
+    /// Its line over another place (middle, and increase to the end), and the bow that remains there. Its powers of u = a +
+    /// c v, with v from −1 to 1, are expanded into Legendre's polynomials of v.
     pub(super) fn over(&self, place: &Place) -> ([f64; 2], Self) {
         let (a, c) = (self.place.of_one(place.middle), place.half / self.place.half);
         let [square, cube, fourth] = self.parts;
-        // Powers of u, each with what it has of the powers of v.
+        // Powers of u, each with its parts of the powers of v.
         let of_u = [
             0.375 * fourth - 0.5 * square,
             -1.5 * cube,
@@ -50,10 +51,10 @@ const BINOMIAL: [[f64; 5]; 5] = [
     [1.0, 4.0, 6.0, 4.0, 1.0],
 ];
 
-/// What plates are usually bowed by, mm, this far from the seam, mm: by the square of the distance, and by its cube.
+/// Usual bow of plates, mm, at this distance from the seam, mm: by the square of the distance, and by its cube.
 const USUAL_BOW_MM: f64 = 0.2;
 const USUAL_BOW_AT_MM: f64 = 25.0;
-/// Squares of both parts by what plates and noise make them: a sum of more is a face that is bent, once in 3,000 plates.
+/// Squares of both parts in units of plates and noise: a larger sum is a bent face, once in 3,000 plates.
 const BENT: f64 = 16.0;
 
 impl Bow {
@@ -64,7 +65,7 @@ impl Bow {
         if squares > BENT { 0.5 * squares } else { 1.0 }
     }
 
-    /// The squares of both parts by what plates and noise make them: about two of a plate.
+    /// The squares of both parts in units of plates and noise: about two for a plate.
     pub(super) fn squares(&self, seam_at: f64, middle_variance_mm2: f64) -> f64 {
         let usual_mm = self.usual_mm(seam_at);
         let square = |k: usize| {
@@ -73,13 +74,14 @@ impl Bow {
         square(0) + square(1)
     }
 
-    /// The square, by what noise makes it, of what it is bent by less or more than an arc would be that is bent like a longer stretch.
+    /// Squared difference of its bend from that of an arc with the bend of a longer stretch, in units of noise.
     pub(super) fn square_if_bent_like(&self, longer: &Self, middle_variance_mm2: f64) -> f64 {
         let as_bent_mm = longer.parts[0] * (self.place.half / longer.place.half).powi(2);
         (self.parts[0] - as_bent_mm).powi(2) / (middle_variance_mm2 * SQUARES_IN_LINE[0])
     }
 
-    /// Parts of the polynomials in what plates are bowed by: in the square and the cube of the distance from the seam, and in its fourth power.
+    /// Parts of the polynomials in the usual bow of plates: in the square and the cube of the distance from the seam, and in
+    /// its fourth power.
     fn usual_mm(&self, seam_at: f64) -> [f64; 3] {
         let [half, from_seam] =
             [1.0, seam_at.abs()].map(|of_half| of_half * self.place.half / USUAL_BOW_AT_MM);
@@ -87,9 +89,9 @@ impl Bow {
         [square, 0.4 * half.powi(3), half.powi(4) / 4.375].map(|part| part * USUAL_BOW_MM)
     }
 
-    /// How a face continues beyond its line at a place near to it, and what that leaves of the variance there: the polynomials as far as they are told
-    /// from the noise, of which the middle of the line has this variance. Of a short face they hardly are, and plates are bowed by so much and no more. Of a
-    /// face that is bent by more, the bend is taken to be of its own size in the fourth polynomial as well.
+    /// Continuation of a face beyond its line at a place near to it, and the variance there. The polynomials are used as far
+    /// as they exceed the noise; the middle of the line has this variance. On a short face they hardly exceed it, and the usual
+    /// bow of plates is their prior. If a face is bent by more, its own bend is the prior, in the fourth polynomial as well.
     pub(super) fn beyond_line(&self, at: f64, middle_variance_mm2: f64) -> BeyondLine {
         let (values, slopes) = (bent(at), bent_slopes(at));
         let excess = self.excess(at, middle_variance_mm2);
@@ -107,7 +109,7 @@ impl Bow {
     }
 }
 
-/// What a bow adds to a line near to it.
+/// A bow's addition to a line near to it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct BeyondLine {
     /// To its shift, mm.
@@ -128,7 +130,7 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// That between two places.
+    /// The place between two positions.
     pub(super) fn between(first: f64, last: f64) -> Self {
         Self { middle: 0.5 * (first + last), half: 0.5 * (last - first) }
     }
@@ -138,13 +140,13 @@ impl Place {
         [self.middle - self.half, self.middle + self.half]
     }
 
-    /// Where a place is in it: −1 at its first end, 1 at its last.
+    /// Coordinate of a position in it: −1 at its first end, 1 at its last.
     pub(super) fn of_one(&self, along: f64) -> f64 {
         (along - self.middle) / self.half
     }
 }
 
-/// How many times the variance of a line's middle that of the part of each polynomial is: 1 over the mean of its square.
+/// Ratio of the variance of each polynomial's part to that of a line's middle: 1 over the mean of its square.
 const SQUARES_IN_LINE: [f64; 3] = [5.0, 7.0, 9.0];
 
 /// Legendre's second, third and fourth polynomial.

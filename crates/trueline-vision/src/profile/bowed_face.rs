@@ -1,14 +1,15 @@
 //! The line of a face that is not straight: that through its columns with equal weights.
 //!
-//! A robust line weighs the columns by how far they lie off it. Of a bowed face these are its middle or its ends, as the bow has it and as much of it is seen:
-//! the line then lies beside that of the same columns with equal weights, in neighbouring profiles alike. So the bow is fitted and taken
-//! out first. On an even face Legendre's second and third polynomial have no part in a line, and what is left after them is the line and the noise,
-//! wherever along it the columns are: those that are even across the view are not so along a bowed face. The second polynomial is zero at (one third)½ of the half
-//! length, so that the line meets a bow of second degree there: these are the support points.
+//! A robust line weighs the columns by how far they lie off it. On a bowed face these are its middle or its ends, depending
+//! on the bow and its visible part. The line then lies beside that of the same columns with equal weights, in the same way
+//! in neighbouring profiles. So the bow is fitted and taken out first. On an even face Legendre's second and third
+//! polynomials have no part in a line. Without them the line and the noise remain, wherever along it the columns are.
+//! Columns that are even across the view are not even along a bowed face. The second polynomial is zero at √(1/3) of the
+//! half length, so the line meets a bow of second degree there: these are the support points.
 //!
-//! Which line that is depends on where the face begins and ends: half a column more of a face of 20 mm that is bowed by 0.2 mm moves it by 0.5 µm at the seam, as much as
-//! a third of its noise, and a false column some millimetres beyond it by ten times as much. So it ends at the seam, not at the
-//! next column, and at its last column, not at whatever lies beyond.
+//! The line depends on where the face begins and ends. Half a column more of a face of 20 mm with a bow of 0.2 mm moves it
+//! by 0.5 µm at the seam, as much as a third of its noise. A false column some millimetres beyond moves it by ten times as
+//! much. So it ends at the seam, not at the next column, and at its last column, not beyond.
 
 use super::bow::{Bow, Place, bent};
 use super::face::{Face, RoughDirection};
@@ -17,8 +18,9 @@ use crate::measure::regression::{Regression, RobustLine};
 use nalgebra::{SMatrix, SVector};
 
 impl ProfileFinder {
-    /// A robust line through a run of the points as [`ProfileFinder::face`] has it, after the run's bow is taken out of them. The face ends to the left and to
-    /// the right at a place along x where that is known, else at its last column. The spread of its points stays that about the bowed face.
+    /// A robust line through a run of the points as [`ProfileFinder::face`] has it, after the run's bow is taken out of
+    /// them. The face ends to the left and to the right at a place along x if that is known, else at its last column. The
+    /// spread of its points stays that about the bowed face.
     pub(super) fn face_without_bow(
         &mut self,
         from: usize,
@@ -59,8 +61,9 @@ impl ProfileFinder {
 
     /// Places the shifts where their columns meet the bowed face.
     ///
-    /// A profiler measures a range in each column, so that the noise is along z, and the foot of a point moves along the face with its noise: a line through
-    /// 20 mm of a face at 45° with 0.3 mm of noise would be turned by 1.4 mrad, in every profile to the same side.
+    /// A profiler measures a range in each column, so the noise is along z, and the foot of a point moves along the face
+    /// with its noise. A line through 20 mm of a face at 45° with 0.3 mm of noise would be turned by 1.4 mrad, in every
+    /// profile to the same side.
     fn place_by_column(&mut self, about: &RoughDirection, line: &RobustLine, bow: &BowFit, place: &Place) {
         let per_shift = about.along.y / about.along.x;
         for shift in &mut self.shifts {
@@ -69,8 +72,8 @@ impl ProfileFinder {
         }
     }
 
-    /// The bow in the shifts about a face's line, of those that are not further off it than a limit, and then once more of those that are not further off the bowed face
-    /// than they scatter; `None` of too few.
+    /// The bow in the shifts about a face's line: first of the shifts within a limit of the line, then of those within
+    /// their scatter of the bowed face; `None` with too few.
     fn bow(&self, line: &RobustLine, limit_mm: f64, place: &Place) -> Option<BowFit> {
         let rough = self.nearer_bow::<4>(line, &BowFit::default(), limit_mm, place)?;
         self.nearer_bow::<4>(line, &rough, COUNTED_SIGMAS * rough.spread_mm, place)
@@ -115,7 +118,8 @@ impl ProfileFinder {
     }
 }
 
-/// Parts of a constant, of a line and of Legendre's second, third and fourth polynomial in shifts, mm, what these scatter by about them, and how many there are.
+/// Parts of a constant, of a line and of Legendre's second, third and fourth polynomial in shifts, mm, their scatter, and
+/// their number.
 #[derive(Clone, Copy, Debug, Default)]
 struct BowFit {
     terms: [f64; 5],
@@ -124,7 +128,7 @@ struct BowFit {
 }
 
 impl BowFit {
-    /// What it adds to the line at a place.
+    /// Its addition to the line at a place.
     fn at(&self, at: f64) -> f64 {
         self.terms.iter().zip(terms(at)).map(|(term, value)| term * value).sum()
     }

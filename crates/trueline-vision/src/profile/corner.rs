@@ -1,8 +1,8 @@
 //! The corner of a profile: where two straight faces meet.
 //!
-//! Every place where the profile could bend is tried: a robust line left of it, another right of it, and the residuals clipped at three
-//! standard deviations, so that spatter cannot buy a bend. The faces are then the points on either side of
-//! their own intersection, without the last millimetres before it.
+//! Every possible place of the bend is tried: a robust line left of it, another right of it, and the residuals clipped at
+//! three standard deviations, so spatter cannot cause a bend. The faces are then the points on either side of their own
+//! intersection, without the last millimetres before it.
 
 use super::face::{Face, LEAST_SIGMA_MM, RoughFace};
 use super::finder::{COUNTED_SIGMAS, FACE_POINTS, LEAST_STRAIGHT, ProfileFinder};
@@ -15,10 +15,11 @@ use nalgebra::Vector2;
 const PLACES: usize = 24;
 /// Points among which the bend is searched.
 const SEARCHED_POINTS: usize = 250;
-/// Bowed faces have settled where a round moves them by less, mm: it leaves a hundredth of that, of faces that are bent by more than plates are a tenth. And most rounds.
+/// Bowed faces have converged if a round moves them by less, mm. The rest is a hundredth of that; for faces bent more than
+/// usual plates a tenth. And most rounds.
 const SETTLED_MM: f64 = 1e-3;
 const MOST_ROUNDS: usize = 8;
-/// Widest hole between the faces, as a part of the profile: what lies further away is no corner of these faces.
+/// Widest hole between the faces, as a part of the profile: beyond it these faces have no corner.
 const WIDEST_HOLE: f64 = 0.2;
 
 impl ProfileFinder {
@@ -54,7 +55,7 @@ impl ProfileFinder {
         priced.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, place)| place)
     }
 
-    /// What two faces with the bend at a place leave unexplained.
+    /// Residuals of two faces with the bend at a place.
     fn cost(&mut self, place: usize, sigma: f64) -> Option<f64> {
         let [left, right] = self.rough_faces(place)?.map(|face| face.line);
         let limit_mm = COUNTED_SIGMAS * sigma;
@@ -120,7 +121,8 @@ impl ProfileFinder {
         Ok(SeenJoint { faces: faces.map(Some), half_lengths_mm, seam: SeenSeam::Crossing(corner) })
     }
 
-    /// By how much the range changes at most from three columns to the next three between two places, mm: a single false column is none of three.
+    /// Largest change of the range from three columns to the next three between two places, mm: a single false column is not
+    /// one of three.
     fn steepest_drop_mm(&self, from_x: f64, to_x: f64) -> f64 {
         let before = |x: f64| self.points.partition_point(|point| point.x < x);
         let middle = |three: &[Vector2<f64>]| {
@@ -132,14 +134,15 @@ impl ProfileFinder {
         drops.fold(0.0, f64::max)
     }
 
-    /// The faces on either side of a place, without what lies next to it.
+    /// The faces on either side of a place, without the part next to it.
     pub(super) fn beside(&mut self, x_mm: f64) -> Option<[Face; 2]> {
         Some([self.face_between(None, Some(x_mm))?, self.face_between(Some(x_mm), None)?])
     }
 }
 
-/// Faces that end as far from where they meet as they did from a place near to it, and where that is; `None` for such that are parallel. Bowed faces meet where
-/// their surfaces do: their lines cross beside it, by more than the bow itself, and in every profile alike.
+/// Faces with the same distance of their ends from their meeting point as from a place near it, and this place; `None` for
+/// parallel faces. Bowed faces meet where their surfaces do: their lines cross beside it, by more than the bow itself, and
+/// in every profile alike.
 fn settled_ends(mut faces: [Face; 2], mut x_mm: f64) -> Option<([Face; 2], Vector2<f64>)> {
     let mut corner = faces[0].line.meets(&faces[1].line)?;
     for _ in 0..MOST_ROUNDS {

@@ -1,9 +1,9 @@
 //! Scatter of the ends of faces beyond the noise of their columns.
 //!
-//! Where columns are lost, which of them see an edge, and how a rounded edge bends away differ from sensor to sensor. But an edge wanders smoothly
-//! through the view, and what does not is noise: of nine profiles that follow each other evenly, the eighth difference takes a weave of ± 10 mm at 2 Hz,
-//! thirty profiles a second, down to 5 µm, and the noise up 113 times. Noise of the robot is in it as well; what is
-//! stated is never made smaller.
+//! Sensors differ in where columns are lost, which of them see an edge, and how a rounded edge bends away. But an edge moves
+//! smoothly through the view, and the rest is noise. In nine evenly spaced profiles, the eighth difference takes a weave of
+//! ± 10 mm at 2 Hz, at thirty profiles a second, down to 5 µm, and the noise up 113 times. Noise of the robot is in it as
+//! well; a stated value is never reduced.
 
 use super::seen_joint::SeenJoint;
 use crate::measure::regression::median;
@@ -40,13 +40,13 @@ pub(super) fn widen(joints: &mut [(i64, &mut SeenJoint)]) {
     }
 }
 
-/// Where an end is along x, and how well that is known by its columns, mm.
+/// Place of an end along x, and its uncertainty by its columns, mm.
 fn place(joint: &mut SeenJoint, number: usize) -> Option<[f64; 2]> {
     let end = joint.ends_mut().nth(number)?;
     Some([end.at().x, end.sigma_mm() / end.outward.norm()])
 }
 
-/// The square of the eighth difference by what is expected of it.
+/// The square of the eighth difference over its expectation.
 fn normalised_square(nine: &[Option<[f64; 2]>]) -> Option<f64> {
     let (mut difference, mut variance) = (0.0, 0.0);
     for (factor, end) in EIGHTH.iter().zip(nine) {

@@ -8,15 +8,16 @@ use crate::measure::regression::median;
 use nalgebra::Vector2;
 use std::ops::Range;
 
-/// Columns before the end of which half must be on the face: a reflection that lies on its line by chance is not.
+/// Columns before the end; half must be on the face: a reflection on its line by chance is rejected.
 const FOOTHOLD: usize = 10;
 /// Columns further apart than this are not next to each other.
 const NEXT_COLUMNS: f64 = 1.5;
 /// And further apart than this they are not of one face that bends away.
 const BENT_COLUMNS: f64 = 4.5;
-/// A rounded edge of more is none, mm.
+/// An edge with a larger radius does not count as an end, mm.
 const MOST_ROUNDED_MM: f64 = 1.0;
-/// A face whose last columns lean away from its line by more, and by this number of standard deviations, bends before its end: 9°.
+/// A face bends before its end if its last columns lean away from its line by more, and by this number of standard
+/// deviations: 9°.
 const MOST_LEAN: f64 = 0.15;
 const LEAN_SIGMAS: f64 = 4.0;
 /// Last columns used for that: those within this distance, mm, and at least this number.
@@ -41,8 +42,8 @@ impl FromOutside {
 }
 
 impl ProfileFinder {
-    /// The end of a face to one side among a range of the points; what is within `limit_mm` of its line is on it. The end of a bowed face does
-    /// not lie on the line of all of it: it is where the face's tip ends.
+    /// The end of a face to one side among a range of the points; points within `limit_mm` of its line are on it. The end of
+    /// a bowed face does not lie on the line of all of it: it is where the face's tip ends.
     pub(super) fn face_end(
         &mut self,
         face: &Face,
@@ -120,7 +121,8 @@ impl ProfileFinder {
     }
 }
 
-/// Whether columns (where along the face, and how far off its line, mm) surely lean away from the line by more than a straight face does.
+/// Whether columns (place along the face, and distance from its line, mm) surely deviate from the line more than a straight
+/// face does.
 fn leans(columns: impl Iterator<Item = [f64; 2]>) -> bool {
     let columns: Vec<[f64; 2]> = columns.collect();
     let count = columns.len() as f64;
@@ -138,8 +140,8 @@ fn leans(columns: impl Iterator<Item = [f64; 2]>) -> bool {
     slope.abs() > MOST_LEAN && slope * slope > LEAN_SIGMAS.powi(2) * variance
 }
 
-/// From where to where behind the last column on a face its edge may be, mm, by the columns behind it (how far each is, and by how much more than the last may be it is off the face, mm); and
-/// whether one of these says so.
+/// Range behind the last column on a face in which its edge may be, mm, and whether a column limits it. Each column behind
+/// gives its distance, and its excess over the allowed distance from the face, mm.
 fn behind_end(mut columns: impl Iterator<Item = [f64; 2]>, pitch_mm: f64) -> ([f64; 2], bool) {
     let mut to_mm = pitch_mm;
     let mut before_mm = 0.0;

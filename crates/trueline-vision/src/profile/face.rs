@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 /// Noise is not taken to be smaller, mm: profilers print 0.1 µm.
 pub(super) const LEAST_SIGMA_MM: f64 = 1e-4;
 
-/// Measurement of a straight face: two points whose errors perpendicular to it are independent and equally large.
+/// Measurement of a straight face: two points with independent and equally large errors perpendicular to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaceSupport {
     /// The points (x, z), the one nearer to the seam first, mm.
@@ -17,7 +17,7 @@ pub struct FaceSupport {
     pub sigma_mm: f64,
 }
 
-/// The line of a face, and what its points scatter by about it.
+/// The line of a face, and the scatter of its points about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RoughFace {
     pub(super) line: StraightLine,
@@ -36,13 +36,13 @@ pub(super) struct Face {
 }
 
 impl Face {
-    /// A face whose shifts were taken about a direction.
+    /// A face from shifts about a direction.
     pub(super) fn of(about: RoughDirection, regression: Regression) -> Self {
         let line = about.line([regression.centre, regression.shift_px], regression.slope);
         Self { about, regression, line, bow: None }
     }
 
-    /// The same face, of which one end (0 to the left, 1 to the right) lies further along x.
+    /// The same face, with one end (0 to the left, 1 to the right) further along x.
     pub(super) fn with_end_moved(&self, end: usize, by_x_mm: f64) -> Self {
         let Some(bow) = &self.bow else { return *self };
         let mut ends = bow.place.ends();
@@ -63,7 +63,7 @@ impl Face {
         Self { bow: Some(bow), ..Self::of(self.about, regression) }
     }
 
-    /// Where along it the line is at a place along the profile.
+    /// Coordinate along it at a place along the profile.
     pub(super) fn along_at(&self, x_mm: f64) -> f64 {
         let Regression { centre, shift_px, .. } = self.regression;
         centre + (x_mm - self.about.at(centre, shift_px).x) * self.along_per_x()
@@ -116,11 +116,11 @@ impl Face {
         self.about.direction(self.regression.slope)
     }
 
-    /// The support points of the face, as of a stripe in a picture: errors of the line at two distances x, y from the middle of
-    /// the regression covary by m₁₁ + m₁₂ (x + y) + m₂₂ x y, which vanishes for x, y = x₀ ± d with x₀ = −m₁₂/m₂₂ and
-    /// d² = (m₁₁ − m₁₂²/m₂₂)/m₂₂. Of an even face with like errors they are ℓ/√3 from its middle, and where its bow was taken out they are put there: what the
-    /// errors scatter by in one profile would move them along the line, off the places where it meets the surface. A profile without any noise has no information on
-    /// it: then likewise.
+    /// The support points of the face, as of a stripe in a picture. Errors of the line at two distances x, y from the middle
+    /// of the regression covary by m₁₁ + m₁₂ (x + y) + m₂₂ x y. This vanishes for x, y = x₀ ± d with x₀ = −m₁₂/m₂₂ and d² =
+    /// (m₁₁ − m₁₂²/m₂₂)/m₂₂. On an even face with equal errors they are ℓ/√3 from its middle. On a face with its bow removed
+    /// they are put there. The scatter in one profile would move them along the line, away from the line's crossings with
+    /// the surface. A profile without any noise has no information on it: then likewise.
     pub(super) fn support(&self, seam: &Vector2<f64>, half_length_mm: f64) -> FaceSupport {
         let Regression { centre, covariance, slope, .. } = &self.regression;
         let variance = covariance.m11 - covariance.m12 * covariance.m12 / covariance.m22;
@@ -143,7 +143,7 @@ impl Face {
     }
 }
 
-/// A point of a run of points and roughly their direction, by which they are told apart: where along it, and shifted by how much from it.
+/// A point of a run of points and their approximate direction, as coordinates: the place along it, and the shift from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RoughDirection {
     pub(super) origin: Vector2<f64>,
@@ -151,7 +151,7 @@ pub(super) struct RoughDirection {
 }
 
 impl RoughDirection {
-    /// Where a point is along it and how far it is shifted.
+    /// Coordinates of a point: along it, and its shift.
     pub(super) fn shift(&self, point: &Vector2<f64>) -> Shift {
         let from = point - self.origin;
         Shift {

@@ -1,31 +1,32 @@
-//! Where a face ends before a seam: a bead, a throat or a rounded edge may lie between.
+//! End of a face before a seam: a bead, a throat or a rounded edge may lie between.
 //!
-//! Two millimetres are always left out. If columns between the faces are assigned to a face, they bend it, or its last columns leave
-//! it: columns are left out until the face is straight. A face that is bent alike all along is no straight one with something beside it: the bend of the stretch that is
-//! left says which of them it is. Where no stretch is straight, the likelihood chooses: a column on the face has a normal error, of the size that is left there; one beyond
-//! the face's end may be anywhere; and one amid the face that may be anywhere is a false one, of which there are few.
+//! Two millimetres are always left out. If columns between the faces are assigned to a face, they bend it, or its last
+//! columns leave it: columns are left out until the face is straight. A face with an even bend is not a straight one with
+//! something beside it: the bend of the remaining stretch decides. If no stretch is straight, the likelihood decides. A
+//! column on the face has a normal error, of the estimated size. One beyond the face's end may be anywhere. One on the face
+//! that may be anywhere is false, and rare.
 
 use super::face::Face;
 use super::face_end::Outward;
 use super::finder::{FACE_POINTS, ProfileFinder, left_out_mm};
 use std::ops::Range;
 
-/// What lies beyond the end of a face may be anywhere over so much, mm.
+/// Range of columns beyond the end of a face, mm.
 const ANYWHERE_MM: f64 = 3.0;
 /// Part of the columns of a face that are false.
 const FALSE_PART: f64 = 0.03;
 /// Logarithm of the root of 2π.
 const LOG_NORMAL: f64 = 0.918_938_533_204_672_7;
-/// By what factor more is left out from one trial to the next, and no more than this part of the face.
+/// Factor between the omitted parts of successive trials, at most this part of the face.
 const STEP: f64 = 1.3;
 const MOST_LEFT_OUT: f64 = 0.6;
-/// A face whose columns scatter by more times their noise has columns of something else.
+/// A face with a scatter of more times its noise has columns of something else.
 const SCATTER: f64 = 1.5;
-/// False columns at the end of a face from which on they are no chance.
+/// False columns at the end of a face beyond which they are not chance.
 const FALSE_AT_END: f64 = 2.0;
 /// A stretch is straight, and not bent like all of the face, where the squares of both differ by more: three standard deviations.
 const STRAIGHTER: f64 = 9.0;
-/// Rounds in which the seam settles to so much, mm.
+/// Rounds in which the seam settles to this distance, mm.
 const ROUNDS: usize = 3;
 const NEAR_MM: f64 = 0.5;
 
@@ -46,11 +47,11 @@ struct Trial {
 }
 
 impl ProfileFinder {
-    /// The faces on either side of a seam that is roughly at a place, up to where they end before it, and where they would meet.
+    /// The faces on either side of a seam at a rough place, up to their ends before it, and their crossing.
     pub(super) fn faces_before(&mut self, mut x_mm: f64, sigma_mm: f64) -> Option<([Face; 2], f64)> {
         let mut faces = self.both_before(x_mm, sigma_mm)?;
         for _ in 0..ROUNDS {
-            // A bead draws the rough faces away from where they meet.
+            // A bead draws the rough faces away from their crossing.
             let Some(corner) = faces[0].line.meets(&faces[1].line) else { break };
             if (corner.x - x_mm).abs() < NEAR_MM || !self.has_faces_beside(corner.x) {
                 break;
@@ -95,12 +96,13 @@ impl ProfileFinder {
         if chosen == 0 {
             return Some(usual.face);
         }
-        // What bends away from the face smoothly has begun before it is seen: one step more.
+        // A smooth deviation from the face begins before it is visible: one step more.
         let more = self.trial(side, trials[chosen].left_out_mm * STEP);
         Some(more.unwrap_or(trials[chosen]).face)
     }
 
-    /// Number of the trial to take where none is straight by the noise of single columns: noise that neighbours share is larger than what they differ by.
+    /// Number of the trial to take if none is straight by the noise of single columns: noise shared by neighbours exceeds
+    /// their differences.
     fn straightest(&self, side: &Side, trials: &[Trial], sigma_mm: f64) -> usize {
         let least_mm = trials.iter().map(|trial| trial.face.spread_mm()).fold(f64::INFINITY, f64::min);
         let sigma_mm = sigma_mm.max(least_mm);
@@ -123,7 +125,7 @@ impl ProfileFinder {
         let (usual, face) = (&trials[0], &trials[k].face);
         let is_straight = self.is_straight_to_end(side, &trials[k], sigma_mm);
         let is_one_bend = || usual.face.is_bent() && face.is_bent_like(&usual.face);
-        // Noise that neighbouring columns share is larger than what they differ by, in both alike.
+        // Noise shared by neighbouring columns exceeds their differences, in both in the same way.
         let shared_mm = sigma_mm.max(face.spread_mm());
         is_straight && !(is_one_bend() && self.is_even(side, usual, shared_mm))
     }
@@ -186,7 +188,7 @@ impl ProfileFinder {
 }
 
 impl Face {
-    /// What its columns scatter by about its surface, mm.
+    /// Scatter of its columns about its surface, mm.
     pub(super) fn spread_mm(&self) -> f64 {
         self.bow.map_or(self.regression.sigma_px, |bow| bow.spread_mm)
     }
@@ -210,7 +212,7 @@ impl Price {
         Self { spread_mm: face.spread_mm().max(sigma_mm), beyond: ANYWHERE_MM.ln() }
     }
 
-    /// Of a column of the face that is off it by so much.
+    /// For a column of the face at this distance from it.
     fn on_face(&self, off_mm: f64) -> f64 {
         let normal = 0.5 * (off_mm / self.spread_mm).powi(2) + self.spread_mm.ln() + LOG_NORMAL;
         normal.min(self.beyond - FALSE_PART.ln())

@@ -1,17 +1,19 @@
-//! Where a face ends: its edge, along the face.
+//! End of a face: its edge, along the face.
 //!
-//! The edge lies behind the last column on the face and before the next one that no longer sees it, anywhere with the same chance.
-//! Three things widen that:
+//! The edge lies behind the last column on the face and before the next one off it, anywhere with the same chance. Three
+//! things widen that:
 //!
 //! - A column without a return may be the first beyond the edge, or one of the face that was lost. If a share p of the columns is lost,
 //!   k are with a chance of (1 − p) pᵏ: on average p/(1 − p) of them, with a variance of p/(1 − p)². Next to an edge more are lost than elsewhere: p is
 //!   counted there, in neighbouring profiles together.
-//! - A column that sees the edge itself may return anything. A single one that lies steeply off the face, right behind it, is such a column: the edge is
-//!   within its width. Where more follow, it may be the plate's end face or what lies behind as well, and the edge anywhere before its far side.
-//! - Of a rounded edge the face bends away by and by. The edge is somewhere from where it does to where it
-//!   has gone away by as much as on.
+//! - A column that sees the edge itself may return anything. A single column steeply off the face, right behind it, is
+//!   such a column: the edge is within its width. If more follow, it may be the plate's end face or the background as
+//!   well, and the edge anywhere before its far side.
+//! - Of a rounded edge the face bends away by and by. The edge is between the start of the deviation and the point at
+//!   which it has grown by as much again.
 //!
-//! Square to the face the end is where the last millimetres of it are: the line through all of a bowed face passes beside its end, in every profile alike.
+//! Perpendicular to the face the end lies on its last millimetres: the line through a whole bowed face misses its end by
+//! the same amount in every profile.
 
 use super::face::Face;
 use nalgebra::Vector2;
@@ -22,7 +24,7 @@ pub(super) const COUNTED_COLUMNS: usize = 4;
 /// The end of a face.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct FaceEnd {
-    /// The face where it ends.
+    /// The face at its end.
     pub(super) tip: Box<Face>,
     /// The last column's place on it, mm.
     pub(super) last: Vector2<f64>,
@@ -62,7 +64,7 @@ impl FaceEnd {
         })
     }
 
-    /// How many of how many columns beside it are lost.
+    /// Number of lost columns beside it, and number of all.
     pub(super) fn lost_of(&self) -> [usize; 2] {
         [self.lost, COUNTED_COLUMNS]
     }
@@ -87,7 +89,7 @@ impl FaceEnd {
         self.last + self.outward * (0.5 * (self.behind_mm[0] + self.behind_mm[1]))
     }
 
-    /// Where the edge is, mm.
+    /// Place of the edge, mm.
     pub(super) fn at(&self) -> Vector2<f64> {
         let lost = if self.is_bounded { 0.0 } else { self.lost_part / (1.0 - self.lost_part) };
         self.between() + self.outward * (self.pitch_mm * lost)

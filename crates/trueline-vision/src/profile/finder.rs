@@ -15,12 +15,12 @@ pub(super) const FACE_POINTS: usize = 10;
 pub(super) const LEAST_STRAIGHT: f64 = 0.6;
 /// Residuals count up to this many standard deviations.
 pub(super) const COUNTED_SIGMAS: f64 = 3.0;
-/// So much of a face next to the seam is left out, mm along x (what a column sees at once is as wide in x on any face), ...
+/// This part of a face next to the seam is left out, mm along x (a column's footprint is as wide in x on any face), ...
 const LEFT_OUT_MM: f64 = 2.0;
-/// ... and no more than this part of the face.
+/// ... and at most this part of the face.
 const LEFT_OUT_PART: f64 = 0.2;
-/// The tip of a face is as much of it as this, mm along x: a bow of 0.2 mm at 25 mm from the end then leaves 0.006 mm of an end's height, all of the face
-/// 0.04 mm. And no fewer points than these.
+/// Length of a face's tip, mm along x. A bow of 0.2 mm at 25 mm from the end then leaves 0.006 mm of an end's height; with
+/// all of the face it leaves 0.04 mm. And no fewer points than these.
 pub(super) const TIP_MM: f64 = 8.0;
 const TIP_POINTS: usize = 2 * FACE_POINTS;
 
@@ -37,7 +37,7 @@ impl ProfileFinder {
     /// The seam of a profile of points (x, z) in mm, in any order: where two faces meet, else the edge of a lap.
     ///
     /// # Errors
-    /// Why there is none.
+    /// The reason why there is none.
     pub fn find(&mut self, profile_mm: &[[f64; 2]]) -> Result<ProfileSeam, NoSeam> {
         match self.find_joint(profile_mm, ProfileJoint::Meeting) {
             Err(NoSeam::NoAngle) => {
@@ -50,7 +50,7 @@ impl ProfileFinder {
     /// The seam of a joint. Of a single plate it is its edge only where the other end is not seen; that is not known of one profile.
     ///
     /// # Errors
-    /// Why there is none.
+    /// The reason why there is none.
     pub fn find_joint(
         &mut self,
         profile_mm: &[[f64; 2]],
@@ -62,7 +62,7 @@ impl ProfileFinder {
         }
     }
 
-    /// What a profile shows of a joint.
+    /// Findings in a profile of a joint.
     pub(super) fn sight(&mut self, profile_mm: &[[f64; 2]], joint: ProfileJoint) -> Result<Sight, NoSeam> {
         self.points.clear();
         self.points.extend(profile_mm.iter().map(|&point| Vector2::from(point)));
@@ -112,7 +112,7 @@ impl ProfileFinder {
         Some(Face::of(about, self.regressor.fit(&self.shifts)?))
     }
 
-    /// The same without what is known of the line's noise.
+    /// The same without knowledge of the line's noise.
     pub(super) fn rough_face(&mut self, from: usize, to: usize) -> Option<RoughFace> {
         let about = self.take_run(from, to)?;
         let line = self.regressor.rough_line(&self.shifts)?;
@@ -120,7 +120,8 @@ impl ProfileFinder {
         Some(RoughFace { line: about.line([line.centre, line.shift_px], line.slope), sigma_mm })
     }
 
-    /// Takes the shifts of a run of the points about its rough direction: from the medians of its first third to those of its last.
+    /// Takes the shifts of a run of the points about its rough direction: from the medians of its first third to those of
+    /// its last.
     pub(super) fn take_run(&mut self, from: usize, to: usize) -> Option<RoughDirection> {
         let points = &self.points[from..to];
         let third = (points.len() / 3).max(1);
@@ -131,7 +132,7 @@ impl ProfileFinder {
             run.get(run.len() / 2).map(|point| Vector2::new(point.x, median(&mut self.spare)))
         };
         let (first, last) = (middle_of(points.get(..third)?)?, middle_of(&points[points.len() - third..])?);
-        // Of points above each other no column says where along it they are.
+        // For points above each other no column gives their place along it.
         let along = (last - first).try_normalize(1e-9).filter(|along| along.x > 0.0)?;
         let about = RoughDirection { origin: first, along };
         self.shifts.clear();
@@ -139,8 +140,9 @@ impl ProfileFinder {
         Some(about)
     }
 
-    /// A face from one place to another without what lies next to them: there a column sees more than the face, or a mirrored
-    /// stripe, or the face is rounded. Where the face begins or goes on beyond the profile nothing is left out.
+    /// A face between two places without the parts next to them: there a column views more than the face, or a mirrored
+    /// stripe, or the face is rounded. At an end where the face begins or continues beyond the profile nothing is left
+    /// out.
     pub(super) fn face_between(&mut self, from: Option<f64>, to: Option<f64>) -> Option<Face> {
         let (first, last) = (self.points.first()?.x, self.points.last()?.x);
         let left_out = left_out_mm(to.unwrap_or(last) - from.unwrap_or(first));
@@ -151,7 +153,7 @@ impl ProfileFinder {
         (start + FACE_POINTS <= end).then(|| self.face_without_bow(start, end, ends_x)).flatten()
     }
 
-    /// The last millimetres of a face before its end; all of it where they are too few, or not straight.
+    /// The last millimetres of a face before its end; all of it if they are too few, or not straight.
     pub(super) fn tip(&mut self, face: &Face, limit_mm: f64, end_x: f64, outward: Outward) -> Face {
         let left_out = LEFT_OUT_MM.min(LEFT_OUT_PART * TIP_MM);
         let [near, far] = [left_out, TIP_MM].map(|from_end| end_x - outward.sign() * from_end);

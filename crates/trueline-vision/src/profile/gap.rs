@@ -1,7 +1,7 @@
 //! The gap of a butt joint in a profile: the middle between the ends of two faces in line.
 //!
-//! A gap is the widest stretch of columns on neither face; what is seen in it (its bottom, a backing bar, a wire) lies off both. It is wider than
-//! the plates are out of line: otherwise it is the shadow of a step.
+//! A gap is the widest stretch of columns on neither face. Anything seen in it (its bottom, a backing bar, a wire) lies off
+//! both. It is wider than the plates are out of line: otherwise it is the shadow of a step.
 
 use super::face::Face;
 use super::face_end::Outward;
@@ -16,7 +16,7 @@ use nalgebra::Vector2;
 const NARROWEST_COLUMNS: f64 = 4.5;
 /// A second gap of this part of the widest one's width makes it doubtful.
 const RIVAL: f64 = 0.7;
-/// Part of a hole that something nearer fills where it is none.
+/// Part of a hole filled by something nearer beyond which it is not a hole.
 const FILLED: f64 = 0.5;
 /// Rounds in which faces and gap settle.
 const ROUNDS: usize = 3;
@@ -74,7 +74,7 @@ impl ProfileFinder {
         Ok(SeenJoint { faces: faces.map(Some), half_lengths_mm, seam: SeenSeam::Gap(ends) })
     }
 
-    /// Whether something stands in most of a hole, nearer to the sensor than the faces: a bead or a ball on a plate.
+    /// Whether an object fills most of a hole, nearer to the sensor than the faces: a bead or a ball on a plate.
     fn is_filled(
         &self,
         faces: &[Face; 2],

@@ -31,7 +31,7 @@ impl ProfileJoint {
         }
     }
 
-    /// What its seam is, in words.
+    /// Its seam, in words.
     #[must_use]
     pub fn seam(self) -> &'static str {
         match self {

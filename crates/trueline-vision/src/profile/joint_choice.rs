@@ -1,4 +1,4 @@
-//! Which joint profiles show: the one that most of them bear out.
+//! The joint of a scan: the one that most of its profiles confirm.
 
 use super::joint::ProfileJoint;
 use super::no_seam::NoSeam;
@@ -7,9 +7,9 @@ use super::seen_joint::SeenJoint;
 use crate::rare_joint::is_rare;
 use trueline_dataset::Profile;
 
-/// Profiles that are looked at.
+/// Number of sampled profiles.
 const SAMPLED: usize = 24;
-/// Part of them in which a joint must be found; in which an end must be, for every face ends somewhere.
+/// Least part of them with the joint; for an end, which every face has somewhere, the larger one.
 const MOSTLY: f64 = 0.5;
 const NEARLY_ALWAYS: f64 = 0.8;
 /// Fewest profiles that show a gap, and an end: one alone may be dirt.
@@ -22,7 +22,7 @@ pub(super) fn joint(profiles: &[Profile]) -> Option<ProfileJoint> {
     let sampled: Vec<&Profile> = profiles.iter().step_by(step).collect();
     let [meeting, laps, gaps, edges] = ProfileJoint::ALL.map(|joint| seen(&sampled, joint));
     let count = |seen: &[Result<SeenJoint, NoSeam>]| seen.iter().filter(|seen| seen.is_ok()).count();
-    // A gap that is wider than its plates are out of line is no step.
+    // A gap wider than the misalignment of its plates is not a step.
     let steps = laps.iter().zip(&gaps).filter(|(lap, gap)| lap.is_ok() && gap.is_err()).count();
     let (corners, gaps, edges) = (count(&meeting), count(&gaps), count(&edges));
     let part = |count: usize| count as f64 / sampled.len().max(1) as f64;
@@ -38,7 +38,7 @@ pub(super) fn joint(profiles: &[Profile]) -> Option<ProfileJoint> {
     if part(edges) >= NEARLY_ALWAYS && edges >= FEWEST_ENDS {
         return Some(ProfileJoint::Edge);
     }
-    // Less often: whatever there is most of, but for gaps and ends, which are dirt then.
+    // Less often: the most frequent one, except gaps and ends, which are dirt then.
     let most = if steps > corners { (ProfileJoint::Lap, steps) } else { (ProfileJoint::Meeting, corners) };
     (!is_rare(most.1, sampled.len())).then_some(most.0)
 }

@@ -1,8 +1,8 @@
 //! The edge of a lap or a step in a profile: where the face nearer to the sensor ends, of two that are parallel.
 //!
-//! Along the face the edge is known to the distance of two columns: it lies between the last that sees the upper face and the first that sees
-//! the lower one, anywhere with the same chance. Where more than a few columns lie between, the lower face is in the shadow, and the edge is
-//! that of a face over nothing: see [`face_end`](super::face_end).
+//! Along the face the edge is known to the distance of two columns: it lies anywhere between the last on the upper face and
+//! the first on the lower one, with equal chance. If more than a few columns lie between, the lower face is in the shadow,
+//! and the edge is that of a face over nothing: see [`face_end`](super::face_end).
 
 use super::face::Face;
 use super::face_end::{FaceEnd, Outward};
@@ -19,13 +19,13 @@ const COLUMNS_APART: f64 = 3.5;
 /// To which side each face ends.
 const OUTWARD: [Outward; 2] = [Outward::Right, Outward::Left];
 
-/// Where the upper of two faces ends.
+/// End of the upper of two faces.
 struct StepEdge {
     /// Between which places of x, mm.
     x_mm: [f64; 2],
     /// Distance of columns, mm.
     pitch_mm: f64,
-    /// Where the lower face begins further away than the next column: the points before it.
+    /// If the lower face begins further away than the next column: the points before it.
     over_shadow: Option<Range<usize>>,
 }
 
@@ -46,7 +46,8 @@ impl ProfileFinder {
         Ok(joint)
     }
 
-    /// The same with the bend at a place, and over a shadow the points of the upper face; `None` where they are one face, or not straight.
+    /// The same with the bend at a place, and over a shadow the points of the upper face; `None` if they are one face, or
+    /// not straight.
     fn stepped(&mut self, split: usize, sigma_mm: f64) -> Option<(SeenJoint, Option<Range<usize>>)> {
         let faces = [self.face(0, split)?, self.face(split, self.points.len())?];
         let x_mm = 0.5 * (self.points[split - 1].x + self.points[split].x);
@@ -84,8 +85,7 @@ impl ProfileFinder {
         Some((SeenJoint { faces: faces.map(Some), half_lengths_mm, seam }, edge.over_shadow))
     }
 
-    /// Where the upper face ends: of all places among a range of the points that with the fewest points of a face on the other
-    /// one's side.
+    /// End of the upper face: the place in a range of the points with the fewest points of a face on the other one's side.
     fn edge_between(
         &mut self,
         faces: &[Face; 2],

@@ -1,8 +1,9 @@
 //! Ends of faces that hardly move from one profile to the next.
 //!
-//! An edge is somewhere between two columns. Where it moves on through them, neighbouring profiles see it at other places between theirs, and their errors
-//! have nothing to do with each other. Where it stays, it lies between the same columns in all of them, and they measure it only once;
-//! so do those in which one of the columns is lost. For an edge that creeps through the columns this is less than their noise implies.
+//! An edge is somewhere between two columns. If it moves on through them, neighbouring profiles see it at other places
+//! between theirs, and their errors are independent. If it stays, it lies between the same columns in all of them, and they
+//! measure it only once. The same holds if one of the columns is lost. For an edge that creeps through the columns this is
+//! less than their noise implies.
 
 use super::face_end::FaceEnd;
 use super::seen_joint::SeenJoint;
@@ -11,7 +12,8 @@ use std::collections::BTreeMap;
 
 /// Parts of a column: ends that are in the same one are between the same columns.
 const PARTS: f64 = 10.0;
-/// An end that moves by less hardly does, parts of a column: one that stays seems to move by a column where one is lost.
+/// An end that moves by less counts as resting, parts of a column: a resting end seems to move by a column if one is
+/// lost.
 const HARDLY: u64 = 15;
 
 /// Inflates the noise of edges that stay in the same column: such readings are not independent.
@@ -36,7 +38,7 @@ pub(super) fn count_once(joints: &mut [(i64, &mut SeenJoint)]) {
     }
 }
 
-/// Which of the places that follow each other are hardly another one than that before or after them.
+/// The places, in order, that hardly differ from the one before or after them.
 fn lingering(places: &[i64]) -> Vec<bool> {
     let is_near = |a: usize, b: Option<usize>| {
         b.and_then(|b| places.get(b)).is_some_and(|place| place.abs_diff(places[a]) < HARDLY)
@@ -52,11 +54,11 @@ mod tests {
     fn what_moves_on_does_not_linger() {
         assert!(lingering(&[]).is_empty());
         assert_eq!(lingering(&[40]), [false]);
-        // Two profiles where it turns.
+        // Two profiles at the turning point.
         assert_eq!(lingering(&[10, 70, 120, 130, 80, 20]), [false, false, true, true, false, false]);
     }
 
-    /// Columns of a file that are all at one place are no distance apart.
+    /// Columns of a file that are all at one place have zero distance.
     #[test]
     fn places_without_end_are_compared_as_well() {
         assert_eq!(lingering(&[i64::MAX, i64::MIN, i64::MAX, i64::MAX]), [false, false, true, true]);

@@ -9,7 +9,7 @@ pub enum NoSeam {
     /// One straight line, or two that are parallel.
     #[error("no two faces at an angle")]
     NoAngle,
-    /// What lies beside the seam is no straight face.
+    /// A face beside the seam is not straight.
     #[error("the faces are not straight")]
     NotStraight,
     /// The faces would meet far from both.
@@ -24,19 +24,19 @@ pub enum NoSeam {
     /// Two holes that are nearly as wide as each other.
     #[error("several gaps")]
     SeveralGaps,
-    /// A gap that is not as wide as those of most of the profiles.
+    /// A gap with another width than in most of the profiles.
     #[error("the gap width differs from most profiles")]
     OddGap,
     /// A face that ends nowhere but where the view does.
     #[error("the face ends at the edge of the field of view")]
     EndOfView,
-    /// A face of which both ends are in view.
+    /// A face with both ends in view.
     #[error("both ends of the face are in view, and one of them must be the edge")]
     BothEnds,
     /// An edge that is rounded over more than 1 mm.
     #[error("the face curves over more than 1 mm before its end")]
     RoundedEnd,
-    /// A face that bends as much everywhere as where it should meet the other one: pipe, bead, ball, groove.
+    /// A face that bends everywhere as much as at the expected corner: pipe, bead, ball, groove.
     #[error("a round face (radius about {0}) and no corner")]
     RoundFace(RadiusUm),
 }
@@ -46,7 +46,7 @@ pub enum NoSeam {
 pub struct RadiusUm(pub u32);
 
 impl RadiusUm {
-    /// That of a radius in mm.
+    /// The value of a radius in mm.
     #[must_use]
     pub fn of_mm(mm: f64) -> Self {
         Self((mm * UM_PER_MM).round() as u32)

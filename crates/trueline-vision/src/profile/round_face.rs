@@ -1,7 +1,7 @@
-//! Faces that are round: their bend does not end where they should meet.
+//! Round faces: their bend does not end at the expected corner.
 //!
-//! Two straight faces turn at the seam, and a round one everywhere. Of a face that is bent by more than plates are, the bend goes on between the faces, so far
-//! as nothing else is seen. Only what turns by clearly more there is a seam.
+//! Two straight faces turn at the seam, and a round one everywhere. If a face is bent by more than usual plates, the bend
+//! continues between the faces, unless something else is visible there. Only a clearly larger turn there is a seam.
 
 use super::bow::Place;
 use super::face::Face;
@@ -72,7 +72,7 @@ pub(super) fn round(faces: &[Face; 2], sigma_mm: f64) -> Option<NoSeam> {
     (is_unknown || goes_on.contains(&turned)).then(|| sharpest.round_face())
 }
 
-/// Where the left face ends and the right one begins, along x; anywhere where no bow is known.
+/// End of the left face and start of the right one, along x; anywhere if no bow is known.
 pub(super) fn between_x(faces: &[Face; 2]) -> [f64; 2] {
     let [left, right] = faces.each_ref().map(Face::tangents);
     [
@@ -94,7 +94,7 @@ impl Face {
         shift.shift_px - self.regression.shift_at(shift.s) - bowed_mm
     }
 
-    /// Its tangents at both ends, the left one first; of its line where no bow is known none.
+    /// Its tangents at both ends, the left one first; of its line without a known bow none.
     fn tangents(&self) -> Option<[Tangent; 2]> {
         let bow = self.bow?;
         let Place { middle, half } = bow.place;

@@ -14,10 +14,10 @@ use std::collections::BTreeMap;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_dataset::{Feature, FoundSeams, Measured, PlateStripe, Profile, correlation_of};
 
-/// What was found in the profiles of a scan.
+/// Seams found in the profiles of a scan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProfileSeams {
-    /// The joint that was looked for.
+    /// The joint of the search.
     pub joint: ProfileJoint,
     /// One feature for each profile with a seam, by rising stamp, and the stripes of its faces.
     pub found: FoundSeams,
@@ -26,7 +26,7 @@ pub struct ProfileSeams {
 }
 
 impl ProfileSeams {
-    /// How many profiles have no seam for which reason.
+    /// Number of profiles without a seam, by reason.
     #[must_use]
     pub fn reasons(&self) -> BTreeMap<NoSeam, usize> {
         let mut reasons = BTreeMap::new();

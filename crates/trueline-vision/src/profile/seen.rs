@@ -1,4 +1,4 @@
-//! What the profiles of a scan show of a joint.
+//! Findings in the profiles of a scan.
 
 use super::face_end::FaceEnd;
 use super::finder::ProfileFinder;
@@ -42,7 +42,7 @@ fn refuse_odd_gaps(joints: &mut [Result<SeenJoint, NoSeam>]) {
     });
     let (gaps, sizes): (Vec<_>, Vec<_>) = gaps.map(|(joint, width, pitch)| (joint, (width, pitch))).unzip();
     let widths: Vec<f64> = sizes.iter().map(|(width, _)| *width).collect();
-    // Each end is known to a column.
+    // Each end is exact to a column.
     let most_pitch = sizes.iter().map(|(_, pitch)| *pitch).fold(0.0, f64::max);
     for (joint, is_odd) in gaps.into_iter().zip(odd_widths(&widths, 2.0 * most_pitch)) {
         if is_odd {

@@ -1,4 +1,4 @@
-//! What one profile shows of its joint: straight faces and where the seam is on them, with its covariance.
+//! Findings in one profile: straight faces and the place of the seam on them, with its covariance.
 
 use super::face::{Face, FaceSupport, square_to};
 use super::face_end::FaceEnd;
@@ -19,23 +19,23 @@ pub struct ProfileSeam {
     pub faces: [Option<FaceSupport>; 2],
 }
 
-/// Straight faces and where the seam is on them; what is stated of their noise may still change.
+/// Straight faces and the place of the seam on them; the statement of their noise may still change.
 #[derive(Clone)]
 pub(super) struct SeenJoint {
     /// The left one first; a plate alone is the first.
     pub faces: [Option<Face>; 2],
-    /// Half of what is seen of each.
+    /// Half of the visible part of each.
     pub half_lengths_mm: [f64; 2],
     /// The seam.
     pub seam: SeenSeam,
 }
 
-/// Where the seam is.
+/// Place of the seam.
 #[derive(Clone)]
 pub(super) enum SeenSeam {
-    /// Where both faces meet.
+    /// Crossing of both faces.
     Crossing(Vector2<f64>),
-    /// Where one of them ends.
+    /// End of one of them.
     Edge {
         /// Number of the face.
         face: usize,

@@ -10,11 +10,12 @@ use crate::measure::regression::median;
 
 /// Profiles before and after one that are asked.
 const NEIGHBOURS: usize = 16;
-/// Part of those that show a joint, or such a shape, from which on it is the plate's: of sharp ends, of such that are rounded by up to a millimetre, and of straight faces,
-/// none is.
+/// Part of the profiles with a joint, or such a shape, above which the shape is the plate's. Sharp ends, ends rounded by up
+/// to a millimetre, and straight faces stay below.
 const MANY: f64 = 1.0 / 3.0;
 
-/// Behind a sharp end the edge is known to a column or two; ends that are known to more, distances of columns, are rounded.
+/// Behind a sharp end the edge is exact to a column or two. Ends with a larger uncertainty, in distances of columns, are
+/// rounded.
 const SHARP_COLUMNS: f64 = 3.0;
 
 /// The profiles about one.
@@ -22,7 +23,7 @@ fn about<T>(all: &[T], k: usize) -> &[T] {
     &all[k.saturating_sub(NEIGHBOURS)..(k + NEIGHBOURS + 1).min(all.len())]
 }
 
-/// Refuses the joints of profiles whose neighbours show that an end is rounded, or a face round.
+/// Refuses the joints of profiles with neighbours that show a rounded end, or a round face.
 pub(super) fn refuse_shapes(joints: &mut [Result<SeenJoint, NoSeam>]) {
     let seen: Vec<Option<NoSeam>> = joints.iter().map(|joint| joint.as_ref().err().copied()).collect();
     for (k, joint) in joints.iter_mut().enumerate().filter(|(_, joint)| joint.is_ok()) {

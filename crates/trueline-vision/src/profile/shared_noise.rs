@@ -1,20 +1,21 @@
-//! The noise of a face, and what is lost at its end, from the profiles about it.
+//! The noise of a face, and the losses at its end, from the profiles about it.
 //!
-//! One face has a few hundred points, of which its variance is known to some 15 %. Whoever weighs faces by such variances trusts
-//! those most that happen to state too little: with a relative variance c² of what is stated, the mean of many has the variance
-//! (1 + c²) σ²/n but states σ²/n / (1 + c²), and is too sure by about c². So the noise is that of the neighbouring profiles
-//! together. What is shared is Lᵀ C L, with the covariance C of the line and its information A = L Lᵀ for points of unit noise:
-//! the variance of a point, and how it differs along the face, without how many points there are and where.
+//! One face has a few hundred points, so its variance is known to about 15 %. Weights by such variances favour faces with
+//! accidentally small ones. With a relative variance c² of the stated variance, the mean of many has the variance (1 + c²)
+//! σ²/n but states σ²/n / (1 + c²). It is too small by about c². So the noise is that of the neighbouring profiles together.
+//! The shared quantity is Lᵀ C L, with the covariance C of the line and its information A = L Lᵀ for points of unit noise.
+//! It is the variance of a point, and its change along the face, independent of the number and places of points.
 
 use super::face_end::lost_part;
 use super::seen_joint::SeenJoint;
 use crate::measure::regression::{OWN_NOISE, Regression};
 use nalgebra::Matrix2;
 
-/// Profiles before and after one whose noise it shares: 33 faces leave 3 % of 15 %.
+/// Profiles before and after one that share its noise: 33 faces leave 3 % of 15 %.
 const NEIGHBOURS: usize = 16;
 
-/// Gives each face and each tip the noise of the profiles about it, left and right ones apart, and each end what is lost at theirs.
+/// Gives each face and each tip the noise of the profiles about it, left and right ones separately, and each end the lost
+/// columns at theirs.
 pub(super) fn share_noise(profiles: &mut [&mut SeenJoint]) {
     for side in 0..2 {
         share(profiles, |profile| Some(&mut profile.faces[side].as_mut()?.regression));
@@ -42,7 +43,7 @@ fn share(
         .collect();
     for (k, profile) in profiles.iter_mut().enumerate() {
         let about = &own[neighbours(k, own.len())];
-        // A face that scatters by more keeps its own noise, and shares it with nobody.
+        // A face with more scatter keeps its own noise, and does not share it.
         let limit = OWN_NOISE * median_trace(about);
         let Some(line) = line(profile) else { continue };
         if own[k].trace() > limit {

@@ -1,11 +1,11 @@
-//! What one profile shows of a joint by itself.
+//! Findings in a single profile of a joint.
 
 use super::face::Face;
 use super::face_end::FaceEnd;
 use super::no_seam::NoSeam;
 use super::seen_joint::{SeenJoint, SeenSeam};
 
-/// What a profile shows of a joint.
+/// Findings in a profile of a joint.
 #[expect(clippy::large_enum_variant, reason = "one a profile, nearly always the large variant")]
 pub(super) enum Sight {
     /// The joint.
@@ -22,7 +22,7 @@ pub(super) enum Sight {
 }
 
 impl Sight {
-    /// The end of a face whose edge other profiles determine, to the left (0) or to the right (1).
+    /// The end of a face with its edge from other profiles, to the left (0) or to the right (1).
     pub(super) fn end(&self, side: usize) -> Option<FaceEnd> {
         match self {
             Self::Joint(_) => None,
@@ -30,7 +30,7 @@ impl Sight {
         }
     }
 
-    /// The joint; of one face the one that is left if ends `at_border` are none of the plate's.
+    /// The joint. For one face it is the remaining one if the ends `at_border` are not the plate's.
     pub(super) fn joint(self, at_border: [bool; 2]) -> Result<SeenJoint, NoSeam> {
         let (face, half_length_mm, ends) = match self {
             Self::Joint(joint) => return Ok(joint),

@@ -24,7 +24,7 @@ impl StraightLine {
         self.normal.dot(point) - self.distance_mm
     }
 
-    /// Where it meets another one, unless they are nearly parallel.
+    /// Its crossing with another one, unless they are nearly parallel.
     pub(super) fn meets(&self, other: &Self) -> Option<Vector2<f64>> {
         let matrix = Matrix2::from_rows(&[self.normal.transpose(), other.normal.transpose()]);
         if matrix.determinant().abs() < LEAST_ANGLE_SINE {

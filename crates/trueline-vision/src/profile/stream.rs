@@ -1,7 +1,8 @@
 //! Seams of profiles that come one after the other, as they come.
 //!
-//! Which end of a face is its plate's, what profiles lose there and how they scatter is told by several of them, and so is the joint. So they are looked
-//! at by the second, like the profiles of a short scan; the joint is the one that most of the seconds so far have shown.
+//! The end of a face that is its plate's, the losses there and the scatter need several profiles, and so does the joint. So
+//! they are processed by the second, like the profiles of a short scan. The joint is the one found in most of the seconds so
+//! far.
 
 use super::joint::ProfileJoint;
 use super::joint_choice;
@@ -31,15 +32,15 @@ impl ProfileStream {
         Self { named: joint, ..Self::default() }
     }
 
-    /// The joint that is looked for; `None` before any was shown.
+    /// The joint of the search; `None` before any was found.
     #[must_use]
     pub fn joint(&self) -> Option<ProfileJoint> {
-        // Of equals the one that is told apart first.
+        // Of equals the first in order.
         let most = self.shown.iter().rev().max_by_key(|(_, count)| **count);
         self.named.or(most.map(|(joint, _)| *joint))
     }
 
-    /// Takes a profile in; the features of those that have waited for it.
+    /// Takes a profile in; returns the features of the waiting ones.
     pub fn push(&mut self, profile: Profile) -> Vec<Feature> {
         self.waiting.push(profile);
         let count = self.waiting.len();

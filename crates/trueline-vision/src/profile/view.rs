@@ -1,9 +1,10 @@
 //! Limits of the sensor's view, estimated from the ends of faces in all profiles of a scan.
 //!
-//! A plate that goes on beyond the view ends in the same place in one profile after the other: on one straight line, for a view is a rectangle or
-//! a trapezium, and in the same column. A plate's edge wanders through the view as the robot moves, and turns round smoothly where it comes nearest to
-//! the border: within x of a turning point it is found as often as √x. So ends are at a border where three in four of those within six columns of their
-//! outermost line lie within one and a half.
+//! A plate that continues beyond the view ends at the border in one profile after the other. These ends lie on one straight
+//! line, because a view is a rectangle or a trapezium, and in the same column. A plate's edge moves through the view with
+//! the robot, and turns smoothly at its nearest place to the border: its frequency within x of a turning point is
+//! proportional to √x. So ends are at a border where three in four of those within six columns of their outermost line lie
+//! within one and a half.
 
 use super::face_end::FaceEnd;
 use crate::measure::regression::median;
@@ -11,14 +12,14 @@ use crate::measure::regression::median;
 /// Ends so near to the outermost line lie on it, and others so near are compared with them; distances of columns.
 const ON_BORDER: f64 = 1.5;
 const NEAR_BORDER: f64 = 6.0;
-/// Part of those near it that lie on it where it is a border, and fewest of them.
+/// Part of those near it that lie on it if it is a border, and fewest of them.
 const PILED_UP: f64 = 0.75;
 const FEWEST: usize = 5;
-/// Part of all ends on the border from which on all others are taken to be there as well, columns of which were lost.
+/// Part of all ends on the border beyond which all others with lost columns count as on it, too.
 const MOSTLY: f64 = 0.5;
 /// So far from a border an end may be its, distances of columns: a few were lost.
 const AT_BORDER: f64 = 3.0;
-/// The side of a view leans by no more, x over range: 45°.
+/// Largest slope of a view's side, x over range: 45°.
 const MOST_LEAN: f64 = 1.0;
 /// A face that slopes by less does not leave the view by its range.
 const LEAST_SLOPE: f64 = 0.1;
@@ -51,7 +52,7 @@ pub(super) fn at_border(ends: &[Option<FaceEnd>], sign: f64) -> Vec<bool> {
     border
 }
 
-/// Those of numbered distances from an outermost line, in distances of columns, that lie at a border.
+/// The distances from an outermost line, numbered, in distances of columns, that lie at a border.
 fn piled_up(slacks: &[(usize, f64)]) -> impl Iterator<Item = usize> + '_ {
     let within = |limit: f64| slacks.iter().filter(|(_, slack)| *slack <= limit).count();
     let (on, near) = (within(ON_BORDER), within(NEAR_BORDER));
@@ -64,8 +65,8 @@ fn piled_up(slacks: &[(usize, f64)]) -> impl Iterator<Item = usize> + '_ {
     slacks.iter().filter(move |(_, slack)| *slack <= limit).map(|(k, _)| *k)
 }
 
-/// The line y = a + b x on or above all points that is nearest to them, of those that lean as the side of a view may: the edge of their upper
-/// hull above their mean, or the steepest that touches them.
+/// The nearest line y = a + b x on or above all points, with the possible slope of a view's side: the edge of their upper
+/// hull above their mean, or the steepest line that touches them.
 fn outermost_line(points: &[[f64; 2]]) -> Option<[f64; 2]> {
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));

@@ -1,6 +1,7 @@
 //! Why the pictures of a scan cannot be examined.
 
-/// What stops a scan's examination. A picture without a seam does not: that is a [`crate::NotFound`] of its own.
+/// Error that stops a scan's examination. A picture without a seam does not: that is a [`crate::NotFound`] of its
+/// own.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ScanError {
@@ -26,7 +27,7 @@ pub enum ScanError {
     /// There is nothing to examine.
     #[error("there are no pictures")]
     NoPictures,
-    /// Whoever looks on could not go on.
+    /// The observer failed.
     #[error("{0}")]
     Observer(Box<dyn std::error::Error + Send + Sync>),
 }

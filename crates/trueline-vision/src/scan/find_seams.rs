@@ -24,7 +24,7 @@ const SAMPLED: usize = 24;
 /// detected.
 ///
 /// # Errors
-/// A picture that cannot be read, of another size than the camera's, or what the observer says.
+/// An unreadable picture, one of another size than the camera's, or an error of the observer.
 pub fn find_seams(
     source: &dyn PictureSource,
     detector: &Detector,
@@ -103,7 +103,7 @@ fn examine_all(
         .collect();
     observer.ends(Stage::FindingSeams);
     let mut examined = examined?;
-    // One broken picture stops nothing; if all are, that is no scan.
+    // One broken picture stops nothing; if all are broken, there is no scan.
     if !examined.is_empty() && examined.iter().all(|one| one.unreadable.is_some()) {
         return Err(examined.remove(0).unreadable.unwrap_or(ScanError::NoPictures));
     }
@@ -141,7 +141,7 @@ fn chosen_joint(
         .map_init(
             || (detector.clone(), Vec::new()),
             |(detector, spare), number| {
-                // What cannot be read is told of when every picture is examined.
+                // Unreadable pictures are reported when every picture is examined.
                 let Ok(image) = read(source, number, detector, spare) else {
                     observer.advances(Stage::ChoosingJoint);
                     return Ok(None);
@@ -186,9 +186,9 @@ impl<'a> InColour<'a> {
         Self { source, number, image, colour: OnceCell::new() }
     }
 
-    /// What it shows of a joint.
+    /// Findings in it of a joint.
     fn detect(&self, detector: &mut Detector, joint: Joint) -> Result<Detection, NotFound> {
-        // It has been read before, so that it can be read again; if not, what its levels say stands.
+        // It has been read before, so it can be read again; if not, the result from its levels stands.
         let colour = || self.colour.get_or_init(|| self.source.colour(self.number).ok().flatten()).as_ref();
         detector.detect_in_colour(self.image, colour, joint)
     }

@@ -1,4 +1,4 @@
-//! Which joint a scan shows: the one that most of its pictures bear out.
+//! The joint of a scan: the one that most of its pictures confirm.
 
 use crate::detection::Detection;
 use crate::measure::regression::median;
@@ -6,18 +6,18 @@ use crate::not_found::NotFound;
 use crate::rare_joint::is_rare;
 use crate::seam::Joint;
 
-/// What one picture shows of each joint of [`Joint::ALL`], where it shows something.
+/// Findings in one picture of each joint of [`Joint::ALL`], if any.
 pub(crate) type JointTrial = [Option<Detection>; Joint::ALL.len()];
 
 /// Part of the pictures in which a joint of several segments must be found to be preferred to a simpler one.
 const MOSTLY: f64 = 0.5;
-/// A gap is a joint only in several pictures, and only if it is equally wide everywhere (median deviation as a part of the median), or there in
-/// this part of the pictures: soot and scratches make gaps as well, but not one in each picture.
+/// A gap is a joint only in several pictures, and only if it is equally wide everywhere (median deviation as a part of the
+/// median), or present in this part of the pictures. Soot and scratches make gaps as well, but not one in each picture.
 const EVEN: f64 = 0.15;
 const NEARLY_ALWAYS: f64 = 0.8;
 const SEVERAL: usize = 6;
 const FEWEST_GAPS: usize = 3;
-/// A groove whose faces are this far apart at the root, as a part of its width, has a flat root and no bottom.
+/// A groove with faces this far apart at the root, as a part of its width, has a flat root and no bottom.
 const FLAT: f64 = 0.2;
 /// Gaps are of the same width within this part of it.
 const ALIKE: f64 = 0.25;
@@ -28,7 +28,7 @@ const SHARED: f64 = 0.6;
 #[must_use]
 pub fn joint(trials: &[JointTrial]) -> Option<Joint> {
     let found = |number: usize| trials.iter().filter(|trial| trial[number].is_some()).count();
-    // What has more segments is asked for first: every groove has a corner that a fillet could be, too.
+    // Joints with more segments are tried first: every groove has a corner that a fillet could be, too.
     for (number, joint) in Joint::ALL.into_iter().enumerate() {
         let share = found(number) as f64 / trials.len().max(1) as f64;
         let plausible = match joint {
@@ -42,7 +42,7 @@ pub fn joint(trials: &[JointTrial]) -> Option<Joint> {
             return Some(joint);
         }
     }
-    // Less often: whatever there is most of, unless that is so rare that it is chance. A gap, or an end, in fewer than half of the
+    // Less often: the most frequent one, unless it is so rare that it is chance. A gap, or an end, in fewer than half of the
     // pictures is dirt.
     let joints = Joint::ALL.into_iter().enumerate();
     let joints = joints.filter(|(_, joint)| !matches!(joint, Joint::Butt | Joint::Edge));
@@ -50,8 +50,8 @@ pub fn joint(trials: &[JointTrial]) -> Option<Joint> {
     most.filter(|(number, _)| !is_rare(found(*number), trials.len())).map(|(_, joint)| joint)
 }
 
-/// Refuses the gaps that are not as wide as most of the others. Where there is no width that most of them share,
-/// nothing is refused.
+/// Refuses the gaps that are not as wide as most of the others. Without a width that most of them share, nothing is
+/// refused.
 pub fn refuse_odd_gaps<'a>(seams: impl Iterator<Item = &'a mut Result<Detection, NotFound>>) {
     let mut found: Vec<&mut Result<Detection, NotFound>> = seams.filter(|found| found.is_ok()).collect();
     let widths: Vec<f64> =
@@ -63,7 +63,8 @@ pub fn refuse_odd_gaps<'a>(seams: impl Iterator<Item = &'a mut Result<Detection,
     }
 }
 
-/// Which widths are not those that most of the others have, to within a quarter or `least`; none where there is no width that most of them share.
+/// The widths that differ from those of most others by more than a quarter or `least`; none without a width that most of
+/// them share.
 pub(crate) fn odd_widths(widths: &[f64], least: f64) -> Vec<bool> {
     let near = |width: f64, other: f64| (width - other).abs() <= (ALIKE * width).max(least);
     let sharing = |width: f64| widths.iter().filter(|other| near(width, **other)).count();

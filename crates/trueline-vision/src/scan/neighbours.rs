@@ -1,8 +1,8 @@
 //! Seams of a scan against each other: a point that the pictures before and after it do not bear out.
 //!
-//! Pictures are looked at one by one; only afterwards, with all of them known, is a point refused that lies far
-//! from where its neighbours have the seam. Far is measured by how well neighbours agree everywhere: a scan that
-//! moves fast, or pictures that have nothing to do with each other, are not judged by this.
+//! Pictures are processed one by one. Only afterwards, with all of them known, a point far from its neighbours' seam
+//! is refused. Far is measured by how well neighbours agree everywhere: a scan that moves fast, or pictures that have
+//! nothing to do with each other, are not judged by this.
 
 use crate::detection::Detection;
 use crate::measure::regression::median;
@@ -18,7 +18,7 @@ const ALIKE_PX: f64 = 0.3;
 const TYPICAL: f64 = 10.0;
 const LEAST_PX: f64 = 10.0;
 
-/// What was found in the pictures of a scan, in its order, each with its time, s.
+/// Findings in the pictures of a scan, in its order, each with its time, s.
 pub(crate) type InOrder<'a> = Vec<(f64, &'a mut Result<Detection, NotFound>)>;
 
 /// Refuses the pictures in which the seam jumps away from where the pictures before and after have it. Returns how far a
@@ -57,8 +57,8 @@ pub(crate) fn places(
     found.filter_map(|(k, time_s, found)| Some((k, time_s, place(found)?))).collect()
 }
 
-/// Where its neighbours have a point: a parabola over time through them, of least absolute deviations, which a few
-/// wrong ones do not move \[Schlossmacher1973\].
+/// Position by its neighbours: a parabola over time through them, of least absolute deviations, which a few wrong
+/// ones do not move \[Schlossmacher1973\].
 fn expected(points: &[(f64, Vector2<f64>)], number: usize) -> Vector2<f64> {
     let first = number.saturating_sub(NEIGHBOURS / 2).min(points.len() - 1 - NEIGHBOURS);
     let (own_time_s, own) = points[number];
@@ -83,7 +83,7 @@ fn expected(points: &[(f64, Vector2<f64>)], number: usize) -> Vector2<f64> {
             }
             match information.try_inverse() {
                 Some(inverse) => at = inverse * right,
-                // All at one time: nothing can be said against the point.
+                // All at one time: there is no evidence against the point.
                 None => return own,
             }
         }

@@ -1,4 +1,4 @@
-//! Whoever looks on while the pictures of a scan are examined: a progress bar, overlays.
+//! Observer of the examination of a scan's pictures: a progress bar, overlays.
 
 use crate::detection::Detection;
 use crate::detector::Detector;
@@ -6,7 +6,7 @@ use crate::not_found::NotFound;
 use crate::scan::error::ScanError;
 use trueline_dataset::GrayImage;
 
-/// What is being done.
+/// Present work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// A sample of the pictures is examined for every joint.
@@ -22,7 +22,7 @@ pub struct ExaminedPicture<'a> {
     pub number: usize,
     /// The picture.
     pub image: &'a GrayImage,
-    /// What it shows of the joint, or why nothing.
+    /// Findings of the joint, or why there are none.
     pub found: &'a Result<Detection, NotFound>,
     /// The detector, which still holds the line segments of this picture.
     pub detector: &'a Detector,
@@ -42,11 +42,11 @@ pub trait ScanObserver: Sync {
     /// A picture was examined for its seam.
     ///
     /// # Errors
-    /// Whatever should stop the examination of the others.
+    /// Error that should stop the examination of the others.
     fn examined(&self, _picture: &ExaminedPicture<'_>) -> Result<(), ScanError> {
         Ok(())
     }
 }
 
-/// Nobody looks on.
+/// No observer.
 impl ScanObserver for () {}

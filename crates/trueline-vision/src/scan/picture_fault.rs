@@ -3,21 +3,21 @@
 use crate::measure::regression::median;
 use crate::picture_light::PictureLight;
 
-/// A picture whose brightest place is below this part of full scale is dark.
+/// A picture with its brightest place below this part of full scale is dark.
 const DARK: f64 = 0.08;
 /// A stripe is dim below this part of full scale.
 const DIM: f64 = 0.1;
-/// A picture half of which is above this part of full scale is overexposed.
+/// A picture with half of it above this part of full scale is overexposed.
 const GLARING: f64 = 0.6;
 /// Surroundings above this part of full scale, and not less than half as bright as the stripe is above them, are lit.
 const LIT: f64 = 0.2;
 const LIT_BESIDE: f64 = 0.5;
 /// A stripe that typically reaches this part of full scale is cut off there.
 const CUT_OFF: f64 = 0.95;
-/// A stripe in focus is no thicker than this (standard deviation), px.
+/// Largest thickness of a stripe in focus (standard deviation), px.
 const THICK_PX: f64 = 10.0;
 
-/// What is wrong with most pictures of a scan. Seams may be found all the same; with it cured they are better.
+/// Fault of most pictures of a scan. Seams may be found all the same; with it cured they are better.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PictureFault {
@@ -56,7 +56,7 @@ pub enum PictureFault {
         /// The surroundings, percent of full scale.
         percent: f64,
     },
-    /// A stripe whose middle is cut off.
+    /// A stripe with a clipped middle.
     #[error(
         "the stripe is saturated: typically {percent:.0} % of full scale; shorten the exposure, or lower the \
         gain"
@@ -73,7 +73,7 @@ pub enum PictureFault {
     OutOfFocus {
         /// Its thickness, px.
         sigma_px: f64,
-        /// What is still sharp, px.
+        /// Largest width of a sharp stripe, px.
         most_px: f64,
     },
 }
@@ -93,7 +93,7 @@ impl PictureFault {
     }
 }
 
-/// The faults of pictures by their typical light; `wide` pictures have 16 bits, of which the brightest shows how many are
+/// The faults of pictures by their typical light; `wide` pictures have 16 bits, and the brightest shows how many are
 /// used.
 #[must_use]
 pub(crate) fn picture_faults(lights: &[PictureLight], wide: bool) -> Vec<PictureFault> {
@@ -118,7 +118,8 @@ pub(crate) fn picture_faults(lights: &[PictureLight], wide: bool) -> Vec<Picture
     } else if stripe < 100.0 * DIM {
         Some(PictureFault::DimStripe { percent: stripe })
     } else if ambient + stripe > 100.0 * CUT_OFF {
-        // What is even at full scale holds more light than a bell of that height, by which brightness is told: there is no more to say.
+        // A stripe that is flat at full scale holds more light than a bell of that height, which the brightness assumes:
+        // nothing else is reported.
         Some(PictureFault::SaturatedStripe { percent: (ambient + stripe).min(100.0) })
     } else {
         None

@@ -1,4 +1,4 @@
-//! What was found in the pictures of a scan.
+//! Seams found in the pictures of a scan.
 
 use crate::detection::Detection;
 use crate::not_found::NotFound;
@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 use trueline_dataset::{Feature, FoundSeams, FrameStamp, PlateStripe};
 
-/// Why a joint was looked for.
+/// Reason for the joint of the search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointSource {
     /// The caller named it.
@@ -25,9 +25,9 @@ pub enum JointSource {
 pub struct ScanFrame {
     /// When it was taken.
     pub stamp: FrameStamp,
-    /// What a person calls it.
+    /// Its name for people.
     pub name: String,
-    /// What it shows of the joint, or why nothing.
+    /// Findings of the joint, or why there are none.
     pub found: Result<Detection, NotFound>,
 }
 
@@ -43,7 +43,7 @@ pub struct SkippedPictures {
 /// The seams of a scan.
 #[derive(Debug)]
 pub struct ScanSeams {
-    /// The joint that was looked for.
+    /// The joint of the search.
     pub joint: Joint,
     /// Why that one.
     pub joint_source: JointSource,
@@ -51,7 +51,7 @@ pub struct ScanSeams {
     pub frames: Vec<ScanFrame>,
     /// Why pictures could not be used, one by one; they are among the frames.
     pub unreadable: Vec<ScanError>,
-    /// What is wrong with most of the pictures, and the setting to change.
+    /// Fault of most pictures, and the setting to change.
     pub faults: Vec<PictureFault>,
     /// How far a second place of the seam is from the first, px, where the scan shows two in turn.
     pub second_place_px: Option<f64>,
@@ -64,7 +64,7 @@ pub struct ScanSeams {
 }
 
 impl ScanSeams {
-    /// What was found, picture by picture, with its stamp.
+    /// Findings, picture by picture, with their stamps.
     pub fn detections(&self) -> impl Iterator<Item = (&FrameStamp, &Detection)> {
         self.frames.iter().filter_map(|frame| Some((&frame.stamp, frame.found.as_ref().ok()?)))
     }

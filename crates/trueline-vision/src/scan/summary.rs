@@ -1,4 +1,4 @@
-//! What a scan of pictures came to, for people and for programs.
+//! Summary of a scan of pictures, for people and for programs.
 
 use super::scan_seams::{JointSource, ScanSeams, SkippedPictures};
 use crate::seam::Joint;

@@ -1,22 +1,23 @@
 //! Two rival places of the seam within one scan, noticed over the scan.
 //!
-//! A bead has two toes, a stripe two ends: where the detector takes the one in this picture and the other in the next, each
-//! picture by itself looks sound, and no point is far from where its neighbours have it, for they alternate as well. But the
-//! points lie on two smooth tracks then, beside each other and entered in turn.
+//! A bead has two toes, a stripe two ends. If the detector takes one in this picture and the other in the next, each picture
+//! looks sound. No point is far from the place by its neighbours, for they alternate as well. But the points lie on two
+//! smooth tracks then, beside each other and entered in turn.
 
 use crate::measure::regression::median;
 use crate::not_found::NotFound;
 use crate::scan::neighbours::{InOrder, places};
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-/// Points that are looked at together, and the step from one such window to the next.
+/// Points in one window, and the step from one window to the next.
 const WINDOW: usize = 12;
 const STEP: usize = 6;
 /// Points of the first track, of the second, the points of both together, and changes from one to the other, at least.
 const FEWEST: [usize; 2] = [5, 2];
 const EXPLAINED: usize = 10;
 const CHANGES: usize = 2;
-/// How far a point may be from its track, px; from the second one, a part of its distance as well, for it changes.
+/// Largest distance of a point from its track, px; from the second one, a part of its distance as well, for it
+/// changes.
 const ON_TRACK_PX: f64 = 4.0;
 const CHANGE: f64 = 0.1;
 /// The least distance of two tracks, px, and how much it may differ over the scan, as a part of it.
@@ -28,8 +29,8 @@ const LEAST_WINDOWS: usize = 3;
 /// A track with this multiple of the other's points is the right one.
 const PREFERRED: usize = 3;
 
-/// Refuses the points of the less frequented of two tracks, or of both if neither is preferred. Returns how far the tracks
-/// are apart, px; `None` where there is one track, or none.
+/// Refuses the points of the less frequented of two tracks, or of both if neither is preferred. Returns the distance of
+/// the tracks, px; `None` if there is one track, or none.
 pub fn refuse_second_place(scan: &mut InOrder<'_>) -> Option<f64> {
     let points = places(scan, |found| Some(found.seam.pixel));
     let windows = points.windows(WINDOW).step_by(STEP);
@@ -76,7 +77,7 @@ fn typical_offset(splits: &[(usize, Split)]) -> Option<Vector2<f64>> {
     Some(Vector2::new(median(&mut sides[0]), median(&mut sides[1])))
 }
 
-/// Which points are refused: those of the track that has far fewer, or all that are on either.
+/// The refused points: those of the track with far fewer, or all on either.
 fn wrong(votes: &[[usize; 2]]) -> impl Iterator<Item = bool> + use<'_> {
     let on = |side: usize| votes.iter().filter(|votes| votes[side] > votes[1 - side]).count();
     let [a, b] = [on(0), on(1)];

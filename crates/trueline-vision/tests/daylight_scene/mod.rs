@@ -4,7 +4,7 @@
 use crate::drawn::{Paper, Stroke};
 
 pub(crate) const SIZE: [usize; 2] = [640, 480];
-/// Where the arms meet, px: they lead downwards from there, and downwards is towards the camera.
+/// Meeting point of the arms, px: they lead downwards from there, and downwards is towards the camera.
 pub(crate) const CORNER: [f64; 2] = [351.3, 177.6];
 pub(crate) const TURN_DEG: [f64; 2] = [153.0, 38.0];
 
@@ -16,7 +16,7 @@ fn grain(u: f64, v: f64, cell: f64) -> f64 {
     hash - hash.floor()
 }
 
-/// A workbench beyond the dark ground, on which much stands out as far as the stripe does, so that its levels do not tell it.
+/// A workbench beyond the dark ground. Much on it is as bright as the stripe, so its levels do not identify the stripe.
 pub(crate) fn bench(paper: &mut Paper) {
     paper.surface(0.5, |u, v| !(150.0..448.0).contains(&u) && grain(u, v, 9.0) < 0.5);
 }
@@ -46,7 +46,7 @@ pub(crate) fn glints(seed: u64) -> impl Iterator<Item = Stroke> {
     })
 }
 
-/// What stands where a short arm could.
+/// An object at the place of a possible short arm.
 pub(crate) fn clutter(paper: &mut Paper, kind: usize, seed: u64) {
     let turn = 7.0 * seed as f64;
     match kind {

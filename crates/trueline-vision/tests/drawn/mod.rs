@@ -7,7 +7,7 @@ use trueline_model::{BrownConrady, Camera};
 use trueline_sim::noise::Noise;
 use trueline_vision::{Detector, Joint, Lens, NotFound, Picture, Seam};
 
-/// A camera whose laser plane leans away by 25°: what is higher in the picture is further away.
+/// A camera with its laser plane leaning away by 25°: higher in the picture is further away.
 pub(crate) fn detector([width, height]: [usize; 2]) -> Detector {
     let size = [width, height].map(|n| f64::from(n as u32));
     let camera = Camera {
