@@ -4,7 +4,7 @@ use crate::store::Standing;
 use crate::words::numbered;
 use serde_json::{Value, json};
 
-/// What happened to the alarm of a calibration.
+/// Event of a calibration's alarm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
     /// There was none before.
@@ -18,7 +18,8 @@ pub enum Event {
 }
 
 impl Event {
-    /// What happened between two welds, if anything did: kind and first weld of what stands, and whether it is within the tolerance.
+    /// Event between two welds, if any: kind and first weld of the standing change, and whether it is within
+    /// the tolerance.
     #[must_use]
     pub(crate) fn between(before: Option<&Standing>, now: Option<&Standing>) -> Option<Self> {
         match (before, now) {
@@ -46,8 +47,8 @@ impl Event {
     }
 }
 
-/// The message about a weld, whose line is given as JSON. Its `text` is a sentence with the size and what to do: chat programs show it
-/// as it is.
+/// The message about a weld, from its line of JSON. Its `text` is a sentence with the size and the remedy: chat programs
+/// show it unchanged.
 #[must_use]
 pub(crate) fn body(event: Event, cell: &str, calibration: &str, watched_s: i64, line: &Value) -> Value {
     let weld = line["weld"].as_str().unwrap_or_default();
@@ -81,7 +82,7 @@ pub(crate) fn repaired(cell: &str, calibration: &str, now_s: i64, before: i64) -
     ended((cell, calibration), text, now_s, before)
 }
 
-/// The message that an alarm is about a calibration that is in use no more.
+/// The message that an alarm is about a calibration out of use.
 #[must_use]
 pub(crate) fn replaced(cell: &str, [old, new]: [&str; 2], now_s: i64, from: i64) -> Value {
     let text = format!("{cell}: {new} replaces {old} from weld {from} on. The alarm about {old} is closed.");

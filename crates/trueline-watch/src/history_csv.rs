@@ -3,8 +3,8 @@
 use crate::history_table::{Values, columns};
 use crate::store::HistoryRow;
 
-/// One row a weld: what of each number it would show if nothing else had changed, with its standard deviation; empty is
-/// what it does not show.
+/// One row a weld. Each number has its visible part if nothing else has changed, with its standard deviation; it is
+/// empty if the weld does not show it.
 #[must_use]
 pub fn csv(history: &[HistoryRow]) -> String {
     let table = columns(history);
@@ -26,7 +26,7 @@ fn cell(values: &Values, row: usize) -> Option<String> {
     }
 }
 
-/// Names with a comma, a quote or a line break stand in quotes (RFC 4180).
+/// Names with a comma, a quote or a line break are quoted (RFC 4180).
 fn quoted(name: &str) -> String {
     if name.contains([',', '"', '\n', '\r']) {
         return format!("\"{}\"", name.replace('"', "\"\""));

@@ -1,4 +1,4 @@
-//! The history as a page: control charts of what may change, of the noise, and of how improbable it all is.
+//! The history as a page: control charts of possible changes, of the noise, and of the improbability of it all.
 
 use crate::detect::history::ALARM_P_LOG10;
 use crate::history_table::column;
@@ -14,7 +14,7 @@ use trueline_report::page::{
 
 /// Control limits, in standard deviations of a single weld.
 const LIMITS: f64 = 3.0;
-/// What is less improbable than this (eight welds in ten) is drawn at the foot of its logarithmic axis.
+/// Values less rare than this (eight welds in ten) are drawn at the foot of its logarithmic axis.
 const LEAST_SHOWN: f64 = 0.1;
 /// Alarms in the table.
 const MOST_ALARMS: usize = 50;
@@ -92,7 +92,7 @@ fn name_of(history: &[HistoryRow], number: i64) -> &str {
     history.iter().find(|row| row.number == number).map_or("before this page", |row| &row.name)
 }
 
-/// Words for a kind of change; an unknown kind stays as it is.
+/// Words for a kind of change; an unknown kind stays unchanged.
 fn said(kind: &str) -> &str {
     Kind::ALL.into_iter().find(|known| known.name() == kind).map_or(kind, |known| what_changed(known))
 }
@@ -143,7 +143,7 @@ fn welds(history: &[HistoryRow]) -> impl Iterator<Item = f64> + '_ {
     history.iter().map(|row| row.number as f64)
 }
 
-/// `translation_x_mm` as a legend has it: the unit stands at the axis.
+/// `translation_x_mm` as in a legend: the unit is at the axis.
 fn in_words(column: &str) -> String {
     let units = ["_percent_per_mm", "_percent", "_ms", "_mm", "_deg"];
     let stem = units.iter().find_map(|unit| column.strip_suffix(unit)).unwrap_or(column);
@@ -165,7 +165,7 @@ fn said_of(row: &HistoryRow, k: usize) -> Option<Said> {
     });
     let of = |place: usize| row.estimates.get(place).copied().flatten();
     let (alone, by_itself) = (of(k), of(CALIBRATION + k));
-    // Older rows do not say whether it shows by itself.
+    // Older rows do not state whether it is shown independently.
     let is_shown = !other_stands && (by_itself.is_some() || row.estimates.len() <= CALIBRATION);
     let [value, sigma] = by_itself.filter(|_| is_shown).or(alone)?;
     Some(Said { value: value * factor, sigma: sigma * factor, is_shown })
@@ -185,12 +185,12 @@ fn control(
         range.clone().map(|k| history.iter().map(|row| said_of(row, k)).collect()).collect();
     let widest = all.iter().map(|own| median_sigma(own, true)).fold(0.0, f64::max);
     let is_shown = widest > 0.0;
-    // Where nothing is shown by itself, the picture is as large as chance.
+    // If nothing is shown independently, the picture is as large as chance.
     let alone = all.iter().map(|own| median_sigma(own, false)).fold(0.0, f64::max);
     let limit = LIMITS * if is_shown { widest } else { alone };
     let every = all.iter().flatten().flatten();
     let farthest = every.filter(|said| said.is_shown).map(|said| said.value.abs()).fold(0.0, f64::max);
-    // Both limits are always in view; what is not shown by itself widens nothing.
+    // Both limits are always in view. Values that are not shown independently widen nothing.
     let half = (1.05 * farthest.max(limit)).max(f64::MIN_POSITIVE);
     let x = columns.add(welds(history));
     let mut series = Vec::new();
@@ -302,7 +302,8 @@ mod tests {
     use super::*;
 
     fn row(number: i64, kind: Option<&str>) -> HistoryRow {
-        // A shift along x of 5 of its own ± as if nothing else had changed, which the weld does not show by itself, and a time offset.
+        // A shift along x of 5 of its own ± as if nothing else had changed, which the weld does not show independently, and
+        // a time offset.
         let mut estimates = vec![None; 2 * CALIBRATION];
         estimates[TRANSLATION] = Some([5e-4, 1e-4]);
         estimates[TIME_OFFSET] = Some([1e-4, 1e-5]);

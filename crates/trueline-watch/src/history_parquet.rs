@@ -13,7 +13,7 @@ use std::sync::Arc;
 /// The bytes of the file.
 ///
 /// # Errors
-/// What the format's library refuses.
+/// Error of the format's library.
 pub fn bytes(history: &[HistoryRow]) -> Result<Vec<u8>, ParquetError> {
     let table = columns(history);
     let fields = table.iter().map(|(name, values)| field(name, values)).collect::<Result<Vec<_>, _>>()?;

@@ -8,7 +8,7 @@ use crate::store::HistoryRow;
 pub enum Values {
     /// Whole numbers; `None` is nothing.
     Whole(Vec<Option<i64>>),
-    /// Numbers; `None` is what a weld does not show.
+    /// Numbers; `None` if a weld does not show it.
     Number(Vec<Option<f64>>),
     /// Words.
     Text(Vec<Option<String>>),

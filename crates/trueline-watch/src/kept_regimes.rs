@@ -29,7 +29,7 @@ impl Lists<'_> {
         kept.iter().map(place).collect()
     }
 
-    /// As the state keeps them. What lies before all welds of the list keeps its row, and what was claimed stays so.
+    /// As the state keeps them. Rows before all welds of the list stay, and so do their claims.
     pub(crate) fn rows(&self, regimes: &[Regime], before: &[StoredRegime]) -> Vec<StoredRegime> {
         let weld = |place: usize| self.pieces.get(place).map_or(self.next_row, |piece| piece.id);
         let old = self.places(before);
@@ -62,8 +62,8 @@ impl Lists<'_> {
         self.parts.iter().map(|part| part.scatter.clone()).collect()
     }
 
-    /// The rows of welds of which more are kept than anybody looks back on: good ones and others count by themselves, for a change
-    /// that stands for long must not make its welds the only ones that are known.
+    /// The rows of welds beyond the number that the detector uses. Good welds and others count separately: a
+    /// change that stands for long must not leave only its own welds.
     pub(crate) fn too_old(&self, kept: &[StoredRegime], most: usize) -> Vec<i64> {
         let rows = |good: bool| {
             let own = self.pieces.iter().map(|piece| piece.id).filter(move |id| is_good(kept, *id) == good);
@@ -86,7 +86,7 @@ fn is_good(kept: &[StoredRegime], weld: i64) -> bool {
     kept.iter().rfind(|regime| regime.first <= weld).is_none_or(|regime| regime.fault.is_none())
 }
 
-/// The regimes of welds that were watched before regimes were kept: each weld is judged once more.
+/// The regimes of welds from before regimes were kept: each weld is judged again.
 pub(crate) fn found_anew(lists: Lists<'_>, prior: &Quadratic) -> Vec<StoredRegime> {
     let (pieces, scatters) = (lists.information(), lists.scatters());
     let next = |regimes: Vec<Regime>, count: usize| {

@@ -13,8 +13,8 @@
 //! | H, b | [`Quadratic`] | information and score: b ~ N(H x, H) |
 //! | P | [`Scatter`] | how seams scatter from piece to piece about their mean, learnt from the pieces |
 //!
-//! A weld's lines are unknown. What is left of a weld when they are marginalised needs nothing typed by anybody; what the
-//! *mean* place of many pieces tells in addition needs P, and is used as soon as P has been learnt.
+//! A weld's lines are unknown. A weld's numbers after marginalising them need no input by anybody. The *mean*
+//! place of many pieces gives more information, but needs P. It is used as soon as P has been learnt.
 //!
 //! Pure functions, and [`store`], which keeps their values in one SQLite file. Nothing here prints.
 //!

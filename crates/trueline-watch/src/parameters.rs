@@ -1,7 +1,7 @@
-//! What may change, in which order, and in which unit it is counted.
+//! Quantities that may change, their order and their units.
 //!
-//! Inside the detector every number is counted in units of a change that matters, so that one threshold on eigenvalues
-//! serves all of them: 0.1 ms, 0.05°, 0.1 mm, 0.3 %, 1e-4 per mm.
+//! Inside the detector every number is counted in units of a change that matters: 0.1 ms, 0.05°, 0.1 mm, 0.3
+//! %, 1e-4 per mm. So one threshold on eigenvalues serves all of them.
 
 use std::ops::Range;
 
@@ -52,7 +52,7 @@ pub const UNITS: [f64; ALL] = [
     ANGLE_UNIT_RAD,
 ];
 
-/// What can have changed.
+/// Quantities that can have changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// The time offset: camera, clocks, network.
@@ -61,7 +61,7 @@ pub enum Kind {
     Bracket,
     /// The sensor itself: scale, shear or keystone of its laser plane.
     Sensor,
-    /// Where the part lies: fixture, or the seam itself.
+    /// Pose of the part: fixture, or the seam itself.
     Seam,
 }
 

@@ -1,7 +1,7 @@
 //! A Gaussian in information form: b ~ N(H x, H).
 //!
-//! H is the information about x, b its score. Evidence adds up, unknowns that nobody asks for are marginalised by the Schur
-//! complement, and a change of unknowns x = T y gives Tᵀ H T and Tᵀ b. All of the detector is made of these three.
+//! H is the information about x, b its score. Evidence adds up, unneeded unknowns are marginalised by the Schur complement,
+//! and a change of unknowns x = T y gives Tᵀ H T and Tᵀ b. All of the detector is made of these three.
 
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
@@ -70,8 +70,8 @@ impl Quadratic {
         }
     }
 
-    /// Evidence about the first `kept` unknowns whatever the others are: the Schur complement. Directions of the others
-    /// that nothing is known of cannot be used.
+    /// Evidence about the first `kept` unknowns for any value of the others: the Schur complement. Directions of the
+    /// others without information cannot be used.
     #[must_use]
     pub fn marginal(&self, kept: usize) -> Self {
         let other = self.size() - kept;
@@ -94,7 +94,7 @@ impl Quadratic {
     }
 }
 
-/// H⁺ C and H⁺ b, by eigenvectors: what nothing is known of stays zero.
+/// H⁺ C and H⁺ b, by eigenvectors: directions without information stay zero.
 fn solved(own: DMatrix<f64>, cross: &DMatrix<f64>, score: &DVector<f64>) -> (DMatrix<f64>, DVector<f64>) {
     // Unknowns of different units are brought to one scale first.
     let scale = DVector::from_fn(own.nrows(), |i, _| {

@@ -1,4 +1,4 @@
-//! What welds are compared with: the stored calibration, and where each part's seams usually lie.
+//! References of welds: the stored calibration, and the usual place of each part's seams.
 
 use crate::parameters::{CALIBRATION, ROTATION, SHAPE, TRANSLATION, UNITS};
 use crate::quadratic::Quadratic;
@@ -15,9 +15,9 @@ pub struct Reference {
     pub guess: Guess,
     /// Which stamps it was made with.
     pub dejittered: Dejittered,
-    /// What is known of its error θ, in [`UNITS`]: the calibration's own covariance.
+    /// Uncertainty of its error θ, in [`UNITS`]: the calibration's own covariance.
     pub prior: Quadratic,
-    /// Where the shape's coordinates are zero, in the sheet, m: fixed by the first weld.
+    /// Origin of the shape's coordinates, in the sheet, m: fixed by the first weld.
     pub shape_origin_m: [f64; 2],
 }
 
@@ -36,7 +36,7 @@ const NAMES: [[&str; 2]; SHAPE] = [
 ];
 
 impl Reference {
-    /// A calibration of which nothing but its value is known.
+    /// A calibration without uncertainties.
     #[must_use]
     pub fn of_value(guess: Guess, shape_origin_m: [f64; 2]) -> Self {
         let variances = DVector::from_fn(CALIBRATION, |k, _| (UNKNOWN[k] / UNITS[k]).powi(2));
@@ -63,7 +63,7 @@ impl Reference {
     }
 }
 
-/// Covariance of θ in [`UNITS`]; what the result does not state is as good as unknown.
+/// Covariance of θ in [`UNITS`]; unstated values are practically unknown.
 fn covariance(result: &ResultFile) -> DMatrix<f64> {
     let stated = &result.covariance;
     // Files have millimetres where the inside has metres.
@@ -85,8 +85,9 @@ fn covariance(result: &ResultFile) -> DMatrix<f64> {
     })
 }
 
-/// The transform of the result is that of its sensor file, and the welds are corrected by the shape: what is not known of the shape moves
-/// the transform of the corrected sensor, δω = δω′ − R D_ω δh, δt = δt′ + R p × δω − R D_t δh.
+/// The transform of the result belongs to its sensor file, and the welds are corrected by the shape. The
+/// uncertainty of the shape moves the transform of the corrected sensor: δω = δω′ − R D_ω δh, δt = δt′ + R p
+/// × δω − R D_t δh.
 fn with_shape(
     covariance: DMatrix<f64>,
     guess: Guess,
@@ -113,8 +114,8 @@ fn with_shape(
     &slope * covariance * slope.transpose()
 }
 
-/// Score zero: the stored value is the best guess of itself. Directions of no variance are known to a ten-thousandth of a
-/// unit, far below what a weld can show.
+/// Score zero: the stored value is the best guess of itself. Directions without variance are known to a ten-thousandth of
+/// a unit, far below the smallest change that a weld can show.
 fn information(covariance: DMatrix<f64>) -> Quadratic {
     let eigen = covariance.symmetric_eigen();
     let inverse = eigen.eigenvalues.map(|value| value.max(1e-8).recip());
@@ -122,14 +123,14 @@ fn information(covariance: DMatrix<f64>) -> Quadratic {
     Quadratic { matrix, vector: DVector::zeros(CALIBRATION) }
 }
 
-/// Where the seams of one kind of part lie: the chart in which its pieces are compared.
+/// Place of the seams of one kind of part: the chart in which its pieces are compared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
-    /// Its seams, anchored in the middle of what was seen of them.
+    /// Its seams, anchored in the middle of the seen points.
     pub lines: Vec<Line>,
 }
 
-/// Two pieces whose seams are further apart than this are different parts, m.
+/// Two pieces with their seams further apart than this are different parts, m.
 const SAME_WITHIN_M: f64 = 0.020;
 /// The same for directions, rad.
 const SAME_WITHIN_RAD: f64 = 0.1;
@@ -151,8 +152,9 @@ impl Part {
         self.lines.len() == seams.len() && self.lines.iter().zip(seams).all(near)
     }
 
-    /// How the seams move when the part does, 4·seams × 6: translation (m) and rotation about [`Part::middle`] (rad), base
-    /// axes, to (θ₂, θ₃, δ₂, δ₃) of each seam. Of ω × (a − middle) and of the turn only what is square to the seam shows.
+    /// Motion of the seams with the part, 4·seams × 6: from translation (m) and rotation about [`Part::middle`]
+    /// (rad), base axes, to (θ₂, θ₃, δ₂, δ₃) of each seam. Of ω × (a − middle) and of the rotation only the part
+    /// perpendicular to the seam is visible.
     #[must_use]
     pub fn seams_from_placement(&self) -> DMatrix<f64> {
         let middle = self.middle();

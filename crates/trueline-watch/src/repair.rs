@@ -4,7 +4,7 @@ use crate::alarm_message;
 use crate::parameters::Kind;
 use crate::store::{Store, StoreError, StoredFault, StoredRegime, weld_number};
 
-/// What became of a report.
+/// Result of a report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Repair {
     /// The fault counts as mended before the weld of this number.
@@ -95,7 +95,7 @@ pub(crate) fn claim(
     Ok(Repair::Before(weld_number(row)))
 }
 
-/// The change that stands in a state that was written before regimes were kept.
+/// The standing change in a state from before regimes were kept.
 fn of_alarm(store: &Store, calibration: i64) -> Result<Option<StoredRegime>, StoreError> {
     let Some((kind, since, part)) = store.alarm_of_last_weld(calibration)? else { return Ok(None) };
     let kind = Kind::ALL.into_iter().find(|known| known.name() == kind);

@@ -42,7 +42,7 @@ pub struct Told {
     pub tolerance_m: Option<f64>,
     /// Whether it is within the tolerance.
     pub is_within: bool,
-    /// Whether somebody said that what was wrong before had been mended just there.
+    /// Whether the user reported a repair just there.
     pub was_claimed: bool,
 }
 
@@ -60,8 +60,8 @@ impl Told {
     ) -> Self {
         let [(since_number, since), out_since] = welds;
         let (tolerance_m, was_within) = tolerance;
-        // What is within stays so as long as it is; what is not must surely be. A change whose error along one axis these welds do not show may
-        // be of any size.
+        // A change is within the tolerance if it surely is, and stays so until its estimate exceeds the tolerance. A change
+        // may be of any size along an axis that these welds do not show.
         let is_shown = seam_error.is_shown_whole();
         let whole = seam_error.total.filter(|_| is_shown);
         let is_within = tolerance_m.zip(whole).is_some_and(|(tolerance_m, [error_m, sigma_m])| {

@@ -37,9 +37,9 @@ pub struct Watched {
     pub sha256: String,
     /// Its value.
     pub guess: Guess,
-    /// The whole result, where there is one.
+    /// The whole result, if there is one.
     pub result: Option<ResultFile>,
-    /// How far seam points may be moved by a change that is no alarm, m.
+    /// Tolerated displacement of seam points, m.
     pub tolerance_m: Option<f64>,
 }
 
@@ -66,8 +66,8 @@ impl WatchError {
 }
 
 impl Watched {
-    /// Whether a weld was recorded with another sensor.toml than the one the calibration was made with; `None` where one of the
-    /// two is not known.
+    /// Whether a weld was recorded with another sensor.toml than the calibration's; `None` if one of the two
+    /// is unknown.
     pub(crate) fn sensor_file_differs(&self, weld: &Recording) -> Option<bool> {
         let result = self.result.as_ref()?;
         let named = result.sensor.file.as_ref().map(|file| &file.sha256);
@@ -140,7 +140,7 @@ pub fn watch(
     line.blindness_is_news = is_news(store.last_line(id)?, &line.blind_to, now_s);
     line.stamps_treated_alike = weld.stamps_as(reference.dejittered);
     let now = line.alarm.as_ref().map(|told| standing_of(told, judgement.is_another));
-    // Whoever was told of another calibration's alarm since then is told of this one's anew.
+    // A receiver of another calibration's alarm since then receives this one's again.
     let is_same = line.history == HistoryOf::Same;
     line.event = Event::between(standing.as_ref().filter(|_| is_same), now.as_ref());
     if let Some(replaced) = before.filter(|_| !is_same) {
@@ -175,7 +175,7 @@ fn standing_of(told: &Told, is_another: bool) -> Standing {
     Standing { kind, is_within: told.is_within, is_another }
 }
 
-/// Closes the alarm of a calibration that another one has replaced: nobody would hear of it again.
+/// Closes the alarm of a calibration replaced by another one: no later weld would clear it.
 fn close_alarm_of(
     store: &Store,
     (replaced, its_name): (i64, String),
@@ -191,7 +191,7 @@ fn close_alarm_of(
     Ok(())
 }
 
-/// Keeps a message of what a weld has brought, if it has.
+/// Keeps a message of a weld's event, if any.
 fn tell_event(store: &Store, line: &WeldLine, now_s: i64) -> Result<(), StoreError> {
     let Some(event) = line.event else { return Ok(()) };
     let body = alarm_message::body(event, &store.cell(), &line.calibration, now_s, &line.to_json());
@@ -202,7 +202,8 @@ fn tell_event(store: &Store, line: &WeldLine, now_s: i64) -> Result<(), StoreErr
 /// How long a shift is, s.
 const SHIFT_S: i64 = 8 * 3600;
 
-/// Whether what welds are blind to is to be said: once a shift, and where it has changed since the last weld.
+/// Whether the blindness of the welds is to be reported: once a shift, and when it has changed since the last
+/// weld.
 fn is_news(last: Option<(String, i64)>, blind_to: &[String], now_s: i64) -> bool {
     let Some((line, then_s)) = last else { return true };
     let before: Option<serde_json::Value> = serde_json::from_str(&line).ok();
@@ -210,7 +211,8 @@ fn is_news(last: Option<(String, i64)>, blind_to: &[String], now_s: i64) -> bool
     !is_same || then_s.div_euclid(SHIFT_S) != now_s.div_euclid(SHIFT_S)
 }
 
-/// Learns the scatter of a part when the number of its good pieces reaches the next lesson. That number.
+/// Learns the scatter of a part when the number of its good pieces reaches the next lesson.
+/// Returns that number.
 fn learn<'a>(
     store: &Store,
     good: impl Iterator<Item = &'a StoredPiece>,
@@ -229,7 +231,7 @@ fn learn<'a>(
     Ok(statistics.len())
 }
 
-/// All that a judgement is made of.
+/// Inputs of a judgement.
 struct Seen<'a> {
     reference: &'a Reference,
     lists: Lists<'a>,
@@ -328,8 +330,8 @@ impl Seen<'_> {
     }
 }
 
-/// Each column of θ as if nothing else had changed, `None` below what a piece can show; then each as if nothing of another kind had, `None`
-/// where the piece does not show it by itself.
+/// Each column of θ as if nothing else had changed, `None` below the smallest change that a piece can show.
+/// Then each as if nothing of another kind had, `None` if the piece does not show it independently.
 fn estimates(piece: &PieceInformation) -> Vec<Option<[f64; 2]>> {
     let alone = |k: usize| {
         let information = piece.within.matrix[(k, k)];

@@ -24,7 +24,7 @@ pub struct WatcherSettings<'a> {
     pub tell: &'a [String],
     /// Welds older than this are forgotten.
     pub keep: Option<Duration>,
-    /// How far seam points may be moved by a change that is no alarm, m.
+    /// Tolerated displacement of seam points, m.
     pub tolerance_m: Option<f64>,
 }
 
@@ -43,7 +43,7 @@ pub enum WatcherError {
     /// Messages cannot be sent.
     #[error(transparent)]
     Courier(#[from] CourierError),
-    /// A repair cannot be where it was reported.
+    /// A repair cannot be at the reported place.
     #[error(transparent)]
     Repair(#[from] RepairError),
     /// A weld cannot be watched.

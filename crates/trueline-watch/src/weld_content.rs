@@ -1,9 +1,9 @@
-//! What a weld holds, as one number, by which it is known again.
+//! The content of a weld as one number, to recognise it again.
 
 use sha2::{Digest, Sha256};
 use trueline_dataset::{Measured, Recording};
 
-/// What a recording holds, as one number: stamps, poses, features and stripes, whatever file they came from.
+/// The content of a recording as one number: stamps, poses, features and stripes, independent of the file.
 pub(crate) fn content(recording: &Recording) -> String {
     let mut hash = Sha256::new();
     for sample in &recording.robot {

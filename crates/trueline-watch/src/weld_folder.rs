@@ -1,8 +1,9 @@
 //! A folder that fills with welds.
 //!
-//! Whoever fills it may take its time: a weld is taken when its files, their sizes and their times have stayed as they are for a
-//! moment, by the clock of this program alone. Times of files are compared with each other and with no clock: a copy keeps those
-//! of the original, and a file server has a clock of its own. A weld whose files change after it was taken is taken again.
+//! The writer may take its time: a weld is read when its files, their sizes and their times have been constant for a
+//! moment, by this program's clock alone. Times of files are compared with each other, never with a clock: a copy
+//! keeps the original's times, and a file server has a clock of its own. A weld is read again if its files change
+//! afterwards.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -12,7 +13,7 @@ use std::time::{Duration, Instant, SystemTime};
 /// Files that have not changed for so long are finished.
 const SETTLED: Duration = Duration::from_secs(2);
 
-/// A folder and what has been seen in it.
+/// A folder and its contents so far.
 #[derive(Debug)]
 pub struct WeldFolder {
     folder: PathBuf,
@@ -20,7 +21,7 @@ pub struct WeldFolder {
     settled: Duration,
 }
 
-/// A weld as it was when it was last looked at.
+/// State of a weld at the last check.
 #[derive(Debug)]
 struct Seen {
     files: Vec<File>,
@@ -35,7 +36,7 @@ struct File {
     changed: Option<SystemTime>,
 }
 
-/// What one look has found.
+/// Result of one look.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Found {
     /// Welds that are finished and have not been taken, in the order of their names.

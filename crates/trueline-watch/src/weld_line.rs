@@ -19,16 +19,16 @@ pub struct Learning {
 /// The history to which a weld belongs: each calibration has its own.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum HistoryOf {
-    /// That of the weld before.
+    /// The same as for the weld before.
     Same,
-    /// One that begins with this weld; before came one of another calibration, by its name, if there was any.
+    /// A state that begins with this weld; before came one of another calibration, by its name, if any.
     New(Option<String>),
-    /// One that goes on after welds of another calibration, by its name.
+    /// A history that continues after welds of another calibration, by its name.
     Resumed(String),
 }
 
 impl HistoryOf {
-    /// By the calibration of the weld before, that of this weld, and how many of its welds are known.
+    /// From the calibration of the weld before, that of this weld, and the number of its known welds.
     #[must_use]
     pub(crate) fn after(before: Option<(i64, String)>, own: i64, welds: usize) -> Self {
         match before {
@@ -53,7 +53,7 @@ impl HistoryOf {
 /// Report on a weld.
 #[derive(Clone, Debug)]
 pub struct WeldLine {
-    /// Its number: welds are counted from 0 in the order in which the state took them, whatever the calibration.
+    /// Its number: welds are counted from 0 in the order in which the state stored them, across calibrations.
     pub number: i64,
     /// Its name.
     pub weld: String,
@@ -63,18 +63,18 @@ pub struct WeldLine {
     pub outliers: usize,
     /// Noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
-    /// What welds like these would not show.
+    /// Changes that welds like these would not show.
     pub blind_to: Vec<String>,
-    /// Whether that and the state of learning are reported: at the first weld of a shift, and where it is something else than after
-    /// the weld before.
+    /// Whether blindness and the state of learning are reported: at the first weld of a shift, and when they
+    /// differ from the weld before.
     pub blindness_is_news: bool,
-    /// What changed, be it within the tolerance or not.
+    /// The change, within the tolerance or not.
     pub alarm: Option<Told>,
     /// Number and name of the first weld that is at the calibration again, if this weld ended a change.
     pub good_since: Option<(i64, String)>,
     /// How the alarm differs from that of the weld before: then it is worth all its words.
     pub event: Option<Event>,
-    /// Whether its sensor's file is another than that of the calibration; `None` where one of them is not known.
+    /// Whether its sensor file differs from the calibration's; `None` if one of them is unknown.
     pub sensor_file_differs: Option<bool>,
     /// Number of the part.
     pub part: i64,
@@ -86,7 +86,7 @@ pub struct WeldLine {
     pub learning: Option<Learning>,
     /// log₁₀ probability of the most significant change of each kind, in the order of [`Kind::ALL`].
     pub p_log10: [f64; 4],
-    /// Whether the stamps could be treated as those of the calibration.
+    /// Whether the stamps could be treated as in the calibration.
     pub stamps_treated_alike: bool,
     /// The line as reported when this weld was first watched.
     pub told_before: Option<String>,
@@ -123,7 +123,7 @@ impl WeldLine {
         }
     }
 
-    /// What stands after it.
+    /// State after it.
     #[must_use]
     pub fn state(&self) -> State {
         match &self.told_before {
@@ -196,7 +196,7 @@ fn told_json(told: &Told) -> Value {
     })
 }
 
-/// A change in the units of files, with its standard deviations; null is what does not show.
+/// A change in the units of files, with its standard deviations; null if not shown.
 #[must_use]
 fn change_json(change: &Change) -> Value {
     let part = |from: usize, to: usize, factor: f64| {

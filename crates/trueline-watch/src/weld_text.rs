@@ -20,7 +20,7 @@ pub fn of(line: &WeldLine) -> String {
             State::WithinTolerance => "a change within the tolerance stood",
             State::Good => "no change was seen",
         };
-        return format!("{weld}: watched before; {state}\n");
+        return format!("{weld}: already watched; {state}\n");
     }
     let mut text = history_text(line);
     text += &match (&line.alarm, line.event) {
@@ -48,7 +48,7 @@ pub fn of(line: &WeldLine) -> String {
     text
 }
 
-/// Which history begins or goes on, where that is news.
+/// The history that begins or continues, if that is new.
 fn history_text(line: &WeldLine) -> String {
     let own = &line.calibration;
     match &line.history {
@@ -59,7 +59,7 @@ fn history_text(line: &WeldLine) -> String {
             line.number
         ),
         HistoryOf::Resumed(before) => {
-            format!("The history of {own} goes on at weld {}, after welds with {before}.\n", line.number)
+            format!("The history of {own} continues at weld {}, after welds with {before}.\n", line.number)
         }
     }
 }
@@ -98,7 +98,7 @@ fn blindness_text(blind_to: &[String]) -> String {
     if blind_to.is_empty() {
         return String::new();
     }
-    // Where a part lies is the fixture's, and no scan of an edge shows it.
+    // A part's place is the fixture's, and no scan of an edge shows it.
     if blind_to.iter().all(|what| what == Kind::Seam.name()) {
         return "  blind to seam: these welds cannot detect a moved part\n".to_owned();
     }

@@ -39,8 +39,8 @@ pub fn where_to_look(kind: Kind) -> &'static str {
     }
 }
 
-/// What is rarer than once in 10 to this power of welds is drawn there: else an alarm of a thousand zeros would hide everything that
-/// comes near the limit.
+/// Values rarer than once in 10 to this power of welds are drawn there. Otherwise an alarm of a thousand
+/// zeros would hide everything near the limit.
 pub const RAREST_SHOWN: f64 = 20.0;
 
 /// Beyond this log₁₀ the tail of the distribution is a figure of the model, and not of any cell.

@@ -1,4 +1,4 @@
-//! What welds would never show is said before anything has changed.
+//! Invisible changes are reported before anything has changed.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod common;
@@ -45,8 +45,8 @@ fn blind(layout: Layout) -> Vec<String> {
     blind_to(&[PieceInformation::of(&statistic, 0, &part, Some(&scatter))], &axes)
 }
 
-/// The tool goes along the seam and turns about the point that the sensor sees: a time offset moves that point along the seam,
-/// where nothing shows. Noise of the poses must not pass for a velocity across it.
+/// The tool goes along the seam and turns about the sensor's point: a time offset moves this point along the seam,
+/// invisibly. Noise of the poses must not pass for a velocity across it.
 #[test]
 fn welds_straight_along_their_seams_are_blind_to_timing_and_say_so() {
     for layout in [Layout::OneSeam, Layout::Box] {
@@ -57,8 +57,8 @@ fn welds_straight_along_their_seams_are_blind_to_timing_and_say_so() {
 
 #[test]
 fn plain_welds_are_blind_to_width_and_keystone_and_say_so() {
-    // The cases of which no simulation finds the change, however many pieces: a stripe that always stands at one place of the
-    // sheet does not show how wide the sheet is.
+    // Cases in which no simulation finds the change, with any number of pieces: a stripe that always stands at one place of
+    // the sheet does not show the sheet's width.
     for layout in [Layout::OneSeam, Layout::Box] {
         let blind = blind(layout);
         for hidden in ["sensor width", "sensor keystone across"] {

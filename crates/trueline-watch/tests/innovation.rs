@@ -32,7 +32,7 @@ fn stepped(guess: &Guess, column: usize, step: f64) -> Guess {
     moved
 }
 
-/// What noise of the robot would be as a velocity is smoothed away; a difference has it all.
+/// The robot's noise as a velocity is smoothed away; a difference has all of it.
 fn of_an_exact_robot() -> Production {
     let mut production = Layout::BoxAngles.production();
     let disturbance = &mut production.scenario.disturbance;

@@ -97,8 +97,8 @@ impl Drawn {
         judge(&history, Some(&cut))
     }
 
-    /// How far the size of a change is off, in standard deviations as stated, after so many pieces more: `None` where there was
-    /// no alarm of that kind. And how large it is in standard deviations of one piece.
+    /// Error of the size of a change, in its stated standard deviations, after this many more pieces: `None` without an
+    /// alarm of this kind. And how large it is in standard deviations of one piece.
     fn off(&self, column: usize, units: f64, after: f64, seed: u64) -> [Option<f64>; LATER.len()] {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut change = [0.0; CALIBRATION];
@@ -128,7 +128,7 @@ impl Drawn {
     }
 }
 
-/// A change of a column of θ by so many standard deviations of what one weld knows of it, after a part of a weld.
+/// A change of a column of θ by this many standard deviations of one weld, after a part of a weld.
 struct Case {
     name: &'static str,
     column: usize,

@@ -1,4 +1,4 @@
-//! A change that is undone: its alarm ends, none comes from it later, and what has been learnt is as if it had never been.
+//! A change that is undone: its alarm ends, causes no later one, and leaves no trace in the learnt state.
 //!
 //! `cargo test -p trueline-watch --test mended -- --nocapture` prints how long alarms outlast what they are about.
 #![allow(
@@ -32,7 +32,7 @@ const WITHIN: usize = 4;
 const CALIBRATED: [f64; CALIBRATION] =
     [0.09, 0.08, 0.08, 0.08, 0.06, 0.06, 0.06, 0.03, 0.03, 0.06, 0.05, 0.04];
 
-/// What is different from the calibration, in units by column.
+/// Differences from the calibration, in units by column.
 type Fault = &'static [(usize, f64)];
 
 const GOOD: Fault = &[];
@@ -93,7 +93,7 @@ impl<'a> Line<'a> {
         judgement
     }
 
-    /// So many welds of a fault; what was said of the last one.
+    /// This many welds of a fault, and the text for the last one.
     fn welds(&mut self, fault: Fault, count: usize) -> Option<Alarm> {
         (0..count).map(|_| self.weld(fault).alarm).last().flatten()
     }
@@ -129,7 +129,7 @@ fn the_alarm_of_a_mended_fault_ends_within_four_good_pieces_and_none_comes_from_
                 let (over, is_quiet) = line.until_over(24);
                 assert!(is_quiet, "{kind:?}, {bad} bad, seed {seed}: another alarm");
                 took.push(over.expect("it never ended"));
-                // The bad welds, and no others, are left out of what is known of the calibration and the fixture.
+                // The bad welds, and no others, are left out of the knowledge of the calibration and the fixture.
                 let bad_ones: Vec<usize> =
                     (0..line.pieces.len()).filter(|weld| !is_good(&line.regimes, *weld)).collect();
                 assert_eq!(bad_ones, (TAUGHT..TAUGHT + bad).collect::<Vec<_>>(), "{kind:?}, seed {seed}");
@@ -141,7 +141,7 @@ fn the_alarm_of_a_mended_fault_ends_within_four_good_pieces_and_none_comes_from_
     }
 }
 
-/// Half undone is a change still: since the first bad weld something is wrong, and what is told is what is left of it.
+/// Half undone is still a change: since the first bad weld something is wrong, and the remaining part is reported.
 #[test]
 fn what_is_left_of_a_fault_has_its_own_size() {
     let drawn = weaving();
@@ -150,7 +150,7 @@ fn what_is_left_of_a_fault_has_its_own_size() {
         line.welds(TIMING, 6).expect("it was not found");
         let alarm = line.welds(HALF_TIMING, 6).expect("half of it is an alarm");
         assert_eq!((alarm.change.kind, alarm.out_since), (Kind::Timing, TAUGHT), "{seed}");
-        // Which weld was the first one of two that are 0.1 ms apart, 4 of its own ±, is known to one.
+        // The first weld of two that are 0.1 ms apart, 4 of its own ±, is known to one.
         assert!((TAUGHT + 5..=TAUGHT + 7).contains(&alarm.since.piece), "{seed}: {:?}", alarm.since);
         let (value, sigma) = (alarm.change.value[0].unwrap(), alarm.change.sigma[0].unwrap());
         // Of eight numbers one is beyond 4 σ once in a thousand runs.

@@ -1,4 +1,5 @@
-//! Welds with whole stripes: what they say of a change and of their seams is right, as well known as they say, and more.
+//! Welds with whole stripes: their statements about a change and their seams are right, as certain as stated, and more
+//! precise.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod common;

@@ -1,4 +1,4 @@
-//! The state: kept through kills, by two at once, never twice, and not opened where it should not be.
+//! The state: kept through kills, with two users at once, never written twice, and refused in wrong places.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::io::{BufRead, BufReader, Write};
@@ -59,7 +59,7 @@ fn finished_until_killed(mut worker: Child, pieces: usize) -> Vec<usize> {
     }
     worker.kill().unwrap();
     worker.wait().unwrap();
-    // What it still said before it was gone.
+    // Its text before its end.
     finished.extend(lines.map_while(Result::ok).filter_map(number));
     finished
 }

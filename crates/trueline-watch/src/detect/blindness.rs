@@ -1,8 +1,8 @@
 //! Changes that welds like these cannot detect, however many.
 //!
-//! A change of the size that matters (one unit: 0.1 ms, 0.1 mm, 0.05°, 0.3 %, 1e-4 per mm) that adds less than 25 to the sum
-//! of squares of the longest window stays below five standard deviations of chance, where the limit of an alarm is: more often
-//! than not it would never be told.
+//! The size that matters is one unit: 0.1 ms, 0.1 mm, 0.05°, 0.3 %, 1e-4 per mm. If such a change adds less
+//! than 25 to the sum of squares of the longest window, it stays below five standard deviations, the limit of
+//! an alarm. More often than not it would never raise one.
 
 use super::piece::PieceInformation;
 use super::sensor_axes::{AXES, SensorAxes};
@@ -19,7 +19,8 @@ const RECENT: usize = 16;
 
 const SHAPE_NAMES: [&str; 5] = ["width", "depth", "shear", "keystone across", "keystone in depth"];
 
-/// What the last welds are blind to: the name of a kind if nothing of it would show, else its name and what would not.
+/// Changes that the last welds cannot show: the name of a kind if none of it would show, else its name and
+/// the hidden part.
 #[must_use]
 pub fn blind_to(pieces: &[PieceInformation], axes: &SensorAxes) -> Vec<String> {
     let recent = &pieces[pieces.len().saturating_sub(RECENT)..];
@@ -39,14 +40,14 @@ pub fn blind_to(pieces: &[PieceInformation], axes: &SensorAxes) -> Vec<String> {
         if hidden.len() == all.len() {
             blind.push(kind.name().to_owned());
         } else if kind != Kind::Seam {
-            // A straight seam never shows a shift along itself: that is no blindness worth a word.
+            // A straight seam never shows a shift along itself: that is not reported as blindness.
             blind.extend(hidden.into_iter().map(|name| format!("{} {name}", kind.name())));
         }
     }
     blind
 }
 
-/// Every change that may be named as hidden: its kind, and what of it, which is empty for a kind as a whole.
+/// Every change that may be named as hidden: its kind, and its part, which is empty for a kind as a whole.
 #[must_use]
 pub fn names() -> Vec<(Kind, String)> {
     let axes = SensorAxes { tool_from_axes: Matrix3::identity() };

@@ -1,20 +1,20 @@
-//! A change of one kind: how significant, how large, and what of it does not show.
+//! A change of one kind: its significance, its size, and its hidden part.
 
 use super::tail::log10_probability;
 use crate::parameters::{Kind, UNITS};
 use crate::quadratic::Quadratic;
 use nalgebra::{DMatrix, DVector};
 
-/// Directions with less information of a piece than this are undetermined: a change of ten units would be one standard deviation, and
-/// what there is of information comes from noise in the derivatives.
+/// Directions with less information per piece than this are undetermined. A change of ten units would be one
+/// standard deviation, and the little information comes from noise in the derivatives.
 pub const VISIBLE: f64 = 0.01;
 
 /// A change as estimated from a window of pieces.
 #[derive(Clone, Debug)]
 pub struct Change {
-    /// What kind it is.
+    /// Its kind.
     pub kind: Kind,
-    /// Estimate, in the SI unit of each column of the kind; `None` where it does not show.
+    /// Estimate, in the SI unit of each column of the kind; `None` if hidden.
     pub value: Vec<Option<f64>>,
     /// One standard deviation of each.
     pub sigma: Vec<Option<f64>>,
@@ -27,7 +27,7 @@ pub struct Change {
     shown: Shown,
 }
 
-/// The estimate where it shows, in units.
+/// The visible part of the estimate, in units.
 #[derive(Clone, Debug)]
 struct Shown {
     value: DVector<f64>,
@@ -54,7 +54,7 @@ impl Shown {
         }
         let gradient = square * &self.value;
         let size = self.value.dot(&gradient).max(0.0).sqrt();
-        // Where nothing has moved it is as well known as on average.
+        // If nothing has moved it is as certain as on average.
         let variance = if size > 0.0 {
             gradient.dot(&(&self.covariance * &gradient)) / (size * size)
         } else {
@@ -64,7 +64,7 @@ impl Shown {
     }
 }
 
-/// How well the scatter behind a statistic is known.
+/// Certainty of the scatter behind a statistic.
 #[derive(Clone, Copy, Debug)]
 pub struct Confidence {
     /// Degrees of freedom of the noise level of the features.
@@ -118,7 +118,7 @@ impl Change {
         }
     }
 
-    /// This change, as significant as it is, with the amount of another estimate of it.
+    /// This change with its significance, and the amount of another estimate of it.
     #[must_use]
     pub(crate) fn with_amount_of(&self, other: Self) -> Self {
         Self { explained: self.explained, dimensions: self.dimensions, p_log10: self.p_log10, ..other }
@@ -144,11 +144,11 @@ impl Change {
     }
 }
 
-/// What shows by less than this part has no value of its own.
+/// A direction visible by less than this part has no value of its own.
 const MOSTLY: f64 = 0.99;
 
-/// Degrees of freedom of a scatter that is partly the noise's and partly learnt: of m pieces, m − d are left for d
-/// dimensions (Hotelling), and precisions of variances add by the squares of their shares.
+/// Degrees of freedom of a scatter that is partly noise and partly learnt. Of m pieces, m − d are left for d
+/// dimensions (Hotelling). Precisions of variances add by the squares of their shares.
 fn freedom(known: Confidence, learnt_share: f64, dimensions: usize) -> f64 {
     let learnt = known.taught_by as f64 - dimensions as f64;
     let noise_share = 1.0 - learnt_share;

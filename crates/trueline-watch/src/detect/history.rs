@@ -19,9 +19,9 @@ pub const ALARM_P_LOG10: f64 = -6.25;
 pub struct History<'a> {
     /// Their evidence.
     pub pieces: &'a [PieceInformation],
-    /// What is known of the calibration itself.
+    /// Uncertainty of the calibration itself.
     pub prior: &'a Quadratic,
-    /// Scatter of each part, where it has been learnt.
+    /// Scatter of each part, once learnt.
     pub scatters: &'a [Option<Scatter>],
     /// The regimes of the welds before the last, in order; none: all of them are at the calibration.
     pub regimes: &'a [Regime],
@@ -65,9 +65,9 @@ pub(crate) struct Stretch<'a> {
     pub good: Sums,
     /// The first weld of the stretch.
     pub first: usize,
-    /// The part whose place may change.
+    /// The part that may be at another place.
     pub part: usize,
-    /// The change that stands in the stretch already, on top of which another one is looked for.
+    /// The standing change of the stretch; another one is searched on top of it.
     pub standing: Option<Fault>,
 }
 

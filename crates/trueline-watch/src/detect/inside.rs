@@ -1,6 +1,6 @@
 //! A change in the middle of a weld: its first stretches against its last.
 //!
-//! Unknown besides the change δ are θ₀, which the pieces before have taught, where this piece's seams lie, and their bows.
+//! Unknowns besides the change δ are θ₀, learnt from the pieces before, the places of this piece's seams, and their bows.
 //! All are marginalised for each place where the weld may be cut.
 
 use super::change::{Change, Confidence};
@@ -14,7 +14,7 @@ use nalgebra::DMatrix;
 pub struct CutWeld<'a> {
     /// Its stretches.
     pub chunks: &'a [Chunk],
-    /// What is known of its seams' bows and plates.
+    /// Prior knowledge of its seams' bows and plates.
     pub bow_prior: &'a Quadratic,
     /// Its part.
     pub part: &'a Part,
@@ -24,8 +24,8 @@ pub struct CutWeld<'a> {
     pub freedom: f64,
 }
 
-/// The most significant change inside of a weld, and when it happened, s after the first robot sample. `before` is what is
-/// known of θ₀ without this weld.
+/// The most significant change inside of a weld, and when it happened, s after the first robot sample. `before` is the
+/// information on θ₀ without this weld.
 #[must_use]
 pub fn strongest(weld: &CutWeld<'_>, before: &Quadratic) -> Option<(Change, f64)> {
     let mut best: Option<(Change, f64)> = None;

@@ -1,8 +1,9 @@
 //! The verdict on the last weld, by all that came before.
 //!
-//! The welds are cut into regimes ([`super::regime`]). Where the last one is at the calibration, windows of its last welds are
-//! compared with all good welds before. Where a change stands, it is asked first whether it is over or has become another one
-//! (`detect::over`); else its kind, its date and its amount are found anew with one weld more.
+//! The welds are cut into regimes ([`super::regime`]). If the last one is at the calibration, windows of its last
+//! welds are compared with all good welds before. For a standing change the first question is whether it is over or
+//! has become another one (`detect::over`). Otherwise its kind, date and amount are estimated again with one weld
+//! more.
 
 use super::change::Change;
 use super::history::{ALARM_P_LOG10, History, Stretch, near};
@@ -12,12 +13,12 @@ use super::regime::{Fault, Regime, out_since};
 use super::windows::WINDOWS;
 use crate::parameters::Kind;
 
-/// The limit of an alarm for a cut inside of a weld, of which there are sixty by kind: together they are left a third of the false
-/// alarms, whatever their correlation.
+/// The limit of an alarm for a cut inside a weld. There are sixty cuts by kind. Together they get a third of
+/// the false alarms, whatever their correlation.
 pub(crate) const INSIDE_P_LOG10: f64 = -7.25;
 
-/// How much better the best cut inside a weld must be than the best window of whole welds to be believed, log₁₀: there
-/// are more cuts than windows.
+/// Required lead of the best cut inside a weld over the best window of whole welds, log₁₀: there are more
+/// cuts than windows.
 const CUT_MUST_GAIN: f64 = 2.0;
 
 /// A change that stands is taken back above this log₁₀ probability: as much above the limit of an alarm as it takes to end one,
@@ -40,12 +41,12 @@ pub struct Since {
 /// Something changed.
 #[derive(Clone, Debug)]
 pub struct Alarm {
-    /// What, and how much.
+    /// The change and its amount.
     pub change: Change,
     /// Since when.
     pub since: Since,
-    /// Index of the first weld that was not at the calibration, with none since then that was: before `since` where one change has
-    /// become another.
+    /// Index of the first weld that was not at the calibration, with none at it since: before `since` if one
+    /// change has become another.
     pub out_since: usize,
     /// Index of the part that lies elsewhere, if that is it.
     pub part: usize,
@@ -53,7 +54,7 @@ pub struct Alarm {
     pub not_told_apart: Vec<Kind>,
 }
 
-/// What is known after a weld.
+/// State after a weld.
 #[derive(Clone, Debug)]
 pub struct Judgement {
     /// Something changed.
@@ -62,14 +63,14 @@ pub struct Judgement {
     pub p_log10: [f64; 4],
     /// The regimes up to this weld.
     pub regimes: Vec<Regime>,
-    /// Index of the first weld that is at the calibration again, where this weld ended a change; `None` also where a change was taken
-    /// back because later welds do not bear it out.
+    /// Index of the first weld that is at the calibration again, if this weld ended a change; `None` also if
+    /// a change was withdrawn because later welds do not confirm it.
     pub good_since: Option<usize>,
     /// Whether the alarm is about another change than that of the weld before.
     pub is_another: bool,
 }
 
-/// Judges the last weld; `cut` is that weld in stretches, where it is tested inside as well.
+/// Judges the last weld; `cut` is that weld in stretches, if it is tested inside as well.
 #[must_use]
 pub fn judge(history: &History<'_>, cut: Option<&CutWeld<'_>>) -> Judgement {
     let mut regimes = history.regimes.to_vec();
@@ -108,8 +109,8 @@ impl<'a> Judging<'a> {
         Stretch { history: self.history, good, first, part, standing: None }
     }
 
-    /// A change since the welds are at the calibration. `ended`: they have been only just now found to be no more as they were
-    /// before, so all of them are one window.
+    /// A change since the welds are at the calibration. `ended`: they have only just been found to have changed, so all of
+    /// them are one window.
     fn found(&mut self, first: usize, ended: bool, cut: Option<&CutWeld<'_>>) -> Option<Alarm> {
         let part = self.history.pieces[self.last()].part;
         let stretch = self.stretch(first, part);
@@ -154,8 +155,8 @@ impl<'a> Judging<'a> {
         Alarm { change, since, out_since, part, not_told_apart }
     }
 
-    /// A change that stands, with one weld more. It began at most as long before it was known to as it took to find it, and before it
-    /// was found.
+    /// A change that stands, with one weld more. Its start is at most as long before the first sign as the detection took,
+    /// and before the detection.
     fn standing(&mut self, current: Regime, fault: Fault) -> Option<Alarm> {
         let before = self.regimes.iter().rev().nth(1).copied();
         let took = fault.raised + 1 - current.first;
@@ -223,8 +224,8 @@ fn named(
         .map(|(change, _)| change)
         .filter(|change| worth(change) > worth(own) - TOLD_APART)
         .collect();
-    // A part that lies elsewhere harms no calibration, a sensor that does harms every weld: in doubt it is the sensor's
-    // bracket that must be looked at.
+    // A part at another place harms no calibration, a displaced sensor harms every weld: in doubt the sensor's bracket
+    // must be checked.
     let doubt = rivals.iter().find(|rival| own.kind == Kind::Seam && rival.kind == Kind::Bracket);
     let change = doubt.map_or_else(|| own.clone(), |bracket| (*bracket).clone());
     let since = since(dated, stretch.history.pieces.len() - length);
@@ -235,16 +236,16 @@ fn named(
     Some((change, since, not_told_apart))
 }
 
-/// Time of a change, if `first` is the first whole weld after it. A weld in the middle of which something
-/// changed is like those before it or like those after it: what was found inside of it stays.
+/// Time of a change, if `first` is the first whole weld after it. A weld with a change in its middle
+/// resembles those before it or those after it: the finding inside it stays.
 fn since(dated: Option<Since>, first: usize) -> Since {
     let dated = dated.filter(|dated| dated.piece == first || dated.piece + 1 == first);
     dated.unwrap_or(Since { piece: first, inside_s: None })
 }
 
-/// The same change with its amount from welds that lie wholly before or wholly after it. The one in which it happened says an
-/// amount between none and all of it, and which one that was is known to two welds: the first that is more like those after,
-/// and the one before it.
+/// The same change with its amount from welds that lie wholly before or wholly after it. The weld in which it
+/// happened shows an amount between none and all of it. Two welds can be that one: the first that resembles
+/// those after, and the one before it.
 fn sized(stretch: &Stretch<'_>, change: &Change, since: Since) -> Change {
     let count = stretch.history.pieces.len();
     let (before, after) = match since {

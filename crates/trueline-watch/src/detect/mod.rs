@@ -1,4 +1,4 @@
-//! Many welds → whether something changed, what, by how much and since when.
+//! Many welds → whether something changed, its kind, its size and its date.
 
 pub mod blindness;
 pub mod change;

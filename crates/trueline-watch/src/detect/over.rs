@@ -1,9 +1,9 @@
 //! Whether a change that stands is over, or has become another one.
 //!
-//! Over: all welds since it began are as it was (H₁), or those from weld j on are at the calibration again (H₀ⱼ). Both have the same
-//! unknowns, so the ratio of their likelihoods, each with its unknowns integrated out, needs no more than a broad prior of the
-//! amount. Summed over j it is the statistic of Shiryaev and Roberts: while the change stands it reaches A by chance once in A
-//! welds at the most.
+//! Over: all welds since it began are as it was (H₁), or those from weld j on are at the calibration again (H₀ⱼ). Both have
+//! the same unknowns, so the ratio of their likelihoods, each with its unknowns integrated out, needs only a broad prior of
+//! the amount. Summed over j it is the statistic of Shiryaev and Roberts: while the change stands it reaches A by chance
+//! once in A welds at the most.
 //!
 //! Another one: the windows that find a first change, on top of the one that stands.
 
@@ -12,8 +12,9 @@ use super::regime::{Fault, Regime};
 use super::windows::{Sums, WINDOWS, WindowEvidence};
 use crate::quadratic::Quadratic;
 
-/// A: an active change is cleared wrongly at most once in this number of welds. What is over wrongly is found again by the next
-/// welds, so it may be much less rare than a false alarm.
+/// A: an active change is cleared wrongly at most once in this number of welds. An alarm that is cleared
+/// wrongly is raised again by the next welds, so the limit may be much less strict than that of a false
+/// alarm.
 pub(crate) const OVER_ONCE_IN: f64 = 1000.0;
 
 /// One standard deviation of the amount of a change, in units: 10 ms, 5°, 10 mm, 30 %, as good as unknown.
@@ -22,7 +23,7 @@ const AMOUNT: f64 = 100.0;
 /// Each of this number of last welds is tried as the first good one; of earlier ones, the beginnings of windows.
 const EVERY: usize = 16;
 
-/// The first weld after the change that stands: at the calibration again, or changed once more; `None` while it stands.
+/// The first weld after the standing change: at the calibration again, or changed once more; `None` while it stands.
 pub(crate) fn end(history: &History<'_>, regimes: &[Regime]) -> Option<usize> {
     let (first, fault) = regimes.last().and_then(|regime| Some((regime.first, regime.fault?)))?;
     let good = history.good_before(regimes, first);
@@ -85,7 +86,7 @@ fn changed_again(since: &Stretch<'_>) -> Option<usize> {
     Some(since.history.pieces.len() - length)
 }
 
-/// ln of a likelihood with the amount δ integrated out, but for what no amount changes: ½ bᵀ H⁻¹ b − ½ ln |H|, where H has the prior.
+/// ln of a likelihood integrated over the amount δ, up to a constant: ½ bᵀ H⁻¹ b − ½ ln |H|, where H has the prior.
 fn integrated(evidence: Quadratic, dispersion: f64) -> Option<f64> {
     let mut matrix = evidence.matrix / dispersion;
     let vector = evidence.vector / dispersion;

@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 pub struct PieceInformation {
     /// Which part it is.
     pub part: usize,
-    /// About θ and ψ, with the scatter of the part; nothing about ψ where that is not known.
+    /// About θ and ψ, with the scatter of the part; nothing about ψ if that is not known.
     pub evidence: Quadratic,
     /// About θ alone, wherever the seams are.
     pub within: Quadratic,
@@ -21,7 +21,7 @@ pub struct PieceInformation {
 }
 
 impl PieceInformation {
-    /// Marginalises where this piece's seams lie.
+    /// Marginalises the places of this piece's seams.
     #[must_use]
     pub fn of(statistic: &WeldStatistic, part_index: usize, part: &Part, scatter: Option<&Scatter>) -> Self {
         let within = statistic.evidence.marginal(CALIBRATION).in_units(&UNITS[..CALIBRATION]);

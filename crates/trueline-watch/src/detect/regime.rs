@@ -1,8 +1,8 @@
-//! Welds in order of time, cut at the changes between them: stretches at the calibration, and stretches in which something is
-//! different from it.
+//! Welds in order of time, cut at the changes between them: stretches at the calibration, and stretches with a difference
+//! from it.
 //!
-//! What is known of the calibration and of the fixture comes from the former alone. A mended fault leaves nothing behind: the welds
-//! after it are compared with the calibration and with the good welds before it.
+//! Knowledge of the calibration and of the fixture comes from the former alone. A mended fault leaves nothing
+//! behind: the welds after it are compared with the calibration and with the good welds before it.
 
 use crate::parameters::Kind;
 
@@ -11,18 +11,19 @@ use crate::parameters::Kind;
 pub struct Regime {
     /// Index of its first weld.
     pub first: usize,
-    /// Time inside that weld at which it begins, s after the first robot sample; `None` where it begins between two welds.
+    /// Time inside this weld at which it begins, s after the first robot sample; `None` if it begins between two
+    /// welds.
     pub inside_s: Option<f64>,
-    /// What is different from the calibration; `None` is nothing.
+    /// Difference from the calibration; `None` means none.
     pub fault: Option<Fault>,
 }
 
-/// What is different from the calibration.
+/// Difference from the calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fault {
     /// Its kind.
     pub kind: Kind,
-    /// Index of the part whose place has changed, if that is it.
+    /// Index of the part at another place, if that is the change.
     pub part: usize,
     /// Index of the weld at which it was found.
     pub raised: usize,

@@ -1,12 +1,12 @@
 //! How the seams of a part scatter from piece to piece, learnt from the pieces.
 //!
-//! Piece i has its seams at ℓ_i = μ + A ψ_i + e_i: the part lies a little different each time, ψ ~ N(0, Ω) with any 6×6 Ω, and
-//! each seam strays by itself, e ~ N(0, T) with one variance for turns and one for offsets. Measured is ℓ̂_i ~ N(ℓ_i, R_i).
-//! Ω and T by expectation and maximisation; P = A Ω Aᵀ + T.
+//! Piece i has its seams at ℓ_i = μ + A ψ_i + e_i. Its place varies, ψ ~ N(0, Ω) with any 6×6 Ω. Each seam
+//! varies independently, e ~ N(0, T) with one variance for turns and one for offsets. Measured is ℓ̂_i ~
+//! N(ℓ_i, R_i). Ω and T by expectation and maximisation; P = A Ω Aᵀ + T.
 //!
-//! In addition, the scatter of single pieces beyond their evidence: whatever is alike within a weld and different in the next
-//! (the form of a seam, a warm robot) is no information about the calibration. It is learnt as one factor for each kind of
-//! change, never below one.
+//! It also includes the scatter of single pieces beyond their evidence. Effects that are constant within a weld and
+//! different in the next (the form of a seam, a warm robot) contain no information about the calibration. It is
+//! learnt as one factor for each kind of change, never below one.
 
 use super::change::VISIBLE;
 use crate::innovation::WeldStatistic;
@@ -15,7 +15,7 @@ use crate::quadratic::Quadratic;
 use crate::reference::Part;
 use nalgebra::{DMatrix, DVector};
 
-/// What pieces have taught about one part.
+/// Scatter of one part, learnt from its pieces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scatter {
     /// P: covariance of the seams' (θ₂, θ₃, δ₂, δ₃) from piece to piece, SI.
@@ -26,7 +26,7 @@ pub struct Scatter {
     pub dispersion: [f64; 4],
 }
 
-/// Pieces after which scatter is learnt, and learnt again: twice as many each time.
+/// Numbers of pieces after which scatter is learnt again: doubled each time.
 pub(crate) const LESSONS: [usize; 5] = [30, 60, 120, 240, 480];
 
 /// Scatter below this part of a unit (5 µm, 0.0025°) is treated as none.
@@ -74,7 +74,7 @@ fn seam_units(seams: usize) -> Vec<f64> {
     [angle, angle, length, length].repeat(seams)
 }
 
-/// Where the seams of a piece are by the stored calibration, in units, and how well that is known.
+/// Place of a piece's seams by the stored calibration, in units, and its uncertainty.
 struct Measured {
     place: DVector<f64>,
     information: DMatrix<f64>,
@@ -181,7 +181,7 @@ fn dispersion(pieces: &[&WeldStatistic]) -> [f64; 4] {
     })
 }
 
-/// H⁺ b and the rank, of what a single piece shows: [`VISIBLE`] or more.
+/// H⁺ b and the rank, in the directions visible in a single piece: [`VISIBLE`] or more.
 fn pseudo_solved(matrix: &DMatrix<f64>, vector: &DVector<f64>) -> (DVector<f64>, usize) {
     let eigen = matrix.clone().symmetric_eigen();
     let shown = |value: f64| value > VISIBLE;

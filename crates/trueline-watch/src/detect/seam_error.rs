@@ -1,7 +1,9 @@
-//! What a change does to the points that are measured next: how far they lie off, in directions that a person can point at.
+//! Effect of a change on the points that are measured next: their error in directions that a person can point
+//! at.
 //!
-//! Each seam point of a weld moves by D δ with a change δ of θ. Root mean squares over the weld come from M = mean(dᵀ d), where d is the
-//! row of D along one axis of the sensor; the sign is that of the mean movement, if there is one.
+//! Each seam point of a weld moves by D δ with a change δ of θ. Root mean squares over the weld come from M =
+//! mean(dᵀ d), where d is the row of D along one axis of the sensor. The sign is that of the mean movement,
+//! if there is one.
 
 use super::change::Change;
 use super::sensor_axes::SensorAxes;
@@ -21,17 +23,18 @@ pub struct Movement {
     points: usize,
 }
 
-/// How far seam points lie off, each with its standard deviation, m; `None` is what the welds do not show.
+/// Errors of seam points, each with its standard deviation, m; `None` if the welds do not show it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SeamError {
     /// By [`super::sensor_axes::AXES`], root mean square over a weld; of a part that lies elsewhere nothing.
     pub by_axis: [Option<[f64; 2]>; 3],
-    /// Root mean square of all that is shown, at least zero; of a part that lies elsewhere square to its seams.
+    /// Root mean square of all visible parts, at least zero; a part elsewhere counts perpendicular to its seams.
     pub total: Option<[f64; 2]>,
 }
 
 impl SeamError {
-    /// Whether these welds show all of it, along every axis; of a part that lies elsewhere nothing along its seams counts.
+    /// Whether these welds show all of it, along every axis. A part that lies elsewhere does not count along
+    /// its seams.
     #[must_use]
     pub fn is_shown_whole(&self) -> bool {
         let shown = self.by_axis.iter().flatten().count();
@@ -129,8 +132,8 @@ mod tests {
 
     const SIGMA_M: f64 = 2e-6;
 
-    /// Where a point of the camera lies after a change of the bracket, with the gradient by differences, so that no formula of the code
-    /// is used.
+    /// Place of a point of the camera after a change of the bracket. The gradient is by differences, so no
+    /// formula of the code is used.
     fn moved(x: &[f64], point_m: &Vector3<f64>) -> Vector3<f64> {
         trueline_geometry::so3::exp(&Vector3::new(x[0], x[1], x[2])) * point_m
             + Vector3::new(x[3], x[4], x[5])
@@ -149,8 +152,8 @@ mod tests {
         })
     }
 
-    /// A sensor that turns about the seam point leaves it where it is, and welds that see that point alone show its place and
-    /// nothing else: the information below is that of a point, J Jᵀ, of rank three.
+    /// A sensor that turns about the seam point leaves the point in place. Welds that view only this point show only
+    /// its place: the information below is that of a point, J Jᵀ, of rank three.
     #[test]
     fn the_seam_point_is_known_where_shift_and_turn_are_not() {
         let point_m = Vector3::new(0.02, -0.05, 0.13);

@@ -1,16 +1,16 @@
-//! How improbable a statistic is, as a logarithm: alarms are decided where a probability is far below what a subtraction
-//! from one can show.
+//! Probability of a statistic, as a logarithm. Alarms are decided at probabilities far below the rounding of
+//! a subtraction from one.
 //!
-//! q is a sum of d squares in units of their own scatter. Where that scatter is known, q ~ χ²_d; where it was learnt with ν
-//! degrees of freedom, q/d ~ F(d, ν), which is χ²_d/d for ν → ∞. P(q′ > q) = I_x(ν/2, d/2) with x = ν/(ν + q)
-//! \[Abramowitz1964, 26.6.2\], by its continued fraction \[Abramowitz1964, 26.5.8\].
+//! q is a sum of d squares in units of their own scatter. For a known scatter q ~ χ²_d. If it was learnt with
+//! ν degrees of freedom, q/d ~ F(d, ν), which is χ²_d/d for ν → ∞. P(q′ > q) = I_x(ν/2, d/2) with x = ν/(ν +
+//! q) \[Abramowitz1964, 26.6.2\], by its continued fraction \[Abramowitz1964, 26.5.8\].
 
 use libm::lgamma;
 
 /// Degrees of freedom beyond which the scatter is as good as known.
 const MANY: f64 = 1e7;
 
-/// log₁₀ P(q′ > q) for d squares whose scatter is known with `freedom` degrees of freedom; 0 for d = 0.
+/// log₁₀ P(q′ > q) for d squares with a scatter known with `freedom` degrees of freedom; 0 for d = 0.
 #[must_use]
 pub fn log10_probability(q: f64, dimensions: usize, freedom: f64) -> f64 {
     if dimensions == 0 || q.is_nan() || q <= 0.0 {

@@ -1,9 +1,10 @@
 //! Some pieces against all others: evidence about a change between them.
 //!
-//! Unknown are the error θ₀ of the stored calibration, the mean place ψ of each part, and the change δ of either. θ₀ has the
-//! calibration's own covariance; ψ is free. Marginalising θ₀ and ψ leaves the generalised likelihood ratio of a change
-//! whose level before is not known exactly: right from the first piece on, and with the usual one after many. Where a change
-//! stands already, its own amount is one more unknown, which the pieces since then share.
+//! Unknown are the error θ₀ of the stored calibration, the mean place ψ of each part, and the change δ of
+//! either. θ₀ has the calibration's own covariance; ψ is free. Marginalising θ₀ and ψ leaves the generalised
+//! likelihood ratio of a change from a level that is not known exactly. It is right from the first piece on,
+//! and becomes the usual one after many. If a change stands already, its amount is one more unknown, shared
+//! by the pieces since then.
 
 use super::piece::PieceInformation;
 use crate::parameters::{ALL, CALIBRATION, Kind};
@@ -32,18 +33,19 @@ pub struct Sums {
     pub pieces: usize,
 }
 
-/// A change that stands: pieces since then, what has changed, and the part whose place that may be.
+/// A standing change: the pieces since then, the changed quantities, and the part that may have moved.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Standing<'a> {
     /// The pieces since then that are not in the window.
     pub sums: &'a Sums,
     /// Cause of a change, in words.
     pub kind: Kind,
-    /// The part whose place it may be.
+    /// The part that may be at another place.
     pub part: usize,
 }
 
-/// Evidence about a change: (θ₀, δ, what stands), and the part of it that does not depend on where seams lie: the same of θ alone.
+/// Evidence about a change: (θ₀, δ, standing changes), and the part of it that does not depend on where seams
+/// lie: the same of θ alone.
 #[derive(Clone, Debug)]
 pub(crate) struct WindowEvidence {
     all: Quadratic,
@@ -116,14 +118,14 @@ fn add_corner(sum: &mut Quadratic, other: &Quadratic) {
 }
 
 impl WindowEvidence {
-    /// Evidence about a change between the pieces before and those inside of a window. The place of `part` may have changed;
-    /// those of other parts have not.
+    /// Evidence about a change between the pieces before and those inside of a window. `part` may be at another place; other
+    /// parts are not.
     #[must_use]
     pub(crate) fn of(before: &Sums, inside: &Sums, part: usize, prior: &Quadratic) -> Self {
         Self::beyond(None, before, inside, part, prior)
     }
 
-    /// The same on top of a change that stands: about what has changed since then.
+    /// The same on top of a standing change: the change since then.
     #[must_use]
     pub(crate) fn beyond(
         standing: Option<Standing<'_>>,
@@ -167,18 +169,18 @@ impl WindowEvidence {
         (kind != Kind::Seam).then(|| self.alone(&self.within, kind, 2 * CALIBRATION))
     }
 
-    /// θ₀ and the amount of what stands marginalised, all other kinds held at no change.
+    /// θ₀ and the amount of the standing change marginalised, all other kinds held at no change.
     fn alone(&self, evidence: &Quadratic, kind: Kind, standing_at: usize) -> Quadratic {
         let from = |at: usize, columns: Range<usize>| at + columns.start..at + columns.end;
         let own = from(CHANGE, kind.columns());
         let stands = self.standing.map_or(0..0, |kind| from(standing_at, kind.columns()));
-        // Where a part lies is none of what a piece says wherever its seams are.
+        // A part's place is not information that a piece gives independently of its seams.
         let stands = if stands.end <= evidence.size() { stands } else { 0..0 };
         evidence.restricted(&Quadratic::indices(&[own, LEVEL, stands])).marginal(kind.columns().len())
     }
 }
 
-/// (θ₀, δ of θ, what stands of θ), wherever seams lie.
+/// (θ₀, δ of θ, standing change of θ), independent of the seams' places.
 fn within(standing: Option<&Sums>, before: &Sums, inside: &Sums, prior: &Quadratic) -> Quadratic {
     let blocks = if standing.is_some() { 3 } else { 2 };
     let map = |own: &[usize]| {
@@ -201,8 +203,8 @@ fn within(standing: Option<&Sums>, before: &Sums, inside: &Sums, prior: &Quadrat
     sum
 }
 
-/// (θ, ψ) of a piece from (`shared` unknowns, ψ), where it lies after the change or after what stands, and whether that is one of
-/// its own place.
+/// (θ, ψ) of a piece from (`shared` unknowns, ψ): its place after the change or after the standing one, and
+/// whether that is a place of its own.
 fn piece_from_unknowns(shared: usize, changed: Option<bool>, stands: Option<bool>) -> DMatrix<f64> {
     let mut map = DMatrix::zeros(ALL, shared + 6);
     map.view_mut((0, 0), (CALIBRATION, CALIBRATION)).fill_with_identity();

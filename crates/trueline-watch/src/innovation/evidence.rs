@@ -1,8 +1,8 @@
 //! All features of a weld, summed: in stretches of time, so that a change inside the weld can be found.
 //!
-//! Features of one image share the robot's error and the stamp's; their covariance is that of the image as a whole. Its
-//! level is measured on this weld with every unknown free, so that a change of the calibration is not noise; where
-//! neighbouring residuals are alike, the information is less by (1 − ρ)/(1 + ρ).
+//! Features of one image share the robot's error and the stamp's; their covariance is that of the image as a
+//! whole. Its level is measured on this weld with every unknown free, so a change of the calibration is not
+//! noise. If neighbouring residuals are correlated by ρ, the information is less by (1 − ρ)/(1 + ρ).
 
 use super::linearized::{Seam, linearized};
 use super::plate_rows::plate_rows;
@@ -38,7 +38,7 @@ pub struct Evidence {
     pub statistic: WeldStatistic,
     /// The stretches in order of time.
     pub chunks: Vec<Chunk>,
-    /// What is known of the bows of its seams and of its plates, which is in none of the stretches.
+    /// Prior knowledge of the bows of its seams and of its plates, which is in none of the stretches.
     pub bow_prior: Quadratic,
 }
 
@@ -50,7 +50,7 @@ const MOST_CORRELATION: f64 = 0.95;
 /// Sums a weld at the stored calibration and its own fitted seams, in the chart of its part.
 ///
 /// # Errors
-/// A seam of which too little is left.
+/// A seam with too few points left.
 pub fn collected(
     of: &PlacedFeatures,
     fits: &[SeamFit],
@@ -88,8 +88,8 @@ pub fn collected(
     Ok(Evidence { statistic, chunks, bow_prior })
 }
 
-/// What is seen of the seams, by rising stamp: of an image that shows both plates of a seam their stripes, whose crossing the seam
-/// point is, and else the seam point.
+/// Readings of the seams, by rising stamp. An image that shows both plates of a seam gives their stripes,
+/// which contain the seam point. Other images give the seam point.
 fn rows(of: &PlacedFeatures, seams: &[Seam], reference: &Reference) -> Vec<Row> {
     let mut rows = plate_rows(of, seams, reference.shape_origin_m);
     let striped: HashSet<(u64, usize)> = rows.iter().map(|row| (row.stamp_s.to_bits(), row.line)).collect();
@@ -104,10 +104,10 @@ fn rows(of: &PlacedFeatures, seams: &[Seam], reference: &Reference) -> Vec<Row> 
     rows
 }
 
-/// A roll is known to a turn, which is nothing, and yet has an inverse.
+/// A roll known to a turn has no information, and yet has an inverse.
 const ROLL_SIGMA_RAD: f64 = 1.0;
 
-/// What is known of bows and plates before anything is seen.
+/// Prior knowledge of bows and plates.
 fn bow_prior(seams: &[Seam], unknowns: Unknowns) -> Quadratic {
     let mut prior = Quadratic::nothing(unknowns.size());
     for (k, seam) in seams.iter().enumerate() {
@@ -163,7 +163,8 @@ fn level(rows: &mut [Row], seams: &[Seam], unknowns: Unknowns, factors: &[f64]) 
     level
 }
 
-/// Correlation of the residuals of a seam, or of one of its plates, from one image to the next; outliers are no neighbours.
+/// Correlation of the residuals of a seam, or of one of its plates, from one image to the next; outliers do not count as
+/// neighbours.
 fn correlation(rows: &[Row], whitened: &[Option<Vector2<f64>>]) -> f64 {
     let (mut product, mut power) = (0.0, 0.0);
     let mut before: Vec<Option<Vector2<f64>>> = Vec::new();
@@ -231,7 +232,7 @@ fn add_image(sum: &mut Quadratic, rows: &[&Row], unknowns: Unknowns) {
     let mut residual = DVector::zeros(n);
     for (k, row) in rows.iter().enumerate() {
         covariance.view_mut((2 * k, 2 * k), (2, 2)).copy_from(&(row.covariance / row.weight));
-        // A row of little weight is one of large errors, whoever made them.
+        // A row of little weight has large errors, of any source.
         shared.view_mut((2 * k, 0), (2, SHARED)).copy_from(&(row.shared / row.weight.sqrt()));
         residual.rows_mut(2 * k, 2).copy_from(&row.residual);
         for (local, place) in row.columns(unknowns) {

@@ -1,14 +1,15 @@
 //! One feature: its residual against a seam, and how everything that is unknown moves it.
 //!
-//! Local columns: θ (time offset, hand-eye rotation and translation, shape h₁ … h₅), the seam's (θ₂, θ₃, δ₂, δ₃), and its
-//! bow (κ₂, κ₃): the seam is displaced by κ ((s/ℓ)² − ⅓) across, s along it and ℓ half of what is seen of it.
+//! Local columns: θ (time offset, hand-eye rotation and translation, shape h₁ … h₅), the seam's (θ₂, θ₃, δ₂,
+//! δ₃), and its bow (κ₂, κ₃). The seam is displaced by κ ((s/ℓ)² − ⅓) across, with s along it and ℓ half its
+//! visible length.
 //!
-//! r = p − q, the measured minus the predicted point in the sheet. A change of shape moves p alone:
-//! with (a, b) the sheet's coordinates from the shape's origin, ∂p/∂h = (a, 0), (0, b), (b, 0), −a (a, b), −b (a, b).
-//! Where that is taken matters: the error of p is the feature's, that of q the robot's, r has both, and a derivative that
-//! shares an error with r is biased wherever the seam hardly moves in the sheet. p − Σ_f Σ⁻¹ r, with Σ_f the feature's own
-//! covariance and Σ all of it, is the best estimate of the true point, and its error is uncorrelated with r. All else is
-//! [`sheet_residual`]'s.
+//! r = p − q, the measured minus the predicted point in the sheet. A change of shape moves p alone: with (a, b) the
+//! sheet's coordinates from the shape's origin, ∂p/∂h = (a, 0), (0, b), (b, 0), −a (a, b), −b (a, b). The point of
+//! the derivative matters. The error of p is the feature's, that of q the robot's, and r has both. A derivative that
+//! shares an error with r is biased where the seam hardly moves in the sheet. The best estimate of the true point is
+//! p − Σ_f Σ⁻¹ r, with Σ_f the feature's own covariance and Σ all of it. Its error is uncorrelated with r. All else
+//! is [`sheet_residual`]'s.
 
 use crate::parameters::{CALIBRATION, SHAPE, TIME_OFFSET};
 use nalgebra::{Matrix2, Matrix2x4, SMatrix, Vector2};

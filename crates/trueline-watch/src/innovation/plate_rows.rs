@@ -1,11 +1,12 @@
 //! Whole stripes: how far the support points of both plates are from where the stored calibration puts them.
 //!
-//! Each plate runs through its seam, so it moves with it: by n·δ with a shift, by ω·o with a turn ω, o the direction in the plate
-//! away from the seam. Its own are the roll about the seam, which no seam point shows, and the seven terms of its surface.
-//! The residual is [`StripeOnPlate`]'s, at the pose as reported. A derivative that shares an error with the residual is biased
-//! wherever nothing else varies it, and residual, foot and plate's coordinates all share the robot's: so derivatives are taken at
-//! the best estimate of the true pose, the reported one less what the four residuals of the image say of its error, and those by the
-//! shape at the best estimate of the true point, the measured one less what they say of its own.
+//! Each plate runs through its seam, so it moves with it: by n·δ with a shift, by ω·o with a turn ω, o the
+//! direction in the plate away from the seam. Its own are the roll about the seam, which no seam point shows,
+//! and the seven terms of its surface. The residual is [`StripeOnPlate`]'s, at the pose as reported. A
+//! derivative that shares an error with the residual is biased if nothing else varies it. Residual, foot and
+//! plate's coordinates all share the robot's error. So derivatives are taken at the best estimate of the true
+//! pose: the reported pose, corrected by the four residuals of the image. Those by the shape are taken at the
+//! best estimate of the true point: the measured point, corrected likewise.
 
 use super::linearized::{LOCAL, SEAM, Seam, d_point_d_shape};
 use super::row::{Row, SHARED};
@@ -20,10 +21,10 @@ use trueline_method::order_statistics::median;
 use trueline_method::stripe::frames::reported;
 use trueline_model::{ByLinks, Placement, Plate, PoseGradient, StripeJacobian, StripeOnPlate};
 
-/// Stripes that differ in direction by less (sine) are those of parallel plates: 6°.
+/// Stripes that differ in direction by less (sine) are of parallel plates: 6°.
 const LEAST_ANGLE_SINE: f64 = 0.1;
 
-/// The rows of all stripes of seams of which there are enough.
+/// The rows of all stripes of seams with enough of them.
 #[must_use]
 pub(crate) fn plate_rows(of: &PlacedFeatures, seams: &[Seam], shape_origin_m: [f64; 2]) -> Vec<Row> {
     let mut rows = Vec::new();
@@ -40,7 +41,7 @@ pub(crate) fn plate_rows(of: &PlacedFeatures, seams: &[Seam], shape_origin_m: [f
     rows
 }
 
-/// Whether the stripes on both plates run alongside each other in most images: the plates of a lap, of which one passes the seam by.
+/// Whether the stripes on both plates run side by side in most images: the plates of a lap, with one beyond the seam.
 fn are_parallel(own: &[&PlacedStripes]) -> bool {
     let sine = |stripes: &&PlacedStripes| {
         let along = stripes.plates.map(|[near, far]| (far.reported - near.reported).normalize());
@@ -145,7 +146,7 @@ impl JointView<'_> {
         Some(Errors { residual, shared, own, weighed })
     }
 
-    /// The pose of the robot less what is expected of its errors.
+    /// The pose of the robot less its expected errors.
     fn best_placement(&self, stripes: &PlacedStripes, errors: &Errors) -> Placement {
         let expected = errors.shared.transpose() * errors.weighed;
         let mut placement = stripes.placement;

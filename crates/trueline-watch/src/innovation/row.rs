@@ -1,4 +1,4 @@
-//! What is summed of a weld: two numbers with their derivatives, of a seam point or of the stripe on a plate.
+//! A row of a weld's sums: two numbers with their derivatives, of a seam point or of the stripe on a plate.
 
 use super::linearized::{LOCAL, Linearized};
 use super::unknowns::{LOCAL_OF_STRIPE, Unknowns};
@@ -25,7 +25,7 @@ pub(crate) struct Row {
     pub covariance: Matrix2<f64>,
     /// How shared errors of one standard deviation move it.
     pub shared: SMatrix<f64, 2, SHARED>,
-    /// 0 for an outlier, 1 for what fits.
+    /// 0 for an outlier, 1 for an inlier.
     pub weight: f64,
 }
 
@@ -49,7 +49,7 @@ impl Row {
         }
     }
 
-    /// Its columns, and where they lie among all.
+    /// Its columns, and their places among all.
     pub(crate) fn columns(&self, unknowns: Unknowns) -> impl Iterator<Item = (usize, usize)> + '_ {
         let count = if self.plate.is_some() { LOCAL_OF_STRIPE } else { LOCAL };
         let plate = self.plate.unwrap_or(0);
@@ -72,7 +72,7 @@ impl Row {
         Some(total.cholesky()?.l().try_inverse()? * residual)
     }
 
-    /// Whether it is the first of what an image shows of its seam: each image counts once.
+    /// Whether it is the first row of an image for its seam: each image counts once.
     pub(crate) fn counts(&self) -> bool {
         self.plate != Some(1)
     }

@@ -1,4 +1,4 @@
-//! The seams of one weld by the stored calibration: robust, straight but for a bow that is known to be small.
+//! The seams of one weld by the stored calibration: robust, straight except for a small bow.
 
 use super::linearized::{BOW, LOCAL, Linearized, SEAM, Seam, linearized};
 use super::weld_error::WeldError;
@@ -11,16 +11,16 @@ use trueline_method::solve::noise_scale::noise_factor;
 /// A seam as fitted.
 #[derive(Clone, Copy, Debug)]
 pub struct SeamFit {
-    /// The seam, anchored in the middle of what was seen.
+    /// The seam, anchored in the middle of the seen points.
     pub seam: Seam,
     /// Noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
 }
 
-/// Fewest features of a seam: two numbers each, for six unknowns of its own and something to judge them by.
+/// Fewest features of a seam: two numbers each, for six unknowns of its own and a check.
 pub(crate) const LEAST_FEATURES: usize = 20;
 
-/// A seam's bow is known to be about this large at its ends before any of it is measured: 0.3 mm and 1 mm per metre.
+/// Prior size of a seam's bow at its ends: 0.3 mm and 1 mm per metre.
 #[must_use]
 pub(crate) fn bow_sigma_m(half_length_m: f64) -> f64 {
     0.3e-3 + 1e-3 * 2.0 * half_length_m
@@ -64,8 +64,8 @@ fn fitted(of: &PlacedFeatures, number: u32, shape_origin_m: [f64; 2]) -> Result<
     Ok(SeamFit { seam, noise_factor: factor })
 }
 
-/// A seam is curved where a third of its points are farther than this from a straight line, m: no change of a calibration that a cell works with moves them so far
-/// apart from each other, and a seam that is called straight bows by a fifth of it.
+/// A seam is curved if a third of its points are farther than this from a straight line, m. No change of a
+/// working calibration moves points so far apart, and a seam that counts as straight bows by a fifth of it.
 const CURVED_M: f64 = 5e-3;
 
 /// A third of the points are farther from a line than this, m.
@@ -75,8 +75,8 @@ fn third_off_m(points: &[Vector3<f64>], line: &Line) -> f64 {
     off_m.get(2 * off_m.len() / 3).copied().unwrap_or(0.0)
 }
 
-/// Rounds of the fit: each gains the ratio of the step to the distance from the sensor, a factor of a hundred; the first
-/// ones find the outliers.
+/// Rounds of the fit. Each gains the ratio of the step to the distance from the sensor, a factor of a
+/// hundred. The first ones find the outliers.
 const ROUNDS: usize = 6;
 
 /// The line through the points in the direction in which they were made.
@@ -99,7 +99,7 @@ fn first(points: &[Vector3<f64>]) -> Option<Seam> {
 
 type Own = SVector<f64, 6>;
 
-/// The Gauss–Newton step of seam and bow; the bow is linear and stays where it is counted from.
+/// The Gauss–Newton step of seam and bow; the bow is linear and keeps its origin.
 fn step(all: &[Linearized], seam: &Seam, factor: f64) -> Option<Own> {
     let loss = Loss::Tukey { scale: 8.0 };
     let mut at = Own::zeros();
@@ -111,7 +111,7 @@ fn step(all: &[Linearized], seam: &Seam, factor: f64) -> Option<Own> {
             let jacobian = whiten * one.jacobian.fixed_columns::<{ LOCAL - SEAM }>(SEAM);
             let residual: Vector2<f64> = whiten * one.residual;
             let now = residual + jacobian * at;
-            // Before the level is known everything counts alike: the line was robust already.
+            // While the level is unknown all points count equally: the line was robust already.
             let weight = if factor.is_finite() {
                 loss.weight(now.norm_squared() / factor.powi(2).max(1e-12))
             } else {

@@ -1,5 +1,5 @@
-//! Where the unknowns of a weld lie: θ, four of each seam, two of each seam's bow, and of a weld with whole stripes those of the
-//! plates, each with its roll about the seam and its surface.
+//! Positions of a weld's unknowns: θ, four of each seam, two of each seam's bow. With whole stripes, the plates
+//! follow, each with its roll about the seam and its surface.
 
 use super::linearized::{BOW, LOCAL, SEAM};
 use crate::parameters::CALIBRATION;
@@ -7,7 +7,7 @@ use trueline_model::Plate;
 
 /// Roll and surface of a plate.
 const PLATE: usize = 1 + Plate::SURFACE;
-/// Number of local columns of a stripe: those of a feature, and its plate's.
+/// Number of local columns of a stripe: those of a feature and of its plate.
 pub(crate) const LOCAL_OF_STRIPE: usize = LOCAL + PLATE;
 
 /// The unknowns of a weld.
@@ -15,7 +15,7 @@ pub(crate) const LOCAL_OF_STRIPE: usize = LOCAL + PLATE;
 pub(crate) struct Unknowns {
     /// How many seams.
     pub seams: usize,
-    /// Whether there are those of plates.
+    /// Whether plates are included.
     pub plates: bool,
 }
 
@@ -39,7 +39,7 @@ impl Unknowns {
         (self.first_plate()..self.size()).step_by(PLATE)
     }
 
-    /// Where a local column of what is seen of a seam lies among all.
+    /// Position of a seam's local column among all.
     pub(crate) const fn place(self, local: usize, seam: usize, plate: usize) -> usize {
         if local < SEAM {
             local

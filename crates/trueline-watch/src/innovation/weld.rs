@@ -11,7 +11,7 @@ use trueline_method::Config;
 use trueline_method::evaluate::placed_features::{PlacedFeatures, place_with_stripes};
 use trueline_method::input::timestamps::Dejittered;
 
-/// A weld whose seams are fitted by the stored calibration.
+/// A weld with its seams fitted by the stored calibration.
 #[derive(Clone, Debug)]
 pub struct Weld {
     features: PlacedFeatures,
@@ -41,16 +41,16 @@ impl Weld {
         &self.features
     }
 
-    /// Whether the stamps were treated as those of the calibration.
+    /// Whether the stamps were treated as in the calibration.
     #[must_use]
     pub(crate) fn stamps_as(&self, wanted: Dejittered) -> bool {
         self.features.dejittered == wanted
     }
 
-    /// Evidence of the weld, with its seams counted from those of its part.
+    /// Evidence of the weld, with its seams relative to those of its part.
     ///
     /// # Errors
-    /// A seam of which too little is left.
+    /// A seam with too few points left.
     pub fn evidence(&self, part: &Part, reference: &Reference) -> Result<Evidence, WeldError> {
         collected(&self.features, &self.fits, part, reference)
     }
@@ -60,7 +60,7 @@ fn placed(recording: &Recording, by: &Guess, dejittered: Dejittered) -> Result<P
     Ok(place_with_stripes(recording, by, dejittered, &Config::default())?)
 }
 
-/// Where the shape of the laser plane is counted from: the middle of what a first weld saw, to a millimetre.
+/// Origin of the laser plane's shape: the middle of a first weld's points, to a millimetre.
 ///
 /// # Errors
 /// A recording that cannot be used.

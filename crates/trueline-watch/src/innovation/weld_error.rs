@@ -16,7 +16,7 @@ pub enum WeldError {
         /// How many are needed.
         needed: usize,
     },
-    /// The seam is no straight one.
+    /// The seam is not straight.
     #[error(
         "seam {line} is curved: a third of its points are more than {:.0} mm off a straight line, and only straight seams can be watched",
         off_m * 1e3

@@ -14,7 +14,7 @@ pub struct WeldStatistic {
     pub outliers: usize,
     /// Noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
-    /// Correlation of neighbouring residuals, by which the information is reduced where it is positive.
+    /// Correlation of neighbouring residuals, which reduces the information if it is positive.
     pub correlation: f64,
 }
 

@@ -93,7 +93,7 @@ pub(super) fn part(from: &[u8]) -> Option<Part> {
     Some(Part { lines: seams.iter().map(line).collect::<Option<_>>()? })
 }
 
-/// Estimates and their standard deviations; NaN where there is none.
+/// Estimates and their standard deviations; NaN if there is none.
 pub(super) fn pairs_bytes(of: &[Option<[f64; 2]>]) -> Vec<u8> {
     bytes(of.iter().flat_map(|pair| pair.unwrap_or([f64::NAN; 2])))
 }

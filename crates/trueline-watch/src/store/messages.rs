@@ -1,9 +1,9 @@
 //! Alarm messages, stored with their weld until every receiver has accepted them.
 //!
-//! A message is written in the transaction of its weld, so there is none without the other. Each receiver gets messages in order and at
-//! least once: those after `told_up_to` are pending. A sender reserves the message for a while (`next_try_s`), so two programs do not
-//! send it twice, and a killed sender loses nothing. Of a receiver's
-//! address, which may hold a secret, only a hash is kept.
+//! A message is written in the transaction of its weld, so neither exists without the other. Each receiver gets messages in
+//! order and at least once: those after `told_up_to` are pending. A sender reserves the message for a while (`next_try_s`),
+//! so two programs do not send it twice, and a killed sender loses nothing. Of a receiver's address, which may hold a
+//! secret, only a hash is kept.
 
 use super::schema::Store;
 use super::store_error::StoreError;

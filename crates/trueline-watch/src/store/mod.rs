@@ -1,8 +1,8 @@
 //! State that survives: one SQLite file for each cell.
 //!
-//! Calibrations, parts, welds with their statistics, alarms, messages about them. Every weld is one transaction; a program
-//! that is killed leaves the welds that were finished, and two programs at once wait for each other. Statistics are kept of
-//! as many welds as the detector looks back; what a chart needs of a weld is kept for good, or as long as is asked for
+//! Calibrations, parts, welds with their statistics, alarms, messages about them. Every weld is one transaction. A
+//! killed program leaves its finished welds, and two programs at once wait for each other. Statistics are kept for as
+//! many welds as the detector uses. The numbers of a chart are kept forever, or as long as the user states
 //! ([`Store::forget_before`]).
 
 mod codec;
@@ -22,5 +22,5 @@ pub use store_error::StoreError;
 pub(crate) use write::Standing;
 pub use write::{NewAlarm, NewWeld, StoredPart, StoredPiece};
 
-/// Welds of which the statistic is kept, for each calibration: twice the longest window of good ones, and as many others.
+/// Welds with their statistic kept, for each calibration: twice the longest window of good ones, and as many others.
 pub(crate) const KEPT_STATISTICS: usize = 512;

@@ -1,4 +1,4 @@
-//! Where the welds of a calibration are cut at changes.
+//! Cuts of a calibration's welds at changes.
 
 use super::rows::weld_number;
 use super::schema::{FIRST_WITH_REGIMES, Store};
@@ -9,17 +9,17 @@ use rusqlite::{OptionalExtension, params};
 /// Welds between two changes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StoredRegime {
-    /// The row of its first weld; that of the next weld where there is none yet.
+    /// The row of its first weld; that of the next weld if there is none yet.
     pub first: i64,
     /// When it begins inside of that weld, s after its first robot sample.
     pub inside_s: Option<f64>,
-    /// What is different from the calibration.
+    /// Difference from the calibration.
     pub fault: Option<StoredFault>,
-    /// Whether somebody said that it begins there, and no weld.
+    /// Whether its start was reported by a user, not by a weld.
     pub claimed: bool,
 }
 
-/// What is different from the calibration.
+/// Difference from the calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StoredFault {
     /// Its kind.
@@ -62,7 +62,7 @@ impl Store {
         rows.and_then(Iterator::collect).map_err(|e| self.failed(e))
     }
 
-    /// Keeps regimes in the place of those that were read from a weld on.
+    /// Replaces the regimes from a weld on.
     ///
     /// # Errors
     /// A database that cannot be written.
@@ -135,7 +135,7 @@ impl Store {
             .map_err(|e| self.failed(e))
     }
 
-    /// Drops the statistics of welds that nobody looks back on any more.
+    /// Drops the statistics of welds that are not needed any more.
     ///
     /// # Errors
     /// A database that cannot be written.

@@ -1,4 +1,4 @@
-//! What is kept for good: one row a weld, for charts and tables.
+//! The permanent table: one row a weld, for charts and tables.
 
 use super::codec;
 use super::schema::{FIRST_WITH_REGIMES, Store};
@@ -27,7 +27,7 @@ pub struct CalibrationRow {
 /// A weld in the history.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HistoryRow {
-    /// Its number: welds are counted from 0 in the order in which the state took them, whatever the calibration.
+    /// Its number: welds are counted from 0 in the order in which the state stored them, across calibrations.
     pub number: i64,
     /// Its name.
     pub name: String,
@@ -41,12 +41,12 @@ pub struct HistoryRow {
     pub outliers: usize,
     /// Noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
-    /// For each column of θ the change and its standard deviation (SI) if nothing else changed; then, if the row is not older than that,
-    /// the same if nothing of another kind changed. `None` where this weld does not show it.
+    /// For each column of θ the change and its standard deviation (SI) if nothing else changed. In newer rows the
+    /// same follows if nothing of another kind changed. `None` if this weld does not show it.
     pub estimates: Vec<Option<[f64; 2]>>,
     /// log₁₀ probability of the most significant change of each kind, in the order of [`crate::Kind::ALL`].
     pub p_log10: Vec<f64>,
-    /// What welds like it would not show.
+    /// Changes that welds like it would not show.
     pub blind_to: Vec<String>,
     /// The alarm that stood after it.
     pub alarm: Option<AlarmRow>,
@@ -63,14 +63,14 @@ pub struct AlarmRow {
     pub p_log10: f64,
     /// Whether the change is within the tolerance.
     pub is_within: bool,
-    /// What has changed and what to do, in words; nothing in older rows.
+    /// The change and the remedy, in words; empty in older rows.
     pub text: Option<String>,
     /// How far seam points lie off, with its standard deviation, m.
     pub seam_error: Option<[f64; 2]>,
 }
 
 impl HistoryRow {
-    /// What stood after it.
+    /// State after it.
     #[must_use]
     pub fn state(&self) -> State {
         match &self.alarm {
@@ -106,7 +106,7 @@ impl Store {
         rows.and_then(Iterator::collect).map_err(|e| self.failed(e))
     }
 
-    /// The number of the calibration in use: that of the last weld; of the last one that came, if there is no weld.
+    /// Number of the calibration in use: that of the last weld, or the last one received if there is no weld.
     ///
     /// # Errors
     /// A database that cannot be read.

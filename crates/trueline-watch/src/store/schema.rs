@@ -8,10 +8,10 @@ use std::time::{Duration, Instant};
 /// The newest version of the tables.
 pub const SCHEMA_VERSION: i64 = MIGRATIONS.len() as i64;
 
-/// "true" in ASCII: whose database it is.
+/// "true" in ASCII: the owner of the database.
 const APPLICATION_ID: i64 = 0x7472_7565;
 
-/// What leads from each version to the next; none of them is ever changed.
+/// Steps from each version to the next; none of them is ever changed.
 const MIGRATIONS: [&str; 4] = [VERSION_1, VERSION_2, VERSION_3, VERSION_4];
 
 const VERSION_1: &str = "
@@ -95,8 +95,8 @@ CREATE TRIGGER weld_goes AFTER DELETE ON welds BEGIN
 END;
 ";
 
-/// Where welds are cut at changes, and whether an alarm is of a change within its tolerance. Of the welds that are there already the
-/// next one finds the regimes anew.
+/// Cuts of welds at changes, and whether an alarm is of a change within its tolerance. Of the welds that are there already
+/// the next one finds the regimes anew.
 const VERSION_4: &str = "
 CREATE TABLE regimes (
     id INTEGER PRIMARY KEY,
@@ -117,7 +117,7 @@ pub(super) const FIRST_WITH_REGIMES: i64 = 4;
 
 /// How long one program waits for another.
 const PATIENCE: Duration = Duration::from_secs(30);
-/// Between two tries of what the library does not wait for.
+/// Time between two tries where the library does not wait.
 const AGAIN: Duration = Duration::from_millis(5);
 
 /// The state of a cell.
@@ -127,7 +127,7 @@ pub struct Store {
     pub(super) file: PathBuf,
 }
 
-/// SQLite opens whatever it is given, and waits for somebody who writes into a pipe.
+/// SQLite opens any path, and waits for a writer into a pipe.
 fn expect_file(file: &Path) -> Result<(), StoreError> {
     if file.is_file() { Ok(()) } else { Err(StoreError::NoFile { file: file.to_owned() }) }
 }
@@ -193,7 +193,7 @@ impl Store {
     fn migrate(&mut self) -> Result<(), StoreError> {
         let file = self.file.clone();
         let failed = |source| StoreError::Database { file: file.clone(), source };
-        // Readers never wait for a writer; a weld is on the disk when it is told of.
+        // Readers never wait for a writer; a weld is on the disk before it is reported.
         let settings = "PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON;";
         let (application, _) = self.versions()?;
         if application != 0 && application != APPLICATION_ID {
@@ -202,7 +202,7 @@ impl Store {
         self.write_ahead().map_err(failed)?;
         self.connection.execute_batch(settings).map_err(failed)?;
         let behavior = rusqlite::TransactionBehavior::Immediate;
-        // What another program has done meanwhile is seen inside the transaction only.
+        // Other programs' changes are visible only inside the transaction.
         let transaction = rusqlite::Transaction::new_unchecked(&self.connection, behavior).map_err(failed)?;
         let (application, version) = self.versions()?;
         let tables: i64 = transaction

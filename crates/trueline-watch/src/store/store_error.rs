@@ -16,7 +16,7 @@ pub enum StoreError {
     /// A folder, a pipe or a device, which may never end.
     #[error("{}: is not a regular file", file.display())]
     NoFile {
-        /// What was named.
+        /// The name.
         file: PathBuf,
     },
     /// There is no state to read.
@@ -32,7 +32,7 @@ pub enum StoreError {
         file: PathBuf,
         /// Its version.
         found: i64,
-        /// The newest that is known.
+        /// The newest known one.
         known: i64,
     },
     /// A database of something else.
@@ -46,7 +46,7 @@ pub enum StoreError {
     Damaged {
         /// The state file.
         file: PathBuf,
-        /// What is damaged.
+        /// The damaged part.
         what: &'static str,
         /// Its row.
         row: i64,
@@ -64,7 +64,7 @@ impl StoreError {
             }
             Self::Newer { .. } => "use the newer trueline, or name another --state file",
             Self::Foreign { .. } | Self::NoFile { .. } => {
-                "name another --state file; a new one is made where there is none"
+                "name another --state file; a missing one is created"
             }
             Self::Damaged { .. } => "restore the file from a backup, or name another --state file",
         }

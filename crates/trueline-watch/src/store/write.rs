@@ -1,4 +1,4 @@
-//! What is read and written for each weld, inside one transaction.
+//! Reads and writes of each weld, inside one transaction.
 
 use super::codec;
 use super::schema::Store;
@@ -8,7 +8,7 @@ use crate::innovation::WeldStatistic;
 use crate::reference::Part;
 use rusqlite::{OptionalExtension, Transaction, TransactionBehavior, params};
 
-/// A part and what has been learnt of it.
+/// A part and its learnt scatter.
 #[derive(Clone, Debug)]
 pub struct StoredPart {
     /// Its number.
@@ -48,7 +48,7 @@ pub(crate) struct Standing {
 pub struct NewWeld {
     /// Its name.
     pub name: String,
-    /// SHA-256 of what it holds: the same weld is never counted twice.
+    /// SHA-256 of its content: the same weld is never counted twice.
     pub content: String,
     /// When, s since 1970 UTC.
     pub watched_s: i64,
@@ -62,7 +62,7 @@ pub struct NewWeld {
     pub p_log10: [f64; 4],
     /// Its report, a line of JSON.
     pub line: String,
-    /// What stands.
+    /// The standing change.
     pub alarm: Option<NewAlarm>,
 }
 
@@ -80,7 +80,7 @@ pub struct NewAlarm {
 }
 
 impl Store {
-    /// Begins what belongs together; other programs wait until it is committed or dropped.
+    /// Starts a transaction; other programs wait until it is committed or dropped.
     ///
     /// # Errors
     /// A database that another program holds for half a minute, or that cannot be written.
@@ -97,7 +97,7 @@ impl Store {
         transaction.commit().map_err(|e| self.failed(e))
     }
 
-    /// Where the shape of the laser plane is counted from with a calibration, and its number, if it is known.
+    /// Origin of the laser plane's shape for a calibration, and its number, if known.
     ///
     /// # Errors
     /// A database that cannot be read.
@@ -107,7 +107,7 @@ impl Store {
         self.connection.query_row(text, [sha256], row).optional().map_err(|e| self.failed(e))
     }
 
-    /// Adds a calibration if it is new; its number and where its shape is counted from, whoever was first.
+    /// Adds a calibration if it is new; returns its number and the origin of its shape, from the first program.
     ///
     /// # Errors
     /// A database that cannot be written.
@@ -199,7 +199,7 @@ impl Store {
         Ok(self.connection.last_insert_rowid())
     }
 
-    /// Keeps what has been learnt of a part.
+    /// Keeps the learnt scatter of a part.
     ///
     /// # Errors
     /// A database that cannot be written.
@@ -242,8 +242,8 @@ impl Store {
         self.connection.query_row(text, [calibration], row).optional().map_err(|e| self.failed(e))
     }
 
-    /// Forgets the oldest welds and their alarms if they were watched before a time (s since 1970 UTC): a hundred at most, so
-    /// that no weld waits for it, and none that the detector looks back on. How many.
+    /// Forgets the oldest welds and their alarms if they were watched before a time (s since 1970 UTC). It
+    /// forgets at most a hundred, so that no weld waits, and none that the detector uses. How many.
     ///
     /// # Errors
     /// A database that cannot be written.

@@ -3,16 +3,13 @@
 use super::receiver::{Receiver, ReceiverError};
 use std::time::Duration;
 
-/// The receiver at an address: `http://…` and `https://…` are told by POST, `mqtt://[USER@]HOST[:PORT]/TOPIC` and
-/// `mqtts://…` by publishing; one try takes no longer than `patience`. Keys of a topic stand behind a `?`: `password-file=FILE` or
-/// `password-env=NAME`, and `ca=FILE`, the certificates to trust.
+/// The receiver at an address. `http://…` and `https://…` receive a POST, `mqtt://[USER@]HOST[:PORT]/TOPIC` and
+/// `mqtts://…` a publication. One try takes no longer than `patience`. Keys of a topic follow a `?`:
+/// `password-file=FILE` or `password-env=NAME`, and `ca=FILE`, the certificates to trust.
 ///
 /// # Errors
 /// An address of no known kind, or half of one; a password or a certificate that cannot be read.
-#[cfg_attr(
-    not(any(feature = "webhook", feature = "mqtt")),
-    expect(unused_variables, reason = "nobody can be told")
-)]
+#[cfg_attr(not(any(feature = "webhook", feature = "mqtt")), expect(unused_variables, reason = "no receiver"))]
 pub fn at(address: &str, patience: Duration) -> Result<Box<dyn Receiver>, ReceiverError> {
     match address.split_once("://").map(|(scheme, _)| scheme) {
         #[cfg(feature = "webhook")]

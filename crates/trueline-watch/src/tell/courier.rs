@@ -1,5 +1,5 @@
-//! Carries messages to a receiver in a thread of its own, with its own connection to the state: a receiver that is slow, dead or
-//! hostile delays nobody but itself.
+//! Carries messages to a receiver in a thread of its own, with its own connection to the state. A receiver
+//! that is slow, dead or hostile delays nothing else.
 
 use super::pace::Pace;
 use super::receiver::Receiver;
@@ -58,7 +58,7 @@ fn carry(store: &Store, id: i64, receiver: &dyn Receiver, ear: &Ear<()>, pace: P
     loop {
         let is_over = ear.recv_timeout(pace.look_every) == Err(RecvTimeoutError::Disconnected);
         let until = Instant::now() + pace.patience;
-        // A state that cannot be read now may be later; whoever watches meets the same error and says so.
+        // A state that cannot be read now may be readable later; the watcher meets the same error and reports it.
         while let Ok(Some(message)) = store.take_message(id, now_s(), now_s() + pace.taken_for_s()) {
             let settled = match receiver.tell(&with_id(&message)) {
                 Ok(()) => {

@@ -42,7 +42,7 @@ impl Topic {
     }
 }
 
-/// TLS that trusts the certificates of a file, or those that the system trusts.
+/// TLS that trusts the certificates of a file, or those of the system.
 fn tls(ca: Option<&Path>) -> Result<Transport, ReceiverError> {
     let Some(file) = ca else {
         return Transport::try_tls_with_default_config().map_err(|error| {
@@ -79,7 +79,7 @@ impl Receiver for Topic {
     fn tell(&self, body: &str) -> Result<(), String> {
         let built = Client::builder(self.options()).capacity(CAPACITY).try_build();
         let (client, mut connection) = built.map_err(|error| error.to_string())?;
-        // Whoever subscribes later learns the last state as well.
+        // Later subscribers learn the last state as well.
         let publish = PublishOptions::at_least_once().retained();
         client.publish(self.to.topic.clone(), body.to_owned(), publish).map_err(|error| error.to_string())?;
         let end = Instant::now() + self.patience;

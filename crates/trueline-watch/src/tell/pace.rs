@@ -12,7 +12,7 @@ pub struct Pace {
     pub patience: Duration,
     /// Between looks for new messages.
     pub look_every: Duration,
-    /// Between tries at first, s; twice as long each time, up to ten minutes.
+    /// Time between tries at first, s; doubled each time, up to ten minutes.
     pub first_wait_s: i64,
 }
 

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 /// A receiver of messages.
 pub trait Receiver: Send {
-    /// Its address, whole: what makes it this receiver and no other.
+    /// Its whole address, which identifies this receiver.
     fn address(&self) -> &str;
 
-    /// Its name for people: the host, without what may be secret.
+    /// Its name for people: the host, without secrets.
     fn name(&self) -> String;
 
     /// Sends it a JSON message.
@@ -20,7 +20,7 @@ pub trait Receiver: Send {
 /// Reason why an address cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ReceiverError {
-    /// Not an address of a kind that is known.
+    /// Not an address of a known kind.
     #[error("an address begins with {}", known())]
     Kind,
     /// No host, or no topic.
@@ -30,7 +30,7 @@ pub enum ReceiverError {
     #[error("it is not an address: {0}")]
     Malformed(String),
     /// Every program of this PC can read the command line of every other.
-    #[error("a password does not stand in an address")]
+    #[error("an address must not contain a password")]
     PasswordInAddress,
     /// A key that no address has.
     #[error("an address has no key `{0}`")]
@@ -49,7 +49,7 @@ pub enum ReceiverError {
 }
 
 impl ReceiverError {
-    /// What to do about it.
+    /// The remedy.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {

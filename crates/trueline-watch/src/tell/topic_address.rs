@@ -7,13 +7,13 @@ use std::{env, fmt, fs};
 
 const PORT: u16 = 1883;
 const PORT_TLS: u16 = 8883;
-/// A password is a line; what is longer is another file, bytes.
+/// A password is a line; a longer file is another one, bytes.
 const LONGEST_PASSWORD: u64 = 4096;
 
 /// An address in its parts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct TopicAddress {
-    /// The address without keys: what makes it this receiver and no other. Its password may change.
+    /// The address without keys, which identifies this receiver. Its password may change.
     pub identity: String,
     /// Whether the connection is encrypted.
     pub is_tls: bool,
@@ -30,7 +30,7 @@ pub(super) struct TopicAddress {
 #[derive(Clone, PartialEq, Eq)]
 pub(super) struct Login {
     pub user: String,
-    /// Empty where none is named.
+    /// Empty without one.
     pub password: String,
 }
 
@@ -41,10 +41,10 @@ impl fmt::Debug for Login {
 }
 
 impl TopicAddress {
-    /// Reads an address, and the password from where it says.
+    /// Reads an address, and the password from its place.
     ///
     /// # Errors
-    /// A part that is missing or none; a password in the address itself, or where there is none.
+    /// A missing or invalid part; a password in the address itself, or a missing one.
     pub(super) fn read(address: &str) -> Result<Self, ReceiverError> {
         let (identity, keys) = address.split_once('?').map_or((address, None), |(a, keys)| (a, Some(keys)));
         let (scheme, rest) = identity.split_once("://").ok_or(ReceiverError::Kind)?;
@@ -60,7 +60,7 @@ impl TopicAddress {
             server.rsplit_once('@').map_or((None, server), |(user, rest)| (Some(user), rest));
         let (host, port) = match server.rsplit_once(':') {
             Some((host, port)) => {
-                (host, port.parse().map_err(|_| ReceiverError::Malformed(format!("{port:?} is no port")))?)
+                (host, port.parse().map_err(|_| ReceiverError::Malformed(format!("{port:?} is not a port")))?)
             }
             None => (server, if is_tls { PORT_TLS } else { PORT }),
         };
@@ -97,7 +97,7 @@ fn login(user: Option<&str>, password: Option<String>) -> Result<Option<Login>, 
     }
 }
 
-/// What stands behind the `?`.
+/// The part after the `?`.
 #[derive(Default)]
 struct Keys {
     password: Option<String>,
@@ -130,7 +130,7 @@ fn from_file(file: &Path) -> Result<String, ReceiverError> {
     let bytes = fs::metadata(file).map_err(|error| unusable(error.to_string()))?.len();
     if bytes > LONGEST_PASSWORD {
         return Err(unusable(format!(
-            "is no password: it has {bytes} bytes, and the limit is {LONGEST_PASSWORD}"
+            "is not a password: it has {bytes} bytes, and the limit is {LONGEST_PASSWORD}"
         )));
     }
     let text = fs::read_to_string(file).map_err(|error| unusable(error.to_string()))?;

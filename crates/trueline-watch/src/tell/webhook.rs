@@ -19,7 +19,7 @@ impl Webhook {
             .map_err(|e: ureq::http::uri::InvalidUri| ReceiverError::Malformed(e.to_string()))?;
         let host =
             uri.host().filter(|host| !host.is_empty()).ok_or(ReceiverError::Missing("host"))?.to_owned();
-        // Who is sent elsewhere would be told something about this cell that nobody meant to tell there.
+        // A redirected message would report on this cell to a receiver that nobody chose.
         let config = ureq::Agent::config_builder()
             .timeout_global(Some(patience))
             .max_redirects(0)

@@ -24,7 +24,7 @@ pub(crate) fn part(production: &Production, reference: &Reference) -> Part {
     Part { lines: Weld::of(&piece(production, 0, 1), reference).unwrap().seams() }
 }
 
-/// What a piece says.
+/// The evidence of a piece.
 pub(crate) fn evidence(
     production: &Production,
     reference: &Reference,
