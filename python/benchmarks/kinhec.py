@@ -11,8 +11,9 @@ also has what these solvers do not report: the accepted share, the normalised sq
 95 % intervals. The second table counts the refusals of each track by their reasons. A table of all solvers for each track follows.
 Sequences with an unknown scale are a track of their own, because trueline does not estimate a scale.
 
---data takes several folders and evaluates them together; a folder that is not there is made. --solvers keeps the results of the
-benchmark's own solvers in a file: they take most of the time and do not change with trueline.
+--data takes several folders and evaluates them together; a missing folder is created. --solvers
+keeps the results of the benchmark's own solvers in a file: they take most of the time and do not
+change with trueline.
 """
 
 import argparse
@@ -106,7 +107,8 @@ def track(sequence: Sequence) -> str:
 
 
 def run(program: str, sequence: Sequence, accuracy_mm: float | None) -> Row:
-    """One sequence through the program: errors as the benchmark has them, and what the program reports of itself."""
+    """One sequence through the program: errors as the benchmark defines them, and the program's own
+    report."""
     row: Row = {"sequence_id": sequence.id, "track": track(sequence), "solver": OURS, "ok": False, "accepted": False}
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place) / "sequence"
@@ -141,7 +143,8 @@ def theirs(sequence: Sequence) -> list[Row]:
 
 
 def their_rows(sequences: list[Sequence], kept: Path | None) -> pd.DataFrame:
-    """The benchmark's solvers on all sequences. What the file holds is not computed again; each new sequence is added to it at once."""
+    """The benchmark's solvers on all sequences. Results in the file are not computed again; each
+    new sequence is added to it at once."""
     known = pd.read_csv(kept, low_memory=False) if kept and kept.exists() else pd.DataFrame({"sequence_id": []})
     for sequence in sequences:
         if (known.sequence_id == sequence.id).any():
@@ -186,7 +189,7 @@ def summary(results: pd.DataFrame) -> str:
 
 
 def refusals(results: pd.DataFrame) -> str:
-    """How many sequences of each track are not accepted, and why."""
+    """Number of sequences of each track that are not accepted, and the reasons."""
     lines = ["| track | sequences | not accepted | reasons |", "|---" * 4 + "|"]
     for name, ours in results[results.solver == OURS].groupby("track"):
         refused = ours[~ours.accepted.astype(bool)]

@@ -38,7 +38,7 @@ base_from_board = middle @ before
 
 
 def by_opencv(base_from_tool: NDArray[np.float64], exposed: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The hand-eye transform of OpenCV from what the robot reports and where it was when the pictures were exposed."""
+    """The hand-eye transform of OpenCV from the robot's reports and its poses at the exposures."""
     seen = []
     for pose in exposed:
         camera_from_board = np.linalg.inv(pose @ tool_from_camera) @ base_from_board
@@ -61,7 +61,7 @@ def off_mm(found: NDArray[np.float64]) -> float:
 
 
 # %% [markdown]
-# What is reported 12 ms later is where the robot was 12 ms after the exposure: three samples of 4 ms.
+# A pose reported 12 ms later is the robot's pose 12 ms after the exposure: three samples of 4 ms.
 
 # %%
 late = round(truth.time_offset_s / np.median(np.diff(scan.robot_times_s)))

@@ -1,4 +1,5 @@
-"""Runs the notebooks from top to bottom: ``python notebooks/run.py OUT``; writes them with what they print and draw.
+"""Runs the notebooks from top to bottom: ``python notebooks/run.py OUT``; writes them with their
+output and drawings.
 
 The notebooks are Python files in the percent format, which Jupyter opens with jupytext.
 """

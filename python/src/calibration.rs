@@ -1,4 +1,4 @@
-//! What a scan gave.
+//! Result of a scan.
 
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
@@ -20,7 +20,7 @@ pub struct Made {
     pub took: Duration,
 }
 
-/// A result, and what it was made from.
+/// A result, and its source.
 #[pyclass(frozen, module = "trueline._trueline")]
 pub struct Calibration {
     inner: trueline::Calibration,
@@ -36,7 +36,7 @@ impl Calibration {
         Self { inner, took, recording, title }
     }
 
-    /// What is made of all that the report is made from.
+    /// A result made from the report's inputs.
     fn with_source<T>(&self, of: impl FnOnce(&Source<'_>) -> T) -> T {
         of(&Source {
             calibration: &self.inner,
@@ -69,7 +69,7 @@ impl Calibration {
 
 #[pymethods]
 impl Calibration {
-    /// The result file's text: what `trueline calibrate --json` writes.
+    /// The result file's text, as written by `trueline calibrate --json`.
     fn json(&self) -> PyResult<String> {
         let file = self.inner.to_file();
         file.to_json().map_err(|error| pyo3::exceptions::PyRuntimeError::new_err(error.to_string()))
@@ -101,7 +101,7 @@ impl Calibration {
         self.took.as_secs_f64()
     }
 
-    /// The sensor.toml as the scan corrects it, if it does. What it said of its uncertainty held for the old one.
+    /// The sensor.toml as the scan corrects it, if it does. Its uncertainty was that of the old one.
     fn corrected_sensor_toml(&self) -> Option<String> {
         let corrected = self.inner.findings.unknowns.corrected.as_ref()?;
         let setup = SensorSetup { uncertainty: None, shape: corrected.shape, ..self.recording.setup.clone() };

@@ -26,7 +26,7 @@ pub(crate) fn points<'py, 'a>(
 /// Standard deviations (N, 2) and correlations (N,).
 pub(crate) type FeatureErrors<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>);
 
-/// The standard deviations of features (px, or m), not a number where none is known, and the correlations of these errors.
+/// The standard deviations of features (px, or m), NaN if unknown, and the correlations of these errors.
 pub(crate) fn errors<'py>(py: Python<'py>, features: &[Feature]) -> FeatureErrors<'py> {
     let sigma = Array2::from_shape_fn((features.len(), 2), |(row, axis)| {
         features[row].sigma.map_or(f64::NAN, |sigma| sigma[axis])

@@ -3,14 +3,9 @@
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-pyo3::create_exception!(
-    trueline,
-    TruelineError,
-    PyValueError,
-    "What cannot be used, and in `hint` what to do about it."
-);
+pyo3::create_exception!(trueline, TruelineError, PyValueError, "Unusable input; `hint` names the remedy.");
 
-/// What is wrong and what to do about it, before it is raised.
+/// The fault and its remedy, before it is raised.
 #[derive(Debug)]
 pub struct Failure {
     message: String,

@@ -10,21 +10,21 @@ use std::time::Duration;
 
 /// How often Python is asked whether somebody pressed Ctrl-C.
 const ASK_EVERY: Duration = Duration::from_millis(50);
-/// How often work that borrows is looked at.
+/// Interval of the checks of borrowing work.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 
 /// Does the work on a thread of its own while other Python threads run. After Ctrl-C the caller gets its `KeyboardInterrupt`
-/// at once; the work holds nothing of Python's, and what it still finds is dropped.
+/// at once. The work holds nothing of Python's, and its later findings are dropped.
 ///
 /// # Errors
-/// That of the work, `KeyboardInterrupt`, or `RuntimeError` if the work panicked.
+/// The error of the work, `KeyboardInterrupt`, or `RuntimeError` if the work panicked.
 pub(crate) fn run<T, F>(py: Python<'_>, work: F) -> PyResult<T>
 where
     T: Send + 'static,
     F: FnOnce() -> Result<T, Failure> + Send + 'static,
 {
     let (send, receive) = channel();
-    // Nobody listens any more after Ctrl-C.
+    // There is no listener any more after Ctrl-C.
     let spawned = thread::Builder::new().name("trueline".into()).spawn(move || drop(send.send(work())));
     spawned.map_err(|error| PyRuntimeError::new_err(format!("no thread can be started: {error}")))?;
     py.detach(move || {
@@ -56,7 +56,7 @@ where
                 thread::park_timeout(LOOK_EVERY);
                 if let Err(interrupted) = Python::attach(|py| py.check_signals()) {
                     stop.store(true, Ordering::Relaxed);
-                    // What it found is dropped.
+                    // Its result is dropped.
                     drop(worker.join());
                     return Err(interrupted);
                 }

@@ -19,7 +19,7 @@ use pyo3::prelude::*;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-/// Runs the program with a command line, the first word of which is the program's name; gives its exit code.
+/// Runs the program with a command line; the first word is the program's name. Returns its exit code.
 #[pyfunction]
 fn main(py: Python<'_>, words: Vec<OsString>) -> u8 {
     let code = py.detach(|| trueline_cli::run(words));

@@ -22,7 +22,7 @@ struct Doing {
     cell: CellState,
 }
 
-/// What became of it.
+/// Its result.
 struct Ended {
     file: String,
     poses: u64,
@@ -59,7 +59,7 @@ impl LiveRecording {
             let states = self.states.lock().unwrap_or_else(PoisonError::into_inner);
             loop {
                 match states.recv_timeout(ASK_EVERY) {
-                    // Whoever was slow gets the newest.
+                    // A slow reader gets the newest.
                     Ok(doing) => return Ok(Some(states.try_iter().last().unwrap_or(doing))),
                     Err(RecvTimeoutError::Timeout) => Python::attach(|py| py.check_signals())?,
                     Err(RecvTimeoutError::Disconnected) => return PyResult::Ok(None),
@@ -69,7 +69,7 @@ impl LiveRecording {
         doing.map(|doing| state(py, &doing)).transpose()
     }
 
-    /// Ends the recording and waits until all of it is in the file; what became of it, once.
+    /// Ends the recording and waits until all of it is in the file; returns its result, once.
     fn finish<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         self.stop.store(true, Ordering::SeqCst);
         let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
@@ -99,7 +99,7 @@ fn record(settings: &LiveSettings, stop: &AtomicBool, states: &Sender<Doing>) ->
         |_| record_robot(&mut link, &mut recording, &until, &shown),
         |cell| {
             let robot = *shown.lock().unwrap_or_else(PoisonError::into_inner);
-            // Nobody may be listening any more.
+            // There may be no listener any more.
             drop(states.send(Doing { robot, cell: cell.clone() }));
         },
     );

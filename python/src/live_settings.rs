@@ -56,10 +56,10 @@ pub(crate) struct LiveSettings {
 }
 
 impl LiveSettings {
-    /// Where PC and robot are.
+    /// Addresses of PC and robot.
     ///
     /// # Errors
-    /// What is no address, or is missing.
+    /// An invalid or missing address.
     pub(crate) fn address(&self) -> Result<LinkAddress, Failure> {
         let address = LinkAddress {
             protocol: choice("protocol", &self.protocol, &PROTOCOLS)?,
@@ -142,7 +142,7 @@ impl LiveSettings {
         }))
     }
 
-    /// What the recording is made for.
+    /// Purpose of the recording.
     pub(crate) fn recording(&self, cell: &Cell) -> RecordingSettings<'_> {
         RecordingSettings {
             folder: &self.out,

@@ -1,18 +1,18 @@
-//! Options by name: what a name stands for, and numbers that must be above zero.
+//! Options by name: the meaning of a name, and numbers that must be above zero.
 
 use crate::failure::Failure;
 use trueline::Requirement;
 use trueline::open::nearest;
 
-/// What a name stands for.
+/// Meaning of a name.
 ///
 /// # Errors
-/// A name that is none, with those that are and the nearest of them.
+/// An unknown name, with the valid ones and the nearest of them.
 pub(crate) fn choice<T: Copy>(option: &str, name: &str, known: &[(&str, T)]) -> Result<T, Failure> {
     known.iter().find(|(known, _)| *known == name).map(|(_, value)| *value).ok_or_else(|| {
         let names: Vec<_> = known.iter().map(|(name, _)| *name).collect();
         let choices = names.join(", ");
-        let message = format!("{option}: there is no {name:?}; the choices are {choices}");
+        let message = format!("{option}: no {name:?}; the choices are {choices}");
         match nearest(name, names) {
             Some(near) => {
                 Failure::new(format!("{message}. Did you mean {near:?}?"), format!("{option}={near:?}"))

@@ -12,7 +12,7 @@ use trueline_lsq::Loss;
 use trueline_method::config::known_of_cell::{KnownOfCell, ToolAxis};
 use trueline_method::{DrawnLine, HeldSigma, Measurements, Requirement, SeamCad, SensorMode, Target};
 
-/// Keywords of `calibrate`; what is `None` keeps its default.
+/// Keywords of `calibrate`; `None` keeps the default.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Options {
@@ -58,7 +58,7 @@ impl Options {
     /// The settings.
     ///
     /// # Errors
-    /// A name that is none, a number that cannot be, options that contradict each other.
+    /// An unknown name, an impossible number, contradicting options.
     pub(crate) fn config(self) -> Result<Config, Failure> {
         let held = sigmas("fixed_sigma", self.fixed_sigma)?;
         let mut config = Config {
@@ -120,14 +120,14 @@ impl Options {
     }
 }
 
-/// Lines of a drawing, each through two points in mm, known to `sigma_mm`.
+/// Lines of a drawing, each through two points in mm, with an uncertainty of `sigma_mm`.
 fn drawn_lines(lines: &[[[f64; 3]; 2]], sigma_mm: Option<f64>) -> Result<Vec<DrawnLine>, Failure> {
     let Some(sigma_mm) = positive("drawn_line_sigma_mm", sigma_mm)? else {
         return if lines.is_empty() {
             Ok(Vec::new())
         } else {
             Err(Failure::new(
-                "drawn_line: it is not said how well its points are known",
+                "drawn_line: the uncertainty of its points is missing",
                 "add drawn_line_sigma_mm=0.05",
             ))
         };
@@ -151,7 +151,7 @@ fn drawn_lines(lines: &[[[f64; 3]; 2]], sigma_mm: Option<f64>) -> Result<Vec<Dra
     lines.iter().enumerate().map(line).collect()
 }
 
-/// The drawing of a curved seam, known to a tolerance in mm.
+/// The drawing of a curved seam, with a tolerance in mm.
 fn seam_cad(file: Option<&Path>, tolerance_mm: Option<f64>) -> Result<Option<SeamCad>, Failure> {
     /// As the program's.
     const TOLERANCE_MM: f64 = 0.2;
@@ -180,7 +180,7 @@ fn check_sensor(config: &Config) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The paper's residual knows a straight seam with a sharp edge alone.
+/// The paper's residual assumes a straight seam with a sharp edge.
 fn check_seam(config: &Config) -> Result<(), Failure> {
     let is_paper = config.residual == ResidualKind::PointToLine;
     let stated = [("edge_radius_mm", config.edge_radius_m), ("waviness_mm", config.waviness_m)];
@@ -193,7 +193,7 @@ fn check_seam(config: &Config) -> Result<(), Failure> {
     })
 }
 
-/// What is said of something that is not held would be ignored.
+/// A statement about a quantity that is not held fixed would be ignored.
 fn check_held(config: &Config) -> Result<(), Failure> {
     let sigma = config.held_sigma;
     let of_hand_eye = sigma.rotation_rad.is_some() || sigma.translation_m.is_some();

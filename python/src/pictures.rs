@@ -78,7 +78,7 @@ impl ScanObserver for Stop<'_> {
 /// The joint, which of several places, and the corners of a region, px.
 type How = (Option<String>, Option<String>, Option<Vec<[f64; 2]>>);
 
-/// Finds the seam in pictures; a dictionary with the stamps, pixels and their ± where there is one, and the reasons of the
+/// Finds the seam in pictures; returns a dictionary with the stamps, pixels and their ± if found, and the reasons for the
 /// others.
 #[pyfunction]
 pub(crate) fn picture_seams<'py>(
@@ -169,7 +169,7 @@ fn region_of(corners: &[[f64; 2]], size: [u32; 2]) -> Result<PictureRegion, Fail
     };
     region.filter(|region| region.overlaps(size)).ok_or_else(|| {
         Failure::new(
-            format!("region: {corners:?} is no region of the pictures"),
+            format!("region: {corners:?} is not a region of the pictures"),
             "two opposite corners (u, v), upper left first, or three or more corners of a polygon, px",
         )
     })
@@ -178,7 +178,7 @@ fn region_of(corners: &[[f64; 2]], size: [u32; 2]) -> Result<PictureRegion, Fail
 /// A joint by its name.
 ///
 /// # Errors
-/// A name that is none.
+/// An unknown name.
 pub(crate) fn joint_of(name: &str) -> Result<Joint, Failure> {
     choice("joint", name, &Joint::ALL.map(|joint| (joint.name(), joint)))
 }

@@ -27,7 +27,7 @@ const READOUTS: [(&str, OfStep); 4] = [
     ("by-column", Readout::ByColumn),
 ];
 
-/// Keywords of a placer; what is `None` keeps its default.
+/// Keywords of a placer; `None` keeps the default.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct PlacerSettings {
@@ -86,8 +86,8 @@ pub struct Placer {
     axes: Vec<String>,
 }
 
-/// What `place` gives: points (N, 3) m, their ± (N,) m, when the first was exposed (ns), how long before the last pose (s), and why nothing
-/// was placed, in words.
+/// Result of `place`: points (N, 3) m, their ± (N,) m, time of the first exposure (ns), time to the last pose (s), and the
+/// reason of a refusal, in words.
 type PlacedArrays<'py> =
     (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>, Option<i64>, Option<f64>, Option<String>);
 

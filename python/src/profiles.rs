@@ -13,7 +13,8 @@ use trueline::open::OpenError;
 use trueline_dataset::{Profile, ProfilePoint};
 use trueline_vision::profile::{self, ProfileJoint};
 
-/// Finds the seam in profiles: number, point, (x, z) in m; a point that is not finite did not come back. Without a joint the profiles tell it.
+/// Finds the seam in profiles: number, point, (x, z) in m; a point that is not finite did not come back. Without a joint the
+/// profiles determine it.
 #[pyfunction]
 pub(crate) fn profile_seams<'py>(
     py: Python<'py>,
@@ -26,7 +27,8 @@ pub(crate) fn profile_seams<'py>(
     if stack.len_of(Axis(0)) != stamps.len() || stack.len_of(Axis(2)) != 2 {
         return Err(Failure::new(
             format!("profiles: an array of shape {:?} and {} stamps", stack.shape(), stamps.len()),
-            "expected (N, K, 2): x and z in metres of K points of N profiles, NaN where nothing came back; and N stamps",
+            "expected (N, K, 2): x and z in metres of K points of N profiles, NaN for no return; and N \
+            stamps",
         )
         .into());
     }

@@ -36,7 +36,7 @@ const PRESETS: [Preset; 8] = [
     Preset::AlongLine,
 ];
 
-/// Time offsets of random cells lie within this, s: as those of `trueline simulate --random-cell`.
+/// Time offsets of random cells lie within this, s, as with `trueline simulate --random-cell`.
 const RANDOM_OFFSET_S: f64 = 1.0;
 
 /// The doctor begins no trial later, as on the command line.
@@ -78,7 +78,7 @@ type GuessArrays<'py> = (f64, PyReadonlyArray2<'py, f64>);
 
 #[pymethods]
 impl Recording {
-    /// Opens a folder, an .mcap or a bag; pictures show the joint, or tell it.
+    /// Opens a folder, an .mcap or a bag; the joint is stated, or found in the pictures.
     #[staticmethod]
     fn open(py: Python<'_>, path: PathBuf, joint: Option<&str>) -> PyResult<Self> {
         let title = path.display().to_string();
@@ -189,7 +189,7 @@ impl Recording {
         Ok(Calibration::new(made, recording, self.title.clone()))
     }
 
-    /// What is wrong with the recording; JSON.
+    /// Fault of the recording; JSON.
     fn doctor(&self, py: Python<'_>, options: Options) -> PyResult<String> {
         let config = options.config()?;
         let recording = Arc::clone(&self.inner);
@@ -233,7 +233,7 @@ impl Recording {
         self.inner.features.iter().map(|feature| i64::from(feature.line)).collect::<Vec<_>>().into_pyarray(py)
     }
 
-    /// Standard deviations of the features (px, or m), not a number where none is known, and the correlations of their errors.
+    /// Standard deviations of the features (px, or m), NaN if unknown, and the correlations of their errors.
     fn feature_errors<'py>(&self, py: Python<'py>) -> FeatureErrors<'py> {
         columns::errors(py, &self.inner.features)
     }
@@ -257,7 +257,7 @@ impl Recording {
         })
     }
 
-    /// What is worth knowing of the file.
+    /// Remarks about the file.
     fn notes(&self) -> Vec<String> {
         self.inner.notes().to_vec()
     }

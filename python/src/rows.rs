@@ -1,4 +1,4 @@
-//! Rows of numpy arrays as what a recording is made of. The first row that cannot be used is named.
+//! Rows of numpy arrays as the parts of a recording. The first row that cannot be used is named.
 
 use crate::failure::Failure;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
@@ -16,7 +16,7 @@ pub(crate) const FARTHEST_SEEN_M: f64 = 10.0;
 /// No robot reaches farther, also on a gantry, m.
 pub(crate) const FARTHEST_REACHED_M: f64 = 100.0;
 
-/// What of a feature is not in its stamp and its point.
+/// Data of a feature besides its stamp and its point.
 #[derive(Clone, Copy)]
 pub(crate) struct Extras<'a> {
     /// Which line each lies on.
@@ -25,14 +25,14 @@ pub(crate) struct Extras<'a> {
     pub frame: Option<ArrayView1<'a, i64>>,
     /// Standard deviations in the points' unit.
     pub sigma: Option<ArrayView2<'a, f64>>,
-    /// Correlation of the errors whose standard deviations these are.
+    /// Correlation of the errors with these standard deviations.
     pub correlation: Option<ArrayView1<'a, f64>>,
 }
 
 /// Robot poses; positions in m.
 ///
 /// # Errors
-/// Arrays of different length, time running backwards, or what is no pose.
+/// Arrays of different length, time running backwards, or invalid poses.
 pub(crate) fn poses(
     stamps_ns: ArrayView1<'_, i64>,
     base_from_tool: ArrayView3<'_, f64>,
@@ -56,7 +56,7 @@ pub(crate) fn poses(
 /// A pose from a 4×4 matrix, m, no farther away than that.
 ///
 /// # Errors
-/// What is wrong with it.
+/// The fault.
 pub(crate) fn pose(m: ArrayView2<'_, f64>, farthest_m: f64) -> Result<Pose, String> {
     if let Some(bad) = m.iter().find(|x| !x.is_finite()) {
         return Err(format!("{bad} is not a number to calculate with"));
@@ -67,7 +67,7 @@ pub(crate) fn pose(m: ArrayView2<'_, f64>, farthest_m: f64) -> Result<Pose, Stri
     let matrix = Matrix3::from_fn(|row, column| m[[row, column]]);
     let off = (matrix.transpose() * matrix - Matrix3::identity()).abs().max();
     if off > ORTHONORMAL_TOLERANCE {
-        return Err(format!("its 3×3 part is no rotation: columns are {off:.2e} from orthonormal"));
+        return Err(format!("its 3×3 part is not a rotation: columns are {off:.2e} from orthonormal"));
     }
     if matrix.determinant() < 0.0 {
         return Err("its 3×3 part mirrors: its determinant is −1".into());
@@ -100,7 +100,7 @@ pub(crate) fn features(
         rows_of("feature_correlation", correlation.shape(), &[count])?;
         if extras.sigma.is_none() {
             return Err(Failure::new(
-                "feature_correlation: is of errors whose standard deviations are not given",
+                "feature_correlation: needs feature_sigma, the standard deviations of these errors",
                 "give feature_sigma as well",
             ));
         }
@@ -190,7 +190,7 @@ fn plate_of(plates: ArrayView1<'_, i64>, row: usize) -> Result<u32, Failure> {
     ))
 }
 
-/// What is wrong with a number.
+/// Fault of a number.
 enum WrongNumber {
     NotFinite,
     NotMetres(f64),
@@ -212,7 +212,7 @@ impl WrongNumber {
 pub(crate) fn not_metres(place: &str, far: f64) -> Failure {
     Failure::new(
         format!("{place}: {far} is farther away than a laser sensor sees, in metres"),
-        "lengths are in metres: divide millimetres by 1000; pixels are a camera's",
+        "lengths are in metres: divide millimetres by 1000; pixels need a camera",
     )
 }
 

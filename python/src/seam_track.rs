@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 use std::sync::{Mutex, PoisonError};
 use trueline::rt::{SeamPointError, TrackSettings};
 
-/// Keywords of a track; what is `None` keeps its default.
+/// Keywords of a track; `None` keeps the default.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct SeamTrackSettings {
@@ -75,7 +75,7 @@ impl SeamTrack {
         }
     }
 
-    /// Where the torch is to be; or why nobody knows, in words.
+    /// Target of the torch, or why it is unknown, in words.
     fn ahead<'py>(
         &self,
         py: Python<'py>,

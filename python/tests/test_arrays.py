@@ -51,8 +51,9 @@ def test_arrays_give_what_the_recording_they_came_from_gives(scan: trueline.Reco
     from_arrays = trueline.calibrate(*arrays_of(scan), sensor=scan.sensor)
     whole = trueline.calibrate(scan)
     assert whole.time_offset_s is not None
-    # The rotation matrices' last digit is lost on the way to quaternions, so the solver stops elsewhere within its rule: where the cost,
-    # about 620, falls by less than 1e-13 of itself. Half a χ² of 6e-11 is 1.1e-5 of a standard deviation.
+    # The rotation matrices' last digit is lost on the way to quaternions, so the solver stops
+    # elsewhere within its rule: the cost, about 620, falls by less than 1e-13 of itself. Half a χ²
+    # of 6e-11 is 1.1e-5 of a standard deviation.
     sigma = whole.sigma
     assert sigma.time_offset_s is not None
     assert from_arrays.time_offset_s == pytest.approx(whole.time_offset_s, abs=1.1e-5 * sigma.time_offset_s)
@@ -210,7 +211,7 @@ def test_a_sensor_may_be_made_of_numbers(scan: trueline.Recording, tmp_path: Pat
     sensors: list[trueline.Sensor] = [scan.sensor, tables, tmp_path, tmp_path / "sensor.toml"]
     offsets = {trueline.calibrate(*arrays_of(scan), sensor=sensor).time_offset_s for sensor in sensors}
     assert len(offsets) == 1
-    # What the file says of the seam is no part of a sensor.
+    # The file's statement about the seam does not belong to a sensor.
     by_classes = trueline.calibrate(
         *arrays_of(scan), sensor=made, edge_radius_mm=0.0, waviness_mm=0.0
     ).time_offset_s

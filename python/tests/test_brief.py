@@ -1,4 +1,4 @@
-"""What a terminal prints of the package's objects, and what it says of a name that is none."""
+"""The package's objects in a terminal, and the message for an unknown name."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_a_choice_that_is_none_names_all_and_the_nearest(
     with pytest.raises(trueline.TruelineError) as error:
         trueline.calibrate(scan, **options)  # type: ignore[call-overload]
     assert choices in str(error.value) and f'Did you mean "{near}"?' in str(error.value)
-    # What is printed of an error that nobody catches has the hint.
+    # An uncaught error prints its hint.
     assert error.value.hint in "".join(traceback.format_exception(error.value))
 
 

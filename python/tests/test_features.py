@@ -21,7 +21,7 @@ def pictures_of(folder: Path) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
 
 
 def profiles_of(folder: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The profiles of a folder, NaN where nothing came back, and their stamps."""
+    """The profiles of a folder, NaN for no return, and their stamps."""
     table = np.genfromtxt(folder / "profiles.csv", delimiter=",", names=True)
     stamps, place = np.unique(table["time_s"], return_inverse=True)
     longest = int(np.bincount(place).max())
@@ -116,7 +116,7 @@ def test_seam_points_as_arrays_calibrate_as_their_file_does_by_their_correlation
         off = np.abs(result.tool_from_camera - by_folder.tool_from_camera)[:3, 3]
         return float((off / by_folder.sigma.translation_m).max())
 
-    # What is known of robot and seam is not in arrays.
+    # Knowledge of robot and seam is not in arrays.
     by_folder = trueline.calibrate(folder, robot_accuracy_mm=0.3)
     # The solver stops within its rule; see test_arrays. Without the correlation (9e-4 apart by the program itself), or with its sign turned
     # (2e-3), it is another problem.
@@ -130,7 +130,7 @@ def test_correlations_that_are_none_are_refused() -> None:
     arrays = (scan.robot_times_s, scan.base_from_tool, scan.feature_times_s, scan.points)
     sigma = np.full_like(scan.points, 0.3)
     none = np.zeros(len(sigma))
-    with pytest.raises(trueline.TruelineError, match="feature_correlation: is of errors"):
+    with pytest.raises(trueline.TruelineError, match="feature_correlation: needs feature_sigma"):
         trueline.calibrate(*arrays, sensor=scan.sensor, feature_correlation=none)
     with pytest.raises(trueline.TruelineError, match="feature_correlation: expected an array of shape"):
         trueline.calibrate(*arrays, sensor=scan.sensor, feature_sigma=sigma, feature_correlation=none[1:])
@@ -168,7 +168,7 @@ def test_the_joint_of_profiles_is_told_or_named() -> None:
     # Looked at as faces that meet, parallel ones show no corner.
     fillets = trueline.features(laps, times, sensor=trueline.Profiler(), joint="fillet")
     assert fillets.joint != named.joint and len(fillets.points) == 0 and len(fillets.not_found) == len(edges)
-    for name, why in (("step", "not looked for in profiles"), ("dovetail", "dovetail")):
+    for name, why in (("step", "profiles are not searched for"), ("dovetail", "dovetail")):
         with pytest.raises(trueline.TruelineError, match=why):
             trueline.features(laps, times, sensor=trueline.Profiler(), joint=name)
 

@@ -266,7 +266,7 @@ def test_a_study_of_simulated_cells_has_true_uncertainties(tmp_path: Path) -> No
     assert study.acceptance > 0.8
     # Seven degrees of freedom a cell: the mean of n cells scatters by √(2 / 7n), here by 0.09.
     assert abs(study.nees - 1.0) < 5 * (2 / (7 * 40)) ** 0.5
-    # What is there is not done again; what is new is.
+    # Existing rows are not repeated; new ones are added.
     outcomes: list[fleet.Outcome] = []
     parts = sorted(tmp_path.rglob("*.parquet"))
     parts[1].unlink()

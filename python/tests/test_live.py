@@ -36,10 +36,10 @@ def test_a_recording_is_an_iterator_and_ends_when_it_is_left(bind: str, tmp_path
     assert Path(recorded.file).exists()
     pose = state.base_from_tool
     assert pose is not None and np.allclose(pose[:3, :3] @ pose[:3, :3].T, np.eye(3), atol=1e-12)
-    # Where the simulated robot is: some metres from its base at most.
+    # Place of the simulated robot: some metres from its base at most.
     assert pose.shape == (4, 4) and 0.01 < np.linalg.norm(pose[:3, 3]) < 5.0
     assert state.estimate is not None and state.time_offset_s is None and state.is_enough is None
-    # What it recorded is an .mcap, which holds the pose that was shown.
+    # It records an .mcap, which holds the shown pose.
     scan = trueline.open(recorded.file)
     assert len(scan.robot_times_s) == recorded.robot_poses and scan.sensor.kind == "camera_laser"
     assert np.abs(scan.base_from_tool - pose).max(axis=(1, 2)).min() < 1e-9

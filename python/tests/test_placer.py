@@ -106,7 +106,7 @@ def test_a_part_on_a_table_is_placed_in_its_own_frame() -> None:
 def test_an_axis_that_the_result_does_not_place_is_refused_unless_it_stands() -> None:
     unknown = TABLE | {"direction": None, "point_mm": None, "sigma": {"scale": 0.0}}
     result = result_of(axes=[unknown])
-    with pytest.raises(trueline.TruelineError, match="does not say where it is"):
+    with pytest.raises(trueline.TruelineError, match="its place is missing in the result"):
         trueline.Placer(result, trueline.Profiler())
     assert trueline.Placer(result, trueline.Profiler(), standing=["table"]).axes == []
     with pytest.raises(trueline.TruelineError, match="no axis track"):

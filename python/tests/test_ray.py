@@ -1,4 +1,5 @@
-"""A fleet on a real Ray cluster of two nodes, one of which is killed in the middle. Runs where Ray is installed, as `.ci/run` has it.
+"""A fleet on a real Ray cluster of two nodes; one is killed in the middle. Runs where Ray is
+installed, as `.ci/run` has it.
 
 `RAY_SCANS=2000 pytest -s tests/test_ray.py -k killed` is the large form, and says how long it took.
 """

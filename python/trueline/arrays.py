@@ -14,7 +14,7 @@ def floats(name: str, values: ArrayLike, *shape: str) -> NDArray[np.float64]:
     Parameters
     ----------
     *shape
-        The dimensions in words, as ``"M", "2 or 3"``. So many there must be; how long they are is checked where they are known.
+        The dimensions in words, as ``"M", "2 or 3"``. Their number is checked here, their lengths by the caller.
 
     >>> floats("points", [[1, 2]], "M", "2 or 3")
     array([[1., 2.]])

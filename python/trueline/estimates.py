@@ -25,7 +25,8 @@ class Fact(Brief):
 
 @dataclass(frozen=True, repr=False)
 class Sigma(Brief):
-    """One standard deviation; NaN where a direction is not observable, ``None`` for what has none at all.
+    """One standard deviation; NaN if a direction is not observable, ``None`` if there is no
+    uncertainty.
 
     Rotation is a left perturbation in the tool frame.
     """
@@ -56,8 +57,9 @@ class Line(Brief):
 class Curve(Brief):
     """A curve in base, m: the seam, where no straight line explains the scan.
 
-    ``points_m`` are points along it in the order of the scan, ``(n, 3)``, ``sigma_m`` one standard deviation of each square to the curve;
-    both are empty where the scan does not show where the curve is. The last point of a closed curve is its first again.
+    ``points_m`` (n, 3) are points along it in the order of the scan, and ``sigma_m`` (n,) is the standard deviation of each,
+    perpendicular to the curve. Both are empty if the scan does not determine the curve's place. The last point of a closed curve
+    is its first again.
     """
 
     label: str
@@ -70,10 +72,11 @@ class Curve(Brief):
 
 @dataclass(frozen=True, repr=False)
 class Cad(Brief):
-    """A drawing where the scan found it: ``used`` is false where the scan alone is surer than its tolerance, ``base_from_part`` is 4×4 in metres, NaN where the scan does not show it.
+    """The pose of a drawing: ``used`` is false if the scan alone is more certain than its
+    tolerance. ``base_from_part`` is 4×4 in metres, NaN if the scan does not determine it.
 
-    ``rms_m`` is how far the seam is off the drawing. About ``symmetry_axis`` through ``symmetry_point_m`` the drawing fits after a turn as
-    well; ``symmetry_rad`` is that turn, NaN where it is any. The axis is ``None`` where there is no symmetry.
+    ``rms_m`` is the distance of the seam from the drawing. The drawing also fits after a turn of ``symmetry_rad`` about
+    ``symmetry_axis`` through ``symmetry_point_m``; it is NaN if any turn fits. The axis is ``None`` without a symmetry.
     """
 
     file: str
@@ -88,10 +91,10 @@ class Cad(Brief):
 
 @dataclass(frozen=True, repr=False)
 class Plane(Brief):
-    """A plate in base: normal · point is the offset. NaN in what is not observable.
+    """A plate in base: normal · point is the offset. Unobservable quantities are NaN.
 
-    ``sigma_rad`` is the standard deviation of the normal about the axis about which it is known least, ``sigma_m`` that of the
-    offset in the middle of the scan, ``bow_m`` the largest distance of what was seen from the plane that fits it best.
+    ``sigma_rad`` is the standard deviation of the normal about its least certain axis, and ``sigma_m`` that of the offset in the
+    middle of the scan. ``bow_m`` is the largest distance of the readings from the best plane.
     """
 
     label: str

@@ -18,12 +18,12 @@ from .stripes import Stripes, stripes_of
 
 @dataclass(frozen=True, repr=False)
 class Features:
-    """Seam points of the pictures, or profiles, that show one: what :func:`calibrate` takes.
+    """Seam points of pictures or profiles, for :func:`calibrate`.
 
-    ``frame`` (M,) is the number of the picture, ``line`` (M,) that of the seam in a picture that shows two (a groove),
-    ``points`` (M, 2) are distorted pixels, or x and z in metres, ``sigma`` (M, 2) their standard deviations, ``correlation`` (M,)
-    that of the two errors, ``stripes`` those on the plates that meet in the seam, and ``not_found`` the numbers of the other
-    pictures with the reason.
+    ``frame`` (M,) is the number of the picture, and ``line`` (M,) the number of the seam if a picture shows two (a groove).
+    ``points`` (M, 2) are distorted pixels, or x and z in metres, ``sigma`` (M, 2) their standard deviations, and ``correlation``
+    (M,) is the correlation of the two errors. ``stripes`` are the stripes on the plates of the seam. ``not_found`` has the numbers
+    of the other pictures with the reason.
     """
 
     joint: str
@@ -57,13 +57,13 @@ def features(
     ----------
     frames
         Of a camera, gray pictures (N, height, width) of 8 or 16 bits. Of a profiler, profiles (N, K, 2): x along the stripe and
-        z range of K points, m, NaN where nothing came back. Views and arrays of any order are taken as they are.
+        z range of K points, m, NaN for no return. Views and arrays of any order are accepted.
     times_s
         Their stamps (N,), s.
     sensor
         The sensor.
     joint
-        The joint's name, as in ``trueline features --joint``; by default the pictures, or the profiles, tell. Profiles are searched for
+        The joint's name, as in ``trueline features --joint``; by default it is detected. Profiles are searched for
         ``fillet``, ``v-groove``, ``corner``, ``lap``, ``butt`` and ``edge``.
     stripe
         Which of several places to take, as in ``trueline features --stripe``. Of pictures only.

@@ -49,10 +49,11 @@ DEFAULTS = {"protocol": "egm", "stamp": "first-packet", "tool": "tool0"}
 
 @dataclass(frozen=True, repr=False)
 class LiveState(Brief):
-    """How a recording is doing.
+    """Progress of a recording.
 
-    ``base_from_tool`` is the robot's newest pose, 4×4 in metres. ``robot`` and ``estimate`` are for people; the sigmas are the random part, what a longer scan makes smaller; ``None`` is what
-    cannot be told yet. ``is_enough`` tells whether what was wanted is reached, and the calibration accepted.
+    ``base_from_tool`` is the robot's newest pose, 4×4 in metres. ``robot`` and ``estimate`` are for
+    people; the sigmas are the random part, which a longer scan reduces; ``None`` if not known yet.
+    ``is_enough`` tells whether what was wanted is reached, and the calibration accepted.
     """
 
     robot_poses: int
@@ -72,7 +73,7 @@ class LiveState(Brief):
 
 @dataclass(frozen=True, repr=False)
 class Recorded(Brief):
-    """What became of a recording; ``complete`` if nothing was lost, else ``words`` say what."""
+    """Result of a recording; ``complete`` if nothing was lost, else ``words`` report the losses."""
 
     file: str
     robot_poses: int

@@ -39,7 +39,7 @@ def text_of(path: str | os.PathLike[str], expected: str) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError as error:
-        raise FileNotFoundError(f"{path}: there is no such file; expected {expected}.{_near(path)}") from error
+        raise FileNotFoundError(f"{path}: no such file; expected {expected}.{_near(path)}") from error
     except IsADirectoryError as error:
         raise ValueError(f"{path}: is a folder; expected {expected}") from error
     except UnicodeDecodeError as error:
@@ -47,7 +47,7 @@ def text_of(path: str | os.PathLike[str], expected: str) -> str:
 
 
 def _near(path: Path) -> str:
-    """What is known of a place where nothing is: the missing folder, or the similar names beside it."""
+    """Hint for a place without a file: the missing folder, or the similar names beside it."""
     folder = path.parent
     if not folder.is_dir():
         return f" There is no folder {folder} either.{nearest(folder.name, _names(folder.parent))}"

@@ -88,7 +88,7 @@ WORDS: dict[Any, tuple[Any, str]] = {
     Sequence[Segment]: (list | tuple, "a list of pairs of points"),
     str | os.PathLike[str]: (str | os.PathLike, "a path"),
 }
-"""What a value may be by its hint, and what that is called; everything else is a name."""
+"""Allowed values by a type hint, and their name; everything else is a name."""
 
 
 def checked(given: Mapping[str, Any], of: type, others: Iterable[str] = ()) -> dict[str, Any]:

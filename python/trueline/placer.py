@@ -24,14 +24,15 @@ StampRule = Literal["as-stamped", "lower-envelope"]
 
 
 class PlacerSettings(TypedDict, total=False):
-    """Settings of a :class:`Placer`; what is left out suits a robot that reports its pose every 1 to 12 ms.
+    """Settings of a :class:`Placer`; the defaults suit a robot that reports its pose every 1 to 12 ms.
 
-    Stamps ``"as-stamped"`` are the times of the samples. Those of ``"lower-envelope"`` are times of arrival of an even clock, delayed to one
-    side: samples are dated by the line along the earliest ones. Left out, poses and frames are treated as the result treated them.
+    Stamps ``"as-stamped"`` are the times of the samples. ``"lower-envelope"`` stamps are arrival
+    times of an even clock, with delays to one side: samples are dated by the line along the
+    earliest ones. By default, poses and frames are treated as in the result.
 
-    ``readout`` is when the points of one frame are exposed: ``"at-once"``, or one after the other, ``readout_step_s`` from one index, row or
-    column to the next; the stamp is that of the first. ``reading_sigma_m`` is the standard deviation of a reading along each axis of the
-    laser plane; left out, it is that of the result's residuals.
+    ``readout`` states the exposure of the points of one frame: ``"at-once"``, or one after the other, ``readout_step_s`` from one
+    index, row or column to the next; the stamp is that of the first. ``reading_sigma_m`` is the standard deviation of a reading
+    along each axis of the laser plane; by default it is that of the result's residuals.
 
     Beyond the last pose one is predicted for up to ``longest_prediction_s``, with an acceleration of ``acceleration_m_s2`` and
     ``angular_acceleration_rad_s2`` (standard deviations) in the ±. Poses between which the tool is faster than ``fastest_m_s`` or
@@ -95,27 +96,28 @@ class Health(Brief):
 class Placer:
     """Places the points of a running sensor in base: each at its true exposure, each with its ±.
 
-    Poses and frames go in as they arrive. A frame is placed at its stamp minus the time offset, by the interpolation of the estimate. What
-    cannot be placed is refused with the reason: there is never a wrong point with a small ±. The GIL is released meanwhile, and several
-    threads may share a placer.
+    Poses and frames go in as they arrive. A frame is placed at its stamp minus the time offset, by
+    the interpolation of the estimate. A frame that cannot be placed is refused with the reason:
+    there is never a wrong point with a small ±. The GIL is released meanwhile, and several threads
+    may share a placer.
 
     Parameters
     ----------
     result
         The calibration, or its file.
     sensor
-        The sensor that was calibrated. A file of another content than the result belongs to is refused.
+        The calibrated sensor. A file with other content than the result's sensor is refused.
     standing
-        External axes that the result does not place because they stood in its scan, and that stand there still.
+        External axes without a place in the result because they stood still in its scan, and that still stand there.
     in_pose
-        External axes whose motion the controller's poses contain already, as the controller has them: direction and a point (m), in base.
+        External axes with a motion that the controller's poses already contain: direction and a point (m) in base, from the controller.
     **settings
         :class:`PlacerSettings`.
 
     Raises
     ------
     TruelineError
-        For a result in which time offset, hand-eye transform or an axis could not be seen, or one of another sensor.
+        If the result does not determine time offset, hand-eye transform or an axis, or belongs to another sensor.
 
     Examples
     --------
@@ -171,14 +173,14 @@ class Placer:
         self._inner.push_poses(moments_ns(stamp, "stamp"), floats("base_from_tool", poses, "N", "4", "4"))
 
     def push_axis(self, axis: str, stamp: Stamp | ArrayLike, value: ArrayLike) -> None:
-        """Take a value of an external axis: its angle (rad) or its way (m); or several, in the order of their arrival.
+        """Take a value of an external axis, its angle (rad) or its way (m), or several in the order of their arrival.
 
         Without values up to an exposure no frame is placed.
 
         Raises
         ------
         TruelineError
-            For an axis that the result does not have, what is no number, and stamps that do not rise. The stream goes on.
+            For an axis that is not in the result, values that are not numbers, and stamps that do not rise. The stream goes on.
         """
         self._inner.push_axis(axis, moments_ns(stamp, "stamp"), floats("value", np.atleast_1d(np.asarray(value)), "N"))
 

@@ -27,16 +27,17 @@ def residuals_over_time(residuals: Residuals, ax: Axes | None = None) -> Axes:
 
 
 Quantity: TypeAlias = Literal["time offset", "distance", "translation", "rotation", "line"]
-"""What is drawn of the solver's steps: the paper's Fig. 6a and 6b, Fig. 8 (two of them) and Fig. 7."""
+"""Plots of the solver's steps: the paper's Fig. 6a and 6b, Fig. 8 (two of them) and Fig. 7."""
 
 
 def convergence(steps: list[dict[str, Any]], of: Quantity, ax: Axes | None = None) -> Axes:
-    """How far a quantity is from its end value after every step of the solver, on a logarithmic axis.
+    """Distance of a quantity from its end value after every step of the solver, on a logarithmic
+    axis.
 
     The last step is the end value itself: no logarithm shows its distance, so the curves end one step before it.
     """
     if of not in get_args(Quantity):
-        raise ValueError(f"of: there is no {of!r}; one of {', '.join(get_args(Quantity))}.{nearest(str(of), get_args(Quantity))}")
+        raise ValueError(f"of: no {of!r}; one of {', '.join(get_args(Quantity))}.{nearest(str(of), get_args(Quantity))}")
     label, curves = _curves(steps, of)
     ax = _axes(ax)
     for name, values in curves.items():

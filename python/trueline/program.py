@@ -94,12 +94,12 @@ def plan(
     tries: int | None = None,
     seed: int = 1,
 ) -> dict[str, Any]:
-    """Plan the scan that shows most within the limits of robot, sensor and guess.
+    """Plan the most informative scan within the limits of robot, sensor and guess.
 
     Parameters
     ----------
     cell
-        The ``cell.toml`` that says what is known of the cell; ``None`` plans in the paper's cell and writes its file.
+        The ``cell.toml`` with the known facts of the cell; ``None`` plans in the paper's cell and writes its file.
     out
         Folder to write, new or empty: the path, the report and the plan.
     want

@@ -61,7 +61,7 @@ class Recording:
         Parameters
         ----------
         robot_times_s, feature_times_s
-            Stamps (N,) and (M,), rising; seconds, nanoseconds as integers, or ``datetime64``. Both in one clock, up to the offset that is sought.
+            Stamps (N,) and (M,), rising; seconds, nanoseconds as integers, or ``datetime64``. Both in one clock, except for the unknown offset.
         base_from_tool
             Poses: (N, 4, 4) in metres, a pair (positions, scipy ``Rotation``), or a scipy ``RigidTransform``.
         points
@@ -70,15 +70,15 @@ class Recording:
         sensor
             The sensor: a class of this package, the tables of a ``sensor.toml``, or its path.
         line
-            Which line each feature lies on, from 0; all on one if left out.
+            Line of each feature, from 0; all on one line by default.
         frame
             The counter (M,) of the pictures; a jump in it is a lost picture.
         feature_sigma
             Standard deviations (M, 2) in the unit of the points.
         feature_correlation
-            Correlation (M,) of the errors whose standard deviations these are, −1 to 1; none if left out.
+            Correlation (M,) of the two errors, −1 to 1; 0 by default.
         stripes
-            The stripes on the plates that meet in the seam. With stripes alone (no points) two that cross give the point.
+            The stripes on the plates of the seam. Without points, the crossing of two stripes is the point.
         initial
             A first guess: time offset in seconds and ``tool_from_camera``, 4×4 in metres. None is needed.
 
@@ -125,12 +125,13 @@ class Recording:
 
     @cached_property
     def line(self) -> NDArray[np.int64]:
-        """Which line each feature lies on (M,)."""
+        """The line of each feature (M,)."""
         return self._inner.lines()
 
     @cached_property
     def feature_sigma(self) -> NDArray[np.float64] | None:
-        """Standard deviations (M, 2) of the features, px or m; NaN where one has none, ``None`` where none has."""
+        """Standard deviations (M, 2) of the features, px or m; NaN if one has none, ``None`` if
+        none has any."""
         sigma, _ = self._inner.feature_errors()
         return None if np.isnan(sigma).all() else sigma
 
@@ -153,13 +154,13 @@ class Recording:
 
     @property
     def truth(self) -> Guess | None:
-        """What a simulation knows; ``None`` for a real scan."""
+        """Truth of a simulation; ``None`` for a real scan."""
         truth = self._inner.truth()
         return None if truth is None else Guess(*truth)
 
     @property
     def notes(self) -> list[str]:
-        """What is worth knowing of the file it was opened from."""
+        """Remarks about the file it was opened from."""
         return self._inner.notes()
 
     def write(self, folder: str | os.PathLike[str]) -> None:

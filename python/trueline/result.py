@@ -1,4 +1,4 @@
-"""What a scan gave."""
+"""Result of a scan."""
 
 from __future__ import annotations
 
@@ -78,7 +78,8 @@ class Result:
 
     @cached_property
     def tool_from_camera(self) -> NDArray[np.float64]:
-        """The hand-eye transform: camera coordinates to tool coordinates, 4×4, m; NaN in what the scan does not show."""
+        """The hand-eye transform: camera coordinates to tool coordinates, 4×4, m; NaN if the scan
+        does not determine it."""
         entry = self.document["tool_from_camera"]
         pose = np.eye(4)
         quaternion = entry.get("rotation_wxyz")
@@ -134,13 +135,15 @@ class Result:
 
     @property
     def stripes(self) -> dict[str, Any] | None:
-        """What became of the whole stripes, the answers of seam points and stripes side by side; ``None`` if there are none."""
+        """Use of the whole stripes, with the answers of seam points and stripes side by side;
+        ``None`` if there are none."""
         stripes: dict[str, Any] | None = self.document.get("stripes")
         return stripes
 
     @property
     def seam_error_mm(self) -> float | None:
-        """How far off a seam point measured later will be, RMS over the working field, one standard deviation, mm."""
+        """Error of a seam point measured later, RMS over the working field, one standard deviation,
+        mm."""
         entry = self.document.get("seam_error")
         return None if entry is None else entry["rms_mm"]
 
@@ -177,7 +180,7 @@ class Result:
 
     @property
     def took_s(self) -> float:
-        """How long the estimate took, s; reading, and making this object, not included.
+        """Duration of the estimate, s; reading, and making this object, not included.
 
         Raises
         ------
@@ -221,8 +224,9 @@ class Result:
         return residuals_over_time(self.residuals, ax)
 
     def plot_convergence(self, ax: Axes | None = None, of: Quantity = "time offset") -> Axes:
-        """How far a quantity is from its end value after every step of the solver (needs matplotlib): ``"time offset"``
-        and ``"distance"`` are the paper's Fig. 6, ``"line"`` is Fig. 7, ``"translation"`` and ``"rotation"`` are Fig. 8."""
+        """Distance of a quantity from its end value after every step of the solver (needs
+        matplotlib): ``"time offset"`` and ``"distance"`` are the paper's Fig. 6, ``"line"`` is Fig.
+        7, ``"translation"`` and ``"rotation"`` are Fig. 8."""
         from .plots import convergence
 
         return convergence(self.document["iterations"], of, ax)

@@ -32,7 +32,8 @@ class SeamTrackSettings(TypedDict, total=False):
 
 @dataclass(frozen=True, repr=False)
 class Target(Brief):
-    """Where a torch is to be. It is advice: whoever moves the robot checks it against the limits of the motion.
+    """Target of a torch. It is advice: whoever moves the robot checks it against the limits of the
+    motion.
 
     ``base_from_torch`` is 4×4, m, with the attitude to the seam that the torch has now. ``along_m`` is the way along the seam from its
     first point; ``tangent``, ``across`` and ``upward`` are directions in base. ``sigma_m`` is the standard deviation across the seam, along
@@ -93,7 +94,8 @@ class SeamTrack:
         return self._inner.push(point.tolist(), float(sigma_m))
 
     def ahead(self, base_from_torch: ArrayLike, speed_m_s: float, delay_s: float) -> Target | None:
-        """Where the torch is to be after ``delay_s``, in which it goes on at ``speed_m_s`` along the seam; ``None`` where nobody knows.
+        """Target of the torch after ``delay_s`` at ``speed_m_s`` along the seam; ``None`` if
+        unknown.
 
         ``delay_s`` is the loop's whole delay, from the pose that is given to the motion that a command makes. ``refused`` then says why
         there is no target.

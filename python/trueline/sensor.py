@@ -1,4 +1,4 @@
-"""What the sensor is: the Python form of ``sensor.toml``."""
+"""The sensor: the Python form of ``sensor.toml``."""
 
 from __future__ import annotations
 

@@ -33,16 +33,15 @@ def calibrate(
     urls
         Recordings: dataset folders, .mcap files or bags, by any URL that fsspec knows.
     out
-        Folder of the Parquet files, likewise a URL. What is in it already, of this version and with these options, is not
-        done again.
+        Folder of the Parquet files, likewise a URL. Rows of this version and these options that exist already are kept.
     engine
         ``"local"``: threads of this machine (the calculation does not hold Python's lock). ``"ray"``: Ray Data on a cluster
         (``pip install trueline[ray]``); ``out`` must be reachable from every node.
     workers
-        Recordings that are worked on at once, on a cluster parts; by default one a core.
+        Recordings in work at once (on a cluster, parts); by default one a core.
     recordings_in_a_part
-        So many are written together, into one file; a worker that dies loses no more than these. By default 1/128 of all, at
-        least one and at most 32. Millions want more: 1000 make 10,000 files of ten millions.
+        Number of recordings in one file. A worker that dies loses at most these. By default 1/128 of all, at least one and at
+        most 32. Use more for millions: 1000 make 10,000 files of ten millions.
     progress
         Called after every part.
     **options
@@ -93,7 +92,8 @@ def table(out: str | os.PathLike[str]) -> pa.Table:
 
 
 def _first_of_each(rows: pa.Table) -> list[bool]:
-    """Whether a row is the first of its recording. One that could not be read goes by its URL, and gives way once it could."""
+    """Whether a row is the first of its recording. One that could not be read goes by its URL, and
+    gives way once it could."""
     urls, keys = rows["url"].to_pylist(), _keys(rows)
     read = {(url, *key[1:]) for url, key in zip(urls, keys, strict=True) if key[0] is not None}
     seen: set[tuple[str, ...]] = set()

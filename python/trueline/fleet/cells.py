@@ -11,14 +11,14 @@ import numpy as np
 from ..rotations import matrices_of, small_rotation
 
 COLUMNS = ("url", "status", "time_offset_s", "translation_mm", "rotation_wxyz", "rotation_sigma_rad", "reasons")
-"""What of a row is looked at."""
+"""Columns of a row that are used."""
 
 
 @dataclass
 class Cell:
     """The scans of one cell, its last accepted one against its first.
 
-    A cell is the folder that its recordings lie in; they are in the order of their names. ``drift_sigma`` is the largest change
+    A cell is the folder of its recordings, in the order of their names. ``drift_sigma`` is the largest change
     of an unknown over its standard deviation, NaN with fewer than two accepted scans; ``offset_drift_ms``, ``shift_mm`` and
     ``turn_deg`` are the changes of the time offset and of the hand-eye transform.
     """
@@ -87,7 +87,8 @@ def _compare(cell: Cell, first: dict[str, Any], last: dict[str, Any]) -> None:
 
 
 def _worst(change: Any, sigmas: list[Any]) -> float:
-    """The largest change over its sigma; what has no sigma was held, and says nothing."""
+    """The largest change over its sigma; a quantity without a sigma was held fixed, and does not
+    count."""
     if any(sigma is None for sigma in sigmas):
         return 0.0
     spread = np.hypot(np.asarray(sigmas[0], dtype=np.float64), np.asarray(sigmas[1], dtype=np.float64))

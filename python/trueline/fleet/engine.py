@@ -1,4 +1,4 @@
-"""Where the work of a run is done: threads of this machine, or a Ray cluster."""
+"""Engines of a run: threads of this machine, or a Ray cluster."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ Engine: TypeAlias = Literal["local", "ray"]
 
 
 def run(engine: Engine, work: Work, parts: Iterable[Part], shared: Any, workers: int | None) -> Iterator[Outcome]:
-    """Does all parts in any order; what each did, as soon as it is done.
+    """Does all parts in any order, and gives each outcome as soon as it exists.
 
     Parameters
     ----------
     engine
-        ``"local"``: threads (the calculation does not hold Python's lock). ``"ray"``: Ray Data on the cluster that Ray is, or
-        can be, connected to.
+        ``"local"``: threads (the calculation does not hold Python's lock). ``"ray"``: Ray Data on the cluster to which Ray
+        is, or can be, connected.
     shared
         Given to every call; on a cluster it is sent to every node once.
     workers
-        Threads, or on a cluster parts that are worked on at once; by default one a core.
+        Threads (on a cluster, parts in work at once); by default one a core.
     """
     if workers is not None and workers < 1:
         raise ValueError(f"workers: expected one or more, found {workers}")
@@ -34,12 +34,13 @@ def run(engine: Engine, work: Work, parts: Iterable[Part], shared: Any, workers:
         from .on_ray import on_ray
 
         return on_ray(work, parts, shared, workers)
-    raise ValueError(f"engine: there is no {engine!r}; one of local, ray")
+    raise ValueError(f"engine: no {engine!r}; one of local, ray")
 
 
 def _local(work: Work, parts: Iterator[Part], shared: Any, count: int) -> Iterator[Outcome]:
-    """At most as many parts as there are threads are under way at once, and their items share the threads: all of them work
-    also where there is one part alone. Ctrl-C ends each thread after what it is doing; what is unfinished is not written."""
+    """At most as many parts are processed at once as there are threads, and their items share the
+    threads: all of them work also if there is only one part. Ctrl-C ends each thread after what it
+    is doing; what is unfinished is not written."""
     with ThreadPoolExecutor(count) as threads, ThreadPoolExecutor(count) as writers:
 
         def begin(most: int) -> set[Future[Outcome]]:
@@ -70,7 +71,7 @@ MOST_IN_A_PART = 32
 
 
 def part_size(count: int) -> int:
-    """How many of so many items go into a part: the same wherever they are done, so that the files are the same.
+    """Number of items in a part: the same on every engine, so that the files are the same.
 
     >>> [part_size(count) for count in (0, 5, 300, 2000, 10_000_000)]
     [1, 1, 3, 16, 32]

@@ -78,7 +78,7 @@ class Study:
 
 @dataclass(frozen=True)
 class Cells:
-    """What all parts of a study share."""
+    """Inputs that all parts of a study share."""
 
     out: str
     preset: str
@@ -87,7 +87,8 @@ class Cells:
 
     @property
     def folder(self) -> str:
-        """Where the cells of this study are: those of another version, preset or options do not count as done."""
+        """Folder of this study's cells: those of another version, preset or options do not count as
+        done."""
         what = json.dumps([self.preset, self.random_cell, self.options], sort_keys=True, default=list)
         return f"cells/version={__version__}/preset={self.preset}/study={key_of([what])[:12]}"
 
@@ -111,7 +112,7 @@ def monte_carlo(
     seeds
         Seeds of the cells: ``range(1_000_000)``.
     out
-        Folder of the studies, by any URL that fsspec knows. Parts of this study that are in it already are not done again.
+        Folder of the studies, by any URL that fsspec knows. Parts of this study that exist already are kept.
     preset
         A name of ``trueline simulate --preset``.
     random_cell
@@ -119,7 +120,7 @@ def monte_carlo(
     engine, workers
         As for :func:`trueline.fleet.calibrate`.
     cells_in_a_part
-        So many are in memory at once for each worker, and in one file. On a cluster a part is what one core does.
+        Number of cells in one file, and in the memory of each worker. On a cluster one core does one part.
     progress
         Called after every part.
     **options
@@ -167,7 +168,7 @@ def _row(shared: Cells, seed: int) -> tuple[dict[str, Any], float]:
 
 
 def errors(result: Result, truth: Guess) -> dict[str, Any]:
-    """How far a result is from the truth; null where the scan does not show it."""
+    """Error of a result; null if the scan does not determine it."""
     row: dict[str, Any] = {"accepted": result.accepted}
     if result.time_offset_s is None or np.isnan(result.tool_from_camera).any():
         return row

@@ -1,6 +1,7 @@
 """Parts as rows of a Ray dataset; the only file that needs Ray.
 
-Ray does a task again whose node has died. What a part writes is named by its content, so that this leaves the same files.
+Ray does a task again whose node has died. A part's file is named by its content, so this leaves the
+same files.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What is worked on, and what became of it."""
+"""Items of work, and their results."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 @dataclass
 class Outcome:
-    """What a run did. ``busy_s`` is the time that its workers spent, summed."""
+    """Result of a run. ``busy_s`` is the time that its workers spent, summed."""
 
     done: int = 0
     failed: int = 0
@@ -25,7 +25,7 @@ class Outcome:
 
 
 Part: TypeAlias = list[Any]
-"""What is worked on and written together: URLs, or seeds."""
+"""Items that are processed and written together: URLs, or seeds."""
 
 Each: TypeAlias = Callable[[Callable[[Any], Any], Part], Iterable[Any]]
 """Does something with each item of a part, and gives the answers in their order: ``map``, or several at once."""

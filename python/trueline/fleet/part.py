@@ -25,7 +25,8 @@ from .store import Hashes, Store, key_of
 
 @dataclass(frozen=True)
 class Shared:
-    """What all parts of a run share: the options, the folder of the store, and the recordings that are in it already."""
+    """Inputs that all parts of a run share: the options, the folder of the store, and the
+    recordings that are in it already."""
 
     options: Options
     out: str
@@ -33,7 +34,7 @@ class Shared:
 
     @classmethod
     def of(cls, options: Options, out: str) -> Shared:
-        """What a run begins with."""
+        """The inputs of a run."""
         tables = Store(out).tables(f"rows/{partition(options)}", ["content_hash"])
         hashes = (value for table in tables for value in table["content_hash"].to_pylist() if value)
         return cls(options, out, Hashes(hashes))
@@ -76,7 +77,7 @@ def _row(shared: Shared, url: str) -> tuple[dict[str, Any] | None, float]:
             key = content_hash(path)
             if key not in shared.present:
                 row = row_of(url, path, key, shared.options)
-    # What cannot be fetched is a row as well; storages have errors of their own.
+    # An item that cannot be fetched is a row as well; storages have errors of their own.
     except Exception as error:  # noqa: BLE001
         row = error_row(url, None, error, shared.options)
     return row, time.monotonic() - began

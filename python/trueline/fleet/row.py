@@ -44,7 +44,7 @@ SCHEMA = pa.schema(
 """Columns of the rows; a null struct is what was not estimated. The same recording, version and options give the same row."""
 
 KEY = ("content_hash", "version", "options")
-"""What names a row."""
+"""Columns that name a row."""
 
 TIMING_SCHEMA = pa.schema(
     [
@@ -56,7 +56,7 @@ TIMING_SCHEMA = pa.schema(
     ],
     metadata={b"trueline.schema": str(SCHEMA_VERSION).encode()},
 )
-"""What differs from run to run, and so is kept beside the rows."""
+"""Values that differ from run to run, and so are kept beside the rows."""
 
 
 def content_hash(path: Path) -> str:
@@ -76,7 +76,7 @@ def options_json(options: Options) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """What JSON does not know: numbers of numpy, and tuples."""
+    """Types unknown to JSON: numbers of numpy, and tuples."""
     return value.item() if isinstance(value, np.generic) else list(value)
 
 

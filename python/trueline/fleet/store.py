@@ -1,4 +1,4 @@
-"""Where the rows are kept: parts of Parquet in any storage that fsspec knows."""
+"""Storage of the rows: parts of Parquet in any storage that fsspec supports."""
 
 from __future__ import annotations
 
