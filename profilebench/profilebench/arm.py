@@ -1,4 +1,4 @@
-"""A six-axis arm with a spherical wrist whose true geometry differs from the one that its controller believes.
+"""A six-axis arm with a spherical wrist; its true geometry differs from the controller's model.
 
 The controller reports the forward kinematics of the nominal links. The true pose adds errors of the links (after
 Mooring, Roth and Driels, *Fundamentals of Manipulator Calibration*, 1991), the ripple of strain-wave gears,

@@ -10,7 +10,7 @@ from .rotations import Floats
 
 @dataclass(frozen=True)
 class Lateness:
-    """How the packets of one stream arrive. Times in s."""
+    """Arrival of one stream's packets. Times in s."""
 
     half_normal_s: float = 0.0
     tail_share: float = 0.0

@@ -31,12 +31,12 @@ def canonical(truth: dict[str, Any]) -> bytes:
 
 
 def commitment(key: bytes, name: str, truth: dict[str, Any]) -> str:
-    """What is published of a truth: SHA-256 of a secret salt and its canonical form."""
+    """Published commitment to a truth: SHA-256 of a secret salt and its canonical form."""
     return hashlib.sha256(_derived(key, "salt:" + name) + canonical(truth)).hexdigest()
 
 
 def key_commitment(key: bytes) -> str:
-    """What is published of the key itself.
+    """Published commitment to the key itself.
 
     >>> key_commitment(PRACTICE_KEY)[:8]
     '2cddf8a0'

@@ -1,4 +1,4 @@
-"""How good one answer is, and whether it is as good as it says."""
+"""Quality of one answer, and of its stated uncertainty."""
 
 from dataclasses import dataclass
 from typing import Any

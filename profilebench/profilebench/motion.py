@@ -1,7 +1,8 @@
 """Paths of the sensor over a seam, as smooth functions of time.
 
-A path says where the seam is in the sheet (width a, depth b from the middle of the field), how the sensor is turned
-against its nominal attitude (work, travel and spin angle) and how far it has come along the seam.
+A path gives the seam's place in the sheet (width a, depth b from the middle of the field), the
+sensor's rotation from its nominal attitude (work, travel and spin angle) and the progress along the
+seam.
 """
 
 from collections.abc import Callable

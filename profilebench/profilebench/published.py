@@ -1,7 +1,7 @@
 """Published experiments, repeated with the same numbers of poses, points and noise.
 
-Published figures are quoted. Where a publication does not state what a simulation needs, the constant below says what
-was assumed. The sphere is no simulation: its profiles are real.
+Published figures are quoted. If a publication omits an input of the simulation, the constant below
+states the assumption. The sphere is no simulation: its profiles are real.
 """
 
 from collections.abc import Callable

@@ -16,7 +16,8 @@ LINES, RADIUS_MM = 9, 100.0
 HEIGHTS_MM, BETAS_DEG = (60.0, 90.0, 120.0), (60.0, 90.0, 120.0)
 """Stand-offs, and angles between the scan line and the optical axis."""
 INCIDENCE_DEG, REFERENCE_INCIDENCE_DEG, REFERENCES = 30.0, 60.0, 24
-"""Incidence of the 81 profiles, and that of the further ones that tell the plane's offset from the translation."""
+"""Incidence of the 81 profiles, and that of the further ones that separate the plane's offset from
+the translation."""
 POINTS, HALF_WIDTH_MM, NOISE_MM = 100, 25.0, 0.5
 GUESS_MM, GUESS_DEG = 200.0, 30.0
 """Each component of the guess is up to this far off."""

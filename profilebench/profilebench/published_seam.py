@@ -17,7 +17,7 @@ TILT_DEG = 20.0
 
 @dataclass(frozen=True)
 class Profiles:
-    """How many stops and points, how wide and how noisy."""
+    """Number of stops and points, width and noise."""
 
     stops: int
     points: int

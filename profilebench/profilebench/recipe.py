@@ -1,4 +1,5 @@
-"""What one sequence is made of: every size of every error. The defaults are a perfect cell with little noise."""
+"""Recipe of one sequence: every size of every error. The defaults are a perfect cell with little
+noise."""
 
 from dataclasses import dataclass, field
 

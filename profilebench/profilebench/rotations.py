@@ -101,7 +101,7 @@ class PoseStream:
         self._steps = log(np.swapaxes(self.rotations[:-1], -1, -2) @ self.rotations[1:])
 
     def inside(self, times_s: Floats) -> NDArray[np.bool_]:
-        """Which times lie within the recording."""
+        """Times within the recording."""
         return np.asarray((times_s >= self.times_s[0]) & (times_s <= self.times_s[-1]), bool)
 
     def at(self, times_s: Floats) -> tuple[Floats, Floats]:

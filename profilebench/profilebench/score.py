@@ -18,7 +18,7 @@ REAL = "real"
 
 @dataclass(frozen=True)
 class Line:
-    """What a method did on the sequences of one track (or of all)."""
+    """Results of a method on the sequences of one track (or of all)."""
 
     method: str
     asked: int

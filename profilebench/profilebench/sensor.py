@@ -32,7 +32,7 @@ class Sensor:
     height: int = 0
     distortion: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
     stand_off_mm: float = 130.0
-    """Where the middle of the field is: on the camera's axis, or as range of a profiler."""
+    """Middle of the field: on the camera's axis, or as range of a profiler."""
     shape: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
     """Width scale, depth scale, shear, and two keystones per mm of what is reported, for profilers and points."""
     linearity_mm: float = 0.0
@@ -40,7 +40,7 @@ class Sensor:
     bend_per_mm: float = 0.0
     """Curvature of the true sheet: it leaves the plane by this times the square of the width coordinate."""
     uncertainty: dict[str, float] = field(default_factory=dict)
-    """What ``[uncertainty]`` of sensor.toml states."""
+    """Content of ``[uncertainty]`` in sensor.toml."""
 
     def axes(self) -> tuple[Floats, Floats, Floats, Floats]:
         """Middle of the field (mm), axis along the stripe, axis of depth, and normal; all in the sensor's frame."""

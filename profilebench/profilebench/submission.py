@@ -132,7 +132,7 @@ def _covariance(path: Path, data: dict[str, Any]) -> tuple[Floats | None, bool]:
         sigma.get("rotation_rad") or [None] * 3,
         sigma.get("translation_mm") or [None] * 3,
     )
-    # What is not stated is not judged: nan is left out of the coverage.
+    # Unstated values are not judged: nan is left out of the coverage.
     values = [float("nan") if v is None else float(v) for part in parts for v in part]
     if len(values) != 7:
         raise SubmissionError(f"{path}: sigma: expected time_offset_s, rotation_rad [3], translation_mm [3]")

@@ -1,4 +1,4 @@
-"""What a sequence's answer is judged against.
+"""The truth by which a sequence's answer is judged.
 
 Two judgements of a seam point that the sensor will measure later, both over a grid of the field that the scan visited:
 
@@ -76,7 +76,8 @@ def check(rng: np.random.Generator, recipe: Recipe, scan: Cast) -> Check:
 
 
 def _torch(rng: np.random.Generator, scan: Cast, path: Path, goals: Floats) -> tuple[Floats, Floats]:
-    """Where the taught torch must be sent for its true tip to be at goals (base, mm), and the taught tip."""
+    """Places to which the taught torch must be sent for its true tip to reach goals (base, mm), and
+    the taught tip."""
     cell = scan.cell
     hand, lever = cell.tool_from_camera
     tip = hand @ cell.stated_sensor.axes()[0] + lever
@@ -130,7 +131,8 @@ def bound_mm(recipe: Recipe, scan: Cast, in_tool: Floats) -> float:
     )
     cross = np.swapaxes(frames[:, :, 1:], -1, -2)
     _, along, depth, _ = sensor.axes()
-    # What of the six motions of a straight seam is no motion at all: turning about it, sliding along it.
+    # The two of the six motions of a straight seam that change nothing: rotation about it, shift
+    # along it.
     basis = np.zeros((13, 11))
     basis[:7, :7] = np.eye(7)
     basis[7:10, 7:9], basis[10:13, 9:11] = cell.seam.frame[:, 1:], cell.seam.frame[:, 1:]

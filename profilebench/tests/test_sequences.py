@@ -1,4 +1,4 @@
-"""What is generated is what its truth says, and methods find it."""
+"""Generated data match their truth, and methods find it."""
 
 import json
 from dataclasses import replace

@@ -1,8 +1,8 @@
 //! Scans in cells with an external axis, calibrated from nothing: how many are accepted and right, and are the ± honest?
 //!
-//! `cargo run --release -p trueline-studies -- axis_cells [CELLS A COURSE] [FIRST SEED] [--cells] [--only=WORDS]` prints a row for each course of an axis whose name has these words: NEES
-//! of time offset and hand-eye transform (7 numbers) and of the shown numbers of the axis, medians of what is said of the axis, and the largest
-//! error over its ±.
+//! `cargo run --release -p trueline-studies -- axis_cells [CELLS A COURSE] [FIRST SEED] [--cells] [--only=WORDS]` prints a
+//! row for each course of an axis with these words in its name: NEES of time offset and hand-eye transform (7 numbers) and
+//! of the determined numbers of the axis, medians of the stated ± of the axis, and the largest error over its ±.
 
 use crate::arguments::number;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
@@ -20,7 +20,7 @@ const CELLS: u64 = 40;
 /// Largest time offset of a cell, s.
 const OFFSET_S: f64 = 0.3;
 
-/// Name, kind, what it moves, what it does.
+/// Name, kind, load and motion.
 type Row = (&'static str, AxisKind, Carries, AxisCourse);
 
 fn rows() -> Vec<Row> {
@@ -41,12 +41,12 @@ fn rows() -> Vec<Row> {
     ]
 }
 
-/// What became of one scan.
+/// Result of one scan.
 struct Outcome {
     accepted: bool,
     /// eᵀ C⁻¹ e over the number of unknowns, of time offset and hand-eye, and of the axis.
     nees: Option<[f64; 2]>,
-    /// What is said of direction (°), place (mm) and offset (ms).
+    /// Stated ± of direction (°), place (mm) and offset (ms).
     said: [Option<f64>; 3],
     largest_z: f64,
     seconds: f64,

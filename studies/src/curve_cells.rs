@@ -1,8 +1,9 @@
 //! Scans over curved seams, calibrated from nothing: how many are accepted and right, and are the ± honest?
 //!
-//! `cargo run --release -p trueline-studies -- curve_cells [CELLS A KIND] [KIND] [FIRST SEED] [--cells] [--curve] [--cad=MM]` prints a row
-//! for each kind of curve, and why scans were refused. With `--cells` a line for each cell as well; with `--curve` a curve is asked for whatever
-//! a line explains; with `--cad` it is estimated with a drawing of the seam, somewhere in space, from which the seam is so far off at each knot.
+//! `cargo run --release -p trueline-studies -- curve_cells [CELLS A KIND] [KIND] [FIRST SEED] [--cells] [--curve]
+//! [--cad=MM]` prints a row for each kind of curve, and why scans were refused. With `--cells` it prints a line for each
+//! cell as well. With `--curve` a curve is fitted even if a line explains the scan. With `--cad` it is fitted with a drawing
+//! of the seam, at any pose, from which the seam deviates at each knot.
 
 use crate::arguments::number;
 use nalgebra::{SMatrix, SVector, UnitQuaternion, Vector3};
@@ -30,7 +31,7 @@ const WRONG_Z: f64 = 6.0;
 /// Half a 95 % interval in standard deviations.
 const HALF_95: f64 = 1.959_964;
 
-/// What became of one scan.
+/// Result of one scan.
 #[derive(Default)]
 struct Outcome {
     accepted: bool,
@@ -51,24 +52,24 @@ struct Answer {
     normalised: f64,
     /// Its standard deviation of the time offset, s.
     said_s: f64,
-    /// Error over the sheet ±30 mm, RMS, m, and what it is said to be.
+    /// Error over the sheet ±30 mm, RMS, m, and its stated ±.
     seam_m: f64,
     said_seam_m: f64,
 }
 
-/// What is asked of each scan.
+/// Options of each scan.
 #[derive(Clone, Copy)]
 struct Asked {
     /// How far the seam is off its drawing, m; `None` without one.
     tolerance_m: Option<f64>,
-    /// Whether a curve is asked for.
+    /// Whether a curve is required.
     is_forced: bool,
 }
 
 /// A drawing of a curve in a frame of its own, off by a tolerance every 5 mm.
 fn drawn(kind: CurveKind, tolerance_m: f64, seed: u64) -> Option<SeamCad> {
     const KNOT_M: f64 = 5e-3;
-    /// Chords of an eighth of a millimetre are no error beside a noise of 0.04 mm.
+    /// Chords of an eighth of a millimetre have no effect beside a noise of 0.04 mm.
     const POINTS: u32 = 3000;
     let points: Vec<Vector3<f64>> =
         (0..=POINTS).map(|k| kind.point(f64::from(k) / f64::from(POINTS))).collect();
@@ -94,7 +95,7 @@ fn drawn(kind: CurveKind, tolerance_m: f64, seed: u64) -> Option<SeamCad> {
     Some(SeamCad { file: "drawn".to_owned(), curve, tolerance_m: tolerance_m.max(1e-6) })
 }
 
-/// Error of a point of the sheet, RMS over ±30 mm about the middle of the scan, in the tool; true and said, m.
+/// Error of a point of the sheet, RMS over ±30 mm about the middle of the scan, in the tool; true and stated, m.
 fn seam(
     error: &SVector<f64, UNKNOWNS>,
     covariance: &SMatrix<f64, UNKNOWNS, UNKNOWNS>,

@@ -1,10 +1,10 @@
-//! How often the detector cries wolf: the probability of an alarm where nothing changed, by importance sampling.
+//! Rate of false alarms of the detector: the probability of an alarm without a change, by importance sampling.
 //!
 //! After a long history the statistic of a window is |Σ u/√k|² with u ~ N(0, I) a piece's score about one kind of change,
-//! whitened. An alarm is far too rare to be waited for, so productions are drawn in which a random window of a random kind
-//! holds a random change, u ~ N(0, (1 + g) I) there, and each is weighed by how much more likely the mixture of all
-//! windows and kinds made it: the estimate is unbiased whatever g is. Plain draws are counted at a lower threshold as well,
-//! where both ways can be compared.
+//! whitened. An alarm is far too rare to wait for. So productions are drawn with a random change in a random window of a
+//! random kind, u ~ N(0, (1 + g) I) there. Each is weighed by the ratio of its likelihood without the change to that under
+//! the mixture of all windows and kinds. The estimate is unbiased for any g. Plain draws are counted at a lower threshold
+//! as well, where both ways can be compared.
 //!
 //! `cargo run --release -p trueline-studies -- false_alarms [DRAWS]`
 #![allow(clippy::unwrap_used, reason = "a study fails by panicking")]
@@ -53,7 +53,7 @@ impl Production {
         let place = DVector::from_fn(6, |k, _| {
             if k < 3 { scatter.translation_m.powi(2) } else { scatter.rotation_rad.powi(2) }
         });
-        // What the fixture does, and each seam by itself.
+        // The scatter of the fixture, and of each seam.
         let mut covariance = &map * DMatrix::from_diagonal(&place) * map.transpose();
         for k in 0..covariance.nrows() {
             covariance[(k, k)] += if k % 4 >= 2 { scatter.seam_m.powi(2) } else { 1e-10 };
@@ -129,7 +129,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     let dimensions: Vec<usize> = production.kinds.iter().map(|kind| kind.whiten.nrows()).collect();
     println!("dimensions by kind: {dimensions:?}");
     let mut random = ChaCha8Rng::seed_from_u64(1);
-    // Where the mixture puts its windows: their mean square is then that of an alarm.
+    // Places of the mixture's windows: their mean square is then that of an alarm.
     let gain = |kind: usize| (24.0 + 2.0 * dimensions[kind] as f64) / dimensions[kind] as f64;
     for threshold in [-3.5, ALARM_P_LOG10] {
         let (mut sum, mut squares) = (0.0, 0.0);

@@ -1,6 +1,6 @@
 //! Does the doctor leave healthy recordings alone?
 //!
-//! `cargo run --release -p trueline-studies -- healthy [RECORDINGS PER PRESET]` prints what it found in spite of that.
+//! `cargo run --release -p trueline-studies -- healthy [RECORDINGS PER PRESET]` prints its findings in spite of that.
 
 use crate::arguments::number;
 use trueline_method::Config;

@@ -24,7 +24,7 @@ mod wrong_cells;
 
 use std::process::ExitCode;
 
-/// A study: its name and arguments on the command line, and what it is about.
+/// A study: its name and arguments on the command line, and its subject.
 struct Study {
     name: &'static str,
     arguments: &'static str,

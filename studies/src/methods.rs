@@ -1,7 +1,8 @@
-//! Which method finds the stripe's middle best: the usual ones and ours on the same sections of the same pictures, and the
+//! Compares methods for the stripe's middle: the usual ones and ours on the same sections of the same pictures, and the
 //! bound that speckle and noise set.
 //!
-//! `cargo run --release -p trueline-studies -- methods` prints the table of BENCHMARKS.md. Every method gets the same segments, the same sections and the same robust line through its middles; what differs is the middle.
+//! `cargo run --release -p trueline-studies -- methods` prints the table of BENCHMARKS.md. Every method gets the same
+//! segments, the same sections and the same robust line through its middles; only the middle differs.
 #![allow(clippy::unwrap_used, reason = "a study fails by panicking")]
 
 use nalgebra::{Matrix2, Vector2};
@@ -18,7 +19,7 @@ use trueline_vision::{Detector, Joint, Lens, Picture};
 const PICTURES: f64 = 60.0;
 /// Half of a section, px: four standard deviations of the stripe.
 const HALF: i64 = 10;
-/// Where arms begin, px from the corner.
+/// Start of arms, px from the corner.
 const FROM_PX: f64 = 12.0;
 
 #[derive(Clone, Copy)]
@@ -180,7 +181,7 @@ fn stripe_of(clean: &Picture<'_, u8>, lens: &Lens, arm: &Line2, length: f64) -> 
     (mass / count / (sigma * std::f64::consts::TAU.sqrt()), sigma)
 }
 
-/// Cramér–Rao bound of the corner, px²: a shift of an arm by e changes levels by −e μ′; speckle of contrast one and
+/// Cramér–Rao bound of the corner, px². A shift of an arm by e changes levels by −e μ′. Speckle of contrast one and
 /// correlation area πℓ² gives them the spectral density μ²πℓ², the camera its variance.
 fn bound(pair: &ArmPair, stripes: [(f64, f64); 2], look: &Look) -> f64 {
     let variance = [0, 1].map(|k| {

@@ -1,4 +1,4 @@
-//! Sensors drawn from their stated uncertainty, and an arm that is not where it says: is what is said of them true?
+//! Sensors drawn from their stated uncertainty, and an arm with errors: are the stated ± true?
 //!
 //! `cargo run --release -p trueline-studies -- real_cells [CELLS] [nees|seam|arm|passes|streams]` prints the figures in the book's page `theory/validation.md`.
 
@@ -40,7 +40,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     Ok(())
 }
 
-/// An ideal robot and features without bias: what is left is noise and the sensor.
+/// An ideal robot and features without bias: only noise and the sensor remain.
 fn ideal_robot() -> Config {
     let mut config = Config { robot_accuracy_m: Some(0.0), feature_bias_px: 0.0, ..Config::default() };
     config.used_at.speed_m_s = 0.0;
@@ -71,7 +71,7 @@ fn with_drawn_sensor(recording: &Recording, seed: u64) -> Option<Recording> {
     Some(drawn)
 }
 
-/// Where the features are in the camera frame by the true sensor and by the stated one, m.
+/// Places of the features in the camera frame by the true sensor and by the stated one, m.
 fn lifted(truth: &Recording, stated: &Recording) -> Vec<(Vector3<f64>, Vector3<f64>)> {
     let lift = |sensor: &Sensor, uv: [f64; 2]| {
         let Sensor::CameraLaser { camera, laser_plane_in_camera: plane } = sensor else { return None };
@@ -85,8 +85,8 @@ fn lifted(truth: &Recording, stated: &Recording) -> Vec<(Vector3<f64>, Vector3<f
     both.collect()
 }
 
-/// The unknowns that a perfect scan would find with the stated sensor: of a sensor that is off only the shape is seen, and the
-/// rigid part goes into the hand-eye transform.
+/// The unknowns that a perfect scan would give with the stated sensor. Of a sensor with errors only the shape is visible,
+/// and the rigid part goes into the hand-eye transform.
 fn seen_truth(truth: &Recording, stated: &Recording, found: &Parameters) -> Option<Parameters> {
     let Sensor::CameraLaser { laser_plane_in_camera: plane, .. } = &stated.sensor else { return None };
     let sheet = LaserSheet::from_plane(*plane);
@@ -118,7 +118,8 @@ fn seen_truth(truth: &Recording, stated: &Recording, found: &Parameters) -> Opti
     Some(at)
 }
 
-/// Error of time offset, hand-eye transform and shape against what can be seen, in the unit of the covariance.
+/// Error of time offset, hand-eye transform and shape against the best possible result, in the unit of the
+/// covariance.
 fn normalised(truth: &Recording, stated: &Recording, c: &Calibration) -> Option<f64> {
     let found = c.best_fit();
     let seen = seen_truth(truth, stated, found)?;
@@ -174,7 +175,7 @@ fn seam_error_m(truth: &Recording, stated: &Recording, c: &Calibration) -> Optio
     Some(mean(&squares).sqrt())
 }
 
-/// Seam error against what is said of it, with sensors that are drawn.
+/// Seam error against the stated ±, with drawn sensors.
 fn seam(count: u64) {
     for preset in [Preset::Paper, Preset::Good] {
         let (mut real, mut said) = (Vec::new(), Vec::new());
@@ -210,7 +211,7 @@ const ALONG_M: f64 = 0.15;
 /// Measured points of a cell.
 const POINTS: usize = 40;
 
-/// The reported attitude and place at which the true tip is at a point: found by moving the report until it is.
+/// The reported attitude and place with the true tip at a point, found by moving the report.
 fn reported_at(
     arm: &Arm,
     attitude: &UnitQuaternion<f64>,
@@ -269,7 +270,7 @@ fn miss_squared(
             || middle.rotation * so3::exp(&Vector3::from_fn(|_, _| noise.uniform(-USE_RAD, USE_RAD)));
         let (seen_from, welded_from) = (turned(), turned());
         let (seen, _) = points.get((noise.uniform(0.0, 1.0) * points.len() as f64) as usize)?;
-        // The sensor sees the point where it saw one of the scan's.
+        // The sensor's reading is that of a point of the scan.
         let in_tool = (lever * Point3::from(*seen)).coords;
         let from = reported_at(arm, &seen_from, &in_tool, &point)?;
         let believed = from * (c.best_fit().tool_from_camera * Point3::from(*seen));
@@ -280,7 +281,7 @@ fn miss_squared(
     Some(mean(&squares))
 }
 
-/// The miss at the torch with an arm of 0.3 mm, against what is said of a seam point.
+/// The miss at the torch with an arm of 0.3 mm, against the stated ± of a seam point.
 fn arms(count: u64) {
     let fault = Fault::Robot(RobotError::Arm { rms_m: 0.3e-3 });
     let mut moderate = Preset::Good.scenario();
@@ -320,7 +321,7 @@ fn arms(count: u64) {
     }
 }
 
-/// Mean square miss (m²) and what is said of a seam point (m).
+/// Mean square miss (m²) and the stated ± of a seam point (m).
 fn arm_cell(scenario: &Scenario, fault: Fault, seed: u64, config: &Config) -> Option<(f64, f64)> {
     let scenario = random_cell(scenario, seed, 0.1);
     let arm = drawn_arm(&scenario, &[fault], seed)?;

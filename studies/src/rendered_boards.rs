@@ -1,5 +1,5 @@
 //! Is the covariance honest from gray levels to the result? Renders sets of pictures of a board, calibrates camera and laser
-//! plane of each, and compares the errors with what is stated of them.
+//! plane of each, and compares the errors with the stated ±.
 //!
 //! ```sh
 //! cargo run --release -p trueline-studies -- rendered_boards 100          # both

@@ -1,7 +1,7 @@
 //! Time and memory of a solve over scans of 10³ to 10⁷ features, as a table:
 //! `cargo run --release -p trueline-studies -- scaling [LARGEST]`.
 //!
-//! The memory is what building and solving the problem needs beyond the observations and the trajectory (Linux only).
+//! The memory is that of building and solving the problem, without the observations and the trajectory (Linux only).
 #![allow(clippy::unwrap_used, reason = "a study fails by panicking")]
 
 #[path = "../../crates/trueline-method/tests/large_scan/mod.rs"]

@@ -1,7 +1,8 @@
 //! Whether the uncertainty of a calibration from pose sightings is honest: many cells of the simulator, none with a guess.
 //!
-//! `cargo run --release -p trueline-studies -- sightings [CELLS [CASE]]` prints a row for each case: the normalised squared error of time
-//! offset and hand-eye transform (1 is honest), the part of the 95 % intervals that hold the truth, and how large errors are.
+//! `cargo run --release -p trueline-studies -- sightings [CELLS [CASE]]` prints a row for each case: the normalised squared
+//! error of time offset and hand-eye transform (1 is honest), the part of the 95 % intervals that hold the truth, and the
+//! size of the errors.
 #![allow(clippy::unwrap_used, reason = "a study fails by panicking")]
 
 #[path = "../../crates/trueline-sensor/tests/sighted/mod.rs"]

@@ -1,4 +1,4 @@
-//! What each violation of the model does to a calibration: is the answer right within its ±, warned of, or refused?
+//! Effect of each violation of the model on a calibration: is the answer right within its ±, warned of, or refused?
 //!
 //! `cargo run --release -p trueline-studies -- violations [SCANS PER ROW] [WORDS OF A ROW]` prints the table in the book's page `theory/validation.md`,
 //! or the rows that contain the words.
@@ -13,21 +13,21 @@ use trueline_model::LaserSheet;
 use trueline_sim::capture::{SheetAxes, measure};
 use trueline_sim::{Fault, Preset, Scenario, random_cell, simulate_with_faults};
 
-/// What is done to a scan of the preset `good` in a random cell.
+/// Change of a scan of the preset `good` in a random cell.
 enum Wrong {
     /// Faults, as `trueline simulate --fault` takes them.
     Faults(&'static [&'static str]),
     /// Faults on a scan with hardly any tilt.
     Weak(&'static [&'static str]),
-    /// Faults on a scan whose seam swings with one frequency.
+    /// Faults on a scan with a seam that swings with one frequency.
     Swing(&'static [&'static str]),
     /// Another scan, timing or disturbance.
     Scenario(fn(&mut Scenario)),
     /// A guess that is wrong.
     Guess(fn(&mut Guess)),
-    /// Faults on a scan whose sensor is held as its file says.
+    /// Faults on a scan with the sensor held as in its file.
     Held(&'static [&'static str]),
-    /// A seam that is held where it was drawn, so many metres beside where it is and known to 0.1 mm.
+    /// A seam held where it was drawn, this many metres from its true place and stated to 0.1 mm.
     Drawn(f64),
 }
 
@@ -175,7 +175,7 @@ struct Figures {
     z: f64,
     /// RMS 3-D error in the tool frame over the field of view, mm.
     field_mm: f64,
-    /// What is said of it: the seam error, mm.
+    /// Its stated seam error, mm.
     claim_mm: f64,
     /// The part of it that is the scan's alone, mm.
     alone_mm: f64,
@@ -259,7 +259,7 @@ fn scan(wrong: &Wrong, seed: u64, said: &mut BTreeMap<String, usize>) -> Option<
     }
 }
 
-/// The code of a warning, with what it leaves open.
+/// The code of a warning, with its open alternative.
 fn code(warning: &Warning) -> String {
     let instead = match warning {
         Warning::SensorOff { instead, .. } => instead.as_slice(),

@@ -1,12 +1,13 @@
-//! The delays of the detector: pieces until a change is found, how often it is named rightly, and how often nothing is found
-//! where nothing changed.
+//! Delays of the detector: pieces until a change is found, how often it is named rightly, and how often nothing is found
+//! without a change.
 //!
-//! One piece of each production is simulated as a recording and compressed; all further pieces are drawn from its
-//! sufficient statistic, b = H x + N(0, H), with the place of the part and of its seams drawn anew each time. That is exact
-//! where the model is linear, and a thousand times as fast. `tests/production.rs` of `trueline-watch` goes through recordings.
+//! One piece of each production is simulated as a recording and compressed. All further pieces are drawn from its sufficient
+//! statistic, b = H x + N(0, H), with the place of the part and of its seams drawn anew each time. This is exact for a
+//! linear model, and a thousand times faster. `tests/production.rs` of `trueline-watch` goes through recordings.
 //!
-//! `cargo run --release -p trueline-studies -- watch_table [RUNS [PIECES [LAYOUT [CHANGE]]]]`; a LAYOUT that ends in `-swung` is the same with attitudes that turn about the camera instead of the seam's point, one in `-stripes` with both plates' whole stripes, CHANGE the
-//! beginning of a row's name.
+//! `cargo run --release -p trueline-studies -- watch_table [RUNS [PIECES [LAYOUT [CHANGE]]]]`. A LAYOUT with `-swung` at
+//! its end turns the camera about itself instead of the seam's point; one with `-stripes` has both plates' whole stripes.
+//! CHANGE is the beginning of a row's name.
 
 #[path = "../../crates/trueline-watch/tests/common/drawn.rs"]
 mod drawn;
@@ -29,7 +30,7 @@ use trueline_watch::{PieceInformation, Quadratic, Scatter, WeldStatistic};
 
 /// Pieces before the change; the scatter is learnt from them.
 const BEFORE: usize = 60;
-/// Pieces after it at most, unless said otherwise.
+/// Largest number of pieces after it, unless stated otherwise.
 const AFTER: usize = 64;
 /// One standard deviation of the stored calibration, in units: a good scan's.
 const CALIBRATED: [f64; CALIBRATION] =
@@ -62,7 +63,7 @@ struct Case {
     kind: Kind,
     column: usize,
     units: f64,
-    /// The word by which `watch` says that it does not see it, where there is one for just that.
+    /// The word of `watch` for an invisible change, if there is one for exactly this.
     blindness: Option<&'static str>,
 }
 
@@ -117,11 +118,11 @@ impl Case {
 struct Outcome {
     delay: Option<usize>,
     named: bool,
-    /// Or named as something that is not told apart from what was found.
+    /// Or named as a possible alternative to the finding.
     rival: bool,
 }
 
-/// A production before anything changed, and what it has taught.
+/// A production before any change, and the knowledge from it.
 struct Taught<'a> {
     line: &'a Line,
     error: DVector<f64>,
@@ -154,7 +155,7 @@ impl<'a> Taught<'a> {
         judge(&History { pieces, prior: &self.prior, scatters: &self.scatters, regimes: &[] }, None).alarm
     }
 
-    /// Welds on after a change until an alarm, at most so many pieces.
+    /// Welds after a change until an alarm, at most this many pieces.
     fn after(&self, case: &Case, most: usize, random: &mut ChaCha8Rng) -> Outcome {
         let (theta, fixture) = case.applied(self.line, &self.error);
         let mut pieces = self.pieces.clone();
@@ -170,7 +171,7 @@ impl<'a> Taught<'a> {
     }
 }
 
-/// What a page about these welds would say they do not show.
+/// Hidden changes, as a page about these welds would report them.
 fn blind(line: &Line, taught: &Taught<'_>) -> Vec<String> {
     let sheet_axes = SensorAxes { tool_from_axes: line.tool_from_axes };
     blindness::blind_to(&taught.pieces, &sheet_axes)

@@ -11,7 +11,7 @@ use trueline_method::config::{ASSUMED_EDGE_RADIUS_M, ASSUMED_WAVINESS_M};
 use trueline_method::{Calibration, Config, Reason, Status, calibrate};
 use trueline_sim::{Preset, Weave, random_cell, simulate};
 
-/// What became of the scans of one family.
+/// Results of one family's scans.
 #[derive(Default)]
 struct Tally {
     right: usize,
@@ -63,7 +63,7 @@ impl Tally {
 /// Once in a million answers by chance: χ²₇.
 const LARGEST_SQUARE: f64 = 40.0;
 
-/// Whether time offset and hand-eye are where the result says, by its own covariance.
+/// Whether time offset and hand-eye agree with the result, by its own covariance.
 fn is_right(result: &Calibration, truth: &Guess) -> bool {
     let error = DVector::from_column_slice(result.best_fit().minus(truth).as_slice());
     let covariance = result.best_fit_covariance().view((0, 0), (7, 7)).into_owned();

@@ -1,5 +1,5 @@
-//! What one piece shows by itself: the Cramér–Rao bound of each column of θ if only that had changed, for the layouts of
-//! `watch_table` and for the single welds of the published table; and how soon a change could be found at all by these numbers.
+//! Information of one piece: the Cramér–Rao bound of each column of θ if only this column changed, for the layouts of
+//! `watch_table` and for the single welds of the published table; and the earliest possible alarm by these numbers.
 //!
 //! `cargo run --release -p trueline-studies -- weld_bounds`
 #![allow(clippy::unwrap_used, reason = "a study fails by panicking")]
@@ -27,7 +27,7 @@ const SHOWN: [(usize, &str); 9] = [
     (7, "width %"),
     (8, "depth %"),
 ];
-/// What a unit of a column is in the unit of the table.
+/// Unit of a column in the unit of the table.
 const UNIT: [f64; 9] = [0.1, 0.1, 0.1, 0.1, 0.05, 0.05, 0.05, 0.3, 0.3];
 
 fn bounds(name: &str, production: &Production) {
@@ -40,7 +40,7 @@ fn bounds(name: &str, production: &Production) {
     println!("|");
 }
 
-/// What a piece shows, with how many features and how much noise.
+/// Information of a piece, with its number of features and its noise.
 fn shown(production: &Production) -> (usize, f64, PieceInformation) {
     let first = piece(production, 0, 1);
     let guess = first.truth.as_ref().unwrap().parameters;
@@ -82,8 +82,8 @@ const CHANGES: [(usize, &str); 7] = [
     (3, "0.05° z (spin)"),
 ];
 
-/// Pieces after which the statistic of all pieces since a change is beyond the limit of an alarm with a probability, where the scatter
-/// is known. A detector that asks after each piece may find slow ones somewhat sooner, by luck.
+/// Number of pieces after which the statistic of all pieces since a change exceeds the limit of an alarm with a probability,
+/// for a known scatter. A detector that asks after each piece may find slow ones somewhat sooner, by luck.
 fn pieces_until(squared_a_piece: f64, dimensions: usize, probability: f64) -> Option<usize> {
     if dimensions == 0 {
         return None;

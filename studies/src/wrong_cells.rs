@@ -1,5 +1,5 @@
-//! Plans the example's first scan and calibrates it, from nothing, in cells that are not what was guessed: does the spread of
-//! the estimates agree with the prediction?
+//! Plans the example's first scan and calibrates it, without a guess, in cells that differ from the guess: does the spread
+//! of the estimates agree with the prediction?
 //!
 //! ```text
 //! cargo run --release -p trueline-studies -- wrong_cells [CELLS] [DURATION_S] [TRIES] [SEED]

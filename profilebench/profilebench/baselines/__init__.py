@@ -27,4 +27,4 @@ PICTURE_METHODS: dict[str, Callable[[Path], Answer]] = {
     "trueline": program.board,
     "trueline-own-camera": program.board_own_camera,
 }
-"""What the methods do with a folder of pictures; the others are not made for it."""
+"""Action of the methods on a folder of pictures; the others do not use one."""

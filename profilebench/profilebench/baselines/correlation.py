@@ -100,7 +100,7 @@ def _linear(
     rows = np.swapaxes(state.axes[:, 1:], 0, 1) @ rotations
     system = np.concatenate([rows * ab[:, :1, None], rows * ab[:, 1:, None], rows], 2).reshape(-1, 9)
     right = ((state.point_mm - positions) @ state.axes[:, 1:]).reshape(-1)
-    # Pulled to the last iterate by little: directions that the motion hides stay where they are.
+    # Weakly pulled to the last iterate: directions that the motion hides stay in place.
     last = np.concatenate(
         [state.rotation @ along, state.rotation @ depth, state.rotation @ origin + state.translation_mm]
     )

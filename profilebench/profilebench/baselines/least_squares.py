@@ -16,7 +16,7 @@ MAD_TO_SIGMA = 1.4826
 
 @dataclass(frozen=True)
 class Fit:
-    """Where the iteration ended."""
+    """End of the iteration."""
 
     step: Floats
     residuals: Floats

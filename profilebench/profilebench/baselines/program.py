@@ -21,7 +21,7 @@ from ..submission import ORDER, Answer, Status
 VARIABLE = "PROFILEBENCH_TRUELINE"
 TIME_LIMIT_S = 300.0
 PERFECT_SEAM = "\n[seam]\nedge_radius_mm = 0.0\nwaviness_mm = 0.0\n"
-"""What sensor.toml states of a sharp and straight seam."""
+"""Statements of sensor.toml about a sharp and straight seam."""
 NOISE_ONLY = ("--sensor", "fixed", "--robot-accuracy-mm", "0", "--feature-bias-px", "0")
 
 
@@ -84,7 +84,7 @@ def run(sequence: Sequence, *options: str) -> Answer:
 
 
 def no_pictures(sequence: Sequence) -> Answer:
-    """What `board_own_camera` does with readings."""
+    """Treatment of readings by `board_own_camera`."""
     return Answer("unsupported", ("needs pictures of a chessboard",))
 
 

@@ -1,9 +1,10 @@
-//! Whole cells of a shop in which everything errs at once: is a good scan accepted, and is the answer as good as it says?
+//! Whole cells of a shop with all errors at once: is a good scan accepted, and is the answer as good as stated?
 //!
-//! `cargo run --release -p trueline-studies -- shop_cells [CELLS A LEVEL] [LEVEL] [FIRST SEED] [--cells] [--stated] [--strict] [--plates]` prints two
-//! tables: what is accepted and how true it is, and what is refused for which reasons. With `--cells` a line a cell as well. With `--stated`
-//! the radius of the edge and the class of the robot are stated as they are. With `--strict` the seam error is that of another robot.
-//! With `--plates` cameras and profilers measure whole stripes.
+//! `cargo run --release -p trueline-studies -- shop_cells [CELLS A LEVEL] [LEVEL] [FIRST SEED] [--cells] [--stated]
+//! [--strict] [--plates]` prints two tables: accepted cells and their errors, and refused cells and their reasons. With
+//! `--cells` a line a cell as well. With `--stated` the radius of the edge and the class of the robot are stated
+//! correctly. With `--strict` the seam error is that of another robot. With `--plates` cameras and profilers measure
+//! whole stripes.
 
 #[path = "../../../crates/trueline-method/tests/shop_judge/mod.rs"]
 mod judge;
@@ -13,7 +14,7 @@ use judge::Judged;
 use trueline_method::{Config, Measurements, Use, calibrate};
 use trueline_sim::shop::{Level, Shop, ShopCell, ShopTruth};
 
-/// Cells a level where nobody says.
+/// Default number of cells a level.
 const CELLS: u64 = 60;
 
 pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
@@ -55,7 +56,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
 /// The accuracy of a robot over the root mean square of its errors: the class of 0.5 mm is that of arms of 0.4 mm.
 const CLASS_OVER_RMS: f64 = 1.25;
 
-/// What somebody states who knows the edge and the robot.
+/// Statements of a user who knows the edge and the robot.
 fn stated(truth: &ShopTruth) -> Config {
     let size = |name: &str| {
         truth.errors.iter().find(|(row, _)| row.name == name).map_or(0.0, |(row, size)| size * row.unit.1)

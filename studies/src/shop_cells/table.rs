@@ -116,12 +116,12 @@ fn row(name: &str, columns: &Columns, of: impl Fn(&[Judged]) -> String) {
     println!("| {name} | {} |", values.join(" | "));
 }
 
-/// An error of the accepted cells, and what they say of it, mm.
+/// An error of the accepted cells, and its stated ±, mm.
 fn accepted(cells: &[Judged], error: fn(&Judged) -> Option<f64>) -> Vec<(f64, f64)> {
     cells.iter().filter(|cell| cell.accepted).filter_map(|cell| Some((error(cell)?, cell.said_mm?))).collect()
 }
 
-/// The same of those that say something.
+/// The same of those with a statement.
 fn clear(cells: &[Judged], error: fn(&Judged) -> Option<f64>) -> Vec<(f64, f64)> {
     accepted(cells, error).into_iter().filter(|(_, said)| *said < SAYS_LITTLE_MM).collect()
 }

@@ -1,8 +1,9 @@
-//! Whole stripes against seam points on simulated cells: what is said and what is achieved, side by side; how often 95 %
-//! intervals hold the truth; how near the Cramér–Rao bound the estimates are; and what plates that are not flat do.
+//! Whole stripes against seam points on simulated cells: stated ± and errors, side by side; how often 95 % intervals
+//! hold the truth; the ratio of the estimates' errors to the Cramér–Rao bound; and the effect of bowed plates.
 //!
-//! `cargo run --release -p trueline-studies -- stripes [CELLS [FILTER]]`; only rows whose scan and use hold the filter are made: `"profiler, good 20 s"` for all of them, `"profiler, good 20 s | stripe"` for one.
-//! With `table` for a filter: what each motion shows of seam points, both plates and one flat plate, predicted and achieved.
+//! `cargo run --release -p trueline-studies -- stripes [CELLS [FILTER]]`. Only rows with the filter in their scan and use
+//! are made: `"profiler, good 20 s"` for all of them, `"profiler, good 20 s | stripe"` for one. With `table` as filter:
+//! information of each motion for seam points, both plates and one flat plate, predicted and achieved.
 
 mod table;
 
@@ -33,7 +34,7 @@ use trueline_vision::profile;
 
 /// Half of the field over which a seam point's error is taken, m.
 const HALF_FIELD_M: f64 = 0.030;
-/// A normal number is within so many standard deviations in 95 of 100 cases.
+/// A normal number is within this many standard deviations in 95 of 100 cases.
 const WITHIN_95: f64 = 1.96;
 /// Offset, rotation, translation.
 const UNKNOWNS: usize = 7;
@@ -50,20 +51,20 @@ struct Cell {
     /// Components within their 95 % interval.
     covered: u32,
     normalised: f64,
-    /// Each component's error over what is said of it.
+    /// Each component's error over its stated ±.
     over_said: SVector<f64, UNKNOWNS>,
-    /// Each component's error over its Cramér–Rao bound, where that is known.
+    /// Each component's error over its Cramér–Rao bound, if known.
     over_bound: Option<SVector<f64, UNKNOWNS>>,
 }
 
-/// A row of the table: one kind of scan, and what is made of it.
+/// A row of the table: one kind of scan, and its evaluation.
 struct Case {
     name: String,
     scenario: Scenario,
     plates: Plates,
     measurements: Measurements,
     sensor: SensorMode,
-    /// Noise of the stripes alone, for which the bound is known.
+    /// Noise of the stripes alone, with a known bound.
     own_noise: bool,
 }
 
@@ -184,8 +185,9 @@ fn mild() -> Scenario {
     scenario
 }
 
-/// No two cells weave alike. Where in the column of a profiler an edge falls is a saw-tooth of its place, and of a sine in the sensor's view, sampled evenly, its odd harmonics alone: those
-/// of 0.47 Hz at 33 profiles a second are seen as 0.13, 0.17 and 0.23 Hz, which are the tilts of the presets, and all cells would draw the same.
+/// No two cells weave alike. The place of an edge in a profiler's column is a saw-tooth of its position. For a sine in the
+/// sensor's view, sampled evenly, it contains the odd harmonics alone. Weaves of 0.47 Hz at 33 profiles a second appear as
+/// 0.13, 0.17 and 0.23 Hz, the tilts of the presets, and all cells would draw the same.
 fn own_weave(scan: &Scan, seed: u64) -> Scan {
     let mut draw = Noise::new(seed, 9);
     let amplitude = scan.lateral.amplitude * draw.uniform(0.97, 1.03);
@@ -232,7 +234,7 @@ fn bound(recording: &Recording, config: &Config) -> Option<SVector<f64, UNKNOWNS
     Some(SVector::from_fn(|k, _| covariance[(k, k)].sqrt()))
 }
 
-/// A frame within the recording, whitened by what is stated of each support point.
+/// A frame within the recording, whitened by the stated errors of each support point.
 fn by_own_noise(observed: &Observations, frame: &StripeFrame) -> Option<WeighedFrame> {
     let Sight::Stripes(stripes) = &frame.sight else { return None };
     let mut whitener = SMatrix::zeros();
@@ -287,7 +289,7 @@ fn cell(
     })
 }
 
-/// Mean square over the field of a seam point's error in the tool frame: said and true.
+/// Mean square over the field of a seam point's error in the tool frame: stated and true.
 fn seam(recording: &Recording, at: &Parameters, covariance: &DMatrix<f64>) -> Option<(f64, f64)> {
     let (sheet, middle) = match &recording.sensor {
         Sensor::CameraLaser { laser_plane_in_camera: plane, .. } => {

@@ -1,5 +1,5 @@
-//! What each motion shows, of seam points, of both plates and of one flat plate: the bounds of the study that whole stripes were designed
-//! by, what is said here, and what is achieved.
+//! Information of each motion, for seam points, both plates and one flat plate: the bounds of the study behind whole
+//! stripes, the stated ±, and the errors.
 
 use super::{Squares, UNKNOWNS, cell, mild, root_mean_of, seam};
 use nalgebra::{DMatrix, SVector};
@@ -23,22 +23,22 @@ use trueline_model::SheetShape;
 use trueline_sim::motion::Motion;
 use trueline_sim::{Plates, Preset, Scenario, Sine, random_cell, scan_plates_along};
 
-/// A motion, and what the study's bounds are: of seam points, both plates and one plate, as it prints them.
+/// A motion, and the study's bounds as it prints them: of seam points, both plates and one plate.
 struct Row {
     name: &'static str,
     scenario: Scenario,
     sensor: SensorMode,
-    /// Halfway the sensor is turned about the seam by so much, rad.
+    /// Rotation of the sensor about the seam halfway, rad.
     turned_rad: f64,
     studied: [&'static str; 3],
 }
 
-/// What one scan shows of a target.
+/// Information of one scan on a target.
 #[derive(Clone, Copy)]
 struct Shown {
     rank: usize,
     size: usize,
-    /// Squares of what is said and of the error, where everything is seen.
+    /// Squares of the stated ± and of the error, if everything is determined.
     squares: Option<(Squares, Squares)>,
 }
 
