@@ -3,10 +3,12 @@
 
     python check.py --program ../../target/release/trueline [--python INTERPRETER] [--site DIR] [--update]
 
-Checked are: a page or a section for every code of a reason or a warning; the parts of pages that the program makes, which stand between
-two comments; the figures; every command of every page with its exit code and output; citations; the links, also those to the source. Needs Python
-3.11 and what requirements.txt lists. --python names an interpreter with the module trueline, for the blocks of Python;
-without it they are not run, which is said. --update writes what differs into the book instead of failing.
+It checks: a page or a section for every code of a reason or a warning; the generated parts of
+pages, which stand between two comments; the figures; every command of every page with its exit code
+and output; citations; the links, also those to the source. Needs Python 3.11 and the packages of
+requirements.txt. --python names an interpreter with the module trueline, for the blocks of Python;
+without it they are not run, and a message says so. --update writes the differences into the book
+instead of failing.
 """
 
 import argparse
@@ -34,12 +36,13 @@ import reference  # noqa: E402
 INCLUDE = re.compile(r"^\s*(--8<--|\{\{#include)", re.MULTILINE)
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 SAME_PX = 1.5
-# What the program makes stands in the pages themselves, so that they can be read in a checkout.
+# Generated text stands in the pages themselves, so that they can be read in a checkout.
 PART = re.compile(r"<!-- made by check.py: (\S+) -->(.*?)<!-- end of \1 -->", re.DOTALL)
 
 
 def same_drawing(first: str, second: str) -> bool:
-    """Whether two drawings have the same words, and numbers that differ by no more than a reader can see."""
+    """Whether two drawings have the same words, and numbers that differ by less than a reader can
+    see."""
     if NUMBER.sub("#", first) != NUMBER.sub("#", second):
         return False
     pairs = zip(NUMBER.findall(first), NUMBER.findall(second))
@@ -47,7 +50,8 @@ def same_drawing(first: str, second: str) -> bool:
 
 
 def compare_parts(generated: dict[str, str], pages: list[Path], update: bool) -> list[str]:
-    """Compares the parts of pages between two comments with what the program gives now, or writes them; returns what differs."""
+    """Compares the generated parts of pages, between two comments, with the program's present
+    output, or writes them; returns the differences."""
     faults, found = [], set()
     for page in pages:
         text = page.read_text()

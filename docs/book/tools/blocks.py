@@ -29,7 +29,7 @@ PYTHON = "TRUELINE_PYTHON"
 
 @dataclass
 class Block:
-    """One fenced block: where it is, what the comment before it says, and its lines."""
+    """One fenced block: its place, the comment before it, and its lines."""
 
     line: int
     language: str
@@ -40,7 +40,7 @@ class Block:
 
 @dataclass
 class Expected:
-    """What a block must do."""
+    """The requirements of a block."""
 
     exit_code: int = 0
     codes: list[tuple[str, str]] = field(default_factory=list)
@@ -86,7 +86,7 @@ def codes_in(result: Path) -> set[str]:
 
 
 def run(block: Block, folder: Path, environment: dict[str, str]) -> tuple[str, list[str]]:
-    """What the block printed, and what is wrong with it."""
+    """Output of the block, and its faults."""
     try:
         expected = expected_of(block.detail)
     except ValueError as error:
@@ -112,7 +112,7 @@ def run(block: Block, folder: Path, environment: dict[str, str]) -> tuple[str, l
 
 
 def same(wanted: list[str], printed: list[str]) -> bool:
-    """Whether the printed lines are the wanted ones; a wanted ``…`` is any number of lines."""
+    """Whether the printed lines are the wanted ones; a wanted ``…`` stands for any number of lines."""
     if not wanted:
         return not printed
     if wanted[0].strip() == "…":
@@ -159,6 +159,6 @@ def check(pages: list[Path], scratch: Path, environment: dict[str, str], update:
 
 
 def counted(pages: list[Path]) -> str:
-    """How many commands are run, and how many are not."""
+    """Number of commands that are run, and number of the others."""
     marks = [block.mark for page in pages for block in blocks_of(page.read_text()) if block.language in ("sh", "python")]
     return f"{marks.count('run')} blocks of commands are run, {marks.count('not run')} are not, each with its reason"

@@ -63,7 +63,7 @@ def field_error(program, folder, name: str, simulated_with: list[str], calibrate
 
 
 def straightness(program, folder) -> str:
-    """How straight the edge must be."""
+    """Effect of the edge's straightness."""
     sizes = (0.0, 0.05, 0.1, 0.2)
     draw = Drawing(560, 330, "Error of seam points against how far the edge of the calibration was from straight")
     kinds = (("an even bow over 200 mm (sagitta)", "bow-height={}", BLUE), ("waves of about 50 mm (standard deviation)", "wobble={},50", RED))

@@ -16,7 +16,8 @@ def codes_of(source: Path) -> list[str]:
 
 
 def check(root: Path, pages: Path) -> list[str]:
-    """A page for each reason, a section for each warning, and none for codes that do not exist; returns what is wrong."""
+    """Checks for a page for each reason, a section for each warning, and none for codes that do not
+    exist; returns the faults."""
     reasons, warnings = (codes_of(root / VERDICT / name) for name in ("reason.rs", "warning.rs"))
     warnings += codes_of(root / CAUSES)
     faults = [] if reasons and warnings else [f"no codes were found in {VERDICT}"]

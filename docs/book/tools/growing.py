@@ -40,7 +40,7 @@ def worst(result: dict, key: str, factor: float) -> float | None:
 
 
 def words_of(result: dict) -> tuple[str, str, str]:
-    """What is known at a moment, in two lines and a colour."""
+    """The knowledge at a moment, in two lines and a colour."""
     if result["status"] != "accepted":
         codes = ", ".join(dict.fromkeys(fact["code"] for fact in result["reasons"]))
         return "not accepted:", codes, RED

@@ -1,4 +1,5 @@
-"""What MkDocs does not do by itself: formulas as MathML, links to the source, and reports made at the time of building."""
+"""Additions to MkDocs: formulas as MathML, links to the source, and reports made at the time of
+building."""
 
 import os
 import posixpath
@@ -23,7 +24,7 @@ def source_of(page: str, target: str) -> str | None:
 
 
 def name_in_site(path: str) -> str:
-    """Where a file of the repository stands in the site; source as text, so that a browser shows it."""
+    """Place of a repository file in the site; source as text, so that a browser shows it."""
     return f"source/{path}" if path.endswith(".png") else f"source/{path}.txt"
 
 

@@ -57,7 +57,7 @@ def commands(program: Path) -> str:
 
 
 def exit_codes(program: Path) -> str:
-    """What each command says of its exit codes."""
+    """Exit codes of each command."""
     rows = []
     for name, _, text in all_commands(program):
         if match := EXIT_CODES.search(text):
@@ -77,7 +77,7 @@ def significant(value: float) -> str:
 
 
 def preset_row(program: Path, name: str, words: str, scratch: Path) -> str:
-    """What calibrating one simulated scan of a preset gives."""
+    """Result of calibrating one simulated scan of a preset."""
     scan, result = scratch / f"preset-{name}", scratch / f"preset-{name}.json"
     subprocess.run([program, "simulate", "--quiet", "--preset", name, "--out", scan], check=True)
     calibrate = [program, "calibrate", scan, "--quiet", "--json", result]

@@ -1,4 +1,4 @@
-"""What the program wrote, read for the drawings: scans, sensors, results."""
+"""Output of the program, read for the drawings: scans, sensors, results."""
 
 import csv
 import json
@@ -85,7 +85,7 @@ class Scene:
         return [depth * part for part in ray]
 
     def seam_hit(self, row: int) -> list[float]:
-        """Where the line meets the laser plane, in base."""
+        """Point at which the line meets the laser plane, in base."""
         centre = self.in_base(row, [0, 0, 0])
         tip = self.in_base(row, self.normal)
         normal = plus(tip, centre, -1)

@@ -81,7 +81,7 @@ def in_picture(draw: Drawing, scan) -> None:
 
 
 def stripe(program, folder) -> str:
-    """What a picture gives, and what the stripes add to the rotation."""
+    """The content of a picture, and the stripes' gain for the rotation."""
     draw = Drawing(760, 320, "Support points of both stripes in a picture, and the rotation that scans show with and without them")
     chart = Chart(draw, (430, 50, 290, 210), (0, len(SCANS)), (0.001, 10), log_y=True)
     for tick in chart.y_ticks():
