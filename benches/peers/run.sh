@@ -15,7 +15,7 @@ cmake -S "$here/ceres" -B "$build/ceres" -DCMAKE_BUILD_TYPE=Release > "$build/cm
 cmake --build "$build/ceres" >> "$build/cmake.log"
 report=$build/BENCHMARKS.md
 old=$here/../../BENCHMARKS.md
-# Where real-time scheduling is not allowed the fastest of several runs has to do.
+# Without real-time scheduling, the fastest of several runs counts.
 alone=$(chrt -f 10 true 2> /dev/null && echo "chrt -f 10" || true)
 {
     # The introduction up to the sentence on this measurement stays.
@@ -38,7 +38,7 @@ done
     echo
     CARGO_TARGET_DIR=$build/root cargo run --release --quiet --manifest-path "$here/../../Cargo.toml" -p trueline-studies -- scaling
     echo
-    # What other programs measured stays.
+    # Results of other programs stay.
     sed -n '/^<!-- run.sh keeps what follows -->/,$p' "$old"
 } >> "$report"
 cp "$report" "$old"

@@ -1,4 +1,4 @@
-//! The problem as plain numbers: what every side reads.
+//! The problem as plain numbers, the input of every side.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use std::io::Write;
@@ -7,9 +7,10 @@ use trueline_method::problem::line_problem::LineProblem;
 use trueline_method::{Observation, Parameters};
 use trueline_geometry::Segment;
 
-/// Little-endian f64 throughout: counts (observations, lines, segments), sheet (x, y, n, origin), start (offset, rotation
-/// w x y z, translation, for each line anchor and three axes), segments (start, duration, rotation w x y z, position,
-/// body rate, velocity), observations (stamp, point, whitener, line), standard deviations (offset, turn, shift).
+/// Little-endian f64 throughout, in this order. Counts (observations, lines, segments). Sheet (x, y, n, origin). Start
+/// (offset, rotation w x y z, translation, for each line anchor and three axes). Segments (start, duration, rotation w x
+/// y z, position, body rate, velocity). Observations (stamp, point, whitener, line). Standard deviations (offset, turn,
+/// shift).
 pub fn write(
     problem: &LineProblem<'_>,
     start: &Parameters,
