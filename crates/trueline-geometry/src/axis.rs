@@ -13,9 +13,9 @@ use nalgebra::{Matrix3x2, SMatrix, SVector, UnitVector3, Vector3};
 /// How an axis moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AxisKind {
-    /// It turns; values are angles.
+    /// Rotation. Values are angles.
     Rotary,
-    /// It shifts; values are lengths.
+    /// Translation. Values are lengths.
     Linear,
 }
 
@@ -32,7 +32,7 @@ impl AxisKind {
         }
     }
 
-    /// The kind of a name.
+    /// The kind with a name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.name() == name)
@@ -46,11 +46,11 @@ pub struct Axis {
     pub kind: AxisKind,
     /// Direction d, in base.
     pub direction: UnitVector3<f64>,
-    /// A point c of a rotary axis, in base, m; of a linear one it has no meaning.
+    /// A point c of a rotary axis, in base, m. Unused for a linear axis.
     pub point_m: Vector3<f64>,
-    /// Scale s: how far it moves for a value of one.
+    /// Scale s: motion for a value of one.
     pub scale: f64,
-    /// How late its stamps are, s: a value stamped t is that of t − offset.
+    /// Delay of its stamps, s. A value stamped t belongs to t − offset.
     pub time_offset_s: f64,
 }
 
@@ -64,7 +64,7 @@ pub const AXIS_SCALE: usize = 4;
 pub const AXIS_TIME_OFFSET: usize = 5;
 
 impl Axis {
-    /// An axis of exact scale without a time offset.
+    /// An axis of unit scale without a time offset.
     #[must_use]
     pub fn new(kind: AxisKind, direction: UnitVector3<f64>, point_m: Vector3<f64>) -> Self {
         Self { kind, direction, point_m, scale: 1.0, time_offset_s: 0.0 }
@@ -96,12 +96,12 @@ impl Axis {
         Matrix3x2::from_columns(&[first, d.cross(&first)])
     }
 
-    /// Moves its numbers by a step; see [`AXIS`].
+    /// Moves its numbers by a step. See [`AXIS`].
     #[must_use]
     pub fn retract(&self, step: &SVector<f64, AXIS>) -> Self {
         let across = self.across();
         let lean = across * step.fixed_rows::<2>(0);
-        // The turn that leans the direction by as much.
+        // The rotation that leans the direction by that amount.
         let turn = so3::exp(&self.direction.cross(&lean));
         Self {
             kind: self.kind,
@@ -112,8 +112,8 @@ impl Axis {
         }
     }
 
-    /// How a carried point moves with the numbers of the axis, at a value (rad or m) that changes at a rate (1/s). `moved` is the point where the axis
-    /// has taken it.
+    /// Jacobian of a carried point by the numbers of the axis, at a value (rad or m) that changes at a rate (1/s). `moved` is the point after the
+    /// motion of the axis.
     #[must_use]
     pub fn d_moved(&self, value: f64, rate: f64, moved: &Vector3<f64>) -> SMatrix<f64, 3, AXIS> {
         let d = self.direction.as_ref();
@@ -126,7 +126,7 @@ impl Axis {
                 let from_axis = moved - self.point_m;
                 for k in 0..2 {
                     let lean: Vector3<f64> = across.column(k).into();
-                    // J_l(s v d) s v ε of a lean ε square to d.
+                    // J_l(s v d) s v ε for a lean ε orthogonal to d.
                     let turned = lean * sin + d.cross(&lean) * (1.0 - cos);
                     by.set_column(k, &turned.cross(&from_axis));
                     by.set_column(AXIS_POINT + k, &(lean - so3::exp(&(d * angle)) * lean));
@@ -162,7 +162,7 @@ mod tests {
         let [rotary, linear] = axes();
         let own = rotary.point_m + rotary.direction.as_ref() * 0.7;
         assert!((rotary.motion(0.9) * nalgebra::Point3::from(own) - own).coords.norm() < 1e-15);
-        // It turns right-handed about its direction.
+        // Its rotation is right-handed about its direction.
         let beside = rotary.point_m + rotary.across().column(0);
         let moved = (rotary.motion(0.01) * nalgebra::Point3::from(beside)).coords - beside;
         assert!(moved.dot(&rotary.across().column(1)) > 0.0);
@@ -176,7 +176,7 @@ mod tests {
         let (value, rate, step) = (0.6, 0.35, 1e-6);
         for axis in axes() {
             let place = |axis: &Axis| {
-                // A later stamp is that of a value further on.
+                // With a later stamp the value is from further along.
                 let value = value + rate * (axis.time_offset_s - 0.01);
                 (axis.motion(value) * nalgebra::Point3::from(point)).coords
             };

@@ -11,7 +11,7 @@ pub struct Circle {
 }
 
 impl Circle {
-    /// The circle about `centre` (m) square to `axis`; `None` unless the radius (m) is above zero.
+    /// The circle about `centre` (m) perpendicular to `axis`. `None` unless the radius (m) is positive.
     #[must_use]
     pub fn new(centre: Vector3<f64>, axis: UnitVector3<f64>, radius: f64) -> Option<Self> {
         (radius > 0.0 && radius.is_finite()).then_some(Self { centre, axis, radius })
@@ -35,7 +35,7 @@ impl Circle {
         self.radius
     }
 
-    /// The point of the circle nearest to a point; for points of the axis any.
+    /// The point of the circle nearest to a point. Any, for points on the axis.
     #[must_use]
     pub fn nearest(&self, point: &Vector3<f64>) -> Vector3<f64> {
         let from_centre = point - self.centre;
@@ -45,7 +45,7 @@ impl Circle {
     }
 }
 
-/// A unit vector square to an axis.
+/// A unit vector orthogonal to an axis.
 fn any_across(axis: &UnitVector3<f64>) -> Vector3<f64> {
     let reference = if axis.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
     axis.cross(&reference).normalize()

@@ -1,4 +1,4 @@
-//! Rotations as three angles: turns one after the other about named axes, as robots write them.
+//! Rotations as three angles: successive rotations about named axes, as robots write them.
 //!
 //! | robot | angles | sequence |
 //! |---|---|---|
@@ -7,7 +7,7 @@
 //! | Stäubli | Rx Ry Rz | x, y', z'' (intrinsic) |
 //! | Kawasaki, Comau, Doosan | O A T; A B C | z, y', z'' (intrinsic) |
 //!
-//! Turns about fixed axes are the same rotation as the turns in reverse order about the axes that move along.
+//! Rotations about fixed axes equal the rotations in reverse order about the moving axes.
 
 use nalgebra::{Matrix3, UnitQuaternion, UnitVector3, Vector3};
 use std::fmt;
@@ -18,10 +18,10 @@ use std::str::FromStr;
 /// moves the others by 1e-7 rad at most there.
 const SINGULAR: f64 = 1e-9;
 
-/// Three axes, and whether they move along with the turns.
+/// Three axes, and whether they move with the rotations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EulerSequence {
-    /// Index of the axis of each turn: 0 = x, 1 = y, 2 = z; neighbours differ.
+    /// Index of each rotation's axis: 0 = x, 1 = y, 2 = z. Neighbours differ.
     axes: [usize; 3],
     intrinsic: bool,
 }
@@ -36,7 +36,7 @@ pub const XYZ_INTRINSIC: EulerSequence = EulerSequence { axes: [0, 1, 2], intrin
 pub const ZYZ_INTRINSIC: EulerSequence = EulerSequence { axes: [2, 1, 2], intrinsic: true };
 
 impl EulerSequence {
-    /// The rotation by three angles, rad, in the order of the sequence's name.
+    /// The rotation from three angles, rad, in the order of the sequence's name.
     #[must_use]
     pub fn rotation(&self, angles_rad: [f64; 3]) -> UnitQuaternion<f64> {
         let turns: [UnitQuaternion<f64>; 3] =
@@ -44,8 +44,8 @@ impl EulerSequence {
         if self.intrinsic { turns[0] * turns[1] * turns[2] } else { turns[2] * turns[1] * turns[0] }
     }
 
-    /// The three angles of a rotation, rad, in the order of the sequence's name. The middle one is in \[−π/2, π/2\], or \[0, π\] where
-    /// the first and the last axis are the same.
+    /// The three angles of a rotation, rad, in the order of the sequence's name. The middle one is in \[−π/2, π/2\], or in \[0, π\] if the first and
+    /// the last axis are equal.
     #[must_use]
     pub fn angles(&self, rotation: &UnitQuaternion<f64>) -> [f64; 3] {
         let matrix = rotation.to_rotation_matrix().into_inner();
@@ -61,7 +61,7 @@ impl EulerSequence {
 /// Angles of R = R_i(a) R_j(b) R_k(c), from the elements of the product written out.
 fn intrinsic_angles([i, j, last]: [usize; 3], r: &Matrix3<f64>) -> [f64; 3] {
     let k = 3 - i - j;
-    // +1 where i, j, k is x, y, z or a cyclic shift of it, else −1.
+    // +1 if i, j, k is x, y, z or a cyclic permutation of it, else −1.
     let sign = if (i + 1) % 3 == j { 1.0 } else { -1.0 };
     let level = r[(i, j)].hypot(if last == i { r[(i, k)] } else { r[(i, i)] });
     let middle = if last == i { level.atan2(r[(i, i)]) } else { (sign * r[(i, k)]).atan2(level) };
@@ -92,7 +92,7 @@ impl fmt::Display for EulerSequence {
     }
 }
 
-/// A text that names no sequence.
+/// The error of a text that is no sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NoSequence;
 

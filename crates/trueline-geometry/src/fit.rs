@@ -4,7 +4,7 @@ use crate::statistics::median;
 use crate::{Circle, Line, Plane};
 use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen, UnitVector3, Vector3};
 
-/// Mean and principal axes of weighted points: columns of `axes` by falling spread.
+/// Mean and principal axes of weighted points: columns of `axes` in order of decreasing spread.
 struct PrincipalAxes {
     mean: Vector3<f64>,
     axes: [Vector3<f64>; 3],
@@ -34,7 +34,7 @@ fn principal_axes(points: &[Vector3<f64>], weights: &[f64]) -> Option<PrincipalA
 
 /// Orthogonal least-squares line: through the mean, along the largest spread.
 ///
-/// Returns `None` for fewer than two different points.
+/// Returns `None` for fewer than two distinct points.
 #[must_use]
 pub fn line(points: &[Vector3<f64>]) -> Option<Line> {
     weighted_line(points, &vec![1.0; points.len()])
@@ -66,15 +66,14 @@ pub fn robust_line(points: &[Vector3<f64>]) -> Option<Line> {
     Some(fitted)
 }
 
-/// A fitted plane and how well the points lie in it.
+/// A fitted plane with the residuals of the points.
 #[derive(Clone, Copy, Debug)]
 pub struct PlaneFit {
     /// The plane.
     pub plane: Plane,
-    /// Root mean square distance of the points from the plane, m.
+    /// RMS distance of the points from the plane, m.
     pub rms: f64,
-    /// Smallest spread of the points inside the plane, m; near zero the points lie on one line and
-    /// the plane is not defined.
+    /// Smallest spread of the points inside the plane, m. Near zero the points lie on one line and the plane is undefined.
     pub extent: f64,
 }
 
@@ -131,7 +130,7 @@ pub fn robust_circle(points: &[Vector3<f64>]) -> Option<Circle> {
     Some(circle)
 }
 
-/// The circle in the points' plane that x² + y² = a x + b y + c fits best \[Kasa1976\].
+/// The circle in the points' plane with the best fit of x² + y² = a x + b y + c \[Kasa1976\].
 fn algebraic_circle(points: &[Vector3<f64>]) -> Option<Circle> {
     let fitted = robust_plane(points)?;
     let normal = *fitted.plane.normal();
@@ -160,8 +159,8 @@ fn plane_axes(circle: &Circle) -> [Vector3<f64>; 2] {
     [u, axis.cross(&u)]
 }
 
-/// The circle moved by a step: shift of the centre along u, v and the axis (m), turn of the axis towards u and v (rad),
-/// growth of the radius (m).
+/// The circle moved by a step: shift of the centre along u, v and the axis (m), rotation of the axis towards u and v (rad), change of the radius
+/// (m).
 fn moved_circle(circle: &Circle, step: &SVector<f64, 6>) -> Option<Circle> {
     let (axis, [u, v]) = (circle.axis().into_inner(), plane_axes(circle));
     let centre = circle.centre() + u * step[0] + v * step[1] + axis * step[2];
@@ -169,8 +168,8 @@ fn moved_circle(circle: &Circle, step: &SVector<f64, 6>) -> Option<Circle> {
     Circle::new(centre, turned, circle.radius() + step[5])
 }
 
-/// Distances of a point from the circle's cylinder and from its plane, m, each with its derivative by [`moved_circle`]'s
-/// step; `None` for a point on the axis.
+/// Distances of a point from the circle's cylinder and from its plane, m, each with its derivative by [`moved_circle`]'s step. `None` for a point on
+/// the axis.
 fn distances(circle: &Circle, point: &Vector3<f64>) -> Option<[(f64, SVector<f64, 6>); 2]> {
     let (axis, [u, v]) = (circle.axis().into_inner(), plane_axes(circle));
     let d = point - circle.centre();
@@ -187,7 +186,7 @@ fn distances(circle: &Circle, point: &Vector3<f64>) -> Option<[(f64, SVector<f64
     ])
 }
 
-/// One Gauss–Newton step on both distances of each point; the new circle and how far it moved, m.
+/// One Gauss–Newton step on both distances of each point. Returns the new circle and its motion, m.
 fn improved<'a>(
     circle: &Circle,
     points: impl Iterator<Item = (&'a Vector3<f64>, f64)>,

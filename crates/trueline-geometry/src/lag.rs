@@ -8,7 +8,7 @@ use crate::trajectory::TrajectoryError;
 use crate::{Pose, Trajectory, se3, so3};
 use nalgebra::Vector3;
 
-/// How far behind a path its follower is: in base (m) and in the tool (rad).
+/// Lag of the follower behind a path: in base (m) and in the tool (rad).
 #[derive(Clone, Copy)]
 struct Behind {
     shift: Vector3<f64>,
@@ -22,13 +22,13 @@ impl Behind {
 /// The path with a lag behind this one, s. At its beginning, and after each gap, the follower has settled.
 ///
 /// # Errors
-/// As [`Trajectory::new`].
+/// Those of [`Trajectory::new`].
 pub fn first_order(path: &Trajectory, lag_s: f64) -> Result<Trajectory, TrajectoryError> {
     let mut poses: Vec<Pose> = Vec::with_capacity(path.times().len());
     let mut behind: Option<Behind> = None;
     for (index, segment) in path.segments().iter().enumerate() {
         let Some(segment) = path.segment(index) else {
-            // A gap, or two samples of one time.
+            // A gap, or two samples with one time.
             poses.push(moved(&segment.base_from_tool, &behind.unwrap_or(Behind::NOTHING)));
             behind = behind.filter(|_| segment.duration <= 0.0);
             continue;
@@ -54,7 +54,7 @@ pub fn first_order(path: &Trajectory, lag_s: f64) -> Result<Trajectory, Trajecto
 /// motion resembles it.
 ///
 /// # Errors
-/// As [`Trajectory::new`].
+/// Those of [`Trajectory::new`].
 pub fn first_order_ahead(path: &Trajectory, lag_s: f64) -> Result<Trajectory, TrajectoryError> {
     turned_round(&first_order(&turned_round(path)?, lag_s)?)
 }
@@ -77,7 +77,7 @@ mod tests {
     use crate::{Trajectory, se3, so3};
     use nalgebra::Vector3;
 
-    /// Against the gain and the phase that a lag of the first order has for a sine, in place and in attitude about one axis.
+    /// Against gain and phase of a first-order lag for a sine, in position and in attitude about one axis.
     #[test]
     fn a_sine_lags_as_the_transfer_function_says() {
         let (lag_s, rate) = (0.025, 2.0 * std::f64::consts::PI * 1.5);

@@ -5,7 +5,7 @@
 //! `base_from_tool * tool_from_camera`. Rotations are perturbed on the left, `R ← Exp(δ) R`, as in
 //! Eq. (18) of the paper (`docs/references.md`, \[Yang2025\]).
 //!
-//! No input or output, no serialisation, no other units: those live at the edges.
+//! There is no input or output, no serialisation and no other unit. Those are in other crates.
 //!
 //! ```
 //! use nalgebra::Vector3;
@@ -48,5 +48,5 @@ pub use plane::Plane;
 pub use polyline::Polyline;
 pub use trajectory::{Segment, Trajectory};
 
-/// A rigid transform; a value is called `a_from_b` after the frames it joins.
+/// A rigid transform. A value is named `a_from_b` after its frames.
 pub type Pose = nalgebra::Isometry3<f64>;

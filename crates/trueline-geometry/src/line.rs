@@ -1,8 +1,8 @@
-//! Straight lines in space, three ways.
+//! Straight lines in space, in three forms.
 //!
 //! | form | code | numbers | regular |
 //! |---|---|---|---|
-//! | anchor and axes | [`Line`] | what the solver moves: 2 rotations, 2 shifts | for every line |
+//! | anchor and axes | [`Line`] | the solver's form: 2 rotations, 2 shifts | for every line |
 //! | Plücker (n, v) | [`PlueckerLine`] | moment and direction \[Yang2025, Eq. 8\] | for every line, but 6 numbers |
 //! | orthonormal (U, m) | [`OrthonormalLine`] | Log U and m \[Yang2025, Eqs. 8, 9\] | not through the origin |
 //!
@@ -13,9 +13,8 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, UnitVector3, Vector2, Vector3
 
 /// A line through an anchor point, with a right-handed triad whose first axis is its direction.
 ///
-/// The anchor stays near the data, so the four numbers of [`Line::retract`] are small and independent
-/// wherever the line lies. Differs from Eq. (18), which perturbs (U, m): that form loses rank for a
-/// line through the base origin.
+/// The anchor stays near the data, so the four numbers of [`Line::retract`] are small and independent for any line. Differs from Eq. (18), which
+/// perturbs (U, m). That form loses rank for a line through the base origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
     anchor: Vector3<f64>,
@@ -30,12 +29,12 @@ impl Line {
     #[must_use]
     pub fn new(anchor: Vector3<f64>, direction: &UnitVector3<f64>) -> Self {
         let axes = UnitQuaternion::rotation_between(&Vector3::x_axis(), direction)
-            // Opposite to x: any half turn about an axis square to x will do.
+            // Opposite to x: any half turn about an axis orthogonal to x.
             .unwrap_or_else(|| so3::exp(&Vector3::new(0.0, 0.0, std::f64::consts::PI)));
         Self { anchor, axes }
     }
 
-    /// The point of the line that the chart turns about, m.
+    /// The origin of the chart's rotations, m.
     #[must_use]
     pub fn anchor(&self) -> &Vector3<f64> {
         &self.anchor
@@ -68,8 +67,7 @@ impl Line {
         Self { anchor: self.anchor, axes: self.axes * half_turn_about_u3 }
     }
 
-    /// Moves the line by (θ₂, θ₃, δ₂, δ₃): turned about u₂ and u₃ through the anchor (rad), shifted
-    /// along u₂ and u₃ (m).
+    /// Moves the line by (θ₂, θ₃, δ₂, δ₃): rotations about u₂ and u₃ through the anchor (rad), shifts along u₂ and u₃ (m).
     #[must_use]
     pub fn retract(&self, step: &Vector4<f64>) -> Self {
         let axes = self.axes();
@@ -80,7 +78,7 @@ impl Line {
         }
     }
 
-    /// Offset of a point from the line along u₂ and u₃, m: two numbers, because two are all there are.
+    /// Offset of a point from the line along u₂ and u₃, m. Both numbers are independent.
     #[must_use]
     pub fn offset_of(&self, point: &Vector3<f64>) -> Vector2<f64> {
         let local = self.axes.inverse() * (point - self.anchor);
@@ -129,7 +127,7 @@ impl PlueckerLine {
     #[must_use]
     pub fn to_orthonormal(&self) -> Option<OrthonormalLine> {
         let m = self.moment.norm();
-        // Relative to rounding of p × v there is no direction left in n below this.
+        // Below this, n has no direction beyond the rounding of p × v.
         if m < 1e-12 {
             return None;
         }

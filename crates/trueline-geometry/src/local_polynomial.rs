@@ -1,9 +1,9 @@
-//! The least-squares polynomial through the samples around a moment \[Savitzky1964\].
+//! The least-squares polynomial through the samples around a time \[Savitzky1964\].
 
 use nalgebra::{SMatrix, SVector};
 
-/// The N coefficients of each of M values, constant first, as rows; times count from the moment, in units of `unit_s`. `None`
-/// where the samples do not determine them.
+/// The N coefficients of each of M values, constant first, as rows. Times are relative to the centre, in units of `unit_s`. `None` if the samples do
+/// not determine them.
 #[must_use]
 pub fn coefficients<const N: usize, const M: usize>(
     samples: impl Iterator<Item = (f64, SVector<f64, M>)>,
@@ -33,7 +33,7 @@ pub(crate) fn weights_at_zero<const N: usize>(times_s: &[f64], unit_s: f64) -> O
     Some(weights)
 }
 
-/// The functional that takes a polynomial's N coefficients to its value at a time, in units of the fit.
+/// The functional that maps a polynomial's N coefficients to its value at a time, in units of the fit.
 #[must_use]
 pub fn value_at<const N: usize>(time: f64) -> SVector<f64, N> {
     let mut power = 1.0;
@@ -44,7 +44,7 @@ pub fn value_at<const N: usize>(time: f64) -> SVector<f64, N> {
     })
 }
 
-/// The functional that takes a polynomial's N coefficients to its slope at a time, both in units of the fit.
+/// The functional that maps a polynomial's N coefficients to its slope at a time, both in units of the fit.
 #[must_use]
 pub fn slope_at<const N: usize>(time: f64) -> SVector<f64, N> {
     let mut power = 1.0;

@@ -4,7 +4,7 @@ use nalgebra::{Unit, UnitVector3, Vector3};
 
 /// The plane of all points p with n·p = d, |n| = 1, d ≥ 0.
 ///
-/// Unlike z = a x + b y + c it can express a plane that contains the z direction.
+/// Unlike z = a x + b y + c it can represent a plane that contains the z direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane {
     normal: UnitVector3<f64>,
@@ -12,8 +12,8 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// Builds the plane n·p = offset (m). The normal may have any length but zero; where the offset
-    /// comes out negative both signs are flipped, which is the same plane.
+    /// Builds the plane n·p = offset (m). The normal may have any nonzero length. If the offset is negative both signs are flipped, which gives the
+    /// same plane.
     ///
     /// Returns `None` if the normal is zero or anything is not finite.
     #[must_use]
@@ -44,7 +44,7 @@ impl Plane {
         self.offset
     }
 
-    /// Signed distance of a point from the plane, m; positive on the side the normal points to.
+    /// Signed distance of a point from the plane, m. Positive on the side of the normal.
     #[must_use]
     pub fn signed_distance(&self, point: &Vector3<f64>) -> f64 {
         self.normal.dot(point) - self.offset

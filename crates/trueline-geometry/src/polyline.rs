@@ -1,4 +1,4 @@
-//! Curves of any form, as straight pieces between points.
+//! Curves of any form, as straight segments between points.
 
 use nalgebra::Vector3;
 
@@ -8,7 +8,7 @@ pub struct Polyline {
     points: Vec<Vector3<f64>>,
 }
 
-/// Ends nearer than this are one point, m.
+/// Ends closer than this are one point, m.
 const CLOSED_M: f64 = 1e-6;
 
 /// Place on a polyline.
@@ -16,12 +16,12 @@ const CLOSED_M: f64 = 1e-6;
 pub struct OnPolyline {
     /// The nearest point, m.
     pub point: Vector3<f64>,
-    /// Whether it is one of the two ends, and the point asked about lies beyond it.
+    /// Whether it is one of the two ends, with the given point beyond it.
     pub beyond_end: bool,
 }
 
 impl Polyline {
-    /// The curve through points (m); `None` for fewer than two, or if two neighbours coincide.
+    /// The curve through points (m). `None` for fewer than two, or if two neighbours coincide.
     #[must_use]
     pub fn new(points: Vec<Vector3<f64>>) -> Option<Self> {
         let apart = points.windows(2).all(|pair| (pair[1] - pair[0]).norm() > 0.0);

@@ -1,4 +1,4 @@
-//! How noisy recorded poses are, and a local fit that takes the noise out.
+//! Noise of recorded poses, and a local fit that smooths it.
 //!
 //! A robot's motion is smooth over tens of milliseconds, its feedback is not. Interpolation between two noisy
 //! samples gives a velocity that is mostly noise. The time offset then seems more certain than it is. A local
@@ -22,21 +22,21 @@ const BENT: f64 = 0.02;
 /// A window twice as wide bends a motion 16 times as much, because the error of a local quadratic begins with the fourth
 /// derivative.
 const BENT_BY_TWICE: f64 = 16.0;
-/// A point of the tool by which turns are compared with shifts, m along each axis.
+/// A point of the tool that relates rotations to shifts, m along each axis.
 const TIP_M: f64 = 0.12;
-/// Samples on which a window is tried.
+/// Number of samples on which a window is tried.
 const TRIED: usize = 1500;
 
-/// Neighbours to either side from which a sample is predicted.
+/// Neighbours on each side that predict a sample.
 const PREDICTORS: usize = 4;
 
 /// Standard deviation of the positions per axis (m) about a smooth motion. Each sample's distance from the
 /// polynomial through its four neighbours on either side is divided by its value for samples with noise 1;
 /// the median counts.
 ///
-/// For even spacing these are the eighth differences: a swing of 1 Hz and 50 mm sampled at 20 Hz passes for 1 µm of
-/// noise. Samples count as whole periods apart: lost ones are missed, but jitter of the stamps, which is measured
-/// elsewhere, is not noise of the positions. Zero if fewer than twelve numbers can be had.
+/// For even spacing these are the eighth differences: a swing of 1 Hz and 50 mm sampled at 20 Hz contributes 1 µm of noise. Samples are placed at
+/// whole periods. Lost samples are skipped. Jitter of the stamps is measured elsewhere and is not position noise. Zero with fewer than twelve
+/// values.
 #[must_use]
 pub fn position_noise(times: &[f64], poses: &[Pose], period: f64, gap_limit: f64) -> f64 {
     let mut errors: Vec<f64> = Vec::with_capacity(3 * poses.len());
@@ -77,7 +77,7 @@ pub fn rotation_noise(times: &[f64], poses: &[Pose], period: f64, gap_limit: f64
     position_noise(times, &turns, period, gap_limit)
 }
 
-/// How the middle one of some samples follows from the others.
+/// Prediction of the middle one of some samples from the others.
 struct Prediction {
     times: [f64; 2 * PREDICTORS + 1],
     weights: [f64; 2 * PREDICTORS],
@@ -97,7 +97,7 @@ impl Prediction {
         Self { times, weights, gain }
     }
 
-    /// |measured − predicted| of the middle sample, per axis, over the standard deviation that noise 1 gives it.
+    /// |measured − predicted| of the middle sample, per axis, divided by its standard deviation for noise 1.
     fn error(&self, poses: &[Pose]) -> Vector3<f64> {
         let middle = poses[PREDICTORS].translation.vector;
         let others = poses[..PREDICTORS].iter().chain(&poses[PREDICTORS + 1..]);
@@ -107,8 +107,8 @@ impl Prediction {
     }
 }
 
-/// Part of a sample's noise that [`local_quadratic`] leaves, for evenly spaced samples:
-/// √(3(3m² + 3m − 1) / ((2m − 1)(2m + 1)(2m + 3))) with m neighbours to either side \[Savitzky1964\].
+/// Fraction of a sample's noise after [`local_quadratic`], for evenly spaced samples: √(3(3m² + 3m − 1) / ((2m − 1)(2m + 1)(2m + 3))) with m
+/// neighbours on each side \[Savitzky1964\].
 #[must_use]
 pub fn noise_left(period_s: f64, half_window_s: f64) -> f64 {
     let m = (half_window_s / period_s * (1.0 + 1e-9)).floor();
@@ -133,7 +133,7 @@ pub fn half_window_s(times: &[f64], poses: &[Pose], gap_limit: f64, noise_m: f64
         let (narrow_s, wide_s) = (half_s * WIDER, 2.0 * half_s * WIDER);
         let tried = (0..poses.len()).step_by(every).filter_map(|k| {
             let sides = [side(times, k, gap_limit, narrow_s), side(times, k, gap_limit, wide_s)];
-            // At the ends and beside gaps the wide one has no room.
+            // At the ends and beside gaps there is no room for the wide one.
             if sides[1] < 2 * sides[0] || sides[0] < MIN_SIDE {
                 return None;
             }
@@ -162,7 +162,7 @@ pub fn local_quadratic(times: &[f64], poses: &[Pose], gap_limit: f64, half_windo
     (0..poses.len()).map(|k| smoothed(times, poses, k, [gap_limit, half_window_s], &mut weights)).collect()
 }
 
-/// With which weights the samples of a window make the value of their quadratic in its middle.
+/// Weights of the samples of a window in the value of their quadratic at its middle.
 #[derive(Default)]
 struct Weights {
     /// Times of the window from its middle, s.
@@ -170,7 +170,7 @@ struct Weights {
     by_sample: Vec<f64>,
 }
 
-/// Times that differ by less than this part of the window have the same weights: to 1e-8, of values that differ by millimetres.
+/// Times that differ by less than this fraction of the window share their weights. The error is 1e-8 of values that differ by millimetres.
 const SAME_TIMES: f64 = 1e-9;
 
 impl Weights {
@@ -215,7 +215,7 @@ fn value_at(times: &[f64], values: &[Vector3<f64>], k: usize, side: usize) -> Op
     Some(values[window].iter().zip(weights).map(|(value, weight)| (value - values[k]) * weight).sum())
 }
 
-/// [`local_quadratic`] of one pose, with the longest step over which it reaches and half its window, s.
+/// [`local_quadratic`] of one pose, from the longest step that it bridges and half its window, s.
 fn smoothed(
     times: &[f64],
     poses: &[Pose],
@@ -238,15 +238,15 @@ fn smoothed(
     se3::from_parts(poses[k].rotation * so3::exp(&turn), poses[k].translation.vector + shift)
 }
 
-/// Most neighbours to either side that [`smoothed_sample`] takes.
+/// Maximum neighbours on each side in [`smoothed_sample`].
 pub const MOST_SIDE: usize = 63;
 
-/// One pose of [`local_quadratic`], without memory of its own, for streams that do not end.
+/// One pose of [`local_quadratic`], without memory allocation, for continuing streams.
 #[derive(Clone, Copy, Debug)]
 pub struct SmoothedSample {
     /// The value of the quadratic there, or the sample itself if it has too few neighbours.
     pub pose: Pose,
-    /// Part of a sample's variance that is left.
+    /// Remaining fraction of a sample's variance.
     pub variance_left: f64,
 }
 

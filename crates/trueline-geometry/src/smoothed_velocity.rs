@@ -1,4 +1,4 @@
-//! How fast the tool moved at a moment, from many samples.
+//! Velocity of the tool at a time, from many samples.
 //!
 //! The slope between two neighbouring poses of a path is mostly noise: 10.6 mm/s for 0.03 mm an axis and 4
 //! ms. It is 1.8 mm/s if each pose is that of a quadratic through ±20 ms
@@ -11,17 +11,17 @@ use crate::local_polynomial::coefficients;
 use crate::{Trajectory, so3};
 use nalgebra::{Vector3, Vector6};
 
-/// Half the width of the window for a robot that is quick enough, s.
+/// Half the width of the window for a sufficiently fast stream, s.
 const HALF_WINDOW_S: f64 = 0.06;
-/// Samples on either side of a slower one.
+/// Samples on each side for a slower one.
 const LEAST_SAMPLES: f64 = 5.0;
 
 /// Velocity of the tool's origin (m/s) and angular velocity (rad/s), base frame.
 #[derive(Clone, Copy, Debug)]
 pub struct SmoothedVelocity {
-    /// Of the tool's origin, m/s.
+    /// Velocity of the tool's origin, m/s.
     pub velocity: Vector3<f64>,
-    /// Of its attitude, rad/s about the axes of the base.
+    /// Angular velocity, rad/s about the axes of the base.
     pub angular_velocity: Vector3<f64>,
 }
 
@@ -42,7 +42,7 @@ pub fn smoothed_velocity(trajectory: &Trajectory, time_s: f64) -> Option<Smoothe
     let times = &trajectory.times()[..trajectory.segments().len()];
     let window =
         times.partition_point(|t| *t < time_s - half_s)..times.partition_point(|t| *t <= time_s + half_s);
-    // With the one that the window begins in.
+    // Includes the segment in which the window begins.
     let touched = trajectory.segments().get(window.start.saturating_sub(1)..window.end)?;
     if touched.iter().any(|segment| segment.duration > trajectory.gap_limit()) {
         return None;
@@ -138,7 +138,7 @@ mod tests {
         assert!((left - 0.38).abs() < 0.06, "{left}");
     }
 
-    /// The slope of a cubic over ±T at a sine of ω falls short by (ωT)⁴/280 × 3 to first order: 2 Hz, 60 ms give 0.35 %.
+    /// The slope of a cubic over ±T for a sine of ω is too small by (ωT)⁴/280 × 3 to first order: 2 Hz, 60 ms give 0.35 %.
     #[test]
     fn a_weave_keeps_its_velocity() {
         let weave = |hz: f64| {
@@ -147,7 +147,7 @@ mod tests {
             smoothed_velocity(&trajectory, 1.0).unwrap().velocity.x
         };
         assert!((weave(2.0) - 1.0).abs() < 0.005, "{}", weave(2.0));
-        // 13.5 % by the same formula; the next order makes it a little less.
+        // 13.5 % by the same formula. The next order reduces it slightly.
         assert!((weave(5.0) - 1.0).abs() < 0.14 && weave(5.0) < 1.0, "{}", weave(5.0));
     }
 

@@ -11,10 +11,10 @@
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
-/// Below this angle (rad) the series of sin(x)/x and its relatives are exact to double precision
-/// with the terms used here: the first omitted term is x⁶/5040 < 1e-15.
+/// Angle (rad) below which the series of sin(x)/x and similar functions are exact to double precision with the terms used here: the first omitted
+/// term is x⁶/5040 < 1e-15.
 const SERIES_ANGLE: f64 = 5e-3;
-/// Below this sine of half the angle that of the logarithm is: the first omitted term is x¹²/13 < 3e-18.
+/// Sine of half the angle below which the series of the logarithm is exact: the first omitted term is x¹²/13 < 3e-18.
 const SERIES_SINE: f64 = 0.04;
 
 /// Returns the skew matrix of `a`, so that `hat(a) * b = a × b`.
@@ -47,11 +47,11 @@ pub fn exp(rotation_vector: &Vector3<f64>) -> UnitQuaternion<f64> {
 
 /// Logarithm map: the rotation vector (rad, length at most π) of `rotation`.
 ///
-/// At exactly half a turn the sign of the axis is arbitrary; both signs are the same rotation.
+/// At exactly half a turn the sign of the axis is arbitrary. Both signs are the same rotation.
 #[must_use]
 pub fn log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     let q = rotation.quaternion();
-    // q and −q are the same rotation; the one with w ≥ 0 has the angle of at most half a turn.
+    // q and −q are the same rotation. The one with w ≥ 0 has an angle of at most half a turn.
     let (w, v) = if q.w < 0.0 { (-q.w, -q.imag()) } else { (q.w, q.imag()) };
     let sine2 = v.norm_squared();
     if sine2 < SERIES_SINE * SERIES_SINE {
@@ -67,7 +67,7 @@ pub fn log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
 
 /// Left Jacobian V(ω) of the exponential: 3×3, `Exp(ω + δ) ≈ Exp(V(ω) δ) Exp(ω)` \[Sola2018, Eq. 145\].
 ///
-/// It is also the matrix that turns the `rho` of an se(3) logarithm into a translation.
+/// It also maps the `rho` of an se(3) logarithm to a translation.
 #[must_use]
 pub fn left_jacobian(rotation_vector: &Vector3<f64>) -> Matrix3<f64> {
     let angle = rotation_vector.norm();
@@ -96,7 +96,7 @@ pub fn left_jacobian_inverse(rotation_vector: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::identity() - w * 0.5 + w * w * c
 }
 
-/// The 24 rotations of the cube onto itself: an even cover of all attitudes, none further than 62.8° away.
+/// The 24 rotations of the cube onto itself: an even cover of all attitudes, with no attitude more than 62.8° away.
 ///
 /// A search without prior knowledge begins there; they are deterministic, unlike random rotations.
 #[must_use]
@@ -124,7 +124,7 @@ mod tests {
         assert_eq!(all.len(), 24);
         for (i, a) in all.iter().enumerate() {
             for b in &all[i + 1..] {
-                // The nearest two elements of the group are a quarter turn apart.
+                // The two nearest elements of the group are a quarter turn apart.
                 assert!(a.angle_to(b) > 1.5, "{a} {b}");
             }
         }
@@ -135,7 +135,7 @@ mod tests {
         for angle in [0.0, 1e-9, 0.99e-2, 1.01e-2, 0.099, 0.101, 1.0, 3.1] {
             let w = Vector3::new(0.6, -0.48, 0.64) * angle;
             let product = left_jacobian(&w) * left_jacobian_inverse(&w);
-            // Two 3×3 matrices of entries O(1): rounding of a few eps; the series errors are below 1e-15.
+            // Two 3×3 matrices with entries of O(1): rounding of a few eps. The series errors are below 1e-15.
             assert!((product - Matrix3::identity()).norm() < 1e-13, "angle {angle}");
         }
     }

@@ -1,6 +1,6 @@
 //! Medians and related statistics, robust against a minority of outliers.
 
-/// The median (upper of the middle two); `None` of nothing.
+/// The median (upper of the middle two). `None` without values.
 #[must_use]
 pub fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
@@ -8,7 +8,7 @@ pub fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
-/// The value that a share of all is below; `None` of nothing.
+/// The value below which a fraction of all values lies. `None` without values.
 #[must_use]
 pub fn quantile(values: impl Iterator<Item = f64>, share: f64) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
@@ -16,7 +16,7 @@ pub fn quantile(values: impl Iterator<Item = f64>, share: f64) -> Option<f64> {
     (place < values.len()).then(|| *values.select_nth_unstable_by(place, f64::total_cmp).1)
 }
 
-/// Standard deviation from the median absolute deviation; 0 of nothing.
+/// Standard deviation from the median absolute deviation. 0 without values.
 #[must_use]
 pub fn mad_sigma(values: &[f64]) -> f64 {
     let middle = median(values.iter().copied()).unwrap_or(0.0);
@@ -50,10 +50,10 @@ mod tests {
 
     #[test]
     fn the_mad_sigma_is_that_of_normal_values_wherever_they_lie_and_whatever_a_few_do() {
-        // Quantiles of the standard normal at (k + ½)/9, in units of 2 about 100; two of them then far off.
+        // Quantiles of the standard normal at (k + ½)/9, in units of 2 about 100. Then two of them are outliers.
         let normal = [-1.593, -0.967, -0.589, -0.282, 0.0, 0.282, 0.589, 0.967, 1.593];
         let mut values = normal.map(|v| 100.0 + 2.0 * v);
-        // The median of their distances from the middle is 2 · 0.589, and 0.67449 for many values.
+        // The median of their distances from the middle is 2 · 0.589. For many values it would be 2 · 0.67449.
         assert!((mad_sigma(&values) - 2.0 * 0.589 / 0.674_49).abs() < 1e-12);
         (values[8], values[7]) = (1e6, 1e7);
         assert!((mad_sigma(&values) - 2.0 * 0.589 / 0.674_49).abs() < 1e-12);

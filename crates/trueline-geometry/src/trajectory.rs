@@ -1,7 +1,7 @@
 //! A robot's recorded poses as a function of time \[Yang2025, Eqs. 4–6\].
 //!
-//! Between two recorded samples the rotation turns at a constant body rate ω and the position moves at
-//! a constant velocity v, both from the recorded time difference, never from a nominal period:
+//! Between two recorded samples the rotation has a constant body rate ω and the position a constant velocity v. Both use the recorded time
+//! difference, never a nominal period:
 //!
 //! | symbol | code | unit |
 //! |---|---|---|
@@ -9,7 +9,7 @@
 //! | v = (p_{j+1} − p_j) / (t_{j+1} − t_j) | [`Segment::velocity`] | m/s, base frame |
 //! | R(t) = R_j Exp(ω (t − t_j)), p(t) = p_j + v (t − t_j) | [`Segment::pose_at`] | |
 //!
-//! Outside the recording, and inside a gap, there is no pose: the answer is `None`, never a clamp.
+//! Outside the recording, and inside a gap, there is no pose. The answer is `None` and never a clamped value.
 
 use crate::statistics::median;
 use crate::{Pose, se3, so3};
@@ -62,14 +62,14 @@ impl Segment {
     }
 }
 
-/// Why a trajectory cannot be built.
+/// Reason that a trajectory cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrajectoryError {
     /// Fewer than two samples.
     TooFewSamples,
     /// The number of times and of poses differ.
     LengthsDiffer,
-    /// Time runs backwards, or is not finite, at this sample or the one before.
+    /// Time decreases, or is not finite, at this sample or the previous one.
     TimeRunsBackwards {
         /// Index of the sample.
         index: usize,
@@ -86,7 +86,7 @@ impl std::fmt::Display for TrajectoryError {
     }
 }
 
-/// Sampled poses over time; its copies share them.
+/// Sampled poses over time. Copies share them.
 #[derive(Clone, Debug)]
 pub struct Trajectory {
     times: Arc<Vec<f64>>,
@@ -99,10 +99,10 @@ pub struct Trajectory {
 impl Trajectory {
     /// Builds a trajectory from sample times (s, not decreasing) and poses.
     ///
-    /// Two samples of the same time are allowed; the later one counts from there on.
+    /// Two samples with the same time are allowed. From that time on the second one is used.
     ///
     /// # Errors
-    /// [`TrajectoryError`] names the wrong sample.
+    /// [`TrajectoryError`] with the invalid sample.
     pub fn new(times: Vec<f64>, poses: &[Pose]) -> Result<Self, TrajectoryError> {
         if times.len() != poses.len() {
             return Err(TrajectoryError::LengthsDiffer);
@@ -142,7 +142,7 @@ impl Trajectory {
         self.median_period
     }
 
-    /// Longest time between two samples that is still bridged, s.
+    /// Longest time between two samples that is interpolated, s.
     #[must_use]
     pub fn gap_limit(&self) -> f64 {
         GAP_PERIODS * self.median_period
@@ -154,7 +154,7 @@ impl Trajectory {
         (self.times[0], self.times[self.times.len() - 1])
     }
 
-    /// Index j with t_j ≤ time < t_{j+1}; at the very end the last segment that lasts. `None` outside the recording.
+    /// Index j with t_j ≤ time < t_{j+1}. At the very end the last segment with a duration. `None` outside the recording.
     ///
     /// O(1) if samples are as dense as on average, else O(log n).
     #[must_use]
@@ -162,7 +162,7 @@ impl Trajectory {
     pub fn bracket(&self, time: f64) -> Option<usize> {
         let samples = self.table.samples_about(time)?;
         let mut index = samples.start;
-        // A few samples are in one interval of the table, in a burst more.
+        // An interval of the table contains a few samples, or more in a burst.
         for _ in 0..NEAR {
             match self.times.get(index + 1) {
                 Some(after) if time < *after => return (self.times[index] <= time).then_some(index),
@@ -179,31 +179,31 @@ impl Trajectory {
         if !(time >= self.times[0] && time <= self.times[last]) {
             return None;
         }
-        // The last sample at or before `time`; at the very end the segment that ends there.
+        // The last sample at or before `time`. At the very end the segment that ends there.
         let after = samples.start + self.times[samples].partition_point(|t| *t <= time);
         let mut index = (after - 1).min(last - 1);
-        // Only a recording that ends in equal times can leave a segment of no duration here.
+        // Only a recording that ends with equal times can have a segment without duration here.
         while index > 0 && self.times[index + 1] <= self.times[index] {
             index -= 1;
         }
         Some(index)
     }
 
-    /// The segment that begins at sample `index`, or `None` if it bridges a gap or has no duration.
+    /// The segment from sample `index`. `None` if it bridges a gap or has no duration.
     #[must_use]
     #[inline]
     pub fn segment(&self, index: usize) -> Option<&Segment> {
         self.segments.get(index).filter(|s| s.duration > 0.0 && s.duration <= self.gap_limit())
     }
 
-    /// The segment at `time`, or `None` outside the recording or in a gap.
+    /// The segment at `time`. `None` outside the recording or in a gap.
     #[must_use]
     #[inline]
     pub fn segment_at(&self, time: f64) -> Option<&Segment> {
         self.segment(self.bracket(time)?)
     }
 
-    /// Pose at `time` (s), or `None` outside the recording or in a gap.
+    /// Pose at `time` (s). `None` outside the recording or in a gap.
     #[must_use]
     pub fn pose_at(&self, time: f64) -> Option<Pose> {
         Some(self.segment_at(time)?.pose_at(time))
@@ -218,7 +218,7 @@ const NEAR: usize = 4;
 struct SampleTable {
     start: f64,
     intervals_per_s: f64,
-    /// For each interval the last sample in those before it, or the first.
+    /// For each interval the last sample in earlier ones, or the first.
     before: Vec<u32>,
 }
 
@@ -237,7 +237,7 @@ impl SampleTable {
         table
     }
 
-    /// Rises with time, so that a sample in an earlier interval is earlier.
+    /// Increases with time, so that a sample in an earlier interval is earlier.
     #[inline]
     fn interval(&self, time: f64) -> usize {
         ((time - self.start) * self.intervals_per_s) as usize
@@ -259,7 +259,7 @@ impl SampleTable {
 /// Median time between samples at these times, s, without samples of equal time.
 ///
 /// # Errors
-/// Times that a trajectory cannot have.
+/// Times that are invalid for a trajectory.
 pub fn median_period_s(times: &[f64]) -> Result<f64, TrajectoryError> {
     if times.len() < 2 {
         return Err(TrajectoryError::TooFewSamples);

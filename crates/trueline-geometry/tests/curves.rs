@@ -41,7 +41,7 @@ fn an_exact_arc_is_recovered_from_any_part_of_it() {
     let truth = circle();
     for to in [0.5, 1.6, 3.0, 6.2] {
         let found = fit::robust_circle(&arc(&truth, 0.0, to, 0.0)).unwrap();
-        // An arc of half a radian rises by 3 % of the radius: rounding of 1e-16 grows by 30² in the centre.
+        // An arc of half a radian rises by 3 % of the radius, so rounding of 1e-16 grows by 30² in the centre.
         assert!((found.centre() - truth.centre()).norm() < 1e-11, "{to}");
         assert!((found.radius() - truth.radius()).abs() < 1e-11);
         assert!(found.axis().dot(truth.axis()).abs() > 1.0 - 1e-14);
@@ -56,7 +56,7 @@ fn wild_points_do_not_move_the_circle() {
         point.z += 0.05;
     }
     let found = fit::robust_circle(&points).unwrap();
-    // 160 points off by 0.01 mm each: the centre of a quarter of a circle is ten times less certain than a point.
+    // 160 points off by 0.01 mm each. The centre of a quarter circle is ten times less certain than a point.
     assert!((found.centre() - truth.centre()).norm() < 1e-4);
 }
 
@@ -75,7 +75,7 @@ fn a_curve_has_ends() {
     let curve = Polyline::new(corner).unwrap();
     let inside = curve.nearest(&Vector3::new(0.4, 0.1, 0.2));
     assert_eq!((inside.point, inside.beyond_end), (Vector3::new(0.4, 0.0, 0.0), false));
-    // Outside of the corner the corner is nearest, and that is no end.
+    // Outside a corner the corner is nearest, and it is no end.
     assert!(!curve.nearest(&Vector3::new(1.3, -0.3, 0.0)).beyond_end);
     assert!(curve.nearest(&Vector3::new(-0.1, 0.0, 0.0)).beyond_end);
     assert!(curve.nearest(&Vector3::new(1.0, 1.1, 0.0)).beyond_end);

@@ -1,4 +1,4 @@
-//! Angles of robots against values that scipy's `Rotation` computed, and against each other.
+//! Tests angles of robots against scipy's `Rotation`, and against each other.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -29,12 +29,12 @@ fn angles_of_every_maker_are_the_rotation_of_the_table() {
     ];
     for (sequence, degrees, wxyz) in cases {
         let found = sequence.rotation(degrees.map(f64::to_radians));
-        // At half a turn the least change of w is seen best: 1e-9 there is 2e-9 rad.
+        // The comparison is most sensitive at half a turn: 1e-9 of w there is 2e-9 rad.
         assert!(found.angle_to(&quaternion(wxyz)) < PRINTED, "{sequence} {degrees:?}: {found}");
     }
     for (rotation_vector, wxyz) in [
         ([2.0, -2.0, 0.5], [0.134249101, 0.690007353, -0.690007353, 0.172501838]),
-        // Longer than π: some controllers write it.
+        // Longer than π, as some controllers write it.
         ([0.0, 3.0, -1.0], [0.010342319, 0.0, -0.948632559, 0.316210853]),
     ] {
         let found = so3::exp(&Vector3::from(rotation_vector));
@@ -80,7 +80,7 @@ fn names_are_read_and_written_and_nothing_is_assumed() {
 }
 
 proptest! {
-    /// Nothing is lost on the way to angles and back, in all 24 sequences.
+    /// The round trip through angles reproduces the rotation, in all 24 sequences.
     #[test]
     fn angles_make_the_same_rotation_again(w in -1.0..1.0f64, x in -1.0..1.0f64, y in -1.0..1.0f64, z in -1.0..1.0f64) {
         prop_assume!(w * w + x * x + y * y + z * z > 1e-2);

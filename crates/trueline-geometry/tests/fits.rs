@@ -1,15 +1,15 @@
-//! Fits of lines, planes and circles: exact figures, what does not count, and what cannot be fitted.
+//! Tests fits of lines, planes and circles: exact figures, outliers, and degenerate inputs.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{UnitVector3, Vector3};
 use trueline_geometry::{Circle, Line, Plane, PlueckerLine, Polyline, fit, so3};
 
-/// A turn that leaves no axis where it was.
+/// A rotation that changes every axis.
 fn turned(point: Vector3<f64>) -> Vector3<f64> {
     so3::exp(&Vector3::new(0.4, -0.7, 0.3)) * point + Vector3::new(0.5, -0.2, 1.1)
 }
 
-/// Points of a plane: a grid of 6 × 5, spread by √35/12 × 20 mm and √2 × 10 mm, ± 1 mm to both sides in turn.
+/// Points of a plane: a grid of 6 × 5, with spread √35/12 × 20 mm and √2 × 10 mm, alternating ± 1 mm.
 fn plate() -> Vec<Vector3<f64>> {
     let grid = (0..6).flat_map(|x| (0..5).map(move |y| (x, y)));
     grid.map(|(x, y)| {
@@ -22,7 +22,7 @@ fn plate() -> Vec<Vector3<f64>> {
 #[test]
 fn a_plane_says_how_well_its_points_lie_in_it_and_how_far_they_reach() {
     let found = fit::plane(&plate()).unwrap();
-    // As many above as below, and uncorrelated with the place but for 1/30 of a millimetre over the plate.
+    // Equally many above and below, and uncorrelated with the place except for 1/30 of a millimetre over the plate.
     assert!((found.rms - 1e-3).abs() < 2e-6, "{}", found.rms);
     // Five rows of 10 mm: standard deviation √2 × 10 mm.
     assert!((found.extent - 2_f64.sqrt() * 0.01).abs() < 1e-4, "{}", found.extent);
@@ -34,7 +34,7 @@ fn a_plane_says_how_well_its_points_lie_in_it_and_how_far_they_reach() {
     assert!(fit::plane(&[Vector3::repeat(f64::NAN); 4]).is_none());
 }
 
-/// Wild points beyond five times the usual distance do not count at all; those within it do.
+/// Points beyond five times the median distance are rejected. Points within it are used.
 #[test]
 fn a_robust_plane_is_that_of_the_points_near_it() {
     let clean = fit::plane(&plate()).unwrap();
@@ -47,13 +47,13 @@ fn a_robust_plane_is_that_of_the_points_near_it() {
     assert!((found.rms / clean.rms - 1.0).abs() < 1e-9, "{} {}", found.rms, clean.rms);
     assert!((found.plane.normal().into_inner() - normal.into_inner()).norm() < 1e-9);
     assert!((found.plane.offset() - clean.plane.offset()).abs() < 1e-12);
-    // Four millimetres off, where the usual distance is one: it counts.
+    // Four millimetres off with a median distance of one: it is used.
     let mut points = plate();
     points.push(plate()[12] + normal.into_inner() * 4e-3);
     let with = fit::plane(&points).unwrap();
     let found = fit::robust_plane(&points).unwrap();
     assert!((found.rms / with.rms - 1.0).abs() < 1e-9 && with.rms > 1.1 * clean.rms);
-    // Points that all lie in it: nothing is thrown away for rounding.
+    // For exact points no point is rejected because of rounding.
     let flat: Vec<Vector3<f64>> =
         plate().iter().map(|p| p - normal.into_inner() * clean.plane.signed_distance(p)).collect();
     let found = fit::robust_plane(&flat).unwrap();
@@ -75,12 +75,12 @@ fn a_line_goes_through_the_mean_along_the_largest_spread() {
     assert!(found.direction().cross(&along.normalize()).norm() < 1e-12);
     assert!(fit::line(&[]).is_none() && fit::line(&[Vector3::x(); 3]).is_none());
     assert!(fit::robust_line(&[Vector3::x(); 3]).is_none());
-    // Two points: their line, exactly; the median distance is nothing and no weight is asked for.
+    // Two points give their exact line. The median distance is zero and no weights are needed.
     let two = fit::robust_line(&points[..2]).unwrap();
     assert!(points[..2].iter().all(|p| two.distance(p) < 1e-15));
 }
 
-/// Weights of (1 + d²/median d²)⁻² and ten rounds: against the same written out.
+/// Weights of (1 + d²/median d²)⁻² and ten rounds, against an explicit computation.
 #[test]
 fn a_robust_line_weighs_by_the_median_distance() {
     let points: Vec<Vector3<f64>> = (0..20)
@@ -97,7 +97,7 @@ fn a_robust_line_weighs_by_the_median_distance() {
         let weights: Vec<f64> = squared.iter().map(|d2| 1.0 / (1.0 + d2 / sorted[10]).powi(2)).collect();
         let total: f64 = weights.iter().sum();
         let mean = points.iter().zip(&weights).map(|(p, w)| p * *w).sum::<Vector3<f64>>() / total;
-        // The largest spread by powers of the scatter instead of a decomposition.
+        // The largest spread from powers of the scatter matrix instead of a decomposition.
         let scatter: nalgebra::Matrix3<f64> =
             points.iter().zip(&weights).map(|(p, w)| (p - mean) * (p - mean).transpose() * *w).sum();
         let mut along = scatter.column(0).normalize();
@@ -109,7 +109,7 @@ fn a_robust_line_weighs_by_the_median_distance() {
     let found = fit::robust_line(&points).unwrap();
     assert!(found.distance(expected.anchor()) < 1e-12);
     assert!(found.direction().cross(&expected.direction()).norm() < 1e-12);
-    // Three of twenty are 3 m off; the seam of the others is held to their centimetre.
+    // Three of twenty are 3 m off. The seam of the others is kept to within a centimetre.
     let seam = turned(Vector3::new(10.0, 0.0, 0.0));
     assert!(found.distance(&seam) < 0.01, "{}", found.distance(&seam));
 }
@@ -147,7 +147,7 @@ fn lines_that_run_against_x_or_through_the_origin_are_lines() {
     let near = line.anchored_near(&probe);
     assert!(line.distance(near.anchor()) < 1e-15 && (near.axes() - line.axes()).norm() == 0.0);
     assert!(along.dot(&(probe - near.anchor())).abs() < 1e-15);
-    // To its left and above in its own axes.
+    // To the left of it and above, in its own axes.
     let beside = line.anchor() + line.axes() * Vector3::new(0.7, 0.02, -0.03);
     assert!((line.offset_of(&beside) - nalgebra::Vector2::new(0.02, -0.03)).norm() < 1e-15);
     // The paper's form: U = [v, n/|n|, v × n/|n|] and its logarithm.
@@ -159,7 +159,7 @@ fn lines_that_run_against_x_or_through_the_origin_are_lines() {
     let turn = so3::exp(&orthonormal.rotation_vector());
     assert!((turn * Vector3::x() - along.into_inner()).norm() < 1e-14);
     assert!((turn * Vector3::y() - pluecker.moment.normalize()).norm() < 1e-14);
-    // A moment of a picometre has a direction, one below it has none.
+    // A moment of a picometre has a direction, and a smaller one has none.
     let through = |moment_m: f64| PlueckerLine { moment: Vector3::z() * moment_m, direction: Vector3::x() };
     assert!(through(1.1e-12).to_orthonormal().is_some() && through(0.9e-12).to_orthonormal().is_none());
 }
@@ -175,7 +175,7 @@ fn a_circle_has_a_nearest_point_even_for_its_axis() {
         let nearest = circle.nearest(&(circle.centre() + axis.into_inner() * 3.0));
         let outward = nearest - circle.centre();
         assert!((outward.norm() - 0.5).abs() < 1e-15 && outward.dot(&axis).abs() < 1e-15);
-        // A nanometre beside it there is a direction.
+        // A nanometre off the axis there is a direction.
         let aside = axis.yzx();
         let nearest = circle.nearest(&(circle.centre() + aside * 1e-9));
         assert!((nearest - circle.centre() - aside * 0.5).norm() < 1e-7);
@@ -195,7 +195,7 @@ fn a_circle_is_fitted_in_any_plane_to_what_noise_leaves() {
         let points: Vec<Vector3<f64>> = (0..90)
             .map(|k| {
                 let a = 0.07 * f64::from(k);
-                // As much outward as inward, above as below.
+                // Equal parts outward and inward, above and below.
                 let (out, up) = (1e-4 * (f64::from(k) * 2.4).sin(), 1e-4 * (f64::from(k) * 3.7).cos());
                 let wild = if k % 8 == 3 { 0.03 } else { 0.0 };
                 truth.centre()
@@ -204,7 +204,7 @@ fn a_circle_is_fitted_in_any_plane_to_what_noise_leaves() {
             })
             .collect();
         let found = fit::robust_circle(&points).unwrap();
-        // 79 points within 0.07 mm (RMS) an axis all around: 0.02 mm at the centre, three times that.
+        // 79 points within 0.07 mm (RMS) an axis on the whole circle give 0.02 mm at the centre. The limit is three times that.
         assert!((found.centre() - truth.centre()).norm() < 6e-5, "{}", found.centre() - truth.centre());
         assert!((found.radius() - truth.radius()).abs() < 6e-5, "{}", found.radius());
         assert!(found.axis().cross(&axis).norm() < 2e-4);
@@ -219,10 +219,10 @@ fn a_curve_that_ends_where_it_began_has_no_ends() {
     };
     let before = Vector3::new(-0.1, 0.0, 0.0);
     assert!(!square(0.9e-6).nearest(&before).beyond_end && square(1.1e-6).nearest(&before).beyond_end);
-    // Two points are a piece with two ends, however short.
+    // Two points are a segment with two ends, however short.
     let short = Polyline::new(vec![Vector3::zeros(), Vector3::x() * 1e-7]).unwrap();
     assert!(short.nearest(&before).beyond_end && short.points().len() == 2);
-    // At an end and not beyond it.
+    // At an end, and not beyond it.
     let straight = Polyline::new(vec![Vector3::zeros(), Vector3::x(), Vector3::x() * 3.0]).unwrap();
     for (x, beyond) in [(0.0, false), (-1e-9, true), (3.0, false), (3.0 + 1e-9, true), (1.0, false)] {
         let found = straight.nearest(&Vector3::new(x, 0.2, 0.0));

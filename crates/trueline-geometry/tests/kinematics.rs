@@ -1,5 +1,5 @@
-//! Arms against other code and published numbers: tables of Denavit and Hartenberg as matrices, the simulator's own arm, and where
-//! the flange of each named arm is at zero.
+//! Tests arms against other code and published numbers: Denavit–Hartenberg tables as matrices, the simulator's own arm, and the flange of each named
+//! arm at zero.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{Matrix4, Rotation3, UnitQuaternion, Vector3, Vector6};
@@ -12,7 +12,7 @@ use trueline_geometry::arm::urdf::{Chain, UrdfError};
 use trueline_geometry::arm::{AXES, Angles, Arm, inverse, named};
 use trueline_sim::arm::{NOMINAL, forward, inverse as inverse_of_sim};
 
-/// The matrix of a row as textbooks print it.
+/// The matrix of a row as in textbooks.
 fn matrix(theta: f64, d: f64, a: f64, alpha: f64) -> Matrix4<f64> {
     let ((s, c), (sa, ca)) = (theta.sin_cos(), alpha.sin_cos());
     Matrix4::new(
@@ -82,7 +82,7 @@ fn named_arms_stand_at_zero_where_their_drawings_have_the_flange() {
     for (name, at_mm, turn) in [
         // a₂ + a₃, −(d₄ + d₆), d₁ − d₅.
         ("ur5e", [-817.2, -232.9, 62.8], Rotation3::from_axis_angle(&Vector3::x_axis(), FRAC_PI_2)),
-        // Forearm and wrist to the front, the flange looks along x.
+        // Forearm and wrist point to the front, and the flange points along x.
         ("abb-irb1200-5-0.9", [533.0, 0.0, 889.1], down),
         ("abb-irb2600-12-1.65", [1030.0, 0.0, 1260.0], down),
         // KUKA's zero stretches the whole arm to the front.
@@ -112,7 +112,7 @@ fn simulated() -> Arm {
 fn a_table_agrees_with_the_simulators_arm_in_both_directions() {
     let (arm, mut random) = (simulated(), ChaCha8Rng::seed_from_u64(2));
     for _ in 0..20 {
-        // Within the simulator's one configuration: shoulder forward, elbow up, wrist not flipped.
+        // Within the simulator's single configuration: shoulder forward, elbow up, wrist not flipped.
         let angles: Angles = [(-1.0, 1.0), (-0.3, 0.8), (-0.5, 0.8), (-1.5, 1.5), (0.3, 1.6), (-1.5, 1.5)]
             .map(|(low, high)| random.random_range(low..high));
         let pose = forward(&NOMINAL, &angles);
@@ -121,7 +121,7 @@ fn a_table_agrees_with_the_simulators_arm_in_both_directions() {
         let theirs = inverse_of_sim(&pose).unwrap();
         let near = theirs.map(|angle| angle + 0.2);
         let ours = inverse::angles_for(&arm, &pose, &near).unwrap();
-        // The flange is there to 1e-10, and no joint turns it by less than a tenth of its angle here.
+        // The flange is accurate to 1e-10, and every joint rotates it by at least a tenth of its angle here.
         assert!((0..AXES).all(|k| (ours[k] - theirs[k]).abs() < 1e-8), "{ours:?} {theirs:?}");
     }
 }
@@ -158,7 +158,7 @@ fn every_configuration_reaches_the_pose_and_the_drawn_one_is_among_them() {
         let angles = random_angles(&mut random, &arm);
         let pose = arm.base_from_flange(&angles);
         let found = inverse::configurations(&arm, &pose);
-        // An arm of this kind has eight at most \[Pieper1968\].
+        // An arm of this kind has at most eight \[Pieper1968\].
         assert!((1..=8).contains(&found.len()), "{}: {}", named.name, found.len());
         for one in &found {
             let off = arm.base_from_flange(one).inverse() * pose;
@@ -172,7 +172,7 @@ fn every_configuration_reaches_the_pose_and_the_drawn_one_is_among_them() {
 }
 
 #[test]
-fn out_of_reach_is_said() {
+fn out_of_reach_is_reported() {
     let arm = named::find("ur5e").unwrap().arm();
     let far = Pose::translation(1.2, 0.0, 0.3);
     assert!(inverse::configurations(&arm, &far).is_empty());

@@ -1,4 +1,4 @@
-//! Laws of rotations, poses, lines and trajectories, where such code breaks: at zero, tiny, at half a turn.
+//! Tests laws of rotations, poses, lines and trajectories at critical points: zero, tiny angles, half a turn.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{DMatrix, Matrix3, Quaternion, UnitQuaternion, UnitVector3, Vector3, Vector4};
@@ -43,7 +43,7 @@ fn series_of_small_angles_are_exact_to_rounding() {
     for angle in [1e-9, 1e-4, 3e-3, 4.99e-3, 5.01e-3, 0.02, 1.0, 3.0] {
         let half: f64 = 0.5 * angle;
         let exact = UnitQuaternion::new_unchecked(Quaternion::from_parts(half.cos(), axis * half.sin()));
-        // Relative to the angle, a few eps: of the function itself, the axis' length and the norm.
+        // Relative to the angle, a few eps: from the function itself, the axis' length and the norm.
         let found = so3::exp(&(axis * angle));
         assert!((found.imag() - exact.imag()).norm() < 1e-15 * angle, "exp of {angle}");
         assert!((so3::log(&exact) - axis * angle).norm() < 2e-15 * angle, "log of {angle}");
@@ -57,7 +57,7 @@ fn series_of_small_angles_are_exact_to_rounding() {
             sum += term;
         }
         let found = so3::left_jacobian(&(axis * angle));
-        // x − sin x is taken from 0.01 on and loses four digits of x²/6 there; a series loses none.
+        // x − sin x is used from 0.01 on and loses four digits of x²/6 there. A series loses none.
         let lost = if angle < 1e-2 { 1e-15 } else { 5e-14 };
         assert!((found - sum).norm() < lost, "V({angle}): {:e}", (found - sum).norm());
         let product = so3::left_jacobian_inverse(&(axis * angle)) * sum;
@@ -69,7 +69,7 @@ fn series_of_small_angles_are_exact_to_rounding() {
     }
 }
 
-/// How well a line keeps a direction: the turn from x is known by its angle, to ε/sin of that, a few times over.
+/// Accuracy of a line's direction: the rotation from x follows from its angle, to ε/sin of that, a few times over.
 fn kept(along: &UnitVector3<f64>) -> f64 {
     1e-14_f64.max(1e-15 / along.y.hypot(along.z))
 }
@@ -79,7 +79,7 @@ proptest! {
     fn exp_is_the_matrix_exponential(axis in direction(), angle in angle()) {
         let w = axis.into_inner() * angle;
         let rotation = so3::exp(&w).to_rotation_matrix().into_inner();
-        // The series' terms reach π³/6 ≈ 5, so its rounding is a few ten eps.
+        // The series' terms reach π³/6 ≈ 5, so its rounding is some ten eps.
         prop_assert!((rotation - series(&so3::hat(&w))).norm() < 1e-13);
     }
 
@@ -87,7 +87,7 @@ proptest! {
     fn log_inverts_exp(axis in direction(), angle in angle()) {
         let w = axis.into_inner() * angle;
         let back = so3::log(&so3::exp(&w));
-        // Near half a turn w's sign is lost when rounding crosses it; the rotation is the same.
+        // Near half a turn w's sign is lost when rounding crosses it. The rotation is the same.
         let error = (back - w).norm().min((so3::exp(&back).inverse() * so3::exp(&w)).angle());
         prop_assert!(error < 1e-14 * (1.0 + angle) * 4.0, "{error}");
     }
@@ -117,7 +117,7 @@ proptest! {
         let pose: Pose = se3::from_parts(so3::exp(&(axis.into_inner() * angle)), t);
         let (d_back, dt_back) = se3::difference_decoupled(&se3::retract_decoupled(&pose, &d, &dt), &pose);
         prop_assert!((d_back - d).norm() < 1e-13 && (dt_back - dt).norm() < 1e-14);
-        // Left: the turn is about axes of the outer frame, so a point turned by the pose turns again.
+        // Left perturbation: the rotation is about axes of the outer frame, so a point rotated by the pose rotates again.
         let moved = se3::retract_decoupled(&pose, &d, &dt);
         let expected = so3::exp(&d) * (pose.rotation * Vector3::x());
         prop_assert!((moved.rotation * Vector3::x() - expected).norm() < 1e-14);
@@ -135,7 +135,7 @@ proptest! {
         if let Some(orthonormal) = pluecker.to_orthonormal() {
             let back = orthonormal.to_pluecker();
             let error = (back.moment - pluecker.moment).norm() + (back.direction - pluecker.direction).norm();
-            // A line that passes the origin at distance m gets its direction n/|n| from eps/m.
+            // For a line at distance m from the origin the direction n/|n| has an error of eps/m.
             prop_assert!(error < 1e-12 / pluecker.moment.norm().min(1.0), "{error}");
         }
     }
@@ -147,7 +147,7 @@ proptest! {
         let shifted = line.retract(&Vector4::new(0.0, 0.0, 0.01, -0.02));
         let expected = anchor + axes.column(1) * 0.01 - axes.column(2) * 0.02;
         prop_assert!((shifted.anchor() - expected).norm() < 1e-15 * 8.0);
-        // A turn about u₂ tips the direction towards −u₃, about u₃ towards u₂.
+        // A rotation about u₂ tilts the direction towards −u₃, one about u₃ towards u₂.
         let turned = line.retract(&Vector4::new(1e-6, 2e-6, 0.0, 0.0));
         let expected = along.into_inner() - axes.column(2) * 1e-6 + axes.column(1) * 2e-6;
         prop_assert!((turned.direction() - expected).norm() < 1e-11);
@@ -195,7 +195,7 @@ fn outside_the_recording_and_in_a_gap_there_is_no_pose() {
 #[test]
 fn the_bracket_is_the_last_sample_at_or_before() {
     let jittering: Vec<f64> = (0..100).map(|k| f64::from(k) * 0.004 + f64::from(k % 7) * 1e-4).collect();
-    // A pause, after which samples come in bursts of one time each.
+    // A pause, then samples in bursts with one time each.
     let in_bursts: Vec<f64> =
         (0..100).map(|k| f64::from(k / 20) * 0.004 + if k < 50 { 0.0 } else { 0.35 }).collect();
     for times in [jittering, in_bursts] {
@@ -245,7 +245,7 @@ fn the_window_is_as_wide_as_the_motion_allows() {
     assert!((0.045..=0.053).contains(&width(0.010, 1.0, 0.053)));
     assert_eq!(width(0.005, 5.0, 0.053), smooth::HALF_WINDOW_S);
     assert_eq!(width(0.010, 1.0, 0.023), smooth::HALF_WINDOW_S);
-    // With four neighbours to either side half of the noise is left.
+    // With four neighbours on each side half of the noise remains.
     assert!((smooth::noise_left(0.012, 0.048) - 0.505).abs() < 1e-3);
 }
 
@@ -259,7 +259,7 @@ fn the_local_fit_keeps_a_quadratic_motion_and_measures_noise() {
     for (a, b) in kept.iter().zip(&smooth_motion) {
         assert!((a.translation.vector - b.translation.vector).norm() < 1e-13);
     }
-    // Even noise over ±√3 σ, from a multiplicative generator: standard deviation σ, no correlation.
+    // Uniform noise over ±√3 σ from a multiplicative generator: standard deviation σ, no correlation.
     let sigma = 3e-5;
     let mut state = 1_u64;
     let mut noise = || {
@@ -273,16 +273,16 @@ fn the_local_fit_keeps_a_quadratic_motion_and_measures_noise() {
         })
         .collect();
     let measured = smooth::position_noise(&times, &noisy, 0.004, 0.016);
-    // A median of 1500 values, neighbours correlated: 1.25/√(1500/3)·… ≈ 6 %; sums of nine are nearly normal.
+    // A median of 1500 values with correlated neighbours: 1.25/√(1500/3)·… ≈ 6 %. Sums of nine are nearly normal.
     assert!((measured / sigma - 1.0).abs() < 0.2, "{measured}");
-    // The same if nine of ten rows are lost at random: a motion of 1 s² is still a parabola.
+    // The same with nine of ten rows lost at random. A motion of 1 s² is still a parabola.
     let kept: Vec<usize> = (0..500).filter(|k| (k * 7919) % 10 == 0 || (k * 104_729) % 17 < 2).collect();
     let (few_times, few): (Vec<f64>, Vec<Pose>) = kept.iter().map(|k| (times[*k], noisy[*k])).unzip();
     let measured = smooth::position_noise(&few_times, &few, 0.004, 1.0);
     assert!((measured / sigma - 1.0).abs() < 0.5, "{measured}");
 }
 
-/// Windows of nearly the same times share weights; a jitter of nanoseconds is not nearly the same.
+/// Windows with nearly equal times share weights. Times with a jitter of nanoseconds are not nearly equal.
 #[test]
 fn a_jitter_of_nanoseconds_is_not_taken_for_even_stamps() {
     let times: Vec<f64> =
@@ -291,14 +291,14 @@ fn a_jitter_of_nanoseconds_is_not_taken_for_even_stamps() {
     let poses: Vec<Pose> = times.iter().map(pose).collect();
     let kept = smooth::local_quadratic(&times, &poses, 0.016, smooth::HALF_WINDOW_S);
     for (kept, pose) in kept.iter().zip(&poses) {
-        // At 2 m/s the 2·10⁻¹¹ s (10⁻⁹ of half a window) that count as the same are 4·10⁻¹¹ m; 10⁻⁸ s would be 2·10⁻⁸ m.
+        // At 2 m/s the 2·10⁻¹¹ s (10⁻⁹ of half a window) that count as equal are 4·10⁻¹¹ m. 10⁻⁸ s would be 2·10⁻⁸ m.
         assert!((kept.translation.vector - pose.translation.vector).norm() < 4e-10);
     }
 }
 
 #[test]
 fn each_window_of_uneven_stamps_has_its_own_least_squares_quadratic() {
-    // Even for a while, then jittering, then even again with another period: windows before and after share nothing.
+    // Regular for a while, then with jitter, then regular again with another period: windows before and after share no weights.
     let step = |k: i32| match k {
         0..40 => 0.004,
         40..80 => 0.004 + 0.001 * (f64::from(k) * 2.3).sin(),
@@ -314,7 +314,7 @@ fn each_window_of_uneven_stamps_has_its_own_least_squares_quadratic() {
             side += 1;
         }
         let window = k - side..=k + side;
-        // By singular values instead of the normal equations.
+        // By singular values instead of normal equations.
         let powers = DMatrix::from_fn(2 * side + 1, 3, |row, power| {
             ((times[k - side + row] - times[k]) / 0.02).powi(power as i32)
         });
@@ -326,7 +326,7 @@ fn each_window_of_uneven_stamps_has_its_own_least_squares_quadratic() {
         let turns = DMatrix::from_fn(2 * side + 1, 3, |row, axis| logs[row][axis]);
         let turn = svd.solve(&turns, 1e-12).unwrap().row(0).transpose();
         let expected = poses[k].rotation * so3::exp(&Vector3::new(turn[0], turn[1], turn[2]));
-        // Values of 1.6 mm, weights that are right to 1e-9 of the window.
+        // Values of 1.6 mm, with weights accurate to 1e-9 of the window.
         assert!((found[k].translation.vector - shift).norm() < 1e-11, "{k}");
         assert!(found[k].rotation.angle_to(&expected) < 1e-11, "{k}");
     }
@@ -356,7 +356,7 @@ fn the_curve_between_slow_samples_is_the_motion() {
         let (turn, shift) = se3::difference_decoupled(pose, &motion(*t));
         let limit = |amplitude: f64| 1e-13 + if near_edge(*t) { coarse(amplitude) } else { bound(amplitude) };
         assert!(shift.norm() < limit(amplitude), "{t} {}", shift.norm());
-        // The turns are about one axis and so add like numbers: 0.374 rad.
+        // The rotations are about one axis and add like numbers: 0.374 rad.
         assert!(turn.norm() < limit(0.375), "{t} {}", turn.norm());
     }
     assert!(dense_times.windows(2).all(|w| w[1] - w[0] < 0.004 + 1e-9 || w[1] - w[0] > 0.4));

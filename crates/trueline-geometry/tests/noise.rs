@@ -1,4 +1,4 @@
-//! Noise of poses: what counts, what does not, and what a local fit leaves of it.
+//! Tests the noise of poses: which values are used, and the remainder after a local fit.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{UnitQuaternion, Vector3};
@@ -7,7 +7,7 @@ use trueline_geometry::{Pose, Trajectory, se3, smooth, smoothed_velocity::smooth
 const PERIOD_S: f64 = 0.004;
 const GAP_S: f64 = 0.016;
 
-/// Numbers of variance 1 without correlation, evenly over ±√3.
+/// Uniform numbers over ±√3, with variance 1 and without correlation.
 struct Noise(u64);
 
 impl Noise {
@@ -46,10 +46,10 @@ fn the_noise_of_a_single_wrong_sample_is_that_of_the_eighth_difference() {
     let mut poses: Vec<Pose> = times.iter().map(|t| at(Vector3::new(*t, -*t, 2.0 * t))).collect();
     let all = [1.0, 8.0, 28.0, 56.0, 70.0, 56.0, 28.0, 8.0, 1.0].map(|c: f64| c / 12_870_f64.sqrt());
     poses[8].translation.vector += Vector3::repeat(1e-3);
-    // In nine windows it stands at each place in turn; the middle one of nine is 28.
+    // In nine windows it is at each place once. The median of the nine is 28.
     let expected = 1e-3 * all[2] / 0.674_49;
     let found = smooth::position_noise(&times, &poses, PERIOD_S, GAP_S);
-    // Rounding of 1e-3 times the weights' 1e2.
+    // Rounding of 1e-3 times the weights of 1e2.
     assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
 }
 
@@ -60,12 +60,12 @@ fn rests_and_gaps_and_equal_stamps_are_no_noise() {
     let mut poses: Vec<Pose> = times.iter().map(|t| at(Vector3::x() * *t + noise.vector() * 1e-5)).collect();
     let all = smooth::position_noise(&times, &poses, PERIOD_S, GAP_S);
     assert!((all / 1e-5 - 1.0).abs() < 0.2, "{all}");
-    // The same numbers twice within each nine: nothing is left.
+    // Every nine numbers contain a repetition, so no window remains.
     for k in (8..300).step_by(8) {
         poses[k].translation = poses[k - 1].translation;
     }
     assert_eq!(smooth::position_noise(&times, &poses, PERIOD_S, GAP_S), 0.0);
-    // A step that is as long as a gap may be joins; one that is longer does not, nor does none at all.
+    // A step up to the gap limit is bridged. A longer one is not, and neither is a zero step.
     let moving: Vec<Pose> = times.iter().map(|t| at(Vector3::x() * *t + noise.vector() * 1e-5)).collect();
     for (long_s, joins) in [(0.0156, true), (0.0164, false), (0.0, false)] {
         let mut time_s = 0.0;
@@ -79,7 +79,7 @@ fn rests_and_gaps_and_equal_stamps_are_no_noise() {
     }
 }
 
-/// Jitter of the stamps is none of the positions: samples count as whole periods apart, and lost ones as missed.
+/// Jitter of the stamps is no position noise: samples are placed at whole periods, and lost ones are skipped.
 #[test]
 fn stamps_count_in_whole_periods() {
     let curve = |periods: f64| {
@@ -111,15 +111,15 @@ fn turns_are_as_noisy_as_shifts_of_that_many_radians() {
         })
         .collect();
     let found = smooth::rotation_noise(&times, &turns, PERIOD_S, GAP_S);
-    // A median of 3000 numbers of which neighbours are alike.
+    // A median of 3000 numbers with correlated neighbours.
     assert!((found / 2e-5 - 1.0).abs() < 0.15, "{found}");
-    // Positions of these poses are all the same: no noise of theirs.
+    // All positions are equal and have no noise.
     assert_eq!(smooth::position_noise(&times, &turns, PERIOD_S, GAP_S), 0.0);
 }
 
 #[test]
-fn what_a_fit_leaves_is_what_its_weights_leave() {
-    // Savitzky and Golay's weights of two, three and four neighbours to either side: variance 17/35, 7/21, 59/231.
+fn the_noise_left_by_a_fit_follows_from_its_weights() {
+    // Savitzky–Golay weights of two, three and four neighbours on each side: variance 17/35, 7/21, 59/231.
     for (half_s, expected) in [(0.0199, 1.0), (0.02, 17.0 / 35.0), (0.03, 7.0 / 21.0), (0.0401, 59.0 / 231.0)]
     {
         let left = smooth::noise_left(0.01, half_s).powi(2);
@@ -142,7 +142,7 @@ fn a_sample_becomes_the_weighted_sum_of_those_within_the_window_on_both_sides() 
     };
     let five = [-3.0, 12.0, 17.0, 12.0, -3.0].map(|w| w / 35.0);
     let seven = [-2.0, 3.0, 6.0, 7.0, 6.0, 3.0, -2.0].map(|w| w / 21.0);
-    // Values of 1 mm, weights that are right to 1e-9 of the window.
+    // Values of 1 mm, with weights accurate to 1e-9 of the window.
     let same = |a: Vector3<f64>, b: Vector3<f64>| (a - b).norm() < 1e-11;
     let found = places(&smooth::local_quadratic(&times, &poses, 0.04, 0.02));
     for k in 0..40 {
@@ -153,13 +153,13 @@ fn a_sample_becomes_the_weighted_sum_of_those_within_the_window_on_both_sides() 
     for k in 0..40 {
         let expected = match k {
             3..37 => weighted(k, &seven),
-            // As many on both sides: near an end the window is as wide as the end is near.
+            // Equally many on both sides: near an end the window is limited by the distance to it.
             2 | 37 => weighted(k, &five),
             _ => before[k],
         };
         assert!(same(found[k], expected), "{k}");
     }
-    // Beside a gap as beside an end. A step of the gap limit joins.
+    // A gap acts like an end. A step of the gap limit is bridged.
     let gapped: Vec<f64> =
         times.iter().enumerate().map(|(k, t)| if k < 20 { *t } else { t + 0.031 }).collect();
     let found = places(&smooth::local_quadratic(&gapped, &poses, 0.04, 0.02));
@@ -169,19 +169,19 @@ fn a_sample_becomes_the_weighted_sum_of_those_within_the_window_on_both_sides() 
     }
 }
 
-/// Without a sample on which a window can be tried it stays as narrow as it was; without a bend it is as wide as is allowed.
+/// Without a sample for a test the window stays narrow. Without distortion it is as wide as allowed.
 #[test]
 fn windows_are_widened_only_on_evidence() {
     let times = even(2000);
     let mut noise = Noise(13);
     let still: Vec<Pose> = times.iter().map(|t| at(Vector3::x() * *t + noise.vector() * 3e-5)).collect();
     let widest = smooth::half_window_s(&times, &still, GAP_S, 3e-5, 0.06);
-    // 20 ms times 1.2 as often as it fits into 60 ms: six times.
+    // 20 ms times 1.2 to the power that fits into 60 ms: six.
     assert!((widest - 0.020 * 1.2_f64.powi(6)).abs() < 1e-12, "{widest}");
     let few = 12;
     assert_eq!(smooth::half_window_s(&times[..few], &still[..few], GAP_S, 3e-5, 0.06), smooth::HALF_WINDOW_S);
     assert_eq!(smooth::half_window_s(&[], &[], GAP_S, 3e-5, 0.06), smooth::HALF_WINDOW_S);
-    // A robot that turns about its tool's origin moves the tip, by 0.12 m times √2 a radian.
+    // A robot that rotates about its tool's origin moves the tip by 0.12 m times √2 a radian.
     let turning: Vec<Pose> = (times.iter())
         .map(|t| {
             let turn = so3::exp(&(Vector3::z() * (0.05 * (std::f64::consts::TAU * 4.0 * t).sin())));
@@ -191,7 +191,7 @@ fn windows_are_widened_only_on_evidence() {
     assert_eq!(smooth::half_window_s(&times, &turning, GAP_S, 3e-5, 0.06), smooth::HALF_WINDOW_S);
 }
 
-/// A slow robot's window reaches over five samples to either side, and not across a gap in them.
+/// A slow robot's window extends over five samples on each side, and never across a gap.
 #[test]
 fn the_velocity_of_a_slow_robot_comes_from_five_samples_to_either_side() {
     let times: Vec<f64> = (0..60).map(|k| f64::from(k) * 0.05).collect();
@@ -205,7 +205,7 @@ fn the_velocity_of_a_slow_robot_comes_from_five_samples_to_either_side() {
     let found = smoothed_velocity(&trajectory, t).unwrap();
     assert!((found.velocity - Vector3::new(3.0 * t * t, -2.0, t)).norm() < 1e-9, "{}", found.velocity);
     assert!(found.angular_velocity.norm() < 1e-12);
-    // Two lost in a row are bridged, five are not: the window of 0.25 s to either side must not touch them.
+    // Two lost samples in succession are bridged, and five are not: the window of ±0.25 s must not touch them.
     let without = |lost: std::ops::Range<usize>| {
         let kept = |k: &usize| !lost.contains(k);
         let (times, poses): (Vec<f64>, Vec<Pose>) =

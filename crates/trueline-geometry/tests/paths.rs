@@ -1,4 +1,4 @@
-//! Sampled paths at their edges: ends, equal stamps, gaps, and the curve between samples.
+//! Tests sampled paths at their limits: ends, equal stamps, gaps, and the curve between samples.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{UnitQuaternion, Vector3};
@@ -20,7 +20,7 @@ fn path(times: &[f64]) -> Trajectory {
 
 #[test]
 fn a_gap_is_longer_than_four_periods() {
-    // Periods of binary fractions, so that four of them are four of them.
+    // Periods are binary fractions, so that four of them add up exactly.
     let times = [0.0, 0.25, 0.5, 0.75, 1.0, 2.0, 2.25, 3.5, 3.75];
     let trajectory = path(&times);
     assert_eq!((trajectory.median_period(), trajectory.gap_limit()), (0.25, 1.0));
@@ -39,16 +39,16 @@ fn at_equal_stamps_the_later_sample_counts_and_at_the_end_the_last_segment_that_
     assert_eq!([of(2.0), of(2.001), of(-0.001), of(f64::NAN)], [Some(2), None, None, None]);
     let x = |time| trajectory.pose_at(time).unwrap().translation.x;
     assert_eq!([x(0.5), x(1.0), x(1.5), x(2.0)], [0.5, 2.0, 2.5, 3.0]);
-    // All but the first stamp are the same.
+    // All stamps except the first are equal.
     let short = Trajectory::new(vec![0.0, 1.0, 1.0, 1.0], &poses[..4]).unwrap();
     assert_eq!((short.bracket(1.0), short.median_period()), (Some(0), 1.0));
 }
 
 #[test]
-fn what_is_no_path_is_refused_with_its_sample() {
+fn invalid_paths_are_refused_with_the_sample() {
     let refused = |times: &[f64]| Trajectory::new(times.to_vec(), &along_x(times)).unwrap_err();
     assert_eq!([refused(&[]), refused(&[1.0])], [TrajectoryError::TooFewSamples; 2]);
-    // Two samples of one time last no time.
+    // Two samples with one time have no duration.
     assert_eq!(refused(&[1.0, 1.0]), TrajectoryError::TooFewSamples);
     assert_eq!(refused(&[0.0, 1.0, 0.5]), TrajectoryError::TimeRunsBackwards { index: 2 });
     assert_eq!(refused(&[f64::NAN, 1.0]), TrajectoryError::TimeRunsBackwards { index: 1 });
@@ -75,7 +75,7 @@ fn what_is_no_path_is_refused_with_its_sample() {
 fn between_samples_is_put_what_the_step_asks_for() {
     let times = [0.0, 0.25, 0.75, 1.0, 1.0, 3.0];
     let (dense, poses) = densified(&times, &along_x(&times), 1.0, 0.25);
-    // A step as long as asked for is left as it is; nothing between equal stamps; nothing in a gap.
+    // A step of the requested length is kept. No samples are added between equal stamps or in a gap.
     assert_eq!(dense, [0.0, 0.25, 0.5, 0.75, 1.0, 1.0, 3.0]);
     assert!((poses[2].translation.x - 0.5).abs() < 1e-15);
     // Gaps up to the limit are bridged; a little more than two steps need three parts.
@@ -89,7 +89,7 @@ fn between_samples_is_put_what_the_step_asks_for() {
 /// Three samples to either side if available: degree five; less next to an end or a gap.
 #[test]
 fn the_curve_is_of_the_degree_that_the_samples_allow() {
-    // Two stretches of eight samples with a gap between; on either side of the gap the motion is another.
+    // Two stretches of eight samples with a gap between them, and different motions on its sides.
     let times: Vec<f64> = (0..16).map(|k| f64::from(k) + if k < 8 { 0.0 } else { 5.0 }).collect();
     let monomial = |degree: i32| {
         let value =
@@ -99,7 +99,7 @@ fn the_curve_is_of_the_degree_that_the_samples_allow() {
             se3::from_parts(turn, Vector3::new(value(*t), 0.0, -value(*t)))
         };
         let (dense_times, dense) = densified(&times, &times.iter().map(pose).collect::<Vec<_>>(), 1.0, 0.5);
-        // How far the middle of the interval that begins at each sample is off.
+        // Error at the middle of the interval that begins at each sample.
         let off = |k: usize| {
             let place = dense_times.iter().position(|t| *t == times[k] + 0.5).unwrap();
             let (turn, shift) = se3::difference_decoupled(&dense[place], &pose(&(times[k] + 0.5)));
@@ -108,7 +108,7 @@ fn the_curve_is_of_the_degree_that_the_samples_allow() {
         std::array::from_fn::<bool, 7, _>(|k| off(k) < 1e-14 && off(14 - k) < 1e-14)
     };
     assert_eq!(monomial(3), [true; 7]);
-    // At the very ends four samples, in the interval beside it five, six where there are three on either side.
+    // Four samples at the very ends, five in the next interval, and six with three on each side.
     assert_eq!(monomial(4), [false, true, true, true, true, true, false]);
     assert_eq!(monomial(5), [false, false, true, true, true, false, false]);
     assert_eq!(monomial(6), [false; 7]);

@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, DVector};
 
 /// Derivative of a vector function by central differences over a five-point stencil.
 ///
-/// The truncation error is h⁴ f⁽⁵⁾/30 and the rounding error about eps·|f|/h: with h near 1e-3 of the
-/// argument's natural size both are below 1e-11 of f.
+/// The truncation error is h⁴ f⁽⁵⁾/30, and the rounding error is about eps·|f|/h. With h near 1e-3 of the argument's natural size both are below
+/// 1e-11 of f.
 #[must_use]
 pub fn numerical_jacobian<F>(dimension: usize, step: f64, function: F) -> DMatrix<f64>
 where

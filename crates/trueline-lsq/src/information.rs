@@ -21,8 +21,8 @@ pub struct Information {
 }
 
 impl Information {
-    /// Analyses `hessian` over the unknowns not in `fixed`; a direction counts as seen if its scaled
-    /// singular value is above `threshold` times the largest.
+    /// Analyses `hessian` over the unknowns not in `fixed`. A direction is observable if its scaled singular value exceeds `threshold` times the
+    /// largest.
     ///
     /// Returns `None` if the matrix is not finite or the decomposition fails.
     #[must_use]
@@ -155,42 +155,40 @@ impl Information {
         self.root.ncols()
     }
 
-    /// Largest over smallest singular value; infinite for a singular problem.
+    /// Ratio of the largest to the smallest singular value. Infinite for a singular problem.
     #[must_use]
     pub fn condition(&self) -> f64 {
         let n = self.singular_values.len();
         if n == 0 { 1.0 } else { self.singular_values[0] / self.singular_values[n - 1] }
     }
 
-    /// Null directions as unit vectors of the scaled unknowns, one column each; rows are all unknowns,
-    /// fixed ones zero.
+    /// Null directions as unit vectors of the scaled unknowns, one column each. Rows are all unknowns, and zero for fixed ones.
     #[must_use]
     pub fn null_space(&self) -> &DMatrix<f64> {
         &self.null
     }
 
-    /// Covariance on the seen directions (pseudo-inverse of H); zero for fixed unknowns.
+    /// Covariance on the observable directions (pseudo-inverse of H). Zero for fixed unknowns.
     #[must_use]
     pub fn covariance(&self) -> DMatrix<f64> {
         &self.root * self.root.transpose()
     }
 
-    /// A root C½ of [`Information::covariance`], one column for each seen direction: C = C½ C½ᵀ and
-    /// C½ᵀ H C½ = I.
+    /// A root C½ of [`Information::covariance`], one column for each observable direction: C = C½ C½ᵀ and C½ᵀ H C½ = I.
     #[must_use]
     pub fn covariance_root(&self) -> &DMatrix<f64> {
         &self.root
     }
 }
 
-/// Places of the components that carry at least a fifth of a unit direction's square, the strongest first.
+/// Indices of the components with at least a fifth of a unit direction's square, the strongest first.
 fn strongest(direction: &[f64]) -> Vec<usize> {
     let mut places: Vec<usize> = (0..direction.len()).filter(|k| direction[*k].powi(2) >= 0.2).collect();
     places.sort_by(|a, b| direction[*b].abs().total_cmp(&direction[*a].abs()));
     places
 }
 
-/// Orthonormal columns square to the orthonormal columns given.
+/// Orthonormal columns orthogonal to the given orthonormal ones.
 fn orthogonal_complement(columns: &DMatrix<f64>) -> DMatrix<f64> {
     let (size, count) = columns.shape();
     let projector = DMatrix::identity(size, size) - columns * columns.transpose();
@@ -207,7 +205,7 @@ mod tests {
 
     #[test]
     fn each_direction_is_named_by_the_unknowns_that_carry_it() {
-        // Unknowns 1 and 3 go together by 0.99, 2 is alone, 0 is held: scaled, the eigenvalues are 1.99, 1 and 0.01.
+        // Unknowns 1 and 3 are correlated by 0.99, 2 is alone, 0 is held. The scaled eigenvalues are 1.99, 1 and 0.01.
         let mut hessian = DMatrix::identity(4, 4);
         (hessian[(1, 3)], hessian[(3, 1)]) = (0.99, 0.99);
         let information = Information::new(&hessian, &[0], 1e-9).unwrap();

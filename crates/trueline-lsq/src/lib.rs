@@ -4,8 +4,8 @@
 //! ([`Solution`], as data). The problem adds its own residuals into [`NormalEquations`], so that this crate needs
 //! memory for the unknowns only, never for the residuals.
 //!
-//! Residuals must be whitened: one is one standard deviation. The crate is independent of robots, cameras and lasers; it does not
-//! print, and the same input gives the same bits.
+//! Residuals must be whitened: one is one standard deviation. The crate is independent of robots, cameras and lasers. It does not print, and the
+//! same input gives identical bits.
 //!
 //! ```
 //! use nalgebra::DVector;

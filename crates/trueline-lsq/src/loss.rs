@@ -1,14 +1,14 @@
 //! Robust losses ρ(s) of the squared whitened residual s = |r|².
 //!
-//! All are ρ(s) ≈ s near zero, so that the cost ½ Σ ρ is the ordinary one for small residuals, and all
-//! scales are in standard deviations. Sources: \[Yang2025, Eq. 16\] (Huber), \[Black1996\] (the others).
+//! All have ρ(s) ≈ s near zero, so that the cost ½ Σ ρ is the ordinary one for small residuals. All scales are in standard deviations. Sources:
+//! \[Yang2025, Eq. 16\] (Huber), \[Black1996\] (the others).
 
-/// A robust loss; `scale` is where, in standard deviations, it begins to bend.
+/// A robust loss. `scale` is the residual, in standard deviations, at which it departs from the square.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Loss {
     /// ρ = s: ordinary least squares.
     Squared,
-    /// Quadratic up to `scale`, linear beyond: bounded influence, but never none.
+    /// Quadratic up to `scale` and linear beyond. The influence is bounded, but never zero.
     Huber {
         /// Start of the linear part, σ.
         scale: f64,
@@ -23,7 +23,7 @@ pub enum Loss {
         /// c, σ.
         scale: f64,
     },
-    /// Tukey's biweight: no influence at all beyond c, hardly any bending well inside it.
+    /// Tukey's biweight: no influence beyond c, and nearly quadratic well inside it.
     Tukey {
         /// c, σ.
         scale: f64,
@@ -78,7 +78,7 @@ impl Loss {
         }
     }
 
-    /// ρ″(s): how fast the weight falls. It enters the covariance of a robust estimate, not the step.
+    /// ρ″(s): the slope of the weight. It enters the covariance of a robust estimate, not the step.
     #[must_use]
     #[inline]
     pub fn weight_slope(&self, squared: f64) -> f64 {
@@ -134,24 +134,24 @@ mod tests {
     fn losses_are_continuous_where_they_bend_and_saturate_where_they_should() {
         let c2 = 1.5 * 1.5;
         for loss in ALL {
-            // Slopes are at most 1: across 2e-9 no loss rises by more.
+            // Slopes are at most 1, so no loss rises by more across 2e-9.
             let step = loss.value(c2 + 1e-9) - loss.value(c2 - 1e-9);
             assert!((0.0..=2.1e-9).contains(&step), "{loss:?} {step}");
         }
-        // From \[Black1996\]: Tukey's ends at c²/3; Geman-McClure nears c² as c⁴/s.
+        // From \[Black1996\]: Tukey's ends at c²/3. Geman–McClure approaches c² as c⁴/s.
         assert!((ALL[4].value(1e12) - c2 / 3.0).abs() < 1e-15);
         assert!((ALL[3].value(1e12) - c2).abs() < 1e-11);
         // Huber: 2c√s − c².
         assert!((ALL[1].value(16.0) - (2.0 * 1.5 * 4.0 - c2)).abs() < 1e-14);
         assert!((ALL[2].value(c2) - c2 * 2.0_f64.ln()).abs() < 1e-15);
-        // At the bend itself a residual is an ordinary one.
+        // At the transition itself a residual is ordinary.
         assert_eq!((ALL[1].weight(c2), ALL[1].weight_slope(c2)), (1.0, 0.0));
     }
 
     #[test]
     fn every_loss_is_quadratic_near_zero() {
         for loss in ALL {
-            // ρ(s) = s + O(s²) with a bend of at most 2/c² ≈ 1.
+            // ρ(s) = s + O(s²) with a second derivative of at most 2/c² ≈ 1.
             assert!((loss.value(1e-6) - 1e-6).abs() < 1e-11, "{loss:?}");
             assert!((loss.weight(0.0) - 1.0).abs() < 1e-15, "{loss:?}");
         }

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// H = Σ JᵀWJ, g = Σ JᵀWr and the cost ½ Σ ρ at one state.
 ///
-/// Memory is for the unknowns only: n² + n numbers, however many residuals there are.
+/// Memory is needed for the unknowns only: n² + n numbers for any number of residuals.
 #[derive(Clone, Debug)]
 pub struct NormalEquations {
     /// Gauss–Newton Hessian H, n×n, symmetric (both halves are filled).
@@ -22,7 +22,7 @@ impl NormalEquations {
         Self { hessian: DMatrix::zeros(dimension, dimension), gradient: DVector::zeros(dimension), cost: 0.0 }
     }
 
-    /// Sets everything to zero, keeping the memory.
+    /// Sets everything to zero and keeps the memory.
     pub fn clear(&mut self) {
         self.hessian.fill(0.0);
         self.gradient.fill(0.0);

@@ -3,10 +3,9 @@
 use crate::NormalEquations;
 use nalgebra::DVector;
 
-/// Minimise ½ Σ ρ(|rᵢ(x)|²) over x on a manifold.
+/// Minimises ½ Σ ρ(|rᵢ(x)|²) over x on a manifold.
 ///
-/// `rᵢ` are whitened residual vectors, ρ a robust loss ([`crate::Loss`]); the gradient and the
-/// Gauss–Newton Hessian are those of that sum.
+/// `rᵢ` are whitened residual vectors, and ρ is a robust loss ([`crate::Loss`]). The gradient and the Gauss–Newton Hessian belong to that sum.
 pub trait LeastSquares {
     /// A point x of the manifold.
     type State: Clone;
@@ -20,6 +19,6 @@ pub trait LeastSquares {
     /// The cost ½ Σ ρ at a state.
     fn cost(&self, state: &Self::State) -> f64;
 
-    /// Adds every residual's part into `equations`, which arrive zeroed: JᵀWJ, JᵀWr and the cost.
+    /// Adds the contribution of every residual to `equations`, which are zero at the start: JᵀWJ, JᵀWr and the cost.
     fn linearize(&self, state: &Self::State, equations: &mut NormalEquations);
 }

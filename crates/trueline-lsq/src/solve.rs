@@ -1,9 +1,8 @@
 //! Levenberg–Marquardt: one joint step over all unknowns, damping scaled by the diagonal of H, controlled by
 //! the gain ratio. A step that raises the cost is never taken.
 //!
-//! Differs from Eq. (17) of the paper, which damps by μI: a metre and a radian are then damped alike,
-//! and it needs 16 to 31 iterations where the scaled form needs 5. Source: \[Madsen2004, Alg. 3.16\],
-//! scaling \[Marquardt1963\].
+//! This differs from Eq. (17) of the paper, which damps by μI. That damps metres and radians alike and needs 16 to 31 iterations where the scaled
+//! form needs 5. Source: \[Madsen2004, Alg. 3.16\], scaling \[Marquardt1963\].
 //!
 //! H leaves out the curvature of a robust loss. Near a minimum every step then falls short by the same part, and the
 //! next ones shrink by no more than that. The gain of a step determines the part, and the next step is longer by it.
@@ -11,16 +10,16 @@
 use crate::{LeastSquares, NormalEquations, Termination};
 use nalgebra::{DMatrix, DVector};
 
-/// How to solve.
+/// Options of a solve.
 #[derive(Clone, Copy, Debug)]
 pub struct SolveOptions {
-    /// Most steps tried, taken or not.
+    /// Maximum number of steps tried, taken or not.
     pub max_iterations: usize,
-    /// First damping, relative to the diagonal of H.
+    /// Initial damping, relative to the diagonal of H.
     pub initial_damping: f64,
-    /// Ends when a step is shorter than this, in standard deviations of the unknowns.
+    /// The solve ends when a step is shorter than this, in standard deviations of the unknowns.
     pub step_threshold: f64,
-    /// Ends when the cost falls by less than this part of itself.
+    /// The solve ends when the cost falls by less than this fraction.
     pub cost_threshold: f64,
 }
 
@@ -30,10 +29,10 @@ impl Default for SolveOptions {
     }
 }
 
-/// Largest damping tried: steps are then 10¹² times shorter than Gauss–Newton's.
+/// Largest damping tried. Steps are then 10¹² times shorter than Gauss–Newton's.
 const DAMPING_LIMIT: f64 = 1e12;
 
-/// Rounding of a sum of up to some millions of squares, as a part of it.
+/// Relative rounding error of a sum of up to some millions of squares.
 const COST_ROUNDING: f64 = 1e-13;
 
 /// A cost that rises by more than this part of itself is higher. A residual of a metre with 10 µm of noise is exact to 1e-11
@@ -44,7 +43,7 @@ const HIGHER: f64 = 1e-12;
 /// there is nothing to gain. It is measured by steps of less than one standard deviation: longer ones include the residuals'
 /// own curvature …
 const BENT: std::ops::RangeInclusive<f64> = 0.8..=0.99;
-/// … and not by a promise of less than this part of the cost, which is too near to the sum's rounding.
+/// … and with a promised decrease above this fraction of the cost, to stay above the sum's rounding.
 const MEASURABLE: f64 = 1e-10;
 
 /// Least damping of a retry. It is smaller for a solve that begins with smaller damping: directions that the first step
@@ -53,10 +52,10 @@ const LEAST_RETRY_DAMPING: f64 = 1e-3;
 /// See [`LEAST_RETRY_DAMPING`].
 const LEAST_RETRY_TIMES: f64 = 1e4;
 
-/// One try of a step, and the state before it.
+/// One trial of a step, with the state before it.
 #[derive(Clone, Debug)]
 pub struct Iteration<S> {
-    /// The state that the iteration began from.
+    /// The state at the start of the iteration.
     pub state: S,
     /// Cost at that state.
     pub cost: f64,
@@ -64,7 +63,7 @@ pub struct Iteration<S> {
     pub damping: f64,
     /// Length of the step in standard deviations of the unknowns.
     pub step: f64,
-    /// Decrease of the cost as a part of the decrease that the linear model promised.
+    /// Ratio of the decrease of the cost to that promised by the linear model.
     pub gain_ratio: f64,
     /// Whether the step was taken.
     pub accepted: bool,
@@ -77,7 +76,7 @@ pub struct Solution<S> {
     pub state: S,
     /// The equations at that state.
     pub equations: NormalEquations,
-    /// Why it ended.
+    /// Reason for the end.
     pub termination: Termination,
     /// Every step tried.
     pub iterations: Vec<Iteration<S>>,
@@ -88,7 +87,7 @@ pub struct Solution<S> {
 pub enum SolveError {
     /// Cost, gradient or Hessian is not finite at the start.
     NotFiniteAtStart,
-    /// The list of fixed unknowns names one that does not exist.
+    /// The list of fixed unknowns contains one that does not exist.
     NoSuchUnknown {
         /// Its index.
         index: usize,
@@ -109,8 +108,7 @@ impl std::error::Error for SolveError {}
 /// Minimises the problem from `start`, with the unknowns listed in `fixed` held constant.
 ///
 /// # Errors
-/// [`SolveError`] if there is nothing to start from. Not converging is not an error: see
-/// [`Solution::termination`].
+/// [`SolveError`] if the start is invalid. Missing convergence is not an error: see [`Solution::termination`].
 pub fn solve<P: LeastSquares>(
     problem: &P,
     start: P::State,
@@ -145,7 +143,7 @@ struct Search<'a, P: LeastSquares> {
     problem: &'a P,
     fixed: &'a [usize],
     equations: NormalEquations,
-    /// Those at the step that is tried.
+    /// The equations at the trial step.
     tried: NormalEquations,
     state: P::State,
     iterations: Vec<Iteration<P::State>>,
@@ -185,7 +183,7 @@ impl<P: LeastSquares> Search<'_, P> {
                 return Termination::CostConverged { decrease: promised / cost, threshold: COST_ROUNDING };
             }
             if accepted {
-                // Madsen's rule: full trust at gain 1, the same damping at gain ½.
+                // Madsen's rule: damping falls to a third at gain 1, and is unchanged at gain ½.
                 damping *= (1.0_f64 / 3.0).max(1.0 - (2.0 * gain_ratio - 1.0).powi(3));
                 growth = 2.0;
                 if length < 1.0 && promised > MEASURABLE * cost {
@@ -202,8 +200,8 @@ impl<P: LeastSquares> Search<'_, P> {
         Termination::IterationLimit { iterations: self.iterations.len(), threshold: options.max_iterations }
     }
 
-    /// Tries a step, and takes it unless it raises the cost. The equations there are summed at once: nearly every step is taken, and a pass
-    /// for the cost alone takes half as long as one for all of them.
+    /// Tries a step, and takes it unless it raises the cost. The equations are summed immediately, because nearly every step is taken. A separate
+    /// pass for the cost takes half as long as one for everything.
     fn attempt(&mut self, step: &DVector<f64>, damping: f64, length: f64, promised: f64) -> (bool, f64, f64) {
         let cost = self.equations.cost;
         let next = self.problem.retract(&self.state, step);
@@ -233,7 +231,7 @@ impl<P: LeastSquares> Search<'_, P> {
 
     /// Damping and its growth after a rejected or missing step, also from a damping of zero.
     fn raised(&self, damping: f64, growth: f64) -> (f64, f64) {
-        // Below the least a longer or shorter damping makes no difference to the step.
+        // Below the least damping, a change of it does not change the step.
         ((damping * growth).max(self.least_retry), growth * 2.0)
     }
 
@@ -249,7 +247,7 @@ fn bent(curvature: f64) -> f64 {
     if BENT.contains(&curvature) { curvature } else { 1.0 }
 }
 
-/// Solves (H + λ diag H) δ = −g over the unknowns that are not fixed; the fixed ones get zero.
+/// Solves (H + λ diag H) δ = −g over the free unknowns. Fixed ones get zero.
 fn damped_step(equations: &NormalEquations, fixed: &[usize], damping: f64) -> Option<DVector<f64>> {
     let mut matrix: DMatrix<f64> = equations.hessian.clone();
     let mut right = -equations.gradient.clone();
@@ -272,7 +270,7 @@ fn damped_step(equations: &NormalEquations, fixed: &[usize], damping: f64) -> Op
     step.iter().all(|x| x.is_finite()).then_some(step)
 }
 
-/// √(δᵀHδ): how far the step moves the whitened residuals, that is, its length in standard deviations.
+/// √(δᵀHδ): the motion of the whitened residuals, which is the length of the step in standard deviations.
 fn whitened_length(equations: &NormalEquations, step: &DVector<f64>) -> f64 {
     step.dot(&(&equations.hessian * step)).max(0.0).sqrt()
 }

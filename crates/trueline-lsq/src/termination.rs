@@ -1,8 +1,8 @@
-//! Why a solve ended, with the measured value and the threshold it met.
+//! Reason for the end of a solve, with the measured value and its threshold.
 
 use std::fmt;
 
-/// The end of a solve. All lengths of steps are in standard deviations of the unknowns.
+/// The end of a solve. Step lengths are in standard deviations of the unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Termination {
     /// The last step was shorter than the threshold.
@@ -19,18 +19,18 @@ pub enum Termination {
         /// Threshold.
         threshold: f64,
     },
-    /// No step, however short, lowers the cost any more: it is limited by rounding error.
+    /// No step lowers the cost any more: it is limited by rounding error.
     NoFurtherDecrease {
         /// Damping at the end.
         damping: f64,
-        /// Largest damping that is tried.
+        /// Largest damping tried.
         threshold: f64,
-        /// Length of the Gauss–Newton step that is left over, σ.
+        /// Length of the remaining Gauss–Newton step, σ.
         step: f64,
     },
     /// The equations have no solution.
     NoSolution,
-    /// The iterations ran out.
+    /// The iteration limit was reached.
     IterationLimit {
         /// Iterations done.
         iterations: usize,

@@ -1,4 +1,4 @@
-//! A stranger can add a problem of his own through the public interface alone: a circle fitted to points.
+//! A user-defined problem that needs only the public interface: a circle fitted to points.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{DVector, Vector2, Vector3};
@@ -76,8 +76,8 @@ fn gradient_is_the_derivative_of_the_cost_for_every_loss() {
         Loss::Tukey { scale: 13.0 },
     ] {
         let problem = CircleFit { points: circle_points(50, 6.0), sigma: 0.1, loss };
-        // Cost ~1e3; five-point rounding eps·1e3/1e-4 = 2e-9, in units of √H ≈ 50: below 1e-9. Huber's
-        // kink may lie inside a stencil and costs h·(change of ρ″) ≈ 1e-5.
+        // Cost ~1e3. Five-point rounding eps·1e3/1e-4 = 2e-9, in units of √H ≈ 50, is below 1e-9. Huber's kink may lie inside a stencil and costs
+        // h·(change of ρ″) ≈ 1e-5.
         let error = check::gradient_error(&problem, &Vector3::new(2.9, -0.8, 2.1), &steps);
         assert!(error < 1e-5, "{loss:?}: {error}");
     }
@@ -92,8 +92,8 @@ fn wild_points_do_not_move_a_redescending_fit() {
     let problem = CircleFit { points, sigma: 0.1, loss: Loss::GemanMcClure { scale: 1.0 } };
     let start = TRUTH + Vector3::new(0.05, 0.05, -0.05);
     let solution = solve(&problem, start, &[], &SolveOptions::default()).unwrap();
-    // A point 40 σ off keeps the weight (1 + 1600)⁻² and pulls with 40 σ · 4e-7 = 1.6e-5 σ = 1.6e-6; fifteen
-    // of them against forty-five good ones stay below that each.
+    // A point 40 σ off has the weight (1 + 1600)⁻² and a pull of 40 σ · 4e-7 = 1.6e-5 σ = 1.6e-6. Fifteen of them against forty-five inliers move
+    // the fit by less than that each.
     assert!((solution.state - TRUTH).norm() < 5e-4, "{}", solution.state - TRUTH);
 }
 
@@ -111,7 +111,7 @@ fn fixed_unknowns_stay_and_the_rest_is_solved() {
 
 #[test]
 fn an_unseen_unknown_is_found_and_named() {
-    // All points in one direction from the centre: only (x, radius) together are seen, and not apart.
+    // All points lie in one direction from the centre: only the sum of x and radius is observable.
     let points = vec![Vector2::new(5.0, -1.0); 10];
     let problem = CircleFit { points, sigma: 0.1, loss: Loss::Squared };
     let mut equations = NormalEquations::zeros(3);
@@ -120,7 +120,7 @@ fn an_unseen_unknown_is_found_and_named() {
     assert_eq!(information.rank(), 1);
     let null = information.null_space();
     assert_eq!(null.ncols(), 2);
-    // x and radius trade against each other, y is wholly free.
+    // x and radius are confounded, and y is free.
     let seen = Vector3::new(1.0, 0.0, 1.0).normalize();
     // The scaled eigenvectors of a 3×3 matrix of ones and zeros are exact to a few eps.
     assert!((null.transpose() * seen).norm() < 1e-12);

@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use trueline_lsq::{LeastSquares, NormalEquations, Solution, SolveOptions, Termination, solve};
 
-/// Any sums at any state: what a stranger's problem may hand over, right or wrong.
+/// Arbitrary sums at any state, as a user-defined problem may return them, correct or wrong.
 struct Sums<F> {
     unknowns: usize,
     at: F,
@@ -33,7 +33,7 @@ impl<F: Fn(&DVector<f64>) -> (DMatrix<f64>, DVector<f64>, f64)> LeastSquares for
     }
 }
 
-/// The residual x, with its derivative told as `told`, beside one that is always `rest`.
+/// The residual x, with `told` instead of its derivative, beside a constant residual `rest`.
 fn slope_told_as(told: f64, rest: f64) -> impl LeastSquares<State = DVector<f64>> {
     let at = move |x: &DVector<f64>| {
         let cost = 0.5 * (x[0] * x[0] + rest * rest);
@@ -42,7 +42,7 @@ fn slope_told_as(told: f64, rest: f64) -> impl LeastSquares<State = DVector<f64>
     Sums { unknowns: 1, at }
 }
 
-/// Without thresholds of a user, but for what is stated.
+/// No thresholds, except those stated.
 const EXACT: SolveOptions =
     SolveOptions { max_iterations: 100, initial_damping: 0.0, step_threshold: 0.0, cost_threshold: 0.0 };
 
@@ -61,14 +61,14 @@ fn damping_is_a_part_of_the_diagonal_and_lengths_are_standard_deviations() {
     // H = 4 damped to 16, g = 6: a step of −0.375, which is 0.75 standard deviations.
     assert_eq!((once.state[0], once.iterations[0].step), (2.625, 0.75));
     assert_eq!((once.iterations[0].cost, once.iterations[0].accepted), (5.0, true));
-    // Promised: 6 × 0.375 − ½ 0.375 × 4 × 0.375; found: ½ (3² − 2.625²).
+    // Promised: 6 × 0.375 − ½ 0.375 × 4 × 0.375. Actual: ½ (3² − 2.625²).
     assert_eq!(once.iterations[0].gain_ratio, 1.0546875 / 1.96875);
 }
 
 #[test]
 fn a_step_that_was_taken_ends_it_below_the_threshold_and_not_at_it() {
     let right = slope_told_as(1.0, 1.0);
-    // The step is 3 exactly; the one after it is nothing, and is not taken.
+    // The step is exactly 3. The next one is zero and is not taken.
     let at = from(&right, 3.0, SolveOptions { step_threshold: 3.0, ..EXACT });
     assert_eq!(at.termination, Termination::StepConverged { step: 0.0, threshold: 3.0 });
     assert_eq!(at.iterations.len(), 2);
@@ -80,7 +80,7 @@ fn a_step_that_was_taken_ends_it_below_the_threshold_and_not_at_it() {
 #[test]
 fn at_the_minimum_nothing_is_promised_and_nothing_is_gained() {
     let there = from(&slope_told_as(1.0, 1.0), 0.0, EXACT);
-    // A threshold of zero is not fallen below; but there is nothing left to gain.
+    // A threshold of zero is never reached, but the cost cannot decrease further.
     assert_eq!(there.termination, Termination::CostConverged { decrease: 0.0, threshold: 1e-13 });
     let only = &there.iterations[0];
     assert_eq!((there.iterations.len(), only.gain_ratio, only.accepted), (1, 0.0, false));
@@ -89,7 +89,7 @@ fn at_the_minimum_nothing_is_promised_and_nothing_is_gained() {
 #[test]
 fn a_small_decrease_ends_it_only_after_a_step_that_kept_its_promise() {
     let options = SolveOptions { cost_threshold: 0.5, max_iterations: 3, ..EXACT };
-    // Told as t, the step leads from x to x (1 − 1/t): 0.53 keeps 0.214 of its promise, 0.51 keeps 0.077.
+    // With the derivative t, the step leads from x to x (1 − 1/t): 0.53 keeps 0.214 of its promise, 0.51 keeps 0.077.
     let kept = from(&slope_told_as(0.53, 0.0), 1.0, options);
     let Termination::CostConverged { decrease, threshold } = kept.termination else {
         panic!("{}", kept.termination)
@@ -99,18 +99,18 @@ fn a_small_decrease_ends_it_only_after_a_step_that_kept_its_promise() {
     let broken = from(&slope_told_as(0.51, 0.0), 1.0, options);
     assert_eq!(broken.termination, Termination::IterationLimit { iterations: 3, threshold: 3 });
     assert!(broken.iterations.iter().all(|step| step.accepted && step.gain_ratio < 0.1));
-    // And a large one does not.
+    // A large one does not.
     let large = from(&slope_told_as(1.0, 0.0), 1.0, SolveOptions { max_iterations: 1, ..options });
     assert_eq!(large.termination, Termination::IterationLimit { iterations: 1, threshold: 1 });
 }
 
 #[test]
 fn a_step_that_was_not_taken_ends_it_if_it_was_too_short_to_matter() {
-    // The wrong way: from 5 to 10.
+    // The wrong direction: from 5 to 10.
     let short = from(&slope_told_as(-1.0, 1.0), 5.0, SolveOptions { step_threshold: 6.0, ..EXACT });
     assert_eq!(short.termination, Termination::StepConverged { step: 5.0, threshold: 6.0 });
     assert_eq!((short.iterations.len(), short.iterations[0].accepted, short.state[0]), (1, false, 5.0));
-    // At the threshold it goes on, with a shorter one.
+    // At the threshold it continues with a shorter one.
     let at = from(&slope_told_as(-1.0, 1.0), 5.0, SolveOptions { step_threshold: 5.0, ..EXACT });
     let Termination::StepConverged { step, threshold } = at.termination else { panic!("{}", at.termination) };
     assert!((step - 5.0 / 1.001).abs() < 1e-14 && threshold == 5.0 && at.iterations.len() == 2, "{step}");
@@ -118,7 +118,7 @@ fn a_step_that_was_not_taken_ends_it_if_it_was_too_short_to_matter() {
 
 #[test]
 fn a_step_whose_promise_is_lost_in_rounding_is_taken_unless_it_is_seen_to_lose_and_ends_it() {
-    // The wrong way, of which ½ 1e-14 was promised beside a cost of ½ × 9.
+    // The wrong direction: ½ 1e-14 was promised for a cost of ½ × 9.
     let lost = from(&slope_told_as(-1.0, 3.0), 1e-7, EXACT);
     let Termination::CostConverged { decrease, threshold } = lost.termination else {
         panic!("{}", lost.termination)
@@ -134,8 +134,8 @@ fn a_step_whose_promise_is_lost_in_rounding_is_taken_unless_it_is_seen_to_lose_a
     let jumped = from(&Sums { unknowns: 1, at: jump }, 1e-7, EXACT);
     assert!(matches!(jumped.termination, Termination::CostConverged { .. }), "{}", jumped.termination);
     assert_eq!((jumped.iterations.len(), jumped.iterations[0].accepted, jumped.state[0]), (1, false, 1e-7));
-    // A hundred times that can be seen, and is tried in shorter steps until it is lost as well: with a damping of λ it is about
-    // 1/λ of 1e-12.
+    // An increase a hundred times larger is visible. The step is shortened until the increase is lost in rounding as well: with a damping of λ it is
+    // about 1/λ of 1e-12.
     let seen = from(&slope_told_as(-1.0, 1.0), 1e-6, EXACT);
     assert!(matches!(seen.termination, Termination::CostConverged { .. }), "{}", seen.termination);
     let tried: Vec<f64> = seen.iterations.iter().map(|step| step.damping).collect();
@@ -145,7 +145,7 @@ fn a_step_whose_promise_is_lost_in_rounding_is_taken_unless_it_is_seen_to_lose_a
 #[test]
 fn it_is_given_up_beyond_the_largest_damping_and_not_at_it() {
     let options = SolveOptions { initial_damping: 5e11, ..EXACT };
-    // Twice 5e11 is the limit and is tried; four times that is beyond it.
+    // Twice 5e11 is the limit and is tried. Four times that is beyond it.
     let stuck = from(&slope_told_as(-1.0, 1.0), 5.0, options);
     assert_eq!(
         stuck.termination,
@@ -156,12 +156,12 @@ fn it_is_given_up_beyond_the_largest_damping_and_not_at_it() {
 
 #[test]
 fn a_matrix_that_is_not_positive_definite_is_damped_until_it_is() {
-    // Eigenvalues 3 and −1: positive from a damping of 1 on. The cost is that of a bowl.
+    // Eigenvalues 3 and −1: positive definite from a damping of 1 on. The cost is a paraboloid.
     let at = |x: &DVector<f64>| (dmatrix![1.0, 2.0; 2.0, 1.0], dvector![x[0], x[1]], 0.5 * x.norm_squared());
     let options = SolveOptions { max_iterations: 1, initial_damping: 1e-6, ..EXACT };
     let start = dvector![1.0, 1.0];
     let found = solve(&Sums { unknowns: 2, at }, start.clone(), &[], &options).unwrap();
-    // 1e-3 at least, then by 4, 8, 16, 32.
+    // At least 1e-3, then times 4, 8, 16, 32.
     let damping = 1e-3 * 2_f64.powi(2 + 3 + 4 + 5);
     assert_eq!((found.iterations.len(), found.iterations[0].damping), (1, damping));
     let step = -1.0 / (3.0 + damping);
@@ -184,7 +184,7 @@ fn a_matrix_that_is_not_positive_definite_is_damped_until_it_is() {
 }
 
 #[test]
-fn what_no_residual_depends_on_at_all_stays() {
+fn unknowns_without_residuals_do_not_move() {
     let at = |_: &DVector<f64>| (DMatrix::zeros(2, 2), DVector::zeros(2), 1.0);
     let start = dvector![1.0, -2.0];
     let found = solve(&Sums { unknowns: 2, at }, start.clone(), &[], &SolveOptions::default()).unwrap();
@@ -194,7 +194,7 @@ fn what_no_residual_depends_on_at_all_stays() {
 
 #[test]
 fn a_state_of_which_not_all_is_finite_is_not_gone_to() {
-    // A lower cost where derivatives are none.
+    // A lower cost with undefined derivatives.
     for broken in 0..2 {
         let at = move |x: &DVector<f64>| {
             let outside = if x[0] < 1.0 { f64::NAN } else { 1.0 };
@@ -258,11 +258,11 @@ fn a_step_that_falls_short_tells_how_much_longer_the_next_one_is() {
     // Rounding of a cost of about one, which determines the curvature.
     assert!(from(&bent(0.9), 0.5, two).state[0].abs() < 1e-14);
     assert!((from(&bent(0.9), 0.5, SolveOptions { max_iterations: 1, ..two }).state[0] - 0.05).abs() < 1e-15);
-    // Outside the range it is not a loss that bends: plain Gauss–Newton, whose errors are 0.3² and 0.5² of the first.
+    // Outside the range the loss is not the cause: plain Gauss–Newton, with errors of 0.3² and 0.5² of the first.
     assert!((from(&bent(0.7), 0.5, two).state[0] - 0.045).abs() < 1e-15);
     assert!((from(&bent(1.5), 0.5, two).state[0] - 0.125).abs() < 1e-15);
     assert!((from(&bent(0.995), 0.5, two).state[0] - 1.25e-5).abs() < 1e-15);
-    // A step of several standard deviations tells nothing.
+    // A step of several standard deviations gives no curvature.
     assert!((from(&bent(0.9), 3.0, two).state[0] - 0.03).abs() < 1e-15);
     // If the promise is lost in the sum's rounding, nothing is measured.
     let high = |x: &DVector<f64>| {

@@ -7,7 +7,7 @@ use trueline_lsq::Information;
 
 const SIZE: usize = 6;
 
-/// A well-conditioned information of unknowns in units that differ by up to a million: S (I + ¼ AᵀA) S.
+/// A well-conditioned information matrix of unknowns whose units differ by up to a million: S (I + ¼ AᵀA) S.
 fn hessian() -> impl Strategy<Value = DMatrix<f64>> {
     let numbers = prop::collection::vec(-1.0..1.0_f64, SIZE * SIZE);
     let units = prop::collection::vec(-3.0..3.0_f64, SIZE);
@@ -19,7 +19,7 @@ fn hessian() -> impl Strategy<Value = DMatrix<f64>> {
     })
 }
 
-/// √H_kk, by which unknowns become comparable.
+/// √H_kk, the scale of each unknown.
 fn roots(hessian: &DMatrix<f64>) -> DVector<f64> {
     hessian.diagonal().map(f64::sqrt)
 }
@@ -30,8 +30,8 @@ fn differ(of: &DMatrix<f64>, expected: &DMatrix<f64>) -> f64 {
     DMatrix::from_fn(SIZE, SIZE, |i, j| (of[(i, j)] - expected[(i, j)]).abs() / (sigma[i] * sigma[j])).max()
 }
 
-// Scaled, these matrices have eigenvalues between 1/(1 + SIZE²/4) and SIZE: conditions below 60. Two ways to invert differ by a
-// few times condition × eps × SIZE: 1e-13.
+// The scaled matrices have eigenvalues between 1/(1 + SIZE²/4) and SIZE: condition numbers below 60. Two inversions differ by a few times condition
+// × eps × SIZE: 1e-13.
 const ROUNDING: f64 = 1e-11;
 
 proptest! {
@@ -46,7 +46,7 @@ proptest! {
         let root = free.covariance_root();
         let unit = root.transpose() * &hessian * root - DMatrix::identity(SIZE - 1, SIZE - 1);
         prop_assert!(unit.abs().max() < ROUNDING);
-        // Their squares are the eigenvalues of the scaled matrix, which has ones on its diagonal; they fall.
+        // Their squares are the eigenvalues of the scaled matrix, which has a unit diagonal. They are in decreasing order.
         let values = free.singular_values();
         prop_assert!((values.norm_squared() - (SIZE - 1) as f64).abs() < ROUNDING);
         prop_assert!(values.as_slice().windows(2).all(|pair| pair[0] >= pair[1]));
@@ -74,7 +74,7 @@ proptest! {
     /// Kept directions stay unchanged. The others become directions without information: perpendicular to the kept ones, of
     /// unit length in comparable unknowns, and next to the fixed ones.
     #[test]
-    fn what_is_not_kept_becomes_null_directions(hessian in hessian(), held in 0..SIZE, turn in 0.1..3.0_f64) {
+    fn dropped_directions_become_null_directions(hessian in hessian(), held in 0..SIZE, turn in 0.1..3.0_f64) {
         let all = Information::new(&hessian, &[held], 1e-9).unwrap();
         // Two orthonormal columns of five, neither along an axis.
         let (sin, cos) = turn.sin_cos();
@@ -90,7 +90,7 @@ proptest! {
         prop_assert!(null.row(held).abs().max() < ROUNDING);
         let unit = null.transpose() * null - DMatrix::identity(SIZE - 3, SIZE - 3);
         prop_assert!(unit.abs().max() < ROUNDING);
-        // As steps of the unknowns they move nothing that is kept.
+        // As steps of the unknowns they do not move the kept directions.
         let steps = DMatrix::from_fn(SIZE, SIZE - 3, |i, j| null[(i, j)] / roots(&hessian)[i]);
         prop_assert!((root.transpose() * &hessian * steps).abs().max() < ROUNDING);
     }
@@ -100,14 +100,14 @@ proptest! {
 fn two_unknowns_that_go_together_have_the_condition_of_their_correlation() {
     let hessian = DMatrix::from_row_slice(2, 2, &[4.0, 0.6 * 20.0, 0.6 * 20.0, 100.0]);
     let information = Information::new(&hessian, &[], 1e-9).unwrap();
-    // Scaled: [1 c; c 1] with eigenvalues 1 ± c.
+    // Scaled matrix: [1 c; c 1] with eigenvalues 1 ± c.
     assert!((information.condition() - (1.6_f64 / 0.4).sqrt()).abs() < 1e-14);
     assert_eq!(Information::new(&hessian, &[0, 1], 1e-9).unwrap().condition(), 1.0);
 }
 
 #[test]
 fn a_direction_that_nothing_depends_on_is_null_and_the_threshold_decides() {
-    // (1, −1) of the scaled unknowns moves nothing; unknown 2 moves nothing at all.
+    // (1, −1) of the scaled unknowns has no effect, and neither has unknown 2.
     let hessian = DMatrix::from_row_slice(3, 3, &[4.0, 20.0, 0.0, 20.0, 100.0, 0.0, 0.0, 0.0, 0.0]);
     let information = Information::new(&hessian, &[], 1e-6).unwrap();
     assert_eq!((information.rank(), information.null_space().ncols()), (1, 2));
@@ -118,7 +118,7 @@ fn a_direction_that_nothing_depends_on_is_null_and_the_threshold_decides() {
     // The seen part has a variance of ¼ of a half of each alone: the pseudo-inverse of [1 1; 1 1] is a quarter of it.
     assert!((information.covariance()[(0, 0)] - 0.25 / 4.0).abs() < 1e-15);
 
-    // Nearly together: the smaller singular value is √(0.01/1.99) = 0.071 of the larger.
+    // Strongly correlated: the smaller singular value is √(0.01/1.99) = 0.071 of the larger.
     let near = DMatrix::from_row_slice(2, 2, &[1.0, 0.99, 0.99, 1.0]);
     let rank = |threshold| Information::new(&near, &[], threshold).unwrap().rank();
     assert_eq!([rank(0.07), rank(0.072)], [2, 1]);
@@ -131,7 +131,7 @@ fn a_direction_that_nothing_depends_on_is_null_and_the_threshold_decides() {
 
 /// A threshold of zero leaves out exactly unseen directions, and no others; if nothing is seen, everything is left out.
 #[test]
-fn what_is_exactly_unseen_is_no_direction_whatever_the_threshold() {
+fn exactly_unobservable_unknowns_are_dropped_at_any_threshold() {
     let hessian = DMatrix::from_diagonal(&DVector::from_vec(vec![4.0, 0.0, 1e-20]));
     let information = Information::new(&hessian, &[], 0.0).unwrap();
     assert_eq!((information.size(), information.rank(), information.null_space().ncols()), (3, 2, 1));

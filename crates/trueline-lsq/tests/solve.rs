@@ -1,4 +1,4 @@
-//! The search step by step: what is taken, how the damping follows, why it ends.
+//! The solver step by step: accepted steps, damping, and termination.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{DMatrix, DVector, Vector2, dvector};
@@ -37,7 +37,7 @@ fn rosenbrock(p: &Vector2<f64>) -> (DVector<f64>, DMatrix<f64>) {
     (r, DMatrix::from_row_slice(2, 2, &[-1.0, 0.0, -20.0 * p.x, 10.0]))
 }
 
-/// Three residuals in units that differ by 1e6, which do not all vanish.
+/// Three nonzero residuals in units that differ by 1e6.
 fn linear(p: &Vector2<f64>) -> (DVector<f64>, DMatrix<f64>) {
     let j = DMatrix::from_row_slice(3, 2, &[1e3, 0.0, 1e3, 1e-3, 0.0, 2e-3]);
     (&j * p - dvector![1.0, 3.0, 1.0], j)
@@ -67,7 +67,7 @@ fn a_linear_problem_takes_one_step_and_a_look() {
     let solution = solve(&Residuals(linear), Vector2::zeros(), &[], &SolveOptions::default()).unwrap();
     // Normal equations by hand: 2x′ + y′ = 4, x′ + 5y′ = 5 with x′ = 1e3 x, y′ = 1e-3 y.
     let expected = Vector2::new(15.0 / 9.0 * 1e-3, 6.0 / 9.0 * 1e3);
-    // The first step falls short by the damping of 1e-6, the second by 1e-6 of that.
+    // The first step is too short by the damping of 1e-6, the second by 1e-6 of that.
     assert!((solution.state - expected).component_div(&expected).norm() < 1e-11, "{}", solution.state);
     assert!(matches!(
         solution.termination,
@@ -91,7 +91,7 @@ fn a_curved_valley_is_followed_and_no_step_climbs() {
     assert!(solution.iterations.iter().any(|step| !step.accepted), "Gauss-Newton's first step climbs");
     assert!(solution.iterations.len() < 40);
     decreases(&solution, |p| Residuals(rosenbrock).cost(p));
-    // The equations are those of the state that is handed out.
+    // The equations belong to the returned state.
     let mut there = NormalEquations::zeros(2);
     Residuals(rosenbrock).linearize(&solution.state, &mut there);
     assert_eq!((there.hessian, there.gradient, there.cost), {
@@ -125,19 +125,19 @@ fn each_end_says_what_was_met() {
         panic!("{}", long.termination)
     };
     assert!(step < 0.1 && threshold == 0.1 && step == long.iterations.last().unwrap().step);
-    // A minimum whose cost does not vanish: the decrease falls below a part of it.
+    // A minimum with a nonzero cost: the decrease falls below a fraction of it.
     let options = SolveOptions { step_threshold: 0.0, cost_threshold: 1e-3, ..SolveOptions::default() };
     let solution = solve(&Residuals(linear), Vector2::zeros(), &[], &options).unwrap();
     let Termination::CostConverged { decrease, threshold } = solution.termination else {
         panic!("{}", solution.termination)
     };
     assert!(decrease <= 1e-3 && threshold == 1e-3);
-    // A gradient that points the wrong way: no step lowers the cost.
+    // A gradient with the wrong sign: no step lowers the cost.
     let wrong =
         |p: &Vector2<f64>| (dvector![p.x + 5.0, 1.0], DMatrix::from_row_slice(2, 2, &[-1.0, 0.0, 0.0, 0.0]));
     let options = SolveOptions { step_threshold: 0.0, ..SolveOptions::default() };
     let stuck = solve(&Residuals(wrong), Vector2::zeros(), &[], &options).unwrap();
-    // Gauss-Newton would still go 5 standard deviations.
+    // Gauss–Newton would still go 5 standard deviations.
     let Termination::NoFurtherDecrease { damping, threshold, step } = stuck.termination else {
         panic!("{}", stuck.termination)
     };
@@ -150,7 +150,7 @@ fn each_end_says_what_was_met() {
 }
 
 #[test]
-fn what_cannot_begin_is_an_error() {
+fn an_invalid_start_is_an_error() {
     let nan = |_: &Vector2<f64>| (dvector![f64::NAN], DMatrix::zeros(1, 2));
     let refused = solve(&Residuals(nan), Vector2::zeros(), &[], &SolveOptions::default()).unwrap_err();
     assert_eq!(refused, SolveError::NotFiniteAtStart);
@@ -172,12 +172,12 @@ fn differences_are_exact_for_polynomials_of_degree_four() {
 }
 
 #[test]
-fn a_wrong_gradient_is_told_by_as_much_as_it_is_wrong() {
+fn the_check_measures_the_error_of_a_wrong_gradient() {
     let at = Vector2::new(0.3, -0.2);
-    // The stencil's rest is h⁴ times the fifth derivative of a polynomial of degree four: none but rounding, 1e-13/h.
+    // The stencil's error is h⁴ times the fifth derivative of a polynomial of degree four, which is zero. Rounding remains: 1e-13/h.
     let steps = dvector![1e-3, 1e-3];
     assert!(gradient_error(&Residuals(rosenbrock), &at, &steps) < 1e-9);
-    // The second derivative by y is 5 % too large: the gradient there is 0.5 × r₂ off, in units of √H₂₂ = 10.5.
+    // The second derivative by y is 5 % too large, so the gradient there is off by 0.5 × r₂, in units of √H₂₂ = 10.5.
     let wrong = |p: &Vector2<f64>| {
         let (r, mut j) = rosenbrock(p);
         j[(1, 1)] *= 1.05;

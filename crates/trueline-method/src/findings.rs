@@ -1,4 +1,4 @@
-//! Everything that was found of a scan, before it is judged.
+//! All findings about a scan, before the verdict.
 
 use crate::adjustment::answer::Amplitudes;
 use crate::assess::confounded_causes::ConfoundedCause;
@@ -36,54 +36,53 @@ use std::collections::BTreeMap;
 use trueline_dataset::result_file::SensorFileEntry;
 use trueline_lsq::Termination;
 
-/// Everything that was found.
+/// All findings.
 #[derive(Clone, Debug)]
 pub struct Findings {
     /// The kind of sensor, as in `sensor.toml`.
     pub sensor_kind: &'static str,
     /// The unknowns, and what the scan shows of them.
     pub unknowns: Unknowns,
-    /// How the model fits.
+    /// The fit of the model.
     pub fit: FitFindings,
     /// Checks of the estimate.
     pub checks: Checks,
     /// Whether one time offset holds for the whole scan.
     pub clock: ClockFindings,
-    /// The streams that were recorded.
+    /// The recorded streams.
     pub streams: Streams,
-    /// Answer of the whole stripes; `None` if there are none, or only seam points were requested.
+    /// Answer of the whole stripes. `None` if there are none, or only seam points were requested.
     pub stripes: Option<StripeOutcome>,
-    /// The curve, where that is the answer and there is no line.
+    /// The curve, if it is the answer. Then there is no line.
     pub curve: Option<CurveEstimate>,
-    /// Why a curve was not tried where the answer of a line is refused by its structure; `None` where it was, or need not be.
+    /// Reason that no curve was tried although the line was refused for its structure. `None` if it was tried, or is unnecessary.
     pub curve_untried: Option<&'static str>,
-    /// What was asked for that has no part in the answer of a curve.
+    /// Requested options that do not apply to a curve.
     pub unused_on_curve: Vec<&'static str>,
     /// The external axes, in the order of the cell.
     pub axes: Vec<AxisFinding>,
-    /// Whether the recording states how well the sensor is known, which the ± do not contain.
+    /// Whether the recording states an uncertainty of the sensor that the result does not include.
     pub uncertainty_ignored: bool,
-    /// Whether the robot stood still at each reading, and the source of that; `None` if it moves.
+    /// Whether the robot stood still at each reading, and the source of that. `None` if it moves.
     pub stops: Option<Stops>,
     /// Whether the sensor was held because its file was written from this scan.
     pub sensor_of_its_own_scan: bool,
     /// SHA-256 of the inputs.
     pub inputs: BTreeMap<String, String>,
-    /// The options it was made with.
+    /// The options of the calibration.
     pub config: Config,
-    /// The models that were fitted, that of the answer first.
+    /// The fitted models, the answer first.
     pub models_tried: Vec<ModelTried>,
 }
 
 impl Findings {
-    /// The length that counts as a pixel, m, where features are lengths; `None` where they are pixels.
+    /// The length that counts as a pixel, m, if features are lengths. `None` if they are pixels.
     #[must_use]
     pub fn length_per_px_m(&self) -> Option<f64> {
         self.fit.residuals.rms_px.is_none().then(|| self.config.length_per_px_m())
     }
 
-    /// Outliers among the measurements: of the seam points, or of the stripes if those were used and more of them
-    /// are off.
+    /// Outliers among the measurements: the seam points, or the stripes if those were used and have more outliers.
     #[must_use]
     pub(crate) fn outliers(&self) -> Outliers {
         let ResidualSummary { outliers, used, .. } = self.fit.residuals;
@@ -104,37 +103,37 @@ impl Findings {
     }
 }
 
-/// The unknowns, and what the scan shows of them.
+/// The unknowns with their observability.
 #[derive(Clone, Debug)]
 pub struct Unknowns {
-    /// Where the solver ended; what is not observable is an arbitrary number.
+    /// The unknowns at the end of the solve. Unobservable ones are arbitrary numbers.
     pub(crate) parameters: Parameters,
-    /// Covariance of the tangent, SI units; likewise: noise, sensor, robot, form of the seam, bias of the features.
+    /// Covariance of the tangent, SI units, from noise, sensor, robot, form of the seam and bias of the features. Unobservable parts are arbitrary.
     pub(crate) covariance: DMatrix<f64>,
-    /// The random part of it: noise of features, robot and stamps.
+    /// Its random part: noise of features, robot and stamps.
     pub(crate) noise_covariance: DMatrix<f64>,
-    /// The shape of the sensor's sheet; `None` where it was held.
+    /// The shape of the sensor's sheet. `None` if it was held.
     pub sensor: Option<SensorShape>,
-    /// The sensor as the scan corrects it; likewise.
+    /// The sensor as corrected by the scan. `None` if the shape was held.
     pub corrected: Option<CorrectedSensor>,
-    /// The sensor as its file states it; likewise, and where the scan does not show the whole hand-eye transform.
+    /// The sensor as its file states it. `None` if the shape was held, or part of the hand-eye transform is unobservable.
     pub stated: Option<StatedSensor>,
-    /// The corrected sensor's file, where it was written and the hand-eye transform is that of it.
+    /// The corrected sensor's file, if it was written and the hand-eye transform refers to it.
     pub written: Option<SensorFileEntry>,
-    /// The hand-eye transform of the file that the result names, with the covariances that go with it.
+    /// The hand-eye transform for the file named in the result, with its covariances.
     pub(crate) of_file: HandEyeOfFile,
-    /// Whether a component of the tangent was estimated, not held.
+    /// For each component of the tangent, whether it was estimated. Else it was held.
     pub estimated: Vec<bool>,
     /// Observability of the scan.
     pub observability: Observability,
-    /// Whether what it does not show was held at the initial guess, as the user allowed.
+    /// Whether unobservable directions were held at the initial guess, as the user allowed.
     pub held_at_guess: bool,
-    /// Whether there is a time offset at all: a robot that stands at each reading has none.
+    /// Whether there is a time offset. A robot that stands at each reading has none.
     pub has_time_offset: bool,
 }
 
 impl Unknowns {
-    /// Standard deviation of a component of the tangent, SI; `None` if it was held or is not observable.
+    /// Standard deviation of a component of the tangent, SI. `None` if it was held or is unobservable.
     #[must_use]
     pub fn sigma(&self, component: usize) -> Option<f64> {
         Some(self.covariance(component, component)?.max(0.0).sqrt())
@@ -147,15 +146,15 @@ impl Unknowns {
         known.then(|| self.of_file.noise_covariance[(component, component)].max(0.0).sqrt())
     }
 
-    /// Covariance of two components of the tangent, SI; `None` if one was held or is not observable.
+    /// Covariance of two components of the tangent, SI. `None` if one was held or is unobservable.
     #[must_use]
     pub fn covariance(&self, row: usize, column: usize) -> Option<f64> {
         let known = |k: usize| self.estimated[k] && self.observability.observable_components[k];
         (known(row) && known(column)).then(|| self.of_file.covariance[(row, column)])
     }
 
-    /// The bow of a line along its two cross axes, with one standard deviation of each, m at the ends of what was visible;
-    /// `None` if it was taken as straight or is not observable.
+    /// The bow of a line along its two cross axes, with their standard deviations, m at the ends of the visible part. `None` if the line was held
+    /// straight or the bow is unobservable.
     #[must_use]
     pub fn bow(&self, line: usize) -> Option<[(f64, f64); 2]> {
         let curvature = self.parameters.curvatures.get(line)?;
@@ -163,7 +162,7 @@ impl Unknowns {
         Some([(curvature.bow_m[0], self.sigma(first)?), (curvature.bow_m[1], self.sigma(first + 1)?)])
     }
 
-    /// The same where no feature could be used: then none of them means anything.
+    /// The same without usable features, which makes every component unknown.
     pub(crate) fn of_no_feature(mut self) -> Self {
         self.observability = Observability::of_nothing(&self.parameters);
         self.estimated.fill(false);
@@ -179,12 +178,12 @@ impl Unknowns {
         Some(self)
     }
 
-    /// The frame of the result's sensor file by another answer to the same scan.
+    /// The frame of the result's sensor file for another answer to the same scan.
     pub(crate) fn file_frame_by(&self, other: &Parameters) -> FileFrame {
         self.stated.as_ref().map_or(self.of_file.frame, |stated| stated.frame_by(other))
     }
 
-    /// Whether the value of a component means anything: it was held, or it is observable.
+    /// Whether a component is determined: it was held, or it is observable.
     #[must_use]
     pub fn is_known(&self, component: usize) -> bool {
         let exists = component != TIME_OFFSET || self.has_time_offset;
@@ -192,51 +191,51 @@ impl Unknowns {
     }
 }
 
-/// How the model fits.
+/// The fit of the model.
 #[derive(Clone, Debug)]
 pub struct FitFindings {
     /// Residual figures.
     pub residuals: ResidualSummary,
-    /// Every feature's residual.
+    /// The residual of every feature.
     pub features: Vec<FeatureResidual>,
     /// Recorded stamp of each of `features`, ns.
     pub feature_stamps_ns: Vec<i64>,
     /// Noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
-    /// Whether they are alike from one to the next.
+    /// Whether they are correlated.
     pub structure: Structure,
     /// Estimated systematic errors, if the answer was adjusted with them.
     pub amplitudes: Option<Amplitudes>,
-    /// Factor by which the ± of the least certain rotation exceeds that from the curvature at the optimum; `None` where they agree.
+    /// Ratio of the least certain rotation's uncertainty to that from the curvature at the optimum. `None` if they agree.
     pub widened_by: Option<f64>,
-    /// Part of the covariance that is the model's, 0 to 1.
+    /// Share of the model in the covariance, 0 to 1.
     pub covariance_model_share: f64,
-    /// Why the solver ended.
+    /// Reason that the solver ended.
     pub termination: Termination,
     /// Every step of the solver on all features.
     pub iterations: Vec<IterationRecord>,
-    /// RMS of the points about the laser plane that was fitted to them, m.
+    /// RMS of the points about the fitted laser plane, m.
     pub sheet_fit_rms_m: Option<f64>,
 }
 
 /// Checks of the estimate.
 #[derive(Clone, Debug)]
 pub struct Checks {
-    /// Whether a mirrored attitude of the sensor fits as well.
+    /// Comparison with the mirrored attitude of the sensor.
     pub mirrored: Mirrored,
     /// Rival solutions, and the decision between them.
     pub ambiguity: Ambiguity,
-    /// A better minimum than the guess led to.
+    /// A better minimum than that from the guess.
     pub better: Option<BetterMinimum>,
-    /// The parts of the scan against each other.
+    /// Cross-validation between parts of the scan.
     pub held_out: Option<HeldOut>,
-    /// Stretches of the scan that do not belong to the rest.
+    /// Stretches of the scan that disagree with the rest.
     pub outlier_segments: Vec<OutlierSegment>,
-    /// Predicted error of a later seam point; `None` if the hand-eye transform is not fully observable.
+    /// Predicted error of a later seam point. `None` if the hand-eye transform is not fully observable.
     pub seam_error: Option<SeamError>,
-    /// Estimated shape of a sensor that was held fixed; `None` if it was estimated, or cannot be.
+    /// Estimated shape of a sensor that was held fixed. `None` if it was estimated, or is unobservable.
     pub held_sensor: Option<SensorShape>,
-    /// Causes that the scan cannot separate from a sensor that is off, where it seems so.
+    /// Confounded causes of an apparent sensor error.
     pub confounded_causes: Vec<ConfoundedCause>,
     /// What --fix holds and the scan contradicts.
     pub held_off: Vec<HeldOff>,
@@ -252,9 +251,9 @@ pub struct Checks {
     pub robot_taken: RobotSigmas,
     /// Robot errors from the residuals, if clearly larger.
     pub robot_seems: Option<RobotSigmas>,
-    /// The bias of the features with the tilt, where it was estimated and taken out.
+    /// The bias of the features with the tilt, if it was estimated and removed.
     pub feature_bias: Option<FeatureBias>,
-    /// Error of a seam point where it is used; `None` if something of the hand-eye is not observable.
+    /// Error of a seam point in use. `None` if part of the hand-eye transform is unobservable.
     pub seam_point_error: Option<SeamPointError>,
 }
 
@@ -272,19 +271,19 @@ impl Checks {
 /// Whether one time offset holds for the whole scan.
 #[derive(Clone, Copy, Debug)]
 pub struct ClockFindings {
-    /// Drift of the time offset, even if it is not significant.
+    /// Drift of the time offset, even if not significant.
     pub drift: Option<Drift>,
-    /// A drift of the image clock that was significant and has been taken out.
+    /// A significant drift of the image clock, which was removed.
     pub drifted: Option<Drift>,
-    /// The most likely step of a clock, even if it is not significant.
+    /// The most likely clock step, even if not significant.
     pub step: Option<Step>,
-    /// A step of a clock that is significant.
+    /// A significant clock step.
     pub stepped: Option<Step>,
     /// Noise factor of the residuals without that step.
     pub noise_factor_without_step: Option<f64>,
 }
 
-/// The streams that were recorded.
+/// The recorded streams.
 #[derive(Clone, Debug)]
 pub struct Streams {
     /// Robot stamps.
@@ -293,22 +292,22 @@ pub struct Streams {
     pub images: StampReport,
     /// Rows of the robot stream.
     pub robot_rows: usize,
-    /// Features of the recording, without rows that repeat another of their image.
+    /// Features of the recording, without repeated rows of an image.
     pub features: usize,
-    /// Noise of a recorded robot position, per axis, as measured on the stream, m.
+    /// Noise of a recorded robot position, per axis, measured on the stream, m.
     pub robot_noise_m: f64,
-    /// Robot samples that only repeat the pose before, and were left out.
+    /// Robot samples that only repeat the previous pose. They were removed.
     pub robot_poses_repeated: usize,
-    /// Whether the robot's poses were replaced by a local fit.
+    /// Whether the robot's poses were smoothed by a local fit.
     pub robot_smoothed: bool,
-    /// Recorded stamp of time 0 of all stamps in seconds: the first robot sample, ns.
+    /// Recorded stamp of the time origin: the first robot sample, ns.
     pub origin_ns: i64,
-    /// Shift subtracted from the image stamps before the estimate, s; 0 without a shift.
+    /// Shift subtracted from the image stamps before the estimate, s. 0 without a shift.
     pub images_ahead_s: f64,
 }
 
 impl Streams {
-    /// A time since the start as it stands in the files, s.
+    /// A time since the start, as it appears in the files, s.
     #[must_use]
     pub fn stamp_s(&self, since_start_s: f64) -> f64 {
         self.origin_ns as f64 * 1e-9 + since_start_s

@@ -4,9 +4,8 @@
 //! Recording ─observations─▶ Observations ─problem─▶ LineProblem ─solve─▶ Solution ─conclude─▶ Calibration
 //! ```
 //!
-//! One call does it all ([`calibrate()`]); the steps are public and pure, one file each. Nothing here
-//! prints or reads files, and threads start only where [`Config::threads`] asks for them. Source: \[Yang2025\],
-//! corrected where `docs/references.md` says.
+//! One call does everything ([`calibrate()`]). The steps are public and pure, one file each. Nothing here prints or reads files. Threads start only
+//! if [`Config::threads`] requests them. Source: \[Yang2025\], corrected as listed in `docs/references.md`.
 //!
 //! ```
 //! use trueline_method::{Config, Status, calibrate};

@@ -1,13 +1,13 @@
-//! A record of each model of a scan that was fitted, and of why it is the answer or not.
+//! Records of the fitted models of a scan, with the reason that each is or is not the answer.
 
 /// Treatment of a group of unknowns in a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// Estimated from the scan, with a prior where there is one.
+    /// Estimated from the scan, with a prior if there is one.
     Estimated,
-    /// Known with a covariance that the scan does not improve.
+    /// Considered: known with a covariance that the scan does not improve.
     Considered,
-    /// Held as if it were exact.
+    /// Held as exact.
     Held,
 }
 
@@ -28,11 +28,11 @@ impl Role {
 pub enum Clock {
     /// One time offset for the whole scan.
     Even,
-    /// It drifts at a constant rate, which was taken out.
+    /// It drifts at a constant rate, which was removed.
     Drifts,
     /// It steps once.
     Steps,
-    /// There is none: the robot stands at each reading.
+    /// None: the robot stands at each reading.
     None,
 }
 
@@ -49,26 +49,26 @@ impl Clock {
     }
 }
 
-/// Why a model was fitted, and so whether it is the answer.
+/// Reason that a model was fitted, and whether it is the answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Because {
-    /// The user asked for it: it is the answer.
+    /// The user requested it. It is the answer.
     Asked,
-    /// It tests whether the scan contradicts what the answer holds or takes from the sensor's file.
+    /// It tests whether the scan contradicts a held quantity, or one from the sensor's file.
     TestsWhatIsHeld,
-    /// It includes noise alone: an adjustment with all errors begins at its optimum.
+    /// It includes noise alone. The adjustment of all errors starts at its optimum.
     NoiseAlone,
-    /// It tests whether the recorded poses were commanded: it is not plainly likelier, or no likelier than the same filter turned round in time.
+    /// It tests whether the recorded poses were commanded poses. It is not clearly likelier, or no likelier than the same filter reversed in time.
     TestsLag,
-    /// It has a lag behind commanded poses that the residuals show: it is the answer.
+    /// The residuals show its lag behind commanded poses. It is the answer.
     ResidualsShowLag,
-    /// It has a lens that the residuals show. The answer stays that of the stated lens, and the corrected file has this one.
+    /// The residuals show its lens. The answer keeps the stated lens, and the corrected file has this one.
     ResidualsShowLens,
-    /// It is a straight line with a bow, which does not explain the scan as well as a curve does.
+    /// It is a straight line with a bow. A curve explains the scan better.
     LineRefused,
-    /// It is a curve, and explains what no line does: it is the answer.
+    /// It is a curve and explains what no line explains. It is the answer.
     CurveExplains,
-    /// It is a curve, and no likelier than the line.
+    /// It is a curve and no likelier than the line.
     CurveNoBetter,
 }
 
@@ -89,7 +89,7 @@ impl Because {
         }
     }
 
-    /// Whether the answer is of this model.
+    /// Whether this model gives the answer.
     #[must_use]
     pub fn is_taken(self) -> bool {
         matches!(self, Self::Asked | Self::ResidualsShowLag | Self::CurveExplains)
@@ -103,7 +103,7 @@ pub enum Block {
     TimeOffset,
     /// The hand-eye transform.
     HandEye,
-    /// The seams: lines that are held lie where a drawing has them.
+    /// The seams. Held lines are at their drawn positions.
     Line,
     /// The bow of each seam.
     Bow,
@@ -111,15 +111,15 @@ pub enum Block {
     SeamForm,
     /// The sensor's own shape.
     Sensor,
-    /// The detector's point with the tilt.
+    /// The bias of the detector's point with the tilt.
     Detector,
     /// The radius of the edge.
     EdgeRadius,
-    /// The robot, over its poses.
+    /// The robot's errors over its poses.
     Robot,
     /// Lag of the robot behind its recorded poses.
     PoseLag,
-    /// Where external axes are.
+    /// The external axes.
     Axes,
 }
 
@@ -178,7 +178,7 @@ impl SeamModel {
     }
 }
 
-/// A model that was fitted to the seam points of a scan.
+/// A model fitted to the seam points of a scan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelTried {
     /// Reason.
@@ -191,8 +191,8 @@ pub struct ModelTried {
     pub clock: Clock,
     /// Lag of the robot behind its recorded poses, s.
     pub robot_lag_s: f64,
-    /// Logarithm of the likelihood of all features and of what was known beforehand, at the best fit, but for a constant; of an adjustment the
-    /// restricted likelihood. Models of one kind, of the same features and stamps, compare by it.
+    /// Log likelihood of all features and of the prior at the best fit, up to a constant. For an adjustment it is the restricted likelihood. Models
+    /// of one kind with the same features and stamps can be compared by it.
     pub log_evidence: f64,
     /// Noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
@@ -206,14 +206,14 @@ impl ModelTried {
         place.map_or(Role::Held, |place| self.roles[place])
     }
 
-    /// The same with other roles of the named blocks.
+    /// The same with other roles for some blocks.
     pub(crate) fn with(&self, of: impl Fn(Block) -> Option<Role>) -> Self {
         Self { roles: Block::ALL.map(|block| of(block).unwrap_or_else(|| self.role(block))), ..self.clone() }
     }
 }
 
-/// The models of an adjustment that began at a fit and estimates these blocks beside its unknowns, with how far the robot lags (s) and minus twice the
-/// log likelihood of each; one of them is the answer, and comes first.
+/// The models of an adjustment that started at a fit and estimates these blocks beside its unknowns, with the robot's lag (s) and minus twice the
+/// log likelihood of each. The answer comes first.
 pub(crate) fn of_adjustment(
     begun: &ModelTried,
     blocks: &[Block],
@@ -243,7 +243,7 @@ pub(crate) fn of_adjustment(
     models
 }
 
-/// The role of what is estimated, or considered, or neither.
+/// The role of a block that is estimated, or considered, or neither.
 pub(crate) fn role(is_estimated: bool, is_considered: bool) -> Role {
     match (is_estimated, is_considered) {
         (true, _) => Role::Estimated,
@@ -252,7 +252,7 @@ pub(crate) fn role(is_estimated: bool, is_considered: bool) -> Role {
     }
 }
 
-/// The models of another calibration of the scan, which was made beside the answer.
+/// The models of another calibration of the scan, made beside the answer.
 pub(crate) fn beside(models: &[ModelTried], because: Because) -> impl Iterator<Item = ModelTried> {
     models.iter().map(move |model| {
         let own = if model.because.is_taken() { because } else { model.because };

@@ -1,3 +1,3 @@
-//! Medians and their kin, which the geometry needs as well.
+//! Medians and quantiles, which the geometry needs too.
 
 pub use trueline_geometry::statistics::{mad_sigma, median, quantile};

@@ -1,8 +1,8 @@
-//! Work shared by threads, whose results come in the order of the items whoever computed them.
+//! Parallel work on threads. Results are in the order of the items.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// `work` on the items 0 to `count`, on at most `threads` threads; with one, on the thread that asks.
+/// Applies `work` to the items 0 to `count`, on at most `threads` threads. With one thread it runs on the caller's.
 pub(crate) fn map<R: Send>(threads: usize, count: usize, work: impl Fn(usize) -> R + Sync) -> Vec<R> {
     if threads <= 1 || count <= 1 {
         return (0..count).map(work).collect();
@@ -20,7 +20,7 @@ pub(crate) fn map<R: Send>(threads: usize, count: usize, work: impl Fn(usize) ->
             }
         };
         let workers: Vec<_> = (0..threads.min(count)).map(|_| scope.spawn(worker)).collect();
-        // A worker that panicked panics here: nothing is lost silently.
+        // A panic of a worker is propagated.
         workers
             .into_iter()
             .flat_map(|worker| worker.join().unwrap_or_else(|e| std::panic::resume_unwind(e)))
@@ -30,7 +30,7 @@ pub(crate) fn map<R: Send>(threads: usize, count: usize, work: impl Fn(usize) ->
     all.into_iter().map(|(_, result)| result).collect()
 }
 
-/// What `work` makes of the items that it makes something of.
+/// Applies `work` to the items, and keeps its `Some` results.
 pub(crate) fn filter_map<T: Sync, R: Send>(
     threads: usize,
     items: &[T],
@@ -46,7 +46,7 @@ mod tests {
     #[test]
     fn results_come_in_order_however_long_each_takes() {
         let work = |item: usize| {
-            // The first items take longest, so that they end last.
+            // The first items take longest and therefore finish last.
             std::thread::sleep(std::time::Duration::from_micros(200 * (8 - item as u64)));
             item * item
         };

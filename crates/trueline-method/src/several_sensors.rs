@@ -1,21 +1,21 @@
-//! Several sensors on one robot, tied by the seams that they saw.
+//! Several sensors on one robot, tied by their common seams.
 //!
-//! Each sensor's scan is calibrated by itself. Lines of one number are one seam, so that the answers have it in common. With answers x of covariance C,
-//! and how far the lines are apart d = D x, the joint answer is
+//! Each sensor's scan is calibrated by itself. Lines with one number are one seam, so the answers share it. With answers x of covariance C, and the
+//! distance of the lines d = D x, the joint answer is
 //!
 //! ```text
 //! x ← x − C Dᵀ (D C Dᵀ)⁻¹ d,     C ← C − C Dᵀ (D C Dᵀ)⁻¹ D C,
 //! ```
 //!
-//! which is that of one adjustment of all readings, to the first order. Errors of the robot that both sensors share make the lines
-//! agree better than C predicts; then the ± are too large, not too small.
+//! This equals one adjustment of all readings, to first order. Robot errors that both sensors share make the lines agree better than C predicts. The
+//! uncertainties are then too large, not too small.
 
 use crate::calibration::Calibration;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION, line_index};
 use nalgebra::{DMatrix, DVector, Matrix4, Vector3, Vector4};
 use trueline_geometry::{Line, Pose, se3, so3};
 
-/// A sensor's answer beside the others.
+/// A sensor's answer, tied to the others.
 #[derive(Clone, Debug)]
 pub struct TiedSensor {
     /// Its name.
@@ -28,10 +28,10 @@ pub struct TiedSensor {
     pub sigma: [f64; LINES],
 }
 
-/// Where one sensor is as another sees it.
+/// Pose of one sensor in the frame of another.
 #[derive(Clone, Debug)]
 pub struct Between {
-    /// Name of the one whose frame it is.
+    /// Name of the sensor whose frame it is.
     pub from: String,
     /// Name of the other.
     pub to: String,
@@ -53,23 +53,23 @@ pub struct Tied {
 }
 
 impl Tied {
-    /// Whether the sensors contradict each other about a seam.
+    /// Whether the sensors disagree about a seam.
     #[must_use]
     pub fn disagrees(&self) -> bool {
         self.apart_sigmas > MOST_SIGMAS
     }
 }
 
-/// Four numbers that are further apart than this, root mean square, are of two seams: of chance once in 10⁹.
+/// Largest RMS distance of four numbers of one seam, in standard deviations. Chance exceeds it once in 10⁹.
 const MOST_SIGMAS: f64 = 3.5;
-/// Lines are compared in two planes square to the seam, so far to either side of its middle, m.
+/// Lines are compared in two planes perpendicular to the seam, at this distance on either side of its middle, m.
 const REACH_M: f64 = 0.05;
 /// Steps of the differences, rad and m.
 const STEP: f64 = 1e-6;
-/// What is subtracted of lines is rounded to this, m.
+/// Rounding of the differences between lines, m.
 const ROUNDING_M: f64 = 1e-9;
 
-/// Ties sensors of one robot by their seams; names and calibrations in one order. `None` where something of one of them is not shown.
+/// Ties sensors of one robot by their seams. Names and calibrations have one order. `None` if a required part of one of them is unobservable.
 #[must_use]
 pub fn tied(sensors: &[(String, Calibration)]) -> Option<Tied> {
     let lines = sensors.iter().map(|(_, one)| one.best_fit().lines.len()).min()?;
@@ -105,14 +105,14 @@ pub fn tied(sensors: &[(String, Calibration)]) -> Option<Tied> {
     Some(Tied { sensors, between, apart_sigmas })
 }
 
-/// Answers that agree.
+/// The joint answer.
 struct Joined {
     step: DVector<f64>,
     covariance: DMatrix<f64>,
     apart_sigmas: f64,
 }
 
-/// The step by which answers of a covariance agree that are apart by so much, and that move apart by these slopes; `None` without a solution.
+/// The step that makes answers agree, from their covariance, their distance and its Jacobian. `None` without a solution.
 fn joined(covariance: &DMatrix<f64>, apart: &DVector<f64>, by: &DMatrix<f64>) -> Option<Joined> {
     let gain = covariance * by.transpose();
     let mut of_apart = by * &gain;
@@ -127,7 +127,7 @@ fn joined(covariance: &DMatrix<f64>, apart: &DVector<f64>, by: &DMatrix<f64>) ->
     })
 }
 
-/// How far the lines of each sensor are from those of the first, and how that moves with everything.
+/// Distance of each sensor's lines from those of the first, with its Jacobian by all unknowns.
 fn comparison(sensors: &[(String, Calibration)], lines: usize, size: usize) -> (DVector<f64>, DMatrix<f64>) {
     let rows = 4 * lines * (sensors.len() - 1);
     let (mut apart, mut by) = (DVector::zeros(rows), DMatrix::zeros(rows, size * sensors.len()));
@@ -146,7 +146,7 @@ fn comparison(sensors: &[(String, Calibration)], lines: usize, size: usize) -> (
     (apart, by)
 }
 
-/// Where a line crosses two planes square to a seam, in its two directions across it, m, and how that moves with the line.
+/// Intersections of a line with two planes perpendicular to a seam, in its two cross directions, m, with the Jacobian by the line.
 fn crossings(seam: &Line, line: &Line) -> (Vector4<f64>, Matrix4<f64>) {
     let axes = seam.axes();
     let place = |line: &Line| {
@@ -166,8 +166,8 @@ fn crossings(seam: &Line, line: &Line) -> (Vector4<f64>, Matrix4<f64>) {
     (place(line), Matrix4::from_columns(&[slope(0), slope(1), slope(2), slope(3)]))
 }
 
-/// Where a sensor is in the frame of the first. With T₁ and T₂ perturbed on their left by (δ, τ), rotation and translation apart, `T₁⁻¹ T₂` turns by
-/// R₁ᵀ (δ₂ − δ₁) and moves by R₁ᵀ (τ₂ − τ₁ + (t₂ − t₁) × δ₁).
+/// Pose of a sensor in the frame of the first. T₁ and T₂ are perturbed on their left by (δ, τ), rotation and translation separately. Then
+/// `T₁⁻¹ T₂` rotates by R₁ᵀ (δ₂ − δ₁) and moves by R₁ᵀ (τ₂ − τ₁ + (t₂ − t₁) × δ₁).
 fn between(sensors: &[TiedSensor], k: usize, covariance: &DMatrix<f64>, size: usize) -> Between {
     let (one, other) = (&sensors[0], &sensors[k]);
     let into_one = one.tool_from_camera.rotation.inverse().to_rotation_matrix().into_inner();
@@ -195,7 +195,7 @@ mod tests {
 
     /// Two lengths of one thing, 1.0 ± 0.1 and 1.3 ± 0.2 m, are 1.06 ± 0.089 m: the mean by their weights, 100 and 25 of 125.
     #[test]
-    fn what_is_joined_agrees_at_the_weighted_mean() {
+    fn joined_answers_agree_at_the_weighted_mean() {
         let covariance = DMatrix::from_diagonal(&DVector::from_vec(vec![0.01, 0.04]));
         let (apart, by) = (DVector::from_vec(vec![0.3]), DMatrix::from_row_slice(1, 2, &[-1.0, 1.0]));
         let joined = joined(&covariance, &apart, &by).unwrap_or_else(|| unreachable!("it has a solution"));
@@ -237,7 +237,7 @@ mod tests {
         };
         for k in (0..2 * LINES).filter(|k| k % LINES >= ROTATION) {
             let (number, component) = (k / LINES, k % LINES);
-            // Of unit variance in one number alone the ± are the slopes.
+            // With unit variance in a single number the standard deviations are the slopes.
             let mut covariance = DMatrix::zeros(2 * LINES, 2 * LINES);
             covariance[(k, k)] = 1.0;
             let sensors = [sensor(pose(1.0)), sensor(pose(2.0))];

@@ -1,6 +1,6 @@
-//! Some of many: what changes slowly along a scan is seen by a few hundred of its readings.
+//! Thinning: quantities that change slowly along a scan need only a few hundred of its readings.
 
-/// Every how many-th of so many is taken for there to be at most a number of them.
+/// Step between the used items, so that at most `most` of `count` are used.
 #[must_use]
 pub(crate) fn stride(count: usize, most: usize) -> usize {
     count.div_ceil(most).max(1)

@@ -1,4 +1,4 @@
-//! Paths that repeat themselves: the scan does not decide, and nothing is chosen silently.
+//! Tests repeating paths: the scan does not decide, and no answer is chosen silently.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::DVector;
@@ -13,7 +13,7 @@ fn with(recording: &Recording, guess: Option<&Guess>, known: KnownOfCell) -> Cal
     calibrate(recording, guess, &Config { known, ..Config::default() }).unwrap()
 }
 
-/// Whether time offset and hand-eye are where the result says, by its own covariance: χ²₇ is above 40 once in a million.
+/// Whether time offset and hand-eye agree with the truth, by their own covariance: χ²₇ is above 40 once in a million.
 fn is_right(result: &Calibration, truth: &Guess) -> bool {
     let error = DVector::from_column_slice(result.best_fit().minus(truth).as_slice());
     let covariance = result.best_fit_covariance().view((0, 0), (7, 7)).into_owned();
@@ -52,12 +52,12 @@ fn a_statement_or_a_guess_decides_and_the_result_says_so() {
         "{:?}",
         guessed.warnings()
     );
-    // The true offset is between 0 and 100 ms, and no answer is within a microsecond.
+    // The true offset is between 0 and 100 ms. No answer is within a microsecond.
     let contradicted = with(&recording, None, within(1e-6));
     assert_eq!(contradicted.status(), Status::NotAccepted);
 }
 
-/// Rivals are looked for about the answer, also where that lies beyond the 1.2 s about none.
+/// Rivals are searched around the answer, even outside the 1.2 s about zero.
 #[test]
 fn an_answer_beyond_the_window_has_its_rivals_as_well() {
     let mut recording = simulate(&Weave::SPath.scenario(3), 3).unwrap();
@@ -116,7 +116,7 @@ fn statements_single_out_one_answer_and_no_other() {
     assert!(statements_for(2, &answers).is_empty());
 }
 
-/// A scan whose place in the sheet swings with one frequency, by a robot as noisy as usual times `noise`.
+/// A scan whose place in the sheet swings with one frequency. The robot's noise is the usual one times `noise`.
 fn swinging_with_one_frequency(frequency_hz: f64, seed: u64, noise: f64) -> Recording {
     let mut scenario = random_cell(&Preset::Good.scenario(), seed, 0.03);
     scenario.scan.lateral.frequency_hz = frequency_hz;
@@ -161,10 +161,9 @@ fn noise_that_takes_part_in_the_time_offset_is_in_its_deviation() {
     assert!((0.2..2.15).contains(&mean), "{mean}");
 }
 
-/// At 2 Hz the robot accelerates by 5 m/s², and straight pieces of 4 ms bend by 10 µm: more than is left of the noise of all
-/// frames together.
+/// At 2 Hz the robot accelerates by 5 m/s², and straight pieces of 4 ms bend by 10 µm: more than the remaining noise of all frames together.
 #[test]
-fn a_fast_swing_of_one_frequency_is_known_as_well_as_it_says_or_refused() {
+fn a_fast_swing_of_one_frequency_has_an_honest_sigma_or_is_refused() {
     let known = KnownOfCell { offset_within_s: Some(0.2), looks: None };
     for noise in [1.0, 0.1] {
         let mut squares = Vec::new();

@@ -1,4 +1,4 @@
-//! A robot that stands at each reading: no time offset is among the unknowns, and the hand-eye transform is as good as its ±.
+//! Tests a robot that stands at each reading: the time offset is no unknown, and the hand-eye transform agrees with its uncertainty.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 #![allow(clippy::print_stderr, reason = "a skipped test says so")]
 
@@ -105,7 +105,7 @@ impl HandEyeSigmas {
 
 #[test]
 fn the_stated_covariance_is_that_of_many_cells() {
-    // NEES of six numbers: its mean over n cells has a standard deviation of √(12/n), about the 6 of a true covariance. 40 cells: 0.55.
+    // NEES of six numbers. Its mean over n cells has a standard deviation of √(12/n), about the 6 of a true covariance. 40 cells: 0.55.
     let config = Config { robot_accuracy_m: Some(0.0), ..Config { at_stops: true, ..Config::noise_only() } };
     let cells = 40;
     let mut sum = 0.0;
@@ -117,7 +117,7 @@ fn the_stated_covariance_is_that_of_many_cells() {
         sum += error.dot(&covariance.cholesky().unwrap().solve(&error));
     }
     let mean = sum / cells as f64;
-    // Four of its standard deviations, and 10 % that the residuals' own scale adds to one side.
+    // Four of its standard deviations, and 10 % that the residuals' own scale adds on one side.
     assert!((6.0 - 4.0 * 0.55..6.0 * 1.1 + 4.0 * 0.55).contains(&mean), "{mean}");
 }
 
@@ -130,7 +130,7 @@ fn a_robot_that_stands_is_recognised_and_its_time_offset_is_no_number() {
     assert_eq!((found.status(), found.reasons()), (Status::NotAccepted, &[reason.clone()][..]));
     assert!(reason.to_string().contains("--at-stops") && reason.code() == "unobservable");
     assert_says_nothing_of_time(&found, "unstated");
-    // Who holds the offset has said that there is none to be found.
+    // Holding the offset states that there is none to estimate.
     let held = Config { hold: vec![Hold::TimeOffset], ..Config::default() };
     let found = calibrate(&recording, Some(&guess()), &held).unwrap();
     assert_eq!(found.status(), Status::Accepted, "{:?}", found.reasons());
@@ -174,7 +174,7 @@ fn readings_without_a_stop_are_refused() {
     assert!(matches!(error, Error::RobotStandsStill { .. }), "{error}");
 }
 
-/// A long tool at few stops: the translation must be found together with the attitude.
+/// A long tool at few stops: translation and attitude must be found together.
 #[test]
 fn sixteen_stops_need_no_guess() {
     const SCANS: u64 = 12;
@@ -190,7 +190,7 @@ fn sixteen_stops_need_no_guess() {
             assert!(squared < 30.0, "seed {seed}: {squared}");
         }
     }
-    // Two of twelve may be too weak to tell two attitudes apart; of starts without a translation half are lost.
+    // Two of twelve may be too weak to separate two attitudes. With starts without a translation half would fail.
     assert!(found_by_nothing + 2 >= SCANS, "{found_by_nothing}");
 }
 
@@ -214,13 +214,13 @@ fn a_real_profiler_before_a_part_at_eleven_stops_is_where_an_own_fit_has_it() {
     let at = found.file_tool_from_camera().translation.vector * 1e3;
     for (k, own) in [77.0, -10.4, 266.2].into_iter().enumerate() {
         let sigma = found.sigma(4 + k).unwrap() * 1e3;
-        // Its ± are 2.1, 1.6 and 1.2 mm, nine tenths of them a robot of 0.3 mm.
+        // Its uncertainties are 2.1, 1.6 and 1.2 mm, nine tenths of them from a robot error of 0.3 mm.
         assert!((at[k] - own).abs() < 2.0 * sigma && sigma < 3.0, "axis {k}: {} ± {sigma}", at[k]);
     }
-    // From nothing eleven stops lead into another minimum, which is seen not to fit.
+    // Without a guess eleven stops lead to another minimum, which is detected as a bad fit.
     let lost = calibrate(&recording, None, &stated()).unwrap();
     assert_eq!(lost.status(), Status::NotAccepted, "{:?}", lost.best_fit());
-    // One of its stops has readings that belong to no place of the part: no number comes of it that is not shown.
+    // One stop has readings that match no place of the part. No unobservable number is reported.
     let recording = folder::read(&folder.join("with-stop-9")).unwrap();
     let found = calibrate(&recording, None, &Config::default()).unwrap();
     assert_eq!(found.status(), Status::NotAccepted);

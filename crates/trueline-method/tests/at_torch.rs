@@ -1,4 +1,4 @@
-//! The predicted error at the torch against samples of the covariance, pushed through the measurement itself.
+//! Tests the predicted error at the torch against samples of the covariance, propagated through the measurement itself.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{DMatrix, Matrix3, SVector, Vector3};
@@ -30,12 +30,11 @@ impl Normal {
 fn predicted_error_is_that_of_sampled_calibrations() {
     let recording = simulate(&Preset::Quick.scenario(), 5).unwrap();
     let used_at = Use { speed_m_s: 0.08, ..Use::default() };
-    // A bias of the features that is estimated and taken out would move the point that stands for the scan.
+    // An estimated and removed feature bias would move the point that represents the scan.
     let config = Config { used_at, feature_bias_px: 0.0, ..Config::default() };
     let c = calibrate(&recording, None, &config).unwrap();
     let torch = c.findings.checks.seam_point_error.unwrap();
-    // The middle of the scan as robot.csv has it, 4 ms apart: at 30°/s of tilting 0.1°, which turns the ellipsoid by
-    // 0.002 of its size.
+    // The middle of the scan as in robot.csv, 4 ms apart. At 30°/s of tilting this is 0.1°, which rotates the ellipsoid by 0.002 of its size.
     let stamps = &c.findings.fit.features;
     let middle_s = stamps[stamps.len() / 2].stamp_s - c.best_fit().time_offset_s;
     let origin_ns = recording.robot[0].stamp_ns.min(recording.features[0].stamp_ns);
@@ -66,13 +65,13 @@ fn predicted_error_is_that_of_sampled_calibrations() {
         let turn = so3::exp(&error.fixed_rows::<3>(1).into_owned());
         let shift: Vector3<f64> = error.fixed_rows::<3>(4).into_owned();
         let wrong = se3::from_parts(turn * hand_eye.rotation, hand_eye.translation.vector + shift);
-        // A time offset that is too large looks for the tool where it was that much earlier.
+        // With too large a time offset the tool's pose is looked up that much earlier.
         let earlier =
             se3::from_parts(pose.rotation, pose.translation.vector - along * used_at.speed_m_s * error[0]);
         let found = seen_from(&earlier, &wrong);
         spread += (found - truth) * (found - truth).transpose() / SAMPLES as f64;
     }
-    // A standard deviation from N samples is known to 1/√(2 N) = 0.5 %: four of those, and 0.2 % for the attitude.
+    // A standard deviation from N samples is known to 1/√(2 N) = 0.5 %. The limit is four of those, and 0.2 % for the attitude.
     let towards = -(pose.rotation * (hand_eye.rotation * point_in_camera));
     let height = (towards - along * along.dot(&towards)).normalize();
     let across = height.cross(&along);
@@ -101,7 +100,7 @@ fn another_stand_off_is_along_the_sheet() {
     };
     let [near, own, far] = [Some(0.2), None, Some(1.5)].map(predicted);
     assert!((near.stand_off_m - 0.2).abs() < 1e-12 && (far.stand_off_m - 1.5).abs() < 1e-12);
-    // Rotation errors grow with the lever: far away nothing else matters.
+    // Rotation errors grow with the lever and dominate at large distance.
     assert!(far.semi_axes_m[0] > 2.0 * own.semi_axes_m[0]);
 }
 
@@ -128,6 +127,6 @@ fn for_another_robot_its_own_errors_count_half_as_much_again() {
         found.findings.checks.seam_error.unwrap().budget_m.robot
     };
     let [same, another] = [false, true].map(robot_m);
-    // An ideal seam's robot is considered, so that its share is as large as it is taken to be.
+    // The robot errors of an ideal seam are considered, so their contribution equals the assumed level.
     assert!((another / same - 1.5).abs() < 1e-6, "{another} {same}");
 }

@@ -1,4 +1,4 @@
-//! Scans in cells with external axes, cast forward, with nothing known of the axes.
+//! Tests scans in simulated cells with unknown external axes.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use trueline_dataset::axes::{AxisGuess, AxisValue};
@@ -24,7 +24,7 @@ fn stands(angles: &[f64]) -> AxisCourse {
     AxisCourse::Stands(angles.iter().map(|a| a.to_radians()).collect())
 }
 
-/// A scan with axes that are known to nobody.
+/// A scan with unknown axes.
 fn scan(scenario: &Scenario, axes: &[SimulatedAxis], seed: u64) -> Recording {
     let mut recording = simulate_with_axes(scenario, axes, seed).unwrap();
     recording.axes.iter_mut().for_each(|axis| axis.known = None);
@@ -39,7 +39,7 @@ fn errors(found: &Axis, truth: &Axis) -> [f64; 3] {
     [found.direction.angle(&truth.direction), place_m, (found.time_offset_s - truth.time_offset_s).abs()]
 }
 
-/// Beyond four of its ± in any direction an answer is wrong; two directions square to each other make 4 √2.
+/// Limit of the error in standard deviations: four in any direction, and two orthogonal directions give 4 √2.
 const SIGMAS: f64 = 5.7;
 
 fn check_axis(found: &AxisFinding, truth: &Axis, shown: [bool; 3], what: &str) {
@@ -68,7 +68,7 @@ fn accepted(recording: &Recording, what: &str) -> Calibration {
 }
 
 #[test]
-fn every_axis_is_found_from_nothing_as_well_as_is_said() {
+fn every_axis_is_found_without_a_guess_within_its_uncertainty() {
     let (rotary, linear) = (AxisKind::Rotary, AxisKind::Linear);
     let slide = AxisCourse::Swings { by: 0.2, hz: 0.11 };
     // A scan's evidence of direction, place and time offset. Of one that runs evenly nothing shows the time offset; of a
@@ -119,7 +119,7 @@ fn a_scan_without_noise_gives_the_axis_to_a_few_micrometres() {
     );
 }
 
-/// Without the readings while it turns, two stands leave two axes, either of which takes the one seam into the other.
+/// Without readings during rotation, two stops leave two axes, both of which map one seam to the other.
 #[test]
 fn two_stands_show_neither_direction_nor_place() {
     let scenario = scenario(13);
@@ -138,7 +138,7 @@ fn two_stands_show_neither_direction_nor_place() {
     assert_eq!([AxisPart::Direction, AxisPart::Place].map(|part| found.sigma(part)), [None; 2]);
 }
 
-/// A positioner that tilts and turns: one of the two is roughly known.
+/// A positioner that tilts and rotates. One of the two axes is roughly known.
 #[test]
 fn two_axes_are_found_where_one_is_roughly_known() {
     let scenario = scenario(8);
@@ -170,7 +170,7 @@ fn an_axis_within_the_poses_is_corrected() {
         SimulatedAxis::somewhere("table", (AxisKind::Rotary, Carries::Part), swing(), &scenario, 9);
     axis.axis.time_offset_s = 0.0;
     let mut recording = scan(&scenario, std::slice::from_ref(&axis), 9);
-    // As the controller has it: 1° and 5 mm off. It reports the tool in the table's frame.
+    // The controller's own axis is 1° and 5 mm off. It reports the tool in the table's frame.
     let lean = axis.axis.across().column(1) * 0.017;
     let nominal = Axis {
         direction: nalgebra::UnitVector3::new_normalize(axis.axis.direction.as_ref() + lean),
@@ -193,7 +193,7 @@ fn an_axis_within_the_poses_is_corrected() {
 }
 
 #[test]
-fn a_mistake_in_what_is_said_of_an_axis_is_named() {
+fn a_mistake_in_an_axis_record_is_reported() {
     let scenario = scenario(10);
     let axis = SimulatedAxis::somewhere("table", (AxisKind::Rotary, Carries::Part), swing(), &scenario, 10);
     let recording = scan(&scenario, std::slice::from_ref(&axis), 10);
@@ -214,7 +214,7 @@ fn a_mistake_in_what_is_said_of_an_axis_is_named() {
     assert_eq!(in_radians, Some(AxisMistake::ValuesInRadians));
 }
 
-/// A recording whose axis moves is placed by nobody who does not know the axis.
+/// A recording with a moving axis cannot be placed without knowledge of the axis.
 #[test]
 fn an_axis_that_nobody_knows_is_not_ignored() {
     let scenario = scenario(12);
@@ -228,7 +228,7 @@ fn an_axis_that_nobody_knows_is_not_ignored() {
 /// An inexact robot and detector make nothing more certain: the additional hypotheses, a lag above all, are not part of the
 /// ±.
 #[test]
-fn errors_widen_what_is_said_of_an_axis() {
+fn errors_widen_the_uncertainty_of_an_axis() {
     let mut scenario = scenario(14);
     // Little tilt: the axis is weakly known.
     scenario.scan.tilts.iter_mut().for_each(|tilt| tilt.amplitude *= 0.4);
@@ -241,18 +241,18 @@ fn errors_widen_what_is_said_of_an_axis() {
     let exact = sigmas(&Config { robot_accuracy_m: Some(0.0), feature_bias_px: 0.0, ..Config::default() });
     let usual = sigmas(&Config::default());
     for ((part, exact), usual) in AxisPart::ALL.into_iter().zip(exact).zip(usual) {
-        // The noise is estimated beside other errors: of 600 frames to 3 %.
+        // The noise is estimated beside other errors: from 600 frames to 3 %.
         assert!(usual > 0.9 * exact, "{part:?}: {exact:e} and {usual:e}");
     }
 }
 
 #[test]
-fn the_doctor_names_what_is_said_wrongly_of_an_axis() {
+fn the_doctor_reports_a_wrong_axis_record() {
     let scenario = scenario(15);
     let (rotary, part) = (AxisKind::Rotary, Carries::Part);
     let axis = SimulatedAxis::somewhere("table", (rotary, part), swing(), &scenario, 15);
     let recording = scan(&scenario, std::slice::from_ref(&axis), 15);
-    // A direction is stated, and the values count the other way.
+    // The direction is stated, and the values have the opposite sign.
     let guess =
         AxisGuess { direction: axis.axis.direction, point_m: Some(axis.axis.point_m), sigma: [None; 2] };
     let mut changed = recording;
@@ -260,11 +260,11 @@ fn the_doctor_names_what_is_said_wrongly_of_an_axis() {
     changed.axes[0].values.iter_mut().for_each(|value| value.value *= -1.0);
     let mut explained = diagnose(&changed, &Config::default(), None, |_| {}).explained_by;
     explained.sort();
-    // A table that turns the other way and a column under the robot are one motion.
+    // A table that rotates the other way and a column under the robot are the same motion.
     assert_eq!(explained, ["axis table: carries the robot", "axis table: wrong sign"]);
 }
 
-/// The same readings as of a robot that stands at each of them.
+/// The same readings with a robot that stands at each of them.
 fn at_stops(moving: &Recording, axis: &SimulatedAxis) -> Recording {
     let late_ns = |seconds: f64| (seconds * 1e9) as i64;
     let offset_ns = late_ns(moving.truth.as_ref().unwrap().parameters.time_offset_s);

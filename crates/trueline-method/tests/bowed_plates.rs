@@ -26,7 +26,7 @@ fn field(recording: &Recording) -> Vec<Vector3<f64>> {
     (0..25).map(|k| sheet.point(&(middle + Vector2::new(on(k % 5), on(k / 5))))).collect()
 }
 
-/// Root mean square over the field, in the tool frame, of how far two calibrations place a point apart, m.
+/// RMS distance, over the field in the tool frame, between the points placed by two calibrations, m.
 fn apart_m(field: &[Vector3<f64>], one: &Calibration, other: &Calibration) -> f64 {
     let [one, other] = [one, other].map(|calibration| calibration.best_fit().tool_from_camera);
     let square = |point: &Vector3<f64>| {
@@ -52,9 +52,9 @@ fn said_m(field: &[Vector3<f64>], calibration: &Calibration) -> f64 {
 /// times what is said, σ, is b² + σ² = 1.44 σ². The statement may grow by the additional uncertainty of the surface terms:
 /// very little.
 #[test]
-fn each_surface_term_of_0_2_mm_leaves_the_seam_error_within_1_2_of_what_is_said() {
+fn each_surface_term_of_0_2_mm_leaves_the_seam_error_within_1_2_of_the_prediction() {
     let lap = PlatePair::Lap { step_m: 3e-3 };
-    // A scan with little tilt shows little; one with much sees pictures of which one end is further away.
+    // A scan with little tilt has little information. With much tilt one end is further away in the images.
     let of_paper =
         [(PlatePair::Meeting, 11), (PlatePair::Meeting, 12), (lap, 11)].map(|of| (Preset::Paper, of));
     let of_good =
@@ -83,7 +83,7 @@ fn each_surface_term_of_0_2_mm_leaves_the_seam_error_within_1_2_of_what_is_said(
     }
 }
 
-/// A robot whose reported attitude wanders by 0.1° and comes back after 300 mm.
+/// A robot whose reported attitude drifts by 0.1° and returns after 300 mm.
 #[test]
 fn a_robot_that_wanders_is_not_explained_by_the_plates_forms() {
     for seed in [11, 12] {

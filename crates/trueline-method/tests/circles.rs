@@ -1,4 +1,4 @@
-//! No circle of source files: what a file uses never leads back to it.
+//! Tests that source files have no circular dependencies.
 //!
 //! `use` paths, and paths in the text that begin with `crate::`, `super::` or `self::`, are followed to their file; a name
 //! re-exported by a `mod.rs` or `lib.rs` is followed to its original file. Declaring a module (`mod x;`) is no use of it.
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// The files of a crate by module path: `a::b` → text.
 type Modules = BTreeMap<String, String>;
 
-/// Crates whose circles are known and still to be dissolved.
+/// Crates with known circles.
 const STILL_CIRCULAR: [&str; 0] = [];
 
 fn modules(src: &Path) -> Modules {
@@ -34,7 +34,7 @@ fn modules(src: &Path) -> Modules {
     found
 }
 
-/// Without comments, and without the unit tests at the end of a file: they may look at anything.
+/// The code without comments and without the unit tests at the end of a file, which may use anything.
 fn code(text: &str) -> String {
     let is_of_tests = |after: &str| {
         after
@@ -75,7 +75,7 @@ fn expanded(path: &str) -> Vec<String> {
     joined.map(|name| name.trim_end_matches("::self").to_owned()).collect()
 }
 
-/// All paths in a file: those of its `use` items, and those that are written out.
+/// All paths in a file: those of its `use` items, and those written out.
 fn paths(text: &str) -> Vec<String> {
     let mut found = Vec::new();
     for item in text.split(';') {
@@ -94,7 +94,7 @@ fn paths(text: &str) -> Vec<String> {
                 continue;
             }
             let end = text[at..].find(|c: char| !is_path(c)).map_or(text.len(), |length| at + length);
-            // The beginning of a group of `use`, which was expanded above.
+            // The beginning of a group of `use`, expanded above.
             if text[end..].starts_with('{') {
                 continue;
             }
@@ -104,7 +104,7 @@ fn paths(text: &str) -> Vec<String> {
     found
 }
 
-/// A path from within `module` as one from the crate's root; `None` if it leads into another crate.
+/// A path from within `module`, relative to the crate's root. `None` if it leads to another crate.
 fn absolute(module: &str, path: &str, modules: &Modules) -> Option<String> {
     let mut at: Vec<&str> = module.split("::").filter(|s| !s.is_empty()).collect();
     let mut rest = path.split("::").peekable();
@@ -130,7 +130,7 @@ fn absolute(module: &str, path: &str, modules: &Modules) -> Option<String> {
     Some(at.join("::"))
 }
 
-/// The file that a path leads to: the longest part of it that is one, and through re-exports on to the next.
+/// The file of a path: its longest part that is a file, followed through re-exports.
 fn file_of(path: &str, modules: &Modules, depth: usize) -> Option<String> {
     let parts: Vec<&str> = path.split("::").filter(|s| !s.is_empty()).collect();
     let length = (0..=parts.len()).rev().find(|n| modules.contains_key(&parts[..*n].join("::")))?;
@@ -156,7 +156,7 @@ fn uses(module: &str, modules: &Modules) -> BTreeSet<String> {
     targets.filter(|target| target != module).collect()
 }
 
-/// One circle, if there is any: found by walking on until a file comes again.
+/// One circle, if there is any. It is found by following dependencies until a file repeats.
 fn circle(edges: &BTreeMap<String, BTreeSet<String>>) -> Option<Vec<String>> {
     let mut done = BTreeSet::new();
     for start in edges.keys() {
@@ -213,7 +213,7 @@ fn no_circle_of_files_in_any_crate() {
     assert!(circles.is_empty(), "files use each other in a circle:\n{}", circles.join("\n"));
 }
 
-/// The folders and single files at the top of a crate, and what each uses of the others.
+/// The folders and single files at the top of a crate, and the dependencies between them.
 fn folder_edges(modules: &Modules) -> BTreeMap<String, BTreeSet<String>> {
     let top = |name: &str| name.split("::").next().unwrap_or_default().to_owned();
     let mut edges: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
@@ -262,7 +262,7 @@ fn circles_of_every_form_are_found() {
         ("m::x", "use super::y::Y;"),
         ("m::y", "use crate::m::X;")
     ]));
-    // A root that also has functions is no more than another file: its re-exports lead to where they come from.
+    // A root with functions of its own is like another file. Its re-exports resolve to their sources.
     assert!(!is_circular(&[
         ("", ""),
         ("m", "pub(crate) use x::{X, Y};\nuse crate::a::f;\nfn g() {}"),
@@ -278,7 +278,7 @@ fn circles_of_every_form_are_found() {
             "// use crate::m::X;\nuse std::b::x;\n#[cfg(test)]\n#[allow(x)]\nmod tests { use crate::m::X; }"
         )
     ]));
-    // Folders may form a circle where no files do.
+    // Folders may form a circle without a circle of files.
     let folders =
         [("a::x", "use crate::b::y::Y;"), ("a::z", ""), ("b::y", ""), ("b::w", "use crate::a::z::Z;")];
     assert!(!is_circular(&folders));

@@ -1,4 +1,4 @@
-//! Two streams without a common clock: the shift is found over any range, or there is a reason why it is not.
+//! Tests two streams without a common clock: the shift is found over any range, or an error gives the reason.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use trueline_dataset::{Measured, Recording};
@@ -28,7 +28,7 @@ fn check(recording: &Recording, ahead_ns: i64) {
 
 #[test]
 fn clocks_of_different_origin_are_aligned_whatever_lies_between_them() {
-    // A camera's clock since its start against the wall clock of 2026, either way; and some seconds.
+    // A camera's time since its start against the wall clock of 2026, in both directions, and a few seconds.
     check(&apart(Preset::Quick, 3, -1_795_000_000_123_456_789), -1_795_000_000_123_456_789);
     check(&apart(Preset::Profiler, 4, 7_654_321_000), 7_654_321_000);
 }
@@ -37,7 +37,7 @@ fn clocks_of_different_origin_are_aligned_whatever_lies_between_them() {
 fn a_short_recording_of_the_sensor_is_found_in_a_long_one_of_the_robot() {
     let mut recording = apart(Preset::Quick, 5, 100_000_000_000);
     let first_ns = recording.features[0].stamp_ns;
-    // From 5 s to 15 s of 20: both ends of the robot's log are without images.
+    // From 5 s to 15 s of 20: the robot's log has no images at both ends.
     recording.features.retain(|f| (5_000_000_000..15_000_000_000).contains(&(f.stamp_ns - first_ns)));
     check(&recording, 100_000_000_000);
 }
@@ -49,14 +49,14 @@ fn a_third_of_wild_points_does_not_move_the_shift() {
         if k % 3 == 0
             && let Measured::Profile([x, z]) = &mut feature.measured
         {
-            // Somewhere in the sheet, by a rule that knows nothing of the motion.
+            // A random place in the sheet, independent of the motion.
             *x += 0.03 * ((k * 7919) as f64).sin();
             *z += 0.03 * ((k * 104_729) as f64).sin();
         }
     }
     let found = align(&recording, &Config::default(), |_| {}).unwrap();
     let truth_ns = -50_000_000_000 + (recording.truth.unwrap().parameters.time_offset_s * 1e9) as i64;
-    // Rounded to a millisecond; the estimate itself is within a hundredth of that.
+    // Rounded to a millisecond. The estimate itself is within a hundredth of that.
     assert!((found.images_ahead_ns - truth_ns).abs() < 600_000, "{found:?}");
 }
 
@@ -64,7 +64,7 @@ fn a_third_of_wild_points_does_not_move_the_shift() {
 fn streams_of_different_scans_have_no_shift() {
     let mut recording = apart(Preset::Quick, 7, 40_000_000_000);
     recording.features = simulate(&Preset::Quick.scenario(), 8).unwrap().features;
-    // The seam's places in another order: the same pictures, another motion.
+    // The seam's places in another order: the same images, another motion.
     let measured: Vec<Measured> = recording.features.iter().map(|f| f.measured).collect();
     let count = measured.len();
     for (k, feature) in recording.features.iter_mut().enumerate() {

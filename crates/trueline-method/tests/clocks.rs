@@ -1,4 +1,4 @@
-//! Device clocks mapped to the PC's: what the mapping adds to the time offset.
+//! Tests device clocks mapped to the PC's: contribution of the mapping to the time offset.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use rand::{Rng, SeedableRng};
@@ -10,11 +10,11 @@ use trueline_method::input::clock_model::{Ticks, fit};
 struct Way {
     /// Mean of the exponential part, s.
     tail_s: f64,
-    /// Share of datagrams that are held up by 0.5 to 8 ms.
+    /// Share of datagrams delayed by 0.5 to 8 ms.
     held_up: f64,
 }
 
-/// Mean error of the mapped stamps, s, beside the least delay: what remains in the time offset.
+/// Mean error of the mapped stamps, s, without the minimum delay: the error in the time offset.
 fn added_s(rate_hz: f64, drift_ppm: f64, way: &Way, rng: &mut ChaCha8Rng) -> f64 {
     let phase = rng.random_range(0.0..1.0);
     let count = (60.0 * rate_hz) as usize;
@@ -29,7 +29,7 @@ fn added_s(rate_hz: f64, drift_ppm: f64, way: &Way, rng: &mut ChaCha8Rng) -> f64
             t + 2e-4 + way.tail_s * tail + held
         })
         .collect();
-    // A socket hands on in order.
+    // A socket keeps the order.
     for k in 1..count {
         arrived_s[k] = arrived_s[k].max(arrived_s[k - 1] + 1e-6);
     }
@@ -39,8 +39,8 @@ fn added_s(rate_hz: f64, drift_ppm: f64, way: &Way, rng: &mut ChaCha8Rng) -> f64
     errors.sum::<f64>() / count as f64
 }
 
-/// The figure asked for: less than 0.02 ms with 50 ppm and heavy tails, in a hundred runs. The time offset is the
-/// difference of both streams' errors.
+/// Requirement: less than 0.02 ms with 50 ppm and heavy tails, in a hundred runs. The error of the time offset is the difference of both streams'
+/// errors.
 #[test]
 fn the_mapping_adds_less_than_a_fiftieth_of_a_millisecond() {
     for held_up in [0.0, 0.02, 0.2] {

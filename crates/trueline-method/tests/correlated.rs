@@ -1,4 +1,4 @@
-//! Residuals of a real weld on simulated scans: correlated from frame to frame, or with the place on the seam.
+//! Tests residuals like those of a real weld: correlated from frame to frame, or with the place on the seam.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::DVector;
@@ -40,16 +40,16 @@ fn a_real_welds_residuals_are_accepted_with_honest_sigmas() {
     assert!((0.8..1.3).contains(&mean), "{mean}");
 }
 
-/// One pass at even speed: time and place are one, and it does not matter which is chosen.
+/// One pass at constant speed: time and place are equivalent, and either may be chosen.
 #[test]
-fn a_seam_that_wanders_widens_what_is_said() {
+fn a_wavy_seam_widens_the_uncertainty() {
     let cells = cells(&["wobble=0.1,5"], 16);
     for (c, _) in &cells {
         assert!(matches!(c.findings.fit.structure, Structure::Correlated(_)), "white");
         assert!(c.findings.fit.noise_factor > 2.0 && c.findings.fit.structure.may_be_noise());
     }
     let mean = cells.iter().map(|(_, squared)| squared / 7.0).sum::<f64>() / cells.len() as f64;
-    // χ² with 112 degrees of freedom over as many: ± 0.13, four times.
+    // χ² with 112 degrees of freedom, normalised: ± 0.13, four times.
     assert!((0.5..1.6).contains(&mean), "{mean}");
 }
 

@@ -32,21 +32,21 @@ fn a_bad_guess_makes_no_curve_of_a_straight_seam() {
 }
 
 #[test]
-fn a_curve_that_is_not_tried_is_said_to_be_none() {
+fn an_untried_curve_is_reported() {
     let (recording, truth) = scanned(CurveKind::Pipe);
     let config = Config { hold: vec![Hold::TimeOffset], threads: 2, ..Config::default() };
     let answer = calibrate(&recording, Some(&truth), &config).unwrap();
     assert!(!answer.reasons().is_empty() && answer.findings.curve.is_none());
     let untried = |warning: &Warning| matches!(warning, Warning::CurveUntried { .. });
     assert!(answer.warnings().iter().any(untried), "{:?}", answer.warnings());
-    // A straight seam is none of it.
+    // A straight seam gives none of them.
     let (recording, truth) = scanned(CurveKind::Straight);
     let answer = calibrate(&recording, Some(&truth), &config).unwrap();
     assert!(!answer.warnings().iter().any(untried), "{:?}", answer.warnings());
 }
 
 #[test]
-fn what_has_no_part_in_a_curve_is_refused_or_named() {
+fn options_unused_on_a_curve_are_refused_or_reported() {
     let (recording, truth) = scanned(CurveKind::Pipe);
     let base = Config { threads: 2, ..Config::default() };
     let loss = Config { loss: Some(Loss::Huber { scale: 2.0 }), ..base.clone() };

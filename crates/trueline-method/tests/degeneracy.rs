@@ -1,4 +1,4 @@
-//! Motions that cannot show everything: the rank and the named direction of each (maths of observability).
+//! Tests insufficient motions: rank and reported direction of each (theory of observability).
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use trueline_dataset::Sensor;
@@ -24,7 +24,7 @@ fn along_the_line_nothing_usable_is_seen() {
     assert!(groups(&calibration).contains(&Group::TimeOffset));
     assert_eq!(calibration.sigma(0), None);
     assert_eq!(calibration.findings.unknowns.observability.rank, 4);
-    // Every other time offset would do as well: none of them is an answer.
+    // Every other time offset fits as well, so none is an answer.
     assert!(calibration.findings.checks.ambiguity.rivals.is_empty());
     assert!(calibration.findings.unknowns.corrected.is_none());
 }
@@ -47,14 +47,14 @@ fn points_off_the_plane_that_the_sensors_file_states_are_refused() {
     for moved_m in [30e-3, -30e-3] {
         let refused = with_plane_moved_by(moved_m);
         let Err(Error::PointsOffStatedPlane { median_m }) = refused else { panic!("{refused:?}") };
-        // Points are in the plane to a tenth of a millimetre.
+        // Points are in the plane within a tenth of a millimetre.
         assert!((median_m - 30e-3).abs() < 1e-4, "{median_m}");
     }
 }
 
-/// Two poses 20 s apart, and two pairs of poses with as much between them: where the sensor was meanwhile nobody knows.
+/// Two poses 20 s apart, and two pairs of poses 20 s apart. The sensor's motion in between is unknown.
 #[test]
-fn where_no_feature_can_be_used_nothing_is_known() {
+fn without_usable_features_nothing_is_known() {
     let mut recording = simulate(&Preset::Quick.scenario(), 1).unwrap();
     let robot = recording.robot.clone();
     let last = robot.len() - 1;
@@ -74,7 +74,7 @@ fn constant_attitude_hides_the_translation_and_nothing_else() {
     assert_eq!(groups(&calibration), [Group::Translation, Group::Line(0)]);
     assert!(calibration.sigma(0).is_some());
     assert!((4..7).all(|k| calibration.sigma(k).is_none()));
-    // Nothing of the three is seen: one fact, one sentence.
+    // None of the three is observable: one fact, one sentence.
     let hidden = calibration.tool_from_camera().unwrap_err();
     assert_eq!((hidden.group, hidden.directions.len()), (Group::Translation, 3));
     assert_eq!(calibration.translation(Axis::X).unwrap_err(), hidden);
@@ -87,7 +87,7 @@ fn constant_attitude_hides_the_translation_and_nothing_else() {
         "{:?}",
         calibration.reasons()
     );
-    // The other attitude is an answer beside this one.
+    // The other attitude is a rival of this one.
     let rivals = &calibration.findings.checks.ambiguity.rivals;
     assert!(matches!(&rivals[..], [only] if only.is_mirror), "{rivals:?}");
     assert!(!calibration.findings.checks.ambiguity.is_open(), "it is at the same time offset");
@@ -124,7 +124,7 @@ fn rotation_about_one_axis_hides_the_translation_along_it() {
     let range_in_tool =
         scenario.cell.tool_from_camera.rotation * sheet.camera_from_sheet * nalgebra::Vector3::z();
     let direction = nalgebra::Vector3::from(hidden.directions[0]);
-    // The columns are scaled by how strongly each axis is seen, which turns the named direction a little.
+    // The columns are scaled by each axis's information, which rotates the reported direction slightly.
     assert!(direction.dot(&range_in_tool).abs() > 0.9, "{direction} {range_in_tool}");
 }
 
@@ -152,7 +152,7 @@ fn rotations_about_two_axes_show_everything() {
     assert!(calibration.findings.unknowns.observability.unobservable.is_empty());
 }
 
-/// A second line adds its own four unknowns and shows them, but no axis of rotation.
+/// A second line adds its own four unknowns and determines them, but no rotation axis.
 #[test]
 fn a_second_line_does_not_replace_a_rotation() {
     let mut scenario = Preset::TwoLines.scenario();

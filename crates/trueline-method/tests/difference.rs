@@ -1,4 +1,4 @@
-//! Two calibrations compared: what is chance, what has moved, and by how much at the seam.
+//! Tests the comparison of two calibrations: chance, motion, and the effect at the seam.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{SMatrix, SVector, Vector3};
@@ -10,7 +10,7 @@ use trueline_method::evaluate::difference::{ANSWERS, Estimate, Field, between};
 
 const FIELD: Field = Field { width_m: 0.1, depth_m: 0.04, stand_off_m: 0.3, speed_m_s: 0.05 };
 
-/// 0.02 ms, 0.01° and 0.02 mm, and the correlation that a lever of 0.3 m makes.
+/// 0.02 ms, 0.01° and 0.02 mm, with the correlation from a lever of 0.3 m.
 fn covariance() -> SMatrix<f64, ANSWERS, ANSWERS> {
     let mut root = SMatrix::<f64, ANSWERS, ANSWERS>::zeros();
     root[(0, 0)] = 2e-5;
@@ -44,14 +44,14 @@ fn chance_alone_moves_nothing_as_often_as_it_should() {
         (0..2000).map(|_| between(&estimate(&draw()), &estimate(&draw()), &FIELD).unwrap()).collect();
     let mean = differences.iter().map(|d| d.z).sum::<f64>() / 2000.0;
     let variance = differences.iter().map(|d| d.z * d.z).sum::<f64>() / 2000.0;
-    // A standard normal deviate: 0 ± 0.022 and 1 ± 0.032; the cube root is off by 0.01.
+    // A standard normal deviate: 0 ± 0.022 and 1 ± 0.032. The cube root is off by 0.01.
     assert!(mean.abs() < 0.1 && (variance - 1.0).abs() < 0.15, "{mean} {variance}");
     // One in a thousand: 2 ± 1.4 of 2000.
     assert!(differences.iter().filter(|d| d.moved()).count() <= 8);
     let (shift, sigma) = differences.iter().fold((0.0, 0.0), |(shift, sigma), d| {
         (shift + d.seam_shift_rms_m.powi(2) / 2000.0, sigma + d.seam_shift_sigma_m.powi(2) / 2000.0)
     });
-    // Both are the same expectation, of 2000 draws.
+    // Both have the same expectation, from 2000 draws.
     assert!((shift / sigma - 1.0).abs() < 0.1, "{shift} {sigma}");
 }
 
@@ -62,7 +62,7 @@ fn a_moved_bracket_and_a_moved_clock_are_told_apart() {
     bracket[4] = 0.5e-3;
     let found = between(&estimate(&nothing), &estimate(&bracket), &FIELD).unwrap();
     assert!(found.moved() && found.bracket_moved() && !found.timing_moved());
-    // Every point moves by the translation, to the first order exactly.
+    // Every point moves by the translation, exactly to first order.
     assert!(
         (found.seam_shift_rms_m - 0.5e-3).abs() < 1e-9 && (found.seam_shift_largest_m - 0.5e-3).abs() < 1e-9
     );
@@ -83,7 +83,7 @@ fn a_turn_shifts_the_seam_by_its_lever() {
     turn[2] = 1e-3;
     let (a, b) = (estimate(&nothing), estimate(&turn));
     let found = between(&a, &b, &FIELD).unwrap();
-    // By the transforms themselves, at the corner of the field.
+    // From the transforms themselves, at the corner of the field.
     let corner = nalgebra::Point3::new(0.05, 0.0, 0.32);
     let exact = (b.parameters.tool_from_camera * corner - a.parameters.tool_from_camera * corner).norm();
     assert!(exact <= found.seam_shift_largest_m * (1.0 + 1e-3), "{exact} {found:?}");

@@ -1,4 +1,4 @@
-//! The doctor names the mistake that was made, and finds none where there is none.
+//! Tests the doctor: it reports the mistake that was made, and none if there is none.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -17,7 +17,7 @@ fn good() -> Recording {
     simulate(&Preset::Quick.scenario(), 11).unwrap()
 }
 
-/// Spoils a good recording, and expects the first finding to speak of it.
+/// Corrupts a good recording, and expects the first finding to name the mistake.
 fn assert_named(spoil: impl Fn(&mut Recording), words: &str) {
     let mut recording = good();
     spoil(&mut recording);
@@ -107,7 +107,7 @@ fn good_elsewhere() -> Recording {
     simulate(&random_cell(&Preset::Quick.scenario(), 4, 0.1), 11).unwrap()
 }
 
-/// Spoils the attitudes of two recordings, and expects the first finding to speak of it.
+/// Corrupts the attitudes of two recordings, and expects the first finding to name the mistake.
 fn assert_attitude_named(spoil: fn(UnitQuaternion<f64>) -> UnitQuaternion<f64>, words: &str) {
     for mut recording in [good(), good_elsewhere()] {
         for s in &mut recording.robot {
@@ -227,7 +227,7 @@ fn with_pixels(recording: &mut Recording, change: impl Fn([f64; 2]) -> [f64; 2])
 #[test]
 fn small_mistakes_with_the_pixels() {
     let lens = BrownConrady { k1: -0.2, k2: 0.1, p1: 2e-3, p2: -1e-3, k3: 0.05 };
-    // Pixels of an ideal lens, read with that of the file.
+    // Pixels of an ideal lens, read with the lens of the file.
     let mut undistorted = with_lens(Preset::Good, BrownConrady::default());
     with_camera(&mut undistorted, |camera| camera.distortion = lens);
     assert_first(&undistorted, "undistorted images");
@@ -284,7 +284,7 @@ fn scale_of_a_profiler() {
     }
 }
 
-/// A lens that bends visibly: with the preset's faint one the wrong order fits as well, and harms as little.
+/// A lens with visible distortion. With the preset's weak one the wrong order fits as well, and is equally harmless.
 #[test]
 fn order_of_the_distortion() {
     let strong = BrownConrady { k1: -0.2, k2: 0.1, p1: 2e-3, p2: -1e-3, k3: 0.05 };
@@ -346,7 +346,7 @@ fn guesses() {
     with_guess(&|g| g.tool_from_camera.translation.vector.z += 0.25, "another tool frame");
 }
 
-/// A profiler that sends 250 profiles a second, read as one of 240, and one of 125 as one of 240.
+/// A profiler of 250 profiles per second, read as 240, and one of 125 read as 240.
 #[test]
 fn stamps_counted_with_another_rate() {
     for factor in [1.0417, 0.52] {
@@ -358,12 +358,12 @@ fn stamps_counted_with_another_rate() {
         let found = examined(&recording);
         let said = found.findings.first().cloned().unwrap_or_default();
         assert!(said.contains("made with a wrong rate"), "{factor}: {:#?}", found.findings);
-        // Their distances must be multiplied by 1/factor, to a tenth of a percent.
+        // Their intervals must be multiplied by 1/factor, to a tenth of a percent.
         assert!(said.contains(&format!(" Hz, {factor:.2}")), "{factor}: {said}");
     }
 }
 
-/// Stamps in ms that were taken for s leave no result at all, and are named all the same.
+/// Stamps in ms read as s give no result at all, and are still reported.
 #[test]
 fn stamps_of_the_robot_in_another_unit() {
     for (factor, words) in [(1_000, "they are milliseconds"), (1_000_000, "they are microseconds")] {

@@ -11,13 +11,13 @@ use trueline_sim::{Preset, random_cell, simulate};
 const DIRECTION_SIGMA_RAD: f64 = 5e-5;
 const OFFSET_SIGMA_M: f64 = 0.02e-3;
 
-/// The true line as a drawing has it that is as good as is said of it.
+/// The true line with drawing errors as stated.
 fn drawn(recording: &Recording, seed: u64) -> DrawnLine {
     let mut noise = Noise::new(seed, 91);
     let [turn, offset] = [DIRECTION_SIGMA_RAD, OFFSET_SIGMA_M];
     let step = Vector4::from([turn, turn, offset, offset].map(|sigma| noise.normal(sigma)));
     let truth = recording.truth.as_ref().unwrap().lines[0];
-    // Its offsets are known amid the scan.
+    // Its offsets are known at the middle of the scan.
     let amid = recording.robot[recording.robot.len() / 2].base_from_tool.translation.vector;
     DrawnLine {
         line: 0,
@@ -35,7 +35,7 @@ fn a_drawn_line_shows_the_translation_at_a_constant_attitude() {
     let with = Config { drawn_lines: vec![drawn(&recording, 3)], ..Config::noise_only() };
     let with = calibrate(&recording, Some(&truth), &with).unwrap();
     let seen = |c: &trueline_method::Calibration| (4..7).filter(|k| c.sigma(*k).is_some()).count();
-    // Along the line nothing shows it, whatever is known of the line.
+    // Along the line it is unobservable, whatever is known of the line.
     println!("{} {} {:?}", seen(&without), seen(&with), with.reasons());
     assert_eq!(seen(&without), 0);
     assert!(with.findings.unknowns.observability.rank > without.findings.unknowns.observability.rank - 4);
@@ -45,7 +45,7 @@ fn a_drawn_line_shows_the_translation_at_a_constant_attitude() {
 }
 
 #[test]
-fn what_is_said_beside_a_drawn_line_holds_its_own_uncertainty() {
+fn the_covariance_includes_the_drawn_lines_uncertainty() {
     let (mut sum, count) = (0.0, 12);
     for seed in 0..count {
         let scenario = random_cell(&Preset::Quick.scenario(), seed, 0.1);
@@ -59,7 +59,7 @@ fn what_is_said_beside_a_drawn_line_holds_its_own_uncertainty() {
         assert!(c.findings.checks.seam_error.unwrap().budget_m.held > 0.0);
     }
     let mean = sum / f64::from(u32::try_from(count).unwrap());
-    // χ² with 84 degrees of freedom over as many: ± 0.15, three times.
+    // χ² with 84 degrees of freedom, normalised: ± 0.15, three times.
     println!("{mean}");
     assert!((0.55..1.45).contains(&mean), "{mean}");
 }

@@ -56,7 +56,7 @@ fn every_point_is_where_the_simulator_has_it() {
         let placed = seam_points::place(&known.recording, &truth(&scenario), &Config::default()).unwrap();
         for point in &placed.list {
             let truth = known.truth[point.row as usize];
-            // On the circle the tool turns; between samples 4 ms apart the path is within 0.1 m/s² · (4 ms)²/8 of straight.
+            // On the circle the tool rotates. Between samples 4 ms apart the path is straight within 0.1 m/s² · (4 ms)²/8.
             assert!((point.point_in_base - truth).norm() < 1e-6, "{point:?}");
         }
         assert!(placed.skipped.is_empty(), "{:?}", placed.skipped);
@@ -83,7 +83,7 @@ fn leaving_the_offset_out_shows_across_only_where_the_sensor_moves_across() {
     let weave = Sine { amplitude: 0.01, frequency_hz: 0.8, phase_rad: 0.3 };
     let weaving = run(weave);
     assert!(figures(&weaving.calibrated).max_m < 1e-5);
-    // ±10 mm at 0.8 Hz is 50 mm/s at most; the work angle's tilt only turns it.
+    // ±10 mm at 0.8 Hz is at most 50 mm/s. The tilt of the work angle only rotates it.
     let expected = weave.amplitude * std::f64::consts::TAU * weave.frequency_hz * OFFSET_S;
     let found = figures(&weaving.without_offset);
     assert!((found.max_m / expected - 1.0).abs() < 0.15, "{} {expected}", found.max_m);
@@ -100,10 +100,10 @@ fn without_a_reference_the_simplest_form_is_fitted() {
     assert_eq!(form(&straight(&scenario, Sine::default()), Form::Auto).name(), "line");
     let fitted = form(&round(&scenario, 2), Form::Auto);
     let ReferenceCurve::Circle(circle) = fitted else { panic!("{fitted:?}") };
-    // 0.02 mm a point, 200 points, 67° of arc: the radius is some thirty times less certain than the mean of the points.
+    // 0.02 mm a point, 200 points, 67° of arc. The radius is some thirty times less certain than the mean of the points.
     assert!((circle.radius() - 0.6).abs() < 0.2e-3, "{}", circle.radius());
     assert_eq!(form(&round(&scenario, 2), Form::Plane).name(), "plane");
-    // A wave in a plane is neither line nor circle.
+    // A wave in a plane is neither a line nor a circle.
     let wave: Vec<Vector3<f64>> = (0..100)
         .map(|k| Vector3::new(0.003 * f64::from(k), 0.04 * (0.1 * f64::from(k)).sin(), 0.2))
         .collect();
@@ -139,9 +139,9 @@ fn the_profile_of_the_offset_is_lowest_at_the_estimate_and_rises_steeply() {
     assert!(profile.windows(2).all(|pair| pair[0].time_offset_s < pair[1].time_offset_s));
     let best = profile.iter().min_by(|a, b| a.typical_sigmas.total_cmp(&b.typical_sigmas)).unwrap();
     assert!((best.time_offset_s - calibration.best_fit().time_offset_s).abs() < 0.6e-3);
-    // Without stamp jitter in the weights a little above one.
+    // Without stamp jitter in the weights, slightly above one.
     assert!((0.7..2.0).contains(&best.typical_sigmas), "{}", best.typical_sigmas);
-    // At 30 mm/s across, 0.1 s is 3 mm: a hundred standard deviations, less what the rest of the unknowns takes up.
+    // At 30 mm/s across, 0.1 s is 3 mm: a hundred standard deviations, minus the part that other unknowns absorb.
     let far = profile.iter().filter(|p| (p.time_offset_s - best.time_offset_s).abs() > 0.1);
     assert!(far.clone().count() > 30 && far.clone().all(|p| p.typical_sigmas > 5.0));
 }
@@ -154,7 +154,7 @@ fn a_time_offset_that_is_held_too_small_leaves_the_points_behind() {
     guess.time_offset_s -= 1e-3;
     let held = Config { hold: vec![trueline_method::Hold::TimeOffset], ..Config::default() };
     let found = trueline_method::calibrate(&recording, Some(&guess), &held).unwrap();
-    // The slope of the residual over the velocity of the seam in the sheet is the error of the offset.
+    // The slope of the residual over the velocity of the seam in the sheet is the error of the time offset.
     let (mut product, mut square) = (0.0, 0.0);
     for f in &found.findings.fit.features {
         let (residual, velocity) = (f.in_sheet_m.unwrap(), f.crossing_m_s.unwrap());
@@ -162,7 +162,7 @@ fn a_time_offset_that_is_held_too_small_leaves_the_points_behind() {
         square += velocity.norm_squared();
     }
     let slope_s = product / square;
-    // 1 ms, of which the hand-eye takes up a little.
+    // 1 ms, of which the hand-eye absorbs a small part.
     assert!((slope_s + 1e-3).abs() < 0.1e-3, "{slope_s}");
 }
 
@@ -177,7 +177,7 @@ fn points_need_no_laser_plane_to_be_evaluated() {
     scenario.cell.sensor = trueline_sim::SensorModel::Points { camera, laser_plane_in_camera };
     let mut known = straight(&scenario, Sine::default());
     known.recording.sensor = trueline_dataset::Sensor::Points { laser_plane_in_camera: None };
-    // The seam stays in one place of the camera: no plane could be fitted to that.
+    // The seam stays in one place of the camera frame, so no plane could be fitted.
     let found = evaluate(&known.recording, &truth(&scenario), None, Form::Line).unwrap();
     assert!(figures(&found.calibrated).max_m < 1e-6);
 }
@@ -203,7 +203,7 @@ const STOPS: u32 = 14;
 const REST_S: f64 = 1.0;
 const MOVE_S: f64 = 0.4;
 
-/// The path of a scan with a rest at every fourteenth of it; the order of the stops is given.
+/// The path of a scan with a stop at every fourteenth of it, in a given order.
 fn with_stops(scenario: &Scenario, order: &[u32]) -> trueline_dataset::Recording {
     let motion = Motion::new(scenario).unwrap();
     let at_stop =
@@ -231,7 +231,7 @@ fn points_measured_at_standstill_are_the_truth_of_a_moving_scan() {
     let line = scenario.cell.lines[0];
     for stop in &stops {
         let off = (stop.point_in_base - line.anchored_near(&stop.point_in_base).anchor()).norm();
-        // Some 20 images of 0.02 mm and a robot of 0.03 mm are known to 0.01 mm; a chi of two axes beyond four is one in 3000.
+        // Some 20 images of 0.02 mm and a robot of 0.03 mm give 0.01 mm. A chi of two axes exceeds four once in 3000.
         assert!(off < 4.0 * stop.sigma_m && (1e-6..0.03e-3).contains(&stop.sigma_m), "{off} {stop:?}");
     }
     // Without motion the offset does not matter: the same images count, except for one at either end.
@@ -241,7 +241,7 @@ fn points_measured_at_standstill_are_the_truth_of_a_moving_scan() {
     let curves = standstill::curves(&stops).unwrap().into_iter().map(ReferenceCurve::Curve).collect();
     let moving = simulate(&scenario, 6).unwrap();
     let evaluation = evaluate(&moving, &right, Some(curves), Form::Auto).unwrap();
-    // Features of 0.3 px and a robot of 0.03 mm; and 17.73 ms at up to 30 mm/s across.
+    // Features of 0.3 px and a robot of 0.03 mm, against 17.73 ms at up to 30 mm/s across.
     assert!(figures(&evaluation.calibrated).rmse_m < 0.08e-3, "{:?}", figures(&evaluation.calibrated));
     assert!(figures(&evaluation.without_offset).rmse_m > 0.3e-3);
 }

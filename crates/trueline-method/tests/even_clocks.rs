@@ -1,6 +1,6 @@
-//! Even clocks are found behind the stamps of an ordinary shop's receivers, and uneven sources are left alone.
+//! Tests that regular clocks are found behind the stamps of ordinary receivers, and that irregular sources are left alone.
 //!
-//! The generator casts arrivals forward: a source, its transport, a receiver that stalls and stamps. Nothing in it counts or fits.
+//! The generator simulates arrivals forward: a source, its transport, and a receiver that stalls and stamps. It neither counts nor fits.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use trueline_method::input::clock_model::{StreamClock, Ticks, fit};
@@ -32,16 +32,16 @@ struct Shop {
     skew: f64,
     /// Standard deviation of the half-normal lateness.
     late_s: f64,
-    /// Share of packets that are later by 3 ms, exponentially.
+    /// Share of packets with an exponential delay of 3 ms.
     late_packets: f64,
-    /// The receiver stops for 15 ms about every 8 s; then the queue comes at once.
+    /// The receiver stops for 15 ms about every 8 s. Then the queue arrives at once.
     stalls: bool,
     lost: f64,
     /// The receiver's clock steps by this in the middle.
     step_s: f64,
     /// Amplitude of the receiver clock's wander.
     wander_s: f64,
-    /// Stamps are rounded to whole multiples; 0 of none.
+    /// Stamps are rounded to multiples of this. 0 for none.
     grain_s: f64,
 }
 
@@ -71,7 +71,7 @@ impl Shop {
     /// The receiver's clock at a time.
     fn receiver(&self, time_s: f64) -> f64 {
         let step_s = if time_s > 0.53 * self.lasts_s { self.step_s } else { 0.0 };
-        // Two slow sines, of which neither is a line.
+        // Two slow sines, neither of which is a line.
         let wander = (0.5 * time_s).sin() + 0.5 * (0.23 * time_s + 1.0).sin();
         time_s + step_s + self.wander_s * wander / 1.5
     }
@@ -97,7 +97,7 @@ impl Shop {
                 stalled_until_s = next_stall_s + 0.015;
                 next_stall_s += chance.exponential(8.0);
             }
-            // A queue hands on in order, 15 µs apart.
+            // A queue keeps the order, 15 µs apart.
             arrives_s = arrives_s.max(stalled_until_s).max(free_s + 15e-6);
             free_s = arrives_s;
             let stamp_s = self.receiver(arrives_s);
@@ -105,7 +105,7 @@ impl Shop {
                 if self.grain_s > 0.0 { (stamp_s / self.grain_s).round() * self.grain_s } else { stamp_s };
             stream.stamps_s.push(rounded);
             stream.counter.push(k + 5);
-            // By the receiver's clock as it is after a step, and wanders.
+            // By the receiver's clock with its step and wander.
             stream
                 .taken_s
                 .push(self.receiver(time_s) + if time_s > 0.53 * self.lasts_s { 0.0 } else { self.step_s });
@@ -114,8 +114,7 @@ impl Shop {
     }
 }
 
-/// Standard deviation of the fitted stamps against the truth, all alike late taken out, s; and the share of stamps that are dated to
-/// another sample than their own.
+/// Standard deviation of the fitted stamps from the truth without their common delay, s, and the share of stamps assigned to a wrong sample.
 fn error_s(clock: &StreamClock, stream: &Stream) -> (f64, f64) {
     let mut off: Vec<f64> = clock.regular_s.iter().zip(&stream.taken_s).map(|(r, t)| r - t).collect();
     off.sort_by(f64::total_cmp);
@@ -125,20 +124,20 @@ fn error_s(clock: &StreamClock, stream: &Stream) -> (f64, f64) {
     ((own.iter().map(|o| o * o).sum::<f64>() / own.len() as f64).sqrt(), others)
 }
 
-/// Largest error over some recordings, and the largest share of stamps that are another's.
+/// Largest error over some recordings, and the largest share of wrongly assigned stamps.
 fn worst(shop: &Shop, with_counter: bool) -> (f64, f64) {
     let of = |seed| {
         let stream = shop.record(seed);
         let ticks = if with_counter { Ticks::Counter(&stream.counter) } else { Ticks::Counted };
         let clock = fit(&stream.stamps_s, ticks).unwrap_or_else(|| panic!("no clock of {seed}"));
-        // Slope of a line through 900 stamps of 0.3 ms over 30 s: σ √12 / (T √n) = 1.2 ppm; four of that.
+        // Slope of a line through 900 stamps of 0.3 ms over 30 s: σ √12 / (T √n) = 1.2 ppm. The limit is four of that.
         assert!((clock.period_s / shop.period_s - 1.0 - shop.skew).abs() < 4.8e-6, "{}", clock.period_s);
         error_s(&clock, &stream)
     };
     (1..=12).map(of).fold((0.0, 0.0), |(a, b): (f64, f64), (x, y)| (a.max(x), b.max(y)))
 }
 
-/// The design figure: 0.01 to 5 µs at jitters of 60 to 250 µs.
+/// Required accuracy: 0.01 to 5 µs at jitters of 60 to 250 µs.
 const DESIGN_S: f64 = 5e-6;
 
 #[test]
@@ -161,7 +160,7 @@ fn lost_frames_are_counted_with_and_without_a_counter() {
             let shop = Shop { lost, stalls: true, ..shop.clone() };
             let (error, others) = worst(&shop, true);
             assert!(error < DESIGN_S && others == 0.0, "{name} {lost} counter: {error} {others}");
-            // Without a counter nobody knows which of a queue's packets was lost: of 5 % of the packets in a queue.
+            // Without a counter it is unknown which of a queue's packets was lost, for 5 % of the packets in a queue.
             let (error, others) = worst(&shop, false);
             assert!(error < DESIGN_S && others < 0.005, "{name} {lost}: {error} {others}");
         }
@@ -170,7 +169,7 @@ fn lost_frames_are_counted_with_and_without_a_counter() {
 
 #[test]
 fn one_step_of_the_clock_is_taken_out() {
-    // Two middles of 400 stamps and more of 0.1 ms: 7 µs; four of that.
+    // Two medians of at least 400 stamps of 0.1 ms: 7 µs. The limit is four of that.
     let limit_s = 30e-6;
     for (name, shop, step_s) in
         [("robot", ORDINARY, -3e-3), ("robot", ORDINARY, 1.2e-3), ("camera", CAMERA, 3e-3)]
@@ -187,9 +186,9 @@ fn one_step_of_the_clock_is_taken_out() {
 fn rounded_stamps_show_the_even_tick() {
     let rounded = |shop: Shop| Shop { grain_s: 1e-3, lost: 0.02, skew: 20e-6, ..shop };
     let (error, others) = worst(&rounded(CAMERA), false);
-    // Rounding is 0.29 ms; a line through 900 such stamps is off by 0.29/√900 = 10 µs on average; three of that.
+    // Rounding is 0.29 ms. A line through 900 such stamps is off by 0.29/√900 = 10 µs on average. The limit is three of that.
     assert!(error < 30e-6 && others < 0.005, "{error} {others}");
-    // A period of whole grains is rounded alike for a minute: no line is better than the rounding.
+    // A period of whole grains is rounded alike for a minute, so no line is better than the rounding.
     for seed in 1..=12 {
         let stream = rounded(ORDINARY).record(seed);
         let (error, others) = error_s(&fit(&stream.stamps_s, Ticks::Counted).unwrap(), &stream);
@@ -205,7 +204,7 @@ fn a_wander_is_followed() {
             let stream = shop.record(4);
             let clock = fit(&stream.stamps_s, Ticks::Counted).unwrap();
             assert!(clock.wander_s > 0.5 * wander_s, "{name} {}", clock.wander_s);
-            // Straight pieces of a second bend by 0.25 w T²/8 = 3 % of the wander; middles of 60 stamps add 0.01 ms.
+            // Straight pieces of a second bend by 0.25 w T²/8 = 3 % of the wander. Middles of 60 stamps add 0.01 ms.
             let (error, others) = error_s(&clock, &stream);
             assert!(error < 0.04 * wander_s + 0.01e-3 && others == 0.0, "{name} {wander_s}: {error}");
         }
@@ -225,17 +224,17 @@ fn stamps_of_arrival_are_told_from_jitter_to_both_sides() {
     }
 }
 
-/// Nothing says that the stamps are late: they are used as recorded unless the fit clearly prefers an even clock.
+/// The stamps are not known to be late. They are used as recorded unless the fit clearly prefers a regular clock.
 fn keeps_its_stamps(stamps_s: &[f64]) -> bool {
     fit(stamps_s, Ticks::Counted).is_none_or(|clock| !clock.lateness.is_of_arrival())
 }
 
-/// Sources that are uneven by themselves; their stamps are right.
+/// Irregular sources with correct stamps.
 #[test]
 fn uneven_sources_keep_their_stamps() {
     for seed in 1..=200 {
         let mut chance = Chance(seed);
-        // Triggered at will.
+        // Triggered at random.
         let mut time_s = 0.0;
         let at_will: Vec<f64> = (0..600)
             .map(|_| {
@@ -248,7 +247,7 @@ fn uneven_sources_keep_their_stamps() {
         let along: Vec<f64> =
             (0..600).map(|k| 0.03 * f64::from(k) + 0.4 * (0.02 * f64::from(k)).sin()).collect();
         assert!(keeps_its_stamps(&along));
-        // A program that waits 30 ms after each picture: errors of the steps add up.
+        // A program that waits 30 ms after each image: errors of the steps add up.
         let mut time_s = 0.0;
         let waiting: Vec<f64> = (0..600)
             .map(|_| {
@@ -257,7 +256,7 @@ fn uneven_sources_keep_their_stamps() {
             })
             .collect();
         assert!(keeps_its_stamps(&waiting), "{seed}");
-        // The same, late to one side.
+        // The same, late on one side.
         let mut time_s = 0.0;
         let late: Vec<f64> = (0..600)
             .map(|_| {
@@ -266,7 +265,7 @@ fn uneven_sources_keep_their_stamps() {
             })
             .collect();
         assert!(keeps_its_stamps(&late), "{seed}");
-        // Dithered to both sides: even on average, but nothing says that its stamps are late.
+        // Jitter on both sides: regular on average, but the stamps are not known to be late.
         let dithered: Vec<f64> =
             (0..600).map(|k| 0.03 * f64::from(k) + 0.01 * (chance.uniform() - 0.5)).collect();
         assert!(keeps_its_stamps(&dithered), "{seed}");

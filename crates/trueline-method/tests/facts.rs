@@ -1,4 +1,4 @@
-//! Reasons and warnings: stable codes, and sentences that say the same as their values.
+//! Tests reasons and warnings: stable codes, and sentences that agree with their values.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::collections::BTreeMap;
@@ -85,7 +85,7 @@ fn the_question_on_clocks_is_asked_where_features_lie_outside_the_robot_recordin
     );
 }
 
-/// Other programs act on these: a change is a change of the schema.
+/// Other programs depend on these codes: a change is a change of the schema.
 #[test]
 fn codes_are_those_of_the_schema() {
     assert_eq!(Reason::MirrorAmbiguity.code(), "mirror-ambiguity");
@@ -102,7 +102,7 @@ fn codes_are_those_of_the_schema() {
 }
 
 #[test]
-fn an_uncertainty_that_is_stated_is_applied_or_told() {
+fn a_stated_uncertainty_is_applied_or_reported() {
     let mut recording = trueline_sim::simulate(&trueline_sim::Preset::Quick.scenario(), 1).unwrap();
     let calibrated = |recording: &trueline_dataset::Recording, residual| {
         let config = trueline_method::Config { residual, ..trueline_method::Config::default() };
@@ -117,7 +117,7 @@ fn an_uncertainty_that_is_stated_is_applied_or_told() {
     });
     assert!(warned(&calibrated(&recording, papers)));
     assert!(!warned(&calibrated(&recording, sheet)));
-    // The robot's accuracy is applied whatever the residual.
+    // The robot's accuracy is applied with either residual.
     recording.setup.uncertainty = None;
     let sigma_with = |accuracy_m: f64| {
         let mut recording = recording.clone();

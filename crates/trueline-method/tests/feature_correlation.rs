@@ -1,4 +1,4 @@
-//! Errors of u and v that go together are weighed by their correlation, as a solver of other means weighs them.
+//! Tests that correlated errors of u and v are weighted by their correlation, against an independent solver.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{Matrix2, SMatrix, SVector, UnitQuaternion, Vector2, Vector3};
@@ -10,11 +10,11 @@ use trueline_model::{Camera, LaserSheet};
 use trueline_sim::noise::Noise;
 use trueline_sim::{Disturbance, Preset, simulate};
 
-/// Of the pixels of a seam point. A stripe that is seen at 45° moves u and v by the same.
+/// Correlation of a seam point's pixels. A stripe seen at 45° moves u and v equally.
 const CORRELATION: f64 = 0.95;
 const SIGMA_PX: f64 = 0.2;
 
-/// A scan whose only errors are those of its pixels, drawn with the correlation of each, which it states.
+/// A scan with pixel errors only, drawn with the stated correlation of each.
 fn scan_with(seed: u64, correlation: impl Fn(usize) -> f64) -> Recording {
     let mut scenario = Preset::Quick.scenario();
     scenario.disturbance = Disturbance::default();
@@ -32,8 +32,8 @@ fn scan_with(seed: u64, correlation: impl Fn(usize) -> f64) -> Recording {
     recording
 }
 
-/// The same estimate by other means: pixels predicted through the camera, slopes by differences, all features summed with the
-/// inverses of their covariances, Newton's steps from the truth. Between samples the robot moves evenly.
+/// The same estimate by independent code: pixels predicted through the camera, slopes by differences, all features summed with the inverses of their
+/// covariances, Newton steps from the truth. Between samples the robot moves linearly.
 struct Oracle<'a> {
     recording: &'a Recording,
     camera: &'a Camera,
@@ -50,7 +50,7 @@ struct Answer {
 }
 
 impl Answer {
-    /// Time (s), rotation in the tool's frame (rad), translation (m), and the line: a point to two sides (m), a direction (rad).
+    /// Time (s), rotation in the tool's frame (rad), translation (m), and the line: a point in two directions (m), a direction (rad).
     fn moved(&self, step: &SVector<f64, 11>) -> Self {
         let turn = UnitQuaternion::from_scaled_axis(step.fixed_rows::<3>(1).into_owned());
         let sides = Plane::new(self.direction, 0.0).map(LaserSheet::from_plane).unwrap();
@@ -85,7 +85,7 @@ impl Oracle<'_> {
         self.camera.project(&seen).unwrap()
     }
 
-    /// The answer and its covariance.
+    /// The answer with its covariance.
     fn solve(&self, truth: &Answer) -> (Answer, SMatrix<f64, 11, 11>) {
         const STEP: f64 = 1e-6;
         let (mut answer, mut covariance) = (truth.clone(), SMatrix::zeros());
@@ -150,9 +150,8 @@ fn a_dense_solver_with_full_covariances_says_the_same() {
     let [right, wrong] = [differences(&calibration), differences(&reverse)];
     let ratios: [f64; 7] = std::array::from_fn(|k| calibration.sigma(k).unwrap() / covariance[(k, k)].sqrt());
     println!("differences {right:.4?} σ, with the sign turned {wrong:.2?} σ; ratios of σ {ratios:.4?}");
-    // Measured: 0.08 of a σ, whatever the noise; the wrong sign, 2.4. Two estimates of the same numbers of which one is known
-    // 1.01 times as well differ by √(1.01² − 1) = 0.14 of a σ. A σ is that of the noise as it came out: 1 ± 1 / √(2 · 2N),
-    // three of them for N = 300.
+    // Measured: 0.08 of a σ for any noise. With the wrong sign 2.4. Two estimates of the same numbers, one of them 1.01 times as certain, differ by
+    // √(1.01² − 1) = 0.14 of a σ. A σ is scaled by the actual noise: 1 ± 1 / √(2 · 2N), three of them for N = 300.
     assert!(right.iter().all(|z| z.abs() < 0.15));
     assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.09));
     assert!(wrong.iter().any(|z| z.abs() > 0.5));

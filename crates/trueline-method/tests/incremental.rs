@@ -1,4 +1,4 @@
-//! A stream's estimate is that of its recording, at a cost of what is new.
+//! Tests that a stream's estimate equals that of its recording, at the cost of the new samples.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use trueline_dataset::{Measured, Recording};
@@ -6,9 +6,9 @@ use trueline_method::incremental::{Extent, Incremental};
 use trueline_method::{Calibration, Config, calibrate};
 use trueline_sim::{Disturbance, Preset, Scenario, simulate};
 
-/// Kept for 20 s, so that most of a stream of some minutes is sums.
+/// Samples are kept for 20 s, so that most of a stream of some minutes is in sums.
 const SHORT: Extent = Extent { kept_ns: 40_000_000_000, context_ns: 10_000_000_000 };
-/// Between updates.
+/// Time between updates.
 const EVERY_NS: i64 = 2_000_000_000;
 
 fn long(preset: Preset, duration_s: f64, disturbance: impl Fn(&mut Disturbance)) -> Recording {
@@ -19,7 +19,7 @@ fn long(preset: Preset, duration_s: f64, disturbance: impl Fn(&mut Disturbance))
     simulate(&scenario, 5).unwrap()
 }
 
-/// The stream of a recording, updated every two seconds; `each` sees every update.
+/// The stream of a recording, updated every two seconds. `each` is called after every update.
 fn streamed(recording: &Recording, extent: Extent, mut each: impl FnMut(&Incremental)) -> Incremental {
     let empty = Recording { robot: Vec::new(), features: Vec::new(), truth: None, ..recording.clone() };
     let mut stream = Incremental::new(empty, Config::default(), extent);
@@ -40,12 +40,12 @@ fn streamed(recording: &Recording, extent: Extent, mut each: impl FnMut(&Increme
     stream
 }
 
-/// How far the stream's answer is from that of its recording, in the recording's ±, and the ratios of their noise.
+/// Difference of the stream's answer from that of its recording, in standard deviations, and the ratios of their noise.
 fn against(stream: &mut Incremental, recording: &Recording, batch: &Calibration) -> [[f64; 7]; 2] {
     let estimate = stream.estimate().expect("an estimate");
     let mut off = estimate.parameters.minus(&batch.best_fit().guess());
     if let Some((ppm, about_ns)) = estimate.drift {
-        // Each time offset holds where its own stamps have no drift.
+        // Each time offset holds at the stamp at which its drift is zero.
         let about_s = batch.findings.clock.drifted.expect("a drift").about_s;
         off[0] += ppm * 1e-6 * (about_s - (about_ns - recording.robot[0].stamp_ns) as f64 * 1e-9);
     }
@@ -76,7 +76,7 @@ fn assert_is_the_recordings_within([of_sigma, of_noise]: [f64; 2], name: &str, r
 }
 
 #[test]
-fn a_stream_says_what_its_recording_says() {
+fn a_stream_gives_the_estimate_of_its_recording() {
     assert_is_the_recordings("good", &long(Preset::Good, 120.0, |_| {}));
     assert_is_the_recordings("profiler", &long(Preset::Profiler, 120.0, |_| {}));
 }
@@ -93,7 +93,7 @@ fn jittering(disturbance: &mut Disturbance) {
     disturbance.robot_jitter_s = 0.5e-3;
 }
 
-/// Without pictures for 20 s and without poses for 15 s.
+/// Without images for 20 s and without poses for 15 s.
 fn with_gaps(recording: Recording) -> Recording {
     let first_ns = recording.robot[0].stamp_ns;
     let is_in = |stamp_ns: i64, [from_s, to_s]: [f64; 2]| {
@@ -121,7 +121,7 @@ fn gaps_of_either_stream_make_no_difference() {
     );
 }
 
-/// A camera that is away for 5 s now and then, and then exposes at other parts of its period.
+/// A camera that disappears for 5 s now and then, and then exposes at another phase of its period.
 fn with_restarts() -> Recording {
     let mut scenario: Scenario = Preset::Good.scenario();
     scenario.timing.duration_s = 120.0;
@@ -143,11 +143,11 @@ fn with_restarts() -> Recording {
 
 #[test]
 fn a_camera_that_begins_anew_has_ticks_of_its_own() {
-    // The calibration moves phases of long ago with the rate; here they have settled.
+    // The calibration moves old phases with the rate. In the stream they are fixed.
     assert_is_the_recordings_within([0.2, 0.05], "restarts", &with_restarts());
 }
 
-/// Rows that come twice, features that are no numbers.
+/// Duplicate rows, and invalid features.
 fn with_spoilt_rows(recording: &mut Recording) {
     let middle = recording.features.len() / 2;
     for feature in recording.features[middle..].iter_mut().step_by(50) {
@@ -161,7 +161,7 @@ fn with_spoilt_rows(recording: &mut Recording) {
     recording.robot.sort_by_key(|sample| sample.stamp_ns);
 }
 
-/// Both devices count from zero again at 70 s, which is before what they said until then.
+/// Both devices restart from zero at 70 s, which is earlier than their previous stamps.
 fn with_devices_that_begin_anew(recording: &mut Recording) {
     let first_ns = recording.robot[0].stamp_ns;
     let device_ns = |stamp_ns: i64| {
@@ -172,7 +172,7 @@ fn with_devices_that_begin_anew(recording: &mut Recording) {
     recording.features.iter_mut().for_each(|feature| feature.device_ns = device_ns(feature.stamp_ns));
 }
 
-/// Nothing of the robot for half a minute, in which pictures come: none of them can be placed.
+/// No robot data for half a minute. The images in it cannot be placed.
 fn with_a_silent_robot(recording: &mut Recording) {
     let first_ns = recording.robot[0].stamp_ns;
     let silent = first_ns + 60_000_000_000..first_ns + 90_000_000_000;
@@ -180,11 +180,12 @@ fn with_a_silent_robot(recording: &mut Recording) {
 }
 
 #[test]
-fn what_networks_and_devices_do_leaves_the_estimate_of_the_good_stream() {
+fn faults_of_networks_and_devices_do_not_change_the_estimate() {
     let clean = long(Preset::Good, 120.0, |_| {});
     let batch = calibrate(&clean, None, &Config::default()).unwrap();
     let spoilers = [with_spoilt_rows, with_devices_that_begin_anew, with_a_silent_robot];
-    // With three quarters of the samples an estimate is √(4/3 − 1) = 0.58 of the ± from that of all; three times that is chance no more.
+    // With three quarters of the samples an estimate differs by √(4/3 − 1) = 0.58 of the uncertainty from that of all. Three times that is
+    // significant.
     for (spoil, sigmas) in spoilers.into_iter().zip([0.1, 0.1, 1.7]) {
         let mut spoilt = clean.clone();
         spoil(&mut spoilt);
@@ -213,14 +214,14 @@ fn an_update_costs_what_is_new_and_memory_is_flat() {
         kept.push(stream.kept());
     });
     let work = stream.work();
-    // Growing by half each time, calibrations cost 1 / (1 − 1 / 1.5) = 3 times the last, which is of 40 s at most.
+    // With growth by half each time, calibrations cost 1 / (1 − 1 / 1.5) = 3 times the last, which covers at most 40 s.
     assert!(work.calibrated as f64 <= 3.0 * 40.0 * recording.features.len() as f64 / 160.0, "{work:?}");
     let most = |range: std::ops::Range<usize>| kept[range].iter().map(|kept| kept[0] + kept[1]).max();
     assert!(most(updates / 2..updates) <= most(0..updates / 2), "{kept:?}");
 }
 
 #[test]
-fn a_clock_that_steps_when_nothing_older_is_kept_is_said() {
+fn a_clock_step_after_all_older_samples_is_reported() {
     for step_ns in [1_000_000, -60_000_000] {
         let mut recording = long(Preset::Quick, 120.0, |_| {});
         let after_ns = recording.features[0].stamp_ns + 80_000_000_000;
@@ -236,7 +237,7 @@ fn a_clock_that_steps_when_nothing_older_is_kept_is_said() {
                 told_ns.get_or_insert(now_ns);
             }
         });
-        // A window of 20 s, of which most may be of before, and a whole one.
+        // A window of 20 s, most of which may be earlier, and a complete one.
         let told_s = (told_ns.expect("a change") - after_ns) as f64 * 1e-9;
         assert!((0.0..45.0).contains(&told_s), "{step_ns} ns: told {told_s} s after it");
     }

@@ -1,4 +1,4 @@
-//! The fast sums are those of the plain loop.
+//! Tests the fast sums against the plain loop.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{DVector, Vector3};
@@ -47,18 +47,18 @@ fn assert_alike(problem: &LineProblem<'_>, at: &Parameters) {
     // meets the sheet at a grazing angle, its sine is a difference of numbers of 1, and everything is divided by it,
     // its derivative by its square.
     let tolerance = 1e-12 * (0.1 / smallest_sine(problem, at)).powi(2).max(1.0);
-    // Weights are differences of numbers of 1 where a loss redescends: they are right to 1e-12 of 1, not of themselves,
-    // so an entry is measured against the one without weights.
+    // For a redescending loss, weights are differences of numbers near 1. They are accurate to 1e-12 of 1, not of themselves, so an entry is
+    // compared with the unweighted one.
     let mut unweighted = NormalEquations::zeros(problem.dimension());
     let squared = problem.with_loss(Loss::Squared);
     OneByOne(&squared).linearize(at, &mut unweighted);
     let scale = unweighted.hessian.diagonal().map(f64::sqrt);
-    // Residuals are differences of positions of 2 m, which are rounded to 2 m × eps × a dozen operations = 5e-15 m,
-    // and whitened; their errors move the gradient by no more than √H_ii times their norm.
+    // Residuals are differences of positions of 2 m. They are rounded to 2 m × eps × a dozen operations = 5e-15 m and whitened. Their errors move
+    // the gradient by at most √H_ii times their norm.
     let sharpest = problem.whiteners.iter().flat_map(|w| w.0).map(|w| f64::from(w.abs())).fold(0.0, f64::max);
     let of_one = 5e-15 * sharpest;
     let rounding = of_one * (problem.list.len() as f64).sqrt();
-    // A weight changes with its residual by less than its largest slope, which is 0.77 a standard deviation for the narrowest of these losses.
+    // A weight changes with its residual by less than its largest slope, 0.77 a standard deviation for the narrowest of these losses.
     let of_weight = if problem.loss == Loss::Squared { 0.0 } else { of_one };
     for i in 0..scale.len() {
         for j in 0..scale.len() {
@@ -76,7 +76,7 @@ fn assert_alike(problem: &LineProblem<'_>, at: &Parameters) {
     assert!((plain.cost(at) / plain_sums.cost - 1.0).abs() < 1e-12);
 }
 
-/// Sine of the smallest angle at which a line meets the sheet where that counts.
+/// Sine of the smallest angle at which a line meets the sheet, where it matters.
 fn smallest_sine(problem: &LineProblem<'_>, at: &Parameters) -> f64 {
     let sine = |o: &Observation| {
         let normal = problem.observations.sheet.plane().normal();
@@ -93,7 +93,7 @@ fn moved(at: &Parameters, by: f64, seed: u64) -> Parameters {
     at.retract(&step)
 }
 
-/// The same cell with bows of a few tenths of a millimetre and, perhaps, a shape of some percent.
+/// The same cell with bows of a few tenths of a millimetre and optionally a shape of some percent.
 fn bowed(observed: &Observations, at: &Parameters, shaped: bool) -> Parameters {
     let mut at = with_bows(observed, &observed.list, at.clone());
     for (k, curvature) in at.curvatures.iter_mut().enumerate() {
@@ -125,7 +125,7 @@ proptest! {
         loss in prop::sample::select(LOSSES.to_vec()),
         residual in prop::sample::select(vec![ResidualKind::Sheet, ResidualKind::PointToLine]),
         by in prop::sample::select(vec![0.0, 1e-3, 0.05]),
-        // Lists that are no multiple of four.
+        // Lists whose length is no multiple of four.
         skipped in 0usize..7,
     ) {
         let (observed, truth) = cell(preset, seed, residual);
@@ -154,13 +154,13 @@ proptest! {
         assert_alike(&problem, &at);
     }
 
-    /// A wrong sign in any column, also of what is known beforehand, makes the gradient another function's.
+    /// A wrong sign in any column, also of the prior, gives the gradient of another function.
     #[test]
     fn the_gradient_is_the_derivative_of_the_cost(seed in 0u64..1000, shaped in any::<bool>()) {
         let (observed, truth) = cell(Preset::TwoLines, seed, ResidualKind::Sheet);
         let at = bowed(&observed, &moved(&truth, 1e-3, seed), shaped);
         let noise = NoiseLevels { robot_sigma_m: 2e-5, stamp_sigma_s: 1e-4, factor: 1.0 };
-        // Nothing drops out of the list within the steps.
+        // No observation leaves the list within the steps.
         let list = UsableObservations::within(&observed, at.time_offset_s, 0.01);
         let criterion = Criterion { residual: ResidualKind::Sheet, loss: Loss::Squared };
         let problem = LineProblem::new(&observed, list.of(&observed), criterion, &noise, &at)
@@ -177,8 +177,7 @@ proptest! {
                 problem.cost(&at.retract(&along))
             };
             let slope = (cost(-2.0) - cost(2.0) + (cost(1.0) - cost(-1.0)) * 8.0) / 12.0;
-            // In steps of 1e-2 σ a cost is quadratic but for parts in 10⁴ of its slope; a cost of c is rounded at 1e-16 c,
-            // a few hundred times over.
+            // In steps of 1e-2 σ a cost is quadratic up to 1e-4 of its slope. A cost of c is rounded at 1e-16 c, a few hundred times over.
             let off = (slope - sums.gradient[k] * step).abs();
             prop_assert!(off < 1e-4 * (sums.gradient[k] * step).abs() + 1e-13 * sums.cost + 1e-6, "{} {}", k, off);
         }
@@ -205,7 +204,7 @@ proptest! {
     }
 }
 
-/// Fast attitude changes between slow samples take the long way round the series.
+/// Fast attitude changes between slow samples do not use the series.
 #[test]
 fn large_turns_between_samples() {
     let (mut observed, truth) = cell(Preset::Quick, 3, ResidualKind::Sheet);
@@ -225,9 +224,9 @@ fn large_turns_between_samples() {
     assert_alike(&problem, &truth);
 }
 
-/// Observations beyond the recording, in a gap, and a line along the sheet cost what the plain loop says.
+/// Observations outside the recording, in a gap, and a line along the sheet have the cost of the plain loop.
 #[test]
-fn what_cannot_be_placed() {
+fn observations_that_cannot_be_placed() {
     let (observed, truth) = cell(Preset::Quick, 4, ResidualKind::Sheet);
     let noise = NoiseLevels { robot_sigma_m: 0.0, stamp_sigma_s: 0.0, factor: 1.0 };
     let problem = LineProblem::coarse(
@@ -248,7 +247,7 @@ fn what_cannot_be_placed() {
 #[path = "large_scan/mod.rs"]
 mod large_scan;
 
-/// Two threads, or five, give the same bytes as one.
+/// Two or five threads give the same bytes as one.
 #[test]
 fn threads_change_nothing() {
     let (observed, at) = large_scan::of_features(100_001);
@@ -262,6 +261,6 @@ fn threads_change_nothing() {
     };
     let alone = sums(1);
     assert!(sums(2) == alone && sums(5) == alone);
-    // No chunk is left out, and none counts twice.
+    // Every chunk is used exactly once.
     assert_alike(&LineProblem::new(&observed, &observed.list, criterion, &large_scan::NOISE, &at), &at);
 }

@@ -10,9 +10,9 @@ use trueline_sim::{Preset, Scenario, simulate};
 
 /// Half-normal lateness, s.
 const LATE_S: f64 = 0.12e-3;
-/// Median of that: a late image looks like an offset, a late pose like its opposite, s.
+/// Its median: a late image looks like an offset, a late pose like its opposite, s.
 const MEDIAN_S: f64 = 0.6745 * LATE_S;
-/// Between the packets of a queue, ns.
+/// Interval between the packets of a queue, ns.
 const QUEUED_NS: i64 = 15_000;
 
 fn scenario() -> Scenario {
@@ -22,7 +22,7 @@ fn scenario() -> Scenario {
     scenario
 }
 
-/// Makes stamps late as a PC does that stalls for 15 ms every 3 s or so: half-normal, half a per cent by 3 ms, queues behind each stall.
+/// Delays stamps like a PC that stalls for 15 ms about every 3 s: half-normal, half a per cent by 3 ms, with queues behind each stall.
 fn late<'a>(stamps_ns: impl Iterator<Item = &'a mut i64>, seed: u64) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (packet, stall) = (Exp::new(1.0 / 3e-3).unwrap(), Exp::new(1.0 / 3.0).unwrap());
@@ -65,7 +65,7 @@ fn queues_of_both_streams_leave_the_time_offset() {
             (median_s / MEDIAN_S - 1.0).abs() < 0.2 && (5e-3..0.05).contains(&most_s),
             "{median_s} {most_s}"
         );
-        // Both clocks follow the floor, so that nothing of the lateness is left: four of its ±.
+        // Both clocks follow the floor, so that no lateness remains. The limit is four standard deviations.
         let (off_s, sigma_s) = (offset_error_s(&calibration, &recording), calibration.sigma(0).unwrap());
         assert!(off_s.abs() < 4.0 * sigma_s, "{seed}: {off_s} ± {sigma_s}");
     }
@@ -82,7 +82,7 @@ fn queued_packets_are_no_motion_whatever_stamps_are_used() {
     }
 }
 
-/// A controller with a new pose every 4 ms that is asked every 2.8 ms: three rows in ten repeat the one before.
+/// A controller with a new pose every 4 ms, polled every 2.8 ms: three rows in ten repeat the previous one.
 #[test]
 fn a_polled_log_with_late_packets_keeps_its_index() {
     const POLL_NS: i64 = 2_800_000;
@@ -100,7 +100,7 @@ fn a_polled_log_with_late_packets_keeps_its_index() {
         let calibration = calibrate(&recording, None, &Config::default()).unwrap();
         let robot = &calibration.findings.streams.robot;
         assert!((robot.period_s.unwrap() - 2.8e-3).abs() < 1e-8 && robot.missing == Some(0), "{robot:?}");
-        // A new pose is 0 to 2.8 ms old when it is first asked for; half of that is taken off, and its spread is in the ±.
+        // A new pose is 0 to 2.8 ms old at its first poll. Half of that is subtracted, and its spread is in the uncertainty.
         let (off_s, sigma_s) = (offset_error_s(&calibration, &recording), calibration.sigma(0).unwrap());
         assert!(off_s.abs() < 4.0 * sigma_s, "{seed}: {off_s} ± {sigma_s}");
     }

@@ -1,4 +1,4 @@
-//! Seam points of a stream, against where the simulator has them and against the same scan placed as a whole.
+//! Tests seam points of a stream against the simulator's, and against the same scan placed as a whole.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::Vector3;
@@ -56,9 +56,9 @@ fn nothing_is_extrapolated() {
     let gap_ns = recording.robot[9].stamp_ns + 1_000_000;
     assert_eq!(live.place(gap_ns, measured), Placement::NoPose);
     assert_eq!(live.place(recording.robot[29].stamp_ns + 1, measured), Placement::TooEarly);
-    // A pixel is none of a profiler's.
+    // A pixel is no measurement of a profiler.
     assert!(matches!(live.place(first_ns, Measured::Pixel([1.0, 2.0])), Placement::NoPoint(_)));
-    // After more than five seconds the first poses are forgotten.
+    // After more than five seconds the first poses are discarded.
     for sample in &recording.robot[30..] {
         live.add_pose(*sample);
     }

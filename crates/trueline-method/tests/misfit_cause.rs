@@ -16,7 +16,7 @@ fn codes(c: &Calibration) -> Vec<&'static str> {
     c.reasons().iter().map(Reason::code).chain(c.warnings().iter().map(Warning::code)).collect()
 }
 
-/// Sizes in the unit of each kind; differences over 0.2 s see less of a weave of half a hertz by a few percent.
+/// Sizes are in the unit of each kind. Differences over 0.2 s reduce a weave of half a hertz by a few percent.
 #[test]
 fn each_cause_is_named_with_its_size_and_the_sensor_is_not_blamed() {
     let rows = [
@@ -25,7 +25,7 @@ fn each_cause_is_named_with_its_size_and_the_sensor_is_not_blamed() {
         ("attitude-lag=2", CauseKind::AttitudeLag, 2e-3, 0.15),
         ("rolling-shutter=25", CauseKind::RollingShutter, 25e-3, 0.15),
         ("bias-side=2", CauseKind::SideBias, 2.0, 0.15),
-        // Its ± are an eighth.
+        // Its uncertainty is an eighth.
         ("command-lag=20", CauseKind::CommandedPose, 0.4e-3, 0.4),
     ];
     for (fault, kind, size, share) in rows {
@@ -51,7 +51,7 @@ fn good_robot() -> Config {
     Config { robot_accuracy_m: Some(0.3e-3), ..Config::default() }
 }
 
-/// A seam that swings with one frequency: its acceleration goes as its place, and a lag of the arm is a scale of the sensor.
+/// A seam that swings with one frequency: its acceleration is proportional to its place, so a lag of the arm looks like a scale of the sensor.
 #[test]
 fn a_lag_that_a_scan_does_not_tell_from_the_sensor_is_named_beside_it() {
     let lag = |instead: &[ConfoundedCause]| {
@@ -65,7 +65,7 @@ fn a_lag_that_a_scan_does_not_tell_from_the_sensor_is_named_beside_it() {
                 Warning::SensorOff { instead, .. } => Some(instead),
                 _ => None,
             });
-            // Two lines show a scale half as well: there it may pass for noise.
+            // Two lines determine a scale half as well. There it may pass for noise.
             let Some(instead) = instead else {
                 assert_eq!(preset, Preset::TwoLines, "{:?}", codes(&c));
                 continue;
@@ -95,7 +95,7 @@ fn a_sensor_that_is_off_is_named_alone_where_the_scan_tells() {
     }
 }
 
-/// The file leaves k1 out; k2 and the rest are right.
+/// The file lacks k1. k2 and the rest are correct.
 #[test]
 fn a_lens_that_the_file_has_not_is_found_and_the_corrected_file_has_it() {
     for seed in 1..4 {
@@ -113,18 +113,18 @@ fn a_lens_that_the_file_has_not_is_found_and_the_corrected_file_has_it() {
         for (k, wrong) in [-0.08, 0.0].into_iter().enumerate() {
             println!("{seed} k{}: {} ± {}", k + 1, lens.distortion[k], lens.sigma[k]);
             assert!((found[k] - stated[k] - lens.distortion[k]).abs() < 1e-12);
-            // A number that is not shown is zero, with no ±.
+            // An unobservable number is zero, without an uncertainty.
             let off = if lens.sigma[k] > 0.0 { (lens.distortion[k] - wrong) / lens.sigma[k] } else { 0.0 };
             assert!(off.abs() < 4.5, "{off}");
         }
-        // With the corrected file nothing is left to be found.
+        // With the corrected file nothing remains to be found.
         let again = calibrate(&Recording { sensor: corrected.sensor, ..recording }, None, &Config::default());
         let again = again.unwrap();
         assert!(!codes(&again).iter().any(|code| code.ends_with("-off")), "{:?}", codes(&again));
     }
 }
 
-/// Its robot goes straight from pose to pose; a smoothed path cuts those corners, which no arm that gives way would do.
+/// Its robot moves straight from pose to pose. A smoothed path cuts those corners, which no elastic arm would do.
 #[test]
 fn the_corners_of_the_papers_path_are_no_arm_that_gives_way() {
     for seed in 1..4 {
@@ -152,7 +152,7 @@ fn a_spun_pass_shows_a_bias_and_measures_it() {
     let plain = calibrated(&Preset::Good.scenario(), &["bias-work-angle=0.33"], &config, 3);
     let c = calibrated(&spun, &["bias-work-angle=0.33"], &config, 3);
     let bias = c.findings.checks.feature_bias.unwrap_or_else(|| panic!("{:?}", codes(&c)));
-    // 0.33 px down the picture and half as much along its rows, about an axis square to the view.
+    // 0.33 px down the image and half as much along its rows, about an axis perpendicular to the view.
     let size = |row: usize| bias.px.iter().map(|px| px[row].powi(2)).sum::<f64>().sqrt();
     println!("{bias:?} {:?}", plain.findings.checks.feature_bias);
     assert!(bias.is_found, "{bias:?}");
@@ -166,7 +166,7 @@ fn a_spun_pass_shows_a_bias_and_measures_it() {
     assert!(budget_mm(&c) < 0.5 * budget_mm(&plain), "{} {}", budget_mm(&c), budget_mm(&plain));
 }
 
-/// 0.05° of attitude is 1.3 mm at the end of an arm: four times the assumed robot, and it is the robot that is named.
+/// 0.05° of attitude is 1.3 mm at the end of an arm, four times the assumed robot error. The robot is reported.
 #[test]
 fn a_robot_that_is_worse_than_assumed_is_named() {
     for seed in [1, 2] {
@@ -180,7 +180,7 @@ fn a_robot_that_is_worse_than_assumed_is_named() {
 }
 
 #[test]
-fn nothing_is_named_where_nothing_is() {
+fn no_cause_is_reported_without_one() {
     for seed in 0..5 {
         let scenario = random_cell(&Preset::Good.scenario(), seed, 0.1);
         for faults in [&[][..], &["correlated-noise=0.2"], &["plane-offset=1"]] {
@@ -202,7 +202,7 @@ fn a_bias_with_the_tilt_is_found_and_taken_out() {
         assert!(bias.is_found && codes(&c).contains(&"feature-bias"), "{:?}", codes(&c));
         let (px, sigma_px) = bias.clearest_px();
         assert!(px.abs() > 0.9 && px.abs() < 1.7 && sigma_px < 0.3, "{px} ± {sigma_px}");
-        // Residuals are noise again, but for what a bias leaves that is linear in the tilt to a few percent only.
+        // The residuals are noise again, except for the part of the bias that is not linear in the tilt, a few percent.
         let [with, without] =
             [&c, &calibrated(&scenario, &[], &good_robot(), seed)].map(|c| c.findings.fit.noise_factor);
         assert!(with < 1.06 * without, "{with} {without}");

@@ -1,4 +1,4 @@
-//! Points are where the estimate's own interpolation puts them.
+//! Tests that live points agree with the estimate's own interpolation.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::Vector3;
@@ -13,7 +13,7 @@ use trueline_sim::{
     AxisCourse, Disturbance, Preset, SimulatedAxis, random_cell, simulate, simulate_with_axes,
 };
 
-/// The truth of a simulated recording as a placer's calibration.
+/// The truth of a simulated recording as the calibration of a placer.
 fn truth(recording: &Recording) -> PlacerCalibration {
     let known = recording.truth.as_ref().unwrap().parameters;
     let Sensor::CameraLaser { camera, laser_plane_in_camera } = recording.sensor else { panic!("a camera") };
@@ -39,7 +39,7 @@ fn truth(recording: &Recording) -> PlacerCalibration {
     }
 }
 
-/// Places what was read, after all poses and values were heard; the furthest from where `apply` puts it, m.
+/// Places all readings after all poses and values have arrived. Returns the largest distance from the places by `apply`, m.
 fn furthest_from_apply(recording: &Recording) -> f64 {
     let known = recording.truth.as_ref().unwrap().parameters;
     let wanted = seam_points::place(recording, &known, &Config::default()).unwrap();
@@ -69,12 +69,12 @@ fn furthest_from_apply(recording: &Recording) -> f64 {
 
 #[test]
 fn a_recording_is_placed_as_by_apply() {
-    // The estimate's path has straight pieces that bend by 0.5 µm (root mean square) at most: three times that at the worst.
+    // The estimate's path has straight pieces that bend by at most 0.5 µm (RMS), three times that at worst.
     let worst_m = furthest_from_apply(&simulate(&Preset::Good.scenario(), 1).unwrap());
     assert!(worst_m < 2e-6, "{worst_m}");
 }
 
-/// The estimate smooths the path among the axes, a placer that of the robot alone: without noise they are the same.
+/// The estimate smooths the path relative to the axes, and a placer that of the robot alone. Without noise they are equal.
 #[test]
 fn a_recording_with_axes_is_placed_as_by_apply() {
     let mut scenario = random_cell(&Preset::Good.scenario(), 5, 0.3);

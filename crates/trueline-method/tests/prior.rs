@@ -1,4 +1,4 @@
-//! Holding at a guess: derivatives against numerical ones, and what is not known of what is held.
+//! Tests holding at a guess: derivatives against numerical ones, and the uncertainty of held values.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{DVector, Vector3};
@@ -36,7 +36,7 @@ fn gradient_is_the_derivative_of_the_cost() {
             Vector3::new(0.1, 0.0, 0.05),
         ),
     };
-    // 1.1 rad off, so that the logarithm's Jacobian is far from the unit matrix.
+    // 1.1 rad off, so that the logarithm's Jacobian differs clearly from the identity.
     let away = so3::exp(&Vector3::new(0.7, -0.5, 0.7));
     let state = Parameters {
         time_offset_s: -0.2,
@@ -64,7 +64,7 @@ fn gradient_is_the_derivative_of_the_cost() {
 
 /// Against the estimate itself, moved by the held value: to first order the added covariance is the square of the move.
 #[test]
-fn what_is_held_and_not_known_widens_what_is_said() {
+fn uncertain_held_values_widen_the_covariance() {
     let recording = simulate(&Preset::Quick.scenario(), 4).unwrap();
     let truth = recording.truth.as_ref().unwrap().parameters;
     let (moved_s, moved_m) = (50e-6, 0.1e-3);
@@ -86,7 +86,7 @@ fn what_is_held_and_not_known_widens_what_is_said() {
     let added = unsure.best_fit_covariance() - here.best_fit_covariance();
     for (i, j) in (0..7).flat_map(|i| (0..7).map(move |j| (i, j))) {
         let scale = (added[(i, i)] * added[(j, j)]).sqrt();
-        // Other weights and a move of a tenth of a weave's millimetre: a percent of the largest.
+        // Other weights, and a motion of a tenth of a weave's millimetre: a percent of the largest.
         assert!((added[(i, j)] - moved[i] * moved[j]).abs() < 0.03 * scale, "{i} {j}: {added}");
     }
     assert_eq!(here.best_fit(), unsure.best_fit());

@@ -1,4 +1,4 @@
-//! The authors' public simulation (RoboticsPolyu/LVS_ST_CALIB, data/calib), where it is at hand.
+//! Tests the authors' public simulation (RoboticsPolyu/LVS_ST_CALIB, data/calib), if available.
 //!
 //! It has no licence and is not part of this repository: without it these tests say so and pass. It is looked for in
 //! the folder named by `TRUELINE_LVS_ST_CALIB`, else beside the repository.
@@ -23,8 +23,7 @@ fn recording() -> Option<Recording> {
     Some(lvs_st_calib::read_simulation(&folder).unwrap())
 }
 
-/// Root mean square distance that a joint solve over all frames was found elsewhere to reach with the stamps
-/// as recorded, m.
+/// RMS distance that an independent joint solve over all frames reached with the stamps as recorded, m.
 const RAW_RMS_M: f64 = 0.0389e-3;
 /// The same with dejittered stamps, m.
 const REGULAR_RMS_M: f64 = 0.0283e-3;
@@ -34,7 +33,7 @@ fn straight() -> Config {
     Config { edge_radius_m: Some(0.0), waviness_m: Some(0.0), ..Config::default() }
 }
 
-/// The authors' truth; tolerances are those that were found elsewhere too.
+/// The authors' truth, with tolerances from the independent solve.
 fn assert_optimum(calibration: &Calibration, rms_m: f64, offset_tolerance_s: f64) {
     assert_eq!(calibration.status(), Status::Accepted, "{:?}", calibration.reasons());
     let estimate = calibration.best_fit();
@@ -71,7 +70,7 @@ fn with_stamps_as_recorded() {
     assert_optimum(&calibrate(&recording, None, &config).unwrap(), RAW_RMS_M, 0.03e-3);
 }
 
-/// A path that repeats: with the wrong offset 87 % of the features fit just as well.
+/// A repeating path: with the wrong offset 87 % of the features fit equally well.
 #[test]
 fn a_guess_in_the_wrong_alias_is_not_accepted() {
     let Some(recording) = recording() else { return };
@@ -79,7 +78,7 @@ fn a_guess_in_the_wrong_alias_is_not_accepted() {
     let guess = Guess { time_offset_s: 1.345, tool_from_camera };
     let calibration = calibrate(&recording, Some(&guess), &straight()).unwrap();
     assert_eq!(calibration.status(), Status::NotAccepted);
-    // Which of the two checks finds the better answer first is their affair; that it is the true 12 ms is not.
+    // Either check may find the better answer first, but it must be the true 12 ms.
     let better_s = calibration.reasons().iter().find_map(|reason| match reason {
         Reason::WrongTimeOffset { better_time_offset_s, .. }
         | Reason::WorseMinimum { better_time_offset_s } => Some(*better_time_offset_s),

@@ -13,7 +13,7 @@ fn recording(fault: Option<&str>, seed: u64) -> Recording {
     simulate_with_faults(&Preset::Good.scenario(), &faults, seed).unwrap()
 }
 
-/// Codes of reasons and warnings without those of the stamps.
+/// Codes of reasons and warnings, without those about stamps.
 fn codes(c: &Calibration) -> (Vec<&'static str>, Vec<&'static str>) {
     let warnings = c.warnings().iter().map(trueline_method::Warning::code);
     (
@@ -51,10 +51,10 @@ fn a_held_sensor_that_is_right_is_not_named() {
 }
 
 const SIGMA_M: f64 = 0.1e-3;
-/// Of two points so far apart the drawing says where the seam is, m.
+/// Distance of the two drawn points, m.
 const APART_M: f64 = 0.1;
 
-/// The true seam, drawn by two points; each off by so much.
+/// The true seam, drawn by two points, each with an error.
 fn drawn(recording: &Recording, off_m: [Vector3<f64>; 2]) -> Config {
     let line = recording.truth.as_ref().unwrap().lines[0];
     let amid = recording.robot[recording.robot.len() / 2].base_from_tool.translation.vector;
@@ -72,7 +72,7 @@ fn a_line_drawn_in_the_wrong_place_is_named_with_how_far_it_is_off() {
         let c = calibrate(&scan, None, &drawn(&scan, [across * off_m; 2])).unwrap();
         assert_eq!(codes(&c), (vec!["drawn-line-off"], vec![]), "{off_m}");
         let (beside_m, sigma_m) = c.findings.checks.drawn_line_shifts[0].beside_m.unwrap();
-        // Two components, each with its ±: five of them are passed once in a hundred thousand.
+        // Two components with their uncertainties: chance exceeds five of them once in a hundred thousand.
         assert!((beside_m - off_m.abs()).abs() < 5.0 * sigma_m && sigma_m < 0.3e-3, "{beside_m} {sigma_m}");
     }
 }
@@ -91,7 +91,7 @@ fn a_line_drawn_across_the_seam_is_named_with_its_turn() {
 /// Drawings as accurate as stated, with scans that show the seam ten times better. None is refused. A worse answer because
 /// of the drawing is reported, and no robot or bent seam is blamed for its error.
 #[test]
-fn a_drawing_that_is_as_good_as_it_says_is_not_refused() {
+fn a_drawing_with_its_stated_accuracy_is_not_refused() {
     let mut noise = Noise::new(5, 17);
     for seed in 1..9 {
         let scan = recording(None, seed);
@@ -117,9 +117,9 @@ fn models_that_were_fitted_beside_the_answer_are_listed() {
     assert!(others.iter().all(|model| !model.because.is_taken()));
     let released = others.iter().find(|model| model.role(Block::Sensor) == Role::Estimated).unwrap();
     assert_eq!(released.because, Because::TestsWhatIsHeld);
-    // Half a degree of 20 s: hundreds of times the likelihood's own unit.
+    // Half a degree over 20 s: hundreds of units of the log likelihood.
     assert!(released.log_evidence > asked.log_evidence + 100.0, "{asked:?} {released:?}");
-    // A sensor that is right and not held needs no other model.
+    // A correct sensor that is not held needs no other model.
     let plain = calibrate(&recording(None, 3), None, &Config::default()).unwrap();
     let [only] = &plain.findings.models_tried[..] else { panic!("{:?}", plain.findings.models_tried) };
     let of = [Block::Sensor, Block::TimeOffset, Block::Line].map(|block| only.role(block));

@@ -1,4 +1,4 @@
-//! One hand-eye transform a result, and it belongs to one sensor file: the stated one, or the corrected one that was written.
+//! Tests that a result has one hand-eye transform for one sensor file: the stated one, or the corrected one that was written.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{DMatrix, DVector, Point3, Vector2, Vector3};
@@ -9,7 +9,7 @@ use trueline_method::{Calibration, Config, SensorMode, calibrate};
 use trueline_model::LaserSheet;
 use trueline_sim::{Disturbance, Preset, random_cell, simulate};
 
-/// The same recording with a laser plane that is stated a quarter of a millimetre off.
+/// The same recording with a laser plane stated a quarter of a millimetre off.
 fn stated_wrong(recording: &Recording) -> Recording {
     let mut recording = recording.clone();
     if let Sensor::CameraLaser { laser_plane_in_camera: plane, .. } = &mut recording.sensor {
@@ -18,7 +18,7 @@ fn stated_wrong(recording: &Recording) -> Recording {
     recording
 }
 
-/// A scan of a random cell, with noise of the features alone or without any.
+/// A scan of a random cell, with feature noise alone or without noise.
 fn scan(seed: u64, noisy: bool) -> Recording {
     let mut scenario = random_cell(&Preset::Good.scenario(), 1, 0.1);
     let Disturbance { feature_noise_px, .. } = scenario.disturbance;
@@ -50,7 +50,7 @@ fn rms_m(tool_from_camera: &Pose, points: &[Vector3<f64>], wanted: &[Vector3<f64
 }
 
 #[test]
-fn the_stated_files_transform_leaves_what_is_said_and_no_other_leaves_less() {
+fn the_stated_files_transform_leaves_the_predicted_rms_and_is_the_best() {
     let recording = scan(1, false);
     let truth = recording.truth.as_ref().unwrap().parameters.tool_from_camera;
     let there: Vec<Vector3<f64>> = points(&recording.sensor, &recording)
@@ -62,9 +62,9 @@ fn the_stated_files_transform_leaves_what_is_said_and_no_other_leaves_less() {
     let stated = c.findings.unknowns.stated.clone().unwrap();
     let (pose, as_stated) = (c.tool_from_camera().unwrap().tool_from_camera, points(&wrong.sensor, &wrong));
     let left_m = rms_m(&pose, &as_stated, &there);
-    // The scan's points are not the grid of the field: they are denser in its middle, where less is left.
+    // The scan's points are not the grid of the field: they are denser in its middle, where the remainder is smaller.
     assert!((0.4..1.1).contains(&(left_m / stated.remains_m)), "{left_m} {}", stated.remains_m);
-    // The transform of the corrected file, used with the stated one, is several times worse: this was the fault.
+    // The transform of the corrected file, used with the stated one, is several times worse.
     let file = SensorFileEntry { corrected: true, ..SensorFileEntry::default() };
     let corrected = c.for_corrected_sensor(file).unwrap();
     let mixed_m = rms_m(corrected.file_tool_from_camera(), &as_stated, &there);
@@ -84,11 +84,11 @@ fn the_written_files_transform_leaves_nothing() {
     let file = SensorFileEntry { corrected: true, ..SensorFileEntry::default() };
     let c = c.for_corrected_sensor(file).unwrap();
     let left_m = rms_m(c.file_tool_from_camera(), &points(&corrected.sensor, &recording), &there);
-    // The two free numbers of the seven move the lens's distortion a little.
+    // The two free numbers of the seven change the lens distortion slightly.
     assert!(left_m < 3e-6, "{left_m}");
 }
 
-/// eᵀ C⁻¹ e of the hand-eye transform about that of the scan without noise.
+/// eᵀ C⁻¹ e of the hand-eye transform relative to that of the noise-free scan.
 fn normalised(c: &Calibration, without_noise: &Calibration) -> f64 {
     let (turn, shift) =
         se3::difference_decoupled(c.file_tool_from_camera(), without_noise.file_tool_from_camera());
@@ -106,7 +106,7 @@ fn the_uncertainty_is_that_of_the_files_transform() {
     let mut sums = [0.0; 2];
     for seed in 0..SCANS {
         let c = calibrated(&stated_wrong(&scan(seed, true)));
-        // Of one file the transform is known better than together with a shape.
+        // For one file the transform is more certain than together with a shape.
         let found = c.best_fit_covariance().view((1, 1), (3, 3)).trace();
         let of_file: f64 = (1..4).map(|k| c.sigma(k).unwrap().powi(2)).sum();
         assert!(of_file < found, "{of_file} {found}");
@@ -115,7 +115,7 @@ fn the_uncertainty_is_that_of_the_files_transform() {
         sums[1] += normalised(&corrected, &exact_corrected) / (6.0 * SCANS as f64);
     }
     println!("{sums:.2?}");
-    // χ² with 120 degrees of freedom over as many: ± 0.13, four times.
+    // χ² with 120 degrees of freedom, normalised: ± 0.13, four times.
     assert!(sums.iter().all(|mean| (0.5..1.5).contains(mean)), "{sums:?}");
 }
 

@@ -14,7 +14,7 @@ fn parts(sensor: &Sensor) -> (Camera, Plane) {
     (*camera, *laser_plane_in_camera)
 }
 
-/// The same recording read with another idea of the sensor.
+/// The same recording, read with a changed sensor.
 fn with_sensor(recording: &Recording, change: impl Fn(&mut Camera, &mut Plane)) -> Recording {
     let mut recording = recording.clone();
     let (mut camera, mut plane) = parts(&recording.sensor);
@@ -48,7 +48,7 @@ fn seam_error_m(true_recording: &Recording, wrong: &Recording, c: &Calibration) 
     (squared.iter().sum::<f64>() / squared.len() as f64).sqrt()
 }
 
-/// An ideal robot, features without bias, points that stand still: what is left is noise and the sensor.
+/// An ideal robot, features without bias, static points: only noise and sensor errors remain.
 fn ideal_robot(sensor: SensorMode) -> Config {
     let mut config = Config { sensor, ..Config::noise_only() };
     config.used_at.speed_m_s = 0.0;
@@ -78,12 +78,12 @@ fn assert_corrected_camera_measures_the_same(what: &str, wrong: &Recording, c: &
         let by_shape = c.best_fit().tool_from_camera * nalgebra::Point3::from(by_shape);
         let tool_from_corrected = c.best_fit().tool_from_camera * corrected.frame.camera_from_file;
         let by_camera = tool_from_corrected * nalgebra::Point3::from(lift(&corrected.sensor, &pixel));
-        // The two free numbers of the seven move the lens's distortion a little: a percent of it over a few pixels.
+        // The two free numbers of the seven change the lens distortion slightly: a percent of it over a few pixels.
         assert!((by_shape - by_camera).norm() < 3e-6, "{what}: {}", (by_shape - by_camera).norm());
     }
 }
 
-/// The same scan with sensors that are wrong in what their files say.
+/// The same scan with wrong values in its sensor file.
 fn with_wrong_sensors(recording: &Recording) -> [(&'static str, Recording); 8] {
     let moved = |by: f64| {
         move |_: &mut Camera, plane: &mut Plane| {
@@ -102,7 +102,7 @@ fn with_wrong_sensors(recording: &Recording) -> [(&'static str, Recording); 8] {
     ]
 }
 
-/// Over eight cells: a figure of some ten degrees of freedom in each, ± 8 % of its root.
+/// Over eight cells, with some ten degrees of freedom in each: ± 8 % of the root.
 #[test]
 fn a_sensor_that_is_off_leaves_seam_points_where_they_are() {
     let mut squares = [0.0; 8];
@@ -137,9 +137,9 @@ fn a_sensor_that_is_held_and_off_is_refused() {
 }
 
 #[test]
-fn what_the_file_states_becomes_a_prior_of_the_shape() {
+fn the_files_uncertainty_becomes_a_prior_of_the_shape() {
     let recording = simulate(&random_cell(&Preset::Quick.scenario(), 5, 1.0), 5).unwrap();
-    // One millimetre, said to be one sigma: along the only direction that is uncertain, h is one sigma of its prior.
+    // One millimetre, stated as one sigma. Along the only uncertain direction, h is one sigma of its prior.
     let mut wrong = with_sensor(&recording, |_, plane| {
         *plane = Plane::new(plane.normal().into_inner(), plane.offset() + 1e-3).unwrap();
     });
@@ -150,16 +150,16 @@ fn what_the_file_states_becomes_a_prior_of_the_shape() {
     assert!(sensor.stated && sensor.improved());
     let largest = (0..5).max_by(|&a, &b| sensor.prior_sigma[a].total_cmp(&sensor.prior_sigma[b])).unwrap();
     let ratio = sensor.shape.h[largest] / sensor.prior_sigma[largest];
-    // To first order; a millimetre of 130 is a second-order 1 %, and the noise of h is a few percent of this prior.
+    // To first order. A millimetre of 130 is a second-order 1 %, and the noise of h is a few percent of this prior.
     assert!((ratio.abs() - 1.0).abs() < 0.1, "{ratio}");
-    // Unknown otherwise, it would have been found to be off beyond chance.
+    // Without a stated uncertainty it would be significantly off.
     wrong.setup.uncertainty = None;
     let free = calibrate(&wrong, None, &ideal_robot(SensorMode::Prior)).unwrap();
     let free = free.findings.unknowns.sensor.unwrap();
     assert!(free.is_off() && !free.stated, "{}", free.wald);
 }
 
-/// The file that a scan has corrected, put in place of the scan's own: the same answer with the same ±.
+/// The sensor file corrected by a scan replaces the scan's own file: the same answer with the same uncertainty.
 #[test]
 fn a_scan_counts_once_although_its_sensors_file_was_written_from_it() {
     let mut recording = simulate(&random_cell(&Preset::Profiler.scenario(), 3, 0.1), 3).unwrap();
@@ -180,12 +180,12 @@ fn a_scan_counts_once_although_its_sensors_file_was_written_from_it() {
         assert!(moved[k].abs() < 0.02 * before, "{k}: {} of {before}", moved[k]);
         assert!((after / before - 1.0).abs() < 0.02, "{k}: {before} {after}");
     }
-    // Another scan of the same sensor takes the file for what it says.
+    // Another scan of the same sensor uses the file's statement.
     again.inputs.insert("robot.csv".to_owned(), "another".to_owned());
     let other = calibrate(&again, None, &config).unwrap();
     assert!(!other.warnings().contains(&Warning::SensorOfItsOwnScan));
     assert!(other.findings.unknowns.sensor.is_some_and(|sensor| sensor.stated));
-    // … which a scan that counts twice would be the better for: by the root of two where only the scan tells the sensor.
+    // … and a scan counted twice would gain from it: by the root of two where only the scan determines the sensor.
     let sigma = |c: &Calibration, k: usize| c.best_fit_covariance()[(k, k)].sqrt();
     let ratios = (0..7).map(|k| sigma(&other, k) / sigma(&first, k));
     let least = ratios.fold(1.0, f64::min);
@@ -212,7 +212,7 @@ fn a_sensor_that_is_worse_than_its_file_states_is_the_only_thing_to_be_named() {
         assert!(contradicted.reasons().iter().all(off), "{:?}", contradicted.reasons());
         assert_eq!(contradicted.status(), Status::NotAccepted);
         assert!(contradicted.warnings().is_empty(), "{:?}", contradicted.warnings());
-        // The same tilt, said to be one sigma.
+        // The same tilt, stated as one sigma.
         assert_eq!(stated(0.5).status(), Status::Accepted, "{:?}", stated(0.5).reasons());
     }
 }
@@ -230,16 +230,16 @@ fn a_held_sensor_of_stated_uncertainty_is_in_the_budget() {
     let mut stated = recording.clone();
     stated.setup.uncertainty =
         Some(SensorUncertainty { plane_offset_m: Some(0.25e-3), ..SensorUncertainty::default() });
-    // Linear in what is stated.
+    // Linear in the stated value.
     let (once, mut twice) = (budget(&stated).sensor, stated);
     twice.setup.uncertainty.as_mut().unwrap().plane_offset_m = Some(0.5e-3);
     let ratio = budget(&twice).sensor / once;
-    // The least sigma that keeps a covariance invertible is some 1e-3 of this one.
+    // The least sigma, which keeps a covariance invertible, is some 1e-3 of this one.
     assert!(once > 0.0 && (ratio - 2.0).abs() < 1e-2, "{once} {ratio}");
 }
 
 #[test]
-fn a_robot_and_a_bias_widen_what_is_said_and_move_nothing() {
+fn a_robot_and_a_bias_widen_the_uncertainty_and_move_nothing() {
     let recording = simulate(&Preset::Quick.scenario(), 8).unwrap();
     let with = |robot_accuracy_m: f64, feature_bias_px: f64| {
         let config = Config {

@@ -1,4 +1,4 @@
-//! Cells of a shop without errors are calibrated to the truth, by the judge of the study `shop_cells`.
+//! Tests that error-free shop cells are calibrated to the truth, with the judge of the study `shop_cells`.
 #![allow(
     clippy::unwrap_used,
     clippy::panic,
@@ -14,7 +14,7 @@ use trueline_method::stripe::outcome::Because;
 use trueline_method::{Config, Measurements, calibrate};
 use trueline_sim::shop::{Level, Shop, ShopCell};
 
-/// Noise that a scan's bound is stated for: that of its features, in the sheet, m. A camera's pixel is less.
+/// Noise for which a scan's bound is stated: that of its features, in the sheet, m. A camera's pixel is smaller.
 const SIGMA_M: f64 = 10e-6;
 
 /// Largest distance of the robot from a straight line between two samples, m: an eighth of a second difference.
@@ -34,13 +34,13 @@ fn cells_without_errors_are_calibrated_to_the_truth() {
         let config = Config { robot_accuracy_m: Some(0.0), feature_bias_px: 0.0, ..Config::default() };
         let calibration = calibrate(&cell.recording, cell.recording.initial.as_ref(), &config).unwrap();
         let judged = judge::judged(cell, &calibration);
-        // Errors of at most e in each of 2n readings move the answer by at most √(2n) e/σ of what a noise of σ does to it.
+        // Errors of at most e in each of 2n readings move the answer by at most √(2n) e/σ times the effect of noise of σ.
         let readings = (2 * cell.recording.features.len()) as f64;
         let tolerance_mm =
             readings.sqrt() * interpolation_m(&cell.recording) / SIGMA_M * cell.truth.bound_m * 1e3;
         let found_mm = judged.strict_mm.unwrap_or_else(|| panic!("{}", judged.in_words()));
         assert!(found_mm < tolerance_mm.max(1e-4), "{found_mm} mm, {tolerance_mm} mm: {}", judged.in_words());
-        // An arm without errors sends its torch where the sensor saw the seam.
+        // An arm without errors moves its torch to the measured seam.
         assert!((judged.miss_mm.unwrap() - found_mm).abs() < 1e-5);
     }
 }
@@ -58,7 +58,7 @@ fn a_seam_of_unknown_form_shows_no_more_than_a_straight_one() {
         seam_error.rms_m
     };
     let [straight_m, wavy_m] = [0.0, 0.06e-3].map(largest_m);
-    // Of a form that stayed in space while all slide the ± was a third; the amplitude of the noise that lasts may be another.
+    // With a form fixed in space for all frames the uncertainty was a third. The amplitude of the correlated noise may differ.
     assert!(wavy_m > 0.9 * straight_m, "{wavy_m} {straight_m}");
 }
 
@@ -66,7 +66,7 @@ fn a_seam_of_unknown_form_shows_no_more_than_a_straight_one() {
 /// are in both.
 #[test]
 fn whole_stripes_in_a_shop_are_answered_as_truly_as_said() {
-    // A camera and two profilers of an ordinary shop, good scans that are accepted by their seam points.
+    // A camera and two profilers of an ordinary shop, with good scans that their seam points accept.
     for seed in [7002, 7004, 7011] {
         let cell = Shop { plates: true, ..Shop::new(Level::Ordinary, seed) }.cast().unwrap();
         let found = calibrate(&cell.recording, cell.recording.initial.as_ref(), &Config::default()).unwrap();
@@ -79,7 +79,7 @@ fn whole_stripes_in_a_shop_are_answered_as_truly_as_said() {
 
 /// If noise lasts from frame to frame, the stripes' ± would be too small: by default the seam points are the answer.
 #[test]
-fn stripes_whose_noise_lasts_are_not_the_answer_unasked() {
+fn stripes_with_correlated_noise_are_not_the_default_answer() {
     let cell = Shop { plates: true, ..Shop::new(Level::Ordinary, 7012) }.cast().unwrap();
     let outcome = |measurements| {
         let config = Config { measurements, ..Config::default() };

@@ -1,6 +1,6 @@
 //! The stated ± are true: Monte Carlo over random cells, with any hand-eye, any line, any time offset.
 //!
-//! `cargo run --release -p trueline-studies -- monte_carlo 2000` does the same at length.
+//! `cargo run --release -p trueline-studies -- monte_carlo 2000` does the same with more runs.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod monte_carlo;
@@ -9,7 +9,7 @@ use monte_carlo::{Noise, Run, Start, UNKNOWNS, runs, statistics};
 use trueline_sim::Preset;
 
 const RUNS: u64 = 120;
-/// Tolerances are four standard deviations of the figure itself: one false alarm in 16 000.
+/// Tolerance in standard deviations of the statistic itself: one false alarm in 16 000.
 const DEVIATIONS: f64 = 4.0;
 
 /// Bias of the mean normalised error squared that is expected. Upwards: a covariance that is estimated from F frames
@@ -26,16 +26,16 @@ fn assert_honest(preset: Preset, noise: Noise) {
     let title = preset.name();
     assert_eq!((s.accepted, s.wrong), (s.runs, 0), "{title}");
     let count = s.accepted as f64;
-    // χ² with 7 N degrees of freedom, over as many: variance 2/(7 N).
+    // χ² with 7 N degrees of freedom, normalised: variance 2/(7 N).
     let slack = DEVIATIONS * (2.0 / (UNKNOWNS as f64 * count)).sqrt();
     let downwards = if noise == Noise::GaussianFeatures { 0.0 } else { DOWNWARDS };
     let mean = s.normalised_per_unknown;
     assert!((1.0 - downwards - slack..1.0 + UPWARDS + slack).contains(&mean), "{title}: {mean}");
-    // Binomial, about 0.95, or a little above where sigma is a little large.
+    // Binomial, about 0.95, or slightly above if sigma is slightly large.
     let slack = DEVIATIONS * (0.95 * 0.05 / count).sqrt();
     assert!(s.coverage.iter().all(|c| (c - 0.95).abs() < slack + 0.1 * downwards), "{title}: {}", s.coverage);
     if let Some(ratio) = s.spread_over_bound {
-        // A standard deviation from N samples is known to 1/√(2 N); the robust loss costs less than 1 %.
+        // A standard deviation from N samples is known to 1/√(2 N). The robust loss costs less than 1 %.
         let slack = DEVIATIONS / (2.0 * count).sqrt() + 0.01;
         assert!(ratio.iter().all(|r| (r - 1.0).abs() < slack), "{title}: {ratio}");
     }
@@ -67,7 +67,7 @@ fn profiler() {
     assert_honest(Preset::Profiler, Noise::Preset);
 }
 
-/// At least 79 of 80, and nothing wrong is accepted.
+/// At least 79 of 80, and no wrong answer is accepted.
 #[test]
 fn from_nothing() {
     for preset in [Preset::Quick, Preset::Weak] {

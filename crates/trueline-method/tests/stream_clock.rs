@@ -1,4 +1,4 @@
-//! The clock behind receive stamps is found, or is said not to be there.
+//! Tests that the clock behind receive stamps is found, or reported as missing.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use trueline_method::input::clock_model::{FitKind, StreamClock, Ticks, fit, missing};
@@ -17,7 +17,7 @@ fn grid(count: usize, period_s: f64) -> Vec<f64> {
     (0..count).map(|k| 5.0 + k as f64 * period_s).collect()
 }
 
-/// The worst regular stamp may be off by the standard deviation of a line's end, 2σ/√n, times four.
+/// The worst regular stamp may be off by four standard deviations of a line's end, 2σ/√n.
 fn assert_recovers(clock: &StreamClock, truth: &[f64], sigma: f64) {
     let limit = 8.0 * sigma / (truth.len() as f64).sqrt() + 1e-9;
     for (regular, truth) in clock.regular_s.iter().zip(truth) {
@@ -37,7 +37,7 @@ fn uniform_jitter_and_drops_are_seen_through() {
         .unzip();
     let clock = fit(&stamps, Ticks::Counted).unwrap();
     assert_recovers(&clock, &truth, 2e-3 / 12.0_f64.sqrt());
-    // The last one is lost too, which no stamp can tell.
+    // The last one is lost too, which no stamp reveals.
     assert_eq!(missing(&stamps, clock.period_s), 899 - truth.len());
     assert_eq!((clock.pieces, clock.fit_kind), (1, FitKind::LeastSquares));
 }
@@ -55,7 +55,7 @@ fn more_than_half_of_the_samples_may_be_lost() {
         assert_recovers(&clock, &truth, 0.4e-3 / 12.0_f64.sqrt());
         assert_eq!(missing(&stamps, clock.period_s), 3000 - truth.len(), "{part}");
     }
-    // Stamps in whole milliseconds of a source that does not tick are no clock of a millisecond.
+    // Stamps in whole milliseconds of a source without a regular tick are no clock of a millisecond.
     let mut at = 0.0;
     let uneven = uniform(2000).into_iter().map(|u| {
         at += 0.004 + 0.012 * u;
@@ -71,7 +71,7 @@ fn delays_to_one_side_leave_the_floor() {
     let stamps: Vec<f64> = truth.iter().zip(late).map(|(t, late)| t + late).collect();
     let clock = fit(&stamps, Ticks::Counted).unwrap();
     assert_eq!(clock.fit_kind, FitKind::LowerEnvelope, "{:?} {}", clock.steps, clock.jitter_s);
-    // The floor of n exponential delays lies τ/n high; the hull's ends some ten times that.
+    // The floor of n exponential delays is τ/n high, and the hull's ends some ten times that.
     for (regular, truth) in clock.regular_s.iter().zip(&truth) {
         assert!((regular - truth).abs() < 20.0 * 0.3e-3 / 2000.0, "{}", regular - truth);
     }
@@ -89,7 +89,7 @@ fn a_step_of_the_clock_is_found_where_it_is() {
     let clock = fit(&stamps, Ticks::Counted).unwrap();
     assert_eq!(clock.steps.len(), 1);
     assert!((clock.steps[0].0 - stamps[600]).abs() < 1e-12);
-    // Two medians of 400 and more stamps with a deviation of 0.03 ms: 0.003 ms; five of that.
+    // Two medians of at least 400 stamps with a deviation of 0.03 ms: 0.003 ms. The limit is five of that.
     assert!((clock.steps[0].1 - 1.3e-3).abs() < 15e-6, "{}", clock.steps[0].1);
 }
 
@@ -100,7 +100,7 @@ fn device_stamps_tell_the_drift_and_a_counter_its_wrap() {
     // A device clock that runs fast by 80 ppm counts more of its own seconds.
     let device: Vec<f64> = truth.iter().map(|t| 77.0 + t * (1.0 + 80e-6)).collect();
     let clock = fit(&stamps, Ticks::Device(&device)).unwrap();
-    // Slope of a line through n stamps of deviation σ over T: σ √12 / (T √n) = 1.6 ppm; four of that.
+    // Slope of a line through n stamps of deviation σ over T: σ √12 / (T √n) = 1.6 ppm. The limit is four of that.
     assert!((clock.device_drift_ppm.unwrap() - 80.0).abs() < 6.4, "{:?}", clock.device_drift_ppm);
     assert!((clock.period_s - 0.004).abs() < 1e-8);
     let counter: Vec<u64> = (0..1000).map(|k| (k + 200) % 256).collect();
@@ -119,7 +119,7 @@ fn row_numbers_that_hide_drops_are_not_believed() {
 
 #[test]
 fn uneven_sources_are_left_alone() {
-    // Each step between 20 and 40 ms: the source itself does not tick evenly.
+    // Each step between 20 and 40 ms: the source itself has no regular tick.
     let mut time = 0.0;
     let stamps: Vec<f64> = uniform(500)
         .into_iter()

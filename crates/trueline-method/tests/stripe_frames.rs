@@ -1,4 +1,4 @@
-//! Stripes of recordings that are not as the simulator makes them: poses that repeat, frames without a seam point, false stripes.
+//! Tests stripes unlike the simulator's: repeated poses, frames without a seam point, false stripes.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::collections::BTreeMap;
@@ -25,7 +25,7 @@ fn normalised(recording: &Recording, calibration: &Calibration) -> f64 {
     off.dot(&covariance.cholesky().unwrap().solve(&off))
 }
 
-/// A robot that renews its pose every 12 ms and is read every 4 ms has the noise that it has: of positions and of attitudes alike.
+/// A robot that updates its pose every 12 ms and is polled every 4 ms has its true noise, for positions and attitudes alike.
 #[test]
 fn poses_that_repeat_have_the_noise_of_those_that_are_new() {
     let mut scenario = Preset::Good.scenario();
@@ -43,7 +43,7 @@ fn poses_that_repeat_have_the_noise_of_those_that_are_new() {
     let [new, polled] = [&recording, &polled].map(|recording| calibrated(recording, &config));
     let [of_new, of_polled] = [&new, &polled].map(|calibration| stripes(calibration).noise_factor);
     println!("noise factor {of_new:.3}, polled {of_polled:.3}");
-    // Both are measured on 600 frames: to some percent.
+    // Both are measured on 600 frames, to some percent.
     assert!((of_polled / of_new - 1.0).abs() < 0.1, "{of_new} {of_polled}");
     for k in 1..4 {
         let ratio = polled.sigma(k).unwrap() / new.sigma(k).unwrap();
@@ -51,7 +51,7 @@ fn poses_that_repeat_have_the_noise_of_those_that_are_new() {
     }
 }
 
-/// Every other frame without a seam point: its stripes lie at the tick of the clock that their stamp is nearest to.
+/// Every other frame without a seam point: its stripes get the clock tick nearest to their stamp.
 #[test]
 fn stripes_without_a_seam_point_are_dejittered_as_the_others_are() {
     let mut scenario = Preset::Good.scenario();
@@ -70,7 +70,7 @@ fn stripes_without_a_seam_point_are_dejittered_as_the_others_are() {
     assert!(normalised(&half, &halved) < 24.3, "{}", normalised(&half, &halved));
 }
 
-/// Seam points in the first third of a scan alone: the clock of the pictures is that of all of them, and not that of these drawn out.
+/// Seam points only in the first third of a scan: the images' clock uses all images, and is not extrapolated from these.
 #[test]
 fn the_clock_of_pictures_is_that_of_all_stripes() {
     let scenario = Preset::Quick.scenario();
@@ -95,7 +95,7 @@ fn the_clock_of_pictures_is_that_of_all_stripes() {
     assert!(sum < 18.5, "{sum}");
 }
 
-/// Two false stripes among 659 make no second plate of one.
+/// Two false stripes among 659 give one plate no second one.
 #[test]
 fn few_false_stripes_are_no_plate() {
     let plates = Plates { pair: PlatePair::Edge, ..Plates::default() };

@@ -1,4 +1,4 @@
-//! Whole stripes: cells of known truth, plates that are not flat, outliers, and what no target shows.
+//! Tests whole stripes: cells with known truth, plates that are not flat, outliers, and directions that no target determines.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{DVector, Vector2, Vector3};
@@ -88,7 +88,7 @@ fn errors_of_the_robot_do_not_draw_a_free_sensors_shape_aside() {
         sigmas.enumerate().for_each(|(k, sigma)| mean[k] += shape[k] / sigma / SCANS as f64);
     }
     println!("mean of h over its ±: {mean:.2?}");
-    // A mean of 12 normal numbers is within 0.29; ± 3.5 of that for each of five.
+    // The mean of 12 normal numbers has a standard deviation of 0.29. The limit is 3.5 of that for each of five.
     assert!(mean.iter().all(|of_sigma| of_sigma.abs() < 1.0), "{mean:?}");
 }
 
@@ -123,7 +123,8 @@ fn constant_attitude_hides_the_translation_from_plates_as_well() {
     assert_eq!(stripe.status(), Status::NotAccepted);
 }
 
-/// Tilts of 5° are motion, and so are the lively scan's by a quarter: nothing is missing, also where the noise of the robot's attitudes is ten times as large.
+/// Tilts of 5° are motion, and so are the lively scan's to a quarter. Nothing is unobservable, even with ten times the noise of the robot's
+/// attitudes.
 #[test]
 fn tilts_above_the_noise_are_seen() {
     for (preset, duration_s, part) in [(Preset::Paper, 20.0, 1.0), (Preset::Quick, 10.0, 0.25)] {
@@ -191,7 +192,7 @@ fn stripes_that_are_off_are_left_out_and_frames_without_both_give_their_seam_poi
 }
 
 #[test]
-fn stripes_that_contradict_the_seam_points_are_not_used_unasked() {
+fn stripes_that_contradict_the_seam_points_are_not_used_by_default() {
     let scenario = scenario(Preset::Quick, 10.0);
     let mut recording = scan_plates(&scenario, &Plates::default(), 6).unwrap();
     for feature in &mut recording.features {
@@ -215,7 +216,7 @@ fn stripes_that_contradict_the_seam_points_are_not_used_unasked() {
     let aside_m = 3.0 * 0.13 / camera.focal.x;
     let point_m = estimate.apart.point_m;
     assert!((0.8..1.2).contains(&(point_m / aside_m)), "{point_m} of {aside_m}");
-    // Who says which is to be used is told how far the other is.
+    // If the user selects one of them, the distance of the other is still reported.
     let asked = calibrated(&recording, &with(Measurements::Stripe, SensorMode::Fixed));
     assert_eq!(asked.status(), Status::Accepted, "{:?}", asked.reasons());
     assert!(asked.warnings().iter().any(|warning| warning.code() == "stripes-disagree"));
@@ -232,7 +233,7 @@ fn seam_points_beside_the_seam_of_bowed_plates_do_not_overrule_the_stripes() {
         let auto = calibrated(&recording, &with(Measurements::Auto, SensorMode::Fixed));
         let outcome = auto.findings.stripes.as_ref().unwrap();
         assert_eq!((outcome.used, outcome.because), (Measurements::Stripe, Because::Agreement), "{seed}");
-        // By seam points it is 0.012 mm and 5 to 8 sigma, by stripes up to three of each number.
+        // By seam points the error is 0.012 mm and 5 to 8 sigma, by stripes up to three sigma of each number.
         let truth = recording.truth.as_ref().unwrap().parameters;
         let off = auto.best_fit().minus(&truth);
         let covariance = auto.best_fit_covariance();
@@ -240,7 +241,7 @@ fn seam_points_beside_the_seam_of_bowed_plates_do_not_overrule_the_stripes() {
             assert!(off[k].abs() < 4.0 * covariance[(k, k)].sqrt(), "{seed}, {k}");
         }
     }
-    // Seam points that lie three pixels aside are no form of plates.
+    // Seam points three pixels aside are no form of plates.
     let mut recording = scan_plates(&Preset::Good.scenario(), &plates, 0).unwrap();
     for feature in &mut recording.features {
         if let Measured::Pixel([u, _]) = &mut feature.measured {
@@ -251,13 +252,13 @@ fn seam_points_beside_the_seam_of_bowed_plates_do_not_overrule_the_stripes() {
     assert_eq!(auto.findings.stripes.unwrap().because, Because::Disagreement);
 }
 
-/// Stripes of a bad picture agree with anything: they are not the answer then.
+/// Stripes of a bad image agree with any answer. They are not used then.
 #[test]
-fn stripes_that_know_clearly_less_are_not_used_unasked() {
+fn clearly_less_certain_stripes_are_not_used_by_default() {
     let scenario = scenario(Preset::Quick, 10.0);
     let plates = Plates { column_sigma_px: 40.0, ..Plates::default() };
     let noisy = scan_plates(&scenario, &plates, 6).unwrap();
-    // The seam points are those of a good detector.
+    // The seam points come from a good detector.
     let good = scan_plates(&scenario, &Plates::default(), 6).unwrap();
     let recording = Recording { features: good.features, ..noisy };
     // The errors of a usual robot would leave similarly little of both.
@@ -267,9 +268,9 @@ fn stripes_that_know_clearly_less_are_not_used_unasked() {
     assert_eq!((outcome.used, outcome.because), (Measurements::Seam, Because::KnowsLess));
 }
 
-/// Along the line nothing of both answers can be compared: no panic, and the seam points' refusal.
+/// For a motion along the line the answers have nothing in common to compare. The seam points' refusal is reported without a panic.
 #[test]
-fn where_nothing_can_be_compared_the_seam_points_say_what_is_missing() {
+fn without_a_common_component_the_seam_points_report_the_refusal() {
     let scenario = scenario(Preset::AlongLine, 10.0);
     let recording = scan_plates(&scenario, &Plates::default(), 6).unwrap();
     let auto = calibrate(&recording, None, &Config::default()).unwrap();
@@ -278,7 +279,7 @@ fn where_nothing_can_be_compared_the_seam_points_say_what_is_missing() {
 }
 
 #[test]
-fn what_is_asked_for_and_cannot_be_done_is_refused() {
+fn impossible_requests_are_refused() {
     let scenario = scenario(Preset::Quick, 5.0);
     let mut recording = scan_plates(&scenario, &Plates::default(), 6).unwrap();
     let stripe = with(Measurements::Stripe, SensorMode::Fixed);
@@ -299,7 +300,7 @@ fn what_is_asked_for_and_cannot_be_done_is_refused() {
     assert_eq!(refused(&recording, &stripe), Error::NoStripes);
 }
 
-/// The stripes do not need seam points that nothing could be calibrated by: their crossings begin in their place.
+/// The stripes do not need seam points that are too few to calibrate. Their intersections are the start instead.
 #[test]
 fn too_few_seam_points_do_not_hide_the_stripes() {
     let recording = scan_plates(&scenario(Preset::Quick, 10.0), &Plates::default(), 7).unwrap();
@@ -307,7 +308,7 @@ fn too_few_seam_points_do_not_hide_the_stripes() {
     let without = calibrated(&Recording { features: Vec::new(), ..recording.clone() }, &config);
     let few = Recording { features: recording.features[..9].to_vec(), ..recording.clone() };
     assert_eq!(calibrated(&few, &config).best_fit(), without.best_fit());
-    // Plates that do not cross leave the few as they are, and say so.
+    // Plates that do not intersect leave the few as they are, with a message.
     let stripes = recording.stripes.iter().filter(|stripe| stripe.plate == 0).cloned().collect();
     let refused = calibrate(&Recording { stripes, ..few }, None, &config).unwrap_err();
     assert!(matches!(refused, Error::TooFewImages { images: 9, .. }), "{refused}");
@@ -321,7 +322,7 @@ fn stripes_that_cannot_be_used_are_counted_by_reason() {
     for stripe in &mut recording.stripes[count / 2..count / 2 + 5] {
         stripe.points[0] = Measured::Pixel([-50.0, 10.0]);
     }
-    // The camera goes on for half a second after the robot's stream ends, which is between two pictures.
+    // The camera continues for half a second after the robot's stream ends, between two images.
     let end_ns = recording.robot.last().unwrap().stamp_ns - 515_000_000;
     recording.robot.retain(|sample| sample.stamp_ns <= end_ns);
     let late_ns = (recording.truth.as_ref().unwrap().parameters.time_offset_s * 1e9) as i64;
@@ -334,7 +335,7 @@ fn stripes_that_cannot_be_used_are_counted_by_reason() {
     assert_eq!(skipped, &BTreeMap::from([(Skip::Outside, later), (Skip::NoRay, 5)]));
 }
 
-/// Another program stamps the stripes a third of a picture later than the seam points: their number tells that they are of one picture.
+/// Another program stamps the stripes a third of an image period later than the seam points. Their number shows that they belong to one image.
 #[test]
 fn stripes_and_seam_points_of_one_frame_are_one_picture_whatever_their_stamps() {
     let scenario = scenario(Preset::Quick, 10.0);
@@ -352,7 +353,7 @@ fn stripes_and_seam_points_of_one_frame_are_one_picture_whatever_their_stamps() 
     let is_told = |c: &Calibration| c.warnings().iter().any(|told| told.code() == "stripes-stamped-apart");
     assert!(is_told(&stamped_apart) && !is_told(&as_recorded));
     assert_eq!(stamped_apart.best_fit(), as_recorded.best_fit());
-    // Joined recordings have no numbers; their stripes and seam points are paired before.
+    // Joined recordings have no numbers. Their stripes and seam points are paired before.
     let other = scan_plates(&scenario, &Plates::default(), 8).unwrap();
     let joined = Recording {
         truth: recording.truth.clone(),
@@ -365,7 +366,7 @@ fn stripes_and_seam_points_of_one_frame_are_one_picture_whatever_their_stamps() 
     let streams = calibrated(&joined, &with(Measurements::Both, SensorMode::Fixed)).findings.streams;
     assert_eq!((streams.robot.missing, streams.robot.silences), (Some(0), 0));
     assert!(streams.robot.longest_gap_s < 0.1 && streams.images.silences == 0);
-    // More than a picture later they are another picture.
+    // More than an image period later they belong to another image.
     recording.stripes.iter_mut().for_each(|stripe| stripe.stamp_ns += 100_000_000);
     let truth = recording.truth.as_ref().unwrap().parameters;
     let refused = calibrate(&recording, Some(&truth), &with(Measurements::Both, SensorMode::Fixed));
@@ -374,7 +375,8 @@ fn stripes_and_seam_points_of_one_frame_are_one_picture_whatever_their_stamps() 
     assert!(not_joined.contains("in recording 1 frame "), "{not_joined}");
 }
 
-/// Without numbers the stamps tell which rows are of one picture: other digits make other pictures, and hide that all frames show both plates.
+/// Without numbers the stamps decide which rows belong to one image. Different digits give different images, and hide that all frames show both
+/// plates.
 #[test]
 fn stripes_without_numbers_and_with_stamps_of_their_own_are_refused() {
     let scenario = scenario(Preset::Quick, 10.0);
@@ -453,7 +455,7 @@ fn parallel_plates_and_one_alone_are_joints_with_an_edge() {
             let plates = Plates { pair, ..Plates::default() };
             let mut recording = scan_plates(&scenario, &plates, seed).unwrap();
             if seed == 2 {
-                // Plates are numbered as anybody likes.
+                // Plates may be numbered in any order.
                 recording.stripes.iter_mut().for_each(|stripe| stripe.plate ^= 1);
             }
             let seam = calibrated(&recording, &with(Measurements::Seam, SensorMode::Fixed));
@@ -494,7 +496,7 @@ fn parallel_plates_and_one_alone_are_joints_with_an_edge() {
     }
 }
 
-/// Seam points that a detector makes in the air between the plates of a lap are no edge of either.
+/// Seam points that a detector reports in the air between the plates of a lap are no edge of either.
 #[test]
 fn an_edge_that_lies_on_no_plate_is_not_the_plates() {
     let plates = Plates { pair: PlatePair::Lap { step_m: 3e-3 }, ..Plates::default() };
@@ -504,13 +506,12 @@ fn an_edge_that_lies_on_no_plate_is_not_the_plates() {
     let outcome = auto.findings.stripes.as_ref().unwrap();
     assert_eq!(outcome.used, Measurements::Seam);
     assert_eq!(outcome.because, Because::Plates(NoPlates::EdgeElsewhere { line: 0 }));
-    // Without features there is nothing across the seam.
+    // Without features nothing is measured across the seam.
     recording.features.clear();
     assert!(calibrate(&recording, None, &Config::default()).is_err());
 }
 
-/// Who numbers the plates of some frames the other way loses these frames, not the answer; of half of the frames the seam points are
-/// the answer.
+/// Frames with swapped plate numbers are lost, but not the answer. If half of the frames are swapped, the seam points give the answer.
 #[test]
 fn plates_that_are_numbered_the_other_way_in_some_frames_do_not_count_there() {
     let scenario = scenario(Preset::Quick, 10.0);
@@ -535,7 +536,7 @@ fn plates_that_are_numbered_the_other_way_in_some_frames_do_not_count_there() {
     }
 }
 
-/// A plate that slips halfway through the scan takes its stripes along, and the seam points with them or not.
+/// A plate that slips halfway through the scan moves its stripes, with or without the seam points.
 #[test]
 fn a_plate_that_moves_during_the_scan_does_not_give_a_wrong_answer_in_silence() {
     let scenario = scenario(Preset::Good, 10.0);
@@ -572,11 +573,11 @@ fn a_plate_that_moves_during_the_scan_does_not_give_a_wrong_answer_in_silence() 
     }
 }
 
-/// A detector whose stripes move down the picture, and half as much to the right, with the tilt about the seam.
+/// A detector whose stripes move down the image, and half as much to the right, with the tilt about the seam.
 fn with_bias(recording: &Recording, px_per_10_deg: f64) -> Recording {
     let truth = recording.truth.as_ref().unwrap().parameters;
     let first = recording.robot[0].base_from_tool.rotation;
-    // Tilts are counted from the mean attitude: large turns do not add.
+    // Tilts are relative to the mean attitude, because large rotations do not add.
     let turns =
         recording.robot.iter().map(|sample| so3::log(&(first.inverse() * sample.base_from_tool.rotation)));
     let first = first * so3::exp(&(turns.sum::<Vector3<f64>>() / recording.robot.len() as f64));
@@ -602,7 +603,7 @@ fn with_bias(recording: &Recording, px_per_10_deg: f64) -> Recording {
     biased
 }
 
-/// A bias of 0.2 px per 10° of tilt, left in the stripes, puts the sensor beside where it is.
+/// A bias of 0.2 px per 10° of tilt, not removed from the stripes, would displace the sensor.
 #[test]
 fn a_bias_with_the_tilt_is_taken_out_of_the_stripes_as_well() {
     let scenario = scenario(Preset::Good, 20.0);

@@ -1,4 +1,4 @@
-//! A simulated scan whose exposures are wired to an input of the robot: measured and estimated offset agree, and a late input shows.
+//! Tests a simulated scan with exposures wired to a robot input: measured and estimated offset agree, and a late input is detected.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use trueline_dataset::Recording;
@@ -34,7 +34,7 @@ fn measured_and_estimated_offset_agree_and_a_late_input_is_named() {
             "{measured}, truth {truth_s} s"
         );
         assert!(measured.to_string().contains("they agree"), "{measured}");
-        // 5 ms late: the exposure seems to begin later, and so the stamp to be less late.
+        // 5 ms late: the exposure seems to begin later, and the stamp to be less late.
         let late = measured_offset(&recording, &wired(&recording, 0.005), &calibration).unwrap();
         assert!(!late.agrees() && late.to_string().contains("they contradict each other"), "{late}");
         let shift_s = late.offset_s - measured.offset_s;

@@ -1,4 +1,4 @@
-//! Simulated scans are recovered: exactly without noise, within their sigmas with it.
+//! Tests that simulated scans are recovered: exactly without noise, within their sigmas with it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{UnitVector3, Vector3};
@@ -7,7 +7,7 @@ use trueline_geometry::{Line, se3, so3};
 use trueline_method::{Calibration, Config, Reason, ResidualKind, Status, calibrate};
 use trueline_sim::{Between, Disturbance, Preset, Scenario, random_cell, simulate};
 
-/// Presets in which everything can be seen.
+/// Presets in which everything is observable.
 const VISIBLE: [Preset; 5] = [Preset::Paper, Preset::Quick, Preset::Weak, Preset::TwoLines, Preset::Profiler];
 
 /// Error of (t_d in s, rotation in rad, translation in m).
@@ -26,7 +26,7 @@ fn assert_within(calibration: &Calibration, recording: &Recording, sigmas: f64, 
         assert!(error.abs() < sigmas * sigma, "{what}, component {k}: error {error:e}, sigma {sigma:e}");
     }
     for (line, truth) in calibration.best_fit().lines.iter().zip(&recording.truth.as_ref().unwrap().lines) {
-        // A line is where its points are: far better known than the hand-eye, but carried along by it.
+        // A line is known far better than the hand-eye transform, but moves with it.
         let off = truth.distance(line.anchor());
         assert!(off < 2e-3, "{what}: line {off} m off");
     }
@@ -83,7 +83,7 @@ fn random_cells_are_found_without_a_guess() {
         for seed in 100..112 {
             let recording = simulate(&random_cell(&preset.scenario(), seed, 1.0), seed).unwrap();
             let calibration = calibrate(&recording, None, &Config::default()).unwrap();
-            // 24 cells × 7 components: a good estimator passes 5 σ by chance once in 10⁴ such tests.
+            // 24 cells × 7 components: chance exceeds 5 σ once in 10⁴ such tests.
             assert_within(&calibration, &recording, 5.0, &format!("{} cell {seed}", preset.name()));
         }
     }
@@ -103,7 +103,7 @@ fn a_line_through_the_base_origin() {
 #[test]
 fn a_wall_mounted_robot() {
     let mut scenario = Preset::Quick.scenario();
-    // Base turned onto the wall: everything in the cell turns about it.
+    // Base rotated onto the wall: everything in the cell rotates about it.
     let turn = so3::exp(&Vector3::new(0.0, std::f64::consts::FRAC_PI_2, 0.0));
     let line = scenario.cell.lines[0];
     scenario.cell.lines =
@@ -158,7 +158,7 @@ fn forty_percent_outliers_and_ten_percent_drops() {
     assert_within(&calibration, &recording, 4.0, "outliers");
     let share =
         calibration.findings.fit.residuals.outliers as f64 / calibration.findings.fit.residuals.used as f64;
-    // Binomial: 0.4 ± 0.02 of 600; a few of the outliers fall onto the seam by chance.
+    // Binomial: 0.4 ± 0.02 of 600. A few outliers fall onto the seam by chance.
     assert!((0.34..0.46).contains(&share), "{share}");
 }
 
@@ -174,14 +174,14 @@ fn forty_percent_outliers_are_not_taken_for_noise() {
     assert!(calibration.findings.fit.amplitudes.is_some());
     let codes: Vec<&str> = calibration.reasons().iter().map(|reason| reason.code()).collect();
     assert_eq!(codes, ["too-many-outliers"]);
-    // The sensor is where it is all the same.
+    // The sensor is correct nevertheless.
     let sigmas = calibration.findings.checks.seam_error.unwrap().rms_m;
     let truth = recording.truth.as_ref().unwrap().parameters.tool_from_camera;
     let off = calibration.best_fit().tool_from_camera.translation.vector - truth.translation.vector;
     assert!(off.norm() < 4.0 * sigmas, "{off} {sigmas}");
 }
 
-/// A line that is seen as outliers alone is wherever these allow, whatever the others say of the sensor.
+/// A line with outliers only is undetermined, whatever the others say about the sensor.
 #[test]
 fn a_line_of_outliers_is_refused_by_its_number() {
     let mut scenario = scenario_of_four_lines();
@@ -203,7 +203,7 @@ fn a_line_of_outliers_is_refused_by_its_number() {
     }
 }
 
-/// The start from the mirrored attitude falls back into the solution, but slowly for the gross errors: it is no second one.
+/// The start from the mirrored attitude converges to the solution, but slowly because of gross errors. It is no second solution.
 #[test]
 fn the_papers_scan_with_forty_percent_outliers() {
     let mut scenario = Preset::Paper.scenario();
@@ -228,8 +228,8 @@ fn a_step_from_the_papers_kind_of_start_takes_few_iterations() {
     let calibration = calibrate(&recording, Some(&guess), &Config::default()).unwrap();
     assert_within(&calibration, &recording, 4.0, "from a guess");
     let iterations = &calibration.findings.fit.iterations;
-    // Within its ± of the answer after a few steps; then the fit is repeated with measured noise, with the bias that the features
-    // show, and without it, some five steps each.
+    // Within the answer's uncertainty after a few steps. Then the fit is repeated with measured noise, with the estimated bias of the features, and
+    // without it, some five steps each.
     let off_s = iterations[4].parameters.time_offset_s - calibration.best_fit().time_offset_s;
     assert!(off_s.abs() < calibration.sigma(0).unwrap(), "{off_s}");
     assert!(iterations.len() <= 30, "{}", iterations.len());
@@ -253,7 +253,7 @@ fn holding_the_time_offset_at_zero_shows_what_it_costs() {
     assert!(calibrate(&recording, None, &config).is_err());
 }
 
-/// The residual in the image is in pixels, whatever the features say of their own noise.
+/// The residual in the image is in pixels, whatever noise the features state.
 #[test]
 fn pixels_are_pixels_whatever_sigma_the_features_state() {
     let mut recording = simulate(&Preset::Quick.scenario(), 3).unwrap();
@@ -265,11 +265,11 @@ fn pixels_are_pixels_whatever_sigma_the_features_state() {
         feature.sigma = Some([0.03; 2]);
     }
     let stated = rms_px(&recording);
-    // The weights are the same for all, so is the optimum but for what the robot's noise is taken to share in it.
+    // The weights are equal for all, and so is the optimum, except for the share of the robot's noise.
     assert!((stated / unstated - 1.0).abs() < 0.1, "{stated} px and {unstated} px");
 }
 
-/// Starts and sums are shared among threads, and come back in order.
+/// Starts and sums are shared among threads, and results keep their order.
 #[test]
 fn the_result_is_the_same_to_the_last_bit_with_any_number_of_threads() {
     let recording = simulate(&Preset::TwoLines.scenario(), 7).unwrap();

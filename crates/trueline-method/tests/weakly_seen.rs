@@ -1,4 +1,4 @@
-//! Scans that show a turn of the sensor to half a degree and worse: their ± come from the profile of the likelihood.
+//! Tests scans that determine a rotation of the sensor only to half a degree or worse. Their uncertainties come from the likelihood profile.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::DVector;
@@ -19,17 +19,17 @@ fn weak(seed: u64) -> (Calibration, f64) {
 }
 
 #[test]
-fn a_scan_that_bends_within_its_own_deviation_is_told_a_wider_one() {
+fn a_curved_valley_gets_a_wider_uncertainty() {
     let cells: Vec<_> = (0..8).map(weak).collect();
     let widened: Vec<f64> = cells.iter().filter_map(|(c, _)| c.findings.fit.widened_by).collect();
     println!("{widened:?}");
-    // The cost is no quadratic there, and is not far from one either.
+    // The cost is not quadratic there, but nearly.
     assert!(!widened.is_empty() && widened.iter().all(|by| (1.1..1.5).contains(by)), "{widened:?}");
     for (c, _) in &cells {
         let is_told = c.warnings().iter().any(|warning| matches!(warning, Warning::WidenedByProfile { .. }));
         assert_eq!(is_told, c.findings.fit.widened_by.is_some());
     }
-    // χ² with 56 degrees of freedom over as many: ± 0.19, three times.
+    // χ² with 56 degrees of freedom, normalised: ± 0.19, three times.
     let mean = cells.iter().map(|(_, squared)| squared).sum::<f64>() / cells.len() as f64;
     assert!((0.43..1.57).contains(&mean), "{mean}");
 }
@@ -41,7 +41,7 @@ fn a_scan_that_shows_its_turns_well_is_left_as_it_is() {
     assert_eq!(c.findings.fit.widened_by, None);
 }
 
-/// Play in the robot hides the little that an S-scan shows of one turn: a ± of it would be a guess.
+/// Backlash of the robot hides the little information of an S-scan on one rotation. Its uncertainty would be a guess.
 #[test]
 fn a_turn_without_a_bound_is_refused() {
     let recording =

@@ -1,5 +1,4 @@
-//! Recordings in which something went wrong: the right answer with an honest sigma, or a refusal that names
-//! the cause.
+//! Tests corrupted recordings: the correct answer with an honest sigma, or a refusal that reports the cause.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use trueline_dataset::{Guess, Recording};
@@ -33,7 +32,7 @@ fn largest_error(calibration: &Calibration, truth: &Guess) -> f64 {
     errors.iter().zip(sigmas).map(|(e, s)| (e / s).abs()).fold(0.0, f64::max)
 }
 
-/// Seven unknowns of a dozen scans: the largest of 84 normal numbers is above 5 once in 20,000 times.
+/// Seven unknowns of a dozen scans: the largest of 84 normal numbers exceeds 5 once in 20,000 times.
 const SIGMAS: f64 = 5.0;
 
 fn assert_right(recording: &Recording, what: &str) -> Calibration {
@@ -44,13 +43,13 @@ fn assert_right(recording: &Recording, what: &str) -> Calibration {
     calibration
 }
 
-/// A scan in a random cell during which something happens.
+/// A scan in a random cell with an event.
 fn spoilt(event: Event, seed: u64) -> Recording {
     simulate_with_faults(&cell(Preset::Quick, seed), &[Fault::Event(event)], seed).unwrap()
 }
 
 #[test]
-fn what_robustness_can_mend_is_mended() {
+fn mendable_events_are_mended() {
     for event in [Event::Bursts, Event::SecondLine, Event::RobotGaps, Event::DuplicateRows] {
         for seed in 0..4 {
             assert_right(&spoilt(event, seed), &format!("{event:?} {seed}"));
@@ -67,7 +66,7 @@ fn bursts_and_a_second_line_are_named_with_their_time() {
     let [only] = astray.findings.checks.outlier_segments[..] else {
         panic!("{:?}", astray.findings.checks.outlier_segments)
     };
-    // The edge is 5 mm beside; a line through 165 points of 0.04 mm noise, tilts included, lies within 0.05.
+    // The edge is 5 mm away. A line through 165 points of 0.04 mm noise, including tilts, is accurate to 0.05.
     let Cause::OtherLine(beside_m) = only.cause else { panic!("{only:?}") };
     assert!((beside_m - 0.005).abs() < 5e-5, "{beside_m}");
     assert!(
@@ -87,7 +86,7 @@ fn a_clock_that_steps_is_refused_and_the_step_named() {
                 Cause::ClockStep(found_s) => Some(found_s),
                 _ => None,
             });
-            // Both parts' offsets are known to some 0.1 ms before anything is polished.
+            // Both parts' offsets are known to some 0.1 ms before any refinement.
             let found = found.unwrap_or_else(|| panic!("{:?}", calibration.reasons()));
             assert!((found - step_s).abs() < 1e-3, "{event:?} {seed}: {found}");
             assert!(stepped(&calibration), "{:?}", calibration.reasons());
@@ -107,7 +106,7 @@ fn a_small_step_is_found_where_it_is() {
     assert_eq!(calibration.status(), Status::NotAccepted);
     let step = calibration.findings.clock.step.unwrap();
     assert!((step.step_s - 1e-3).abs() < 4.0 * step.sigma_s, "{step:?}");
-    // A tenth of the scan: the step shows only where the seam moves across.
+    // A tenth of the scan: the step is visible only where the seam moves across.
     assert!((step.at_s - 10.0).abs() < 2.0, "{step:?}");
 }
 
@@ -120,7 +119,7 @@ fn a_drift_is_taken_out_and_reported() {
     assert_eq!(calibration.status(), Status::Accepted, "{:?}", calibration.reasons());
     let drift = calibration.findings.clock.drift.unwrap();
     assert!((drift.ppm - 150.0).abs() < 4.0 * drift.sigma_ppm, "{drift:?}");
-    // The offset holds in the middle: there it is the start's plus what drifted until then.
+    // The offset holds in the middle. There it is the start's plus the drift until then.
     let truth = recording.truth.unwrap().parameters;
     let then = Guess { time_offset_s: truth.time_offset_s + 150e-6 * (drift.about_s - 0.01773), ..truth };
     assert!(largest_error(&calibration, &then) < SIGMAS);
@@ -141,7 +140,7 @@ fn a_steady_scan_shows_neither_step_nor_drift_nor_disagreement() {
     }
 }
 
-/// A bent edge is no straight line; the parts of the scan then say different things.
+/// A bent edge is no straight line, so the parts of the scan disagree.
 #[test]
 fn parts_that_disagree_are_a_warning_with_a_number() {
     let mut recording = simulate(&Preset::Quick.scenario(), 5).unwrap();
@@ -161,7 +160,7 @@ fn parts_that_disagree_are_a_warning_with_a_number() {
 }
 
 #[test]
-fn what_is_not_seen_can_be_held_at_a_guess() {
+fn unobservable_directions_can_be_held_at_a_guess() {
     let recording = simulate(&Preset::ConstantAttitude.scenario(), 6).unwrap();
     let truth = recording.truth.as_ref().unwrap().parameters;
     let mut guess = truth;
@@ -179,7 +178,7 @@ fn what_is_not_seen_can_be_held_at_a_guess() {
     assert!(calibration.warnings().iter().any(|w| matches!(w, Warning::HeldAtGuess { .. })));
     let offset = (calibration.best_fit().time_offset_s - truth.time_offset_s) / calibration.sigma(0).unwrap();
     assert!(offset.abs() < SIGMAS, "{offset}");
-    // Without a guess there is nothing to hold it at.
+    // Without a guess there is no value to hold.
     assert!(calibrate(&recording, None, &config).is_err());
 }
 
@@ -219,7 +218,7 @@ fn outliers_and_drops_at_once() {
     }
 }
 
-/// 20 Hz is what some controllers give: between two samples the path bends by tenths of a millimetre.
+/// Some controllers give 20 Hz: between two samples the path bends by tenths of a millimetre.
 #[test]
 fn slow_robot_streams() {
     for (period_s, preset) in
@@ -232,7 +231,7 @@ fn slow_robot_streams() {
     }
 }
 
-/// A controller that has a new pose every third time it is asked.
+/// A controller with a new pose at every third poll.
 #[test]
 fn poses_that_only_repeat_are_left_out() {
     let mut recording = simulate(&cell(Preset::Quick, 8), 8).unwrap();
@@ -247,7 +246,7 @@ fn poses_that_only_repeat_are_left_out() {
     );
 }
 
-/// Four in ten samples lost on their way, now one, now two in a row.
+/// Four in ten samples are lost, one or two in succession.
 #[test]
 fn a_lossy_robot_stream_is_right_and_said_to_be_one() {
     let missing = |calibration: &Calibration| {
@@ -269,7 +268,7 @@ fn a_lossy_robot_stream_is_right_and_said_to_be_one() {
     assert_eq!(missing(&assert_right(&recording, "lossy stream")), Some((lost, all)));
 }
 
-/// Out of step with the poll a new pose is half a poll old on average: taken the other way it would be a whole one off.
+/// Out of step with the poll a new pose is half a poll old on average. The opposite sign would be off by a whole one.
 #[test]
 fn poses_that_repeat_out_of_step() {
     let mut scenario = cell(Preset::Quick, 16);
@@ -282,13 +281,13 @@ fn poses_that_repeat_out_of_step() {
     let polled = recording.robot.iter().step_by(4).copied().collect();
     recording.robot = polled;
     let calibration = assert_right(&recording, "out of step");
-    // Of 0, 1, 2 and 3 ms the mean is 1.5, which is taken for 2.
+    // The mean of 0, 1, 2 and 3 ms is 1.5, and the estimate is 2.
     let off =
         calibration.best_fit().time_offset_s - recording.truth.as_ref().unwrap().parameters.time_offset_s;
     assert!(off.abs() < 0.8e-3, "{off}");
 }
 
-/// Clocks of two computers: the offset is far outside the range that is searched first.
+/// Clocks of two computers: the offset is far outside the initial search range.
 #[test]
 fn offsets_of_seconds() {
     for offset_s in [2.5, -4.0] {
@@ -327,7 +326,7 @@ fn stamps_that_arrive_late_hide_no_grain() {
     }
 }
 
-/// A grain that is longer than a period makes equal stamps; so do two lines in one picture, and these are exact.
+/// A grain longer than a period gives equal stamps. Two lines in one image do too, and those are exact.
 #[test]
 fn equal_stamps_are_a_grain_only_where_the_pictures_differ() {
     let mut recording = simulate(&cell(Preset::Quick, 10), 10).unwrap();
@@ -340,7 +339,7 @@ fn equal_stamps_are_a_grain_only_where_the_pictures_differ() {
     assert_eq!(c.findings.streams.images.grain_s, None);
 }
 
-/// An attitude that only has noise is no tilt, however large that is.
+/// An attitude with noise only is no tilt, however large the noise is.
 #[test]
 fn noise_of_the_attitude_shows_nothing() {
     for sigma_rad in [1e-4, 5e-4, 2e-3] {
@@ -374,7 +373,7 @@ fn a_guess_in_the_mirrored_minimum_is_refused() {
     );
 }
 
-/// A large drift makes residuals that hide it, and must be found all the same.
+/// A large drift hides itself by large residuals and must still be found.
 #[test]
 fn large_drifts_are_taken_out() {
     for ppm in [200.0, 1000.0, 5000.0] {
@@ -400,7 +399,7 @@ fn a_step_in_the_middle_is_no_drift() {
     assert_eq!(calibration.status(), Status::NotAccepted);
     let step = calibration.findings.clock.stepped.unwrap();
     assert!((step.step_s - 2e-3).abs() < SIGMAS * step.sigma_s, "{step:?}");
-    // The even clock of the images shows the step, and dates all of them as the stamps after it do.
+    // The regular clock of the images shows the step, and dates all of them like the stamps after it.
     let calibration = calibrated(&recording);
     assert_eq!(calibration.status(), Status::Accepted, "{:?}", calibration.reasons());
     assert!(calibration.findings.streams.images.step_taken_out);
@@ -434,7 +433,7 @@ fn rows_that_repeat_count_once() {
     let mut twice = recording.clone();
     twice.features = recording.features.iter().flat_map(|f| [*f, *f]).collect();
     let (once, twice) = (calibrated(&recording), calibrated(&twice));
-    // Rows are numbered differently, nothing else.
+    // Only the row numbers differ.
     assert_eq!(once.best_fit(), twice.best_fit());
     assert_eq!(once.best_fit_covariance(), twice.best_fit_covariance());
 }
@@ -448,7 +447,7 @@ fn images_of_one_instant_are_refused() {
     assert!(error.to_string().contains("1 distinct image time stamp"), "{error}");
 }
 
-/// Half of what the others predict of a part of a short scan is how little they know: no disagreement.
+/// Half of the error in predicting a part of a short scan from the others is their uncertainty, and no disagreement.
 #[test]
 fn short_scans_do_not_disagree() {
     for seed in 0..8 {

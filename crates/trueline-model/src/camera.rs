@@ -18,7 +18,7 @@ pub struct Camera {
     pub distortion: BrownConrady,
 }
 
-/// Why a pixel has no ray.
+/// Reason that a pixel has no ray.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PixelError {
     /// The pixel is not in the image.
@@ -33,7 +33,7 @@ pub enum PixelError {
         /// Image height, px.
         height: u32,
     },
-    /// The lens distortion cannot be undone there.
+    /// The lens distortion cannot be inverted there.
     #[error("the lens distortion cannot be inverted at pixel ({u:.2}, {v:.2})")]
     NotInvertible {
         /// Column, px.
@@ -68,8 +68,7 @@ impl Camera {
 
     /// The distorted pixel of a point in the camera frame (m).
     ///
-    /// `None` for a point behind the camera, outside the image, or so far off the axis that the
-    /// distortion folds back.
+    /// `None` for a point behind the camera, outside the image, or beyond the radius at which the distortion folds back.
     #[must_use]
     pub fn project(&self, point_in_camera: &Vector3<f64>) -> Option<Vector2<f64>> {
         if point_in_camera.z <= 0.0 {

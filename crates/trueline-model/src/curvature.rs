@@ -1,4 +1,4 @@
-//! A seam that is not quite straight: a bow in each of the line's two cross directions.
+//! A slightly curved seam: a bow in each of the line's two cross directions.
 //!
 //! p(s) = c + s u₁ + (κ₂ u₂ + κ₃ u₃) φ(s), φ(s) = ((s − s₀)/ℓ)² − 1/3, with ℓ half of the visible length and s₀ its
 //! middle. So κ is the height of the bow between middle and ends at any length. It is nearly independent of the
@@ -9,7 +9,7 @@ use nalgebra::Vector2;
 /// The bow of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Curvature {
-    /// κ₂ and κ₃: how far the ends are from where a straight line through the middle would be, m.
+    /// κ₂ and κ₃: distance of the ends from a straight line through the middle, m.
     pub bow_m: [f64; 2],
     /// ℓ, half of the visible length, m.
     pub half_length_m: f64,
@@ -35,13 +35,13 @@ impl Curvature {
         (relative * relative - MEAN_SQUARE, 2.0 * relative / self.half_length_m)
     }
 
-    /// How far the seam is from the straight line along u₂ and u₃, m.
+    /// Distance of the seam from the straight line along u₂ and u₃, m.
     #[must_use]
     pub fn offset_at(&self, along_m: f64) -> Vector2<f64> {
         Vector2::from(self.bow_m) * self.form(along_m).0
     }
 
-    /// Standard deviation of each bow before the scan, m.
+    /// Prior standard deviation of each bow, m.
     #[must_use]
     pub fn prior_sigma_m(&self) -> f64 {
         PRIOR_M + PRIOR_PER_M * 2.0 * self.half_length_m

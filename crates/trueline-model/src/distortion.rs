@@ -8,8 +8,8 @@
 //! y_d = y (1 + k₁r² + k₂r⁴ + k₃r⁶) + p₁(r² + 2y²) + 2 p₂xy
 //! ```
 //!
-//! The polynomial folds back on itself beyond some radius. There two rays share a pixel, and an inverse
-//! that merely converges may return the wrong one; ours is defined inside that radius only.
+//! The polynomial folds back on itself beyond some radius. There two rays share a pixel, and an inverse that merely converges may return the wrong
+//! one. This inverse is defined inside that radius only.
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -84,7 +84,7 @@ impl BrownConrady {
             let (value, jacobian) = self.distort(&ideal);
             let inverse = jacobian.try_inverse()?;
             let mut step = inverse * (distorted - value);
-            // Stay inside the radius: beyond it Newton would find the other ray.
+            // Stay inside the radius. Beyond it Newton would find the other ray.
             while (ideal + step).norm_squared() >= limit {
                 step *= 0.5;
                 if step.norm() < 1e-15 {
@@ -97,23 +97,23 @@ impl BrownConrady {
             }
         }
         let (value, jacobian) = self.distort(&ideal);
-        // A converged Newton leaves rounding; 1e-12 is 4e-9 px at a focal length of 3600 px.
+        // A converged Newton iteration leaves rounding. 1e-12 is 4e-9 px at a focal length of 3600 px.
         let converged = (value - distorted).norm() < 1e-12 * (1.0 + distorted.norm());
         let same_sheet = jacobian.determinant() > 0.0 && jacobian.trace() > 0.0;
         (converged && same_sheet).then(|| jacobian.try_inverse().map(|inverse| (ideal, inverse)))?
     }
 }
 
-/// Smallest positive root of c₀ + c₁s + c₂s² + c₃s³ with c₀ > 0; infinite if there is none.
+/// Smallest positive root of c₀ + c₁s + c₂s² + c₃s³ with c₀ > 0. Infinite without a root.
 fn first_positive_root(c: [f64; 4]) -> f64 {
     let value = |s: f64| c[0] + s * (c[1] + s * (c[2] + s * c[3]));
-    // Beyond this bound (Cauchy's, on the reversed polynomial) the leading term rules.
+    // Beyond this bound (Cauchy's, on the reversed polynomial) the leading term dominates.
     let leading = c.iter().rposition(|x| *x != 0.0).unwrap_or(0);
     if leading == 0 {
         return f64::INFINITY;
     }
     let bound = 1.0 + c[..leading].iter().fold(0.0_f64, |m, x| m.max((x / c[leading]).abs()));
-    // The turning points split the axis into monotone pieces; look for the first change of sign.
+    // The turning points split the axis into monotone pieces. The first change of sign is the root.
     let [first, second] = turning_points(c);
     let mut low = 0.0;
     for high in [first, second, Some(bound)].into_iter().flatten() {

@@ -13,8 +13,8 @@
 //! | L | `line_in_base` | the straight line |
 //! | n·p = d | `plate` | a plate of the joint, nearly flat |
 //!
-//! A residual with its Jacobian is the chain rule over the stages it needs. Pure functions: no data, no
-//! solver. Metre, radian, second and pixel; pixel (0, 0) is the centre of the top-left pixel.
+//! A residual with its Jacobian follows by the chain rule over the required stages. Pure functions without data or solver. Units are metre, radian,
+//! second and pixel. Pixel (0, 0) is the centre of the top-left pixel.
 //!
 //! ```
 //! use nalgebra::{Vector2, Vector3};

@@ -18,7 +18,7 @@ pub struct Placement {
     pub velocity: Vector3<f64>,
 }
 
-/// Jacobians of p_B for one point fixed in the camera; perturbations as in \[Yang2025, Eq. 18\].
+/// Jacobians of p_B for one point fixed in the camera frame, with perturbations as in \[Yang2025, Eq. 18\].
 #[derive(Clone, Copy, Debug)]
 pub struct PlacementJacobian {
     /// d p_B / d t_d, m/s.
@@ -29,22 +29,21 @@ pub struct PlacementJacobian {
     pub d_point_d_translation: Matrix3<f64>,
 }
 
-/// Derivatives of a number by the sensor's motion as a rigid body. Axes of base, turns about the origin of
-/// the tool.
+/// Derivatives of a number by the sensor's motion as a rigid body, in axes of base, with rotations about the origin of the tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseGradient {
-    /// By a shift, 1/m times its unit.
+    /// By a shift, in its unit per metre.
     pub by_shift: Vector3<f64>,
-    /// By a turn, 1/rad times its unit.
+    /// By a rotation, in its unit per radian.
     pub by_turn: Vector3<f64>,
 }
 
 impl PoseGradient {
-    /// Of a number that does not move.
+    /// The gradient of a constant.
     pub const ZERO: Self =
         Self { by_shift: Vector3::new(0.0, 0.0, 0.0), by_turn: Vector3::new(0.0, 0.0, 0.0) };
 
-    /// Adds a part of another.
+    /// Adds a fraction of another.
     #[inline]
     pub fn add(&mut self, other: &Self, part: f64) {
         self.by_shift += other.by_shift * part;
@@ -90,8 +89,8 @@ impl Placement {
         let lever = self.base_from_tool.rotation * (rotated + self.tool_from_camera.translation.vector);
         let base_from_tool = self.base_from_tool.rotation.to_rotation_matrix().into_inner();
         PlacementJacobian {
-            // Differs from Eqs. (7) and (12): d R/d t_d = −R [ω]×, so the rotation part is
-            // −(R ω) × (R p_E) = +[R p_E]× R ω; the lever is the whole p_E, with p_EC.
+            // Differs from Eqs. (7) and (12). d R/d t_d = −R [ω]×, so the rotation part is −(R ω) × (R p_E) = +[R p_E]× R ω. The lever is the whole
+            // p_E, including p_EC.
             d_point_d_time_offset: lever.cross(&self.angular_velocity) - self.velocity,
             d_point_d_rotation: -base_from_tool * so3::hat(&rotated), // Eq. (14)
             d_point_d_translation: base_from_tool,                    // Eq. (15)
@@ -117,8 +116,8 @@ impl Placement {
         [0, 1].map(|row| self.by_pose(point_in_base, &by_point.row(row).transpose()))
     }
 
-    /// A gradient by the pose of the sensor, carried to the time offset and to the hand-eye transform. The exposure is earlier by t_d, so
-    /// the tool is back by its motion; a perturbation of the hand-eye transform is one of the pose, seen from the tool.
+    /// Maps a gradient by the pose of the sensor to the time offset and to the hand-eye transform. The exposure is earlier by t_d, so the tool moves
+    /// back along its motion. A perturbation of the hand-eye transform is one of the pose, in the tool frame.
     #[must_use]
     #[inline]
     pub fn carried(&self, by_pose: &PoseGradient) -> ByLinks {

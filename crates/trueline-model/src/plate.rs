@@ -16,10 +16,10 @@ use trueline_geometry::so3;
 
 /// Distance from the seam at which a surface term has its stated value, m.
 pub const SURFACE_REACH_M: f64 = 0.025;
-/// Distance along the seam at which it is, m.
+/// Distance along the seam to which they refer, m.
 pub const SURFACE_LENGTH_M: f64 = 0.100;
 
-/// 1 / [`SURFACE_REACH_M`], 1/m: a product takes a fifth of the time of a quotient.
+/// 1 / [`SURFACE_REACH_M`], 1/m. A product takes a fifth of the time of a quotient.
 const PER_REACH: f64 = 1.0 / SURFACE_REACH_M;
 /// 1 / [`SURFACE_LENGTH_M`], 1/m.
 const PER_LENGTH: f64 = 1.0 / SURFACE_LENGTH_M;
@@ -31,7 +31,7 @@ pub struct PlateChart {
     pub centre: Vector3<f64>,
     /// a, unit, along the seam.
     pub along: Vector3<f64>,
-    /// o, unit, in the plate and square to the seam.
+    /// o, unit, in the plate and perpendicular to the seam.
     pub outward: Vector3<f64>,
 }
 
@@ -48,7 +48,7 @@ pub struct Plate {
     pub surface_m: [f64; 7],
 }
 
-/// φ at a point, and its derivatives.
+/// φ at a point, with its derivatives.
 #[derive(Clone, Copy, Debug)]
 pub struct PlateDistance {
     /// φ, m.
@@ -67,7 +67,7 @@ impl Plate {
     /// Unknowns of its surface.
     pub const SURFACE: usize = 7;
 
-    /// A flat plate through a point (m) of its seam; `None` where the seam does not run along it.
+    /// A flat plate through a point (m) of its seam. `None` if the seam does not run along it.
     #[must_use]
     pub fn flat(centre: Vector3<f64>, normal: &UnitVector3<f64>, along: &Vector3<f64>) -> Option<Self> {
         let along = (along - normal.as_ref() * normal.dot(along)).try_normalize(1e-6)?;

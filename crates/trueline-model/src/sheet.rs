@@ -27,8 +27,8 @@ impl LaserSheet {
         Self { plane, origin: normal * plane.offset(), axes: Matrix3x2::from_columns(&[x, y]) }
     }
 
-    /// The sheet of a profiler, which reports points in its own sheet: frame x along the stripe and z
-    /// range, the sheet is y = 0.
+    /// The sheet of a profiler, which reports points in its own sheet. In its frame x is along the stripe and z is the range, and the sheet is y =
+    /// 0.
     #[must_use]
     pub fn of_profiler() -> Self {
         // The plane y = 0; its normal is y, and (x, z) are the two measured coordinates.
@@ -36,7 +36,7 @@ impl LaserSheet {
         Self { plane, origin: Vector3::zeros(), axes: Matrix3x2::from_columns(&[Vector3::x(), Vector3::z()]) }
     }
 
-    /// A sheet with an origin and two unit axes in it, square to each other; `None` of axes that span no plane.
+    /// A sheet with an origin and two orthogonal unit axes in it. `None` for axes that span no plane.
     #[must_use]
     pub fn from_axes(origin: Vector3<f64>, axes: Matrix3x2<f64>) -> Option<Self> {
         let normal = axes.column(0).cross(&axes.column(1));
@@ -50,7 +50,7 @@ impl LaserSheet {
         &self.plane
     }
 
-    /// The point of the sheet from which its coordinates count, in the camera frame, m.
+    /// The origin of the sheet's coordinates, in the camera frame, m.
     #[must_use]
     pub fn origin(&self) -> &Vector3<f64> {
         &self.origin

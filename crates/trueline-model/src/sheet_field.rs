@@ -1,7 +1,7 @@
 //! The rectangle of the laser sheet that a scan visited, and the rigid part of a sheet's correction over it.
 //!
-//! A sensor that takes no correction is served best by the rigid motion nearest to the correction. Points q of a grid over the
-//! field are moved by the correction to c(q); of all motions q ↦ R(α) q + s in the sheet the one with the least squares has
+//! A sensor without a correction is best described by the rigid motion nearest to the correction. Points q of a grid over the field are moved by the
+//! correction to c(q). Of all motions q ↦ R(α) q + s in the sheet, the least-squares one is
 //!
 //! ```text
 //! α = atan2(Σ q̃ × c̃, Σ q̃ · c̃),  s = c̄ − R(α) q̄
@@ -21,16 +21,16 @@ const GRID: usize = 5;
 /// A rectangle in the sheet's coordinates, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SheetField {
-    /// From and to along the stripe.
+    /// Range along the stripe.
     pub width_m: [f64; 2],
-    /// From and to in depth.
+    /// Range in depth.
     pub depth_m: [f64; 2],
 }
 
 /// The rigid motion in the sheet that is nearest to a correction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigidPart {
-    /// Turn about the origin of the sheet's coordinates, from the first axis to the second, rad.
+    /// Rotation about the origin of the sheet's coordinates, from the first axis to the second, rad.
     pub turn_rad: f64,
     /// Shift after it, sheet coordinates, m.
     pub shift_m: [f64; 2],
@@ -48,7 +48,7 @@ pub struct RigidPartOfShape {
 }
 
 impl SheetField {
-    /// Points of a regular grid over it, its corners among them, sheet coordinates, m.
+    /// Points of a regular grid over it, including its corners, sheet coordinates, m.
     pub fn grid(&self) -> impl Iterator<Item = Vector2<f64>> {
         let on = |[from, to]: [f64; 2], k: usize| from + (to - from) * k as f64 / (GRID - 1) as f64;
         let (width, depth) = (self.width_m, self.depth_m);
@@ -61,7 +61,7 @@ impl SheetField {
         [self.width_m, self.depth_m].map(|[from, to]| to - from)
     }
 
-    /// The rigid part of a shape's correction over the field; `None` for a field of one point, or a shape that turns it inside out.
+    /// The rigid part of a shape's correction over the field. `None` for a field of one point, or a shape that turns it inside out.
     #[must_use]
     pub fn rigid_part(&self, shape: &SheetShape) -> Option<RigidPartOfShape> {
         let points: Vec<(Vector2<f64>, Vector2<f64>, Matrix2x5<f64>)> = self
@@ -90,7 +90,7 @@ impl SheetField {
         let d_turn = (d_cross * dot - d_dot * cross) / square;
         let turned = turn * middle;
         let shift = middle_there - turned;
-        // d R(α) q̄ = (q̄ turned by another right angle) dα
+        // d R(α) q̄ = (q̄ rotated by another right angle) dα
         let d_shift = middle_slope - Vector2::new(-turned.y, turned.x) * d_turn;
         let mut d_shape = SMatrix::<f64, 3, 5>::zeros();
         d_shape.fixed_rows_mut::<1>(0).copy_from(&d_turn);
@@ -103,7 +103,7 @@ impl SheetField {
 }
 
 impl RigidPart {
-    /// The same motion in the camera frame: it turns about the normal of the sheet.
+    /// The same motion in the camera frame: a rotation about the normal of the sheet.
     #[must_use]
     pub fn in_camera(&self, sheet: &LaserSheet) -> Pose {
         let rotation = so3::exp(&(normal(sheet) * self.turn_rad));

@@ -1,8 +1,7 @@
-//! Stage 4, the default residual: measured point against the line's intersection with the laser sheet.
+//! Stage 4, the default residual: measured point minus the line's intersection with the laser sheet.
 //!
-//! The line meets the sheet at q; the sensor measured p in the same sheet; r = p − q is two numbers in the
-//! sheet (m). Whitened by the measurement covariance it is maximum likelihood, and it cannot collapse:
-//! a line that runs along the sheet has no q.
+//! The line meets the sheet at q. The sensor measured p in the same sheet. r = p − q is two numbers in the sheet (m). Whitened by the measurement
+//! covariance it gives the maximum likelihood estimate. It cannot collapse, because a line along the sheet has no q.
 //!
 //! Let E be the sheet's axes in base (3×2), n its normal in base and u₁ the line's direction. The oblique
 //! projection along the line onto the sheet is B = Eᵀ − h nᵀ with h = Eᵀu₁ / (n·u₁), and r = B (p_B − c). As
@@ -22,7 +21,7 @@ use trueline_geometry::Line;
 pub const MIN_SINE: f64 = 1e-3;
 
 struct Projection {
-    /// B, sheet coordinates from a displacement in base along the line.
+    /// B maps a displacement in base to sheet coordinates, along the line.
     onto_sheet: Matrix2x3<f64>,
     /// p − q in the sheet, m.
     residual: Vector2<f64>,
@@ -47,7 +46,7 @@ fn project(
     Some(Projection { onto_sheet, residual })
 }
 
-/// Measured minus predicted point in the sheet (m), or `None` if the line runs along the sheet.
+/// Measured minus predicted point in the sheet (m). `None` if the line runs along the sheet.
 #[must_use]
 pub fn residual(
     placement: &Placement,
@@ -58,7 +57,7 @@ pub fn residual(
     Some(project(placement, sheet, point_in_camera, line)?.residual)
 }
 
-/// [`residual`] with its derivatives; that by a shift of the sensor is B.
+/// [`residual`] with its derivatives. That by a shift of the sensor is B.
 #[must_use]
 pub fn linearize(
     placement: &Placement,
@@ -98,15 +97,15 @@ pub struct SeamJacobian {
     pub d_shape: SMatrix<f64, 2, 5>,
 }
 
-/// Newton's steps from the straight line's intersection to the bowed one's: each squares an error of (bow/length)².
+/// Newton steps from the straight line's intersection to the bowed one's. Each squares an error of (bow/length)².
 const INTERSECTION_STEPS: usize = 2;
 
 impl SeamInSheet<'_> {
-    /// Reported minus predicted point (m) with its Jacobians, or `None` if the seam runs along the sheet.
+    /// Reported minus predicted point (m) with its Jacobians. `None` if the seam runs along the sheet.
     ///
-    /// The seam meets the sheet at q; the sensor is predicted to report g(q), with g the inverse of its shape; r = s − g(q).
-    /// As for a straight line, −dq = B (dx(q) − dl(q)) with the seam's tangent at q in place of the line's direction, so
-    /// dr = (∂g/∂q) B (dx(q) − dl(q)), and dr = −∂g/∂h for the shape.
+    /// The seam meets the sheet at q. The predicted report of the sensor is g(q), with g the inverse of its shape, and r = s − g(q). As for a
+    /// straight line, −dq = B (dx(q) − dl(q)) with the seam's tangent at q in place of the line's direction. Hence dr = (∂g/∂q) B (dx(q) − dl(q)),
+    /// and dr = −∂g/∂h for the shape.
     #[must_use]
     pub fn linearize(
         &self,

@@ -67,7 +67,7 @@ impl SheetShape {
         let origin = Vector2::from(self.origin_m);
         let from_origin = at - origin;
         let (inverse_a, inverse_b) = (1.0 / (1.0 + h1), 1.0 / (1.0 + h2));
-        // The affine part undone, then the keystone: g = m/(1 − h₄ m_a − h₅ m_b).
+        // Inverts the affine part, then the keystone: g = m/(1 − h₄ m_a − h₅ m_b).
         let b = from_origin.y * inverse_b;
         let a = (from_origin.x - h3 * b) * inverse_a;
         let m = Vector2::new(a, b);
@@ -106,7 +106,7 @@ impl SheetShape {
         Self { h, ..*self }
     }
 
-    /// `self` after `first`, both about the same origin.
+    /// The composition: first `first`, then `self`, both about the same origin.
     #[must_use]
     pub fn after(&self, first: &Self) -> Self {
         let product = self.homography() * first.homography();

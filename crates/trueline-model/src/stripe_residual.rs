@@ -1,13 +1,12 @@
-//! Stage 4 for a plate: measured point of the stripe against the stripe that is predicted.
+//! Stage 4 for a plate: measured point of the stripe relative to the predicted stripe.
 //!
 //! The plate's surface cuts the laser sheet in a curve. A support point of the stripe gives its distance from that curve,
 //! and nothing along it. So the residual is one number: the signed distance, in the sheet's reported coordinates, of the
 //! measured point x̂ from the curve φ(x) = 0, with x ↦ base through shape, hand-eye and robot.
 //!
-//! With x* the foot of x̂ on the curve, ρ = ν·(x̂ − x*) with ν = ∇φ/|∇φ|, and for every unknown θ
-//! dρ/dθ = (∂φ/∂θ)/|∇φ| *at the foot*: the foot moves along the curve, which changes no distance. At the measured point
-//! itself the derivative would carry the measurement's noise, and the estimate of a shape would be drawn aside, as in
-//! every problem with errors in its variables.
+//! With x* the foot of x̂ on the curve, ρ = ν·(x̂ − x*) with ν = ∇φ/|∇φ|. For every unknown θ, dρ/dθ = (∂φ/∂θ)/|∇φ| *at the foot*, because motion of
+//! the foot along the curve does not change the distance. At the measured point the derivative would contain the measurement's noise and bias the
+//! estimate of a shape, as in every errors-in-variables problem.
 
 use crate::plate::PlateDistance;
 use crate::{LaserSheet, Placement, Plate, PoseGradient, SheetShape};
@@ -15,12 +14,12 @@ use nalgebra::{ArrayStorage, Matrix2, Matrix3x2, Point3, SMatrix, SVector, Vecto
 
 /// A plate nearer to the sheet than this (sine of the angle, 0.06°) has no usable stripe.
 const MIN_SINE: f64 = 1e-3;
-/// Most of Newton's steps to the foot: on a curve of radius R, at a distance d from it, each leaves d/R of the one before.
+/// Maximum Newton steps to the foot. On a curve of radius R at a distance d, each reduces the error to d/R of it.
 const FOOT_STEPS: usize = 3;
 /// After a step below this the foot is exact to d/R of it, m, and its distance to its square.
 const FOOT_FOUND_M: f64 = 1e-7;
 
-/// A plate and the sensor that looks at it.
+/// A plate and the sensor that measures it.
 #[derive(Clone, Copy, Debug)]
 pub struct StripeOnPlate<'a> {
     /// The plate.
@@ -38,7 +37,7 @@ pub struct StripeJacobian {
     pub residual: f64,
     /// ν, unit, in the sheet's reported coordinates.
     pub normal: Vector2<f64>,
-    /// By the pose of the sensor, taken at the foot; [`Placement::carried`] has it by time offset and hand-eye.
+    /// Gradient by the pose of the sensor, evaluated at the foot. [`Placement::carried`] maps it to time offset and hand-eye.
     pub by_pose: PoseGradient,
     /// dρ/d (θ_a, θ_o, δ) of the plate.
     pub d_plate: Vector3<f64>,
@@ -58,7 +57,7 @@ impl StripeJacobian {
         d_shape: SVector::<f64, 5>::from_array_storage(ArrayStorage([[0.0; 5]; 1])),
     };
 
-    /// Adds a part of another row.
+    /// Adds a fraction of another row.
     #[inline]
     pub(crate) fn add(&mut self, row: &Self, part: f64) {
         macro_rules! add {
@@ -69,7 +68,7 @@ impl StripeJacobian {
     }
 }
 
-/// The laser sheet where a frame was exposed: x ↦ origin + axes x, base, m.
+/// The laser sheet at the exposure of a frame: x ↦ origin + axes x, base, m.
 pub(crate) struct SheetInBase {
     origin: Vector3<f64>,
     axes: Matrix3x2<f64>,
@@ -87,7 +86,7 @@ pub(crate) struct Local {
 }
 
 impl Local {
-    /// ∂φ along a direction of the sheet; `None` where the surface goes with it.
+    /// ∂φ along a direction of the sheet. `None` if the surface is parallel to it.
     pub(crate) fn steepness_along(&self, direction: &Vector2<f64>) -> Option<f64> {
         let steepness = self.gradient.dot(direction);
         (steepness > MIN_SINE).then_some(steepness)
@@ -95,7 +94,7 @@ impl Local {
 }
 
 impl StripeOnPlate<'_> {
-    /// The residual of a point at `reported` (sheet coordinates, m), or `None` if the plate lies along the sheet.
+    /// The residual of a point at `reported` (sheet coordinates, m). `None` if the plate lies along the sheet.
     #[must_use]
     pub fn residual(&self, placement: &Placement, reported: &Vector2<f64>) -> Option<f64> {
         let (foot, local) = self.foot(&self.sheet_in_base(placement), reported)?;
@@ -169,7 +168,7 @@ impl StripeOnPlate<'_> {
         is_cut.then_some(Local { value, gradient, point_in_base, by_point, by_true })
     }
 
-    /// ∂ true / ∂h of a point that is reported at `at`; zero without a shape.
+    /// ∂ true / ∂h of a point reported at `at`. Zero without a shape.
     fn true_by_shape(&self, at: &Vector2<f64>) -> SMatrix<f64, 2, 5> {
         let Some(shape) = self.shape else { return SMatrix::zeros() };
         let origin = Vector2::from(shape.origin_m);

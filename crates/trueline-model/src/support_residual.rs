@@ -1,4 +1,4 @@
-//! Stage 4 for a whole stripe: the straight line that was fitted to a stripe against that through the predicted stripe.
+//! Stage 4 for a whole stripe: the line fitted to a stripe relative to the line through the predicted stripe.
 //!
 //! A stripe is reported as two support points of its line of least squares, half a length/√3 from the middle.
 //! A plate is not straight, so the line does not lie on the stripe. The same line is therefore fitted to the
@@ -9,7 +9,7 @@
 //! ρ(±1/√3) = ½ ∫ h dt ± √3 · ½ ∫ t h dt
 //! ```
 //!
-//! by Gauss and Legendre's three points, which is exact where h is of the fourth degree. With a straight stripe that is the distance at the
+//! by Gauss–Legendre quadrature with three points, which is exact for h up to the fourth degree. For a straight stripe this is the distance at the
 //! support points.
 //!
 //! A line of a picture is fitted to even columns, in px, so t and h are those of the picture. Parts further
@@ -34,12 +34,12 @@ const SLOPE: f64 = NODE * MEAN;
 
 /// Cosine of the largest angle between a line and the stripe that it belongs to.
 const LEAST_ALIKE: f64 = std::f64::consts::FRAC_1_SQRT_2;
-/// Most of Newton's steps from a line to the stripe: each leaves the bow's slope times its curvature's of the one before.
+/// Maximum Newton steps from a line to the stripe. Each reduces the error by the product of the bow's slope and curvature.
 const STEPS: usize = 4;
 /// After a step below this the stripe is reached, m: to its square over the bow's radius, as φ is.
 const REACHED_M: f64 = 1e-7;
 
-/// The two support points of a stripe as a sensor reports them.
+/// The two support points of a stripe as reported.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SupportPair {
     /// Reported sheet coordinates, m.
@@ -54,7 +54,7 @@ impl SupportPair {
     /// point's distance at these places.
     fn places(&self) -> ([f64; 3], [[f64; 3]; 2]) {
         let of_picture = NODES.map(|node| 0.5 * (1.0 + node));
-        // 1/z is linear in the picture.
+        // 1/z is linear in the image.
         let nearness = of_picture.map(|part| 1.0 - part + part / self.depth_ratio);
         let places = std::array::from_fn(|k| of_picture[k] / (self.depth_ratio * nearness[k]));
         let depths = [1.0, self.depth_ratio];
@@ -74,7 +74,8 @@ struct Node {
 }
 
 impl StripeOnPlate<'_> {
-    /// The residuals of the two support points of a stripe, m: distance of its line from that through the predicted stripe. `None` if the plate lies along the sheet.
+    /// The residuals of the two support points of a stripe, m: distance of its line from that through the predicted stripe. `None` if the plate lies
+    /// along the sheet.
     #[must_use]
     pub fn support_residuals(&self, placement: &Placement, supports: &SupportPair) -> Option<[f64; 2]> {
         let (places, parts) = supports.places();

@@ -59,7 +59,7 @@ fn beyond_the_fold_there_is_an_error_and_no_wrong_ray() {
         for angle in [0.0_f64, 1.0, 2.5, 4.0] {
             let ideal = Vector2::new(angle.cos(), angle.sin()) * radius;
             let (back, _) = lens.undistort(&lens.distort(&ideal).0).unwrap();
-            // Near the fold the inverse magnifies rounding by 1/(1 − 1.5 r²) ≈ 800 at 0.816, and its root.
+            // Near the fold the inverse magnifies rounding by 1/(1 − 1.5 r²) ≈ 800 at 0.816, and by its root.
             assert!((back - ideal).norm() < 1e-9, "{radius} {angle} {back}");
         }
     }
@@ -67,7 +67,7 @@ fn beyond_the_fold_there_is_an_error_and_no_wrong_ray() {
         Camera { distortion: lens, size: [6000, 5000], centre: Vector2::new(3000.0, 2500.0), ..camera() };
     let error = camera.ray(&Vector2::new(5999.0, 2500.0)).unwrap_err();
     assert!(matches!(error, PixelError::NotInvertible { .. }), "{error}");
-    // And forward: a point beyond the fold is not drawn onto somebody else's pixel.
+    // The forward map also rejects a point beyond the fold, instead of mapping it to another point's pixel.
     assert!(camera.project(&Vector3::new(0.9, 0.0, 1.0)).is_none());
 }
 
@@ -89,8 +89,8 @@ fn folding_at(first: f64, linear: f64, square: f64) -> BrownConrady {
     }
 }
 
-// At the fold the polynomial has terms of up to 120 and a slope of at least 0.0023 (the pair below stays 0.3 off the axis, or a fifth
-// off the fold): 120 × 4 eps / 0.0023 = 5e-11.
+// At the fold the polynomial has terms of up to 120 and a slope of at least 0.0023 (the pair below is 0.3 off the axis, or a fifth off the fold):
+// 120 × 4 eps / 0.0023 = 5e-11.
 const ROOT: f64 = 1e-9;
 
 proptest! {
@@ -98,7 +98,7 @@ proptest! {
     fn the_fold_is_the_first_root_wherever_the_others_lie(
         first in 0.2..3.0_f64, real in -3.0..3.0_f64, imaginary in 0.3..2.0_f64, further in 1.2..4.0_f64, negative in 0.2..5.0_f64,
     ) {
-        // A pair of complex roots, which may turn the polynomial before the fold; a farther root and a negative one; two of them.
+        // Cases: a pair of complex roots, which may turn the polynomial before the fold, a more distant root and a negative one, and two of each.
         let size = real * real + imaginary * imaginary;
         let (far, below) = (1.0 / (first * further), -1.0 / negative);
         for (linear, square) in

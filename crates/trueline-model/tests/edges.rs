@@ -22,13 +22,13 @@ fn camera(distortion: BrownConrady) -> Camera {
 #[test]
 fn a_picture_reaches_half_a_pixel_around_its_outer_pixels_both_ways() {
     let camera = camera(BrownConrady::default());
-    // Just inside and just outside of each edge, at which the pixel itself counts.
+    // Just inside and just outside of each edge. Half a pixel belongs to the image.
     let inside = [(-0.5, 100.0), (639.5, 100.0), (100.0, -0.5), (100.0, 479.5), (0.0, 0.0), (320.0, 240.0)];
     let outside = [(-0.501, 100.0), (639.501, 100.0), (100.0, -0.501), (100.0, 479.501)];
     for (u, v) in inside {
         let pixel = Vector2::new(u, v);
         let (ray, _) = camera.ray(&pixel).unwrap();
-        // Away from the edge by less than rounding can undo.
+        // Off the edge by less than rounding can undo.
         let nudged = pixel + (camera.centre - pixel) * 1e-12;
         let point = Vector3::new((nudged.x - 320.0) / 800.0, (nudged.y - 240.0) / 810.0, 1.0) * 0.3;
         assert!((camera.project(&point).unwrap() - pixel).norm() < 1e-9);
@@ -53,10 +53,10 @@ fn nothing_is_seen_behind_the_camera_or_in_its_plane() {
     assert_eq!(camera.project(&Vector3::new(0.0, 0.0, 1e-3)), Some(camera.centre));
 }
 
-/// r (1 + k₁ r²) turns back at r² = −1/3k₁; what lies there, or beyond, is on no pixel, and no pixel is on it.
+/// r (1 + k₁ r²) turns back at r² = −1/3k₁. A point at or beyond the fold has no pixel, and no pixel maps to it.
 #[test]
 fn the_fold_itself_is_on_no_pixel() {
-    // A fold at r = 0.25 exactly: well inside of the picture.
+    // A fold at r = 0.25 exactly, well inside the image.
     let lens = BrownConrady { k1: -16.0 / 3.0, ..BrownConrady::default() };
     let camera = camera(lens);
     let at = |r: f64| camera.project(&Vector3::new(r, 0.0, 1.0));
@@ -66,7 +66,7 @@ fn the_fold_itself_is_on_no_pixel() {
     assert!(back(0.5 / 3.0 - 1e-6).is_some() && back(0.5 / 3.0 + 1e-6).is_none());
     let error = camera.ray(&Vector2::new(320.0 + 800.0 * 0.17, 240.0)).unwrap_err();
     assert_eq!(error.to_string(), "the lens distortion cannot be inverted at pixel (456.00, 240.00)");
-    // A lens whose radial part never turns, but whose tangential part mirrors the picture: there is no ray.
+    // A lens whose radial part never turns, but whose tangential part mirrors the image, has no ray.
     let mirror = BrownConrady { p1: -0.6, ..BrownConrady::default() };
     let (value, jacobian) = mirror.distort(&Vector2::new(0.0, 0.5));
     assert!(jacobian.determinant() < 0.0);
@@ -76,7 +76,7 @@ fn the_fold_itself_is_on_no_pixel() {
 /// A pixel far beyond the fold in a lens of any form: starts outside are drawn in, and the inner ray is found if it exists.
 #[test]
 fn pixels_whose_own_radius_is_beyond_the_fold_have_their_inner_ray() {
-    // A barrel that is undone by k₂: distorted radii are larger than ideal ones, up to the fold.
+    // A barrel distortion compensated by k₂: distorted radii are larger than ideal ones, up to the fold.
     let lens = BrownConrady { k1: 2.0, k2: -3.0, ..BrownConrady::default() };
     let fold = lens.invertible_radius_squared().sqrt();
     let largest = lens.distort(&Vector2::new(fold, 0.0)).0.x;
@@ -85,7 +85,7 @@ fn pixels_whose_own_radius_is_beyond_the_fold_have_their_inner_ray() {
         for angle in [0.3_f64, 2.0, 4.4] {
             let ideal = Vector2::new(angle.cos(), angle.sin()) * (fold * share);
             let (back, inverse) = lens.undistort(&lens.distort(&ideal).0).unwrap();
-            // Towards the fold the inverse magnifies rounding by the inverse of what is left of the slope, 1e-4.
+            // Near the fold the inverse magnifies rounding by the inverse of the remaining slope, 1e-4.
             assert!((back - ideal).norm() < 1e-10, "{share} {angle}");
             let product = inverse * lens.distort(&back).1;
             assert!((product - nalgebra::Matrix2::identity()).norm() < 1e-8);
@@ -112,7 +112,7 @@ fn a_sheets_axes_are_square_to_it_and_named_by_the_camera() {
         let frame = Matrix3::from_columns(&[x, y, n]);
         assert!((frame.transpose() * frame - Matrix3::identity()).norm() < 1e-14);
         assert!((x.cross(&y) - n).norm() < 1e-14, "n = x × y");
-        // x is the camera's x laid into the sheet, its y where that is steeper than 0.9 against the sheet.
+        // x is the camera's x projected onto the sheet, or its y if x is steeper than 0.9 against the sheet.
         let reference = if n.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
         assert!(y.dot(&reference).abs() < 1e-14 && x.dot(&reference) > 0.0, "{n}");
         assert!((sheet.origin() - n * plane.offset()).norm() < 1e-16);
@@ -133,7 +133,7 @@ fn a_ray_meets_the_sheet_in_front_of_the_camera_or_not_at_all() {
     assert!(meets(-1.0 + 1.9e-9).is_none() && meets(-1.0 + 2.1e-9).is_some());
     let (point, slope) = meets(0.5).unwrap();
     assert!((sheet.plane().signed_distance(&point)).abs() < 1e-15 && point.z > 0.0);
-    // Along the ray the point stays where it is.
+    // A change along the ray does not move the point.
     assert!((slope * Vector3::new(0.0, 0.5, 1.0)).norm() < 1e-15);
 }
 
@@ -143,13 +143,13 @@ fn a_bow_is_its_height_between_middle_and_ends() {
     let at = |along_m: f64| bow.offset_at(along_m);
     let rise = (at(0.35) + at(-0.15)) / 2.0 - at(0.1);
     assert!((rise - Vector2::new(4e-4, -2e-4)).norm() < 1e-18);
-    // Over the visible length it is nothing on average.
+    // Its mean over the visible length is zero.
     let mean = (0..10_000).map(|k| bow.form(-0.15 + 0.5 * (f64::from(k) + 0.5) / 1e4).0).sum::<f64>() / 1e4;
     assert!(mean.abs() < 1e-8, "{mean}");
     // Slope by differences of a parabola: exact.
     let slope = (bow.form(0.21).0 - bow.form(0.19).0) / 0.02;
     assert!((bow.form(0.2).1 - slope).abs() < 1e-13);
-    // 0.3 mm and a millimetre per metre of the 0.5 m that are seen.
+    // 0.3 mm plus a millimetre per metre of the visible 0.5 m.
     assert!((bow.prior_sigma_m() - 0.8e-3).abs() < 1e-18);
     let moved = bow.retract(&Vector2::new(1e-4, 2e-4));
     assert!((Vector2::from(moved.bow_m) - Vector2::new(5e-4, 0.0)).norm() < 1e-18);
@@ -175,11 +175,11 @@ fn a_line_along_the_sheet_is_not_met_up_to_the_least_sine() {
         assert_eq!(sheet_residual::linearize(&placement, &sheet, &point, &line).is_some(), met, "{factor}");
         let seam = SeamInSheet { line: &line, curvature: &bow, shape: None };
         assert_eq!(seam.linearize(&placement, &sheet, &point).is_some(), met, "{factor}");
-        // The paper's distance does not ask.
+        // The paper's distance is defined there too.
         assert!(point_to_line::residual(&placement, &point, &line).norm() > 0.0);
     }
-    // A seam that bows until it runs along the sheet where it meets it: at s = 0, where the bow has no height, φ = (s₀/ℓ)² − 1/3 = 0,
-    // and a slope of −2 s₀/ℓ².
+    // A seam that bows until it is parallel to the sheet at their intersection: at s = 0 the bow has no height, φ = (s₀/ℓ)² − 1/3 = 0, and a slope
+    // of −2 s₀/ℓ².
     let across =
         Line::new(Vector3::new(0.0, 0.0, 0.2), &UnitVector3::new_normalize(Vector3::new(1.0, 0.1, 0.0)));
     let axes = across.axes();
@@ -225,7 +225,7 @@ fn the_residual_alone_is_that_of_the_linearization() {
             let all = stripe.linearize(&placement, &at).unwrap();
             assert!((stripe.residual(&placement, &at).unwrap() - all.residual).abs() < 1e-16);
             assert!((all.normal.norm() - 1.0).abs() < 1e-14);
-            // The foot is on the plate: to 0.1 µm squared over the curve's radius of some metres, after its last step.
+            // The foot is on the plate up to 0.1 µm squared over the curve's radius of some metres, after its last step.
             let foot = at - all.normal * all.residual;
             let foot = sheet.point(&shape.map_or(foot, |shape| shape.corrected(&foot).0));
             assert!(plate.distance(&placement.point_in_base(&foot)).value.abs() < 1e-12);
@@ -244,7 +244,7 @@ fn the_terms_of_a_surface_are_what_the_page_says_at_their_reach() {
         let mut surface_m = [0.0; 7];
         surface_m[k] = 1e-3;
         let bent = Plate { surface_m, ..plate };
-        // Each number is how far the plate is off at 25 mm from the seam and 100 mm along it.
+        // Each number is the height of the plate at 25 mm from the seam and 100 mm along it.
         assert!((bent.distance(&corner).value + 1e-3).abs() < 1e-16, "{k}");
     }
     assert!(Plate::flat(Vector3::zeros(), &Vector3::z_axis(), &Vector3::new(1e-7, 0.0, 1.0)).is_none());
@@ -252,7 +252,7 @@ fn the_terms_of_a_surface_are_what_the_page_says_at_their_reach() {
     let moved = plate.retract(&Vector3::new(0.0, 0.0, 0.01), &SVector::repeat(1e-4));
     assert_eq!((moved.offset_m, moved.surface_m), (0.01, [1e-4; 7]));
     assert!((moved.offset_in_base_m() - 0.51).abs() < 1e-15);
-    // About the seam the plate turns towards −outward, about outward towards along.
+    // A rotation about the seam tilts the normal towards −outward, and one about outward tilts it towards along.
     let turned = |step: Vector3<f64>| plate.retract(&step, &SVector::zeros()).normal.into_inner();
     assert!((turned(Vector3::new(1e-6, 0.0, 0.0)) - Vector3::new(1e-6, 0.0, 1.0)).norm() < 1e-11);
     assert!((turned(Vector3::new(0.0, 1e-6, 0.0)) - Vector3::new(0.0, -1e-6, 1.0)).norm() < 1e-11);
@@ -264,7 +264,7 @@ fn a_shape_that_is_exact_reports_what_is_there() {
     let at = Vector2::new(0.03, 0.15);
     assert_eq!((exact.corrected(&at).0, exact.reported(&at).reported), (at, at));
     assert_eq!(exact.origin_m, [0.01, 0.2]);
-    // Written out as the page has it: a′ = ((1 + h₁) a + h₃ b)/w, b′ = (1 + h₂) b/w.
+    // The formula as documented: a′ = ((1 + h₁) a + h₃ b)/w, b′ = (1 + h₂) b/w.
     let shape = SheetShape { h: [0.01, -0.02, 0.013, 0.3, -0.4], ..exact };
     let (a, b) = (0.02, -0.05);
     let w = 1.0 + 0.3 * a - 0.4 * b;
@@ -274,7 +274,7 @@ fn a_shape_that_is_exact_reports_what_is_there() {
     assert!((SVector::from(stepped.h) - SVector::from([0.11, 0.18, 0.313, 0.7, 0.1])).norm() < 1e-15);
 }
 
-/// The moving tool carries the point: position, and its rate against differences of the pose itself.
+/// A point carried by the moving tool: its position, and its rate against differences of the pose.
 #[test]
 fn the_time_offset_moves_the_point_as_the_robot_does_backwards() {
     let poses = [0.0, 1.0].map(|t: f64| {

@@ -1,5 +1,5 @@
-//! Every analytic Jacobian against two oracles that share nothing with it: central differences, and dual
-//! numbers carried through the measurement written out anew in plain arithmetic.
+//! Tests every analytic Jacobian against two independent oracles: central differences, and dual numbers in a separate implementation of the
+//! measurement in plain arithmetic.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod dual;
@@ -24,7 +24,7 @@ struct Case {
 }
 
 fn case() -> impl Strategy<Value = Case> {
-    // The line crosses the sheet within 0.4 rad of square to it, and misses the point by up to 2 mm.
+    // The angle between line and sheet is within 0.4 rad of a right angle, and the line misses the point by up to 2 mm.
     (view(), vector(0.4), vector(0.002)).prop_map(|(view, turn, miss)| Case {
         placement: view.placement(),
         point_in_camera: view.point_in_camera(),
@@ -33,7 +33,7 @@ fn case() -> impl Strategy<Value = Case> {
     })
 }
 
-/// Perturbs (t_d, rotation, translation, line) as the conventions say and measures again.
+/// Perturbs (t_d, rotation, translation, line) by the conventions and measures again.
 fn perturbed(case: &Case, step: &DVector<f64>) -> (Placement, Line) {
     let line = case.line.retract(&Vector4::new(step[7], step[8], step[9], step[10]));
     (case.view.stepped(step), line)
@@ -47,7 +47,7 @@ fn stacked(j: &ResidualJacobian, placement: &Placement) -> DMatrix<f64> {
 }
 
 fn close(analytic: &DMatrix<f64>, oracle: &DMatrix<f64>, tolerance: f64) -> Result<(), TestCaseError> {
-    // Entries reach metres per radian and metres per second: compare with the largest.
+    // Entries reach metres per radian and metres per second, so errors are relative to the largest.
     let scale = 1.0 + oracle.amax();
     let error = (analytic - oracle).amax() / scale;
     prop_assert!(error < tolerance, "error {error}\nanalytic {analytic}\noracle {oracle}");
@@ -130,7 +130,7 @@ proptest! {
         // Five-point stencil, h = 1e-3: truncation h⁴/30·f⁽⁵⁾ ≈ 1e-12·(a few), rounding eps/h = 2e-13.
         close(&analytic, &numerical, 1e-9)?;
         let by_duals = DMatrix::from_fn(2, 11, |row, k| sheet_residual_by_duals(&case, k)[row]);
-        // Dual numbers are exact to rounding; the line's distance of metres costs two or three digits.
+        // Dual numbers are exact to rounding. The line's distance of metres costs two or three digits.
         close(&analytic, &by_duals, 1e-12)?;
     }
 
@@ -190,10 +190,10 @@ proptest! {
             let (ray, _) = camera.ray(&Vector2::new(u + step[0], v + step[1])).unwrap();
             DVector::from_column_slice(sheet.intersect(&ray).unwrap().0.as_slice())
         });
-        // Metres per pixel, about 4e-5; the undistortion is converged to 1e-15 of a focal length.
+        // Metres per pixel, about 4e-5. The undistortion is converged to 1e-15 of a focal length.
         let error = (analytic - numerical).amax();
         prop_assert!(error < 1e-13, "{error}");
-        // And forward again: the point projects onto its pixel, to the inverse's 1e-12 of a focal length.
+        // Forward again, the point projects onto its pixel, to the inverse's 1e-12 of a focal length.
         let again = camera.project(&point).unwrap();
         prop_assert!((again - Vector2::new(u, v)).norm() < 1e-8);
         prop_assert!(sheet.plane().signed_distance(&point).abs() < 1e-15);

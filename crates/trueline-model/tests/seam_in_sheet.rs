@@ -1,4 +1,4 @@
-//! A bowed seam seen by a sensor whose sheet has a shape: the geometry by construction, the Jacobian by differences.
+//! Tests a bowed seam measured by a sensor whose sheet has a shape: the geometry by construction, the Jacobian by differences.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{DMatrix, DVector, SVector, Vector2, Vector3, Vector4};
@@ -58,15 +58,15 @@ proptest! {
         let numerical = numerical_jacobian(18, 1e-4, |step| {
             DVector::from_column_slice(residual(&case, step).as_slice())
         });
-        // Truncation h⁴/30 with fifth derivatives of some 10⁴ (a turn moves the intersection on a bow of 1/100 mm), and
-        // rounding of metres, 1e-15/h: both below 1e-10 of entries that reach metres.
+        // Truncation h⁴/30 with fifth derivatives of some 10⁴ (a rotation moves the intersection on a bow of 1/100 mm), and rounding of metres,
+        // 1e-15/h. Both are below 1e-10 of entries that reach metres.
         let error = (&analytic - &numerical).amax() / (1.0 + numerical.amax());
         prop_assert!(error < 1e-9, "error {error}\nanalytic {analytic}\nnumerical {numerical}");
     }
 
-    /// A sensor that reports what its shape makes of a point of the seam has no residual.
+    /// The report of a seam point through the sensor's shape has no residual.
     #[test]
-    fn what_a_sensor_of_that_shape_reports_of_the_seam_has_no_residual(case in case(), along in -0.08..0.08_f64) {
+    fn the_report_through_the_shape_has_no_residual(case in case(), along in -0.08..0.08_f64) {
         let axes = case.line.axes();
         let offset = case.curvature.offset_at(along);
         let in_base = case.line.anchor() + axes * Vector3::new(along, offset.x, offset.y);

@@ -1,4 +1,4 @@
-//! The rigid part of a sheet's correction: nearest by trial, its slopes by differences.
+//! Tests the rigid part of a sheet's correction: the nearest one by trial, its slopes by differences.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{DVector, Point3, Rotation2, SVector, Vector2};
@@ -8,7 +8,7 @@ use trueline_model::{LaserSheet, RigidPart, SheetField, SheetShape};
 
 const FIELD: SheetField = SheetField { width_m: [-0.020, 0.031], depth_m: [0.110, 0.168] };
 
-/// As far off as sensors are: percents, and as much over 30 mm.
+/// Typical sensor errors: percents, and as much over 30 mm.
 fn shape() -> SheetShape {
     SheetShape { h: [0.011, -0.007, 0.014, 0.21, -0.16], origin_m: [0.004, 0.140] }
 }
@@ -27,7 +27,7 @@ fn squares(part: &RigidPart) -> f64 {
 fn no_other_motion_is_nearer() {
     let found = FIELD.rigid_part(&shape()).unwrap();
     let least = squares(&found.part);
-    // 25 points of the grid: what remains is their root mean square.
+    // 25 points of the grid: the remainder is their RMS.
     assert!((found.remains_m - (least / 25.0).sqrt()).abs() < 1e-15, "{}", found.remains_m);
     assert!(found.remains_m > 1e-5, "the shape is no rigid motion");
     let RigidPart { turn_rad, shift_m: [x, y] } = found.part;
@@ -57,7 +57,7 @@ fn slopes_are_those_of_differences() {
     };
     let by_differences = numerical_jacobian(5, 1e-4, motion);
     let difference = found.d_in_camera(&sheet()) - by_differences;
-    // Five points of steps of 1e-4: what is left out is below 1e-14, and rounding 1e-16/1e-4.
+    // Five points with steps of 1e-4: truncation is below 1e-14, and rounding 1e-16/1e-4.
     assert!(difference.amax() < 1e-10, "{difference}");
 }
 

@@ -26,7 +26,7 @@ fn case() -> impl Strategy<Value = Case> {
     (view(), plate, shape()).prop_map(|(view, (turn, miss_m, surface_m, lean), shape)| {
         let placement = view.placement();
         let base_from_camera = placement.base_from_camera().rotation;
-        // The plate leans against the sheet, which it cuts along a direction of the stripe.
+        // The plate is inclined to the sheet, which it cuts along a direction of the stripe.
         let along_stripe = base_from_camera * (view.sheet.axes() * Vector2::new(lean.cos(), lean.sin()));
         let along = so3::exp(&turn) * (base_from_camera * view.sheet.plane().normal().into_inner());
         let normal = UnitVector3::new_normalize(along_stripe.cross(&along));
@@ -46,8 +46,8 @@ fn height_over_plate(plate: &Plate, point: &Vector3<f64>) -> f64 {
     from.dot(&plate.normal) - plate.offset_m - surface
 }
 
-/// Signed distance after a step of all unknowns by search: along the normals of a straight guess the curve is bracketed and
-/// bisected, and the least distance is found by golden sections.
+/// Signed distance after a step of all unknowns by search. Along the normals of a straight guess the curve is bracketed and bisected, and the least
+/// distance is found by golden sections.
 fn searched(case: &Case, step: &DVector<f64>) -> f64 {
     let three = |k: usize| Vector3::new(step[k], step[k + 1], step[k + 2]);
     let placement = case.view.stepped(step);
@@ -92,7 +92,7 @@ proptest! {
         let parts = stripe.linearize(&placement, &case.view.in_sheet).unwrap();
         let alone = stripe.residual(&placement, &case.view.in_sheet).unwrap();
         prop_assert!((alone - parts.residual).abs() < 1e-15);
-        // Golden sections end where distances differ by rounding of 1e-2 m: the root of 1e-16 of t, squared in ρ.
+        // Golden sections end where distances differ by rounding of 1e-2 m: the root of 1e-16 in t, squared in ρ.
         prop_assert!((parts.residual - searched(&case, &DVector::zeros(UNKNOWNS))).abs() < 1e-12);
         let mut analytic = DMatrix::zeros(1, UNKNOWNS);
         let links = placement.carried(&parts.by_pose);
@@ -101,15 +101,15 @@ proptest! {
         analytic.view_mut((0, 10), (1, 7)).copy_from(&parts.d_surface.transpose());
         analytic.view_mut((0, 17), (1, 5)).copy_from(&parts.d_shape.transpose());
         let numerical = numerical_jacobian(UNKNOWNS, 1e-4, |step| DVector::from_element(1, searched(&case, step)));
-        // Entries reach some metres per radian; differences of distances with errors of 1e-13 m over 1e-4: 1e-8, and
-        // truncation h⁴ f⁽⁵⁾/30 far below it.
+        // Entries reach some metres per radian. Differences of distances with errors of 1e-13 m over 1e-4 give 1e-8. Truncation h⁴ f⁽⁵⁾/30 is far
+        // below it.
         let error = (&analytic - &numerical).amax();
         prop_assert!(error < 2e-7, "{error:e}\n{analytic}\n{numerical}");
     }
 }
 
 #[test]
-fn the_plane_of_a_plate_is_said_in_base() {
+fn the_plane_of_a_plate_has_an_offset_in_base() {
     let mut runner = proptest::test_runner::TestRunner::deterministic();
     for _ in 0..20 {
         let flat = case().new_tree(&mut runner).unwrap().current().plate;
@@ -118,13 +118,13 @@ fn the_plane_of_a_plate_is_said_in_base() {
         // Any point of the plane n·(p − centre) = offset.
         let aside = chart.along - plate.normal.as_ref() * plate.normal.dot(&chart.along);
         let point = chart.centre + plate.normal.as_ref() * plate.offset_m + aside * 0.07;
-        // Sums of a few numbers of size 1.
+        // Sums of a few numbers near 1.
         assert!((plate.normal.dot(&point) - plate.offset_in_base_m()).abs() < 1e-14);
     }
 }
 
 #[test]
-fn a_shift_and_a_turn_of_the_sensor_move_the_residual_as_they_say() {
+fn a_shift_and_a_turn_of_the_sensor_move_the_residual_by_their_gradients() {
     let sheet = LaserSheet::from_plane(Plane::from_height(0.036, 2.12, 0.13).unwrap());
     let trajectory = Trajectory::new(
         vec![0.0, 1.0],
@@ -150,13 +150,13 @@ fn a_shift_and_a_turn_of_the_sensor_move_the_residual_as_they_say() {
     let (rest, there) = at(none, none);
     for axis in 0..3 {
         let by = Vector3::ith(axis, 1e-4);
-        // A flat plate and an exact sensor: by a shift linear, to rounding over 2e-4; by a turn to the square of 1e-4.
+        // A flat plate and an exact sensor: linear in a shift, up to rounding over 2e-4. In a rotation, linear up to the square of 1e-4.
         let slope = (at(by, none).0.residual - at(-by, none).0.residual) / 2e-4;
         assert!((slope - rest.by_pose.by_shift[axis]).abs() < 1e-9, "{axis}: {slope}");
         let slope = (at(none, by).0.residual - at(none, -by).0.residual) / 2e-4;
         assert!((slope - rest.by_pose.by_turn[axis]).abs() < 1e-7, "{axis}: {slope}");
     }
-    // The foot lies on the plate, and the plate that lies along the sheet has no stripe.
+    // The foot lies on the plate. A plate along the sheet has no stripe.
     let foot = sheet.point(&(reported - rest.normal * rest.residual));
     assert!(plate.distance(&there.point_in_base(&foot)).value.abs() < 1e-12);
     let placement = Placement::new(trajectory.segment(0).unwrap(), 0.3, &Pose::identity());
@@ -173,7 +173,7 @@ fn a_shift_and_a_turn_of_the_sensor_move_the_residual_as_they_say() {
     );
 }
 
-/// A linear congruence, so that the seed is the whole story.
+/// A linear congruential generator, fully determined by its seed.
 struct Random(u64);
 
 impl Random {
@@ -190,7 +190,7 @@ impl Random {
 const POINTS: usize = 6000;
 const NOISE_M: f64 = 2e-3;
 
-/// Points of a stripe with noise square to it, and where the sensor was.
+/// Points of a stripe with noise perpendicular to it, and the sensor's placements.
 fn noisy_points(plate: &Plate, sheet: &LaserSheet) -> Vec<(Placement, Vector2<f64>)> {
     let mut random = Random(5);
     let point = |_| {
@@ -208,7 +208,7 @@ fn noisy_points(plate: &Plate, sheet: &LaserSheet) -> Vec<(Placement, Vector2<f6
     (0..POINTS).map(point).collect()
 }
 
-/// Plane and depth scale by Gauss and Newton from the truth, from rows (r, J); the depth scale h₂ and its standard deviation.
+/// Plane and depth scale by Gauss–Newton from the truth, from rows (r, J). Returns the depth scale h₂ and its standard deviation.
 fn depth_scale(
     mut rows: impl FnMut(&Plate, &SheetShape) -> Vec<(f64, SVector<f64, 4>)>,
     plate: &Plate,
@@ -274,7 +274,7 @@ fn the_obvious_residual_is_biased_and_the_forward_one_is_not() {
     assert!(biased.abs() > 5.0 * biased_sigma, "{biased} ± {biased_sigma}");
 }
 
-/// A whole stripe: two places of its line.
+/// A whole stripe: two points of its line.
 fn whole(case: &Case, half_m: f64, turn: f64) -> [Vector2<f64>; 2] {
     let placement = case.view.placement();
     let stripe = StripeOnPlate { plate: &case.plate, sheet: &case.view.sheet, shape: Some(&case.shape) };
@@ -323,7 +323,7 @@ fn fitted(case: &Case, supports: &SupportPair, step: &DVector<f64>) -> [f64; 2] 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 20, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// The second number is how far the line is turned from the stripe's direction, as far as that of a bowed stripe's line.
+    /// The second number is the angle of the line relative to that of a bowed stripe's line.
     #[test]
     fn the_line_of_a_stripe_is_compared_with_that_of_the_predicted_stripe(
         case in case(), half_m in 5e-3..15e-3_f64, turn in -0.01..0.01_f64, depth_ratio in 0.9..1.1_f64
@@ -361,8 +361,8 @@ proptest! {
     }
 }
 
-/// A stripe that is bowed as far as one is, by third degrees of 0.2 mm at 25 mm that reach 60 mm from the seam, is met by its own line: within a millionth of the bow
-/// that a straight line leaves out.
+/// A strongly bowed stripe, with third-degree terms of 0.2 mm at 25 mm and 60 mm reach from the seam, agrees with its own line within a millionth of
+/// the bow that a straight line leaves out.
 #[test]
 fn the_line_of_a_long_bowed_stripe_has_no_residual_but_for_noise() {
     let sheet = LaserSheet::of_profiler();
@@ -379,7 +379,7 @@ fn the_line_of_a_long_bowed_stripe_has_no_residual_but_for_noise() {
     let along = Vector2::new(begin.normal.y, -begin.normal.x);
     let along = along * along.x.signum();
     let mut supports = [0.2, 0.8].map(|part| Vector2::new(0.004, 0.13) + along * (0.06 * part));
-    // The line of a curve does not depend on the line it is counted from, but for what counts as even along it.
+    // The line of a curve does not depend on the line to which it refers, except for the spacing along it.
     for _ in 0..8 {
         let pair = SupportPair { reported: supports, depth_ratio: 1.0 };
         let off = stripe.support_residuals(&placement, &pair).unwrap();
@@ -397,7 +397,7 @@ fn the_line_of_a_long_bowed_stripe_has_no_residual_but_for_noise() {
     }
 }
 
-/// The line through even columns, by distances of a curve that is followed column by column.
+/// The line through equally spaced columns, from distances of a curve that is followed column by column.
 fn fitted_to_columns(
     stripe: &StripeOnPlate<'_>,
     placement: &Placement,

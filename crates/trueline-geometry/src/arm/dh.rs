@@ -21,7 +21,7 @@ pub struct Row {
     pub speed_rad_s: f64,
 }
 
-/// The arm of a table; the flange is the frame of its last row.
+/// The arm of a table. The flange is the frame of its last row.
 #[must_use]
 pub fn arm(rows: &[Row; AXES]) -> Arm {
     let mut after = Pose::identity();

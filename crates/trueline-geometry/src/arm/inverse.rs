@@ -1,7 +1,7 @@
-//! From the pose of the flange to joint angles: Newton's method, damped where the arm has little to turn.
+//! Joint angles from the pose of the flange: Newton's method, damped near singularities.
 //!
-//! One method for every arm, whether its wrist is spherical or not: on a path each pose begins with the angles of the one before, two
-//! steps away. Which configurations there are is found from many random angles.
+//! One method serves every arm, with or without a spherical wrist. On a path each pose starts from the angles of the previous one and needs two
+//! steps. All configurations are found from many random angles.
 
 use crate::arm::six_axes::{AXES, Angles, Arm};
 use crate::{Pose, se3};
@@ -10,13 +10,13 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
-/// Steps before it is given up.
+/// Maximum number of steps.
 const MOST_STEPS: usize = 60;
-/// The flange is there when it is nearer than this, m and rad.
+/// Tolerance of the flange's pose, m and rad.
 const THERE: f64 = 1e-10;
-/// No joint turns by more in a step, rad.
+/// Largest rotation of a joint in a step, rad.
 const LONGEST_STEP: f64 = 0.5;
-/// Damping of a step that would be longer, squared.
+/// Squared damping of a step that would be longer.
 const DAMPING_SQUARED: f64 = 1e-3;
 
 /// The angles, near others, at which the flange has a pose in the arm's base; limits are not checked. `None` out of reach,
@@ -54,7 +54,7 @@ fn step(jacobian: &Matrix6<f64>, error: &Vector6<f64>) -> Option<Vector6<f64>> {
 
 /// Number of random starts of the search for configurations.
 const STARTS: usize = 300;
-/// Solutions are the same if no angle differs by more, rad.
+/// Solutions are equal if no angle differs by more, rad.
 const SAME_RAD: f64 = 1e-6;
 
 /// All configurations within the joints' ranges that bring the flange to a pose in the arm's base, as found
@@ -94,7 +94,7 @@ fn wrapped(angle_rad: f64) -> f64 {
     angle_rad - TAU * (angle_rad / TAU).round()
 }
 
-/// One turn at most of a range.
+/// At most one turn of a range.
 fn nearest_turn([low, high]: &[f64; 2]) -> [f64; 2] {
     let (middle, half) = (0.5 * (low + high), (0.5 * (high - low)).min(0.5 * TAU));
     [middle - half, middle + half]

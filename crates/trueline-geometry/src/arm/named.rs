@@ -1,6 +1,6 @@
-//! Well-known arms as data. Lengths are mm, angles degrees; at zero all frames are parallel to the base.
+//! Well-known arms as data. Lengths are in mm and angles in degrees. At zero all frames are parallel to the base.
 //!
-//! The figures are those of the source named with each arm; makers publish no accelerations of joints.
+//! The figures come from the source given for each arm. Makers publish no accelerations of joints.
 
 use crate::arm::six_axes::{AXES, Arm, Joint};
 use crate::{Pose, se3};
@@ -9,7 +9,7 @@ use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 /// A joint: its place from the joint before, its axis, range and speed.
 type Row = ([f64; 3], [f64; 3], [f64; 2], f64);
 
-/// An arm whose figures are public.
+/// An arm with published figures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NamedArm {
     /// The name in files.
@@ -19,7 +19,7 @@ pub struct NamedArm {
     /// Source of the figures.
     pub source: &'static str,
     joints: [Row; AXES],
-    /// The flange from the last joint, and its roll, pitch and yaw about fixed axes.
+    /// The flange relative to the last joint, and its roll, pitch and yaw about fixed axes.
     flange: ([f64; 3], [f64; 3]),
 }
 
@@ -112,14 +112,14 @@ const KR_10_R1420: NamedArm = NamedArm {
     flange: ([0.0, 0.0, 0.0], [0.0, 90.0, 0.0]),
 };
 
-/// The arm of a name.
+/// The arm with a name.
 #[must_use]
 pub fn find(name: &str) -> Option<&'static NamedArm> {
     ALL.iter().find(|arm| arm.name == name)
 }
 
 impl NamedArm {
-    /// The arm; its flange is the frame that the controller calls tool0 (flange, tool 0).
+    /// The arm. Its flange is the frame that the controller calls tool0 (flange, tool 0).
     #[must_use]
     pub fn arm(&self) -> Arm {
         let joints = self.joints.map(|(from_mm, axis, range_deg, speed_deg_s)| Joint {

@@ -1,9 +1,9 @@
-//! An arm of six turning joints, one behind the other.
+//! An arm of six revolute joints in series.
 
 use crate::{Pose, se3};
 use nalgebra::{Matrix6, UnitQuaternion, UnitVector3, Vector3};
 
-/// Joints of an arm.
+/// Number of joints of an arm.
 pub const AXES: usize = 6;
 
 /// Angles of all joints, rad.
@@ -12,7 +12,7 @@ pub type Angles = [f64; AXES];
 /// A joint and its limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
-    /// The joint's frame in that of the joint before, where its angle is zero; of the first one in the arm's base.
+    /// The joint's frame in that of the previous joint at angle zero. For the first joint, in the arm's base.
     pub before: Pose,
     /// Its axis, in its own frame.
     pub axis: UnitVector3<f64>,
@@ -36,7 +36,7 @@ pub struct Arm {
 /// Places of joints and flange, and the flange's motion with the joints.
 #[derive(Clone, Copy, Debug)]
 pub struct ArmState {
-    /// Frame of each joint in the arm's base, turned by its angle.
+    /// Frame of each joint in the arm's base, rotated by its angle.
     pub base_from_joint: [Pose; AXES],
     /// Axis of each joint in the arm's base.
     pub axes: [Vector3<f64>; AXES],
@@ -45,7 +45,7 @@ pub struct ArmState {
 }
 
 impl Joint {
-    /// The joint's frame in that of the joint before at an angle, rad.
+    /// The joint's frame in that of the previous joint at an angle, rad.
     #[must_use]
     pub fn at(&self, angle_rad: f64) -> Pose {
         let turn = UnitQuaternion::from_axis_angle(&self.axis, angle_rad);
@@ -86,8 +86,8 @@ impl Arm {
 }
 
 impl ArmState {
-    /// Derivatives of the flange's motion by the joints': velocity of its origin above, angular velocity below, both in the
-    /// arm's base \[Siciliano2009, Eq. 3.30\].
+    /// Jacobian of the flange's motion by the joints: velocity of its origin above, angular velocity below, both in the arm's base \[Siciliano2009,
+    /// Eq. 3.30\].
     #[must_use]
     pub fn jacobian(&self) -> Matrix6<f64> {
         let tip = self.base_from_flange.translation.vector;

@@ -6,7 +6,7 @@ use nalgebra::{Translation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
 use std::f64::consts::PI;
 
-/// Why a URDF is of no use.
+/// Reason that a URDF cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum UrdfError {
     /// It cannot be read, or has a joint that one number does not describe.
@@ -15,7 +15,7 @@ pub enum UrdfError {
         /// The fault.
         why: String,
     },
-    /// More than one frame that nothing is mounted on.
+    /// Several frames without anything mounted on them.
     #[error("the URDF has several frames that nothing is mounted on: {}", ends.join(", "))]
     SeveralEnds {
         /// Those frames.
@@ -34,7 +34,7 @@ pub enum UrdfError {
 /// The joints between two frames of a robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain {
-    /// The frame that stands still.
+    /// The fixed frame.
     pub base: String,
     /// The frame of the pose.
     pub tool: String,
@@ -69,11 +69,11 @@ enum Motion {
     Turns(Unit<Vector3<f64>>),
     /// Along an axis of the joint's frame, m.
     Slides(Unit<Vector3<f64>>),
-    /// In a way that one number does not say.
+    /// A motion that one number does not describe.
     Free,
 }
 
-/// A joint that moves as another one does: position = multiplier · other + offset.
+/// A joint that follows another one: position = multiplier · other + offset.
 #[derive(Clone, Debug, PartialEq)]
 struct Follows {
     other: String,
@@ -82,7 +82,7 @@ struct Follows {
 }
 
 impl Chain {
-    /// The joints from `base` to `tool`; without names, from the root of the tree to its only end.
+    /// The joints from `base` to `tool`. Without names, from the root of the tree to its only end.
     ///
     /// # Errors
     /// No URDF; frames that are missing or not in one chain; several ends and no name; joints that one number does not
@@ -152,10 +152,10 @@ impl Chain {
         Ok(Some(self.joints.iter().map(pose).fold(Pose::identity(), |from, next| from * next)))
     }
 
-    /// The same as an arm with the limits that the file states.
+    /// The same as an arm with the limits in the file.
     ///
     /// # Errors
-    /// Not six joints that turn one behind the other, or one without range or speed.
+    /// Not six revolute joints in series, or one without range or speed.
     pub fn arm(&self) -> Result<Arm, UrdfError> {
         let wrong = |why: String| UrdfError::Unusable { why };
         let mut before = Pose::identity();
@@ -196,7 +196,7 @@ impl Joint {
         self.follows.as_ref().map_or(&self.name, |follows| &follows.other)
     }
 
-    /// `parent_from_child` where the joint that moves it has a position.
+    /// `parent_from_child` at a position of the joint that moves it.
     fn pose(&self, position: f64) -> Pose {
         let at = self.follows.as_ref().map_or(position, |f| f.multiplier * position + f.offset);
         let moved = match self.motion {
@@ -258,7 +258,7 @@ fn joint(node: &Node<'_, '_>) -> Result<Joint, String> {
         name: name.to_owned(),
         parent: link("parent")?,
         child: link("child")?,
-        // Roll, pitch and yaw are about fixed axes, one after the other.
+        // Roll, pitch and yaw are about fixed axes, in this order.
         parent_from_joint: Pose::from_parts(
             Translation3::new(x, y, z),
             UnitQuaternion::from_euler_angles(roll, pitch, yaw),
@@ -269,7 +269,7 @@ fn joint(node: &Node<'_, '_>) -> Result<Joint, String> {
     })
 }
 
-/// The limits of a joint; one that turns for ever is taken to stay within a turn to either side.
+/// The limits of a joint. A continuous one is limited to one turn on either side.
 fn limits(name: &str, node: Option<Node<'_, '_>>, is_continuous: bool) -> Result<Limits, String> {
     let number = |key: &str| match node.and_then(|node| node.attribute(key)) {
         Some(text) => {
@@ -290,7 +290,7 @@ fn limits(name: &str, node: Option<Node<'_, '_>>, is_continuous: bool) -> Result
     Ok(Limits { range, speed, acceleration: number("acceleration")?.filter(|most: &f64| *most > 0.0) })
 }
 
-/// The name of a frame. Old ROS wrote `/base` where new ROS writes `base`.
+/// The name of a frame. ROS 1 wrote `/base` where ROS 2 writes `base`.
 fn frame_name(name: &str) -> String {
     name.strip_prefix('/').unwrap_or(name).to_owned()
 }
@@ -304,7 +304,7 @@ fn numbers(text: &str) -> Option<[f64; 3]> {
     numbers?.try_into().ok()
 }
 
-/// The only frame that nothing is mounted on.
+/// The only frame without anything mounted on it.
 fn only_end(joints: &[Joint]) -> Result<String, UrdfError> {
     let is_end = |frame: &&String| joints.iter().all(|joint| joint.parent != **frame);
     let ends: Vec<&String> = joints.iter().map(|joint| &joint.child).filter(is_end).collect();

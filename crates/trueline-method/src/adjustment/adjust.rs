@@ -1,7 +1,7 @@
-//! One adjustment: the unknowns and every error that is not noise, under one covariance, in rounds.
+//! Adjusts the unknowns and every systematic error under one covariance, in rounds.
 //!
-//! In a round the columns stay as they are at its start. They are the covariance of the blocks, and a solve that moved them would run to where
-//! that covariance is large instead of where the residuals are small.
+//! The blocks' columns are held during a round. They define the covariance of the blocks. A solve that moved them would maximise that covariance
+//! instead of minimising the residuals.
 
 use crate::adjustment::amplitudes;
 use crate::adjustment::blocks::Block;
@@ -19,57 +19,57 @@ use crate::parallel;
 use crate::problem::parameters::Parameters;
 use nalgebra::{DMatrix, DVector, Vector1, Vector2};
 
-/// Cuts of the rounds, standard deviations: beyond it a frame does not count.
+/// Cuts of the rounds, standard deviations. A frame beyond the cut is left out.
 const CUTS: [f64; 5] = [4.0, 4.5, 5.5, 5.5, 5.5];
-/// From this round on amplitudes follow the scan: earlier, outliers and tacks would inflate them.
+/// First round in which the amplitudes follow the scan. Earlier, outliers and tacks would inflate them.
 const FIRST_OF_AMPLITUDES: usize = 1;
-/// Rounds in which the noise is looked for.
+/// Rounds in which the noise model is chosen.
 const ROUNDS_OF_NOISE: [usize; 2] = [1, 2];
-/// Steps of a round at most.
+/// Maximum number of steps in a round.
 const STEPS: usize = 4;
-/// A step of less than this part of the standard deviations is none.
+/// Steps below this fraction of the standard deviations count as converged.
 const SMALL: f64 = 0.02;
 /// Halvings of a step that makes the fit worse.
 const HALVINGS: usize = 6;
-/// Amplitudes of noise that lasts …
+/// Amplitudes of correlated noise that are tried.
 const AMPLITUDES: [f64; 8] = [0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0];
-/// … and how long that of the short process may last, s.
+/// Correlation times of the short process that are tried, s.
 const LASTS_S: [f64; 3] = [0.06, 0.2, 0.7];
-/// Twice the log likelihood that another noise must gain.
+/// Minimum gain in twice the log likelihood for another noise model.
 const GAIN: f64 = 0.5;
 
 /// The state of an adjustment.
 pub(crate) struct Adjustment<'a> {
     /// The scan.
     pub scan: Scan<'a>,
-    /// How the detector counts tilts.
+    /// The detector's tilt convention.
     pub tilt: TiltBias,
     /// Prior of the sensor's shape, if it is estimated.
     pub shape_prior: Option<ShapePrior>,
-    /// Unknowns, blocks and what is considered.
+    /// Unknowns, blocks and consider parameters.
     pub columns: Columns,
     /// The unknowns.
     pub at: Parameters,
     /// The coefficients of the blocks; zero for the unknowns.
     pub coefficients: DVector<f64>,
-    /// Standard deviation of the white noise of both directions, in units of what was expected.
+    /// Standard deviation of the white noise in each direction, in units of the expected noise.
     pub sigmas: [f64; 2],
     /// Correlated noise.
     pub noise: [Coloured; 2],
-    /// How much each frame counts.
+    /// The weight of each frame.
     pub weights: Vec<f64>,
     /// Threads that share the work.
     pub threads: usize,
 }
 
-/// What of a round stays as it is while the unknowns move.
+/// Quantities that are held during a round while the unknowns move.
 struct Seen<'a> {
     frames: &'a [Option<Frame>],
     whitened: &'a [Whitened],
     factors: &'a Factors,
 }
 
-/// Where an adjustment ended.
+/// The end of an adjustment.
 pub(crate) struct Adjusted {
     /// The equations there.
     pub equations: Equations,
@@ -78,7 +78,7 @@ pub(crate) struct Adjusted {
 }
 
 impl Adjustment<'_> {
-    /// From a first state, through all rounds; `None` where nothing can be solved.
+    /// Runs all rounds from a first state. `None` if the equations have no solution.
     #[must_use]
     pub(crate) fn run(&mut self) -> Option<Adjusted> {
         self.begin();
@@ -88,7 +88,7 @@ impl Adjustment<'_> {
         self.end()
     }
 
-    /// The unknowns once more, with noise, amplitudes and weights as they are now.
+    /// Updates the unknowns once more, with noise, amplitudes and weights held.
     fn end(&mut self) -> Option<Adjusted> {
         let frames = self.scan.frames(&self.at, &self.tilt);
         let mut table = Table::of(&frames, &self.columns, &self.coefficients);
@@ -98,7 +98,7 @@ impl Adjustment<'_> {
         Some(Adjusted { equations, solved })
     }
 
-    /// Noise and weights by the residuals as they are.
+    /// Initial noise and weights from the residuals.
     fn begin(&mut self) {
         let frames = self.scan.frames(&self.at, &self.tilt);
         let residuals: Vec<Vec<f64>> =
@@ -107,9 +107,9 @@ impl Adjustment<'_> {
         for (direction, of_direction) in residuals.iter().enumerate() {
             let differences = of_direction.windows(2).map(|two| (two[1] - two[0]).abs());
             let all = NORMAL * median(of_direction.iter().map(|r| r.abs())).unwrap_or(1.0);
-            // Of 40 % outliers most differences are of one, and most residuals are not.
+            // With 40 % outliers most differences contain one, and most residuals do not.
             let sigma = (NORMAL * median(differences).unwrap_or(1.0) / std::f64::consts::SQRT_2).min(all);
-            // The largest amplitude that is tried makes no more of it.
+            // No amplitude that is tried exceeds this.
             self.sigmas[direction] = sigma.max(all / MOST_LASTING).max(LEAST_SIGMA);
             spread[direction] = all.max(self.sigmas[direction]);
             let lasting = (spread[direction] / self.sigmas[direction]).powi(2) - 1.0;
@@ -145,7 +145,7 @@ impl Adjustment<'_> {
         Some(())
     }
 
-    /// Steps of the unknowns, the columns being what they are; the equations at the end with their solution.
+    /// Steps of the unknowns with held columns. Returns the equations at the end with their solution.
     fn steps(&mut self, table: &mut Table, frames: &[Option<Frame>]) -> Option<([Sums; 2], Solved)> {
         let whitened = self.whitened(table);
         let mut sums = [0, 1].map(|direction| whitened[direction].sums.clone());
@@ -177,7 +177,7 @@ impl Adjustment<'_> {
         })
     }
 
-    /// Goes the largest part of a step that makes the cost less than it was; `None` where none does.
+    /// Takes the largest part of a step that reduces the cost. `None` if no part does.
     fn downhill(
         &mut self,
         (from, full): (&Parameters, &DVector<f64>),
@@ -204,7 +204,7 @@ impl Adjustment<'_> {
         table.set_residuals(self.columns.estimated(), &self.residuals(frames));
     }
 
-    /// Residuals at the state, about frames that were seen from another one.
+    /// Residuals at the state, with the frames from an earlier one.
     fn residuals(&self, frames: &[Option<Frame>]) -> Vec<Option<Vector2<f64>>> {
         let there: Vec<_> =
             frames.iter().map(|frame| self.scan.residual(frame.as_ref()?, &self.at)).collect();
@@ -249,7 +249,7 @@ impl Adjustment<'_> {
     fn follow_sigmas(&mut self, sums: &[Sums; 2], solved: &Solved) {
         let prior = self.prior();
         let count = solved.step.len();
-        // What is not known beforehand is used up; both directions share it alike.
+        // Columns without a prior use up degrees of freedom, half of them in each direction.
         let known = solved.known_by(&prior, self.columns.free.len());
         let used = 0.5 * (count as f64 - known).max(0.0);
         for (sums, sigma) in sums.iter().zip(&mut self.sigmas) {
@@ -262,7 +262,7 @@ impl Adjustment<'_> {
         }
     }
 
-    /// The noise that is most likely: both directions alike first, then each by itself, then how long it lasts, then what lasts for longer.
+    /// Chooses the likeliest noise: both directions together, then each alone, then the correlation time, then the long process.
     fn choose_noise(&mut self, table: &Table) {
         let begun = self.noise.map(Place::near);
         let mut likelihood = Likelihood { adjustment: self, table, known: Vec::new() };
@@ -306,7 +306,7 @@ impl Adjustment<'_> {
     }
 }
 
-/// The noise of one direction, as places in what is tried.
+/// The noise model of one direction, as indices into the values that are tried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Place {
     amplitude: usize,
@@ -338,7 +338,7 @@ struct Chosen {
     twice_negative_log: f64,
 }
 
-/// The restricted likelihood of noises, each filtered once.
+/// The restricted likelihood of noise models. Each is filtered once.
 struct Likelihood<'a, 'b> {
     adjustment: &'a Adjustment<'b>,
     table: &'a Table,
@@ -365,7 +365,7 @@ impl Likelihood<'_, '_> {
     }
 }
 
-/// The standard deviation of a normal distribution over its median distance from the middle.
+/// Ratio of a normal distribution's standard deviation to its median absolute deviation.
 const NORMAL: f64 = 1.4826;
 /// The root of the largest of [`AMPLITUDES`].
 const MOST_LASTING: f64 = 10.0;

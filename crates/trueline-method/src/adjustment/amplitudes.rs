@@ -1,21 +1,21 @@
-//! How large each block is, by what the scan shows of it: MacKay's fixed point \[MacKay1992\].
+//! Estimates the size of each block from the scan: MacKay's fixed point \[MacKay1992\].
 
 use crate::adjustment::blocks::{Block, Kind};
 use crate::adjustment::equations::{Equations, Prior, Solved};
 use nalgebra::DVector;
 
-/// Pseudo-observations of what a block is expected to be: where the scan shows nothing of it, it is that.
+/// Weight of a block's expected size, in pseudo-observations. A block without information keeps its expected size.
 const EXPECTED: f64 = 3.0;
 /// Rounds in which amplitudes and coefficients follow each other.
 const ROUNDS: usize = 3;
 /// An amplitude changes by no more than this factor in a round.
 const FASTEST: f64 = 10.0;
-/// Degrees of freedom of the coefficients of a form: a tack is an outlier of them.
+/// Degrees of freedom of the coefficients of a form. A tack is an outlier among them.
 const FORM_FREEDOM: f64 = 3.0;
-/// What of a form a column may be of its own, least and most.
+/// Least and largest own variance of a form's column, relative to the block's.
 const OWN: [f64; 2] = [0.3, 200.0];
 
-/// Lets the amplitudes follow the scan; `prior` is that of the blocks as they are.
+/// Updates the amplitudes from the scan. `prior` is that of the current blocks.
 pub(crate) fn follow(
     blocks: &mut [Block],
     equations: &Equations,

@@ -1,4 +1,4 @@
-//! The answer of an adjustment: the unknowns, their covariance, and which error each part of it comes from.
+//! The answer of an adjustment: the unknowns, their covariance, and its error budget.
 
 use crate::adjustment::adjust::{Adjusted, Adjustment};
 use crate::adjustment::axis_step::{AxisStep, axis_step};
@@ -20,40 +20,40 @@ use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use nalgebra::{DMatrix, DVector, Vector3};
 
-/// Hats of the long and of the short form of a seam: how far they are apart, m, and how large a part of the waviness each is beforehand.
+/// Spacing (m) of the hats of the long and of the short form of a seam, and the prior share of the waviness in each.
 const FORMS: [(f64, f64); 2] = [(0.020, 0.85), (0.005, 0.5)];
-/// The largest form of a seam that is one, m.
+/// Largest plausible form of a seam, m.
 const LARGEST_FORMS_M: [f64; 2] = [2e-3, 1e-3];
-/// A lag that is looked for is counted by this, s.
+/// Unit of the estimated lag, s.
 const UNIT_OF_LAG_S: f64 = 0.03;
-/// How well a lag is known once it is one of those that are tried, s.
+/// Prior standard deviation of a lag about each tried value, s.
 pub(crate) const LAG_SIGMA_S: f64 = 0.01;
-/// A frame that is left out is as unlikely as one at the cut of 5.5 standard deviations.
+/// Cost of a frame that is left out: that of one at the cut of 5.5 standard deviations.
 const LEFT_OUT: f64 = 5.5 * 5.5;
-/// The robot is at most this many times as far off as its class …
+/// Largest robot error, in multiples of its class.
 const WORST_ROBOT: f64 = 3.0;
-/// … or as that of uncalibrated arms, where a data sheet states less, m.
+/// Largest robot error of an uncalibrated arm, where the data sheet states less, m.
 const WORST_ACCURACY_M: f64 = 1.5e-3;
-/// Part of a seam's points that may lie beyond either end of it: outliers.
+/// Fraction of a seam's points that may lie beyond each of its ends, as outliers.
 const BEYOND: f64 = 0.002;
 
-/// What an adjustment needs beside a problem and a state.
+/// Inputs of an adjustment beside a problem and a state.
 pub(crate) struct Settings<'a> {
     /// Components of the tangent that are held.
     pub fixed: &'a [usize],
     /// Those of them that are not known exactly, with their standard deviations, SI.
     pub held_sigmas: &'a [(usize, f64)],
-    /// Assumed size of the errors.
+    /// Assumed levels of the systematic errors.
     pub levels: SystematicLevels,
-    /// Root mean square of the seam's form beyond its bow, as a first guess, m; 0 is none.
+    /// Initial RMS of the seam's form beyond its bow, m. 0 for none.
     pub waviness_m: f64,
-    /// How many times larger than expected the noise is by which the problem is whitened.
+    /// Ratio of the actual noise to the expected noise by which the problem is whitened.
     pub noise_factor: f64,
-    /// A step of the clocks that the scan may show: when it is, s, and how large it seems, s.
+    /// A possible step of the clocks: its time, s, and its size, s.
     pub step: Option<(f64, f64)>,
-    /// How far the robot lags behind the poses of the problem, and was taken to do so there, s; 0 is not at all.
+    /// Lag of the robot behind the poses of the problem, as assumed there, s. 0 for none.
     pub lag_s: f64,
-    /// Standard deviation of each number of the external axes beforehand, SI; empty without axes.
+    /// Prior standard deviation of each number of the external axes, SI. Empty without axes.
     pub axis_sigmas: &'a [f64],
     /// Threads that share the work.
     pub threads: usize,
@@ -62,41 +62,41 @@ pub(crate) struct Settings<'a> {
 /// Estimated errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Amplitudes {
-    /// White noise of both directions, in units of what was expected.
+    /// Standard deviation of the white noise in each direction, in units of the expected noise.
     pub white: [f64; 2],
-    /// Its correlated part.
+    /// The correlated part of the noise.
     pub lasting: [Coloured; 2],
-    /// Root mean square of the seam's form over the frames, m.
+    /// RMS of the seam's form over the frames, m.
     pub form_m: f64,
-    /// How many times as large as expected its forms are.
+    /// Size of each form relative to the expected one.
     pub forms: Vec<f64>,
-    /// Root mean square of what the robot moves the point by, beyond what the hand-eye takes, m.
+    /// RMS of the robot's error at the measured point that the hand-eye transform does not absorb, m.
     pub robot_m: f64,
-    /// How many times as far off as its class the robot is; `None` for an ideal one.
+    /// Robot error relative to its class. `None` for an ideal robot.
     pub robot: Option<f64>,
-    /// Whether that is as far as robots are.
+    /// Whether the robot error is at its upper bound.
     pub robot_is_worst: bool,
-    /// The square of a lag of the robot behind its poses that the residuals show beside all blocks, and its standard deviation, s².
+    /// The square of a lag of the robot behind its poses, estimated beside all blocks, and its standard deviation, s².
     pub squared_lag_s2: (f64, f64),
-    /// The lag that was taken into account, s.
+    /// The assumed lag, s.
     pub lag_s: f64,
-    /// A step of the time offset that noise alone shows, beside all blocks, and its standard deviation, s; `None` where nothing looks like one.
+    /// A step of the time offset, estimated beside all blocks, and its standard deviation, s. `None` if the residuals from noise alone show no step.
     pub step_s: Option<(f64, f64)>,
-    /// Frames that were left out, among those that took part.
+    /// Frames that were left out, among those used.
     pub out: Outliers,
 }
 
-/// Least size of a step in standard deviations.
+/// Least size of a significant step, standard deviations.
 const STEP_SIGMAS: f64 = 4.0;
 
 impl Amplitudes {
-    /// Whether a step of the time offset is still one beside noise that lasts and all other errors.
+    /// Whether a step of the time offset stays significant beside correlated noise and all other errors.
     #[must_use]
     pub fn show_a_step(&self) -> bool {
         self.step_s.is_some_and(|(step_s, sigma_s)| step_s.abs() > STEP_SIGMAS * sigma_s)
     }
 
-    /// Whether the residuals are beyond what all errors together explain: noise that lasts, a form or a robot as large as it can be.
+    /// Whether the residuals exceed what all errors together explain: correlated noise, form or robot are at their upper bound.
     #[must_use]
     pub fn are_beyond(&self) -> bool {
         let is_no_noise = |(noise, white): (&Coloured, &f64)| white * noise.lasting().sqrt() > LARGEST_NOISE;
@@ -105,13 +105,13 @@ impl Amplitudes {
             || (self.robot_is_worst && self.robot_m > WORST_SHIFT_M)
     }
 
-    /// Whether what lasts of the noise is as much as what is white, in one of both directions.
+    /// Whether the correlated noise is as large as the white noise in either direction.
     #[must_use]
     pub fn noise_lasts(&self) -> bool {
         self.lasting.iter().any(|noise| noise.lasting() >= 1.0)
     }
 
-    /// How many times as large as expected the noise is, white and lasting together, in the direction where that is most.
+    /// Total noise relative to the expected noise, in the direction where it is larger.
     #[must_use]
     pub fn noise_times(&self) -> f64 {
         let times = |(noise, white): (&Coloured, &f64)| white * (1.0 + noise.lasting()).sqrt();
@@ -119,11 +119,11 @@ impl Amplitudes {
     }
 }
 
-/// Correlated residuals are not noise beyond this multiple of the expected noise.
+/// Correlated residuals above this multiple of the expected noise are not noise.
 const LARGEST_NOISE: f64 = 20.0;
-/// An arm moves a point by less than this along a scan, beyond what the hand-eye takes, m.
+/// Largest robot error along a scan that the hand-eye transform does not absorb, m.
 const WORST_SHIFT_M: f64 = 1e-3;
-/// A form nine times as large as expected is another seam.
+/// A form above this multiple of the expected size belongs to another seam.
 const MOST_FORM: f64 = 9.0;
 
 /// The answer.
@@ -132,37 +132,37 @@ pub(crate) struct Answer {
     pub at: Parameters,
     /// Covariance of the tangent by noise alone.
     pub noise: DMatrix<f64>,
-    /// What else it is owed to.
+    /// The error budget beside the noise.
     pub shares: Vec<Share>,
-    /// How far single unknowns are off beyond that, a column of the tangent: no seam point feels it.
+    /// Second-order errors of single unknowns, a column of the tangent. They do not affect a seam point.
     pub bends: Option<DVector<f64>>,
     /// Estimated errors.
     pub amplitudes: Amplitudes,
-    /// The numbers of the external axes beyond those that they were taken to have.
+    /// Corrections of the external axes to their assumed values.
     pub axes: Option<AxisStep>,
     /// The blocks that were estimated beside the unknowns.
     pub blocks: Vec<models::Block>,
-    /// The stamp of each frame that took part, s, and whether it was left out.
+    /// The stamp of each frame that was used, s, and whether it was left out.
     pub frames: Vec<(f64, bool)>,
     /// Minus twice the log likelihood.
     pub(crate) twice_negative_log: f64,
 }
 
 impl Answer {
-    /// Whether most frames of a stretch of time, s, were left out.
+    /// Whether most frames between two times, s, were left out.
     #[must_use]
     pub(crate) fn leaves_out(&self, [from_s, to_s]: [f64; 2]) -> bool {
         let there = || self.frames.iter().filter(|(stamp_s, _)| (from_s..=to_s).contains(stamp_s));
         2 * there().filter(|(_, is_out)| *is_out).count() > there().count()
     }
 
-    /// Minus twice the log likelihood with what each frame costs that was left out: answers of one scan compare by it.
+    /// Minus twice the log likelihood, including the cost of the frames left out. Answers of one scan are compared by it.
     #[must_use]
     pub(crate) fn comparable(&self) -> f64 {
         self.twice_negative_log + LEFT_OUT * self.amplitudes.out.count as f64
     }
 
-    /// The covariance of the tangent by everything.
+    /// The total covariance of the tangent.
     #[must_use]
     pub(crate) fn covariance(&self) -> DMatrix<f64> {
         let bends = self.bends.iter().map(|bends| bends * bends.transpose());
@@ -174,7 +174,7 @@ impl Answer {
     }
 }
 
-/// Adjusts a scan from a state near its optimum; `None` where nothing can be solved.
+/// Adjusts a scan from a state near its optimum. `None` if the equations have no solution.
 #[must_use]
 pub(crate) fn adjust(problem: &LineProblem<'_>, at: &Parameters, settings: &Settings<'_>) -> Option<Answer> {
     let scan = Scan::of(problem, at);
@@ -259,7 +259,7 @@ fn add_blocks(
     }
 }
 
-/// Least form as a share of the expected form: zero has no logarithm.
+/// Least form as a fraction of the expected form, because zero has no logarithm.
 const LEAST_FORM: f64 = 1e-3;
 
 fn mean_view(frames: &[Option<Frame>], line: usize) -> Vector3<f64> {
@@ -325,7 +325,7 @@ fn stamps(adjustment: &Adjustment<'_>) -> Vec<(f64, bool)> {
     frames.iter().zip(&adjustment.weights).filter_map(of).collect()
 }
 
-/// What the answer owes to priors of its own unknowns: the bows, the shape.
+/// Contributions of the priors of bows and shape to the covariance.
 fn of_known(adjustment: &Adjustment<'_>, rows: &DMatrix<f64>) -> Vec<Share> {
     let unknowns = adjustment.at.unknowns();
     let known = adjustment.at.known(adjustment.shape_prior.as_ref()).information(adjustment.at.dimension());
@@ -368,7 +368,7 @@ fn of_considered(adjustment: &Adjustment<'_>, rows: &DMatrix<f64>, with: &DMatri
     shares
 }
 
-/// The last of the considered columns.
+/// The last consider parameter.
 fn squared_lag(adjustment: &Adjustment<'_>, adjusted: &Adjusted) -> (f64, f64) {
     let Some(last) = adjusted.equations.considered.ncols().checked_sub(1) else { return (0.0, 0.0) };
     debug_assert!(matches!(adjustment.columns.considered.last(), Some(Considered::SquaredLag(_))));
@@ -376,7 +376,7 @@ fn squared_lag(adjustment: &Adjustment<'_>, adjusted: &Adjusted) -> (f64, f64) {
     (units * UNIT_OF_LAG_S.powi(2), sigma * UNIT_OF_LAG_S.powi(2))
 }
 
-/// The step of the clock that is estimated.
+/// The estimated step of the clock.
 fn step(adjustment: &Adjustment<'_>, adjusted: &Adjusted) -> Option<(f64, f64)> {
     let block = |block: &Block| match block.kind {
         Kind::Step { sigma_s, .. } => Some((block.columns.start, sigma_s)),
@@ -409,7 +409,7 @@ fn amplitudes(adjustment: &Adjustment<'_>, settings: &Settings<'_>) -> Amplitude
         blocks.iter().filter(move |block| of(&block.kind)).map(|block| block.amplitude.theta.sqrt())
     };
     let is_robot = |kind: &Kind| matches!(kind, Kind::Robot(_));
-    // A seam that is stated to be nearly straight may still be as wavy as others are.
+    // A seam that is stated to be nearly straight may still have the usual waviness.
     let of_usual = (settings.waviness_m / ASSUMED_WAVINESS_M).min(1.0);
     let there = || frames.iter().zip(&adjustment.weights).filter(|(frame, _)| frame.is_some());
     let out = there().filter(|(_, weight)| **weight == 0.0).count();

@@ -8,9 +8,9 @@ use nalgebra::{DMatrix, DVector};
 /// Corrections of the external axes from a scan; six numbers each, in the order of the chain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisStep {
-    /// By how much each number is another, SI.
+    /// Correction of each number, SI.
     pub step: DVector<f64>,
-    /// Covariance of all of them, by everything.
+    /// Their total covariance.
     pub covariance: DMatrix<f64>,
 }
 
@@ -26,7 +26,7 @@ pub(super) fn axis_step(
     };
     let (columns, sigmas) = adjustment.columns.blocks.iter().find_map(of_axes)?;
     let (first, count) = (columns.start, columns.len());
-    // What it owes to noise and to priors, and what to errors that are considered: a lag is looked for, and none of them.
+    // Contributions of noise and priors, and of the consider parameters. The square of the lag is only tested and not included.
     let own = covariance.view((first, first), (count, count));
     let errors =
         adjustment.columns.considered.iter().take_while(|one| !matches!(one, Considered::SquaredLag(_)));

@@ -1,8 +1,8 @@
-//! The second order of a scan that hardly shows a rotation: how wide the valley is, and how it bends.
+//! Second-order uncertainty of a scan that hardly determines a rotation: width and bend of the valley.
 //!
-//! A covariance is the first order of an answer. Where a rotation is known to a few degrees only, the translation that goes with it follows a
-//! curve. So the worst rotation is moved by its standard deviation to both sides, everything else is estimated beside it, and the cost tells how
-//! wide the valley is there; where everything else went tells how it bends.
+//! A covariance is a first-order result. If a rotation is known only to a few degrees, the correlated translation follows a curve. The worst
+//! rotation is therefore moved by ± its standard deviation, and everything else is re-estimated. The cost gives the width of the valley. The other
+//! unknowns give its bend.
 
 use crate::adjustment::adjust::Adjustment;
 use crate::adjustment::frames::Frame;
@@ -10,41 +10,42 @@ use crate::adjustment::table::Table;
 use crate::problem::parameters::{ROTATION, TRANSLATION};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-/// A rotation that is known better than this moves what goes with it by less than a tenth of its ± beyond the first order, rad: 1.5°.
+/// A rotation known better than this adds less than a tenth of the uncertainty in second order, rad: 1.5°.
 const WELL_KNOWN_RAD: f64 = 0.026;
-/// Steps of everything else beside the rotation.
+/// Steps of the other unknowns at a moved rotation.
 const STEPS: usize = 3;
-/// The cost grows by one over a standard deviation, and by no less than this: a valley of more than three has no width of its own.
+/// The cost grows by one over a standard deviation. Below this growth the valley is wider than three standard deviations and its width is undefined.
 const LEAST_GROWTH: f64 = 1.0 / 9.0;
-/// Of s² with a normal s the mean square is 3.
+/// Mean square of s² for a standard normal s.
 const MEAN_FOURTH_POWER: f64 = 3.0;
 
-/// What the second order adds to the covariance of the tangent.
+/// Second-order contributions to the covariance of the tangent.
 pub(crate) struct BeyondLinear {
-    /// Along the valley, a column of the tangent's components.
+    /// Along the valley, a column over the tangent's components.
     pub wider: DVector<f64>,
-    /// How far the valley bends over a standard deviation, likewise: of single unknowns. A seam point does not feel it, for it is what the valley keeps.
+    /// Bend of the valley over a standard deviation, likewise. It affects single unknowns and no seam point, because seam points are constant along
+    /// the valley.
     pub bends: DVector<f64>,
 }
 
-/// The rotation that is known worst.
+/// The least certain rotation.
 struct Worst {
     /// Its axis, in the tool's axes.
     axis: Vector3<f64>,
-    /// How the free columns move with it, by its standard deviation.
+    /// Motion of the free columns with it, for one standard deviation.
     along: DVector<f64>,
 }
 
-/// Where one side of the valley leads.
+/// One side of the valley.
 struct Side {
-    /// How much the cost grows.
+    /// Growth of the cost.
     growth: f64,
     /// Motion of the free columns with the rotation, beyond that from the covariance.
     beyond: DVector<f64>,
 }
 
 impl Adjustment<'_> {
-    /// The second order about an answer with this covariance of its columns; `None` where every rotation is well known, or held.
+    /// The second order about an answer, from the covariance of its columns. `None` if every rotation is well known or held.
     #[must_use]
     pub(crate) fn beyond_linear(&mut self, covariance: &DMatrix<f64>) -> Option<BeyondLinear> {
         let worst = self.worst_rotation(covariance)?;
@@ -76,7 +77,7 @@ impl Adjustment<'_> {
         (sigma_rad > WELL_KNOWN_RAD).then_some(Worst { axis, along })
     }
 
-    /// The rotation goes by its standard deviation to one side, and everything else follows it with the columns as they are.
+    /// Moves the rotation by its standard deviation to one side and re-estimates everything else with the columns held.
     fn side(
         &mut self,
         table: &mut Table,

@@ -1,4 +1,4 @@
-//! Every error that is not noise is a block: columns beside the unknowns, each of unit variance beforehand, times an amplitude.
+//! Systematic errors as blocks: columns beside the unknowns, each with unit prior variance, times an amplitude.
 
 use crate::adjustment::form::Hats;
 use crate::adjustment::frames::Frame;
@@ -10,46 +10,46 @@ use nalgebra::{DVector, Vector3};
 use std::ops::Range;
 use trueline_geometry::so3;
 
-/// What a block is an error of.
+/// The error that a block describes.
 #[derive(Clone)]
 pub(crate) enum Kind {
-    /// The form of a seam beyond its bow, in both directions across it, each hat so large beforehand, m.
+    /// The form of a seam beyond its bow, in both directions across it, with the prior standard deviation of each hat, m.
     Form { line: usize, hats: Hats, sigma_m: f64 },
     /// The robot, over its poses.
     Robot(RobotField),
-    /// The detector's point with the tilt, px per 10°.
+    /// The detector's point as a function of the tilt, px per 10°.
     Detector { sigma_px: f64 },
-    /// A step of the time offset, s: on one side of it the offset is another.
+    /// A step of the time offset at one time, s.
     Step { at_s: f64, is_later: bool, sigma_s: f64 },
-    /// Where the external axes are and how they are meant: a standard deviation for each number of each of them, SI.
+    /// Place and direction of the external axes, with a standard deviation for each number, SI.
     Axes { sigmas: Vec<f64> },
-    /// A lag of the robot behind its recorded poses, beyond the one that was taken into account, s.
+    /// A lag of the robot behind its recorded poses beyond the assumed one, s.
     Lag { taken_s: f64, sigma_s: f64 },
 }
 
-/// A variance is at its bound beyond this part of it.
+/// A variance above this fraction of its bound is at the bound.
 const LARGEST_PART: f64 = 0.98;
 
-/// How the size of a block follows the scan.
+/// The size of a block as estimated from the scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Amplitude {
-    /// Variance, in units of that which is expected beforehand.
+    /// Variance, in units of the prior variance.
     pub theta: f64,
-    /// Its least and its largest.
+    /// Lower and upper bound.
     pub bounds: [f64; 2],
 }
 
 impl Amplitude {
-    /// As it is expected.
+    /// Held at its expected size.
     pub(crate) const HELD: Self = Self { theta: 1.0, bounds: [1.0, 1.0] };
 
-    /// Whether it is as large as it may be.
+    /// Whether it is at its upper bound.
     #[must_use]
     pub(crate) fn is_largest(&self) -> bool {
         self.is_free() && self.theta > LARGEST_PART * self.bounds[1]
     }
 
-    /// Whether the scan decides it.
+    /// Whether the scan determines it.
     #[must_use]
     pub(crate) fn is_free(&self) -> bool {
         self.bounds[0] < self.bounds[1]
@@ -59,18 +59,18 @@ impl Amplitude {
 /// A block.
 #[derive(Clone)]
 pub(crate) struct Block {
-    /// What it is.
+    /// The error it describes.
     pub kind: Kind,
     /// Its columns.
     pub columns: Range<usize>,
-    /// How large it is.
+    /// Its size.
     pub amplitude: Amplitude,
-    /// How much more variance each column has of its own: a tack is no wave.
+    /// Additional variance of each column, because a tack is no wave.
     pub own: Vec<f64>,
 }
 
 impl Block {
-    /// Of a kind, from a column on.
+    /// A block of a kind, from a column on.
     #[must_use]
     pub(crate) fn new(kind: Kind, first: usize, amplitude: Amplitude) -> Self {
         let count = match &kind {
@@ -83,13 +83,13 @@ impl Block {
         Self { kind, columns: first..first + count, amplitude, own: vec![1.0; count] }
     }
 
-    /// Variance of each column beforehand.
+    /// Prior variance of each column.
     #[must_use]
     pub(crate) fn variance(&self, k: usize) -> f64 {
         self.amplitude.theta * self.own[k]
     }
 
-    /// Its columns of a frame: both directions of the reading, into rows over all columns.
+    /// Fills its columns for a frame: both directions of the residual, in rows over all columns.
     pub(crate) fn fill(&self, frame: &Frame, rows: [&mut [f64]; 2]) {
         let [one, other] = rows;
         let (one, other) = (&mut one[self.columns.clone()], &mut other[self.columns.clone()]);
@@ -124,7 +124,7 @@ impl Block {
                     set(0, frame.by_unknowns.column(TIME_OFFSET) * *sigma_s);
                 }
             }
-            // What of a lag is a delay belongs to the time offset; beyond that y moves by τ ÿ for each second.
+            // The delay part of a lag belongs to the time offset. The remainder moves y by τ ÿ for each second.
             Kind::Lag { taken_s, sigma_s } => {
                 set(0, frame.by_point * frame.acceleration * (taken_s * sigma_s));
             }
@@ -142,7 +142,7 @@ impl Block {
         }
     }
 
-    /// Its name among the blocks of a model; a step is one of the clock.
+    /// Its name among the blocks of a model. `None` for a step, which belongs to the clock.
     #[must_use]
     pub(crate) fn name(&self) -> Option<models::Block> {
         match self.kind {
@@ -155,13 +155,13 @@ impl Block {
         }
     }
 
-    /// The lag that was taken into account, s, of a block that is the rest of it.
+    /// The assumed lag, s, if the block is the remainder of one.
     #[must_use]
     pub(crate) fn lag_s(&self) -> Option<f64> {
         if let Kind::Lag { taken_s, .. } = self.kind { Some(taken_s) } else { None }
     }
 
-    /// How steep a form is at a frame, in both directions, 1, by the coefficients of all columns.
+    /// Slope of a form at a frame, in both directions, dimensionless, from the coefficients of all columns.
     #[must_use]
     pub(crate) fn slope(&self, frame: &Frame, coefficients: &DVector<f64>) -> [f64; 2] {
         let Kind::Form { line, hats, sigma_m } = &self.kind else { return [0.0; 2] };
@@ -176,7 +176,7 @@ impl Block {
 }
 
 impl Block {
-    /// How far forms of the seam or errors of the robot move the point across the seam, m, by the coefficients of all columns; zero of other blocks.
+    /// Shift of the point across the seam from forms of the seam or robot errors, m, from the coefficients of all columns. Zero for other blocks.
     #[must_use]
     pub(crate) fn offset_m(&self, frame: &Frame, coefficients: &DVector<f64>) -> [f64; 2] {
         match &self.kind {

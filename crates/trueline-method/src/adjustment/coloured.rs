@@ -1,5 +1,5 @@
-//! Noise that lasts from frame to frame: white noise with two Ornstein–Uhlenbeck processes on top \[Uhlenbeck1930\], a short and a long one, filtered out of
-//! rows in order of time \[Kalman1960\].
+//! Correlated noise: white noise plus a short and a long Ornstein–Uhlenbeck process \[Uhlenbeck1930\]. A Kalman filter whitens rows in time order
+//! \[Kalman1960\].
 
 use crate::problem::row_products::RowProducts;
 use nalgebra::DMatrix;
@@ -7,22 +7,22 @@ use nalgebra::DMatrix;
 /// Amount of correlated noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coloured {
-    /// Its variance, in units of that of the white noise.
+    /// Variance of the short process, in units of the white noise's.
     pub amplitude: f64,
-    /// Over how long it is alike, s.
+    /// Correlation time of the short process, s.
     pub lasts_s: f64,
-    /// The variance of what lasts for [`LONG_S`], in the same units.
+    /// Variance of the long process ([`LONG_S`]), in the same units.
     pub long: f64,
 }
 
-/// How long the long one of the processes lasts, s: what swings as slowly as an arm turns.
+/// Correlation time of the long process, s: the time in which an arm turns.
 pub const LONG_S: f64 = 2.5;
 
 impl Coloured {
-    /// Nothing lasts.
+    /// No correlated noise.
     pub const NONE: Self = Self { amplitude: 0.0, lasts_s: 1.0, long: 0.0 };
 
-    /// The variance of all that lasts.
+    /// Variance of both processes.
     #[must_use]
     pub fn lasting(&self) -> f64 {
         self.amplitude + self.long
@@ -40,21 +40,21 @@ pub(crate) struct Sums {
     pub count: usize,
 }
 
-/// Rows that were whitened, and how: another column can follow.
+/// Whitened rows with their filter gains, so that another column can be added.
 pub(crate) struct Whitened {
     width: usize,
-    /// The whitened rows, of those that count.
+    /// The whitened rows of nonzero weight.
     rows: Vec<f64>,
-    /// How each of all rows is filtered; `None` of one that does not count.
+    /// Filter gains of every row. `None` for a row of weight 0.
     gains: Vec<(Two, Option<Gain>)>,
     /// Their products.
     pub sums: Sums,
 }
 
-/// A number of each of both processes.
+/// One number for each process.
 type Two = [f64; 2];
 
-/// How a row is filtered: the innovation is the value less what both processes predict, times the scale.
+/// The gain of a row. The innovation is the value minus both predictions, times the scale.
 #[derive(Clone, Copy, Debug)]
 struct Gain {
     gain: Two,
@@ -62,7 +62,7 @@ struct Gain {
 }
 
 impl Whitened {
-    /// The sums with other values in one column, one for each of all rows.
+    /// The sums with one column replaced, one value for each row.
     #[must_use]
     pub(crate) fn with_column(&self, column: usize, values: impl Iterator<Item = f64>) -> Sums {
         let mut predicted = [0.0; 2];
@@ -92,13 +92,13 @@ impl Whitened {
 /// A row in time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tick {
-    /// Since the row before, s; infinite where another series begins.
+    /// Time since the previous row, s. Infinite at the start of a series.
     pub since_s: f64,
-    /// How much less than the others it counts: 1 over its own white variance. A row of weight 0 is left out.
+    /// Inverse of the row's relative white variance. A row of weight 0 is left out.
     pub weight: f64,
 }
 
-/// Whitens rows of equal length, in order of time.
+/// Whitens rows of equal length in time order.
 #[must_use]
 pub(crate) fn whiten(rows: &[f64], width: usize, ticks: &[Tick], noise: Coloured) -> Whitened {
     let mut filter = Filter::new(noise);
@@ -126,7 +126,7 @@ pub(crate) fn whiten(rows: &[f64], width: usize, ticks: &[Tick], noise: Coloured
     Whitened { width, rows: whitened, gains, sums }
 }
 
-/// A Kalman filter: how the covariance of what is predicted follows the rows, by their places alone.
+/// A Kalman filter. The covariance of its prediction depends on the rows' times alone.
 struct Filter {
     noise: Coloured,
     /// Variances of both processes, and their covariance.
@@ -142,7 +142,7 @@ impl Filter {
         Self { noise, variances, covariance: 0.0, log_determinant: 0.0, count: 0 }
     }
 
-    /// What is kept of the predictions until a row, and how the row is filtered.
+    /// Decay of the predictions until a row, and the row's gain.
     fn next(&mut self, tick: &Tick) -> (Two, Option<Gain>) {
         let processes = [(self.noise.amplitude, self.noise.lasts_s), (self.noise.long, LONG_S)];
         let mut kept = [1.0; 2];
@@ -176,7 +176,7 @@ mod tests {
 
     const NOISE: Coloured = Coloured { amplitude: 2.5, lasts_s: 0.3, long: 1.7 };
 
-    /// Against the covariance matrix itself: two series, one row left out, others of less weight.
+    /// Against the covariance matrix: two series, one row left out, others of less weight.
     #[test]
     fn the_filter_is_the_inverse_of_the_covariance() {
         let times: Vec<f64> = (0..40).map(|k| 0.1 * f64::from(k) + 0.02 * f64::from(k).sin()).collect();
@@ -201,12 +201,12 @@ mod tests {
         let columns = DMatrix::from_fn(kept.len(), 3, |i, j| rows[3 * kept[i] + j]);
         let Some(factor) = covariance.cholesky() else { panic!("a covariance") };
         let expected = columns.transpose() * factor.solve(&columns);
-        // Of 32 rows of about one, whose covariance's condition is below 30: rounding only.
+        // Rounding only: 32 rows of about one, and a covariance with condition number below 30.
         assert!((sums.products - expected).amax() < 1e-11);
         let log_determinant = 2.0 * DVector::from(factor.l().diagonal()).map(f64::ln).sum();
         assert!((sums.log_determinant - log_determinant).abs() < 1e-11);
         assert_eq!(sums.count, kept.len());
-        // Another last column follows as if it had been there.
+        // A replaced last column gives the same sums as if it had been there from the start.
         let other: Vec<f64> = (0..40).map(|k| (f64::from(k) * 1.3).cos()).collect();
         let mut changed = rows.clone();
         (0..40).for_each(|k| changed[3 * k + 2] = other[k]);

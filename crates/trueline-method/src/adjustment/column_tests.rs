@@ -1,4 +1,4 @@
-//! The columns of the adjustment against differences of residuals in worlds that were changed by hand.
+//! Tests the columns of the adjustment against differences of residuals in worlds changed by hand.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use crate::adjustment::blocks::{Amplitude, Block, Kind};
@@ -164,7 +164,7 @@ fn the_radius_of_an_edge_moves_the_point_towards_the_sensor() {
     }
 }
 
-/// Where a form is steep, what slides along the seam moves beside it.
+/// On a steep form, a shift along the seam also moves the point across it.
 #[test]
 fn a_steep_form_couples_the_place_along_the_seam() {
     let (observed, at) = cell();

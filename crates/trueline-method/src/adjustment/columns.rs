@@ -1,4 +1,4 @@
-//! The columns of the adjustment: unknowns that are free, blocks, the residual, and what is considered without being estimated.
+//! The columns of the adjustment: free unknowns, blocks, the residual, and consider parameters.
 
 use crate::adjustment::blocks::Block;
 use crate::adjustment::frames::Frame;
@@ -8,23 +8,23 @@ use crate::problem::parameters::Parameters;
 use crate::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED, Unknowns};
 use nalgebra::{DVector, SMatrix, Vector3};
 
-/// Something that is known with a covariance and that the scan shall not improve.
+/// A consider parameter: known with a covariance that the scan does not improve.
 #[derive(Clone, Debug)]
 pub(crate) enum Considered {
-    /// A component of the tangent that is held, with its standard deviation, SI.
+    /// A held component of the tangent, with its standard deviation, SI.
     Held(usize, f64),
-    /// The shape of a sensor that is held: five columns.
+    /// The shape of a held sensor: five columns.
     Shape(ShapeCovariance),
-    /// The radius of an edge of which the detector sees the outermost point, m; and the mean view of each seam. A sensor that is nearer by the radius sees the
-    /// same: what a scan seems to show of it are other errors.
+    /// The radius of an edge whose outermost point the detector measures, m, and the mean view of each seam. A sensor nearer by the radius measures
+    /// the same points. The scan therefore has no information on the radius.
     EdgeRadius { sigma_m: f64, mean_view: Vec<Vector3<f64>> },
-    /// The square of a lag of the robot behind its recorded poses, s², of which so much is a unit: it is looked for, and not in the ±. Beyond its
+    /// The square of a lag of the robot behind its recorded poses, s², with its unit. It is tested only and not part of the uncertainty. Beyond its
     /// delay τ a lag moves by τ² ÿ / 2: 1/(1 + sτ) = e^(−sτ) (1 + s²τ²/2 + …).
     SquaredLag(f64),
 }
 
 impl Considered {
-    /// Columns that it has.
+    /// Its number of columns.
     pub(crate) fn columns(&self) -> usize {
         match self {
             Self::Held(..) | Self::EdgeRadius { .. } | Self::SquaredLag(_) => 1,
@@ -39,21 +39,21 @@ pub(crate) struct Columns {
     unknowns: Unknowns,
     /// Components of the tangent that are estimated.
     pub free: Vec<usize>,
-    /// The blocks, after those.
+    /// The blocks, after the free components.
     pub blocks: Vec<Block>,
-    /// What is considered, after the residual.
+    /// The consider parameters, after the residual.
     pub considered: Vec<Considered>,
 }
 
 impl Columns {
-    /// Of a state of which some components are held.
+    /// The columns of a state with held components.
     #[must_use]
     pub(crate) fn of(at: &Parameters, fixed: &[usize], considered: Vec<Considered>) -> Self {
         let free = (0..at.dimension()).filter(|k| !fixed.contains(k)).collect();
         Self { unknowns: at.unknowns(), free, blocks: Vec::new(), considered }
     }
 
-    /// Columns that are estimated; the residual is the one after them.
+    /// Number of estimated columns. The residual follows them.
     #[must_use]
     pub(crate) fn estimated(&self) -> usize {
         self.blocks.last().map_or(self.free.len(), |block| block.columns.end)
@@ -65,7 +65,7 @@ impl Columns {
         self.estimated() + 1 + self.considered.iter().map(Considered::columns).sum::<usize>()
     }
 
-    /// Fills the rows of both directions of a frame; forms are as steep as the coefficients make them.
+    /// Fills the rows of both directions of a frame, with the slope of the forms at these coefficients.
     pub(crate) fn fill(&self, frame: &Frame, coefficients: &DVector<f64>, rows: [&mut [f64]; 2]) {
         let by_unknowns = self.with_slopes(frame, coefficients);
         let [one, other] = rows;
@@ -119,14 +119,14 @@ impl Columns {
         }
     }
 
-    /// The derivative by the unknowns, where a point that slides along the seam beyond those near it meets another form.
+    /// The Jacobian by the unknowns, including the form's slope: a point that slides along the seam beyond its neighbours meets another form.
     fn with_slopes(&self, frame: &Frame, coefficients: &DVector<f64>) -> SMatrix<f64, 2, LOCAL_ALL> {
         let steep = self.slopes(frame, coefficients);
         let by_along = frame.by_point * (frame.across[0] * -steep[0] + frame.across[1] * -steep[1]);
         frame.by_unknowns + by_along * frame.apart_by_unknowns.transpose()
     }
 
-    /// How steep the form of the seam is at a frame, in both directions, 1.
+    /// Slope of the seam's form at a frame, in both directions, dimensionless.
     #[must_use]
     pub(crate) fn slopes(&self, frame: &Frame, coefficients: &DVector<f64>) -> [f64; 2] {
         let mut steep = [0.0; 2];
@@ -138,5 +138,5 @@ impl Columns {
     }
 }
 
-/// The flank of a tack is steeper, but what a point is moved along it is not told by a straight line.
+/// Largest slope of a form that is used. The flank of a tack is steeper, but a straight line does not describe the motion along it.
 const STEEPEST: f64 = 0.3;

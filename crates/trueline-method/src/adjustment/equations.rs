@@ -1,14 +1,14 @@
-//! The normal equations of unknowns and blocks under one covariance of the noise, and what follows from them.
+//! The normal equations of unknowns and blocks under one noise covariance, and their solution.
 
 use crate::adjustment::coloured::Sums;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-/// What is known before the scan: of unknowns that have moved from where it was known, and of the blocks.
+/// The prior of the unknowns, at their present state, and of the blocks.
 #[derive(Clone, Debug)]
 pub(crate) struct Prior {
     /// Inverse covariance of the estimated columns.
     pub information: DMatrix<f64>,
-    /// That times where the unknowns are now.
+    /// The information times the present deviation from the prior mean.
     pub gradient: DVector<f64>,
     /// Twice the cost there.
     pub square: f64,
@@ -19,15 +19,15 @@ pub(crate) struct Prior {
 /// The normal equations at a state.
 #[derive(Clone, Debug)]
 pub(crate) struct Equations {
-    /// Of the estimated columns, by the scan alone.
+    /// Information of the scan alone on the estimated columns.
     pub of_scan: DMatrix<f64>,
     /// Products of the estimated columns with the residual.
     gradient: DVector<f64>,
-    /// Products of the estimated columns with what is considered.
+    /// Products of the estimated columns with the consider parameters.
     pub considered: DMatrix<f64>,
-    /// Products of what is considered with itself.
+    /// Products of the consider parameters with each other.
     considered_square: DMatrix<f64>,
-    /// Products of what is considered with the residual.
+    /// Products of the consider parameters with the residual.
     considered_gradient: DVector<f64>,
     /// Σ r², whitened.
     square: f64,
@@ -36,7 +36,7 @@ pub(crate) struct Equations {
 }
 
 impl Equations {
-    /// Of the sums of both directions, each with the standard deviation of its white noise.
+    /// From the sums of both directions, each with the standard deviation of its white noise.
     #[must_use]
     pub(crate) fn of(sums: [&Sums; 2], sigmas: [f64; 2], estimated: usize) -> Self {
         let width = sums[0].products.ncols();
@@ -58,13 +58,13 @@ impl Equations {
         }
     }
 
-    /// Their solution with the prior; `None` where something is not known at all.
+    /// Their solution with the prior. `None` if an unknown is undetermined.
     #[must_use]
     pub(crate) fn solve(&self, prior: &Prior) -> Option<Solved> {
         Some(self.solve_by((&self.of_scan + &prior.information).cholesky()?, prior))
     }
 
-    /// The factors of these and of all equations of the same columns, the first of which are unknowns.
+    /// Factors that hold for all equations with the same columns, the unknowns first.
     #[must_use]
     pub(crate) fn factors(&self, prior: &Prior, unknowns: usize) -> Option<Factors> {
         let matrix = &self.of_scan + &prior.information;
@@ -73,7 +73,7 @@ impl Equations {
         Some(Factors { all: matrix.cholesky()?, of_blocks: of_blocks.cholesky()?, unknowns })
     }
 
-    /// Their solution, their columns having these factors.
+    /// Their solution with given factors.
     #[must_use]
     pub(crate) fn solve_with(&self, factors: &Factors, prior: &Prior) -> Solved {
         self.solve_by(factors.all.clone(), prior)
@@ -89,11 +89,11 @@ impl Equations {
     }
 }
 
-/// Cholesky factors of equations whose residuals move while their columns stay.
+/// Cholesky factors of equations with moving residuals and fixed columns.
 pub(crate) struct Factors {
-    /// Of all estimated columns.
+    /// Factor of all estimated columns.
     all: Cholesky<f64, Dyn>,
-    /// Of the blocks alone.
+    /// Factor of the blocks alone.
     of_blocks: Cholesky<f64, Dyn>,
     /// Columns before the blocks.
     unknowns: usize,
@@ -103,9 +103,9 @@ pub(crate) struct Factors {
 #[derive(Clone, Debug)]
 pub(crate) struct Solved {
     factor: Cholesky<f64, Dyn>,
-    /// How the unknowns move, and what the coefficients of the blocks are.
+    /// The step of the unknowns and the coefficients of the blocks.
     pub step: DVector<f64>,
-    /// Minus twice the logarithm of the restricted likelihood, but for a constant \[Patterson1971\].
+    /// Minus twice the logarithm of the restricted likelihood, up to a constant \[Patterson1971\].
     pub twice_negative_log: f64,
 }
 
@@ -119,8 +119,8 @@ impl Solved {
         (0..count).map(|column| rows.column(column).norm()).collect()
     }
 
-    /// How much of the estimate was known before: the trace of its information times the covariance. Of the first columns it may be joint, of the others
-    /// it is each column's own.
+    /// Degrees of freedom that the prior supplies: the trace of its information times the covariance. The prior of the first columns may be joint.
+    /// That of the others is diagonal.
     #[must_use]
     pub(crate) fn known_by(&self, prior: &Prior, joint: usize) -> f64 {
         let size = self.step.len();
@@ -159,7 +159,7 @@ impl Solved {
 }
 
 impl Equations {
-    /// What one of the considered columns would be if it were estimated with the rest, and its standard deviation.
+    /// The estimate of a consider parameter if it were free, and its standard deviation.
     #[must_use]
     pub(crate) fn estimate_of(&self, considered: usize, solved: &Solved) -> (f64, f64) {
         let with = self.considered.column(considered);
@@ -169,7 +169,7 @@ impl Equations {
         (-score / information, information.max(f64::MIN_POSITIVE).sqrt().recip())
     }
 
-    /// Twice the cost with the first columns, the unknowns, where they are and all others at their best.
+    /// Twice the cost with the unknowns held and all other columns at their optimum.
     #[must_use]
     pub(crate) fn square_of_blocks(&self, factors: &Factors, prior: &Prior) -> f64 {
         let (unknowns, count) = (factors.unknowns, self.gradient.len() - factors.unknowns);

@@ -1,4 +1,4 @@
-//! The restricted likelihood and the shares of a solution against dense formulas.
+//! Tests the restricted likelihood and the error budget of a solution against dense formulas.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use crate::adjustment::coloured::{Coloured, Tick, whiten};
@@ -14,7 +14,7 @@ fn row(direction: usize, k: usize) -> Vec<f64> {
     (0..UNKNOWNS + BLOCK + 1).map(|c| ((k * 7 + c * 3 + direction * 5) as f64 * 0.37).sin()).collect()
 }
 
-/// −2 log of the restricted likelihood of residuals about unknowns of which nothing is known, with the block in the covariance.
+/// −2 log of the restricted likelihood of residuals, with unknowns without a prior and the block in the covariance.
 #[test]
 fn the_restricted_likelihood_is_that_of_the_whole_covariance() {
     let noise = Coloured { amplitude: 2.0, lasts_s: 0.5, long: 0.0 };

@@ -1,23 +1,23 @@
-//! The form of a seam beyond its bow: hat functions along it, which stay where they are in space.
+//! The form of a seam beyond its bow: hat functions along it, fixed in space.
 
-/// Hats at equal distances along a seam; between two of them the form is straight.
+/// Hats at equal distances along a seam. The form is straight between two of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Hats {
     /// Place of the first, m from the seam's anchor.
     first_m: f64,
-    /// From one to the next, m.
+    /// Spacing of the hats, m.
     apart_m: f64,
     /// Their number.
     pub count: usize,
 }
 
-/// More hats than this along all seams add no information to fewer that are farther apart …
+/// Maximum number of hats along all seams. More hats than this add no information …
 const MOST: usize = 80;
 /// … and the least number of a seam.
 const LEAST: usize = 12;
 
 impl Hats {
-    /// Over one of so many seams that is seen from one place to another, so far apart, or as far as there may be hats.
+    /// The hats of one seam between two places on it, m. Their spacing grows if there would be too many over all seams.
     #[must_use]
     pub(crate) fn over([from_m, to_m]: [f64; 2], apart_m: f64, seams: usize) -> Self {
         let most = (MOST / seams.max(1)).max(LEAST);
@@ -26,7 +26,7 @@ impl Hats {
         Self { first_m: from_m, apart_m, count }
     }
 
-    /// The hats that are there at a place: the number of the first of two and what each of them is. Beyond the ends the form goes on as it is there.
+    /// The two hats at a place: the number of the first, and the value of each. Beyond the ends the form is constant.
     #[must_use]
     pub(crate) fn at(&self, along_m: f64) -> (usize, [f64; 2]) {
         let place = ((along_m - self.first_m) / self.apart_m).clamp(0.0, (self.count - 1) as f64);
@@ -35,7 +35,7 @@ impl Hats {
         (first, [1.0 - beyond, beyond])
     }
 
-    /// The slope of a form at a place, 1: values are those of one direction at the hats, m.
+    /// Slope of a form at a place, dimensionless, from its values at the hats in one direction, m.
     #[must_use]
     pub(crate) fn slope(&self, along_m: f64, values: impl Fn(usize) -> f64) -> f64 {
         if self.count < 2 {

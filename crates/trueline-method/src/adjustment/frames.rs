@@ -1,7 +1,6 @@
-//! The frames of a scan as the adjustment sees them: how each residual moves with the unknowns, and where the sensor stood.
+//! The frames of a scan as the adjustment uses them: residual, Jacobian and the robot's pose.
 //!
-//! Everything is whitened by the noise of the features, the robot's samples and the stamps, so that what is left is of unit variance where
-//! nothing but noise is there.
+//! All are whitened by the noise of features, robot samples and stamps. A residual of pure noise has unit variance.
 
 use crate::adjustment::neighbours::Neighbours;
 use crate::assess::tilt_bias::{BIAS, TiltBias};
@@ -15,15 +14,15 @@ use nalgebra::{Matrix2x3, Matrix3xX, SMatrix, SVector, Vector2, Vector3};
 use trueline_geometry::{Line, Pose};
 use trueline_model::Placement;
 
-/// Frames of all lines that take part: the rest beside the blocks is not white noise, so more of them add no information.
+/// Maximum number of frames of all lines. The remaining errors are correlated, so more frames add no information.
 const MOST_FRAMES: usize = 1_000;
 
-/// Fewer frames of a line than this are taken whole.
+/// Lines with fewer frames than this use all of them.
 const LEAST_FRAMES: usize = 300;
-/// The golden section: its multiples fall evenly between whole numbers, and keep step with no weave.
+/// The golden section. Its multiples are evenly spread modulo 1 and do not alias with a weave.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
-/// A number of a line's frames, one in each of equal stretches, at a changing place in them.
+/// Picks one of a line's frames in each of equal stretches, at a varying place.
 fn some_of(line: &[usize], most: usize) -> Vec<usize> {
     if line.len() <= most {
         return line.to_vec();
@@ -31,68 +30,68 @@ fn some_of(line: &[usize], most: usize) -> Vec<usize> {
     let stretch = line.len() as f64 / most as f64;
     let place = |k: usize| (k as f64 + (k as f64 * GOLDEN).fract()) * stretch;
     let mut some: Vec<usize> = (0..most).map(|k| line[(place(k) as usize).min(line.len() - 1)]).collect();
-    // Of hardly more frames than are wanted, two stretches may end at one.
+    // With hardly more frames than wanted, two stretches may share one.
     some.dedup();
     some
 }
 
-/// Accelerations are differences over this time and twice it, s: of a swing of 3 Hz they see 87 %, and poses are smoothed over less.
+/// Half-width of the differences that give accelerations, s. They keep 87 % of a 3 Hz swing. Poses are smoothed over less.
 const ACCELERATION_S: f64 = 0.03;
 
-/// What of a scan takes part: some of the frames of each line, and the lines as they were when the adjustment began.
+/// The selected frames of a scan, and the lines at the start of the adjustment.
 pub(crate) struct Scan<'a> {
     problem: &'a LineProblem<'a>,
-    /// The lines whose forms are counted along them; they stay where they are.
+    /// The lines along which forms are measured. They stay fixed.
     pub seams: Vec<Line>,
     /// Indices in the problem's list, by line and then by time.
     chosen: Vec<usize>,
 }
 
-/// A residual of one seam point and all that moves it.
+/// The residual of one seam point with its Jacobians.
 #[derive(Clone, Debug)]
 pub(crate) struct Frame {
     /// Index in the problem's list.
     pub index: usize,
-    /// Which line.
+    /// Its line.
     pub line: usize,
     /// When it was seen, s.
     pub stamp_s: f64,
     /// The whitened residual, measured minus predicted.
     pub residual: Vector2<f64>,
-    /// How it moves with the local unknowns.
+    /// Jacobian by the local unknowns.
     pub by_unknowns: SMatrix<f64, 2, LOCAL_ALL>,
-    /// How it moves with the measured point, axes of base, 1/m.
+    /// Jacobian by the measured point, axes of base, 1/m.
     pub by_point: Matrix2x3<f64>,
-    /// How it moves with the bias of the detector, for each of its numbers, 1 / (px per 10°).
+    /// Jacobian by each number of the detector's bias, 1 / (px per 10°).
     pub by_bias: SMatrix<f64, 2, BIAS>,
     /// The measured point from the tool's origin, axes of base, m.
     pub lever: Vector3<f64>,
-    /// Where the robot stood.
+    /// The robot's pose.
     pub base_from_tool: Pose,
-    /// From the seam to the sensor's origin, square to the seam, of length 1; axes of base.
+    /// Unit vector from the seam to the sensor's origin, perpendicular to the seam, axes of base.
     pub towards_sensor: Vector3<f64>,
     /// The cross axes of the line in base.
     pub across: [Vector3<f64>; 2],
-    /// How the measured point moves with the numbers of the external axes, axes of base; without columns where there are none.
+    /// Jacobian of the measured point by the numbers of the external axes, axes of base. No columns without axes.
     pub by_axes: Matrix3xX<f64>,
-    /// How the measured point is accelerated as the tool carries it, axes of base, m/s².
+    /// Acceleration of the measured point, carried by the tool, axes of base, m/s².
     pub acceleration: Vector3<f64>,
     /// Place along the seam, m from its anchor.
     pub along_m: f64,
-    /// How that place moves with the local unknowns.
+    /// Jacobian of that place by the local unknowns.
     pub along_by_unknowns: SVector<f64, LOCAL_ALL>,
-    /// The same beyond the frames near it, which see the same part of the seam.
+    /// The same relative to neighbouring frames, which see the same part of the seam.
     pub apart_by_unknowns: SVector<f64, LOCAL_ALL>,
 }
 
-/// Where frames are: which line, and how far along it, m.
+/// The line of each frame and its place along it, m.
 pub(crate) fn places(frames: &[Option<Frame>]) -> Vec<Option<(usize, f64)>> {
     let place = |frame: &Frame| (frame.line, frame.along_m);
     frames.iter().map(|frame| frame.as_ref().map(place)).collect()
 }
 
 impl<'a> Scan<'a> {
-    /// Some frames of each line of a problem about a state.
+    /// Selects frames of each line of a problem at a state.
     #[must_use]
     pub(crate) fn of(problem: &'a LineProblem<'_>, at: &Parameters) -> Self {
         let lines = at.lines.len();
@@ -116,7 +115,7 @@ impl<'a> Scan<'a> {
         self.chosen.iter().map(|&index| (index, &self.problem.list[index], &self.problem.whiteners[index]))
     }
 
-    /// Every frame at a state; `None` for what cannot be placed or evaluated there.
+    /// Evaluates every frame at a state. `None` for frames that cannot be placed.
     #[must_use]
     pub(crate) fn frames(&self, at: &Parameters, tilt: &TiltBias) -> Vec<Option<Frame>> {
         let shaped = with_shape(self.problem.observations, at.clone());
@@ -166,8 +165,8 @@ impl<'a> Scan<'a> {
         })
     }
 
-    /// A picture is seen from the camera's origin. Of what reports lengths the origin may lie anywhere along the range, which is then the view; its
-    /// sign is that of the radius and does not matter.
+    /// The view of an image starts at the camera's origin. A profile sensor's origin may lie anywhere along the range, so the range direction is
+    /// used. Its sign is that of the radius and does not matter.
     fn towards_sensor(&self, placement: &Placement, point: &Vector3<f64>) -> Vector3<f64> {
         let Observations { are_pixels, sheet, .. } = self.problem.observations;
         let base_from_camera = placement.base_from_camera();
@@ -189,8 +188,8 @@ impl<'a> Scan<'a> {
         axes.d_point(&placement.base_from_tool, point, o.stamp_s - at.time_offset_s)
     }
 
-    /// By places before and after, and not by the place itself: its noise is in the residual too, and would look like a lag. Nothing where the path
-    /// does not reach so far.
+    /// Acceleration from places before and after, without the place itself. The noise of that place is in the residual too and would look like a
+    /// lag. Zero if the path is too short.
     fn acceleration(&self, o: &Observation, at: &Parameters, measured: &Vector3<f64>) -> Vector3<f64> {
         let place = |later: f64| {
             let o = Observation { stamp_s: o.stamp_s + later * ACCELERATION_S, ..*o };
@@ -202,7 +201,7 @@ impl<'a> Scan<'a> {
         second.unwrap_or_else(Vector3::zeros)
     }
 
-    /// d s / d unknowns: only what moves the measured point moves its place along the seam.
+    /// d s / d unknowns. Only unknowns that move the measured point move its place along the seam.
     fn along_by_unknowns(
         &self,
         o: &Observation,
@@ -227,7 +226,7 @@ impl<'a> Scan<'a> {
         all
     }
 
-    /// The residual alone and the place along the seam, at a state near that of the frames.
+    /// The residual and the place along the seam at a state near that of the frames.
     #[must_use]
     pub(crate) fn residual(&self, frame: &Frame, at: &Parameters) -> Option<(Vector2<f64>, f64)> {
         let (o, whitener) = (&self.problem.list[frame.index], &self.problem.whiteners[frame.index]);

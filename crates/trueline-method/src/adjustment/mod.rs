@@ -1,16 +1,16 @@
-//! One adjustment of the unknowns and of every error that is not noise.
+//! Adjusts the unknowns and every systematic error together.
 //!
 //! | module | |
 //! |---|---|
-//! | `frames` | the scan's frames, whitened, with all that moves them |
-//! | `neighbours` | what frames do beyond those near them along the seam |
+//! | `frames` | the whitened frames of the scan with their Jacobians |
+//! | `neighbours` | motion of frames relative to their neighbours along the seam |
 //! | `form`, `blocks` | errors as columns with an amplitude |
 //! | `columns`, `table` | the order of the columns, and the rows of all frames |
-//! | `coloured` | noise that lasts, filtered out of the rows |
-//! | `equations`, `amplitudes`, `weights` | solution, sizes of the blocks, what counts |
+//! | `coloured` | correlated noise, whitened by a filter |
+//! | `equations`, `amplitudes`, `weights` | solution, sizes of the blocks, weights of the frames |
 //! | `adjust` | the rounds |
-//! | `axis_step` | what is said of external axes |
-//! | `beyond_linear` | the second order where a rotation is hardly shown |
+//! | `axis_step` | corrections of the external axes |
+//! | `beyond_linear` | second-order uncertainty of a weak rotation |
 
 mod adjust;
 mod amplitudes;

@@ -1,28 +1,28 @@
-//! What frames do beyond those near them along the seam.
+//! Motion of frames relative to their neighbours along the seam.
 //!
-//! The form of a seam is not known, so that to slide along it together shows nothing: another form would fit as well. Only frames that see one place and slide
-//! differently, on another pass or at another attitude, meet another part of the form. A form that stays in space while all slide would be a landmark, and landmarks
-//! make a scan look better than it is.
+//! The form of a seam is unknown. Sliding all frames along it has no effect, because another form would fit as well. Only frames that see one place
+//! and slide differently, on another pass or at another attitude, meet different parts of the form. A form fixed in space would act as a landmark
+//! and make the scan look better than it is.
 
 use crate::adjustment::form::Hats;
 use crate::order_statistics::quantile;
 use nalgebra::SVector;
 
-/// Places along a seam whose frames are near each other are so far apart, m, as its finest form is.
+/// Spacing of places along a seam that define neighbours, m: that of its finest form.
 const NEAR_M: f64 = 0.005;
 
-/// Part of a seam's points that may lie beyond either end of it.
+/// Fraction of a seam's points that may lie beyond each of its ends.
 const BEYOND: f64 = 0.002;
 
-/// Which frames are near each other.
+/// Neighbouring frames.
 pub(crate) struct Neighbours {
-    /// Of each frame the first of two places, and how much it belongs to each; `None` of what was not seen.
+    /// For each frame the first of two places and its share in each. `None` for a frame that was not seen.
     near: Vec<Option<(usize, [f64; 2])>>,
     places: usize,
 }
 
 impl Neighbours {
-    /// Of the places of frames: which line, and how far along it, m.
+    /// Groups frames by line and place along it, m.
     #[must_use]
     pub(crate) fn of(frames: &[Option<(usize, f64)>]) -> Self {
         let lines = frames.iter().flatten().map(|(line, _)| line + 1).max().unwrap_or(0);
@@ -31,7 +31,7 @@ impl Neighbours {
         for line in 0..lines {
             let along =
                 || frames.iter().flatten().filter(|(own, _)| *own == line).map(|(_, along_m)| *along_m);
-            // What lies beyond is an outlier.
+            // Points beyond are outliers.
             let ends = (quantile(along(), BEYOND), quantile(along(), 1.0 - BEYOND));
             let (Some(from_m), Some(to_m)) = ends else { continue };
             let hats = Hats::over([from_m, to_m], NEAR_M, lines);
@@ -46,7 +46,7 @@ impl Neighbours {
         Self { near, places }
     }
 
-    /// Values less the mean of those near them; what has no value is none of them.
+    /// Values minus the mean of their neighbours. Missing values are skipped.
     #[must_use]
     pub(crate) fn beyond<const N: usize>(
         &self,

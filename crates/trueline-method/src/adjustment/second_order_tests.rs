@@ -1,4 +1,4 @@
-//! The second order of a weak scan against solutions that are searched for beside its valley by differences alone.
+//! Tests the second order of a weak scan against solutions beside its valley, found by differences alone.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use crate::adjustment::adjust::Adjustment;
@@ -17,11 +17,11 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use trueline_lsq::Loss;
 use trueline_sim::{Disturbance, Preset, random_cell, simulate};
 
-/// Noise by which rotations are known to some degrees only.
+/// Noise at which rotations are known only to some degrees.
 const LOUD: NoiseLevels = NoiseLevels { robot_sigma_m: 3e-5, stamp_sigma_s: 1e-4, factor: 25.0 };
 /// A step of differences: m, s and rad.
 const STEP: f64 = 1e-6;
-/// Rounds of the search: each leaves some hundredths of what was left.
+/// Rounds of the search. Each leaves a few hundredths of the error.
 const ROUNDS: usize = 12;
 
 /// Whitened residuals of all frames, one below the other.
@@ -47,7 +47,7 @@ fn slopes(adjustment: &Adjustment<'_>) -> DMatrix<f64> {
     DMatrix::from_columns(&(0..count).map(column).collect::<Vec<_>>())
 }
 
-/// Where the residuals beside a moved state are square to the slopes, as in a round whose columns stay, but for a turn about an axis; with the cost there.
+/// The state at which the residuals are orthogonal to the slopes, with columns held and without a turn about an axis. Also returns its cost.
 fn beside(adjustment: &Adjustment<'_>, from: &Parameters, axis: &Vector3<f64>) -> (Parameters, f64) {
     let count = from.dimension();
     let mut of_axis = DVector::zeros(count);
@@ -110,12 +110,12 @@ fn a_valley_is_as_wide_and_bends_as_solutions_beside_it_say() {
     let [up, down] = [1.0, -1.0].map(|sign| beside(&adjustment, &at.retract(&(&along * sign)), &axis));
     let growth = 0.5 * (up.1 + down.1) - least;
     let place = |of: &Parameters| of.tool_from_camera.translation.vector;
-    // What is odd about the middle is the first order, what is even the bend; of s² with a normal s the root mean square is √3.
+    // The first order is odd about the middle and the bend is even. For a standard normal s the root mean square of s² is √3.
     let bend = (place(&up.0) + place(&down.0) - place(&at) * 2.0) * (0.5 * 3.0_f64.sqrt());
     println!("{:.2}°, growth {growth:.4}, bend {:.3} mm", sigma_rad.to_degrees(), bend.norm() * 1e3);
     let bends = found.bends.fixed_rows::<3>(TRANSLATION).into_owned();
     assert!(bend.norm() > 0.02 * along.rows(TRANSLATION, 3).norm(), "the valley is straight: {bend}");
-    // Three steps leave some hundredths of it.
+    // Three steps leave a few hundredths of it.
     assert!((bends - bend).norm() < 0.1 * bend.norm(), "{bends} {bend}");
     let wider = (growth.clamp(1.0 / 9.0, 1.0).recip() - 1.0).sqrt();
     assert!((&found.wider - &along * wider).norm() < 0.1 * along.norm(), "{} {wider}", found.wider);

@@ -1,4 +1,4 @@
-//! The rows of all frames in order of line and time, and what whitening makes of them.
+//! The rows of all frames in order of line and time, and their whitening.
 
 use crate::adjustment::coloured::{Coloured, Sums, Tick, Whitened, whiten};
 use crate::adjustment::columns::Columns;
@@ -17,7 +17,7 @@ pub(crate) struct Table {
 }
 
 impl Table {
-    /// Of frames by line and time, some of which cannot be evaluated.
+    /// From frames sorted by line and time. Some may not be evaluable.
     #[must_use]
     pub(crate) fn of(frames: &[Option<Frame>], columns: &Columns, coefficients: &DVector<f64>) -> Self {
         let width = columns.width();
@@ -42,7 +42,7 @@ impl Table {
         Self { width, rows, since_s, lines, is_there: frames.iter().map(Option::is_some).collect() }
     }
 
-    /// Sets the residual of each frame anew. One that cannot be evaluated there keeps what it was: to lose it is no gain.
+    /// Replaces the residual of each frame. A frame that can no longer be evaluated keeps its old one: losing it must not reduce the cost.
     pub(crate) fn set_residuals(&mut self, column: usize, residuals: &[Option<Vector2<f64>>]) {
         for (k, residual) in residuals.iter().enumerate() {
             let Some(residual) = residual else { continue };
@@ -52,7 +52,7 @@ impl Table {
         }
     }
 
-    /// Sums of one direction's rows that were whitened, with the residuals as they are now.
+    /// Sums of one direction's whitened rows with the present residuals.
     #[must_use]
     pub(crate) fn sums(&self, whitened: &Whitened, direction: usize, residual: usize) -> Sums {
         let residuals = self.rows[direction].chunks_exact(self.width).map(|row| row[residual]);
@@ -68,7 +68,7 @@ impl Table {
         whiten(&self.rows[direction], self.width, &ticks, noise)
     }
 
-    /// Each residual after the step of the unknowns, without the blocks; `None` where it cannot be evaluated.
+    /// Each residual after a step of the unknowns, without the blocks. `None` if it cannot be evaluated.
     #[must_use]
     pub(crate) fn left(&self, step: &DVector<f64>) -> Vec<Option<Vector2<f64>>> {
         let one = |k: usize, direction: usize| {
@@ -79,7 +79,7 @@ impl Table {
         self.is_there.iter().enumerate().map(left).collect()
     }
 
-    /// How far off each frame is of so large a spread in both directions.
+    /// Deviation of each frame in units of the spread of both directions.
     #[must_use]
     pub(crate) fn off(&self, left: &[Option<Vector2<f64>>], spread: [f64; 2]) -> Vec<Off> {
         let sigmas = |left: &Vector2<f64>| (left.x / spread[0]).hypot(left.y / spread[1]);

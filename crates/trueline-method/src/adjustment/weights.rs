@@ -1,11 +1,11 @@
-//! Which frames count, and how much.
+//! Weights of the frames.
 
-/// Residuals beyond this count less, in standard deviations \[Huber1964\].
+/// Residuals beyond this are down-weighted, in standard deviations \[Huber1964\].
 const HUBER: f64 = 2.5;
-/// Never more than this part of the frames is left out.
+/// Maximum fraction of frames left out.
 const MOST_OUT: f64 = 0.45;
 
-/// A frame's place in a series, and how far it is off, in standard deviations; `None` where it cannot be evaluated.
+/// A frame's place in a series and its deviation in standard deviations. `None` if it cannot be evaluated.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Off {
     /// Which line.
@@ -14,7 +14,7 @@ pub(crate) struct Off {
     pub sigmas: Option<f64>,
 }
 
-/// The weight of each frame. Beyond `cut` standard deviations it does not count, nor does it between two that do not.
+/// The weight of each frame. It is 0 beyond `cut` standard deviations, and between two such frames.
 #[must_use]
 pub(crate) fn weights(frames: &[Off], cut: f64) -> Vec<f64> {
     let mut known: Vec<f64> = frames.iter().filter_map(|frame| frame.sigmas).collect();

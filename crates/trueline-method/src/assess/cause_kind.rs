@@ -12,16 +12,16 @@ pub enum CauseKind {
     Backlash,
     /// The attitude is reported later than the position (s).
     AttitudeLag,
-    /// The rows of a picture are exposed one after the other (s from the first to the last).
+    /// The rows of an image are exposed one after the other (s from the first to the last).
     RollingShutter,
-    /// The detector errs to different sides on the two sides of the picture (px).
+    /// The detector has opposite errors on the two halves of the image (px).
     SideBias,
-    /// What is reported is the commanded pose, and the arm follows it as a first-order lag (the square of its time constant, s²).
+    /// The commanded pose is reported, and the arm follows it with a first-order lag (the square of its time constant, s²).
     CommandedPose,
-    /// The camera's distortion is not what its file states: k1, and k2 where the scan shows it (true minus stated).
+    /// The camera's distortion differs from its file: k1, and k2 if observable (true minus stated).
     Lens,
-    /// The detector's point moves with the tilt (px per 10°): the robot's errors look similar, so it is reported only if it was
-    /// estimated beside them.
+    /// The detector's point moves with the tilt (px per 10°). Robot errors look similar, so this cause is reported only if it was estimated beside
+    /// them.
     TiltBias,
 }
 
@@ -37,8 +37,7 @@ impl CauseKind {
         Self::TiltBias,
     ];
 
-    /// Whether only a size above zero has a meaning: nothing gives way towards what pushes it, play has no sign, and no arm
-    /// runs ahead of its command.
+    /// Whether only a positive size is possible: an arm does not bend towards its load, play has no sign, and no arm runs ahead of its command.
     pub(crate) fn is_one_sided(self) -> bool {
         matches!(self, Self::Flex | Self::Backlash | Self::CommandedPose)
     }
@@ -58,7 +57,7 @@ impl CauseKind {
         }
     }
 
-    /// Its columns among [`COLUMNS`].
+    /// Its indices among the [`COLUMNS`].
     pub(crate) fn columns(self) -> Range<usize> {
         match self {
             Self::Flex => 0..1,
@@ -73,7 +72,7 @@ impl CauseKind {
     }
 }
 
-/// Numbers of all causes together.
+/// Number of columns of all causes.
 pub(crate) const COLUMNS: usize = LENS + 2 + BIAS;
-/// The first of the lens.
+/// First column of the lens.
 pub(crate) const LENS: usize = 9;

@@ -1,8 +1,8 @@
-//! Alternative causes: errors that a scan cannot separate from a wrong shape of the sensor.
+//! Confounded causes: errors that a scan cannot separate from a wrong shape of the sensor.
 //!
-//! A seam that swings with one frequency has an acceleration in proportion to its place: an arm that lags behind its commands then
-//! widens or narrows what is seen as a wrong scale of the sensor does. So each cause is allowed for, as large as such causes are,
-//! and where the shape is then nothing that a sensor without fault does not show, it may be that cause instead.
+//! A seam that swings with one frequency has an acceleration proportional to its displacement. An arm that lags behind its commands then changes the
+//! measured width in the same way as a wrong scale of the sensor. Each cause is therefore estimated with a prior of its usual size. If the shape is
+//! no longer significant, that cause may explain it.
 
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::misfit_patterns::Patterns;
@@ -13,20 +13,19 @@ use nalgebra::{DMatrix, SVector};
 /// A cause that a scan cannot separate from a wrong sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConfoundedCause {
-    /// Which.
+    /// Its kind.
     pub kind: CauseKind,
-    /// How large it would be, in the unit of its kind; of several numbers the largest.
+    /// Its size if it is the cause, in the unit of its kind. The largest of several numbers.
     pub size: f64,
 }
 
 /// Difference of hᵀ C⁻¹ h that separates two causes: three standard deviations.
 const TOLD_APART: f64 = 9.0;
 
-/// Less than this part of its usual size is none.
+/// A size below this fraction of the usual one is ignored.
 const WORTH_NAMING: f64 = 0.05;
 
-/// The causes that may be there in place of a shape, the likeliest first, at a solution with the covariance of all unknowns,
-/// everything included.
+/// The confounded causes of a shape, the likeliest first, at a solution with the total covariance of all unknowns.
 #[must_use]
 pub(crate) fn find(
     patterns: &Patterns,
@@ -45,7 +44,7 @@ pub(crate) fn find(
             let beside = h + moves * &allowed.size;
             let with_size = &allowed.covariance * moves.transpose();
             let solved = (own + moves * &with_size).cholesky()?.solve(&beside);
-            // As large as it is if the sensor is right.
+            // Its size if the sensor is right.
             let sizes = &allowed.size - with_size * solved;
             let size = sizes.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()))?;
             let usual = usual_sizes(kind).first().copied().unwrap_or_default();
@@ -59,8 +58,7 @@ pub(crate) fn find(
     found.into_iter().filter(|(wald, _)| *wald < most).map(|(_, cause)| cause).collect()
 }
 
-/// How large the numbers of a cause are in cells that have it, in the unit of its kind; empty where a cause is the sensor's own, or
-/// is allowed for anyway.
+/// Usual sizes of a cause's numbers, in the unit of its kind. Empty for causes of the sensor itself, and for causes that are always estimated.
 fn usual_sizes(kind: CauseKind) -> &'static [f64] {
     match kind {
         CauseKind::Flex => &[2e-4],

@@ -1,4 +1,4 @@
-//! How the solver converged, as the features show it that turned out to be no outliers.
+//! Convergence of the solver, measured on the features that are inliers at the end.
 
 use crate::assess::residuals::FeatureResidual;
 use crate::input::observations::{Observation, Observations};
@@ -8,13 +8,12 @@ use std::borrow::Cow;
 use std::collections::HashSet;
 use trueline_lsq::Iteration;
 
-/// Of more observations than this …
+/// With more observations than this …
 const MOST: usize = 12_000;
-/// … a subset of about this number of frames is followed: its root mean square is that of all to 1 %.
+/// … a subset of about this number of frames is used. Its RMS equals that of all to 1 %.
 const FOLLOWED: usize = 6_000;
 
-/// The solver's steps with the distances of those observations only that turned out to be no outliers: what is wild would hide how
-/// the rest converges.
+/// The solver's steps with the distances of the final inliers only, because outliers would hide the convergence.
 #[must_use]
 pub(crate) fn steps(
     steps: &[Iteration<Parameters>],

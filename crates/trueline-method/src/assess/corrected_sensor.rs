@@ -1,8 +1,8 @@
-//! The sensor's file as the scan corrects it, and the frame in which that file places points.
+//! The corrected sensor file, and the frame in which that file places points.
 //!
-//! A profiler, or points, take the shape as it is. A camera has no shape but focal lengths, principal point and laser plane.
-//! Of those seven only five are seen, and they also move the sheet as a whole; so the most likely seven are taken, given how
-//! well each was known before, and the frame follows the sheet.
+//! A profiler, or points, store the shape itself. A camera has no shape but focal lengths, principal point and laser plane. Only five combinations
+//! of those seven numbers are observable, and the numbers also move the sheet as a whole. The most likely seven given their prior are taken, and the
+//! frame follows the sheet.
 
 use crate::assess::file_frame::FileFrame;
 use crate::input::camera_sensor::CameraSensor;
@@ -13,33 +13,31 @@ use trueline_dataset::sensor_setup::{SensorParameter, SensorUncertainty, SheetSh
 use trueline_dataset::{Recording, Sensor};
 use trueline_geometry::{Pose, se3, so3};
 
-/// A sensor as the scan corrects it.
+/// A sensor as corrected by the scan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CorrectedSensor {
     /// The sensor.
     pub sensor: Sensor,
-    /// The correction of its sheet, where it takes one.
+    /// The correction of its sheet, if its file has one.
     pub shape: Option<SheetShape>,
-    /// Uncertainty of that correction: the prior of the sensor for another scan. `None` of a camera, whose numbers a scan separates
-    /// only with their prior.
+    /// Uncertainty of that correction: the prior of the sensor for another scan. `None` for a camera, whose numbers a scan separates only with their
+    /// prior.
     pub uncertainty: Option<SensorUncertainty>,
     /// The frame in which it places points.
     pub frame: FileFrame,
 }
 
-/// Assumed uncertainty of a camera's numbers if its file does not state it: focal lengths (part), principal point
-/// (px), plane (rad, m).
+/// Assumed standard deviations of a camera's numbers if its file states none: focal lengths (relative), principal point (px), plane (rad, m).
 const ASSUMED: (f64, f64, f64, f64) = (3e-3, 10.0, 3.5e-3, 0.3e-3);
-/// A number that is stated to be exact may still take this part of what is assumed otherwise, where nothing else can.
+/// A number stated to be exact may still change by this fraction of the assumed uncertainty, if no other can.
 const LEAST_PART: f64 = 1e-2;
-/// The corrected points are met to within this, m: far below noise, so that what is known of the numbers only chooses
-/// between sensors that are equal.
+/// Tolerance for the corrected points, m. It is far below noise, so that the prior only chooses between equivalent sensors.
 const MET_M: f64 = 1e-8;
-/// Most steps of Gauss and Newton.
+/// Maximum Gauss–Newton steps.
 const STEPS: usize = 8;
 
 impl CorrectedSensor {
-    /// Of a solution with a shape, and the covariance of all unknowns; `None` without one, or where no camera has it.
+    /// From a solution with a shape, and the covariance of all unknowns. `None` without a shape, or if no camera produces it.
     #[must_use]
     pub fn of(
         recording: &Recording,
@@ -56,7 +54,7 @@ impl CorrectedSensor {
                 let CameraSensor { camera, plane } = corrected;
                 (Sensor::CameraLaser { camera, laser_plane_in_camera: plane }, frame)
             }
-            // The sheet that was fitted to points is written with them.
+            // A sheet that was fitted to points is stored with them.
             Sensor::Points { .. } => {
                 let plane = *observations.sheet.plane();
                 (Sensor::Points { laser_plane_in_camera: Some(plane) }, as_found)
@@ -79,13 +77,13 @@ impl CorrectedSensor {
     }
 }
 
-/// What was found of a shape on top of what the sensor's file corrects already.
+/// The estimated shape added to the correction in the sensor's file.
 #[must_use]
 pub fn total(recording: &Recording, found: &SheetShape) -> SheetShape {
     recording.setup.shape.as_ref().map_or(*found, |first| found.after(first))
 }
 
-/// The most likely camera and laser plane that measure what the shape corrects, and their frame.
+/// The most likely camera and laser plane that reproduce the corrected points, with their frame.
 fn corrected_camera(
     old: &CameraSensor,
     recording: &Recording,
@@ -144,7 +142,7 @@ fn corrected_camera(
     Some((sensor, FileFrame { camera_from_file: moved, d_shape: d_moved }))
 }
 
-/// The camera's numbers that may be corrected, and how well they are known: the inverse of their covariance.
+/// The camera's numbers that may be corrected, and their prior information: the inverse of their covariance.
 fn numbers(sensor: &CameraSensor, recording: &Recording) -> Option<(Vec<SensorParameter>, DMatrix<f64>)> {
     use SensorParameter::{Cx, Cy, Fx, Fy, NormalE1, NormalE2, Offset};
     let (focal, centre, tilt, offset) = ASSUMED;

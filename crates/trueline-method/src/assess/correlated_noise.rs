@@ -1,10 +1,9 @@
-//! Residuals that are correlated: as noise in time, or as the form of the seam.
+//! Correlated residuals: noise in time, or the form of the seam.
 //!
-//! A real weld's residuals are alike from frame to frame. Either the detector errs alike for some frames, or the seam is
-//! there where it is: then the same place errs alike in every pass, and has no information on time or attitude. Both are an
-//! Ornstein–Uhlenbeck process with white noise on top, of time or of the place on the seam, in each of the two directions
-//! across it. The restricted likelihood \[Patterson1971\] chooses, and generalised least squares with what it chose moves the
-//! estimate and says what it is worth.
+//! The residuals of a real weld are correlated between frames. Either the detector's error persists for some frames, or the seam has a form: then
+//! the same place has the same error in every pass and no information on time or attitude. Both are modelled as an Ornstein–Uhlenbeck process plus
+//! white noise, in time or along the seam, in each of the two directions across it. The restricted likelihood \[Patterson1971\] selects the model.
+//! Generalised least squares with it gives the estimate and its covariance.
 
 use crate::assess::noise_filter::{Correlation, WHITE, Whitened, twice_negative_logs};
 pub use crate::assess::section_series::Along;
@@ -13,28 +12,28 @@ use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use nalgebra::{DMatrix, DVector};
 
-/// Over how much of a scan the estimate is made that allows for correlated residuals.
+/// The part of a scan that the estimate with correlated residuals uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Over {
-    /// All of it.
+    /// The whole scan.
     Scan,
-    /// The stretches in which the correlation was tested, as representative of all: sufficient for the factor of the covariance.
+    /// The stretches in which the correlation was tested, as a representative sample. They are sufficient for the factor of the covariance.
     Stretches,
 }
 
-/// What the residuals are.
+/// The structure of the residuals.
 #[derive(Clone, Debug)]
 pub enum Structure {
-    /// Too few for a test, or residuals that are not separated: the paper's.
+    /// Too few for a test, or the paper's residuals, which are not separated by direction.
     Unknown,
-    /// Independent from one to the next.
+    /// Uncorrelated.
     White,
-    /// Alike from one to the next.
+    /// Correlated between neighbours.
     Correlated(Box<CorrelatedNoise>),
 }
 
 impl Structure {
-    /// Of the residuals at a solution whose covariance's root is `root`, the estimate that allows for them over so much of the scan.
+    /// From the residuals at a solution whose covariance has the root `root`. `over` is the part of the scan for the estimate.
     #[must_use]
     pub fn of(problem: &LineProblem<'_>, at: &Parameters, root: &DMatrix<f64>, over: Over) -> Self {
         match SectionTable::of(Sections::new(problem, at, root)) {
@@ -44,7 +43,7 @@ impl Structure {
         }
     }
 
-    /// Whether they may be noise: what follows the motion is none.
+    /// Whether they may be noise. Residuals that follow the motion are not.
     #[must_use]
     pub fn may_be_noise(&self) -> bool {
         match self {
@@ -55,16 +54,16 @@ impl Structure {
     }
 }
 
-/// Neighbours that are still as much alike as this once correlated noise is taken out follow the motion: a wrong frame, unit
-/// or plane changes over a weave of seconds, noise within a few frames.
+/// Correlation of neighbours, after removal of correlated noise, above which the residuals follow the motion. A wrong frame, unit or plane changes
+/// over a weave of seconds, and noise within a few frames.
 const STRUCTURED: f64 = 0.3;
 
-/// Correlated residuals, and the estimate that allows for them.
+/// Correlated residuals, and the estimate with them.
 #[derive(Clone, Debug)]
 pub struct CorrelatedNoise {
-    /// What they are alike along.
+    /// The variable of the correlation.
     pub along: Along,
-    /// In each direction across the seam: standard deviation, m.
+    /// Standard deviation in each direction across the seam, m.
     pub sigma_m: [f64; 2],
     /// Correlation of neighbours there.
     pub correlation: [Correlation; 2],
@@ -72,17 +71,17 @@ pub struct CorrelatedNoise {
     pub at: Parameters,
     /// Its covariance.
     pub covariance: DMatrix<f64>,
-    /// Correlation of neighbours that is left: structure that is no such noise.
+    /// Remaining correlation of neighbours: structure that is not such noise.
     pub left: f64,
 }
 
-/// Correlations of neighbours that are tried: longer ones than these are not rough enough for noise …
+/// Correlations of neighbours that are tried. Longer ones are too smooth for noise …
 const NEIGHBOURS: [f64; 6] = [0.45, 0.6, 0.7, 0.8, 0.9, 0.95];
 /// … and white shares.
 const WHITE_SHARES: [f64; 4] = [0.0025, 0.02, 0.15, 0.5];
-/// Neighbours whose correlation is this many times its standard deviation are looked into.
+/// Neighbours are tested further if their correlation exceeds this multiple of its standard deviation.
 const SUSPECT_SIGMAS: f64 = 4.0;
-/// Twice the log likelihood that correlation must gain: four numbers more gain 18.5 once in a thousand scans.
+/// Gain in twice the log likelihood that correlation needs. Four additional parameters gain 18.5 once in a thousand scans.
 const GAIN: f64 = 25.0;
 
 impl CorrelatedNoise {
@@ -144,7 +143,7 @@ struct Known {
     gradient: DVector<f64>,
 }
 
-/// A generalised least-squares step, and how likely its noise is.
+/// A generalised least-squares step with the likelihood of its noise.
 struct Estimate {
     step: DVector<f64>,
     covariance: DMatrix<f64>,
@@ -152,11 +151,11 @@ struct Estimate {
     twice_negative_log: f64,
 }
 
-/// Rounds in which levels and step follow each other.
+/// Rounds of alternating levels and step.
 const ROUNDS: usize = 3;
 
 impl Estimate {
-    /// `None` where nothing can be solved.
+    /// `None` if the equations have no solution.
     fn of(parts: [&Whitened; 2], known: &Known) -> Option<Self> {
         let mut variance = parts.map(|part| part.square / part.count as f64);
         let mut step = DVector::zeros(known.gradient.len());
@@ -192,19 +191,17 @@ impl Estimate {
     }
 }
 
-/// The most likely correlations, one for each direction.
+/// The most likely correlation of each direction.
 struct Likeliest {
     correlation: [Correlation; 2],
     twice_negative_log: f64,
 }
 
-/// Twice the log likelihood by which a correlation may be behind the best before the other unknowns follow it: they were fitted as if
-/// nothing were correlated, and a step of theirs gains about its number squared sigmas. With the thirty unknowns of two lines
-/// that is not more.
+/// Largest deficit in twice the log likelihood of a correlation before the other unknowns are re-estimated. These were fitted for white noise. A
+/// step of them gains about their number in squared sigmas, which is no more than this for the thirty unknowns of two lines.
 const BEHIND: f64 = 200.0;
 
-/// The most likely correlation of each direction, one after the other. Those that are plainly worse for the residuals alone are not
-/// looked into.
+/// The most likely correlation of each direction, in turn. Correlations that are plainly worse for the residuals alone are skipped.
 fn most_likely(table: &SectionTable<'_>, series: &Series, known: &Known) -> Option<Likeliest> {
     let grid = NEIGHBOURS.iter().flat_map(|neighbours| {
         WHITE_SHARES.map(|white_share| Correlation { neighbours: *neighbours, white_share })
@@ -221,7 +218,7 @@ fn most_likely(table: &SectionTable<'_>, series: &Series, known: &Known) -> Opti
     });
     let estimate =
         |chosen: [usize; 2]| Estimate::of([&candidates[0][chosen[0]].1, &candidates[1][chosen[1]].1], known);
-    // The best for the residuals to begin with; the directions hardly share anything, so two rounds settle them.
+    // Starts with the best for the residuals. The directions share hardly anything, so two rounds are enough.
     let best = |of: &Vec<(Correlation, Whitened, f64)>| {
         (0..of.len()).min_by(|a, b| of[*a].2.total_cmp(&of[*b].2)).unwrap_or_default()
     };

@@ -1,5 +1,4 @@
-//! Whether the parts of a scan agree: each pass over the line, or block of time, is left out in turn, and the
-//! rest must predict it.
+//! Cross-validation: each pass over the line, or block of time, is left out in turn and predicted from the rest.
 
 use crate::assess::leave_one_out::{LeftOut, PartSums};
 use crate::config::Config;
@@ -16,11 +15,11 @@ use trueline_lsq::Information;
 pub struct Part {
     /// First and last stamp, s.
     pub span_s: [f64; 2],
-    /// Root mean square distance of its points from the line that the rest predicts, m.
+    /// RMS distance of its points from the line predicted by the rest, m.
     pub rms_m: f64,
-    /// How the estimate moves without it (s, rad, m).
+    /// Change of the estimate without it (s, rad, m).
     pub moved: SVector<f64, LINES>,
-    /// The same in standard deviations of what noise explains; 0 where nothing can be said.
+    /// The same in standard deviations from noise. 0 where it is undefined.
     pub sigmas: SVector<f64, LINES>,
 }
 
@@ -31,19 +30,19 @@ pub struct HeldOut {
     pub passes: bool,
     /// The parts.
     pub parts: Vec<Part>,
-    /// Root mean square over all parts, m.
+    /// RMS over all parts, m.
     pub rms_m: f64,
-    /// The fitted one of the same points, m.
+    /// RMS of the fit over the same points, m.
     pub fitted_rms_m: f64,
-    /// Expected value of the first by noise alone: fitted residual and uncertainty of the unknowns from the rest, m.
+    /// Expected value of `rms_m` from noise alone: fitted residual and uncertainty of the unknowns from the rest, m.
     pub expected_rms_m: f64,
 }
 
-/// Blocks of time where there are not as many passes.
+/// Blocks of time, if there are fewer passes.
 const BLOCKS: usize = 5;
-/// A turn-around counts if the scan then runs back by this part of its length.
+/// A turn-around counts if the scan then runs back by this fraction of its length.
 const PASS_PART: f64 = 0.3;
-/// A variance that grows by more than this without a part was that part's.
+/// If a variance grows by more than this without a part, the information came from that part.
 const FAR_WIDER: f64 = 24.0;
 /// Features of less weight are ignored.
 const LEAST_WEIGHT: f64 = 1e-2;
@@ -58,9 +57,9 @@ pub struct Subject<'a> {
     pub fixed: &'a [usize],
     /// Threshold of the rank.
     pub rank_threshold: f64,
-    /// For each component, whether its value means anything.
+    /// For each component, whether it is observable.
     pub seen: &'a [bool],
-    /// Factor of the variances over H⁻¹, for each sensor unknown.
+    /// Ratio of each sensor unknown's variance to that of H⁻¹.
     pub inflation: SVector<f64, LINES>,
 }
 
@@ -91,7 +90,7 @@ pub fn check(subject: &Subject<'_>, config: &Config) -> Option<HeldOut> {
         let wider = wide - &covariance;
         let sigmas = SVector::from_fn(|k, _| {
             let variance = wider[(k, k)] * subject.inflation[k];
-            // Of what the rest hardly knows nothing can be said.
+            // A component that the rest hardly determines is skipped.
             let knows = wider[(k, k)] < FAR_WIDER * covariance[(k, k)];
             if subject.seen[k] && knows && variance > 1e-6 * covariance[(k, k)] {
                 moved[k] / variance.sqrt()
@@ -131,7 +130,7 @@ fn problem<'a>(subject: &Subject<'a>, config: &Config, list: &'a [Observation]) 
         .with_shape_prior(fit.shape_prior)
 }
 
-/// Whether each observation carries weight in the fit.
+/// Whether each observation has weight in the fit.
 fn carrying(problem: &LineProblem<'_>, at: &Parameters) -> Vec<bool> {
     let carries = |squared: f64| problem.loss.weight(squared) > LEAST_WEIGHT;
     problem.squared_residual_of_each(at).into_iter().map(carries).collect()
@@ -151,7 +150,7 @@ fn squared_distances(
     list.iter().zip(carried).filter(|(_, carried)| **carried).filter_map(squared).collect()
 }
 
-/// Sum of the squared distances of a part's points from the line caused by the uncertainty of the unknowns from the rest.
+/// Sum of the squared distances of a part's points from the line, from the uncertainty of the unknowns in the rest.
 fn lever(
     subject: &Subject<'_>,
     list: &[Observation],
@@ -171,7 +170,7 @@ fn lever(
             .copy_from(&parts.d_line);
         Some((&jacobian * covariance * jacobian.transpose()).trace())
     };
-    // Every tenth says it as well.
+    // Every tenth point is sufficient.
     let (mut sum, mut count) = (0.0, 0);
     for value in list.iter().zip(carried).filter(|(_, carried)| **carried).step_by(10).filter_map(squared) {
         sum += value;
@@ -180,14 +179,13 @@ fn lever(
     sum / f64::from(count.max(1)) * carried.iter().filter(|carried| **carried).count() as f64
 }
 
-/// Blocks of about as many observations each; `None` of fewer observations than blocks, which is what a fit that ended far from its start
-/// may have placed.
+/// Blocks of about equal numbers of observations. `None` with fewer observations than blocks, which happens if a fit ended far from its start.
 fn block_edges(list: &[Observation]) -> Option<Vec<usize>> {
     if list.len() < BLOCKS {
         return None;
     }
     let mut edges: Vec<usize> = (0..=BLOCKS).map(|k| k * list.len() / BLOCKS).collect();
-    // No image is divided.
+    // An image is never divided.
     for edge in &mut edges[1..BLOCKS] {
         while *edge < list.len() && list[*edge].frame == list[*edge - 1].frame {
             *edge += 1;
@@ -197,7 +195,7 @@ fn block_edges(list: &[Observation]) -> Option<Vec<usize>> {
     Some(edges)
 }
 
-/// Where the scan turns around along the line.
+/// Indices at which the scan turns around along the line.
 fn pass_edges(observations: &Observations, list: &[Observation], at: &Parameters) -> Vec<usize> {
     let along: Vec<f64> = list
         .iter()

@@ -1,24 +1,24 @@
-//! How far a line is from where it was drawn, by a scan that was fitted without the drawing.
+//! Distance of a line from its drawing, estimated by a scan without the drawing.
 
 use crate::assess::sensor_shape::WALD_LIMIT;
 use crate::config::DrawnLine;
 use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
 use trueline_geometry::Line;
 
-/// A line that is not where it was drawn.
+/// A line that differs from its drawing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawnLineShift {
     /// Its number among the features.
     pub line: usize,
-    /// How far the scan's line passes beside the drawn one amid the scan, m; its standard deviation, of scan and drawing together.
+    /// Distance between the scan's line and the drawn one at the middle of the scan, m, with its standard deviation from scan and drawing.
     pub beside_m: Option<(f64, f64)>,
-    /// How far it is turned, rad, and the standard deviation of that.
+    /// Angle between them, rad, with its standard deviation.
     pub turned_rad: Option<(f64, f64)>,
 }
 
 impl DrawnLineShift {
-    /// `found` is the scan's line with the covariance of its tangent (two turns, rad, two offsets, m), of which the components
-    /// `seen` mean anything. `None` where dᵀ C⁻¹ d of these is no more than the limit of a sensor's shape.
+    /// `found` is the scan's line with the covariance of its tangent (two turns, rad, two offsets, m). `seen` states which components are
+    /// observable. `None` if dᵀ C⁻¹ d of these is within the limit used for a sensor's shape.
     #[must_use]
     pub fn of(drawn: &DrawnLine, found: &Line, covariance: &Matrix4<f64>, seen: [bool; 4]) -> Option<Self> {
         let step = step(drawn, found);
@@ -28,7 +28,7 @@ impl DrawnLineShift {
         let off = DVector::from_fn(told.len(), |i, _| step[told[i]]);
         let known = DMatrix::from_fn(told.len(), told.len(), |i, j| of_both[(told[i], told[j])]);
         let wald = off.dot(&known.cholesky()?.solve(&off));
-        // Of a pair of which one is not seen, neither length nor direction is known.
+        // If one of a pair is unobservable, neither length nor direction is known.
         let pair = |first: usize| {
             let way = Vector4::from_fn(|k, _| if k == first || k == first + 1 { step[k] } else { 0.0 });
             let length = way.norm();
@@ -40,7 +40,7 @@ impl DrawnLineShift {
     }
 }
 
-/// The drawn line in the tangent of the found one: turns about its cross axes, rad, and offsets along them amid the scan, m.
+/// The drawn line in the tangent of the found one: turns about its cross axes, rad, and offsets along them at the middle of the scan, m.
 fn step(drawn: &DrawnLine, found: &Line) -> Vector4<f64> {
     let direction = drawn.line_in_base.direction();
     let towards = if direction.dot(&found.direction()) < 0.0 { -direction } else { direction };

@@ -1,10 +1,9 @@
 //! Shares of motion and of robot noise in the information of a scan.
 //!
-//! A robot that is not tilted reports an attitude with noise. That noise is in the residuals and in the Jacobian alike, so a fit
-//! mistakes it for tilt and seems to determine everything. A robot that runs along the line moves nothing across it,
-//! but noise of its positions makes a velocity, and with it a time offset that seems to be seen. So the path is taken
-//! twice, by every other sample: the motion is the same in both, the noise is not, and what two Jacobians have in
-//! common is motion.
+//! A robot that is not tilted reports its attitude with noise. That noise is in the residuals and in the Jacobian alike. A fit mistakes it for tilt
+//! and seems to determine everything. A robot that runs along the line moves nothing across it, but its position noise looks like a velocity, and
+//! the time offset then seems observable. The path is therefore taken twice, by every other sample. Both halves have the same motion and independent
+//! noise, so the common part of their Jacobians is motion.
 
 use crate::input::observations::Observation;
 use crate::problem::layout::Layout;
@@ -17,32 +16,31 @@ use trueline_geometry::Trajectory;
 use trueline_lsq::{Information, LeastSquares};
 use trueline_model::Placement;
 
-/// Information of the Jacobian with itself, and of the two halves' with each other.
+/// Information of the Jacobian with itself, and between the two halves.
 pub(crate) struct SplitSampleInformation {
     own: DMatrix<f64>,
-    /// With the attitude of the halves alone.
+    /// With the attitude of the halves only.
     common_attitude: DMatrix<f64>,
     /// With their velocities too.
     common: DMatrix<f64>,
 }
 
-/// Observations that are looked at.
+/// Maximum number of observations evaluated.
 const MOST_OBSERVATIONS: usize = 1000;
-/// A direction with a smaller part of motion is not seen: noise draws its unknown towards zero by the other part.
+/// Motion share below which a direction is unobservable: the noise share biases its unknown towards zero.
 const LEAST_MOTION: f64 = 0.9;
-/// The same for the time offset, whose column's noise is not in the residual and so only makes it look better known,
-/// which can be allowed for.
+/// The same for the time offset. The noise in its column is not in the residual. It only makes the offset look better known, which can be corrected.
 pub(crate) const LEAST_TIME_OFFSET_SHARE: f64 = 0.25;
 
 impl SplitSampleInformation {
-    /// Of a problem at its solution, with the robot's path by every other sample and by those between.
+    /// At a problem's solution, with the robot's path by every other sample and by those between.
     #[must_use]
     pub(crate) fn of(problem: &LineProblem<'_>, at: &Parameters, halves: &[Trajectory; 2]) -> Self {
         let n = problem.dimension();
         let zeros = || DMatrix::zeros(n, n);
         let mut signal = Self { own: zeros(), common_attitude: zeros(), common: zeros() };
         let every = every(problem.list);
-        // The prior is not noise; as much of it as there is of the scan.
+        // The prior is not noise. It is scaled to the sampled part of the scan.
         let known = at.known(problem.shape_prior.as_ref()).information(n) / every as f64;
         signal.own += &known;
         signal.common_attitude += &known;
@@ -53,7 +51,7 @@ impl SplitSampleInformation {
             let [Some(first), Some(second)] = halves.each_ref().map(by_half) else { continue };
             let jacobian =
                 |placement: &Placement| Some(problem.whitened_where((o, whitener), at, placement)?.1);
-            // Tremble of the attitude alone: velocities as they are.
+            // Attitude noise alone, with unchanged velocities.
             let turned = |half: &Placement| {
                 let mut turned = here;
                 turned.base_from_tool.rotation = half.base_from_tool.rotation;
@@ -74,9 +72,9 @@ impl SplitSampleInformation {
 
     /// Share of motion in the information on the time offset, beside all other unknowns.
     ///
-    /// A weave of one frequency moves the seam over the sheet as a turn and a shape of the sheet do: what is left for the time
-    /// offset is then noise, however fast the robot moves. So it is asked for the combination of unknowns that the time
-    /// offset's variance belongs to, the column v of the covariance: vᵀ J₁ᵀ J₂ v / vᵀ Jᵀ J v.
+    /// A weave of one frequency moves the seam over the sheet as a rotation and a shape of the sheet do. The remaining information on the time
+    /// offset is then noise, however fast the robot moves. The share is therefore computed for the combination of unknowns that belongs to the time
+    /// offset's variance, the column v of the covariance: vᵀ J₁ᵀ J₂ v / vᵀ Jᵀ J v.
     #[must_use]
     pub(crate) fn time_offset_share(&self, information: &Information) -> f64 {
         let root = information.covariance_root();
@@ -85,10 +83,10 @@ impl SplitSampleInformation {
         (in_combination(&self.common) / in_combination(&self.own).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
     }
 
-    /// What is seen of an information without the directions that rest on noise of the attitude.
+    /// The information without directions that rest on attitude noise.
     ///
-    /// In the coordinates of the covariance's root the shares are the eigenvalues of one symmetric matrix, relative to
-    /// another: noise and motion come apart although they share unknowns.
+    /// In the coordinates of the covariance's root the shares are generalised eigenvalues of two symmetric matrices. They separate noise from motion
+    /// even where both act on the same unknowns.
     #[must_use]
     pub(crate) fn shown_by(&self, information: &Information) -> Information {
         let root = information.covariance_root();
@@ -109,7 +107,7 @@ impl SplitSampleInformation {
     }
 }
 
-/// The times at which the halves of the robot's path are asked for, s, as rising as the observations' stamps.
+/// The times at which the halves of the robot's path are evaluated, s, in the order of the observations' stamps.
 #[must_use]
 pub(crate) fn times_looked_at_s(list: &[Observation], time_offset_s: f64) -> Vec<f64> {
     let every = every(list);
@@ -120,7 +118,7 @@ fn every(list: &[Observation]) -> usize {
     stride(list.len(), MOST_OBSERVATIONS)
 }
 
-/// Whole images, so that no line is passed over.
+/// Selects whole images, so that no line is skipped.
 fn is_looked_at(o: &Observation, every: usize) -> bool {
     (o.frame as usize).is_multiple_of(every)
 }

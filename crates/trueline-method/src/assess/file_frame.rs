@@ -1,14 +1,14 @@
 //! The hand-eye transform of a sensor file.
 //!
-//! The estimate corrects the sensor's sheet by a shape, so that its transform holds for the corrected sensor. Whoever uses the file
-//! needs the transform of the frame in which that file places points. It follows from the one found:
+//! The estimate corrects the sensor's sheet by a shape, so its transform belongs to the corrected sensor. A user of the sensor file needs the
+//! transform of the frame in which that file places points:
 //!
 //! ```text
 //! tool_from_file = tool_from_camera · P(h),  δω′ = δω + R D_ω δh,  δt′ = δt + δω × (R p) + R D_t δh
 //! ```
 //!
-//! with P = camera_from_file, p its translation, D its derivative by the shape h. For the stated file P is the rigid motion nearest to
-//! the correction over the visited field; for a corrected camera it is the motion that its seven numbers leave.
+//! with P = camera_from_file, p its translation, D its derivative by the shape h. For the stated file P is the rigid motion nearest to the
+//! correction over the visited field. For a corrected camera P is the rigid motion that its seven numbers do not represent.
 
 use crate::assess::seam_error::visited_field;
 use crate::input::observations::Observations;
@@ -20,29 +20,29 @@ use trueline_model::{LaserSheet, RigidPart, SheetField};
 /// The frame in which a sensor file places points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FileFrame {
-    /// Maps its coordinates to those of the frame that the estimate was made in.
+    /// Maps its coordinates to those of the estimate's frame.
     pub camera_from_file: Pose,
-    /// d (left rotation, translation) of that / d h.
+    /// Derivative of its left rotation and translation by h.
     pub d_shape: SMatrix<f64, 6, 5>,
 }
 
-/// The sensor as its file states it, which takes no correction.
+/// The sensor as its file states it, without a correction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StatedSensor {
     /// Its frame.
     pub frame: FileFrame,
-    /// The sheet in whose coordinates field and motion are.
+    /// The sheet that defines the coordinates of field and motion.
     pub sheet: LaserSheet,
-    /// Where the scan saw it.
+    /// The field that the scan visited.
     pub field: SheetField,
-    /// The rigid part of the correction over that field, which the frame takes.
+    /// The rigid part of the correction over that field, which the frame contains.
     pub rigid: RigidPart,
-    /// What it leaves: RMS over the field, m.
+    /// The remaining part: RMS over the field, m.
     pub remains_m: f64,
 }
 
 impl FileFrame {
-    /// That of the estimate itself: of a file that takes the shape as it is, and where nothing is corrected.
+    /// The frame of the estimate itself: for a file that stores the shape, or without a correction.
     #[must_use]
     pub fn of_estimate() -> Self {
         Self { camera_from_file: Pose::identity(), d_shape: SMatrix::zeros() }
@@ -50,7 +50,7 @@ impl FileFrame {
 }
 
 impl StatedSensor {
-    /// Of a solution with a shape; `None` without one, or where nothing was seen.
+    /// From a solution with a shape. `None` without one, or if nothing was visible.
     #[must_use]
     pub fn of(observations: &Observations, at: &Parameters) -> Option<Self> {
         let field = visited_field(observations, &observations.list)?;
@@ -60,7 +60,7 @@ impl StatedSensor {
         Some(Self { frame, sheet, field, rigid: found.part, remains_m: found.remains_m })
     }
 
-    /// The frame of the stated file by another answer to the same scan, which has another shape.
+    /// The frame of the stated file for another answer to the same scan, with another shape.
     #[must_use]
     pub fn frame_by(&self, other: &Parameters) -> FileFrame {
         let rigid = other.shape.and_then(|shape| self.field.rigid_part(&shape));
@@ -71,21 +71,21 @@ impl StatedSensor {
     }
 }
 
-/// A hand-eye transform, and covariances of all unknowns with it in place of the one found.
+/// A hand-eye transform, and covariances of all unknowns with this transform.
 #[derive(Clone, Debug)]
 pub struct HandEyeOfFile {
-    /// The frame that it maps from.
+    /// The frame from which it maps.
     pub frame: FileFrame,
     /// Maps the file's camera coordinates to tool coordinates, m.
     pub tool_from_camera: Pose,
-    /// Covariance of everything, SI.
+    /// Total covariance, SI.
     pub covariance: DMatrix<f64>,
-    /// The random part of it.
+    /// Its random part.
     pub noise_covariance: DMatrix<f64>,
 }
 
 impl HandEyeOfFile {
-    /// Of an answer and its covariances, in a frame.
+    /// From an answer and its covariances, in a frame.
     #[must_use]
     pub fn of(
         frame: FileFrame,

@@ -1,8 +1,8 @@
-//! Optimum without a part of a scan, starting from the sums over its parts.
+//! Optimum without a part of a scan, from sums over its parts.
 //!
-//! At the optimum of all observations the normal equations of each part are summed once. Those of the rest are the sum of the others,
-//! and one step of Newton leads to the rest's optimum: of Newton, for with a loss that redescends a step of Gauss and Newton, whose
-//! Hessian is the re-weighted one, falls short. Where the step is long the rest is solved for from there.
+//! At the optimum of all observations the normal equations of each part are summed once. Those of the rest are the sum of the other parts, and one
+//! Newton step leads to the optimum of the rest. A Gauss–Newton step with a re-weighted Hessian would be too short, because the loss redescends. If
+//! the step is long, the rest is solved from there.
 
 use crate::problem::layout::Layout;
 use crate::problem::line_problem::LineProblem;
@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use std::ops::Range;
 use trueline_lsq::{LeastSquares, NormalEquations, SolveOptions, solve};
 
-/// A step of more standard deviations of the unknowns is further than the sums hold.
+/// Maximum step in standard deviations of the unknowns for which the sums hold.
 const SHORT: f64 = 4.0;
 
 /// The normal equations of the parts of a scan.
@@ -22,7 +22,7 @@ pub(crate) struct PartSums<'a, 'b> {
     at: &'b Parameters,
     fixed: &'b [usize],
     parts: Vec<(Range<usize>, Sums)>,
-    /// Of all, with the prior.
+    /// Sums of all parts, with the prior.
     all: Sums,
 }
 
@@ -31,11 +31,11 @@ pub(crate) struct PartSums<'a, 'b> {
 struct Sums {
     /// The normal equations.
     equations: NormalEquations,
-    /// What the loss's own second derivative adds to their Hessian: 2 Σ ρ″ (Jᵀr)(Jᵀr)ᵀ.
+    /// Contribution of the loss's second derivative to their Hessian: 2 Σ ρ″ (Jᵀr)(Jᵀr)ᵀ.
     bend: DMatrix<f64>,
 }
 
-/// Where the rest of a scan has its optimum, and its Hessian there.
+/// The optimum without a part, with its Hessian.
 pub(crate) struct LeftOut {
     /// The optimum.
     pub at: Parameters,
@@ -44,7 +44,7 @@ pub(crate) struct LeftOut {
 }
 
 impl<'a, 'b> PartSums<'a, 'b> {
-    /// Of these parts of a problem's list, at a state beside its optimum; some components are held.
+    /// From these parts of a problem's list, at a state beside its optimum, with some components held.
     pub(crate) fn of(
         whole: &'b LineProblem<'a>,
         parts: impl Iterator<Item = Range<usize>>,
@@ -65,7 +65,7 @@ impl<'a, 'b> PartSums<'a, 'b> {
         Self { whole, at, fixed, parts, all }
     }
 
-    /// The optimum without a part; `None` if there is none.
+    /// The optimum without a part. `None` if there is none.
     pub(crate) fn without(&self, part: usize) -> Option<LeftOut> {
         let (range, own) = &self.parts[part];
         let mut rest = self.all.clone();
@@ -115,13 +115,13 @@ impl Sums {
         self.bend += &other.bend * sign;
     }
 
-    /// The step to where the sums have their least cost; `None` where they have none.
+    /// The step to the minimum of the sums' cost. `None` if there is no minimum.
     fn newton_step(&self, fixed: &[usize]) -> Option<DVector<f64>> {
         let size = self.equations.gradient.len();
         let free: Vec<usize> = (0..size).filter(|k| !fixed.contains(k)).collect();
         let of_free = |matrix: &DMatrix<f64>| matrix.select_rows(&free).select_columns(&free);
         let hessian = of_free(&(&self.equations.hessian + &self.bend));
-        // Seconds beside radians and metres: each unknown in its own unit.
+        // Each unknown is scaled to its own unit: seconds, radians and metres.
         let unit = hessian.diagonal().map(|h| h.sqrt().recip());
         let scaled = DMatrix::from_diagonal(&unit) * hessian * DMatrix::from_diagonal(&unit);
         let gradient = self.equations.gradient.select_rows(&free).component_mul(&unit);
@@ -150,7 +150,7 @@ mod tests {
 
     /// Against a solve of the rest, with a component held and with none.
     #[test]
-    fn what_the_sums_say_is_where_the_rest_has_its_optimum() {
+    fn the_sums_predict_the_optimum_of_the_rest() {
         let mut scenario = Preset::Quick.scenario();
         scenario.timing.frame_period_s = 0.005;
         let recording = simulate(&scenario, 4).unwrap();
@@ -179,7 +179,7 @@ mod tests {
                 let solved = solve(&rest, optimum.clone(), &fixed, &SolveOptions::default()).unwrap();
                 let covariance =
                     Information::new(&solved.equations.hessian, &fixed, 0.0).unwrap().covariance();
-                // Of clock and sensor, each in its own standard deviations.
+                // Clock and sensor, each in its own standard deviations.
                 let sigmas = |state: &Parameters| {
                     let off = state.minus(&solved.state.guess());
                     let free = (0..LINES).filter(|k| !fixed.contains(k));
@@ -187,7 +187,7 @@ mod tests {
                 };
                 // It ends with a step below 0.01 σ, and steps shrink to less than a third.
                 assert!(sigmas(&found.at) < 0.02, "{k} {}", sigmas(&found.at));
-                // A fourth of the scan moves an unknown by σ/√3 or so, the most of six or seven by more.
+                // A quarter of the scan moves an unknown by about σ/√3. The largest of six or seven moves by more.
                 assert!(sigmas(&optimum) > 0.2, "{k} {}", sigmas(&optimum));
                 let slope = |h: &nalgebra::DMatrix<f64>| h.diagonal();
                 let relative = slope(&found.hessian).component_div(&slope(&solved.equations.hessian));

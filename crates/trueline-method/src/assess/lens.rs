@@ -1,22 +1,22 @@
-//! The distortion of a camera's lens, as far as a scan shows it: k1 and k2 beside what its file states.
+//! The distortion of a camera's lens from a scan: corrections of k1 and k2.
 
 use nalgebra::{Matrix2, Vector2};
 use trueline_dataset::{Measured, Recording, Sensor};
 use trueline_model::{Camera, LaserSheet};
 
-/// What the lens is beside its file.
+/// Correction of the lens to its file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LensCorrection {
-    /// True minus stated k1 and k2; a number that the scan does not show is zero.
+    /// True minus stated k1 and k2. An unobservable number is zero.
     pub distortion: [f64; 2],
-    /// Their standard deviations by noise.
+    /// Their standard deviations from noise.
     pub sigma: [f64; 2],
 }
 
-/// Steps of k1 and k2 for a difference: far above rounding, and points follow them linearly.
+/// Difference steps of k1 and k2. They are far above rounding, and points depend on them linearly.
 const STEPS: [f64; 2] = [1e-4, 1e-3];
 
-/// How far in the sheet a feature moves for each unit of k1 and of k2, m; `None` where there is no camera.
+/// Motion of a feature in the sheet for each unit of k1 and of k2, m. `None` without a camera.
 #[must_use]
 pub(crate) fn moves(recording: &Recording, sheet: &LaserSheet, row: usize) -> Option<Matrix2<f64>> {
     let Sensor::CameraLaser { camera, .. } = &recording.sensor else { return None };
@@ -30,7 +30,7 @@ pub(crate) fn moves(recording: &Recording, sheet: &LaserSheet, row: usize) -> Op
     Some(Matrix2::from_columns(&[slope([k1, 0.0], k1)?, slope([0.0, k2], k2)?]))
 }
 
-/// A camera with k1 and k2 by so much larger.
+/// A camera with k1 and k2 increased by these amounts.
 #[must_use]
 pub(crate) fn with(camera: &Camera, by: [f64; 2]) -> Camera {
     let mut camera = *camera;

@@ -1,4 +1,4 @@
-//! How large the errors that are no noise are taken to be: as stated, or as such cells are.
+//! Assumed levels of systematic errors: as stated, or typical of such cells.
 
 use crate::assess::robot_field::RobotSigmas;
 use crate::config::{ASSUMED_EDGE_RADIUS_M, ASSUMED_ROBOT_ACCURACY_M, Config, SensorMode};
@@ -27,7 +27,7 @@ pub struct SystematicLevels {
 }
 
 impl SystematicLevels {
-    /// Of a recording, with what is known of its sensor, whose shape may be held by the estimate.
+    /// For a recording with a known uncertainty of its sensor, whose shape may be held.
     #[must_use]
     pub(crate) fn of(
         recording: &Recording,
@@ -36,7 +36,7 @@ impl SystematicLevels {
         is_held: bool,
     ) -> Self {
         let stated = recording.setup.robot_accuracy_m;
-        // A sensor that is held is still only as good as its file says, or as such sensors are.
+        // A held sensor is only as good as its file states, or as typical sensors are.
         let is_doubted = knowledge.stated || config.sensor != SensorMode::Fixed;
         let robot_accuracy_m = config.robot_accuracy_m.or(stated).unwrap_or(ASSUMED_ROBOT_ACCURACY_M);
         let edge_radius_m = config.edge_radius_m.or(recording.setup.edge_radius_m);
@@ -48,7 +48,7 @@ impl SystematicLevels {
                 RobotSigmas::of_accuracy(robot_accuracy_m)
             },
             robot_is_stated: config.robot_accuracy_m.or(stated).is_some(),
-            // Where two fitted lines cross, no edge is seen.
+            // The intersection of two fitted lines involves no edge.
             edge_radius_m: edge_radius_m.unwrap_or(if recording.stripes.is_empty() {
                 ASSUMED_EDGE_RADIUS_M
             } else {

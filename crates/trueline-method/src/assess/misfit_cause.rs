@@ -1,7 +1,7 @@
-//! What residuals that are not noise are made of: each usual cause leaves a pattern over the motion, and the one that
-//! explains nearly all of what any of them explains is named, with its size.
+//! The cause of residuals that are not noise. Each usual cause leaves a pattern over the motion. The cause that explains nearly all of the explained
+//! part is reported with its size.
 //!
-//! Residuals that are alike from one to the next make that look more than it is, by (1 + ρ)/(1 − ρ).
+//! Correlation ρ between neighbours exaggerates the significance by (1 + ρ)/(1 − ρ).
 
 use crate::assess::cause_kind::{COLUMNS, CauseKind, LENS};
 use crate::assess::misfit_patterns::{Patterns, Solved};
@@ -11,38 +11,38 @@ use std::ops::Range;
 /// A cause that was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MisfitCause {
-    /// Which.
+    /// Its kind.
     pub kind: CauseKind,
-    /// Its size, in the unit of its kind; of several numbers the clearest.
+    /// Its size, in the unit of its kind. The most significant of several numbers.
     pub size: f64,
-    /// Standard deviation of that by noise.
+    /// Its standard deviation from noise.
     pub sigma: f64,
-    /// All its numbers, and their standard deviations by noise; a number that the scan does not show is zero.
+    /// All its numbers, with their standard deviations from noise. An unobservable number is zero.
     pub numbers: Vec<(f64, f64)>,
-    /// Correlation of neighbours that it leaves.
+    /// Remaining correlation of neighbours.
     pub left: f64,
-    /// How the unknowns move if it is allowed for, and the covariance that this adds.
+    /// Change of the unknowns when the cause is estimated, and the covariance that this adds.
     pub step: DVector<f64>,
     /// See `step`.
     pub added_covariance: DMatrix<f64>,
 }
 
-/// Half of the prior uncertainty of a camera's k2: a scan with no less cannot separate it from k1.
+/// Half of the prior uncertainty of a camera's k2. Above it a scan cannot separate k2 from k1.
 const SHOWS_K2: f64 = 0.025;
-/// Fewer have no information.
+/// Minimum number of observations.
 const LEAST: usize = 100;
-/// A cause must explain so much of the squares: 30 of χ²₃ is one scan in a million.
+/// Least part of the squares that a cause must explain: 30 of χ²₃ is one scan in a million.
 const LEAST_GAIN: f64 = 30.0;
-/// … and this part of what all causes together explain: else it is something that is not among them.
+/// Least share of the squares that all causes explain. Below it the cause is not among them.
 const LEAST_OF_EXPLAINED: f64 = 0.7;
 
-/// Finds it; `None` where nothing is left to explain, or none of them explains it.
+/// Finds the cause. `None` if the residuals are noise, or no cause explains them.
 #[must_use]
 pub(crate) fn find(patterns: &Patterns) -> Option<MisfitCause> {
     if patterns.len() < LEAST {
         return None;
     }
-    // The corners that a smoothed path cuts off look like an arm that runs ahead of its acceleration: no arm does.
+    // A smoothed path cuts corners. That looks like an arm that runs ahead of its acceleration, which no arm does.
     let is_possible = |kind: &CauseKind| {
         !kind.is_one_sided()
             || patterns.solve(kind.columns()).is_some_and(|solved| clearest(&solved, kind.columns()).0 > 0.0)
@@ -84,7 +84,7 @@ pub(crate) fn find(patterns: &Patterns) -> Option<MisfitCause> {
     })
 }
 
-/// The number that is clearest beside its standard deviation, and its variance.
+/// The number that is most significant, with its variance.
 fn clearest(solved: &Solved, columns: Range<usize>) -> (f64, f64) {
     let numbers = columns.map(|k| (solved.size[k], solved.covariance[(k, k)]));
     let clear = |(size, variance): &(f64, f64)| size * size / variance;

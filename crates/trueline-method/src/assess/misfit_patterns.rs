@@ -1,8 +1,7 @@
-//! What each usual cause does to the residuals: its pattern over the motion.
+//! Effect of each usual cause on the residuals: its pattern over the motion.
 //!
-//! A cause c adds J_c c to the whitened residuals. Beside all other unknowns, whose covariance is C₀, it explains
-//! uᵀ S⁻¹ u of their squares, with u = J_cᵀ W r and S = J_cᵀ W J_c − J_cᵀ W J C₀ Jᵀ W J_c (the score test, \[Rao1948\]); its
-//! size is S⁻¹ u.
+//! A cause c adds J_c c to the whitened residuals. Beside all other unknowns, whose covariance is C₀, it explains uᵀ S⁻¹ u of their squares, with u
+//! = J_cᵀ W r and S = J_cᵀ W J_c − J_cᵀ W J C₀ Jᵀ W J_c (the score test, \[Rao1948\]). Its size is S⁻¹ u.
 
 use crate::assess::cause_kind::{COLUMNS, CauseKind, LENS};
 use crate::assess::lens;
@@ -17,40 +16,40 @@ use trueline_dataset::{Measured, Recording, Sensor};
 use trueline_geometry::Pose;
 use trueline_model::Placement;
 
-/// Observations that are looked at.
+/// Maximum number of observations evaluated.
 const MOST_OBSERVATIONS: usize = 3000;
-/// A pattern whose remainder beside the other unknowns is less than this part cannot be separated from them.
+/// Least remaining fraction of a pattern beside the other unknowns. Below it they are not separable.
 const LEAST_OWN: f64 = 1e-3;
-/// Accelerations are taken from poses so long before and after, s: long against the robot's noise, short against a weave, and none
-/// near the exposure, for that one's noise is in the residual and would look like an acceleration.
+/// Distances in time of the poses that give accelerations, s: long compared with the robot's noise, short compared with a weave. No pose is near the
+/// exposure, because its noise is in the residual and would look like an acceleration.
 const NEAR_S: f64 = 0.06;
 /// See [`NEAR_S`].
 const FAR_S: f64 = 0.12;
 /// The same for the direction of motion, s.
 const HALF_STEP_S: f64 = 0.04;
-/// Slower than this an axis stands still as far as play goes, m/s.
+/// Speed below which an axis counts as standing for play, m/s.
 const STANDS_M_S: f64 = 2e-3;
 
-/// What a unit of each cause does to the residuals of a scan at a solution.
+/// Effect of a unit of each cause on the residuals of a scan at a solution.
 pub(crate) struct Patterns {
     rows: Vec<Row>,
     sums: Sums,
-    /// Of the covariance of the unknowns by the observations that are looked at.
+    /// Root of the covariance of the unknowns from the observations evaluated.
     root: DMatrix<f64>,
 }
 
-/// A cause that is allowed for, as large as such causes are.
+/// A cause that is estimated with a prior of its usual size.
 pub(crate) struct Allowed {
     /// Its most likely numbers.
     pub size: DVector<f64>,
     /// Their covariance.
     pub covariance: DMatrix<f64>,
-    /// How a unit of each moves the unknowns.
+    /// Change of the unknowns for a unit of each.
     pub unknowns_per_size: DMatrix<f64>,
 }
 
 impl Patterns {
-    /// At a solution whose covariance's root is `root`.
+    /// At a solution whose covariance has the root `root`.
     #[must_use]
     pub(crate) fn of(
         recording: &Recording,
@@ -59,33 +58,33 @@ impl Patterns {
         root: &DMatrix<f64>,
     ) -> Self {
         let every = stride(problem.list.len(), MOST_OBSERVATIONS);
-        // Of one in so many observations the unknowns are known that much worse.
+        // With every n-th observation the variance of the unknowns is n times larger.
         let root = root * (every as f64).sqrt();
         let rows = rows(recording, problem, at, &root, every);
         let sums = Sums::of(&rows, root.ncols(), every > 1);
         Self { rows, sums, root }
     }
 
-    /// Observations that are looked at.
+    /// Number of observations evaluated.
     #[must_use]
     pub(crate) fn len(&self) -> usize {
         self.rows.len()
     }
 
-    /// The most likely sizes of some numbers beside the other unknowns; patterns that these can make are left out.
+    /// The most likely sizes of some numbers beside the other unknowns. Patterns that these can reproduce are left out.
     #[must_use]
     pub(crate) fn solve(&self, columns: impl IntoIterator<Item = usize>) -> Option<Solved> {
         self.sums.solve(columns)
     }
 
-    /// How a unit of each number moves the unknowns.
+    /// Change of the unknowns for a unit of each number.
     #[must_use]
     pub(crate) fn unknowns_per_size(&self) -> DMatrix<f64> {
         &self.root * &self.sums.cross
     }
 
-    /// The numbers of a cause that are known beforehand to standard deviations of `sigmas`, however alike the other unknowns are;
-    /// `None` where no such numbers are given.
+    /// The numbers of a cause with the prior standard deviations `sigmas`, even if the other unknowns can reproduce them. `None` without such
+    /// numbers.
     #[must_use]
     pub(crate) fn allowed_for(&self, kind: CauseKind, sigmas: &[f64]) -> Option<Allowed> {
         let first = kind.columns().start;
@@ -99,7 +98,7 @@ impl Patterns {
         Some(Allowed { size, covariance, unknowns_per_size: &self.root * cross })
     }
 
-    /// Correlation of neighbours in what a cause leaves.
+    /// Correlation of neighbours that remains beside a cause.
     #[must_use]
     pub(crate) fn neighbours(&self, solved: &Solved) -> f64 {
         neighbours(&self.rows, solved, &self.sums)
@@ -145,7 +144,7 @@ fn rows(
     rows
 }
 
-/// What a unit of each cause does to a whitened residual.
+/// Effect of a unit of each cause on a whitened residual.
 fn causes(
     recording: &Recording,
     problem: &LineProblem<'_>,
@@ -168,32 +167,32 @@ fn causes(
     let of_point = self::acceleration(exposure_s, carried)?;
     let (side, row) = in_picture(recording, pair.0);
     let mut columns = SMatrix::<f64, 2, COLUMNS>::zeros();
-    // The tool is −c a beside its reported place, so what is measured seems +c a beside the seam.
+    // The tool is at −c a from its reported place, so the measured point appears at +c a from the seam.
     columns.set_column(0, &(onto * acceleration));
     for axis in 0..3 {
         let towards = (velocity[axis] / STANDS_M_S).clamp(-1.0, 1.0);
         columns.set_column(1 + axis, &(onto.column(axis) * (0.5 * towards)));
     }
     columns.set_column(4, &(onto * -placement.angular_velocity.cross(&lever)));
-    // An exposure that is later than thought is a time offset that is smaller.
+    // A later exposure than stated is a smaller time offset.
     columns.set_column(5, &(jacobian.column(TIME_OFFSET) * row));
     columns.fixed_columns_mut::<2>(6).copy_from(&(pair.1.matrix() * pair.0.sheet_per_px() * side));
-    // Of 1/(1 + τ s) = exp(−τ s) + τ² s²/2 + … the delay is the time offset's: the tool is τ²/2 of its acceleration ahead.
+    // In 1/(1 + τ s) = exp(−τ s) + τ² s²/2 + … the delay belongs to the time offset. The tool is ahead by τ²/2 times its acceleration.
     columns.set_column(8, &(onto * of_point * -0.5));
-    // The stated lens leaves the point where the true one would not: that much before it.
+    // The stated lens leaves the point displaced by the opposite amount.
     let by_lens = lens::moves(recording, &problem.observations.sheet, pair.0.row as usize);
     columns.fixed_columns_mut::<2>(LENS).copy_from(&(pair.1.matrix() * -by_lens.unwrap_or_default()));
     Some(columns)
 }
 
-/// The second derivative of a place, from four times around.
+/// The second derivative of a place, from four neighbouring times.
 fn acceleration(time_s: f64, place: impl Fn(f64) -> Option<Vector3<f64>>) -> Option<Vector3<f64>> {
     let [before, near_before, near_after, after] =
         [-FAR_S, -NEAR_S, NEAR_S, FAR_S].map(|by| place(time_s + by));
     Some((before? - near_before? - near_after? + after?) / (FAR_S * FAR_S - NEAR_S * NEAR_S))
 }
 
-/// On which side of the picture's middle a feature is (−1, 1), and how far down it, from −½ to ½; 0 where there is no picture.
+/// The half of the image in which a feature is (−1, 1), and its row from −½ to ½. 0 without an image.
 fn in_picture(recording: &Recording, o: &Observation) -> (f64, f64) {
     let Some(feature) = recording.features.get(o.row as usize) else { return (0.0, 0.0) };
     match (feature.measured, &recording.sensor) {
@@ -213,18 +212,18 @@ struct Sums {
     score: SVector<f64, COLUMNS>,
 }
 
-/// Sizes of some causes, zero for the others.
+/// Sizes of some causes, and zero for the others.
 pub(crate) struct Solved {
     /// The sizes.
     pub size: SVector<f64, COLUMNS>,
-    /// Their covariance by white noise.
+    /// Their covariance from white noise.
     pub covariance: SMatrix<f64, COLUMNS, COLUMNS>,
-    /// How much of the squares they explain.
+    /// Part of the squares that they explain.
     pub gain: f64,
 }
 
 impl Sums {
-    /// Some of a scan's rows are not at the optimum of their own, which the unknowns are moved to.
+    /// A subset of a scan's rows is not at its own optimum, so the unknowns are moved there.
     fn of(rows: &[Row], unknowns: usize, are_some: bool) -> Self {
         let mut sums =
             Self { cross: DMatrix::zeros(unknowns, COLUMNS), own: SMatrix::zeros(), score: SVector::zeros() };
@@ -241,7 +240,7 @@ impl Sums {
         sums
     }
 
-    /// The most likely sizes of some of the causes beside the other unknowns; patterns that these can make are left out.
+    /// The most likely sizes of some causes beside the other unknowns. Patterns that these can reproduce are left out.
     fn solve(&self, columns: impl IntoIterator<Item = usize>) -> Option<Solved> {
         let left = self.own
             - SMatrix::<f64, COLUMNS, COLUMNS>::from_iterator(
@@ -272,7 +271,7 @@ impl Sums {
     }
 }
 
-/// Correlation of neighbours in what a cause leaves.
+/// Correlation of neighbours that remains beside a cause.
 fn neighbours(rows: &[Row], solved: &Solved, sums: &Sums) -> f64 {
     let step = &sums.cross * solved.size;
     let left: Vec<Vector2<f64>> =

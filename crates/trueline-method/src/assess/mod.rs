@@ -1,4 +1,4 @@
-//! What the optimum is worth: identifiability, residuals, cross-validation, outlier segments, seam point error.
+//! Assessment of the optimum: identifiability, residuals, cross-validation, outlier segments, seam point error.
 
 pub mod cause_kind;
 pub mod confounded_causes;

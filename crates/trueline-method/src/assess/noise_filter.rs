@@ -1,22 +1,22 @@
-//! Whitens what is correlated along one variable, time or the place on the seam: a scalar Kalman filter of an
-//! Ornstein–Uhlenbeck process with white noise on top \[Uhlenbeck1930; Kalman1960\].
+//! Whitens noise that is correlated along one variable, time or the place on the seam: a scalar Kalman filter of an Ornstein–Uhlenbeck process plus
+//! white noise \[Uhlenbeck1930; Kalman1960\].
 //!
-//! cov(y(a), y(b)) = (1 − w) ρ^(|a − b|/step) + w δ_ab, in units of the variance. The filter turns values in rising order
-//! into innovations of unit variance; run over residual and Jacobian alike it multiplies both by V^(−½).
+//! cov(y(a), y(b)) = (1 − w) ρ^(|a − b|/step) + w δ_ab, in units of the variance. The filter turns values in rising order into innovations of unit
+//! variance. Applied to residual and Jacobian alike, it multiplies both by V^(−½).
 
 use crate::problem::row_products::RowProducts;
 use nalgebra::{DMatrix, DVector};
 
-/// Correlation of neighbours, and the part of the variance that is white.
+/// Correlation of neighbours, and the white share of the variance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Correlation {
-    /// ρ: correlation over one step of what is not white.
+    /// ρ: correlation of the coloured part over one step.
     pub neighbours: f64,
     /// w.
     pub white_share: f64,
 }
 
-/// Nothing is correlated.
+/// White noise.
 pub(crate) const WHITE: Correlation = Correlation { neighbours: 0.0, white_share: 1.0 };
 
 /// Sums of a whitened series.
@@ -35,7 +35,7 @@ pub struct Whitened {
 }
 
 impl Whitened {
-    /// The sums of a series that is longer by a factor.
+    /// The sums scaled to a series that is longer by a factor.
     #[must_use]
     pub(crate) fn times(self, factor: f64) -> Self {
         Self {
@@ -48,16 +48,16 @@ impl Whitened {
     }
 }
 
-/// The filter at one sample: the innovation is (value − kept · predicted), the next prediction kept · predicted + gain times it.
+/// The gain at one sample. The innovation is (value − kept · predicted). The next prediction is kept · predicted + gain times the innovation.
 #[derive(Clone, Copy, Debug)]
 struct Gain {
     kept: f64,
     gain: f64,
-    /// Makes the innovation one of unit variance.
+    /// Scales the innovation to unit variance.
     scale: f64,
 }
 
-/// How the variance of what is predicted follows the samples: by their places alone.
+/// Variance of the prediction. It depends on the places of the samples alone.
 #[derive(Clone, Copy, Debug)]
 struct Variance {
     correlation: Correlation,
@@ -73,7 +73,7 @@ impl Variance {
         Self { correlation, log_neighbours, coloured, predicted: coloured }
     }
 
-    /// At a sample so many steps after the one before; its innovation's variance goes with the gain.
+    /// Advances to a sample at a distance in steps. Returns its gain and its innovation's variance.
     fn next(&mut self, apart_steps: f64) -> (Gain, f64) {
         let kept = (apart_steps * self.log_neighbours).exp();
         let variance = kept * kept * self.predicted + self.coloured * (1.0 - kept * kept);
@@ -84,7 +84,7 @@ impl Variance {
     }
 }
 
-/// A sum of logarithms that takes one where the product would run out of range.
+/// A sum of logarithms, taken only when the product would leave the range of a float.
 #[derive(Clone, Copy, Debug)]
 struct LogProduct {
     product: f64,
@@ -107,7 +107,7 @@ impl LogProduct {
     }
 }
 
-/// Whitens a series while it comes: rows of the Jacobian with the residual as their last number.
+/// Whitens a stream of rows: the Jacobian with the residual as the last number.
 pub struct Whitening {
     variance: Variance,
     predicted: Vec<f64>,
@@ -117,7 +117,7 @@ pub struct Whitening {
 }
 
 impl Whitening {
-    /// For rows of a number of unknowns.
+    /// For rows with a number of unknowns.
     #[must_use]
     pub fn new(correlation: Correlation, unknowns: usize) -> Self {
         Self {
@@ -129,7 +129,7 @@ impl Whitening {
         }
     }
 
-    /// The next sample, so many steps after the last of its group; infinitely many where another group begins. Returns its
+    /// Adds the next sample, at a distance in steps from the last of its group. The distance is infinite at the start of a group. Returns its
     /// innovation, of unit variance times the level.
     pub fn take(&mut self, apart_steps: f64, row: &[f64]) -> &[f64] {
         let (Gain { kept, gain, scale }, total) = self.variance.next(apart_steps);
@@ -145,7 +145,7 @@ impl Whitening {
         self.innovations.last_row()
     }
 
-    /// The sums of what was taken.
+    /// The sums over all samples.
     #[must_use]
     pub fn sums(self) -> Whitened {
         let unknowns = self.predicted.len() - 1;
@@ -160,7 +160,7 @@ impl Whitening {
     }
 }
 
-/// Filters of several correlations side by side over the same values: a number of each in each list.
+/// Filters of several correlations over the same values. Each list has one entry for each filter.
 struct Filters {
     log_neighbours: Vec<f64>,
     white_share: Vec<f64>,
@@ -173,8 +173,8 @@ struct Filters {
     log_determinant: Vec<f64>,
 }
 
-/// Samples whose innovations' variances are multiplied before their logarithm is taken. None is below the white share: with the least
-/// that is tried, 0.0025, the product is no smaller than 5e-84.
+/// Number of samples whose innovation variances are multiplied before the logarithm. None is below the white share: with the least that is tried,
+/// 0.0025, the product is at least 5e-84.
 const MULTIPLIED: usize = 32;
 
 impl Filters {
@@ -196,7 +196,7 @@ impl Filters {
     }
 
     fn take(&mut self, apart_steps: f64, value: f64) {
-        // Correlations of the same neighbours stand side by side in the list: the exponential is computed once for them.
+        // Neighbouring entries share their correlation, so its exponential is computed once.
         let mut last = (f64::NAN, f64::NAN);
         for (kept, log_neighbours) in self.kept.iter_mut().zip(&self.log_neighbours) {
             if *log_neighbours != last.0 {
@@ -230,8 +230,8 @@ impl Filters {
     }
 }
 
-/// Twice the negative logarithm of the likelihood of values alone, each with its distance from the one before in steps, at the
-/// variance that makes it largest: for each of the correlations.
+/// Twice the negative log likelihood of values for each correlation, at its most likely variance. Each value comes with its distance from the
+/// previous one in steps.
 #[must_use]
 pub(crate) fn twice_negative_logs(
     values: impl Iterator<Item = (f64, f64)>,
@@ -283,7 +283,7 @@ mod tests {
         })
     }
 
-    /// Against the covariance matrix itself.
+    /// Against the covariance matrix.
     #[test]
     fn the_filter_is_the_inverse_of_the_covariance() {
         let samples = samples();
@@ -297,7 +297,7 @@ mod tests {
         let slopes = DMatrix::from_fn(samples.len(), 2, |i, j| samples[i].1[j]);
         let residuals = DVector::from_fn(samples.len(), |i, _| samples[i].1[2]);
         let inverse = covariance.clone().try_inverse().unwrap_or_default();
-        // Of 154 samples of about one, whose covariance's condition is below 50: rounding only.
+        // Rounding only: 154 samples of about one, and a covariance with condition number below 50.
         assert!((sums.hessian - slopes.transpose() * &inverse * &slopes).amax() < 1e-11);
         assert!((sums.gradient - slopes.transpose() * &inverse * &residuals).amax() < 1e-11);
         assert!((sums.square - residuals.dot(&(&inverse * &residuals))).abs() < 1e-11);
@@ -308,7 +308,7 @@ mod tests {
         assert_eq!(sums.count, samples.len());
     }
 
-    /// The likelihood of values alone is that of their covariance at its most likely size.
+    /// The likelihood of values alone equals that from their covariance at its most likely size.
     #[test]
     fn values_alone_have_the_likelihood_of_their_covariance() {
         let samples = samples();
@@ -324,7 +324,7 @@ mod tests {
         let found = twice_negative_logs(values.clone(), &[WHITE, CORRELATION, CORRELATION, beside]);
         assert!((found[1] - expected).abs() < 1e-10);
         assert_eq!(found[1], found[2]);
-        // Each is of its own correlation: white values have the likelihood of their mean square.
+        // Each has its own correlation. White values have the likelihood of their mean square.
         let square = residuals.norm_squared();
         assert!((found[0] - (n * (square / n).ln() + n)).abs() < 1e-10);
         assert_eq!(found[3], twice_negative_logs(values, &[beside])[0]);

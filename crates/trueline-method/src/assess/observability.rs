@@ -5,20 +5,19 @@ use nalgebra::{DMatrix, Vector3};
 use std::fmt;
 use trueline_lsq::Information;
 
-/// A direction counts as seen if its singular value (whitened Jacobian, columns scaled to length one) is
-/// above this part of the largest.
+/// A direction is observable if its singular value (whitened Jacobian, columns scaled to length one) exceeds this fraction of the largest.
 ///
-/// Tilting by α moves a singular value of about α/√2: 10⁻⁴ is a tilt of 0.01°. Robots repeat their attitude
-/// to about 2·10⁻⁵ rad, which alone makes values of that size where there is no tilt at all.
+/// Tilting by α moves a singular value of about α/√2: 10⁻⁴ is a tilt of 0.01°. Robots repeat their attitude to about 2·10⁻⁵ rad. This noise alone
+/// gives values of that size without any tilt.
 pub const RANK_THRESHOLD: f64 = 1e-4;
 
-/// A component belongs to the null space if more than this part of its square lies there.
+/// A component belongs to the null space if more than this fraction of its square lies there.
 const SHARE: f64 = 1e-2;
 
-/// Variances that agree to within this are of the same directions.
+/// Variances within this factor belong to the same directions.
 const WHOLE: f64 = 1.2;
 
-/// No clock, sensor or mounting is known worse than to this before any scan, s, rad and m.
+/// Upper bound of the prior standard deviation of any clock, sensor or mounting, s, rad and m.
 const MOST_SIGMA_SI: f64 = 1.0;
 
 /// A group of unknowns.
@@ -52,8 +51,8 @@ impl Group {
 pub struct Unobservable {
     /// A group of unknowns.
     pub group: Group,
-    /// Unit directions: tool axes for the hand-eye, base axes for a line; none for the time offset, and none for what
-    /// is known only together with something else.
+    /// Unit directions: tool axes for the hand-eye, base axes for a line. Empty for the time offset, and for a component that is known only together
+    /// with others.
     pub directions: Vec<[f64; 3]>,
 }
 
@@ -128,9 +127,9 @@ fn axis_names(directions: &[[f64; 3]]) -> String {
 /// Observability of the unknowns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observability {
-    /// Directions seen.
+    /// Number of observable directions.
     pub rank: usize,
-    /// Unknowns estimated.
+    /// Number of unknowns estimated.
     pub size: usize,
     /// Largest over smallest singular value.
     pub condition: f64,
@@ -138,32 +137,32 @@ pub struct Observability {
     pub singular_values: Vec<f64>,
     /// The unknowns that make up the direction of each, the strongest first; numbers of the tangent's components.
     pub composition: Vec<Vec<usize>>,
-    /// What is not observable, in the order of the groups.
+    /// Unobservable unknowns, in the order of the groups.
     pub unobservable: Vec<Unobservable>,
-    /// For each component of the tangent, whether its value means anything.
+    /// For each component of the tangent, whether it is observable.
     pub observable_components: Vec<bool>,
 }
 
 impl Observability {
-    /// Whether all of the hand-eye transform means something.
+    /// Whether the whole hand-eye transform is observable.
     #[must_use]
     pub fn shows_hand_eye(&self) -> bool {
         self.observable_components[ROTATION..LINES].iter().all(|seen| *seen)
     }
 
-    /// Whether all of time offset and hand-eye means something.
+    /// Whether time offset and hand-eye are both fully observable.
     #[must_use]
     pub(crate) fn shows_all(&self) -> bool {
         self.observable_components[..LINES].iter().all(|seen| *seen)
     }
 
-    /// Whether nothing of a group is unseen.
+    /// Whether a group is fully observable.
     #[must_use]
     pub fn shows(&self, group: Group) -> bool {
         self.unobservable.iter().all(|unseen| unseen.group != group)
     }
 
-    /// The same without unbounded unknowns: a ± of metres, radians or seconds means an undetermined number.
+    /// The same without unbounded unknowns: a standard deviation of metres, radians or seconds means an undetermined number.
     #[must_use]
     pub(crate) fn bounded(mut self, covariance: &DMatrix<f64>) -> Self {
         let has_none = |k: usize| covariance[(k, k)].is_nan() || covariance[(k, k)] > MOST_SIGMA_SI.powi(2);
@@ -187,7 +186,7 @@ impl Observability {
         self
     }
 
-    /// Of a scan of which nothing can be used.
+    /// For a scan without usable features.
     pub(crate) fn of_nothing(at: &Parameters) -> Self {
         let size = at.dimension();
         let null = DMatrix::identity(size, size);
@@ -203,8 +202,8 @@ impl Observability {
     }
 }
 
-/// Names what is not seen: `information` is what remains of `all` without directions that mean nothing, and
-/// `shows_time_offset` is whether that column means anything.
+/// Finds the unobservable unknowns. `information` is `all` without the directions that are noise. `shows_time_offset` states whether the time offset
+/// is observable.
 #[must_use]
 pub fn assess(
     information: &Information,
@@ -215,17 +214,17 @@ pub fn assess(
     let null = information.null_space();
     let share = |k: usize| null.row(k).norm_squared();
     let (known, claimed) = (information.covariance(), all.covariance());
-    // What owes its variance to a direction that was taken away is not known without it.
+    // A component whose variance depends on a removed direction is not known without it.
     let is_whole = |k: usize| claimed[(k, k)] <= WHOLE * known[(k, k)];
     let mut observable_components: Vec<bool> =
         (0..null.nrows()).map(|k| share(k) <= SHARE && is_whole(k)).collect();
     let only_noise = observable_components[TIME_OFFSET] && !shows_time_offset;
     observable_components[TIME_OFFSET] &= shows_time_offset;
     let shows_time_offset = observable_components[TIME_OFFSET];
-    // Bows and shape are known beforehand: they are seen in any case, and are not what is asked for.
+    // Bows and shape have a prior. They are always observable and not part of the result.
     let known_before = at.unknowns().known_before().len();
     Observability {
-        // Of a scan that shows nothing at all not even these are seen.
+        // A scan without information does not determine even these.
         rank: information.rank().saturating_sub(usize::from(only_noise) + known_before),
         size: information.size().saturating_sub(known_before),
         condition: information.condition(),
@@ -245,7 +244,7 @@ pub(crate) fn is_null(null: &DMatrix<f64>, component: usize) -> bool {
     null.row(component).norm_squared() > SHARE
 }
 
-/// The null space by the groups of unknowns, and the time offset.
+/// The null space by groups of unknowns, and the time offset.
 pub(crate) fn named(null: &DMatrix<f64>, at: &Parameters, shows_time_offset: bool) -> Vec<Unobservable> {
     let mut unobservable = Vec::new();
     if !shows_time_offset {
@@ -267,7 +266,7 @@ pub(crate) fn named(null: &DMatrix<f64>, at: &Parameters, shows_time_offset: boo
     unobservable
 }
 
-/// Directions of a group of three that carry a good part of the null space, strongest first.
+/// Directions of a group of three with a large part in the null space, strongest first.
 fn principal_directions(null: &DMatrix<f64>, first: usize) -> Vec<Vector3<f64>> {
     let rows = null.rows(first, 3);
     let projector: nalgebra::Matrix3<f64> = (rows * rows.transpose()).fixed_view::<3, 3>(0, 0).into();
@@ -275,14 +274,14 @@ fn principal_directions(null: &DMatrix<f64>, first: usize) -> Vec<Vector3<f64>> 
     let mut order = [0, 1, 2];
     order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
     if eigen.eigenvalues.min() > SHARE {
-        // Nothing of the three is seen; then the tool's own axes are as good as any, and easier to read.
+        // None of the three is observable. The tool's axes are then as good as any and easier to read.
         return vec![Vector3::x(), Vector3::y(), Vector3::z()];
     }
     let strong = order.into_iter().filter(|&k| eigen.eigenvalues[k] > SHARE);
     strong.map(|k| with_positive_main(eigen.eigenvectors.column(k).into())).collect()
 }
 
-/// Where the line would move: its strongest null offset, or turn, in base.
+/// Direction in which the line could move: its strongest null offset, or turn, in base.
 fn line_direction(null: &DMatrix<f64>, line: usize, axes: &nalgebra::Matrix3<f64>) -> Vector3<f64> {
     let strongest = |first: usize| {
         let rows = null.rows(first, 2);

@@ -1,5 +1,4 @@
-//! Stretches of the scan that do not belong to the rest, and what explains them: a clock that stepped, or
-//! a detector that followed another line.
+//! Stretches of the scan that disagree with the rest, and their cause: a clock step, or a detector that followed another line.
 
 use crate::assess::residuals::FeatureResidual;
 use crate::input::noise_levels::NoiseLevels;
@@ -13,44 +12,44 @@ use std::collections::BTreeSet;
 use trueline_geometry::{Line, fit};
 use trueline_lsq::{Loss, SolveOptions, solve};
 
-/// What explains a stretch of outliers.
+/// Cause of a stretch of outliers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cause {
-    /// Another time offset: it is later by so much, s.
+    /// Another time offset, later by this much, s.
     ClockStep(f64),
-    /// The recorded pose does not change at all.
+    /// The recorded pose is constant.
     RobotStoodStill,
-    /// Another line, so far beside, m.
+    /// Another line at this distance, m.
     OtherLine(f64),
-    /// Neither.
+    /// No known cause.
     Unknown,
 }
 
-/// A stretch of features of which nearly all are outliers.
+/// A stretch of features, nearly all of which are outliers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OutlierSegment {
     /// First and last stamp, s.
     pub span_s: [f64; 2],
     /// Features in it.
     pub features: usize,
-    /// What explains it.
+    /// Its cause.
     pub cause: Cause,
 }
 
-/// A stretch scores one for each outlier and loses this for each inlier: below 60 % outliers it ends.
+/// A stretch scores one for each outlier and loses this for each inlier. It ends below 60 % outliers.
 const INLIER_COST: f64 = 1.5;
-/// Score of a stretch worth naming; 40 % of outliers at random reach it once in 10⁵ features.
+/// Least score of a reported stretch. 40 % of random outliers reach it once in 10⁵ features.
 const LEAST_SCORE: f64 = 15.0;
-/// Most stretches named of a line.
+/// Maximum number of reported stretches of a line.
 const MOST: usize = 5;
-/// Residuals this much larger than the rest's are not explained.
+/// Residuals above this multiple of the rest's are unexplained.
 const EXPLAINED: f64 = 2.5;
-/// Offsets tried for a stretch are this far apart, s.
+/// Step between the offsets that are tried for a stretch, s.
 const OFFSET_STEP_S: f64 = 0.002;
-/// Observations of a stretch that are looked at.
+/// Maximum observations of a stretch evaluated.
 const MOST_OF_STRETCH: usize = 80;
 
-/// Finds the stretches, longest first, and explains them.
+/// Finds the stretches, longest first, with their causes.
 #[must_use]
 pub fn find(
     observations: &Observations,
@@ -69,7 +68,7 @@ pub fn find(
     found
 }
 
-/// The stretches of one line: those of another may well be in order.
+/// The stretches of one line. Those of another line may be inliers.
 fn on_line(
     observations: &Observations,
     features: &[&FeatureResidual],
@@ -98,7 +97,7 @@ fn on_line(
     found
 }
 
-/// The stretch [from, to) of the largest sum.
+/// The stretch [from, to) with the largest sum.
 fn best_stretch(scores: &[f64]) -> (usize, usize, f64) {
     let (mut best, mut from, mut sum) = ((0, 0, 0.0), 0, 0.0);
     for (k, score) in scores.iter().enumerate() {
@@ -139,8 +138,8 @@ fn stood_still(observations: &Observations, list: &[Observation], at: &Parameter
     still.count() * 10 > list.len() * 9
 }
 
-/// The change of the time offset that makes the stretch fit, all else held but the seam's bow: the rest of the scan does not
-/// show it there.
+/// The change of the time offset that makes the stretch fit. All else is held except the seam's bow, which the rest of the scan does not determine
+/// there.
 fn other_offset(
     observations: &Observations,
     list: &[Observation],
@@ -162,12 +161,12 @@ fn other_offset(
     let step_s = found.time_offset_s - at.time_offset_s;
     let all = LineProblem::coarse(observations, list, Loss::Squared, noise, at.unknowns());
     let squared = all.squared_residuals(&found);
-    // Most of the stretch must be placed by it, and fit as the rest does.
+    // It must place most of the stretch, with residuals like the rest's.
     let fits = squared.len() * 2 > list.len() && noise_factor(&squared) < EXPLAINED;
     fits.then_some(step_s)
 }
 
-/// How far beside the stretch's own line runs, if it has one.
+/// Distance of the stretch's own line, if it has one.
 fn other_line(
     observations: &Observations,
     list: &[Observation],

@@ -1,6 +1,6 @@
-//! How many of some measurements are outliers, and whether the others are a majority.
+//! Counts outliers, and tests whether the inliers are a majority.
 
-/// The others outnumber the outliers by this number of standard deviations of a fair coin's toss, or it may be chance that they agree.
+/// Least surplus of inliers over outliers, in standard deviations of a fair coin. Below it their agreement may be chance.
 const MAJORITY_SIGMAS: f64 = 2.5;
 
 /// Outliers among measurements.
@@ -13,13 +13,13 @@ pub struct Outliers {
 }
 
 impl Outliers {
-    /// Part of the measurements.
+    /// Fraction of the measurements.
     #[must_use]
     pub fn share(&self) -> f64 {
         self.count as f64 / self.of.max(1) as f64
     }
 
-    /// Whether the others outnumber the outliers by more than chance: 9 of 10, 14 of 16, 40 of 60, 540 of 1000.
+    /// Whether the inliers outnumber the outliers by more than chance: 9 of 10, 14 of 16, 40 of 60, 540 of 1000.
     #[must_use]
     pub(crate) fn leave_a_majority(&self) -> bool {
         let [outliers, of] = [self.count, self.of].map(|count| count as f64);

@@ -9,7 +9,7 @@ use crate::problem::placement::placement;
 use nalgebra::{Vector2, Vector3};
 use std::collections::BTreeMap;
 
-/// Squared whitened residual (two components) that good data exceed four times in a million: 5 σ.
+/// Squared whitened residual (two components) that inliers exceed four times in a million: 5 σ.
 pub const OUTLIER_SQUARED: f64 = 25.0;
 
 /// The residual of one feature at the solution.
@@ -17,21 +17,21 @@ pub const OUTLIER_SQUARED: f64 = 25.0;
 pub struct FeatureResidual {
     /// Row of the feature in the recording, from 0.
     pub row: u32,
-    /// Which line.
+    /// Its line.
     pub line: u32,
-    /// Stamp of its image since the start, as used, s.
+    /// Stamp of its image since the start, as used in the fit, s.
     pub stamp_s: f64,
     /// The point in base, m.
     pub point_in_base: Vector3<f64>,
     /// Offset from the line in base along its two cross axes, m.
     pub offset_m: Vector2<f64>,
-    /// Measured minus predicted in standard deviations of the feature alone times its sigma, px.
+    /// Measured minus predicted, px: the residual in standard deviations of the feature alone, times the feature's sigma.
     pub residual_px: Option<Vector2<f64>>,
     /// Measured minus predicted in the laser sheet along its two axes, m.
     pub in_sheet_m: Option<Vector2<f64>>,
-    /// How fast the seam crosses the sheet, along its two axes, m/s: what a wrong time offset is multiplied with.
+    /// Velocity of the seam across the sheet, along its two axes, m/s: the factor of a time offset error.
     pub crossing_m_s: Option<Vector2<f64>>,
-    /// The whitened residual: both parts are standard normal if the model holds.
+    /// The whitened residual. Both components are standard normal if the model holds.
     pub whitened: Vector2<f64>,
     /// Its length, σ.
     pub normalised: f64,
@@ -40,14 +40,14 @@ pub struct FeatureResidual {
 }
 
 impl FeatureResidual {
-    /// Whether good data would hardly ever be that far off.
+    /// Whether an inlier would hardly ever be this far off.
     #[must_use]
     pub fn is_outlier(&self) -> bool {
         self.normalised.powi(2) > OUTLIER_SQUARED
     }
 }
 
-/// Residuals of all features that could be used, and the others by reason.
+/// Residuals of all usable features, and the others by reason.
 #[must_use]
 pub fn evaluate(problem: &LineProblem<'_>, at: &Parameters) -> (Vec<FeatureResidual>, BTreeMap<Skip, usize>) {
     let observations = problem.observations;
@@ -101,35 +101,35 @@ pub(crate) fn why_not_placed(observations: &Observations, exposure_s: f64) -> Sk
     if exposure_s < start || exposure_s > end { Skip::Outside } else { Skip::Gap }
 }
 
-/// Weight below which a feature does not count in the estimate.
+/// Weight below which a feature does not affect the estimate.
 const LEAST_WEIGHT: f64 = 1e-2;
 
-/// Figures over the features; the root mean squares over those that carry weight in the estimate.
+/// Summary over the features. RMS values use those with weight in the estimate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResidualSummary {
-    /// Root mean square length of the residual in the image, px.
+    /// RMS length of the residual in the image, px.
     pub rms_px: Option<f64>,
-    /// Root mean square distance from the line in base, m.
+    /// RMS distance from the line in base, m.
     pub rms_m: f64,
-    /// Features within what noise explains.
+    /// Features within the noise limit.
     pub inliers: usize,
     /// Features beyond it.
     pub outliers: usize,
-    /// Features that could be evaluated: inliers and outliers.
+    /// Features evaluated: inliers and outliers.
     pub used: usize,
-    /// Features that could not, by reason.
+    /// Features not evaluated, by reason.
     pub skipped: BTreeMap<Skip, usize>,
 }
 
 impl ResidualSummary {
-    /// Part of the evaluated features that are none.
+    /// Fraction of inliers among the evaluated features.
     #[must_use]
     pub(crate) fn inlier_share(&self) -> f64 {
         self.inliers as f64 / self.used.max(1) as f64
     }
 }
 
-/// Sums up residuals.
+/// Summarises residuals.
 #[must_use]
 pub(crate) fn summarise(list: &[FeatureResidual], skipped: BTreeMap<Skip, usize>) -> ResidualSummary {
     let inliers = list.iter().filter(|r| !r.is_outlier()).count();

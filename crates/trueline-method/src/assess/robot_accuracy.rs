@@ -1,9 +1,8 @@
 //! Robot errors within the scan, estimated from the residuals.
 //!
-//! Beside all other unknowns the score of the robot's modes is u = Zᵀ W r, and with S = Zᵀ W Z − Zᵀ W J C₀ Jᵀ W Z and errors that are α
-//! times those the modes were made for, u ~ N(0, S + α² S²): α is where that is most likely, on a grid. Errors of position and of
-//! attitude are tried, each for itself. They are reported only if they explain most of the residuals: noise that lasts, or a seam that
-//! wanders, moves the modes as well.
+//! Beside all other unknowns the score of the robot's modes is u = Zᵀ W r, with S = Zᵀ W Z − Zᵀ W J C₀ Jᵀ W Z. For errors of α times the modes'
+//! level, u ~ N(0, S + α² S²). α is the maximum of this likelihood on a grid. Errors of position and of attitude are estimated separately. They are
+//! reported only if they explain most of the residuals, because correlated noise or a curved seam also excites the modes.
 
 use crate::assess::robot_field::{RobotField, RobotSigmas};
 use crate::assess::systematic::robot_columns;
@@ -17,25 +16,25 @@ use nalgebra::{DMatrix, DVector, DVectorViewMut};
 use trueline_geometry::Pose;
 use trueline_lsq::NormalEquations;
 
-/// Modes that are looked at, the strongest of each of the six errors.
+/// Number of strongest modes used for each of the six errors.
 const STRONGEST: usize = 8;
-/// The modes must explain this part of the residuals' squares.
+/// Least fraction of the residuals' squares that the modes must explain.
 const EXPLAINS: f64 = 0.4;
-/// A robot that is less than so much worse than it was taken to be is as good as that.
+/// Least ratio to the assumed errors at which a robot counts as worse.
 const WORSE: f64 = 1.5;
-/// The likelihood must be e⁵ times as large: once in a thousand scans.
+/// Least log likelihood ratio: a factor of e⁵, once in a thousand scans.
 const LOG_RATIO: f64 = 5.0;
-/// Errors that are tried, times those of the robot that is assumed.
+/// Sizes that are tried, relative to those of the assumed robot.
 const TRIED: [f64; 12] = [0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0, 30.0, 50.0];
-/// Directions of which the other unknowns leave less than this part of the strongest are theirs: the robot's constant part is the
-/// hand-eye transform's.
+/// Directions with a remainder below this fraction of the strongest belong to the other unknowns: the robot's constant error is absorbed by the
+/// hand-eye transform.
 const LEAST: f64 = 1e-6;
-/// Least ratio of the assumed errors' variance to that of the noise, for a direction that estimates their size. Where they
-/// hardly show, whatever else is wrong would decide that.
+/// Least ratio of the assumed errors' variance to that of the noise for a direction that estimates their size. In weaker directions other errors
+/// would decide.
 const VISIBLE: f64 = 0.1;
 
-/// The errors that the residuals of a solution show, whose covariance's root is `root`; `None` where they are not plainly larger than
-/// those that were taken. What is not plainly larger stays as it was taken.
+/// Robot errors from the residuals of a solution whose covariance has the root `root`. `None` unless they are clearly larger than assumed. A
+/// component that is not clearly larger keeps its assumed value.
 #[must_use]
 pub(crate) fn shown(
     problem: &LineProblem<'_>,
@@ -46,13 +45,13 @@ pub(crate) fn shown(
     Scores::of(problem, at, root)?.shown(taken)
 }
 
-/// The strongest modes on a path of errors of the size that is assumed.
+/// The strongest modes on a path, for errors of the assumed size.
 pub(crate) fn modes(poses: &[Pose]) -> Option<RobotField> {
     let assumed = RobotSigmas::of_accuracy(ASSUMED_ROBOT_ACCURACY_M);
     Some(RobotField::new(assumed, poses)?.strongest(STRONGEST))
 }
 
-/// Eigenvalues of S and what the score is along each direction, where the other unknowns leave something of it.
+/// Eigenvalues of S and the score along each direction, in directions that the other unknowns do not absorb.
 struct Beside(Vec<(f64, f64)>);
 
 impl Beside {
@@ -61,7 +60,7 @@ impl Beside {
         self.0.iter().map(|(value, score)| score * score / value).sum()
     }
 
-    /// For errors that are a multiple of the assumed ones.
+    /// Log likelihood for a multiple of the assumed errors.
     fn log_likelihood(&self, times: f64) -> f64 {
         let of = |(value, score): &(f64, f64)| {
             let variance = value + times * times * value * value;
@@ -76,12 +75,12 @@ impl Beside {
         TRIED.into_iter().max_by(likeliest).unwrap_or(1.0)
     }
 
-    /// By how much the most likely multiple is likelier than `taken` times, as a logarithm.
+    /// Log likelihood ratio of the most likely multiple to `taken` times.
     fn gain(&self, taken: f64) -> f64 {
         self.log_likelihood(self.best()) - self.log_likelihood(taken)
     }
 
-    /// How many times larger than assumed the errors are; `None` where they are not plainly larger than `taken` times.
+    /// Ratio of the errors to the assumed ones. `None` unless clearly above `taken`.
     fn times(&self, taken: f64, squares: f64) -> Option<f64> {
         let best = self.best();
         let is_worse = best > WORSE * taken && self.gain(taken) > LOG_RATIO;
@@ -89,17 +88,17 @@ impl Beside {
     }
 }
 
-/// Observations that are looked at; of more, one in several represents the rest, for a robot's errors change slowly along the path.
+/// Maximum number of observations evaluated. Beyond it every n-th is used, because robot errors change slowly along the path.
 pub(crate) const MOST_OBSERVATIONS: usize = 3000;
 
-/// Sums over the observations that are looked at.
+/// Sums over the observations evaluated.
 pub(crate) struct Scores {
     /// Zᵀ W r.
     score: DVector<f64>,
     /// Zᵀ W Z.
     own: DMatrix<f64>,
-    /// L⁻¹ C½ᵀ (Jᵀ W r + P x): zero at the optimum, which that of some of the observations is not. L Lᵀ is what these observations and
-    /// the prior, P, tell of the other unknowns in the coordinates of C½: one where all are looked at.
+    /// L⁻¹ C½ᵀ (Jᵀ W r + P x): zero at the optimum of these observations, which differs from that of all. L Lᵀ is the information of these
+    /// observations and the prior, P, on the other unknowns in the coordinates of C½. It is the identity if all observations are used.
     others: DVector<f64>,
     /// L⁻¹ C½ᵀ Jᵀ W Z.
     cross: DMatrix<f64>,
@@ -144,7 +143,7 @@ impl Scores {
         Self::from_products(&products.sums(), modes, problem.known_beforehand(at), &root_rows)
     }
 
-    /// From the products of rows of modes, slopes in the root's coordinates, and residual.
+    /// From the products of rows with modes, slopes in the root's coordinates, and residual.
     pub(crate) fn from_products(
         products: &DMatrix<f64>,
         modes: usize,
@@ -166,13 +165,13 @@ impl Scores {
         })
     }
 
-    /// Remaining pull on the other unknowns, σ.
+    /// Remaining gradient of the other unknowns, σ.
     #[cfg(test)]
     pub(crate) fn others(&self) -> &DVector<f64> {
         &self.others
     }
 
-    /// The errors that are plainly larger than those that were taken.
+    /// The errors that are clearly larger than assumed.
     pub(crate) fn shown(&self, taken: RobotSigmas) -> Option<RobotSigmas> {
         let assumed = RobotSigmas::of_accuracy(ASSUMED_ROBOT_ACCURACY_M);
         let [position, attitude] = [0, 1].map(|kind| self.beside_others(kind));
@@ -186,7 +185,7 @@ impl Scores {
         }
     }
 
-    /// What the other unknowns leave of the scores of position (0) or attitude (1).
+    /// The scores of position (0) or attitude (1) beside the other unknowns.
     fn beside_others(&self, kind: usize) -> Beside {
         let chosen: Vec<usize> = (0..self.score.len()).filter(|k| k / 3 % 2 == kind).collect();
         let cross = self.cross.select_columns(&chosen);

@@ -1,46 +1,46 @@
 //! Position and attitude errors of a robot that depend on the pose and change slowly with it.
 //!
-//! It cannot be estimated from a scan (its constant part is the hand-eye's), and it does not average out. So it is a
-//! Gaussian process over the poses, with the accuracy of the robot's data sheet as its size, and all that the estimate
-//! owes to it goes into the covariance.
+//! They cannot be estimated from a scan, because the hand-eye transform absorbs their constant part, and they do not average out. They are modelled
+//! as a Gaussian process over the poses, with the accuracy of the robot's data sheet as its size. Their effect on the estimate is included in the
+//! covariance.
 
 use crate::thinning::stride;
 use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 use trueline_geometry::Pose;
 
-/// The standard deviation within a scan, per axis, as part of the absolute accuracy over the workspace, for a torch that the same robot carries: it errs there
-/// as it did while it scanned …
+/// Standard deviation within a scan, per axis, as a fraction of the absolute accuracy over the workspace, for a torch on the same robot. Its errors
+/// there are those of the scan …
 const SHARE_OF_ACCURACY: f64 = 1.0 / 6.0;
-/// … and for the true transform, as another robot needs it.
+/// … and for the true transform, which another robot needs.
 const SHARE_FOR_ANOTHER: f64 = 1.0 / 4.0;
-/// A position error at the end of an arm of this length is an attitude error, m.
+/// Length of the arm that converts a position error to an attitude error, m.
 const ARM_M: f64 = 1.5;
 /// Distance over which the error changes, m.
 const REACH_M: f64 = 0.6;
-/// Turn over which it changes, rad.
+/// Rotation over which it changes, rad.
 const REACH_RAD: f64 = 0.6;
-/// Poses from which the modes are made.
+/// Number of poses that define the modes.
 const POSES: usize = 120;
-/// Modes of less than this part of the largest are left out.
+/// Modes below this fraction of the largest are left out.
 const LEAST_MODE: f64 = 1e-4;
 
-/// How far a robot is off within a scan: one standard deviation per axis.
+/// Robot errors within a scan: one standard deviation per axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RobotSigmas {
-    /// Of its position, m.
+    /// Position, m.
     pub position_m: f64,
-    /// Of its attitude, rad.
+    /// Attitude, rad.
     pub attitude_rad: f64,
 }
 
 impl RobotSigmas {
-    /// Of a robot of an absolute accuracy, m.
+    /// For an absolute accuracy, m.
     #[must_use]
     pub fn of_accuracy(accuracy_m: f64) -> Self {
         Self::of_position(accuracy_m * SHARE_OF_ACCURACY)
     }
 
-    /// The same where another robot uses the transform.
+    /// The same for use of the transform on another robot.
     #[must_use]
     pub fn for_another(accuracy_m: f64) -> Self {
         Self::of_position(accuracy_m * SHARE_FOR_ANOTHER)
@@ -57,12 +57,12 @@ pub struct RobotField {
     poses: Vec<Pose>,
     /// Kernel to modes: Λ^(−1/2) Vᵀ.
     modes: DMatrix<f64>,
-    /// How large it is.
+    /// Its size.
     pub sigmas: RobotSigmas,
 }
 
 impl RobotField {
-    /// Of a robot on a path; `None` for an ideal robot.
+    /// For a robot on a path. `None` for an ideal robot.
     #[must_use]
     pub fn new(sigmas: RobotSigmas, path: &[Pose]) -> Option<Self> {
         if sigmas == RobotSigmas::default() || path.is_empty() {
@@ -79,10 +79,10 @@ impl RobotField {
         Some(Self { poses, modes, sigmas })
     }
 
-    /// The same by its strongest modes alone.
+    /// The same with its strongest modes only.
     #[must_use]
     pub fn strongest(mut self, count: usize) -> Self {
-        // A mode of eigenvalue λ is weighed by λ^(−1/2): the rows of the strongest are the shortest.
+        // A mode of eigenvalue λ has the weight λ^(−1/2), so the strongest have the shortest rows.
         let mut order: Vec<usize> = (0..self.modes.nrows()).collect();
         order.sort_by(|a, b| self.modes.row(*a).norm().total_cmp(&self.modes.row(*b).norm()));
         order.truncate(count);
@@ -104,12 +104,12 @@ impl RobotField {
     }
 }
 
-/// How alike the errors at two poses are: the correlation of the process.
+/// Correlation of the errors at two poses.
 #[must_use]
 pub fn alike(one: &Pose, other: &Pose) -> f64 {
     let shift: Vector3<f64> = one.translation.vector - other.translation.vector;
-    // q and −q are the same attitude, and the product of two is the cosine of half the turn between them. Near one its arc is known to
-    // the root of rounding, and the square of the turn, which is what counts, to rounding.
+    // q and −q are the same attitude. The product of two quaternions is the cosine of half the angle between them. Near one, its arc is accurate to
+    // the root of rounding. The square of the angle, which is used, is accurate to rounding.
     let half_turn_rad = one.rotation.coords.dot(&other.rotation.coords).abs().min(1.0).acos();
     let turn_rad = 2.0 * half_turn_rad;
     (-0.5 * (shift.norm_squared() / REACH_M.powi(2) + turn_rad.powi(2) / REACH_RAD.powi(2))).exp()
@@ -121,7 +121,7 @@ mod tests {
     use nalgebra::Vector3;
     use trueline_geometry::{se3, so3};
 
-    /// Against the logarithm of the turn, of turns from nothing to a whole one.
+    /// Against the logarithm of the rotation, for angles from zero to a full turn.
     #[test]
     fn errors_are_alike_by_shift_and_turn() {
         let one = se3::from_parts(so3::exp(&Vector3::new(0.3, -1.2, 0.5)), Vector3::new(0.1, 0.2, 0.3));
@@ -131,7 +131,7 @@ mod tests {
             let other = se3::from_parts(one.rotation * turn, one.translation.vector + shift);
             let exponent =
                 shift.norm_squared() / REACH_M.powi(2) + so3::log(&turn).norm_squared() / REACH_RAD.powi(2);
-            // The square of a turn is off by 8 (1 − cos), a few roundings of one, over 0.36.
+            // The square of an angle is off by 8 (1 − cos), a few roundings of one, over 0.36.
             assert!((alike(&one, &other) - (-0.5 * exponent).exp()).abs() < 1e-14, "{angle_rad}");
         }
     }

@@ -1,10 +1,8 @@
-//! How far off a seam point is that the sensor will measure later, in the tool frame, over the field that the scan
-//! visited; and which part of that comes from where.
+//! Predicted error of a later seam point in the tool frame, over the field that the scan visited, with its error budget.
 //!
-//! A point reported at s is taken to be at y = R_EC p(s) + p_EC, with p the corrected point of the sheet. Then
-//! dy = −\[R_EC p\]× δ + δt + R_EC ∂p/∂h dh, and at a speed v along the seam a time offset adds −v dt_d. With the
-//! covariance C of all unknowns a point's variance is the trace of Y C Yᵀ; where the sensor is held, its shape moves the
-//! estimate and the point alike, and the two are added before they are squared \[Schmidt1966\].
+//! A point reported at s is placed at y = R_EC p(s) + p_EC, with p the corrected point of the sheet. Then dy = −\[R_EC p\]× δ + δt + R_EC ∂p/∂h dh.
+//! At a speed v along the seam a time offset adds −v dt_d. With the covariance C of all unknowns the variance of a point is the trace of Y C Yᵀ. If
+//! the sensor is held, its shape moves the estimate and the point alike, and both are added before squaring \[Schmidt1966\].
 
 use crate::assess::levels::SystematicLevels;
 use crate::assess::systematic::Systematic;
@@ -22,20 +20,20 @@ use trueline_model::SheetField;
 /// Seam error: one standard deviation, root mean square over the field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SeamError {
-    /// All of it, m.
+    /// Total, m.
     pub rms_m: f64,
     /// Width and depth of the field, m.
     pub field_m: [f64; 2],
-    /// Where it comes from; the squares add up.
+    /// Its budget. The squares add up.
     pub budget_m: SeamErrorBudget,
-    /// How large the errors that are not noise were taken to be.
+    /// Assumed levels of the systematic errors.
     pub levels: SystematicLevels,
-    /// The direction in the tool in which it is largest (of length 1), and how large it is there, m; `None` where only its size is predicted.
+    /// The unit direction in the tool in which it is largest, and its size there, m. `None` if only its size is predicted.
     pub weakest: Option<([f64; 3], f64)>,
 }
 
 impl SeamError {
-    /// The largest part, by its name, and its share of the variance.
+    /// The name of the largest part, and its share of the variance.
     #[must_use]
     pub fn mostly(&self) -> (&'static str, f64) {
         let budget = self.budget_m;
@@ -54,7 +52,7 @@ impl SeamError {
         (largest.0, (largest.1 / self.rms_m).powi(2))
     }
 
-    /// What the scan alone makes of it: noise, stamps and the seam's form, m.
+    /// Part from the scan alone: noise, stamps and the seam's form, m.
     #[must_use]
     pub fn scan_alone_m(&self) -> f64 {
         let SeamErrorBudget { noise, stamps, seam_form, .. } = self.budget_m;
@@ -65,9 +63,9 @@ impl SeamError {
 /// The parts of a seam error, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SeamErrorBudget {
-    /// Noise of features, robot and stamps from sample to sample.
+    /// Random noise of features, robot and stamps.
     pub noise: f64,
-    /// Uncertainty of the time offset from the stamps as a whole.
+    /// Uncertainty of the time offset from the stamps' common error.
     pub stamps: f64,
     /// The sensor's own calibration.
     pub sensor: f64,
@@ -77,7 +75,7 @@ pub struct SeamErrorBudget {
     pub seam_form: f64,
     /// Remaining bias of the features with the tilt, if it is not a block of an adjustment.
     pub feature_bias: f64,
-    /// What was held and is not known exactly.
+    /// Held quantities that are not known exactly.
     pub held: f64,
     /// The radius of the seam's edge.
     pub edge_radius: f64,
@@ -85,12 +83,12 @@ pub struct SeamErrorBudget {
     pub detector: f64,
     /// The robot's lag behind its recorded poses.
     pub pose_lag: f64,
-    /// What is known of external axes beforehand.
+    /// Prior uncertainty of external axes.
     pub axes: f64,
 }
 
 impl SeamErrorBudget {
-    /// Of parts that are each owed to something, m².
+    /// From parts with their sources, m².
     fn of(squares_m2: &[(ShareOf, f64)]) -> Self {
         let part = |of: ShareOf| {
             let own = squares_m2.iter().filter(|(what, _)| *what == of).map(|(_, square)| square);
@@ -112,12 +110,12 @@ impl SeamErrorBudget {
     }
 }
 
-/// What a part of an error is owed to.
+/// The source of a part of an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ShareOf {
-    /// Noise from sample to sample.
+    /// Random noise.
     Noise,
-    /// Uncertainty from the stamps as a whole.
+    /// Common error of the stamps.
     Stamps,
     /// The sensor's own calibration.
     Sensor,
@@ -131,45 +129,45 @@ pub(crate) enum ShareOf {
     PoseLag,
     /// The radius of the edge.
     EdgeRadius,
-    /// What was held and is not known exactly.
+    /// Held quantities that are not known exactly.
     Held,
-    /// What is known of external axes beforehand.
+    /// Prior uncertainty of external axes.
     Axes,
 }
 
-/// What an error makes of the unknowns: columns in the tangent, each of unit variance.
+/// Effect of an error on the unknowns: columns in the tangent, each of unit variance.
 #[derive(Clone, Debug)]
 pub(crate) struct Share {
-    /// Which error.
+    /// Its source.
     pub of: ShareOf,
     /// The columns.
     pub columns: DMatrix<f64>,
-    /// How the sensor's shape itself is off by each of them (5 × columns), where it is held.
+    /// The corresponding errors of the sensor's shape (5 × columns), if it is held.
     pub shape: Option<DMatrix<f64>>,
 }
 
-/// What a seam error follows from.
+/// Inputs of a seam error.
 pub struct SeamErrorSources<'a> {
-    /// Hessian at the solution, with what was known beforehand.
+    /// Hessian at the solution, with the prior.
     pub hessian: &'a DMatrix<f64>,
-    /// Unknowns that are held.
+    /// Held unknowns.
     pub fixed: &'a [usize],
     /// Covariance from noise.
     pub noise: &'a DMatrix<f64>,
-    /// Variance of the time offset that the stamps add to it, s².
+    /// Variance that the stamps add to the time offset, s².
     pub stamps_variance_s2: f64,
-    /// Everything else.
+    /// Systematic errors.
     pub systematic: &'a Systematic,
-    /// How large that was taken to be.
+    /// Their assumed levels.
     pub levels: SystematicLevels,
     /// Speed along the seam, m/s.
     pub speed_m_s: f64,
 }
 
-/// Part of the points that may lie beyond either end of the field.
+/// Fraction of the points that may lie beyond each end of the field.
 const BEYOND: f64 = 0.02;
 
-/// Predicts it; `None` where the field is empty or an unknown that is asked for is not seen at all.
+/// Predicts it. `None` if the field is empty or a required unknown is unobservable.
 #[must_use]
 pub fn predict(
     observations: &Observations,
@@ -203,21 +201,21 @@ pub fn predict(
     Some(SeamError { rms_m, field_m: field.size_m, budget_m: parts, levels: sources.levels, weakest: None })
 }
 
-/// Its values from an adjustment.
+/// The same inputs from an adjustment.
 pub(crate) struct SharedError<'a> {
     /// Covariance from noise.
     pub noise: &'a DMatrix<f64>,
-    /// Variance of the time offset that the stamps add to it, s².
+    /// Variance that the stamps add to the time offset, s².
     pub stamps_variance_s2: f64,
-    /// Everything else.
+    /// Systematic errors.
     pub shares: &'a [Share],
-    /// How large that was taken to be.
+    /// Their assumed levels.
     pub levels: SystematicLevels,
     /// Speed along the seam, m/s.
     pub speed_m_s: f64,
 }
 
-/// The same of an adjustment, whose parts add up; `None` where the field is empty.
+/// The same for an adjustment, whose parts add up. `None` if the field is empty.
 #[must_use]
 pub(crate) fn of_shares(
     observations: &Observations,
@@ -240,7 +238,7 @@ pub(crate) fn of_shares(
     })
 }
 
-/// Mean squared error with everything free, with the bow known, and with bow and shape known, by the model alone.
+/// Mean squared error with everything free, with the bow known, and with bow and shape known, from the model alone.
 fn model_shares(field: &Field, sources: &SeamErrorSources<'_>, unknowns: &Unknowns) -> Option<[f64; 3]> {
     let bows = unknowns.bow(0).start..unknowns.bow(unknowns.lines).start;
     let shape = unknowns.shape();
@@ -252,7 +250,7 @@ fn model_shares(field: &Field, sources: &SeamErrorSources<'_>, unknowns: &Unknow
     Some([share(Vec::new())?, share(bows.clone().collect())?, share(bows.chain(shape).collect())?])
 }
 
-/// The rectangle of the sheet that a scan visited, but for its outermost points; `None` without any.
+/// The rectangle of the sheet that a scan visited, without its outermost points. `None` without points.
 #[must_use]
 pub fn visited_field(observations: &Observations, list: &[Observation]) -> Option<SheetField> {
     let range = |axis: usize| {
@@ -262,12 +260,12 @@ pub fn visited_field(observations: &Observations, list: &[Observation]) -> Optio
     Some(SheetField { width_m: range(0)?, depth_m: range(1)? })
 }
 
-/// Points of the field, and how the unknowns move them.
+/// Points of the field, with their Jacobians.
 struct Field {
     size_m: [f64; 2],
     /// Y of each point (3 × unknowns).
     slopes: Vec<DMatrix<f64>>,
-    /// ∂y/∂h of each point (3 × 5), whether or not the shape is an unknown.
+    /// ∂y/∂h of each point (3 × 5), even if the shape is not an unknown.
     by_shape: Vec<DMatrix<f64>>,
     /// ∂y/∂t_d.
     along: Vector3<f64>,

@@ -1,4 +1,4 @@
-//! Seam error in use: the error of a point measured while moving.
+//! Seam error in use: the error of a point measured during motion.
 //!
 //! Position in base of a point seen at p_C while the tool moves at v: p_B = R (R_EC p_C + p_EC) + p, so
 //! δp_B = R (−\[R_EC p_C\]× δ + δt) − v δt_d with the covariance of (δt_d, δ, δt).
@@ -26,7 +26,7 @@ pub struct SeamPointError {
     pub directions_in_base: [[f64; 3]; 3],
 }
 
-/// Predicts it at the attitude of the middle of the scan; `None` if no such point is on the sheet.
+/// Predicts it at the attitude of the middle of the scan. `None` if the sheet has no such point.
 #[must_use]
 pub fn predict(
     observations: &Observations,
@@ -64,7 +64,7 @@ pub fn predict(
     })
 }
 
-/// The middle of the points seen, moved along the sheet to the wanted distance.
+/// The middle of the visible points, moved along the sheet to the required distance.
 fn point_at(
     observations: &Observations,
     list: &[Observation],

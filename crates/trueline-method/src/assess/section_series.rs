@@ -1,7 +1,7 @@
 //! Residuals in the seam's cross-section as series along time or along the seam.
 //!
-//! A scan of hours is looked at in stretches: what its noise is shows in twenty thousand frames, and the search for it is not
-//! paid for more. What the noise makes of the estimate is summed over all of them.
+//! Long scans are sampled in stretches: twenty thousand frames are enough to characterise the noise. Its effect on the estimate is summed over all
+//! frames.
 
 use crate::assess::noise_filter::{Correlation, Whitened, Whitening};
 use crate::assess::residuals::OUTLIER_SQUARED;
@@ -11,23 +11,23 @@ use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use nalgebra::{DMatrix, DVectorView, DVectorViewMut};
 
-/// What the residuals are alike along.
+/// Variable of the correlation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Along {
-    /// Time: noise of detector or robot that lasts.
+    /// Time: correlated noise of detector or robot.
     Time,
     /// The seam: its form.
     Seam,
 }
 
-/// Fewest frames for an estimate of the correlation.
+/// Minimum frames for an estimate of the correlation.
 const LEAST_FRAMES: usize = 100;
-/// Frames that are looked at …
+/// Maximum number of frames evaluated …
 const MOST_FRAMES: usize = 20_000;
-/// … in evenly spread stretches of this length: long against any correlation that is tried.
+/// … in evenly spread stretches of this length, which is long compared with any correlation tried.
 const STRETCH: usize = 1_000;
 
-/// Where an observation is.
+/// Place of an observation.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     index: u32,
@@ -45,28 +45,28 @@ impl Place {
     }
 }
 
-/// A solution whose residuals are looked at in the cross-section.
+/// A solution with its residuals in the cross-section.
 pub(crate) struct Sections<'a> {
     problem: &'a LineProblem<'a>,
     at: &'a Parameters,
-    /// The root of the covariance, transposed: a column for each unknown.
+    /// The root of the covariance, transposed, with a column for each unknown.
     root: DMatrix<f64>,
 }
 
 impl<'a> Sections<'a> {
-    /// At a solution whose covariance's root is `root`.
+    /// At a solution whose covariance has the root `root`.
     #[must_use]
     pub(crate) fn new(problem: &'a LineProblem<'_>, at: &'a Parameters, root: &DMatrix<f64>) -> Self {
         Self { problem, at, root: root.transpose() }
     }
 
-    /// Unknowns of the root's coordinates.
+    /// Number of unknowns in the root's coordinates.
     fn unknowns(&self) -> usize {
         self.root.nrows()
     }
 
-    /// Both directions' rows of an observation, each the Jacobian in the root's coordinates and the residual, into `rows`; `None`
-    /// for what carries no weight, and for the paper's residual.
+    /// Writes both directions' rows of an observation into `rows`: the Jacobian in the root's coordinates and the residual. `None` for observations
+    /// without weight, and for the paper's residual.
     fn rows(&self, index: usize, rows: &mut [f64]) -> Option<Place> {
         let (o, whitener) = (&self.problem.list[index], &self.problem.whiteners[index]);
         let placement = self.problem.placement(o, self.at)?;
@@ -89,7 +89,7 @@ impl<'a> Sections<'a> {
         Some(Place { index: index as u32, line: o.line, time_s: o.stamp_s, along_m })
     }
 
-    /// Where all observations are, those that carry no weight included.
+    /// The places of all observations, including those without weight.
     fn places(&self) -> Vec<Place> {
         let place = |(index, (o, _)): (usize, (&crate::input::observations::Observation, _))| {
             let placement = self.problem.placement(o, self.at)?;
@@ -102,28 +102,28 @@ impl<'a> Sections<'a> {
     }
 }
 
-/// The observations that carry weight, or stretches of them, with their rows.
+/// The observations with weight, or stretches of them, with their rows.
 pub(crate) struct SectionTable<'a> {
     sections: Sections<'a>,
     places: Vec<Place>,
-    /// Those of `places`, both directions after each other.
+    /// Rows of `places`, one direction after the other.
     rows: Vec<f64>,
     is_complete: bool,
 }
 
 /// An order of the table's rows.
 pub(crate) struct Series {
-    /// What they are ordered along.
+    /// The variable of the order.
     pub along: Along,
-    /// The median distance of successive frames, s or m: a step.
+    /// The median distance between successive frames, s or m: one step.
     step: f64,
     order: Vec<u32>,
-    /// Steps from the sample before; infinitely many where another line begins.
+    /// Steps from the previous sample. Infinite at the start of another line.
     apart_steps: Vec<f64>,
 }
 
 impl<'a> SectionTable<'a> {
-    /// `None` for the paper's residual, and for too few.
+    /// `None` for the paper's residual, and for too few observations.
     #[must_use]
     pub(crate) fn of(sections: Sections<'a>) -> Option<Self> {
         let count = sections.problem.list.len();
@@ -139,7 +139,7 @@ impl<'a> SectionTable<'a> {
         (places.len() >= LEAST_FRAMES).then_some(Self { sections, places, rows, is_complete })
     }
 
-    /// The rows in order along time or seam.
+    /// The rows in order of time or place along the seam.
     #[must_use]
     pub(crate) fn along(&self, along: Along) -> Series {
         let places = &self.places;
@@ -165,7 +165,7 @@ impl<'a> SectionTable<'a> {
         &self.rows[first..first + width]
     }
 
-    /// Steps from the sample before, and the residual of one direction.
+    /// Steps from the previous sample, and the residual of one direction.
     pub(crate) fn residuals(
         &self,
         series: &Series,
@@ -175,7 +175,7 @@ impl<'a> SectionTable<'a> {
         (0..series.order.len()).map(move |k| (series.apart_steps[k], self.row(series, k, direction)[last]))
     }
 
-    /// One direction whitened, as far as it is in the table.
+    /// One direction, whitened over the table.
     #[must_use]
     pub(crate) fn whitened(&self, series: &Series, direction: usize, correlation: Correlation) -> Whitened {
         let mut whitening = Whitening::new(correlation, self.sections.unknowns());
@@ -203,7 +203,7 @@ impl<'a> SectionTable<'a> {
         series.apart_steps.iter().enumerate().map(innovation).collect()
     }
 
-    /// Both directions whitened, each by its own correlation, as if the whole scan were like what is in the table.
+    /// Both directions whitened, each with its own correlation, and scaled from the table to the whole scan.
     #[must_use]
     pub(crate) fn whitened_as_if_all(&self, series: &Series, correlation: [Correlation; 2]) -> [Whitened; 2] {
         let looked_at: usize = stretches(self.sections.problem.list.len()).map(|stretch| stretch.len()).sum();
@@ -211,7 +211,7 @@ impl<'a> SectionTable<'a> {
         [0, 1].map(|direction| self.whitened(series, direction, correlation[direction]).times(times))
     }
 
-    /// All observations of the scan whitened, each direction by its own correlation; what is not in the table is evaluated again.
+    /// All observations of the scan whitened, each direction with its own correlation. Observations outside the table are evaluated again.
     #[must_use]
     pub(crate) fn all_whitened(&self, series: &Series, correlation: [Correlation; 2]) -> [Whitened; 2] {
         if self.is_complete {
@@ -236,7 +236,7 @@ impl<'a> SectionTable<'a> {
     }
 }
 
-/// Indices that are looked at.
+/// Indices that are evaluated.
 fn stretches(count: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
     let (stretches, length) = match count {
         0..=MOST_FRAMES => (1, count),
@@ -248,7 +248,7 @@ fn stretches(count: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
     })
 }
 
-/// Distances from one observation to the next.
+/// Distances between successive observations.
 struct Walk {
     along: Along,
     step: f64,

@@ -1,4 +1,4 @@
-//! What the scan determines of the sensor's own calibration.
+//! Estimates the sensor's own calibration from the scan.
 
 use crate::assess::corrected_sensor::total;
 use crate::assess::misfit_cause::MisfitCause;
@@ -8,36 +8,36 @@ use nalgebra::{DMatrix, SMatrix, SVector};
 use trueline_dataset::Recording;
 use trueline_model::SheetShape;
 
-/// The shape of the sensor's sheet, and whether the scan shows that the sensor's own calibration is off.
+/// The shape of the sensor's sheet, and whether it shows an error of the sensor's own calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorShape {
-    /// What was found on top of what the sensor's file corrects.
+    /// The estimated correction beyond that of the sensor's file.
     pub found: SheetShape,
-    /// Both together: the correction to use.
+    /// Total correction.
     pub shape: SheetShape,
-    /// Standard deviation of h₁ … h₅, everything included.
+    /// Standard deviation of h₁ … h₅ from all errors.
     pub sigma: [f64; 5],
-    /// The same before the scan.
+    /// Their prior standard deviation.
     pub prior_sigma: [f64; 5],
-    /// Whether the sensor's file states the latter; else it is assumed.
+    /// Whether the sensor's file states the prior. Else it is assumed.
     pub stated: bool,
-    /// hᵀ C_h⁻¹ h with robot and feature bias in C_h: χ²₅ for a sensor without fault.
+    /// hᵀ C_h⁻¹ h with robot and feature bias in C_h: χ²₅ for a correct sensor.
     pub wald: f64,
-    /// The same with what the file states of the sensor in C_h as well: how far off it is beyond that. `None` where nothing is stated.
+    /// The same with the file's uncertainty in C_h as well: the error beyond the stated one. `None` if the file states none.
     pub wald_beyond_stated: Option<f64>,
-    /// The same if the cause that explains the residuals is allowed for; `None` where there is no such cause.
+    /// The same with the cause of the residuals estimated beside it. `None` without such a cause.
     pub wald_beside_cause: Option<f64>,
 }
 
-/// Above this a sensor's own calibration is off; once in thousands of scans by chance.
+/// Limit above which the sensor's own calibration is off. Chance exceeds it once in thousands of scans.
 pub const WALD_LIMIT: f64 = 25.0;
-/// Where in the field a shape is described, from its middle, m.
+/// Distances from the middle of the field at which a shape is described, m.
 const REACH_M: f64 = 0.030;
-/// A component that is known no better than this part of what was known before comes from there.
+/// A component whose uncertainty exceeds this fraction of its prior comes from the prior.
 const FROM_PRIOR: f64 = 0.7;
 
 impl SensorShape {
-    /// From a solution and the covariance of all unknowns; `None` where the shape was held.
+    /// From a solution and the covariance of all unknowns. `None` if the shape was held.
     #[must_use]
     pub fn of(
         recording: &Recording,
@@ -59,13 +59,13 @@ impl SensorShape {
         Some(Self { found, shape, sigma, prior_sigma, stated, wald, wald_beyond_stated, wald_beside_cause })
     }
 
-    /// The same shape, judged by what the file states of the sensor; `None` where it states nothing.
+    /// The same shape, tested against the file's uncertainty. `None` if the file states none.
     #[must_use]
     pub(crate) fn beyond_stated(self) -> Option<Self> {
         Some(Self { wald: self.wald_beyond_stated?, ..self })
     }
 
-    /// The same if a cause is allowed for that explains the residuals: what it makes of the shape is no fault of the sensor.
+    /// The same with a cause that explains the residuals. Its effect on the shape is no error of the sensor.
     #[must_use]
     pub fn beside(self, cause: Option<&MisfitCause>, at: &Parameters, covariance: &DMatrix<f64>) -> Self {
         let first = at.unknowns().shape().start;
@@ -89,13 +89,13 @@ impl SensorShape {
         self.wald > WALD_LIMIT && self.wald_beside_cause.is_none_or(|wald| wald > WALD_LIMIT)
     }
 
-    /// Whether a component is known no better than before the scan.
+    /// Whether a component comes from the prior.
     #[must_use]
     pub fn is_from_prior(&self, component: usize) -> bool {
         self.sigma[component] > FROM_PRIOR * self.prior_sigma[component]
     }
 
-    /// How many of its ± the clearest component is from zero.
+    /// Largest component relative to its uncertainty.
     #[must_use]
     pub fn clearest(&self) -> f64 {
         (0..5).map(|k| self.significance(k)).fold(0.0, f64::max)
@@ -105,7 +105,7 @@ impl SensorShape {
         (self.found.h[component] / self.sigma[component]).abs()
     }
 
-    /// What was found, in words: what is more than twice its ±, or the most significant of all that the scan shows.
+    /// The result in words: components above twice their uncertainty, or else the most significant observable one.
     #[must_use]
     pub fn words(&self) -> Vec<String> {
         let significance = |k: &usize| self.significance(*k);
@@ -139,7 +139,7 @@ impl SensorShape {
     }
 }
 
-/// hᵀ C⁻¹ h; values below the resolution of a sensor's file count as unknown: exact scans show a shape of 1e-15, which is rounding.
+/// hᵀ C⁻¹ h. Values below the resolution of a sensor's file count as unknown: exact scans give a shape of 1e-15, which is rounding.
 fn wald(h: &SVector<f64, 5>, covariance: &SMatrix<f64, 5, 5>) -> Option<f64> {
     Some(h.dot(&(covariance + least_covariance()).cholesky()?.solve(h)))
 }

@@ -1,9 +1,8 @@
-//! Systematic errors of the estimate: the robot's, the sensor's if it is held fixed, the feature's.
+//! Systematic errors of the estimate: from the robot, from a sensor that is held fixed, and from the feature.
 //!
-//! With whitened residuals r = J x + Z ξ and ξ of unit variance, an estimate that does not know of ξ is off by
-//! −C₀ Jᵀ W Z ξ: the consider covariance \[Schmidt1966\]. Each kind of error is a set of such columns C₀ Jᵀ W Z. The bias of
-//! the feature can be held so, or be estimated beside x: then x has the remaining error of the bias, and the errors of the others in x
-//! and the bias together.
+//! With whitened residuals r = J x + Z ξ and ξ of unit variance, an estimate that ignores ξ is off by −C₀ Jᵀ W Z ξ: the consider covariance
+//! \[Schmidt1966\]. Each kind of error is a set of such columns C₀ Jᵀ W Z. The bias of the feature can be considered, or be estimated beside x. If
+//! it is estimated, x has the remaining error of the bias, and the effects of the other errors on x and on the bias together.
 
 use crate::assess::levels::SystematicLevels;
 use crate::assess::robot_field::RobotField;
@@ -21,18 +20,18 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
 use trueline_geometry::{Pose, so3};
 use trueline_model::Placement;
 
-/// How far the estimate is moved by each kind of error: columns in the tangent, each of unit variance.
+/// Effect of each kind of error on the estimate: columns in the tangent, each of unit variance.
 #[derive(Clone, Debug)]
 pub struct Systematic {
-    /// By the robot.
+    /// Robot.
     pub robot: DMatrix<f64>,
-    /// By the sensor's own calibration, where that is held; the columns are those of `sensor_shape`.
+    /// The sensor's own calibration, if it is held. The columns correspond to those of `sensor_shape`.
     pub sensor: DMatrix<f64>,
-    /// The shapes that go with the columns of `sensor` (5 × columns).
+    /// The shapes for the columns of `sensor` (5 × columns).
     pub sensor_shape: DMatrix<f64>,
-    /// By the feature's bias with the tilt, or its remaining part.
+    /// The feature's bias with the tilt, or its remaining part.
     pub feature_bias: DMatrix<f64>,
-    /// By what was held and is not known exactly; each column has that itself in its own row.
+    /// Held quantities that are not known exactly. Each column contains the quantity itself in its own row.
     pub held: DMatrix<f64>,
 }
 
@@ -40,18 +39,18 @@ pub struct Systematic {
 /// slowly along the path.
 const MOST_OBSERVATIONS: usize = 800;
 
-/// Poses from which the mean attitude of a scan and the robot's modes are taken.
+/// Maximum number of poses for the mean attitude of a scan and the robot's modes.
 const POSES: usize = 3_000;
 
 impl Systematic {
-    /// The covariance that all of them together add.
+    /// The total covariance of all of them.
     #[must_use]
     pub fn covariance(&self) -> DMatrix<f64> {
         let own = |columns: &DMatrix<f64>| columns * columns.transpose();
         own(&self.robot) + own(&self.sensor) + own(&self.feature_bias) + own(&self.held)
     }
 
-    /// The same errors of an estimate that none of them moves.
+    /// The same errors with no effect on the estimate.
     #[must_use]
     pub(crate) fn of_nothing(&self) -> Self {
         let still = |columns: &DMatrix<f64>| columns * 0.0;
@@ -64,7 +63,7 @@ impl Systematic {
         }
     }
 
-    /// What moves this estimate and not another of the same errors, over the first `size` components of both.
+    /// Effect of the errors on the difference of two estimates with the same errors, over the first `size` components of both.
     #[must_use]
     pub fn minus(&self, other: &Self, size: usize) -> Self {
         let apart = |own: &DMatrix<f64>, others: &DMatrix<f64>| own.rows(0, size) - others.rows(0, size);
@@ -77,8 +76,8 @@ impl Systematic {
         }
     }
 
-    /// The same with components of the tangent that were held and have these standard deviations, SI; `hessian` is over all
-    /// components, and `root` that of the covariance of the others.
+    /// The same with held components of the tangent and their standard deviations, SI. `hessian` is over all components, and `root` is that of the
+    /// covariance of the others.
     #[must_use]
     pub(crate) fn with_held(
         self,
@@ -101,28 +100,27 @@ impl Systematic {
 pub struct BiasEstimate {
     /// The bias, px per 10°.
     pub px: SVector<f64, BIAS>,
-    /// Covariance of its error by noise, robot and what was known of it beforehand, px².
+    /// Covariance of its error from noise, robot and prior, px².
     pub covariance: SMatrix<f64, BIAS, BIAS>,
-    /// uᵀ C_u⁻¹ u with what noise and robot make of the score u: χ²₆ for a detector without bias.
+    /// uᵀ C_u⁻¹ u with the effect of noise and robot on the score u: χ²₆ for a detector without bias.
     pub wald: f64,
 }
 
-/// How far off the bias is that the features were freed of, px per 10°, by each kind of error: columns of unit variance, those
-/// of [`Systematic`].
+/// Remaining error of the bias that was removed from the features, px per 10°, by kind of error: columns of unit variance, as in [`Systematic`].
 #[derive(Clone, Debug)]
 pub struct BiasError {
-    /// By what was missed of the bias, and by noise.
+    /// The bias that was not estimated, and noise.
     pub own: DMatrix<f64>,
-    /// By the robot.
+    /// Robot.
     pub robot: DMatrix<f64>,
-    /// By the sensor's own calibration, where that is held.
+    /// The sensor's own calibration, if it is held.
     pub sensor: DMatrix<f64>,
 }
 
 /// Jᵀ W Z of each kind, for an estimate whose covariance is C₀ = root rootᵀ.
 #[derive(Clone)]
 pub(crate) struct SystematicSums {
-    /// How the bias counts tilts.
+    /// The tilt convention of the bias.
     pub tilt: TiltBias,
     /// The robot's errors; `None` for an ideal robot.
     pub field: Option<RobotField>,
@@ -132,7 +130,7 @@ pub(crate) struct SystematicSums {
     held: DMatrix<f64>,
     bias: DMatrix<f64>,
     bias_level_px: f64,
-    /// The products of the bias' own columns with all others, and with the residuals.
+    /// The products of the bias columns with all others, and with the residuals.
     bias_robot: DMatrix<f64>,
     bias_shape: DMatrix<f64>,
     bias_square: SMatrix<f64, BIAS, BIAS>,
@@ -140,7 +138,7 @@ pub(crate) struct SystematicSums {
 }
 
 impl SystematicSums {
-    /// At a solution whose covariance's root is `root`.
+    /// At a solution whose covariance has the root `root`.
     #[must_use]
     pub(crate) fn of(
         problem: &LineProblem<'_>,
@@ -153,7 +151,7 @@ impl SystematicSums {
         Self::with_field(problem, at, root, levels, (field, TiltBias::about(&poses)))
     }
 
-    /// At a solution beside that of other sums: the robot, its path and the mean attitude are those.
+    /// At a solution near that of other sums, with their robot, path and mean attitude.
     #[must_use]
     pub(crate) fn beside(
         other: &Self,
@@ -222,8 +220,8 @@ impl SystematicSums {
         self.field = field;
     }
 
-    /// How the other unknowns follow what is known of the bias by now: they have moved by `step` since these sums, to where
-    /// their gradient is zero, and their covariance's root is `root`.
+    /// Re-estimates the bias after the other unknowns have moved by `step` since these sums, to where their gradient is zero. The root of their
+    /// covariance is `root`.
     pub(crate) fn bias_after(
         &mut self,
         step: &DVector<f64>,
@@ -259,7 +257,7 @@ impl SystematicSums {
         }
     }
 
-    /// Takes the bias to be of another size.
+    /// Replaces the prior level of the bias.
     pub(crate) fn set_bias_level(&mut self, level_px: f64) {
         self.bias_level_px = level_px;
     }
@@ -275,20 +273,19 @@ impl SystematicSums {
         self.with(&self.bias_error(levels, inflation))
     }
 
-    /// The same of an estimate that takes the bias for zero.
+    /// The same for an estimate that assumes zero bias.
     #[must_use]
     pub(crate) fn with_bias_held(&self) -> Systematic {
         self.with(&self.held_bias())
     }
 
-    /// The same where the bias is estimated; `inflation` is how much larger the noise's covariance is than white noise's.
-    /// `None` without a bias.
+    /// The same with an estimated bias. `inflation` is the ratio of the noise's covariance to that of white noise. `None` without a bias.
     #[must_use]
     pub(crate) fn with_bias_estimated(&self, inflation: f64) -> Option<Systematic> {
         Some(self.with(&self.estimated_bias(inflation)?))
     }
 
-    /// Error of the bias; the levels state whether it was estimated.
+    /// Remaining error of the bias. The levels state whether it was estimated.
     #[must_use]
     pub(crate) fn bias_error(&self, levels: &SystematicLevels, inflation: f64) -> BiasError {
         let estimated = levels.bias_is_estimated.then(|| self.estimated_bias(inflation)).flatten();
@@ -306,7 +303,7 @@ impl SystematicSums {
         }
     }
 
-    /// A bias that is assumed zero is an error in full.
+    /// The error of a bias that is assumed zero is the full bias.
     fn held_bias(&self) -> BiasError {
         BiasError {
             own: DMatrix::identity(BIAS, BIAS) * -self.bias_level_px,
@@ -315,7 +312,7 @@ impl SystematicSums {
         }
     }
 
-    /// Remaining error of an estimated one: G(S b + u) − b, with u what noise, robot and sensor put into its score.
+    /// Remaining error of an estimated bias: G(S b + u) − b, with u the effect of noise, robot and sensor on its score.
     fn estimated_bias(&self, inflation: f64) -> Option<BiasError> {
         let own = self.own_score();
         let gain = self.bias_gain(&own, inflation)?;
@@ -332,8 +329,8 @@ impl SystematicSums {
         })
     }
 
-    /// The bias of features that `corrected_px` was taken out of already: the linear estimate with the least mean square,
-    /// given what noise and robot make of its score. `None` without a bias.
+    /// The bias of features from which `corrected_px` was already removed: the linear estimate of least mean square, given the effect of noise and
+    /// robot on its score. `None` without a bias.
     #[must_use]
     pub(crate) fn bias(&self, corrected_px: &SVector<f64, BIAS>, inflation: f64) -> Option<BiasEstimate> {
         let own = self.own_score();
@@ -350,20 +347,20 @@ impl SystematicSums {
         })
     }
 
-    /// J_bᵀ W Z − J_bᵀ W J C₀ Jᵀ W Z: what columns put into the score of the bias beside the other unknowns.
+    /// J_bᵀ W Z − J_bᵀ W J C₀ Jᵀ W Z: the effect of columns on the score of the bias beside the other unknowns.
     fn in_score(&self, columns: &DMatrix<f64>, with_bias: &DMatrix<f64>) -> DMatrix<f64> {
         with_bias - self.bias.transpose() * self.spread(columns)
     }
 
-    /// S: what a bias puts into its own score, and the covariance of that by white noise.
+    /// S: the effect of a bias on its own score, and the covariance of the score from white noise.
     fn own_score(&self) -> SMatrix<f64, BIAS, BIAS> {
         let own = self.in_score(&self.bias, &dynamic(&self.bias_square));
         let own = fixed(&(&own + own.transpose())) * 0.5;
-        // A tilt that does not happen has no score.
+        // A tilt that does not occur has no score.
         own + SMatrix::identity() * (LEAST_SCORE * own.trace()).max(f64::MIN_POSITIVE)
     }
 
-    /// Covariance of the score by noise and robot.
+    /// Covariance of the score from noise and robot.
     fn other_scores(&self, own: &SMatrix<f64, BIAS, BIAS>, inflation: f64) -> SMatrix<f64, BIAS, BIAS> {
         let robot = self.in_score(&self.robot, &self.bias_robot);
         own * inflation + fixed(&(&robot * robot.transpose()))
@@ -381,7 +378,7 @@ impl SystematicSums {
     }
 }
 
-/// Part of the mean information of a bias that each of its numbers has at least: rounding.
+/// Least information on each number of a bias, relative to their mean: rounding.
 const LEAST_SCORE: f64 = 1e-9;
 
 fn dynamic(matrix: &SMatrix<f64, BIAS, BIAS>) -> DMatrix<f64> {
@@ -392,7 +389,7 @@ fn fixed(matrix: &DMatrix<f64>) -> SMatrix<f64, BIAS, BIAS> {
     SMatrix::from_iterator(matrix.iter().copied())
 }
 
-/// Poses of a scan, some of them where there are many.
+/// Poses of a scan, sampled if there are many.
 fn poses(problem: &LineProblem<'_>, at: &Parameters) -> Vec<Pose> {
     let some = problem.list.iter().step_by(stride(problem.list.len(), POSES));
     some.filter_map(|o| Some(problem.placement(o, at)?.base_from_tool)).collect()
@@ -405,7 +402,7 @@ struct LineSums {
     shape: SMatrix<f64, LOCAL_ALL, 5>,
 }
 
-/// How each mode of the robot's field moves a whitened residual.
+/// Effect of each mode of the robot's field on a whitened residual.
 pub(crate) fn robot_columns(
     field: &RobotField,
     problem: &LineProblem<'_>,

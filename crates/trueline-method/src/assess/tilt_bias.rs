@@ -1,7 +1,7 @@
-//! A detector whose point moves with the tilt: how far, in the sheet, for each pixel per 10° of tilt.
+//! A detector bias that moves the point with the tilt: its effect in the sheet, for each pixel per 10° of tilt.
 //!
-//! It is a vector of the picture for each of the three axes of tilt: six numbers. Bias that grows with the tilt is nearly a
-//! shift of the hand-eye transform; a scan shows it only as far as its tilts have another pattern than that.
+//! The bias is an image vector for each of the three axes of tilt: six numbers. A bias proportional to the tilt is nearly a shift of the hand-eye
+//! transform. A scan determines it only if its tilts have another pattern.
 
 use crate::input::observations::Observation;
 use crate::problem::parameters::Parameters;
@@ -10,25 +10,25 @@ use std::f64::consts::PI;
 use trueline_geometry::{Pose, so3};
 use trueline_model::Placement;
 
-/// Numbers of a bias: along and across the picture's rows for each axis of tilt.
+/// Numbers of a bias: along and across the image's rows for each axis of tilt.
 pub const BIAS: usize = 6;
-/// The tilt that a bias is stated for, rad.
+/// The tilt to which a bias refers, rad.
 pub(crate) const BIAS_TILT_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 
-/// Tilts are counted from the mean attitude of a scan; spun by half a turn or so about its view, the sensor is tilted the other
-/// way, and the spin itself is no tilt.
+/// Tilts are measured from the mean attitude of a scan. If the sensor is spun by about half a turn about its view, it is tilted the other way. The
+/// spin itself is no tilt.
 #[derive(Clone, Copy, Debug)]
 pub struct TiltBias {
     mean: UnitQuaternion<f64>,
-    /// The axis about which a later pass is spun, in the tool.
+    /// The spin axis of a later pass, in the tool.
     spun_about: Option<Vector3<f64>>,
 }
 
-/// Attitudes within this of the first are of its pass, rad …
+/// Attitudes within this angle of the first belong to its pass, rad …
 const SAME_PASS_RAD: f64 = 1.2;
-/// … and those beyond this are spun.
+/// … and those beyond this angle are spun.
 const SPUN_RAD: f64 = 2.0;
-/// A spun pass has at least this part of the poses.
+/// Least fraction of the poses in a spun pass.
 const LEAST_SPUN: f64 = 0.1;
 
 impl TiltBias {
@@ -49,8 +49,8 @@ impl TiltBias {
         Self { mean, spun_about }
     }
 
-    /// How far the feature moves in the sheet, m, for each number of the bias, px per 10°: two for the tilt about the
-    /// camera's x, two about its y, two about its z.
+    /// Shift of the feature in the sheet, m, for each number of the bias, px per 10°: two for the tilt about the camera's x, two about its y, two
+    /// about its z.
     #[must_use]
     pub fn slopes(&self, o: &Observation, at: &Parameters, placement: &Placement) -> SMatrix<f64, 2, BIAS> {
         let in_sensor = self.in_sensor(&at.tool_from_camera, placement);
@@ -62,7 +62,7 @@ impl TiltBias {
         slopes
     }
 
-    /// The tilt about the camera's axes, in units of that for which a bias is stated.
+    /// The tilt about the camera's axes, in units of the reference tilt of a bias.
     #[must_use]
     pub fn in_sensor(&self, tool_from_camera: &Pose, placement: &Placement) -> Vector3<f64> {
         let turn = self.mean.inverse() * placement.base_from_tool.rotation;
@@ -71,7 +71,7 @@ impl TiltBias {
     }
 }
 
-/// The mean of attitudes that are near to one of them.
+/// The mean of the attitudes near a given one.
 fn mean_of<'a>(poses: impl Iterator<Item = &'a Pose>, near: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
     let (mut sum, mut count) = (Vector3::zeros(), 0.0);
     for pose in poses {
@@ -81,7 +81,7 @@ fn mean_of<'a>(poses: impl Iterator<Item = &'a Pose>, near: &UnitQuaternion<f64>
     near * so3::exp(&(sum / f64::max(count, 1.0)))
 }
 
-/// A turn as a spin about an axis and then a tilt in the frame that was spun, half turns of the spin left out.
+/// Splits a rotation into a spin about an axis and a tilt in the spun frame, without half turns of the spin.
 fn without_spin(turn: &UnitQuaternion<f64>, axis: &Vector3<f64>) -> Vector3<f64> {
     let spin_rad = 2.0 * turn.imag().dot(axis).atan2(turn.w);
     let tilt = so3::log(&(so3::exp(&(axis * -spin_rad)) * turn));
@@ -101,7 +101,7 @@ mod tests {
         for spin_rad in [0.0, PI, -PI, 1.3] {
             let tilt = Vector3::new(0.2, 0.08, -0.06);
             let turn: UnitQuaternion<f64> = so3::exp(&(axis * spin_rad)) * so3::exp(&tilt);
-            // The tilt is square to the axis, but for rounding.
+            // The tilt is orthogonal to the axis, except for rounding.
             assert!(tilt.dot(&axis).abs() < 1e-15);
             let wanted = tilt + axis * (spin_rad - PI * (spin_rad / PI).round());
             assert!((without_spin(&turn, &axis) - wanted).norm() < 1e-12, "{spin_rad}");

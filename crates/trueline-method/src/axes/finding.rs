@@ -13,7 +13,7 @@ const HELD: f64 = 1e-9;
 /// A quantity is not determined if its ± exceeds this part of its prior.
 const SHOWN: f64 = 0.5;
 
-/// Standard deviations of the numbers of all axes before the scan, SI.
+/// Prior standard deviations of the numbers of all axes, SI.
 #[must_use]
 pub(crate) fn sigmas_before(recording: &Recording) -> Vec<f64> {
     let of_axes = recording.axes.iter().zip(recording.axes_that_move());
@@ -78,18 +78,18 @@ pub struct AxisFinding {
     pub carries: Carries,
     /// Its place.
     pub axis: Axis,
-    /// Whether it moved while something was read.
+    /// Whether it moved during readings.
     pub moves: bool,
     /// Covariance of its numbers, SI; `None` if they were not estimated.
     covariance: Option<SMatrix<f64, AXIS, AXIS>>,
     before: [f64; AXIS],
     seams_are_parallel: bool,
-    /// Whether it stood at two places only: two axes turn the one seam into the other.
+    /// Whether it stood at only two places. Then two different axes map one seam to the other.
     has_twin: bool,
     holds_time_offset: bool,
     /// Whether the robot stood at each reading, so that there is no delay.
     at_stops: bool,
-    /// How far the last adjustment moved it, standard deviations.
+    /// Change in the last adjustment, standard deviations.
     pub(crate) step_sigmas: f64,
 }
 
@@ -137,7 +137,7 @@ impl AxisFinding {
         self.covariance.as_ref()
     }
 
-    /// Whether an axis has such a part.
+    /// Whether an axis has a part.
     #[must_use]
     pub fn has(&self, part: AxisPart) -> bool {
         match part {
@@ -147,7 +147,7 @@ impl AxisFinding {
         }
     }
 
-    /// The scale is exact, or has this standard deviation.
+    /// Standard deviation of the scale. 0 if it is exact.
     #[must_use]
     pub fn scale_sigma(&self) -> f64 {
         let sigma = self.covariance.map_or(0.0, |covariance| covariance[(AXIS_SCALE, AXIS_SCALE)].sqrt());
@@ -155,10 +155,10 @@ impl AxisFinding {
     }
 }
 
-/// Seams that lean by less than this against each other are in one direction, rad.
+/// Seams within this angle count as parallel, rad.
 const PARALLEL_RAD: f64 = 0.1;
 
-/// Whether all lines are in one direction.
+/// Whether all lines are parallel.
 #[must_use]
 pub(crate) fn are_parallel(lines: &[Line]) -> bool {
     let leans = |pair: &[Line]| pair[0].direction().cross(&pair[1].direction()).norm();

@@ -4,10 +4,10 @@
 //! | module | |
 //! |---|---|
 //! | `start` | attitudes, offsets and directions on a grid, with a linear problem each |
-//! | `refine` | all unknowns of the best of them, robustly |
-//! | `finding` | what is said of an axis |
+//! | `refine` | all unknowns of the best of them, by a robust fit |
+//! | `finding` | the estimate of an axis |
 //!
-//! [`crate::calibrate`] calibrates about these, and again until the axes stay where they are.
+//! [`crate::calibrate`] calibrates about these axes, and repeats until they no longer move.
 
 pub mod finding;
 pub(crate) mod refine;

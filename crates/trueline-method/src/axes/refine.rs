@@ -1,4 +1,4 @@
-//! All unknowns of a scan with axes, refined from a start: robust steps of Gauss and Newton, a wide scale first \[Yang2020\].
+//! Refines all unknowns of a scan with axes from a start: robust Gauss–Newton steps, with a wide scale first \[Yang2020\].
 
 use crate::axes::scan::{AxisScan, Reading};
 use crate::axes::state::{OWN, State};
@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, Vector2};
 
 /// Steps of the differences: s, rad and m.
 const STEP: f64 = 1e-6;
-/// Damping of a step at first, of the diagonal.
+/// Initial damping of a step, relative to the diagonal.
 const DAMPING: f64 = 1e-3;
 /// Prior standard deviation of everything in units of a residual's scale, rad, m and s: undetermined quantities stay
 /// constant.
@@ -21,7 +21,7 @@ pub(crate) struct Refined {
     pub state: State,
 }
 
-/// Follows a start through scales of the loss, m; `None` where hardly anything has a place.
+/// Solves from a start through scales of the loss, m. `None` if hardly any reading can be placed.
 #[must_use]
 pub(crate) fn follow(
     scan: &AxisScan,
@@ -45,7 +45,7 @@ struct Problem<'a> {
     scale_m: f64,
 }
 
-/// At least this part of the readings has a place.
+/// Least fraction of the readings that can be placed.
 const PLACED: f64 = 0.5;
 
 impl Problem<'_> {

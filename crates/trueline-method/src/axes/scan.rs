@@ -1,4 +1,4 @@
-//! A scan as the search for its axes sees it: readings, and the robot's path without the axes.
+//! The data for the search of axes: readings, and the robot's path without the axes.
 
 use crate::axes::state::State;
 use crate::config::Config;
@@ -27,7 +27,7 @@ pub(crate) struct AxisScan {
     pub path: Trajectory,
     /// The axes, at their assumed places.
     pub chain: AxisChain,
-    /// Readings of the seam that was read most often.
+    /// Readings of the seam with the most of them.
     pub readings: Vec<Reading>,
     /// The direction of each axis, if stated.
     pub directions: Vec<Option<Vector3<f64>>>,
@@ -37,7 +37,7 @@ pub(crate) struct AxisScan {
     pub normal: Vector3<f64>,
 }
 
-/// The line that was read most often: the search looks at its readings.
+/// The line with the most readings, which the search uses.
 #[must_use]
 pub(crate) fn most_read(recording: &Recording) -> Option<u32> {
     let mut counts = BTreeMap::new();
@@ -69,7 +69,7 @@ pub(crate) fn runs_evenly(record: &AxisRecord, recording: &Recording) -> bool {
 }
 
 impl AxisScan {
-    /// Of a recording.
+    /// From a recording.
     ///
     /// # Errors
     /// Streams that are no scan.

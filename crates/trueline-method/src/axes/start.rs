@@ -1,4 +1,4 @@
-//! Starts for a scan with axes, from nothing.
+//! Starts for a scan with axes, without a guess.
 //!
 //! Time offset, attitude of the sensor and, of a rotary axis, its direction are tried on a grid. The direction of the seam
 //! is then the mean of the laser plane's normal in its frame. Everything else follows from a linear problem. With a point of
@@ -18,21 +18,21 @@ use crate::parallel;
 use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, UnitVector3, Vector3};
 use trueline_geometry::{Axis, AxisKind, Line, Pose, se3, so3};
 
-/// Directions of a rotary axis that are tried, a whole sphere of them: neighbours are some 25° apart.
+/// Number of directions of a rotary axis on the whole sphere: neighbours are some 25° apart.
 const DIRECTIONS: usize = 60;
-/// Turn from one direction to the next about the pole, rad: it fills a sphere evenly.
+/// Rotation about the pole between successive directions, rad: it fills a sphere evenly.
 const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
-/// Neighbouring time offsets, s.
+/// Step of the time offsets, s.
 const OFFSET_STEP_S: f64 = 0.2;
-/// Readings that a trial looks at, and each stage that follows.
+/// Readings used by a trial, and by each following stage.
 const READINGS: [usize; 4] = [40, 60, 120, 500];
-/// Turns of the attitudes of a cube, rad: a set after the other is tried until one explains nearly all.
+/// Rotations of the attitudes of a cube, rad. Sets are tried in turn until one explains nearly all readings.
 const SETS: [[f64; 3]; 4] = [[0.0; 3], [0.4, 0.3, -0.5], [-0.5, 0.45, 0.2], [0.3, -0.5, 0.45]];
 /// Mean loss of a state that explains nearly all readings.
 const CLEAR: f64 = 0.05;
 /// If two sets find the same, to this part of the loss, the search ends.
 const AGAIN: f64 = 0.01;
-/// Starts that each stage follows.
+/// Number of starts kept in each stage.
 const FOLLOWED: [usize; 3] = [240, 40, 8];
 /// Scales of the loss of each stage, m.
 const SCALES_M: [&[f64]; 3] = [&[0.06], &[0.03, 0.01], &[0.005, 0.002, 0.001]];
@@ -65,7 +65,7 @@ pub(crate) fn from_nothing(scan: &AxisScan, sought: usize, within_s: f64, thread
     best
 }
 
-/// One set of attitudes, all turned alike, beside all offsets and directions.
+/// One set of attitudes, all rotated alike, with all time offsets and directions.
 struct Set<'a> {
     scan: &'a AxisScan,
     sought: usize,
@@ -103,7 +103,7 @@ struct Placed {
     point: Vector3<f64>,
 }
 
-/// The trials of one time offset that are worth following.
+/// The trials of one time offset that are kept.
 fn trials(set: &Set<'_>, offset_s: f64, readings: &[Reading]) -> Vec<(f64, State)> {
     let Set { scan, sought, turn, .. } = *set;
     let place = |reading: &Reading| {

@@ -7,7 +7,7 @@ use trueline_geometry::{AxisKind, Line, Pose, se3};
 
 /// Numbers of time offset, hand-eye transform and line.
 pub(crate) const OWN: usize = 11;
-/// Stamps of an axis are no later than this as a rule, s: of one that runs evenly nothing else says how late they are.
+/// Usual bound of an axis's time offset, s. For an axis that moves steadily it is the only information.
 const USUAL_OFFSET_S: f64 = 0.1;
 
 /// One value of all unknowns.
@@ -24,7 +24,7 @@ pub(crate) struct State {
 }
 
 impl State {
-    /// Numbers of the axes that are estimated: all but scales, points of linear ones, and time offsets that nothing shows.
+    /// The estimated numbers of the axes: all except scales, points of linear axes, and unobservable time offsets.
     pub(crate) fn of_axes(&self) -> Vec<(usize, usize)> {
         let is_free = |link: &Link, number: usize| match number {
             AXIS_SCALE => false,
@@ -38,13 +38,13 @@ impl State {
         self.chain.links.iter().enumerate().flat_map(numbers).collect()
     }
 
-    /// Twice the cost of the time offsets of the axes by what is usual.
+    /// Twice the prior cost of the axes' time offsets.
     pub(crate) fn unusual(&self) -> f64 {
         let square = |link: &Link| (link.axis.time_offset_s / USUAL_OFFSET_S).powi(2);
         self.chain.links.iter().filter(|link| !link.holds_time_offset).map(square).sum()
     }
 
-    /// A time offset of each axis by what is usual, and its weight there; of the other numbers nothing is known.
+    /// Gradient and weight of an axis number's prior. Only time offsets have one.
     pub(crate) fn known(&self, (link, number): (usize, usize)) -> [f64; 2] {
         let weight = USUAL_OFFSET_S.powi(-2);
         if number == AXIS_TIME_OFFSET {

@@ -11,13 +11,13 @@ use nalgebra::{UnitVector3, Vector3};
 use trueline_dataset::{AxisRecord, Carries, Recording};
 use trueline_geometry::{Axis, AxisKind, Pose};
 
-/// Calibrations at most.
+/// Maximum number of calibrations.
 const ROUNDS: usize = 8;
 /// A step of less than this part of the standard deviations counts as zero.
 const SMALL: f64 = 0.1;
-/// Mean loss at a scale of 1 mm beyond which most readings are explained by nothing.
+/// Mean loss at a scale of 1 mm above which the start explains too few readings.
 const UNEXPLAINED: f64 = 0.75;
-/// The same below which nearly all are explained.
+/// Mean loss at a scale of 1 mm below which nearly all readings are explained.
 const EXPLAINED: f64 = 0.2;
 /// A larger mean loss may come from a mistake: a third of outliers gives less.
 const DOUBTFUL: f64 = 0.4;
@@ -32,7 +32,7 @@ pub(crate) fn calibrated(
     calibrate: &dyn Fn(&Recording, &Config) -> Result<Calibration, Error>,
 ) -> Result<Calibration, Error> {
     check_options(config)?;
-    // Whole stripes are not adjusted together with axes.
+    // External axes support seam points only, not whole stripes.
     let seam_points = Config { measurements: Measurements::Seam, ..config.clone() };
     let calibrate = &|placed: &Recording| calibrate(placed, &seam_points);
     let placed = Recording { axes: started(recording, config)?, ..recording.clone() };
@@ -102,7 +102,7 @@ fn mirrored(recording: &Recording, best: &Calibration) -> Option<Recording> {
     is_other.then_some(other)
 }
 
-/// The direction of a linear axis that moves no point of a seam otherwise, for it goes the other way along it.
+/// The direction of a linear axis mirrored along a seam. Points move across the seam as before.
 fn other_way(direction: &UnitVector3<f64>, along: &Vector3<f64>) -> UnitVector3<f64> {
     let d = direction.as_ref();
     UnitVector3::new_normalize(d - along * (2.0 * along.dot(d)))
@@ -146,7 +146,7 @@ fn check_options(config: &Config) -> Result<(), Error> {
     Err(Error::AxesNotThere { why })
 }
 
-/// The axes where a search from nothing finds them.
+/// The axes, found without a guess.
 fn started(recording: &Recording, config: &Config) -> Result<Vec<AxisRecord>, Error> {
     let mut axes = recording.axes.clone();
     let moves = recording.axes_that_move();

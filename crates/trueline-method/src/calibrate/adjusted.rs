@@ -1,4 +1,4 @@
-//! The answer of the seam points, adjusted together with every error that is not noise.
+//! Adjusts the seam-point answer together with every systematic error.
 
 use crate::adjustment::answer::{Answer, Settings, adjust};
 use crate::assess::levels::SystematicLevels;
@@ -35,13 +35,13 @@ struct Adjusted {
     pub answer: Answer,
     /// Predicted error of a later seam point; `None` if the field is empty.
     pub seam_error: Option<SeamError>,
-    /// Of each rival of the optimum, whether it is still one: adjusted in full as well, it is about as likely.
+    /// For each rival of the optimum: whether it is still about as likely after a full adjustment.
     pub is_open: Vec<bool>,
-    /// A rival that is plainly likelier, where the guess or a statement decided against it.
+    /// A plainly likelier rival that the guess or a statement excluded.
     pub better: Option<BetterMinimum>,
     /// The scan with its external axes where they were found; `None` without axes.
     pub with_axes: Option<Observations>,
-    /// How far the robot lags in each model that was tried (s), with minus twice its log likelihood.
+    /// Each lag that was tried (s), with minus twice its log likelihood.
     pub tried: Vec<(f64, f64)>,
 }
 
@@ -51,18 +51,18 @@ pub(crate) fn applies(recording: &Recording, config: &Config, fit: &Fit, levels:
     let is_ideal =
         waviness_m(recording, config) == 0.0 && levels.edge_radius_m == 0.0 && recording.axes.is_empty();
     let is_paper = config.residual != ResidualKind::Sheet || fit.parameters().curvatures.is_empty();
-    // A robot at stops has an error of its own at each, which is noise; where axes are is found here alone.
+    // The error of a robot at stops is noise, one draw a stop. External axes are estimated only in the adjustment.
     let is_at_stops = config.at_stops && recording.axes.is_empty();
     !(is_ideal || is_paper || fit.prior.is_some() || is_at_stops)
 }
 
-/// How wavy the seam is, if stated, m.
+/// Stated waviness of the seam, m.
 fn waviness_m(recording: &Recording, config: &Config) -> f64 {
     config.waviness_m.or(recording.setup.waviness_m).unwrap_or(ASSUMED_WAVINESS_M)
 }
 
-/// The optimum of noise alone, adjusted. `None` where nothing is there to adjust: a seam that is stated to be straight with a sharp edge, the paper's
-/// residual, directions that are held at a guess, a robot that stands.
+/// Adjusts the optimum of noise alone. `None` if there is no systematic error to adjust: a straight seam with a sharp edge, the paper's residual,
+/// directions held at a guess, a standing robot.
 ///
 /// # Errors
 /// [`Unsolved`] where there would be, and the equations have no solution.
@@ -135,7 +135,7 @@ fn seam_error(from: &Concluded<'_>, answer: &Answer) -> Option<SeamError> {
     seam_error::of_shares(observations, fit.placed.of(observations), &answer.at, &sources)
 }
 
-/// Twice the log likelihood by which one of two answers is the likelier one for good.
+/// Gain in twice the log likelihood at which the likelier of two answers is final.
 const RIVAL_GAIN: f64 = 25.0;
 
 /// The likeliest of several answers.
@@ -145,8 +145,8 @@ struct Basin {
     better: Option<BetterMinimum>,
 }
 
-/// The likeliest of an answer and its mirror images, each adjusted in full to the frames that all of them can place; and whether each rival is still about as
-/// likely. What is noise to a fit of noise alone, tacks and waves above all, can make a turned sensor look better.
+/// Adjusts an answer and each of its mirror images in full, on the frames that all of them can place, and takes the likeliest. Also states whether
+/// each rival is still about as likely. A fit of noise alone counts tacks and waves as noise, and these can favour a wrong rotation.
 fn beside_rivals(
     from: &Concluded<'_>,
     problem: &LineProblem<'_>,
@@ -154,8 +154,8 @@ fn beside_rivals(
     best: Answer,
 ) -> Basin {
     let rivals = &from.ambiguity.rivals;
-    // Other time offsets are those of a path that repeats itself: the test for these stays, for forms of the seam explain an alias as well. Lines that
-    // are held stay where they were drawn, and rivals were found before.
+    // Rivals at other time offsets come from a repeating path. They keep their own test, because forms of the seam can explain an alias too. Held
+    // lines stay where they were drawn, and their rivals were found earlier.
     if !rivals.iter().any(|rival| rival.is_mirror) || !from.settings.config.drawn_lines.is_empty() {
         return Basin { answer: best, is_open: vec![true; rivals.len()], better: None };
     }
@@ -165,7 +165,7 @@ fn beside_rivals(
     let (list, whiteners) = some_of(problem, is_common);
     let common = problem.of_some(&list, &whiteners);
     let own = adjust(&common, &best.at, settings);
-    // What ends where the answer is was no other basin.
+    // A rival that converges to the answer is the same basin.
     let is_same = |other: &Answer| own.as_ref().is_some_and(|own| are_one_basin(&own.at, &other.at));
     let of_mirror = |rival: &RivalAnswer| {
         let adjusted = rival.is_mirror.then(|| adjust(&common, &rival.parameters, settings)).flatten();
@@ -175,7 +175,7 @@ fn beside_rivals(
     let merged: Vec<bool> = others.iter().map(|other| other.is_some_and(|(_, is_same)| is_same)).collect();
     let others: Vec<Option<f64>> =
         others.into_iter().map(|other| other.filter(|(_, is_same)| !is_same).map(|(by, _)| by)).collect();
-    // What cannot be solved is not told apart.
+    // An answer without a solution is not compared.
     let own = own.map_or(f64::INFINITY, |own| own.comparable());
     let likeliest = others.iter().flatten().copied().fold(own, f64::min);
     let mut is_open: Vec<bool> = rivals
@@ -195,12 +195,12 @@ fn beside_rivals(
         let better = Some(BetterMinimum { time_offset_s, noise_factor });
         return Basin { answer: best, is_open, better };
     }
-    // It is no rival of itself.
+    // The answer is no rival of itself.
     is_open[taken] = false;
     Basin { answer: adjust(problem, &rival.parameters, settings).unwrap_or(best), is_open, better: None }
 }
 
-/// Sensors that are turned by less than this against each other are of one basin, rad: 4°.
+/// Rotations of the sensor closer than this belong to one basin, rad: 4°.
 const ONE_BASIN_RAD: f64 = 0.07;
 
 /// Whether two answers are of one basin.
@@ -208,7 +208,7 @@ fn are_one_basin(one: &Parameters, other: &Parameters) -> bool {
     one.tool_from_camera.rotation.angle_to(&other.tool_from_camera.rotation) < ONE_BASIN_RAD
 }
 
-/// The observations of a problem that are like that, with their whiteners.
+/// The observations of a problem that meet a condition, with their whiteners.
 fn some_of(
     problem: &LineProblem<'_>,
     is_such: impl Fn(&Observation) -> bool,
@@ -218,21 +218,21 @@ fn some_of(
 
 /// Lags of a robot behind commanded poses that are tried, s.
 const LAGS_S: [f64; 4] = [0.012, 0.022, 0.035, 0.055];
-/// A lag is tried where its square is this multiple of its standard deviation …
+/// A lag is tried if its estimated square exceeds this multiple of its standard deviation.
 const LAG_SIGMAS: f64 = 4.0;
-/// … so much of that is owed to the lag, and not to poses that are smoother with it …
+/// Minimum share of the gain that must come from the lag rather than from smoother poses.
 const OF_LAG: f64 = 0.5;
-/// … its square is the parabola's only to this part of it …
+/// Deviation of the square from its parabola, as a fraction of the square.
 const LAG_CURVES: f64 = 0.6;
-/// … and it is taken where twice the log likelihood gains so much: e⁻¹² is less likely than commanded poses are rare.
+/// Minimum gain in twice the log likelihood: e⁻¹² is less likely than commanded poses are rare.
 const LAG_GAIN: f64 = 25.0;
 
-/// The same with the robot behind its recorded poses, where those were commanded. The time offset is that of the recorded poses, delay and all: with
-/// it a measurement is placed by the poses as they will be recorded.
+/// Adjusts with the robot lagging behind its recorded poses, in case these are commanded poses. The time offset stays relative to the recorded poses
+/// and includes the delay. It therefore places a measurement by poses as they will be recorded.
 fn lagging(from: &Concluded<'_>, settings: &Settings<'_>, as_recorded: Answer) -> (Answer, Vec<(f64, f64)>) {
     let mut models = vec![(0.0, as_recorded.comparable())];
     let (square_s2, sigma_s2) = as_recorded.amplitudes.squared_lag_s2;
-    // The residuals show the square of the lag, which any lag that is taken has.
+    // The residuals determine the square of the lag. A lag is taken only if it agrees with that.
     let is_shown =
         |lag_s: f64| (lag_s.powi(2) - square_s2).abs() < LAG_SIGMAS * sigma_s2 + LAG_CURVES * lag_s.powi(2);
     let (shown, others): (Vec<f64>, Vec<f64>) = LAGS_S.into_iter().partition(|lag_s| is_shown(*lag_s));
@@ -242,7 +242,7 @@ fn lagging(from: &Concluded<'_>, settings: &Settings<'_>, as_recorded: Answer) -
     let DriftFree { observations, fit, .. } = &from.assessed.drift_free;
     let problem = fit.problem(observations, from.settings.config);
     let latest_s = LAGS_S.iter().copied().fold(0.0, f64::max);
-    // A lag makes exposures later: all are compared by the frames that the latest of them still places.
+    // A lag makes exposures later. All lags are compared on the frames that the largest one can still place.
     let is_common = |o: &Observation| {
         let later = Observation { stamp_s: o.stamp_s + latest_s, ..*o };
         problem.placement(&later, &as_recorded.at).is_some()
@@ -274,10 +274,10 @@ fn lagging(from: &Concluded<'_>, settings: &Settings<'_>, as_recorded: Answer) -
     let Some(likeliest) = tried.into_iter().min_by(|a, b| a.comparable().total_cmp(&b.comparable())) else {
         return (as_recorded, models);
     };
-    // Controllers follow within 60 ms: what is likeliest with the largest lag is something else, and so is one whose square the residuals do not show.
+    // Controllers follow within 60 ms. An optimum at the largest lag has another cause, and so has a lag whose square disagrees with the residuals.
     let lag_s = likeliest.amplitudes.lag_s;
     let is_credible = lag_s < latest_s && is_shown(lag_s);
-    // A lag smoothes the noise of the poses too, and so does what is as far ahead: a robot that follows commands is like the one and not the other.
+    // A lag also smooths the noise of the poses, and so does an equal lead. Only a robot that follows commands prefers the lag.
     let ahead = with(-lag_s, lag::first_order_ahead(path, lag_s)).map(|ahead| ahead.comparable());
     let gain = without.comparable() - likeliest.comparable();
     let beside_ahead = ahead.map_or(0.0, |ahead| ahead - likeliest.comparable());

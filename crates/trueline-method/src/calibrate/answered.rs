@@ -1,4 +1,4 @@
-//! An answer as the unknowns of the findings: with what it says of the sensor.
+//! Converts an answer into the unknowns of the findings, with the estimated sensor shape.
 
 use crate::assess::corrected_sensor::CorrectedSensor;
 use crate::assess::file_frame::{FileFrame, HandEyeOfFile, StatedSensor};
@@ -9,30 +9,30 @@ use crate::findings::Unknowns;
 use crate::problem::parameters::{LINES, Parameters, ROTATION};
 use nalgebra::DMatrix;
 
-/// What is said of the sensor, beside the cause that explains its residuals.
+/// The estimated sensor shape beside the cause that explains the residuals.
 pub(crate) fn beside_cause(from: &Concluded<'_>, unknowns: &Unknowns) -> Option<SensorShape> {
     let Unknowns { parameters, covariance, .. } = unknowns;
     unknowns.sensor.map(|shape| shape.beside(from.cause.as_ref(), parameters, covariance))
 }
 
-/// An answer without what it says of the sensor.
+/// An answer without its sensor shape.
 pub(crate) struct Answered {
-    /// Where it is.
+    /// The unknowns.
     pub parameters: Parameters,
-    /// Covariance of the tangent by everything.
+    /// Total covariance of the tangent.
     pub covariance: DMatrix<f64>,
-    /// The part of it that is noise.
+    /// Its random part.
     pub noise_covariance: DMatrix<f64>,
-    /// What of it is seen.
+    /// Its observability.
     pub observability: Observability,
 }
 
-/// With what it says of the sensor; the transform is that of the stated file.
+/// Adds the sensor shape. The transform belongs to the stated sensor file.
 pub(crate) fn with_sensor(from: &Concluded<'_>, answered: Answered) -> Unknowns {
     let Answered { parameters, covariance, noise_covariance, observability } = answered;
     let observations = &from.assessed.drift_free.observations;
     let shows_hand_eye = observability.shows_hand_eye();
-    // A transform that is held is what the user stated of his file.
+    // A held transform belongs to the sensor file that the user stated.
     let is_held = from.settings.fixed.iter().any(|k| (ROTATION..LINES).contains(k));
     let stated = StatedSensor::of(observations, &parameters).filter(|_| shows_hand_eye && !is_held);
     let frame = stated.as_ref().map_or_else(FileFrame::of_estimate, |stated| stated.frame);

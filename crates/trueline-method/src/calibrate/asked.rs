@@ -8,7 +8,7 @@ use crate::problem::parameters::{ROTATION, TIME_OFFSET};
 use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
 
-/// The model that was asked for, as it was fitted to noise alone.
+/// The requested model, fitted to noise alone.
 pub(crate) fn asked(settings: &FitSettings<'_>, levels: &SystematicLevels, found: &DriftFree) -> ModelTried {
     let solver = Solver { observations: &found.observations, settings: *settings };
     let config = settings.config;

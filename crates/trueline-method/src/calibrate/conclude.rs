@@ -16,7 +16,7 @@ use crate::verdict;
 /// All findings about a fit.
 ///
 /// # Errors
-/// Stripes that are asked for and cannot be used.
+/// The stripes were requested and cannot be used.
 pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     let _stage = tracing::debug_span!("conclude").entered();
     let DriftFree { fit, observations, .. } = &from.assessed.drift_free;
@@ -35,7 +35,7 @@ fn judged(
 ) -> Result<Calibration, Error> {
     take_adjusted(from, problem, &mut findings);
     if let Some(amplitudes) = &findings.fit.amplitudes {
-        // The errors of both answers are the same in part, and are told apart by none of its columns: their difference is taken for less sure than it is.
+        // Both answers share part of their errors, and the columns do not separate them. Their difference is therefore given a larger uncertainty.
         let noise = findings.unknowns.covariance.clone();
         let systematic = errors.systematic.of_nothing();
         let amplitudes = SharedAmplitudes::of(amplitudes, &findings.unknowns.noise_covariance, errors.noise);
@@ -44,7 +44,7 @@ fn judged(
     } else {
         add_stripes(from, &mut findings, errors)?;
     }
-    // What fits no better when released has no information on what was held.
+    // If the released fit is no better, it has no information on the held quantity.
     if let Some(released) =
         from.released.filter(|released| !verdict::residuals_are_too_large(&released.findings))
     {

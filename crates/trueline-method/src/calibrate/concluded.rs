@@ -30,11 +30,11 @@ pub(crate) struct Concluded<'a> {
     pub(crate) better: Option<BetterMinimum>,
     pub(crate) assessed: &'a Assessed,
     pub(crate) levels: SystematicLevels,
-    /// How far the robot was taken to be off.
+    /// The assumed robot errors.
     pub(crate) robot_taken: RobotSigmas,
-    /// What its residuals show, where that is plainly worse.
+    /// Robot errors from the residuals, where clearly larger.
     pub(crate) robot_seems: Option<RobotSigmas>,
-    /// The bias that the features were freed of.
+    /// The bias that was removed from the features.
     pub(crate) bias: Option<TakenBias>,
     pub(crate) structure: Structure,
     pub(crate) cause: Option<MisfitCause>,
@@ -50,12 +50,12 @@ impl Concluded<'_> {
             && self.settings.config.residual == ResidualKind::PointToLine
     }
 
-    /// How much larger the covariance by noise is than by white noise.
+    /// Ratio of the covariance from noise to that from white noise.
     pub(crate) fn inflation(&self) -> f64 {
         inflation(&self.structure, &self.assessed.information)
     }
 
-    /// The components that are held and not known exactly, each with its standard deviation, SI.
+    /// The held components that are not known exactly, each with its standard deviation, SI.
     pub(crate) fn held_sigmas(&self) -> Vec<(usize, f64)> {
         let HeldSigma { time_s, rotation_rad, translation_m } = self.settings.config.held_sigma;
         let stated = |component: &usize| match *component {
@@ -74,8 +74,8 @@ impl Concluded<'_> {
         if self.settings.fixed.contains(&TIME_OFFSET) {
             return covariance;
         }
-        // Noise in its column makes it look better known than it is, and with it all that goes with it: of a share s the optimum's
-        // variance is that of the gradient, 1, over the square of the curvature that motion gives, s².
+        // Noise in the Jacobian column makes the time offset, and everything correlated with it, look better known than it is. With motion share s,
+        // the gradient's variance is 1 and the curvature from motion is s: the variance of the optimum is 1 / s².
         let variance = covariance[(TIME_OFFSET, TIME_OFFSET)];
         if self.time_offset_share < 1.0 && variance > 0.0 {
             let along = covariance.column(TIME_OFFSET).into_owned();

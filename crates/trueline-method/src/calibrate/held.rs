@@ -1,7 +1,7 @@
 //! Tests whether the scan contradicts a sensor, a line or another quantity that was held fixed, by refitting with it free.
 //!
-//! The error of a sensor or of a line that is held goes into the residuals, where it looks like a bad robot, another lens or a bent
-//! seam. So nothing else is concluded from these residuals: causes are looked for with sensor and lines released.
+//! The error of a held sensor or line appears in the residuals, where it looks like a bad robot, another lens or a bent seam. Causes are therefore
+//! looked for with sensor and lines released.
 
 use crate::assess::drawn_line_shift::DrawnLineShift;
 use crate::assess::held_off::HeldOff;
@@ -29,7 +29,7 @@ pub(crate) fn released(config: &Config, recording: &Recording) -> Option<Config>
         return None;
     }
     let sensor = match config.sensor {
-        // What the file states has this scan in it.
+        // The file's uncertainty was derived from this scan.
         SensorMode::Fixed if holds_sensor && recording.is_in_its_sensors_uncertainty() => SensorMode::Free,
         SensorMode::Fixed if holds_sensor => SensorMode::Prior,
         other => other,
@@ -37,8 +37,8 @@ pub(crate) fn released(config: &Config, recording: &Recording) -> Option<Config>
     Some(Config { sensor, drawn_lines: Vec::new(), ..config.clone() })
 }
 
-/// The same options without what the sensor's file states of its uncertainty, where a fit that takes it for true leaves something that
-/// a sensor which is worse than that would leave; else `None`.
+/// The same options without the sensor file's uncertainty. `None` unless a fit that trusts the file leaves residuals that a worse sensor would
+/// explain.
 pub(crate) fn freed(config: &Config, as_stated: &Calibration) -> Option<Config> {
     let findings = &as_stated.findings;
     let shape =
@@ -61,7 +61,7 @@ pub(crate) fn compare(config: &Config, held: &Parameters, checks: &mut Checks, r
     }
 }
 
-/// Shape of a sensor that was held fixed, or had the uncertainty of its file; `None` if it was free, or the scan does not determine it.
+/// Shape of a sensor that was held fixed or had its file's uncertainty. `None` if it was free or is unobservable.
 pub(crate) fn held_sensor(held: &Config, released: &Calibration) -> Option<SensorShape> {
     let unknowns = &released.findings.unknowns;
     let shape = unknowns.sensor.filter(|_| unknowns.observability.unobservable.is_empty())?;
@@ -72,7 +72,7 @@ pub(crate) fn held_sensor(held: &Config, released: &Calibration) -> Option<Senso
     }
 }
 
-/// How far off a seam point is without the drawing, m, where the scan shows the lines better than that is known.
+/// Error of a seam point without the drawing, m, if the scan determines the lines better than the drawing does.
 fn better_without_drawing_m(held: &Config, checks: &Checks, released: &Calibration) -> Option<f64> {
     let (with, without) = (checks.seam_error?.rms_m, released.findings.checks.seam_error?.rms_m);
     let is_good = released.status() == Status::Accepted;

@@ -1,4 +1,4 @@
-//! What a scan shows, and, where the user accepts it, a fit that holds the rest at a guess.
+//! Observability of a scan; if the user accepts it, a fit with the unobservable rest held at a guess.
 
 use crate::assess::excitation::{LEAST_TIME_OFFSET_SHARE, SplitSampleInformation};
 use crate::assess::observability::{self, Group, Observability, RANK_THRESHOLD};
@@ -16,33 +16,33 @@ use trueline_dataset::Guess;
 use trueline_geometry::Trajectory;
 use trueline_lsq::Information;
 
-/// A fit, what is known from it and what can be seen.
+/// A fit with its information and observability.
 pub(crate) struct Identifiability {
-    /// The fit; with unseen directions held if that was accepted.
+    /// The fit; unobservable directions are held if that was accepted.
     pub fit: Fit,
-    /// What is known from it.
+    /// The information from it.
     pub information: Information,
-    /// Part of the time offset's information that is motion, where it is seen; else 1.
+    /// Share of the time offset's information that comes from motion, if observable; else 1.
     pub time_offset_share: f64,
     /// Observability of the unknowns.
     pub observability: Observability,
 }
 
-/// How far unseen directions are moved: as far off as a guess may be.
+/// Displacement along unobservable directions: the error of a typical guess.
 const MOVED_S: f64 = 0.005;
 /// See [`MOVED_S`].
 const MOVED_RAD: f64 = 0.1;
 /// See [`MOVED_S`].
 const MOVED_M: f64 = 0.030;
-/// What then moves by more standard deviations than this is not known.
+/// A component that then moves by more standard deviations than this is unobservable.
 const MOVED_SIGMAS: f64 = 2.0;
-/// A component whose variance falls below this part when others are held owes its precision to them.
+/// A component whose variance falls below this fraction when others are held depends on them.
 const HELD_SHARE: f64 = 0.1;
 
-/// Finds what the scan shows; `halves` is the robot's path by every other sample, `guess` where to hold the rest.
+/// Assesses observability. `halves` is the robot's path by every other sample. `guess` is the value at which the rest is held.
 ///
 /// # Errors
-/// [`Error::NoGuessToHold`] where the rest is to be held and there is no guess.
+/// [`Error::NoGuessToHold`] if the rest is to be held and there is no guess.
 pub(crate) fn assess_identifiability(
     drift_free: &DriftFree,
     settings: &FitSettings<'_>,
@@ -86,7 +86,7 @@ pub(crate) fn assess_identifiability(
     let held_information = spectrum(&held, settings)?;
     let (before, after) = (information.covariance(), held_information.covariance());
     for k in 0..LINES {
-        // What is known only because something else is held is not known.
+        // A component that depends on held ones is unobservable.
         observability.observable_components[k] &= after[(k, k)] > HELD_SHARE * before[(k, k)];
     }
     Ok(Identifiability { fit: held, information: held_information, time_offset_share, observability })
@@ -96,8 +96,8 @@ fn spectrum(fit: &Fit, settings: &FitSettings<'_>) -> Result<Information, Error>
     fit.information(settings.fixed, RANK_THRESHOLD).ok_or(Error::NoStart)
 }
 
-/// Moves everything unseen and fits the rest again: what moves with it is not known either, however well it seems to be
-/// where the search happened to end.
+/// Displaces every unobservable direction and refits the rest. A component that follows is unobservable too, however small its variance at the
+/// optimum is.
 fn follow(
     drift_free: &DriftFree,
     settings: &FitSettings<'_>,
@@ -116,22 +116,22 @@ fn follow(
             .and_then(|start| solver.converge_from(&drift_free.fit, start))
             .map(|fit| fit.parameters().minus(&at.guess()));
         for k in 0..LINES {
-            // Where nothing can be fitted nothing is known.
+            // A failed fit makes every component unobservable.
             observability.observable_components[k] &=
                 moved.as_ref().is_ok_and(|m| m[k].abs() < MOVED_SIGMAS * covariance[(k, k)].sqrt());
         }
     }
 }
 
-/// The same clock and sensor with the lines that follow them: from where they were before, a damped first step would spread
-/// the way to them over all other unknowns, and every feature be an outlier.
+/// The same clock and sensor with refitted lines. With the old lines a damped first step would spread over all unknowns, and every feature would
+/// become an outlier.
 fn with_lines_of(solver: &Solver<'_>, fit: &Fit, away: Parameters) -> Result<Parameters, Error> {
     let list = fit.placed.of(solver.observations);
     let lines = lines_for(solver.observations, list, &away.guess()).ok_or(Error::NoStart)?;
     Ok(Parameters { lines, curvatures: Vec::new(), ..away })
 }
 
-/// A step along everything of offset and hand-eye that is not observable.
+/// A step along every unobservable direction of time offset and hand-eye.
 fn unobservable_step(observability: &Observability, dimension: usize) -> DVector<f64> {
     let mut step = DVector::zeros(dimension);
     for unobservable in &observability.unobservable {
@@ -151,7 +151,7 @@ fn unobservable_step(observability: &Observability, dimension: usize) -> DVector
     step
 }
 
-/// Holds every unseen direction of offset and hand-eye at a guess; the lines follow.
+/// A prior that holds every unobservable direction of time offset and hand-eye at a guess. The lines are refitted.
 fn holding(observability: &Observability, guess: &Guess) -> Prior {
     let mut prior = Prior::at(guess);
     for unobservable in &observability.unobservable {

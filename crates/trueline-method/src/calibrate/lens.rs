@@ -1,8 +1,7 @@
-//! A calibration whose residuals are those of another lens than the file states.
+//! Calibrates with a corrected lens if the residuals contradict the stated one.
 //!
-//! k1 and k2 are found as a pattern in the residuals, by [`crate::assess::misfit_cause`], which is linear; so the scan is calibrated
-//! again with the lens that was found, until nothing is left of the pattern. The answer stays that of the stated sensor, which
-//! everything that uses the answer has; the corrected sensor's file has the lens.
+//! [`crate::assess::misfit_cause`] finds k1 and k2 as a linear pattern in the residuals. The scan is recalibrated with the found lens until the
+//! pattern vanishes. The answer stays that of the stated sensor, which every user of the answer has. The corrected sensor file has the lens.
 
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::lens::{self, LensCorrection};
@@ -13,15 +12,14 @@ use crate::models::{Because, beside};
 use crate::verdict;
 use trueline_dataset::{Guess, Recording, Sensor};
 
-/// Rounds; each leaves about a tenth of the error of the one before.
+/// Rounds. Each reduces the error to about a tenth.
 const ROUNDS: usize = 4;
-/// A number that moves by less than this part of its ± is settled.
+/// A number that moves by less than this fraction of its uncertainty has converged.
 const SETTLED: f64 = 0.3;
-/// A calibration with what is found of the lens, `calibrate` being how a recording is calibrated from a guess; as it was where
-/// nothing is found.
+/// Adds the lens correction to a calibration, or returns it unchanged if there is none. `calibrate` calibrates a recording from a guess.
 ///
 /// # Errors
-/// As `calibrate`.
+/// Those of `calibrate`.
 pub(crate) fn corrected(
     mut first: Calibration,
     recording: &Recording,

@@ -50,11 +50,11 @@ use trueline_geometry::Trajectory;
 
 /// Estimates time offset, hand-eye transform and lines from a recording.
 ///
-/// `guess` is where to start; without it the start is found from nothing. Where the robot stands at each reading, there is no
-/// time offset, and a guess of it has no information.
+/// `guess` is the start. Without it the start is found from the data. If the robot stands at each reading there is no time offset, and its guess is
+/// ignored.
 ///
 /// # Errors
-/// [`Error`] if there is no estimate at all. A doubtful one is a [`Calibration`] that is not accepted.
+/// [`Error`] if there is no estimate at all. A doubtful estimate is a [`Calibration`] that is not accepted.
 pub fn calibrate(
     recording: &Recording,
     guess: Option<&Guess>,
@@ -69,10 +69,10 @@ pub fn calibrate(
     calibration
 }
 
-/// The same as a part of something else: as one trial of many, or again and again while a scan goes on.
+/// The same as part of a larger computation: one trial of many, or a repeated estimate during a scan.
 ///
 /// # Errors
-/// As [`calibrate`].
+/// Those of [`calibrate`].
 pub(crate) fn estimate(
     recording: &Recording,
     guess: Option<&Guess>,
@@ -96,7 +96,7 @@ pub(crate) fn estimate(
     Ok(if is_line { answer } else { curved::untried(answer, curved::AT_STOPS) })
 }
 
-/// The same in a cell with external axes. Where the robot stands at each reading nobody recognises it: the axes may move.
+/// The same in a cell with external axes. A robot that stands at each reading is not detected here, because the axes may move.
 fn with_axes(recording: &Recording, guess: Option<&Guess>, config: &Config) -> Result<Calibration, Error> {
     let is_stated = recording.at_stops || config.at_stops;
     let stops = if is_stated { stops::of(recording, config)? } else { None };
@@ -109,10 +109,11 @@ fn with_axes(recording: &Recording, guess: Option<&Guess>, config: &Config) -> R
     Ok(found?.at_stops(stops))
 }
 
-/// The same over the time of the recording's stamps.
+/// The same as a function of the recording's time stamps.
 fn over_time(recording: &Recording, guess: Option<&Guess>, config: &Config) -> Result<Calibration, Error> {
     if config.sensor == SensorMode::Prior && recording.is_in_its_sensors_uncertainty() {
-        // The optimum beside the shape that this scan gave is the joint one, and with the shape's covariance so are the ±.
+        // The shape was estimated from this scan. The optimum with the shape held is therefore the joint one, and the shape's covariance completes
+        // the uncertainties.
         let held = Config { sensor: SensorMode::Fixed, ..config.clone() };
         return Ok(over_time(recording, guess, &held)?.with_sensor_of_its_own_scan());
     }
@@ -121,7 +122,7 @@ fn over_time(recording: &Recording, guess: Option<&Guess>, config: &Config) -> R
         return Ok(with_models_of(held, released.as_ref()));
     }
     let as_stated = with_stated_lens(recording, guess, config, None)?;
-    // An adjusted answer takes a sensor that is further off than its file says for one that is: the remark says how far.
+    // An adjusted answer estimates a sensor that is further off than its file states. The warning reports by how much.
     let is_adjusted = as_stated.findings.fit.amplitudes.is_some();
     let freed = freed(config, &as_stated).filter(|_| !is_adjusted);
     let freed = freed.and_then(|freed| over_time(recording, guess, &freed).ok());
@@ -216,7 +217,7 @@ fn with_stated_lens(
     })
 }
 
-/// The fit with what is looked for by itself: a bias of the features, a robot that is worse than stated. Where every error is adjusted with the rest nothing is.
+/// Adds the separate tests for a bias of the features and for a worse robot. An adjustment of all errors makes both unnecessary.
 fn alone(
     assessed: Assessed,
     recording: &Recording,
@@ -233,7 +234,7 @@ fn alone(
     Ok((unbiased, seems))
 }
 
-/// A recording of stripes alone with their crossings as seam points, if there are enough of them.
+/// A recording of stripes with their intersections as seam points, if there are enough of them.
 fn cornered(recording: &Recording) -> Result<Option<Recording>, Error> {
     let cornered = with_corners(recording);
     match cornered.as_ref().map_or(MIN_IMAGES, |cornered| cornered.features.len()) {
@@ -242,7 +243,7 @@ fn cornered(recording: &Recording) -> Result<Option<Recording>, Error> {
     }
 }
 
-/// The robot's path by every other sample and by those between, where it is asked for.
+/// The robot's path by every other sample and by those between, if requested.
 fn halves(drift_free: &DriftFree, recording: &Recording, times_s: &[f64]) -> Option<[Trajectory; 2]> {
     let DriftFree { observations, fit, .. } = drift_free;
     let list = fit.placed.of(observations);
@@ -250,10 +251,10 @@ fn halves(drift_free: &DriftFree, recording: &Recording, times_s: &[f64]) -> Opt
     observations.robot.halves(recording, times_s, &about_s)
 }
 
-/// Residuals up to this many times the expected noise are not looked at for the robot's errors, unless neighbours are alike.
+/// The residuals are searched for robot errors only above this multiple of the expected noise, or if neighbours are correlated.
 const LARGE: f64 = 1.2;
 
-/// How far the robot is off by residuals that are not noise; `None` where they are, or something else explains them.
+/// Robot errors from residuals that are not noise. `None` if they are noise or have another cause.
 fn robot_seems(unbiased: &Unbiased, settings: &FitSettings<'_>, taken: RobotSigmas) -> Option<RobotSigmas> {
     let Unbiased { assessed, structure, .. } = unbiased;
     let fit = &assessed.drift_free.fit;

@@ -1,4 +1,4 @@
-//! What a user knows of his cell before a scan.
+//! A user's prior knowledge of his cell.
 
 use nalgebra::Vector3;
 

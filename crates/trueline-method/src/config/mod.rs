@@ -1,4 +1,4 @@
-//! What a user may choose; every field has a sensible default.
+//! The user's options. Every field has a sensible default.
 
 pub mod known_of_cell;
 
@@ -10,10 +10,10 @@ use trueline_lsq::Loss;
 /// Which residual is minimised.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ResidualKind {
-    /// Measured point against the line's intersection with the laser sheet: maximum likelihood.
+    /// Measured point minus the line's intersection with the laser sheet: maximum likelihood.
     #[default]
     Sheet,
-    /// Distance of the point from the line in base: the paper's.
+    /// Distance of the point from the line in base, as in the paper.
     PointToLine,
 }
 
@@ -48,14 +48,14 @@ impl Hold {
     }
 }
 
-/// Uncertainty of the values held fixed: one standard deviation of each; `None` treats it as exact.
+/// Standard deviations of the held values. `None` treats a value as exact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HeldSigma {
-    /// Of the time offset, s.
+    /// Time offset, s.
     pub time_s: Option<f64>,
-    /// Of the hand-eye rotation about any axis, rad.
+    /// Hand-eye rotation about any axis, rad.
     pub rotation_rad: Option<f64>,
-    /// Of the hand-eye translation along any axis, m.
+    /// Hand-eye translation along any axis, m.
     pub translation_m: Option<f64>,
 }
 
@@ -64,19 +64,19 @@ pub struct HeldSigma {
 pub struct DrawnLine {
     /// Its number among the features.
     pub line: usize,
-    /// Where it is, in base.
+    /// Its position in base.
     pub line_in_base: Line,
     /// Standard deviation of its direction about any axis, rad.
     pub direction_sigma_rad: f64,
-    /// Standard deviation of its place to any side, amid the scan, m.
+    /// Standard deviation of its place in any direction, at the middle of the scan, m.
     pub offset_sigma_m: f64,
 }
 
 impl DrawnLine {
-    /// Nearer points name no direction, m.
+    /// Points closer than this do not define a direction, m.
     const NEAREST_M: f64 = 1e-3;
 
-    /// Through two points in base, each known to `sigma_m` to any side; `None` for points less than a millimetre apart.
+    /// Through two points in base, each with a standard deviation of `sigma_m` in any direction. `None` for points less than a millimetre apart.
     #[must_use]
     pub fn through(line: usize, points_in_base: [Vector3<f64>; 2], sigma_m: f64) -> Option<Self> {
         let [from, to] = points_in_base;
@@ -90,15 +90,15 @@ impl DrawnLine {
     }
 }
 
-/// Which stamps are believed.
+/// Time stamps to use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Stamps {
-    /// The timestamps that fit the data better: the clock's if they leave clearly less residual.
+    /// The stamps that fit the data better: the clock's, if they leave clearly smaller residuals.
     #[default]
     Auto,
     /// As recorded.
     Raw,
-    /// The clock's behind each stream that ticks evenly.
+    /// Those of the underlying clock of each stream with a regular tick.
     Regular,
 }
 
@@ -119,7 +119,7 @@ impl Stamps {
 pub enum SensorMode {
     /// It is held as in its file; its stated uncertainty goes into the covariance.
     Fixed,
-    /// The shape of its sheet is estimated with what is known of it beforehand.
+    /// The shape of its sheet is estimated with its prior.
     #[default]
     Prior,
     /// The shape is estimated from the scan alone.
@@ -141,14 +141,14 @@ impl SensorMode {
 /// Measurement of the joint to use: the seam point, or the plates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Measurements {
-    /// Whole stripes where most frames show both plates and agree with the seam points; else those.
+    /// Whole stripes if most frames show both plates and agree with the seam points. Else the seam points.
     #[default]
     Auto,
     /// Seam points.
     Seam,
     /// The stripes on the plates.
     Stripe,
-    /// The stripes, and the seam points of those frames that do not show both plates.
+    /// The stripes, and the seam points of frames without both plates.
     Both,
 }
 
@@ -165,7 +165,7 @@ impl Measurements {
     }
 }
 
-/// A seam point that may be further off than this, one standard deviation, is of no use to a torch, m.
+/// Largest standard deviation of a useful seam point, m.
 pub const SEAM_ERROR_CEILING_M: f64 = 1e-3;
 
 /// The same where the errors of robot and sensor are not estimated with the answer, at stops say: the seam error contains them as large as
@@ -175,25 +175,25 @@ pub const CONSIDERED_CEILING_M: f64 = 10e-3;
 /// Standard deviations that a result must reach to be accepted; `None` asks for nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Requirement {
-    /// Of a seam point that is measured later, m; `None` is [`SEAM_ERROR_CEILING_M`].
+    /// A later seam point, m. `None` is [`SEAM_ERROR_CEILING_M`].
     pub seam_m: Option<f64>,
-    /// Of the time offset, s.
+    /// Time offset, s.
     pub time_s: Option<f64>,
-    /// Of the hand-eye rotation about any axis, rad.
+    /// Hand-eye rotation about any axis, rad.
     pub rotation_rad: Option<f64>,
-    /// Of the hand-eye translation along any axis, m.
+    /// Hand-eye translation along any axis, m.
     pub translation_m: Option<f64>,
 }
 
-/// What the sensor goes over.
+/// The scanned target.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Target {
-    /// A seam: a straight line with a bow, or a curve where no line explains the scan.
+    /// A seam: a straight line with a bow, or a curve if no line explains the scan.
     #[default]
     Seam,
-    /// A straight line with a bow, whatever a curve explains.
+    /// A straight line with a bow. Curves are not tried.
     Line,
-    /// A curve, whatever a line explains.
+    /// A curve. A line is not accepted.
     Curve,
 }
 
@@ -209,25 +209,25 @@ impl Target {
     }
 }
 
-/// A drawing of the seam, in the part's own frame: where the part is remains unknown.
+/// A drawing of the seam, in the part's own frame. The position of the part is unknown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SeamCad {
     /// The file that it was read from.
     pub file: String,
     /// The curve, m.
     pub curve: Polyline,
-    /// How far the seam may be off it, one standard deviation to any side of each knot, and of the size of the part, m.
+    /// Standard deviation of the seam from the drawing, in any direction at each knot, and of the size of the part, m.
     pub tolerance_m: f64,
 }
 
-/// Where a seam point is used: what the calibration means at the torch.
+/// Use of a seam point, for the error at the torch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Use {
     /// Speed along the seam, m/s.
     pub speed_m_s: f64,
     /// Distance of the seam from the sensor's origin, m; `None` is the scan's own.
     pub stand_off_m: Option<f64>,
-    /// Whether another robot than the one that scanned uses it: the ± is then that of the true transform.
+    /// Whether another robot uses it. The uncertainty is then that of the true transform.
     pub by_another_robot: bool,
 }
 
@@ -240,19 +240,19 @@ impl Default for Use {
 /// How to calibrate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Config {
-    /// What the sensor goes over.
+    /// The scanned target.
     pub target: Target,
     /// Measurement of the joint to use.
     pub measurements: Measurements,
     /// Which residual.
     pub residual: ResidualKind,
-    /// Robust loss on the whitened residual; `None` is the residual's own: see [`Config::final_loss`].
+    /// Robust loss on the whitened residual. `None` selects the residual's default: see [`Config::final_loss`].
     pub loss: Option<Loss>,
-    /// Whether the robot stands at each reading: then there is no time offset, and stamps only pair readings and poses.
+    /// Whether the robot stands at each reading. Then there is no time offset, and stamps only pair readings with poses.
     pub at_stops: bool,
-    /// What is held at its initial value.
+    /// Groups held at their initial values.
     pub hold: Vec<Hold>,
-    /// How well that is known.
+    /// Their standard deviations.
     pub held_sigma: HeldSigma,
     /// Lines that are held where a drawing has them.
     pub drawn_lines: Vec<DrawnLine>,
@@ -266,7 +266,7 @@ pub struct Config {
     pub robot_sigma_m: Option<f64>,
     /// Expected jitter of an image stamp, s; `None` measures it on the recording.
     pub stamp_sigma_s: Option<f64>,
-    /// Which stamps are believed.
+    /// Time stamps to use.
     pub stamps: Stamps,
     /// Treatment of the sensor's own calibration.
     pub sensor: SensorMode,
@@ -277,36 +277,36 @@ pub struct Config {
     pub feature_bias_px: f64,
     /// Radius of the seam's edge, m; `None` is the value in the recording's sensor file, or [`ASSUMED_EDGE_RADIUS_M`].
     pub edge_radius_m: Option<f64>,
-    /// Root mean square of the seam's form beyond a bow, m; `None` is the value in the recording's sensor file, or
-    /// [`ASSUMED_WAVINESS_M`] as a first guess that the scan corrects.
+    /// RMS of the seam's form beyond a bow, m. `None` is the value in the recording's sensor file, or [`ASSUMED_WAVINESS_M`] as an initial value
+    /// that the scan corrects.
     pub waviness_m: Option<f64>,
-    /// Whether directions that the scan does not show may be held at the initial guess.
+    /// Whether unobservable directions may be held at the initial guess.
     pub accept_partial: bool,
-    /// Accuracy that is asked for.
+    /// Required accuracy.
     pub require: Requirement,
-    /// What is known of the cell without the scan: it decides where the scan does not.
+    /// Prior knowledge of the cell, which decides if the scan cannot.
     pub known: KnownOfCell,
-    /// What the calibration is for.
+    /// Use of the calibration.
     pub used_at: Use,
-    /// The time offset is searched between plus and minus this, s.
+    /// The time offset is searched within plus and minus this, s.
     pub offset_search_s: f64,
-    /// Threads that share the starts of a search, and the sums of scans of more than 16 384 features; the result does not depend on it.
+    /// Threads for the starts of a search, and for the sums of scans of more than 16 384 features. The result does not depend on it.
     pub threads: usize,
 }
 
-/// Absolute accuracy of a robot without a stated value, m: arms that were not calibrated reach 0.2 to 0.8 mm.
+/// Assumed absolute accuracy of a robot, m. Uncalibrated arms reach 0.2 to 0.8 mm.
 pub const ASSUMED_ROBOT_ACCURACY_M: f64 = 0.5e-3;
 
-/// Radius of an edge without a stated value, m: that of a sheared or folded sheet.
+/// Assumed radius of an edge, m: that of a sheared or folded sheet.
 pub const ASSUMED_EDGE_RADIUS_M: f64 = 0.3e-3;
 
-/// Root mean square of a seam's form without a stated value, m: that of a part clamped and tacked.
+/// Assumed RMS of a seam's form, m: that of a clamped and tacked part.
 pub const ASSUMED_WAVINESS_M: f64 = 0.06e-3;
 
-/// Standard deviation of a feature in a picture without a stated value, px.
+/// Assumed standard deviation of a feature in an image, px.
 pub const USUAL_FEATURE_SIGMA_PX: f64 = 0.3;
 
-/// Standard deviation of a feature of a sensor that reports lengths, without a stated value, m.
+/// Assumed standard deviation of a feature of a sensor that reports lengths, m.
 pub const USUAL_FEATURE_SIGMA_M: f64 = 0.02e-3;
 
 impl Default for Config {
@@ -354,14 +354,14 @@ impl Config {
         self.feature_sigma_m.unwrap_or(USUAL_FEATURE_SIGMA_M)
     }
 
-    /// The length that counts as a pixel where features are lengths, m: what is a usual noise there is one of 0.3 px in a picture.
+    /// The length that counts as a pixel if features are lengths, m: the ratio of the usual noise there to that of 0.3 px in an image.
     #[must_use]
     pub fn length_per_px_m(&self) -> f64 {
         self.usual_feature_sigma_m() / USUAL_FEATURE_SIGMA_PX
     }
 
-    /// Nothing but noise is accounted for: the sensor is taken as it is, the robot as ideal, the features as free of bias.
-    /// A sensor whose file states its uncertainty keeps that.
+    /// Options with noise as the only error: the sensor is exact, the robot ideal, the features free of bias. A sensor whose file states its
+    /// uncertainty keeps that.
     #[must_use]
     pub fn noise_only() -> Self {
         Self {
@@ -374,8 +374,8 @@ impl Config {
         }
     }
 
-    /// The loss of the last solve: Huber for the paper's residual \[Yang2025, Eq. 16\], Tukey's biweight for
-    /// the sheet, 99.2 % efficient on Gaussian data (two components) and blind to anything beyond 8 σ.
+    /// The loss of the last solve. Huber for the paper's residual \[Yang2025, Eq. 16\]. Tukey's biweight for the sheet: it is 99.2 % efficient on
+    /// Gaussian data (two components) and rejects everything beyond 8 σ.
     #[must_use]
     pub fn final_loss(&self) -> Loss {
         self.loss.unwrap_or(match self.residual {

@@ -1,23 +1,23 @@
-//! Mistakes in what is said of external axes: what they carry, their unit, their sign, their column, and poses that contain them already.
+//! Mistakes in the record of external axes: the carried part, unit, sign, column, and poses that already contain them.
 
 use trueline_dataset::{Carries, Recording};
 use trueline_geometry::AxisKind;
 
-/// A mistake in what is said of an axis, by the number of that axis.
+/// A mistake in the record of an axis, with the number of that axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AxisMend {
     /// It carries something else.
     Carries(usize, Carries),
-    /// Its values times a factor are its values.
+    /// Its values must be multiplied by a factor.
     Scaled(usize, f64),
-    /// Its values are those of another one, and the other way round.
+    /// Its values are exchanged with those of another axis.
     Swapped(usize, usize),
     /// The robot's poses contain its motion already.
     WithinPoses(usize),
 }
 
 impl AxisMend {
-    /// The recording without the mistake; `None` where there is no such axis.
+    /// The recording without the mistake. `None` if there is no such axis.
     #[must_use]
     pub fn of(&self, recording: &Recording) -> Option<Recording> {
         let mut mended = recording.clone();
@@ -40,22 +40,22 @@ impl AxisMend {
     }
 }
 
-/// Millimetres that were read as metres, and the other way round.
+/// Millimetres read as metres, and vice versa.
 const OF_LENGTHS: [(f64, &str, &str); 2] = [(1e3, "metres", "_m"), (1e-3, "millimetres", "_mm")];
 
-/// A mistake that may have been made.
+/// A possible mistake.
 pub(super) struct Candidate {
     /// Its name.
     pub name: String,
-    /// What it means, and its cure.
+    /// The mistake and its remedy.
     pub says: String,
-    /// How it is undone.
+    /// Its correction.
     pub mend: AxisMend,
-    /// Whether it is one motion with the one before it: a table under the part, and a column under the robot that turns the other way.
+    /// Whether it is the same motion as the previous one: a table under the part, and a column under the robot that turns the other way.
     pub is_twin: bool,
 }
 
-/// Each mistake that the axes of a recording may have, the likeliest first.
+/// The possible mistakes about the axes of a recording, the likeliest first.
 #[must_use]
 pub(super) fn all(recording: &Recording) -> Vec<Candidate> {
     let moves = recording.axes_that_move();

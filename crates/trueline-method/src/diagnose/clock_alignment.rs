@@ -1,9 +1,8 @@
-//! Two streams whose clocks have nothing in common: how far apart they are.
+//! Finds the shift between two streams with unrelated clocks.
 //!
-//! While the sensor looks at one straight line, the seam point's place in the sheet is a function of the tool's pose alone, and to
-//! first order a linear one. So at the right shift of the image stamps a linear regression of the seam's place on the robot's six
-//! coordinates leaves little, whatever hand-eye and line are. The shifts that leave least are then calibrated, and the one that
-//! fits is the answer; where two fit, there is none.
+//! While the sensor sees one straight line, the seam point's place in the sheet is a function of the tool's pose alone, linear to first order. At
+//! the correct shift of the image stamps a linear regression of the seam's place on the robot's six coordinates leaves small residuals, for any
+//! hand-eye transform and line. The best shifts are then calibrated, and the one that fits is the answer. If two fit, there is no answer.
 
 use crate::calibrate::estimate;
 use crate::calibration::Calibration;
@@ -17,16 +16,16 @@ use trueline_dataset::Recording;
 /// The shift that was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClockAlignment {
-    /// What is taken from every image stamp so that it counts by the robot's clock, ns. What it leaves of the time offset is less than
-    /// a millisecond, or as much as the scan leaves open.
+    /// Amount subtracted from every image stamp to convert it to the robot's clock, ns. The remaining time offset is below a millisecond, or as
+    /// uncertain as the scan leaves it.
     pub images_ahead_ns: i64,
-    /// Part of the seam's motion in the picture that the robot's motion explains there.
+    /// Fraction of the seam's motion in the image that the robot's motion explains at this shift.
     pub explained: f64,
-    /// The next best shift that is another answer, ns, and the part that it explains.
+    /// The second best distinct shift, ns, and the fraction that it explains.
     pub runner_up: Option<(i64, f64)>,
 }
 
-/// Why there is no shift.
+/// Reason that no shift was found.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum AlignmentError {
     /// A stream is too short, or never overlaps for long enough.
@@ -35,13 +34,13 @@ pub enum AlignmentError {
         /// Least overlap, s.
         seconds: f64,
     },
-    /// No shift makes the scan fit.
+    /// No shift explains the scan.
     #[error("no clock shift fits the scan; the best one explains {percent:.0} % of the seam's motion")]
     NoneFits {
-        /// What the best explains, %.
+        /// Fraction explained by the best, %.
         percent: f64,
     },
-    /// Two shifts do.
+    /// Two shifts explain the scan.
     #[error(
         "two clock shifts fit equally well: image stamps are {first_s:.3} s or {second_s:.3} s ahead of the \
         robot's"
@@ -55,7 +54,7 @@ pub enum AlignmentError {
 }
 
 impl AlignmentError {
-    /// What the user can do.
+    /// Hint for the user.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {
@@ -70,33 +69,33 @@ impl AlignmentError {
     }
 }
 
-/// Distance of two shifts that are looked at, s: a fraction of what calibration searches by itself.
+/// Step between the shifts, s: a fraction of the range that a calibration searches.
 const STEP_S: f64 = 0.02;
 /// Least overlap, s.
 const LEAST_OVERLAP_S: f64 = 3.0;
-/// Least part of the images that overlaps.
+/// Least fraction of the images that overlaps.
 const LEAST_OVERLAP: f64 = 0.5;
-/// Maxima nearer to each other than this are one, s: the search of calibration reaches further.
+/// Maxima closer than this are one, s. A calibration searches further.
 const APART_S: f64 = 0.4;
-/// Shifts that are calibrated.
+/// Maximum number of calibrated shifts.
 const CANDIDATES: usize = 4;
-/// Seam points that a candidate's calibration looks at.
+/// Seam points used in a candidate's calibration.
 const CALIBRATED: usize = 400;
-/// Residuals of a candidate that fits, in units of the expected noise, as the doctor has it.
+/// Noise factor up to which a candidate fits, as in the doctor.
 const FITS: f64 = 5.0;
-/// Two candidates whose residuals are within this factor fit alike.
+/// Two candidates with residuals within this factor fit equally well.
 const ALIKE: f64 = 1.3;
-/// A candidate whose quick fit has this multiple of the best one's residuals is not calibrated.
+/// A candidate with a quick fit above this multiple of the best residuals is not calibrated.
 const HOPELESS: f64 = 4.0;
 /// Cost of a calibration in quick fits.
 const CALIBRATION_COSTS: usize = 4;
 /// Offsets within this are one answer, s.
 const SAME_S: f64 = 0.005;
 
-/// Searches the shift of the image stamps over every overlap of the two streams; `watch` is called before each candidate is tried.
+/// Searches the shift of the image stamps over every overlap of the two streams. `watch` is called before each candidate.
 ///
 /// # Errors
-/// Streams that are too short, and scans that no shift or more than one makes fit.
+/// Streams that are too short, and scans that fit with no shift or with more than one.
 pub fn align(
     recording: &Recording,
     config: &Config,
@@ -121,7 +120,7 @@ pub fn align(
     chosen(&found).ok_or(AlignmentError::NoneFits { percent: 100.0 * peaks[0].explained })?
 }
 
-/// Image stamps moved by an alignment.
+/// The recording with its image stamps shifted by an alignment.
 #[must_use]
 pub fn aligned(recording: &Recording, images_ahead_ns: i64) -> Recording {
     let mut moved = recording.clone();
@@ -135,7 +134,7 @@ pub fn aligned(recording: &Recording, images_ahead_ns: i64) -> Recording {
     moved
 }
 
-/// Candidates that fit: all are fitted quickly, and those that come near the best of them are calibrated.
+/// Candidates that fit. All are fitted quickly, and those near the best are calibrated.
 fn promising(
     peaks: &[Peak],
     between_ns: i64,
@@ -162,7 +161,7 @@ fn promising(
     calibrated.collect()
 }
 
-/// What a shift means, for whoever waits.
+/// Description of a shift, for progress display.
 fn name(peak: &Peak, between_ns: i64) -> String {
     format!("image stamps {:.1} s ahead", between_ns as f64 * 1e-9 + peak.shift_s)
 }
@@ -170,7 +169,7 @@ fn name(peak: &Peak, between_ns: i64) -> String {
 /// A shift whose calibration fits.
 struct Candidate {
     images_ahead_ns: i64,
-    /// Shift and time offset together, s.
+    /// Sum of shift and time offset, s.
     whole_s: f64,
     explained: f64,
     residual: f64,
@@ -183,13 +182,13 @@ impl Candidate {
         let residual = residual(&calibration)?;
         let offset_s = calibration.best_fit().time_offset_s;
         let whole_s = images_ahead_ns as f64 * 1e-9 + offset_s;
-        // Calibration searches far by itself: whatever it found becomes part of the shift, so that no image is lost at the ends.
+        // Calibration has its own wide search. Its result becomes part of the shift, so that no image is lost at the ends.
         let images_ahead_ns = images_ahead_ns + nanoseconds(offset_s);
         Some(Self { images_ahead_ns, whole_s, explained: peak.explained, residual })
     }
 }
 
-/// Whole milliseconds, so that the shift can be written down.
+/// Whole milliseconds, which are easy to write down.
 fn nanoseconds(seconds: f64) -> i64 {
     (seconds * 1e3).round() as i64 * 1_000_000
 }
@@ -201,7 +200,7 @@ fn residual(calibration: &Calibration) -> Option<f64> {
         .then(|| fit.noise_factor / fit.residuals.inlier_share())
 }
 
-/// The best candidate, or why there are two; `None` without any.
+/// The best candidate, or the error that there are two. `None` without any.
 fn chosen(found: &[Candidate]) -> Option<Result<ClockAlignment, AlignmentError>> {
     let best = found.first()?;
     let other = found.iter().find(|candidate| (candidate.whole_s - best.whole_s).abs() > SAME_S);
@@ -217,7 +216,7 @@ fn chosen(found: &[Candidate]) -> Option<Result<ClockAlignment, AlignmentError>>
     }))
 }
 
-/// A shift that explains more than its neighbours, in seconds against both streams beginning together.
+/// A local maximum of the explained fraction, with its shift in seconds relative to a common start of both streams.
 struct Peak {
     shift_s: f64,
     explained: f64,
@@ -246,7 +245,7 @@ fn peaks(regression: &ShiftRegression) -> Vec<Peak> {
     peaks
 }
 
-/// Every so-many-th image, whole.
+/// Every n-th image, complete.
 fn thinned(recording: &Recording) -> Recording {
     let every = stride(recording.features.len(), CALIBRATED);
     let mut thin = recording.clone();

@@ -1,5 +1,5 @@
-//! Diagnosis of a recording that does not calibrate: messages of a calibration, implausible motions, and then the usual mistakes, each
-//! undone in turn: the one without which the scan fits is named.
+//! Diagnoses a recording that does not calibrate: messages of a calibration, implausible motions, and usual mistakes. Each mistake is undone in
+//! turn, and the one without which the scan fits is reported.
 
 use crate::calibrate::estimate;
 use crate::config::{Config, Target};
@@ -16,25 +16,25 @@ use std::time::Duration;
 use tracing::field;
 use trueline_dataset::Recording;
 
-/// Everything the doctor found.
+/// The result of the diagnosis.
 #[derive(Clone, Debug)]
 pub struct Diagnosis {
-    /// The recording as it is.
+    /// The outcome for the recording as it is.
     pub as_recorded: Outcome,
-    /// Its calibration, by noise alone and of 1500 features at most, if there is one.
+    /// Its calibration with noise alone and at most 1500 features, if there is one.
     pub calibration: Option<Calibration>,
-    /// The recording without each mistake; empty if it fits as it is.
+    /// Trials without each mistake. Empty if the recording fits as it is.
     pub trials: Vec<Trial>,
-    /// Names of mistakes that there was no time to try.
+    /// Names of mistakes that were not tried for lack of time.
     pub not_tried: Vec<String>,
     /// Names of the trials that explain a bad fit, the most likely first.
     pub explained_by: Vec<String>,
-    /// What is wrong, in a user's words; the most likely first. Empty if nothing is.
+    /// Problems in a user's words, the likeliest first. Empty without problems.
     pub findings: Vec<String>,
 }
 
 impl Diagnosis {
-    /// The recording without the mistake that explains its bad fit; `None` where none does, or more than one.
+    /// The recording without the mistake that explains its bad fit. `None` if no mistake does, or more than one.
     #[must_use]
     pub fn mended(&self, recording: &Recording) -> Option<Recording> {
         let [name] = &self.explained_by[..] else { return None };
@@ -42,10 +42,10 @@ impl Diagnosis {
     }
 }
 
-/// Features that are looked at.
+/// Maximum number of features used.
 const FEATURES: usize = 1500;
 
-/// Examines a recording; `watch` is called before each trial begins. After `longest` no further mistake is tried.
+/// Examines a recording. `watch` is called before each trial. After `longest` no further mistake is tried.
 pub fn diagnose(
     recording: &Recording,
     config: &Config,
@@ -63,7 +63,7 @@ pub fn diagnose(
     let result = estimate(&thin, None, &by_noise);
     let as_recorded = Outcome::of(&result);
     let certain = implausible(recording);
-    // A few stops that fit are too few to tell one mistake from another.
+    // A few stops that fit cannot separate one mistake from another.
     let stands = recording.at_stops || stops::stand_at_readings(recording);
     let is_well = as_recorded.is_noise() && !as_recorded.sensor_is_off || stands && as_recorded.fits();
     let few = thinned(recording, FEW);
@@ -86,7 +86,7 @@ pub fn diagnose(
     let (explained_by, mut findings): (Vec<_>, Vec<_>) =
         explanations(&as_recorded, &done).into_iter().unzip();
     findings.extend(certain);
-    // As `trueline calibrate` does it, of as many features as are looked at.
+    // As `trueline calibrate`, with the thinned features.
     let is_asked = as_recorded.fits() || explained_by.is_empty();
     let whole = is_asked.then(|| estimate(&thin, None, config)).and_then(Result::ok);
     if let Some(curve) = whole.as_ref().filter(|whole| is_curve(whole)) {
@@ -108,8 +108,8 @@ pub fn diagnose(
     Diagnosis { as_recorded, calibration: result.ok(), trials: done, not_tried, explained_by, findings }
 }
 
-/// How mistakes are looked for. A shape of the sensor would take up part of what a mistake makes, and so would a curve; robot and bias
-/// only widen the ±.
+/// Options for the search of mistakes. A shape of the sensor, or a curve, would absorb part of a mistake. Robot errors and bias only widen the
+/// uncertainties.
 fn by_noise(config: &Config) -> Config {
     let noise_only = Config::noise_only();
     Config {
@@ -121,12 +121,12 @@ fn by_noise(config: &Config) -> Config {
     }
 }
 
-/// Whether a scan that no line explains is one over a curve, and nothing is wrong with it.
+/// Whether the scan is a correct one over a curve.
 fn is_curve(calibration: &Calibration) -> bool {
     calibration.findings.curve.is_some() && calibration.status() == Status::Accepted
 }
 
-/// Messages of calibrations about the data and the guess. Of a recording with a mistake in it that is known, what follows from it is not.
+/// Messages of calibrations about the data and the guess. If a mistake is known, its consequences are left out.
 fn told(
     recording: &Recording,
     by_noise: &Result<Calibration, Error>,
@@ -155,13 +155,13 @@ fn unexplained(result: &Result<Calibration, Error>, not_tried: usize) -> String 
     }
 }
 
-/// Every so-many-th image, so that about `features` are left.
+/// Every n-th image, about `features` features in total.
 fn thinned(recording: &Recording, features: usize) -> Recording {
     let every = stride(recording.features.len(), features);
     let mut index = 0;
     let mut last_stamp = None;
     let mut thin = recording.clone();
-    // Whole images, so that several features of one stay together.
+    // Whole images, so that the features of one stay together.
     thin.features.retain(|feature| {
         index += usize::from(last_stamp.is_some_and(|last| last != feature.stamp_ns));
         last_stamp = Some(feature.stamp_ns);

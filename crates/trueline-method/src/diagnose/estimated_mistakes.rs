@@ -10,23 +10,23 @@ use crate::parallel;
 use nalgebra::Vector2;
 use trueline_dataset::{Measured, Recording, Sensor};
 
-/// A mistake that was estimated.
+/// An estimated mistake.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Estimated {
-    /// Pixels are of a picture that was cut out of the sensor's: its corner there, px.
+    /// Pixels refer to a crop of the sensor's image, with its corner there, px.
     Crop([f64; 2]),
     /// An axis of the robot's positions is too long by this factor.
     AxisScale {
         /// x, y or z.
         axis: usize,
-        /// Longer than it is.
+        /// The factor.
         factor: f64,
     },
     /// Image stamps made with a wrong rate: their distances must be scaled by a factor.
     StampRate {
-        /// Times.
+        /// The factor.
         factor: f64,
-        /// Images a second as they are stamped.
+        /// Images per second according to their stamps.
         stamped_hz: f64,
     },
 }
@@ -42,7 +42,7 @@ impl Estimated {
         }
     }
 
-    /// What was probably done, and what to do about it.
+    /// The probable mistake and its remedy.
     #[must_use]
     pub fn says(&self) -> String {
         match self {
@@ -81,7 +81,7 @@ impl Estimated {
 }
 
 impl Estimated {
-    /// What a calibration without it leaves of it; `None` where that is nothing, or is not looked for.
+    /// The remaining mistake, from a calibration without it. `None` if nothing remains, or it is not estimated.
     pub(super) fn refined(&self, without: &Calibration) -> Option<Self> {
         let (Self::StampRate { factor, stamped_hz }, Some(drift)) = (*self, without.findings.clock.drifted)
         else {
@@ -91,15 +91,14 @@ impl Estimated {
     }
 }
 
-/// A smaller cut is an ordinary error of the principal point, px.
+/// A smaller crop is an ordinary error of the principal point, px.
 const LEAST_CROP_PX: f64 = 40.0;
-/// Corners from which the search begins are this far apart, px.
+/// Distance between the corners that start the search, px.
 const CROP_STEP_PX: f64 = 250.0;
-/// Distances at which a corner is moved about what was found, px.
+/// Steps around the best corner, px.
 const CROP_STEPS_PX: [f64; 4] = [80.0, 30.0, 10.0, 3.0];
 
-/// The corner of a picture that was cut out, where the residuals are smallest; `None` if it was not, or if the pixels would
-/// not lie in the sensor's picture.
+/// The corner of a crop with the smallest residuals. `None` if there is no crop, or if the pixels would lie outside the sensor's image.
 #[must_use]
 pub(super) fn crop(recording: &Recording, config: &Config, budget: Budget) -> Option<Estimated> {
     let mut corner = nearest_corner(recording, config, budget)?;
@@ -117,7 +116,7 @@ pub(super) fn crop(recording: &Recording, config: &Config, budget: Budget) -> Op
     (is_crop && is_inside(recording, &corner)).then(|| Estimated::Crop(corner.map(f64::round).into()))
 }
 
-/// Squared residuals of a recording, in units of noise; `None` where there is no result, or no time.
+/// Squared residuals of a recording, in units of noise. `None` without a result, or without time.
 pub(super) fn left(recording: &Recording, config: &Config, budget: Budget) -> Option<f64> {
     if budget.is_spent() {
         return None;
@@ -125,7 +124,7 @@ pub(super) fn left(recording: &Recording, config: &Config, budget: Budget) -> Op
     Some(glance(recording, config).ok()?.left().powi(2))
 }
 
-/// Where a function is least by a parabola through three of its values, within two steps; `None` where one is missing.
+/// Minimum of a function from a parabola through three values, within two steps. `None` if a value is missing.
 pub(super) fn least(of: impl Fn(f64) -> Option<f64>, at: f64, step: f64) -> Option<f64> {
     let [below, here, above] = [of(at - step)?, of(at)?, of(at + step)?];
     let bend = below - 2.0 * here + above;
@@ -134,7 +133,7 @@ pub(super) fn least(of: impl Fn(f64) -> Option<f64>, at: f64, step: f64) -> Opti
     Some(at + by.clamp(-2.0 * step, 2.0 * step))
 }
 
-/// Whether the pixels lie in the sensor's picture once they are moved, but for the rounding of a corner.
+/// Whether the shifted pixels lie in the sensor's image, up to the rounding of a corner.
 fn is_inside(recording: &Recording, corner: &Vector2<f64>) -> bool {
     let Sensor::CameraLaser { camera, .. } = &recording.sensor else { return false };
     recording.features.iter().all(|feature| match feature.measured {
@@ -146,7 +145,7 @@ fn is_inside(recording: &Recording, corner: &Vector2<f64>) -> bool {
     })
 }
 
-/// Of corners all over the picture the one with which the scan fits best.
+/// The corner with the best fit, among corners all over the image.
 fn nearest_corner(recording: &Recording, config: &Config, budget: Budget) -> Option<Vector2<f64>> {
     let Sensor::CameraLaser { camera, .. } = &recording.sensor else { return None };
     let steps = camera.size.map(|size| (f64::from(size) / CROP_STEP_PX) as u32);
@@ -162,14 +161,14 @@ fn nearest_corner(recording: &Recording, config: &Config, budget: Budget) -> Opt
     tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, corner)| corner)
 }
 
-/// Distances from the middle at which a scale is tried, first and then about what was found.
+/// Steps of a scale: from the middle, then around the best.
 const SCALE_STEPS: [f64; 2] = [0.02, 0.004];
-/// A scale further off is no scale.
+/// Largest plausible error of a scale.
 const MOST_SCALE: f64 = 0.1;
-/// A scale nearer to one is none.
+/// Least significant error of a scale.
 const LEAST_SCALE: f64 = 5e-4;
 
-/// The scale of an axis that leaves the smallest residuals, of what is tried.
+/// The scale of an axis with the smallest residuals.
 #[must_use]
 pub(super) fn axis_scale(
     recording: &Recording,

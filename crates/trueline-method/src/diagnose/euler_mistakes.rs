@@ -1,7 +1,7 @@
-//! Attitudes that were made from three angles in another sequence, or in another order of columns, than they were written in.
+//! Attitudes composed from three angles in a wrong sequence, or with a wrong order of columns.
 //!
-//! Every sequence about fixed axes is one about moving axes with its columns reversed, so twelve sequences in six orders of columns are
-//! all that there is.
+//! Every sequence about fixed axes equals one about moving axes with its columns reversed. Twelve sequences in six orders of columns are therefore
+//! complete.
 
 use crate::diagnose::mistake::with_rotations;
 use nalgebra::UnitQuaternion;
@@ -9,28 +9,28 @@ use std::f64::consts::PI;
 use trueline_dataset::Recording;
 use trueline_geometry::euler::EulerSequence;
 
-/// Angles that were written in one sequence and composed in another.
+/// Angles written in one sequence and composed in another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EulerMistake {
-    /// The sequence that they were written in.
+    /// The sequence in which they were written.
     written: EulerSequence,
-    /// The sequence that they were composed in.
+    /// The sequence in which they were composed.
     composed: EulerSequence,
-    /// Which angle of the composed sequence is each of the written one.
+    /// For each angle of the written sequence its column in the composed one.
     columns: [usize; 3],
-    /// Whether the middle angle was beyond the range in which a decomposition has it.
+    /// Whether the middle angle was beyond the range of a decomposition.
     is_beyond: bool,
 }
 
-/// The twelve sequences, those that robots write first.
+/// The twelve sequences, those most usual for robots first.
 const WRITTEN: [&str; 12] =
     ["zyx", "xyz", "zyz", "zxz", "zxy", "yxz", "yzx", "xzy", "xyx", "xzx", "yxy", "yzy"];
-/// Those that programs compose without being asked.
+/// The default sequences of programs.
 const COMPOSED: [&str; 3] = ["zyx", "xyz", "zyz"];
 /// Orders of three columns, the usual ones first.
 const COLUMNS: [[usize; 3]; 6] = [[0, 1, 2], [2, 1, 0], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1]];
 
-/// All of them, the likeliest first: each rank further down a list is so much less likely.
+/// All of them, the likeliest first. The likelihood decreases with the rank in each list.
 pub(super) fn all() -> Vec<EulerMistake> {
     let sequence = |letters: &str| format!("{letters}-intrinsic").parse::<EulerSequence>().ok();
     let mut ranked = Vec::new();
@@ -64,7 +64,7 @@ impl EulerMistake {
         format!("Euler angles {}{order} taken for {}{beyond}", self.written, self.composed)
     }
 
-    /// What was probably done, and what to do about it.
+    /// The probable mistake and its remedy.
     #[must_use]
     pub fn says(&self) -> String {
         let order = match self.columns {
@@ -82,7 +82,7 @@ impl EulerMistake {
         )
     }
 
-    /// The command that reads the angles as they were written.
+    /// The command that reads the angles as written.
     fn remedy(&self) -> String {
         let command = format!("trueline import csv --euler {}", self.written);
         if self.columns == [0, 1, 2] {
@@ -98,7 +98,7 @@ impl EulerMistake {
         )
     }
 
-    /// The recording with its angles composed as they were written.
+    /// The recording with its angles composed as written.
     pub(super) fn mend(&self, recording: &Recording) -> Recording {
         with_rotations(recording, |sample| self.right(&sample.base_from_tool.rotation))
     }
@@ -116,7 +116,7 @@ impl EulerMistake {
     }
 }
 
-/// Who writes angles so, in words that follow a sequence's name.
+/// Makers of robots that write angles this way, as words after a sequence's name.
 fn makers(written: EulerSequence, columns: [usize; 3]) -> &'static str {
     match (written.to_string().as_str(), columns) {
         ("zyx-intrinsic", [0, 1, 2]) => " (as KUKA's A, B, C)",
@@ -143,7 +143,7 @@ fn other_angles([first, middle, last]: [f64; 3], sequence: EulerSequence) -> [f6
 mod tests {
     use super::*;
 
-    /// Every mistake is undone by composing its own angles as it says; made by hand here.
+    /// Every mistake is undone by composing its own angles correctly. The mistakes are made by hand here.
     #[test]
     fn the_other_angles_are_of_the_same_rotation() {
         for letters in WRITTEN {

@@ -1,4 +1,4 @@
-//! A mistake, and how a recording is without it.
+//! A mistake, with the correction of a recording.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use trueline_dataset::{Measured, Recording, RobotSample, Sensor};
@@ -9,9 +9,9 @@ use trueline_geometry::{Pose, se3};
 pub(crate) struct Mistake {
     /// Short name.
     pub name: &'static str,
-    /// What was probably done, and what to do about it.
+    /// The probable mistake and its remedy.
     pub says: &'static str,
-    /// The recording without it; `None` where it cannot have been made.
+    /// The recording without it. `None` if it cannot have been made.
     pub mend: fn(&Recording) -> Option<Recording>,
 }
 
@@ -39,14 +39,14 @@ pub(super) fn with_rotations(
     })
 }
 
-/// What was read as (w, x, y, z) is (x, y, z, w).
+/// Reorders (w, x, y, z) into (x, y, z, w).
 #[must_use]
 pub(crate) fn reordered(rotation: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
     let q = rotation.quaternion();
     UnitQuaternion::new_normalize(Quaternion::new(q.k, q.w, q.i, q.j))
 }
 
-/// The recording with other features, and their stripes likewise: a stripe's σ goes with its length.
+/// The recording with other features and stripes. A stripe's σ scales with its length.
 pub(super) fn with_features(recording: &Recording, measured: impl Fn(Measured) -> Measured) -> Recording {
     let mut mended = recording.clone();
     for feature in &mut mended.features {
@@ -60,7 +60,7 @@ pub(super) fn with_features(recording: &Recording, measured: impl Fn(Measured) -
     mended
 }
 
-/// Distance of two points, px or m; readers let no two through that are the same, or of different kinds.
+/// Distance of two points, px or m. Readers reject equal points and points of different kinds.
 fn length(points: &[Measured; 2]) -> f64 {
     match points {
         [Measured::Pixel(a), Measured::Pixel(b)] | [Measured::Profile(a), Measured::Profile(b)] => {
@@ -83,7 +83,7 @@ pub(super) fn with_image_stamps(recording: &Recording, stamp_ns: impl Fn(i64) ->
     mended
 }
 
-/// The recording with other pixels, given the size of the picture; `None` without a camera.
+/// The recording with other pixels, given the size of the image. `None` without a camera.
 pub(super) fn with_pixels(
     recording: &Recording,
     pixel: impl Fn([f64; 2], [u32; 2]) -> [f64; 2],

@@ -1,4 +1,4 @@
-//! The usual mistakes in recordings, and what each recording would be without it.
+//! The usual mistakes in recordings, with their corrections.
 
 use crate::diagnose::mistake::{
     Mistake, reordered, with_features, with_image_stamps, with_pixels, with_poses, with_positions,
@@ -10,7 +10,7 @@ use trueline_dataset::{Measured, Recording, Sensor, stamp};
 use trueline_geometry::{Plane, so3};
 use trueline_model::BrownConrady;
 
-/// The mistakes that are tried, the most frequent first.
+/// The mistakes, the most frequent first.
 pub(crate) const MISTAKES: &[Mistake] = &[
     Mistake {
         name: "robot in m, labelled mm",
@@ -50,8 +50,8 @@ pub(crate) const MISTAKES: &[Mistake] = &[
     },
     Mistake {
         name: "inverted poses",
-        says: "the poses are tool_from_base: invert them to base_from_tool; or the sensor stands where sensor.toml does not say, beside the \
-               robot (mounted = \"fixed\") or on its tool: the data cannot tell, so look which it is",
+        says: "the poses are tool_from_base: invert them to base_from_tool; or sensor.toml has the wrong mounting, on the tool or beside \
+               the robot (mounted = \"fixed\"): the data cannot separate the two, so check the cell",
         mend: |r| Some(with_poses(r, |p| p.base_from_tool.inverse())),
     },
     Mistake {
@@ -173,14 +173,14 @@ pub(crate) const MISTAKES: &[Mistake] = &[
     },
 ];
 
-/// A robot 1000 times too small and a sensor 1000 times too large fit alike; only their size tells which it is: a robot works about
-/// so far from its base, m.
+/// Usual distance of a robot's tool from its base, m. A robot 1000 times too small and a sensor 1000 times too large fit equally well, and only the
+/// size separates them.
 const USUAL_REACH_M: f64 = 1.0;
-/// A laser sensor works about so far away, m.
+/// Usual stand-off of a laser sensor, m.
 const USUAL_STAND_OFF_M: f64 = 0.2;
 const MM_PER_INCH: f64 = 25.4;
 
-/// Whether a length times a factor is nearer to what is usual, on a logarithmic scale.
+/// Whether a length times a factor is nearer to its usual value, on a logarithmic scale.
 fn is_likelier(length_m: f64, factor: f64, usual_m: f64) -> bool {
     let away = |length_m: f64| (length_m / usual_m).ln().abs();
     away(length_m * factor) < away(length_m)
@@ -196,7 +196,7 @@ fn reach_m(recording: &Recording) -> f64 {
     median(recording.robot.iter().map(|s| s.base_from_tool.translation.vector.norm())).unwrap_or(0.0)
 }
 
-/// Typical distance of the seam from the sensor, m: that of the laser plane where pixels are measured.
+/// Typical distance of the seam from the sensor, m: that of the laser plane if pixels are measured.
 fn stand_off_m(recording: &Recording) -> Option<f64> {
     if let Sensor::CameraLaser { laser_plane_in_camera, .. } = &recording.sensor {
         return Some(laser_plane_in_camera.offset());
@@ -261,13 +261,12 @@ fn with_profile_mirrored(recording: &Recording) -> Option<Recording> {
     })
 }
 
-/// Stamps of robot and images in other units; only where the two streams then last about as long, and the robot is sampled as often as
-/// its path can be followed.
+/// Stamps of robot and images in other units. `None` unless the two streams then have similar durations and the robot's sampling rate is plausible.
 fn with_times(recording: &Recording, [robot, images]: [f64; 2]) -> Option<Recording> {
     let scaled = |stamp_ns: i64, factor: f64| (stamp_ns as f64 * factor).round() as i64;
     let mut mended = with_image_stamps(recording, |stamp_ns| scaled(stamp_ns, images));
     mended.robot.iter_mut().for_each(|sample| sample.stamp_ns = scaled(sample.stamp_ns, robot));
-    // Stamps since 1970 in another unit leave the range of stamps, and with it what can be calculated with.
+    // Stamps since 1970 in another unit leave the valid range of stamps.
     let stamps = mended.robot.iter().map(|s| s.stamp_ns).chain(mended.features.iter().map(|f| f.stamp_ns));
     let can_be = stamps.into_iter().all(stamp::is_in_range);
     if !can_be {
@@ -281,15 +280,15 @@ fn with_times(recording: &Recording, [robot, images]: [f64; 2]) -> Option<Record
     (is_followed && images_s > 0.3 * robot_s && images_s < 3.0 * robot_s).then_some(mended)
 }
 
-/// No controller sends poses more often, s …
+/// Least sampling period of a controller, s …
 const LEAST_PERIOD_S: f64 = 5e-5;
-/// … and a path that is sampled less often cannot be followed, s.
+/// … and the largest at which the path is known, s.
 const MOST_PERIOD_S: f64 = 0.5;
 
 fn with_starts_aligned(recording: &Recording) -> Option<Recording> {
     let shift_ns = recording.robot.first()?.stamp_ns - recording.features.first()?.stamp_ns;
     let apart_s = (shift_ns as f64 * 1e-9).abs();
     let mended = with_image_stamps(recording, |stamp_ns| stamp_ns + shift_ns);
-    // Within the searched range the estimate needs no help.
+    // Within the searched range no correction is needed.
     (apart_s > 1.0).then_some(mended)
 }

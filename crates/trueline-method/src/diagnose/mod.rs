@@ -1,4 +1,4 @@
-//! Why a scan does not fit.
+//! Diagnosis of a scan that does not fit.
 
 pub mod axis_mistakes;
 pub mod clock_alignment;

@@ -1,4 +1,4 @@
-//! How well other time offsets would do: everything else is solved anew at each of them.
+//! Fit quality at other time offsets, with everything else re-estimated at each of them.
 
 use crate::calibration::Calibration;
 use crate::error::Error;
@@ -18,24 +18,24 @@ use trueline_lsq::{Loss, SolveOptions, solve};
 pub struct AtOffset {
     /// The time offset, s.
     pub time_offset_s: f64,
-    /// Typical residual there in standard deviations (median), all else at its best.
+    /// Typical residual there in standard deviations (median), with all else at its optimum.
     pub typical_sigmas: f64,
 }
 
-/// Observations that are looked at.
+/// Maximum number of observations used.
 const MOST_OBSERVATIONS: usize = 300;
-/// Offsets to either side that are near the optimum, and their distance, s.
+/// Number of offsets on each side near the optimum, and their step, s.
 const NEAR: (usize, f64) = (12, 1e-3);
 /// The same further away.
 const FAR: (usize, f64) = (30, 0.04);
 /// Fewer placed observations than this have no information on an offset.
 const LEAST_PLACED: usize = 30;
 
-/// The profile about a calibration, by rising offset. Each offset starts where its neighbour on the side of the optimum
-/// ended; linear loss beyond 3 σ, so that no local minimum has walls. Over a curve there is none.
+/// The profile about a calibration, by rising offset. Each offset starts from its neighbour on the side of the optimum. The loss is linear beyond 3
+/// σ, so that local minima do not trap it. There is no profile over a curve.
 ///
 /// # Errors
-/// As [`observe`].
+/// Those of [`observe`].
 pub fn around(recording: &Recording, calibration: &Calibration) -> Result<Vec<AtOffset>, Error> {
     if calibration.best_fit().lines.is_empty() {
         return Ok(Vec::new());
@@ -62,13 +62,13 @@ pub fn around(recording: &Recording, calibration: &Calibration) -> Result<Vec<At
     Ok(profile)
 }
 
-/// How far from the optimum offsets are looked at, s: densely near it, to either end of the search.
+/// Distances of the offsets from the optimum, s: dense near it, and up to both ends of the search.
 fn distances() -> impl Iterator<Item = f64> {
     let near = (0..=NEAR.0).map(|k| k as f64 * NEAR.1);
     near.chain((1..=FAR.0).map(|k| k as f64 * FAR.1))
 }
 
-/// All else at its best with the offset held, and the typical residual there.
+/// All else at its optimum with the offset held, and the typical residual there.
 fn solved(observations: &Observations, noise: &NoiseLevels, at: &Parameters) -> Option<(Parameters, f64)> {
     let placed = UsableObservations::within(observations, at.time_offset_s, 0.0);
     if placed.len() < LEAST_PLACED {
@@ -76,12 +76,12 @@ fn solved(observations: &Observations, noise: &NoiseLevels, at: &Parameters) -> 
     }
     let list = placed.of(observations);
     let problem = LineProblem::coarse(observations, list, Loss::Huber { scale: 3.0 }, noise, at.unknowns());
-    // One sensor for all offsets.
+    // One sensor shape for all offsets.
     let held: Vec<usize> = std::iter::once(TIME_OFFSET).chain(at.unknowns().shape()).collect();
     let options = SolveOptions { max_iterations: 12, cost_threshold: 1e-4, ..SolveOptions::default() };
     let solution = solve(&problem, at.clone(), &held, &options).ok()?;
     let squared = problem.squared_residuals(&solution.state);
-    // Two numbers a feature: a length of √(2 ln 2) is the median where only noise is at work.
+    // Two components a feature: √(2 ln 2) is the median length for pure noise.
     let typical = median(squared.into_iter())? / (2.0 * std::f64::consts::LN_2);
     Some((solution.state, typical.sqrt()))
 }

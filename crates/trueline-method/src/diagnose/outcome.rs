@@ -1,37 +1,35 @@
-//! How a recording calibrates, and when that is well.
+//! Outcome of calibrating a recording, and criteria of a good one.
 
 use crate::diagnose::quick_fit::{LEAST_EXPLAINED, QuickFit};
 use crate::{Calibration, Error, Reason};
 
-/// How a recording calibrates.
+/// Outcome of calibrating a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
-    /// How much larger the residuals are than noise explains; `None` if there is no result at all.
+    /// Noise factor. `None` if there is no result at all.
     pub noise_factor: Option<f64>,
     /// Share of inliers among the features.
     pub explained: f64,
-    /// Why it was not accepted, or why there is no result; empty if it was.
+    /// Reasons against acceptance, or for the missing result. Empty if it was accepted.
     pub said: Vec<String>,
     /// Whether the scan contradicts the sensor's own calibration.
     pub sensor_is_off: bool,
 }
 
-/// Residuals up to this many times the expected noise are of the right geometry.
+/// Noise factor up to which the geometry is correct.
 const FITS: f64 = 5.0;
-/// Residuals up to this many times the expected noise are noise: sensors differ more than this from what was
-/// expected of them only if somebody stated another noise.
+/// Noise factor up to which residuals are noise. Sensors differ more from their expected noise only if somebody stated another one.
 const NOISE: f64 = 1.2;
-/// A mistake explains a bad fit if undoing it makes residuals so much smaller …
+/// A mistake explains a bad fit if undoing it reduces the residuals to this fraction …
 const EXPLAINS: f64 = 0.2;
-/// … or a doubtful one, of residuals that are merely large, if it makes them so much smaller. Of 1500 features,
-/// a fifth less is a likelihood e³³⁵ times larger: no accident.
+/// … or a doubtful fit, with residuals that are merely large, if it reduces them to this fraction. With 1500 features, a fifth less is a likelihood
+/// ratio of e³³⁵ and no chance.
 const EXPLAINS_DOUBT: f64 = 0.8;
-/// … or, of residuals that are noise while the sensor's own calibration seems off, if they are no larger: it must then leave
-/// a sensor that is right.
+/// … or a fit with residuals of noise and an apparent sensor error, if they are no larger and the sensor is then correct.
 const EXPLAINS_SENSOR: f64 = 1.0;
 
 impl Outcome {
-    /// Of a calibration.
+    /// From a calibration.
     pub(super) fn of(result: &Result<Calibration, Error>) -> Self {
         match result {
             Ok(c) => Self {
@@ -44,7 +42,7 @@ impl Outcome {
         }
     }
 
-    /// Of a quick fit.
+    /// From a quick fit.
     pub(super) fn quick(fit: Result<QuickFit, Error>) -> Self {
         match fit {
             Ok(fit) => {
@@ -58,8 +56,7 @@ impl Outcome {
         Self { noise_factor: None, explained: 0.0, said: Vec::new(), sensor_is_off: false }
     }
 
-    /// Whether the geometry is right: residuals are noise and most features belong. What cannot be seen for
-    /// want of motion is another matter.
+    /// Whether the geometry is correct: the residuals are noise and most features are inliers. Unobservable directions do not matter here.
     #[must_use]
     pub fn fits(&self) -> bool {
         self.noise_factor.is_some_and(|factor| factor < FITS) && self.explained > 0.5
@@ -70,12 +67,12 @@ impl Outcome {
         Some(self.noise_factor? / self.explained.max(LEAST_EXPLAINED))
     }
 
-    /// Whether nothing but noise is left, so that no mistake need be looked for.
+    /// Whether the residuals are pure noise, so that no mistake is searched.
     pub(super) fn is_noise(&self) -> bool {
         self.fits() && self.noise_factor.is_some_and(|factor| factor < NOISE)
     }
 
-    /// Largest share of the recorded residuals that may remain once the explaining mistake is undone.
+    /// Largest fraction of the recorded residuals that may remain after undoing the explaining mistake.
     pub(super) fn explained_below(&self) -> f64 {
         match (self.fits(), self.is_noise()) {
             (false, _) => EXPLAINS,

@@ -1,4 +1,4 @@
-//! What can be seen without undoing a mistake: on the poses alone, and on a guess beside a result that fits.
+//! Checks without undoing a mistake: of the poses alone, and of a guess against a result that fits.
 
 use crate::Calibration;
 use crate::diagnose::estimated_mistakes::Estimated;
@@ -7,17 +7,17 @@ use crate::input::stops;
 use trueline_dataset::{Guess, Recording};
 use trueline_geometry::{se3, so3};
 
-/// No robot's wrist turns faster, rad/s.
+/// Largest rotation rate of a robot's wrist, rad/s.
 const FASTEST_TURN_RAD_S: f64 = 8.0;
-/// A tool does not jump further between two samples, m …
+/// Largest shift of a tool between two samples, m …
 const JUMP_M: f64 = 0.005;
-/// … nor turn further, rad, unless its frame was switched.
+/// … and largest rotation, rad, unless its frame was switched.
 const JUMP_RAD: f64 = 0.03;
 
 /// Least length of a jump in usual steps.
 const USUAL_STEPS: f64 = 10.0;
 
-/// What can be seen on the poses alone.
+/// Problems visible in the poses alone.
 pub(super) fn implausible(recording: &Recording) -> Vec<String> {
     let mut findings = Vec::new();
     let mut turning = Vec::new();
@@ -28,7 +28,7 @@ pub(super) fn implausible(recording: &Recording) -> Vec<String> {
         let (turn, shift) = se3::difference_decoupled(&pair[1].base_from_tool, &pair[0].base_from_tool);
         if seconds > 0.0 {
             turning.push(turn.norm() / seconds);
-            // Over a gap the tool may go anywhere; a tenth of a second is none.
+            // Across a gap any motion is possible. A tenth of a second is no gap.
             let jumped = shift.norm() > JUMP_M || turn.norm() > JUMP_RAD;
             if seconds < 0.1 && jumped && shift.norm() / seconds > 2.0 {
                 jumps.push((pair[1].stamp_ns, shift.norm(), turn.norm()));
@@ -43,9 +43,9 @@ pub(super) fn implausible(recording: &Recording) -> Vec<String> {
              degrees read as radians"
         ));
     }
-    // In another unit every step is as large: what jumps does so once.
+    // In another unit every step is large, and a jump still stands out.
     let usual_m = crate::order_statistics::median(shifts.into_iter()).unwrap_or(0.0);
-    // Between its stops a robot that is recorded while it stands goes where it wants.
+    // Between its stops a robot recorded while standing may move anywhere.
     let between_stops = recording.at_stops || stops::stand_at_readings(recording);
     let jump = jumps
         .into_iter()
@@ -63,25 +63,25 @@ pub(super) fn implausible(recording: &Recording) -> Vec<String> {
     findings
 }
 
-/// No clock drifts by more than this, parts per million.
+/// Largest drift of any clock, parts per million.
 const WORST_CLOCK_PPM: f64 = 1000.0;
 
-/// Stamps that fit with a drift that no clock has were made with another rate.
+/// Stamps that fit with an impossible drift were generated with a wrong rate.
 pub(super) fn wrong_rate(c: &Calibration, stamped_hz: f64) -> Option<String> {
     let drift = c.findings.clock.drifted.filter(|drift| drift.ppm.abs() > WORST_CLOCK_PPM)?;
     Some(Estimated::StampRate { factor: 1.0 / (1.0 + drift.ppm * 1e-6), stamped_hz }.says())
 }
 
-/// A guess further off than this is of something else, m and rad.
+/// Largest plausible error of a guess, m and rad.
 const GUESS_OFF_M: f64 = 0.020;
 const GUESS_OFF_RAD: f64 = 0.2;
-/// Nearer than this it is the same.
+/// Below this distance they are equal.
 const SAME_M: f64 = 0.005;
 const SAME_RAD: f64 = 0.03;
 /// The same for the offset, s.
 const SAME_S: f64 = 0.002;
 
-/// What is wrong with a guess, seen from a result that fits.
+/// Problems of a guess, compared with a result that fits.
 pub(super) fn wrong_guess(c: &Calibration, guess: &Guess) -> Vec<String> {
     let mut findings = Vec::new();
     let found_s = c.best_fit().time_offset_s;

@@ -55,17 +55,17 @@ pub(crate) const POSE_MISTAKES: &[Mistake] = &[
     },
     Mistake {
         name: "Euler angle about x reversed",
-        says: "the attitude was made from Euler angles of which the one about x has the wrong sign",
+        says: "the attitude was made from Euler angles whose angle about x has the wrong sign",
         mend: |r| Some(with_angle_reversed(r, 0)),
     },
     Mistake {
         name: "Euler angle about y reversed",
-        says: "the attitude was made from Euler angles of which the one about y has the wrong sign",
+        says: "the attitude was made from Euler angles whose angle about y has the wrong sign",
         mend: |r| Some(with_angle_reversed(r, 1)),
     },
     Mistake {
         name: "Euler angle about z reversed",
-        says: "the attitude was made from Euler angles of which the one about z has the wrong sign",
+        says: "the attitude was made from Euler angles whose angle about z has the wrong sign",
         mend: |r| Some(with_angle_reversed(r, 2)),
     },
     Mistake {
@@ -129,17 +129,17 @@ fn about(axis: usize, angle_rad: f64) -> UnitQuaternion<f64> {
     so3::exp(&Vector3::ith(axis, angle_rad))
 }
 
-/// The angles about x, y, z of which [`zyx`] makes a rotation.
+/// The angles about x, y, z from which [`zyx`] makes a rotation.
 fn zyx_angles(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
     rotation.euler_angles().into()
 }
 
-/// The angles about x, y, z of which [`xyz`] makes a rotation: its inverse is Rz(−z) Ry(−y) Rx(−x).
+/// The angles about x, y, z from which [`xyz`] makes a rotation: its inverse is Rz(−z) Ry(−y) Rx(−x).
 fn xyz_angles(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
     zyx_angles(&rotation.inverse()).map(|angle| -angle)
 }
 
-/// The other angles of which [`zyx`] makes the same rotation, y beyond a right angle.
+/// The other angles from which [`zyx`] makes the same rotation, with y beyond a right angle.
 fn beyond_right_angle([x, y, z]: [f64; 3]) -> [f64; 3] {
     let turned = |angle: f64| if angle > 0.0 { angle - PI } else { angle + PI };
     [turned(x), if y > 0.0 { PI - y } else { -PI - y }, turned(z)]
@@ -170,10 +170,10 @@ pub(super) fn with_axis_scaled(recording: &Recording, axis: usize, factor: f64) 
     })
 }
 
-/// An axis that says less than this part of what the others say, or so many times more, has another unit.
+/// Ratio of an axis's range to that of the others, or its inverse, above which the axis has another unit.
 const OTHER_UNIT: f64 = 30.0;
 
-/// One axis in millimetres or metres as the others are; `None` where it is like them.
+/// One axis converted to the unit of the others, millimetres or metres. `None` if it has their unit.
 fn with_unit_of_others(recording: &Recording, axis: usize) -> Option<Recording> {
     let largest = |axis: usize| {
         let of = |sample: &RobotSample| sample.base_from_tool.translation.vector[axis].abs();

@@ -1,4 +1,4 @@
-//! How well a recording fits, without all that a calibration asks beyond that.
+//! Fit quality of a recording, without the other parts of a calibration.
 
 use crate::assess::residuals;
 use crate::config::Config;
@@ -14,38 +14,38 @@ use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
 use trueline_dataset::Recording;
 
-/// How well a recording fits.
+/// Fit quality of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct QuickFit {
-    /// How much larger the residuals are than noise explains.
+    /// Noise factor.
     pub noise_factor: f64,
     /// Share of inliers among the features.
     pub explained: f64,
 }
 
 impl QuickFit {
-    /// What is left of the residuals in units of noise, the more the fewer features are explained.
+    /// Residuals in units of noise, increased if fewer features are explained.
     pub(super) fn left(&self) -> f64 {
         self.noise_factor / self.explained.max(LEAST_EXPLAINED)
     }
 }
 
-/// Fewer features explained than this are none.
+/// Least fraction of explained features.
 pub(super) const LEAST_EXPLAINED: f64 = 0.01;
 
-/// Fits a recording from nothing, its sensor held.
+/// Fits a recording without a guess, with its sensor held.
 ///
 /// # Errors
-/// As [`calibrate`](crate::calibrate()).
+/// Those of [`calibrate`](crate::calibrate()).
 pub(super) fn quick_fit(recording: &Recording, config: &Config) -> Result<QuickFit, Error> {
     fitted(recording, config, search::likeliest)
 }
 
-/// The same at the time offset with which the robot's motion explains the seam's best: few starts are enough there. Where no offset
-/// explains it, as [`quick_fit`].
+/// The same at the time offset at which the robot's motion best explains the seam's. Few starts are sufficient there. If no offset explains it, the
+/// result is that of [`quick_fit`].
 ///
 /// # Errors
-/// As [`quick_fit`].
+/// Those of [`quick_fit`].
 pub(super) fn glance(recording: &Recording, config: &Config) -> Result<QuickFit, Error> {
     let Some(offset_s) = likeliest_offset_s(recording, config) else { return quick_fit(recording, config) };
     let offset_ns = (offset_s * 1e9).round() as i64;
@@ -73,17 +73,17 @@ fn fitted(
     Ok(QuickFit { noise_factor: fit.noise.factor, explained })
 }
 
-/// Distance of the offsets that are tried, s: a fraction of what a solve finds by itself.
+/// Step between the offsets that are tried, s: a fraction of a solve's basin of convergence.
 const OFFSET_STEP_S: f64 = 0.02;
-/// How well the best of them is known, s.
+/// Uncertainty of the best of them, s.
 const KNOWN_TO_S: f64 = 0.1;
-/// An offset with which the robot's motion explains less of the seam's is none.
+/// Least fraction of the seam's motion that a plausible offset explains.
 const LEAST_REGRESSED: f64 = 0.5;
-/// Overlap of both streams, as a part of the images and in s.
+/// Overlap of both streams, as a fraction of the images and in s.
 const OVERLAP: (f64, f64) = (0.5, 2.0);
 
-/// The time offset, within those that are searched, with which a linear regression of the seam's place on the robot's coordinates
-/// leaves least: whatever is wrong with units and frames hardly changes it.
+/// The searched time offset with the smallest residuals of a linear regression of the seam's place on the robot's coordinates. Mistakes in units and
+/// frames hardly affect it.
 fn likeliest_offset_s(recording: &Recording, config: &Config) -> Option<f64> {
     let between_ns = recording.features.first()?.stamp_ns - recording.robot.first()?.stamp_ns;
     let between_s = between_ns as f64 * 1e-9;

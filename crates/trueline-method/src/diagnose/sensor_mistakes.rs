@@ -1,5 +1,5 @@
-//! Mistakes in the sensor's numbers, most of them so small that a scan fits all the same: they are looked for where the scan
-//! contradicts the sensor's own calibration.
+//! Mistakes in the sensor's numbers. Most of them are small enough for a scan to fit. They are searched if the scan contradicts the sensor's own
+//! calibration.
 
 use crate::diagnose::mistake::{Mistake, with_features, with_pixels};
 use trueline_dataset::{Measured, Recording, Sensor};

@@ -1,4 +1,4 @@
-//! How much of the seam's motion in the sheet the robot's motion explains, if image stamps are shifted.
+//! Fraction of the seam's motion in the sheet that the robot's motion explains, for shifted image stamps.
 
 use crate::order_statistics::median;
 use crate::thinning::stride;
@@ -6,18 +6,18 @@ use nalgebra::{SMatrix, SVector, Vector3};
 use trueline_dataset::{Feature, Measured, Recording};
 use trueline_geometry::{Pose, so3};
 
-/// Coordinates of the robot.
+/// Number of robot coordinates.
 const COORDINATES: usize = 6;
-/// They, and the two of the seam.
+/// Number of robot and seam coordinates.
 const ALL: usize = COORDINATES + 2;
 /// A coordinate that varies less than this (m, rad) has no information.
 const MOVES: f64 = 1e-5;
-/// Seam points that a regression looks at.
+/// Maximum seam points of a regression.
 const POINTS: usize = 400;
-/// Fewest places that a regression is made of.
+/// Minimum places of a regression.
 const LEAST_PLACES: usize = 30;
 
-/// Where the seam is in the sheet or the picture.
+/// Place of the seam in the sheet or the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Place {
     /// Its stamp since the first image, s.
@@ -26,7 +26,7 @@ pub(super) struct Place {
     pub at: [f64; 2],
 }
 
-/// The robot's path and the seam's places, ready to be regressed.
+/// The robot's path and the seam's places, prepared for regressions.
 #[derive(Clone, Debug)]
 pub(crate) struct ShiftRegression {
     times_s: Vec<f64>,
@@ -36,17 +36,17 @@ pub(crate) struct ShiftRegression {
     least_overlap_s: f64,
 }
 
-/// What a shift explains.
+/// Result of a shift.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Explained {
-    /// Part of the variance of the seam's place.
+    /// Fraction of the variance of the seam's place that is explained.
     pub explained: f64,
-    /// Log-likelihood against no relation at all.
+    /// Log likelihood ratio to no relation at all.
     pub score: f64,
 }
 
 impl ShiftRegression {
-    /// From a recording's poses; `None` where there is too little of either.
+    /// From a recording's poses. `None` if there is too little of either.
     #[must_use]
     pub(super) fn new(
         recording: &Recording,
@@ -72,8 +72,8 @@ impl ShiftRegression {
         })
     }
 
-    /// The shifts at which the streams overlap for long enough, s. At a shift s an image of `time_s` belongs to the pose
-    /// at `time_s − s` since the first one.
+    /// The shifts at which the streams overlap for long enough, s. At a shift s an image at `time_s` belongs to the pose at `time_s − s` since the
+    /// first one.
     #[must_use]
     pub(super) fn range_s(&self) -> [f64; 2] {
         let images_s = self.places.last().map_or(0.0, |place| place.time_s);
@@ -81,7 +81,7 @@ impl ShiftRegression {
         [self.least_overlap_s - robot_s, images_s - self.least_overlap_s]
     }
 
-    /// What a shift explains; `None` where too few images are left.
+    /// Result at a shift. `None` if too few images remain.
     #[must_use]
     pub(super) fn at(&self, shift_s: f64) -> Option<Explained> {
         let mut sums = SVector::<f64, ALL>::zeros();
@@ -113,7 +113,7 @@ impl ShiftRegression {
     }
 }
 
-/// Small-motion coordinates of a pose against another: shift and turn in the other's frame.
+/// Small-motion coordinates of a pose relative to another: shift and rotation in the other's frame.
 fn coordinates_of(middle: &Pose, pose: &Pose) -> SVector<f64, COORDINATES> {
     let relative = middle.inverse() * pose;
     let turn: Vector3<f64> = so3::log(&relative.rotation);
@@ -130,7 +130,7 @@ fn explained(covariance: &SMatrix<f64, ALL, ALL>, count: f64) -> Option<Explaine
         for j in (0..COORDINATES).filter(|j| scale(*j) > MOVES) {
             regressors[(i, j)] = covariance[(i, j)] / (scale(i) * scale(j));
         }
-        // What two coordinates share is theirs together; a ridge keeps it finite.
+        // Two coordinates may be collinear. A ridge keeps the solution finite.
         regressors[(i, i)] = 1.0 + 1e-6;
         for k in 0..2 {
             let seam = scale(COORDINATES + k);
@@ -151,7 +151,7 @@ fn explained(covariance: &SMatrix<f64, ALL, ALL>, count: f64) -> Option<Explaine
     (whole > 0.0).then(|| Explained { explained: 1.0 - left / whole, score })
 }
 
-/// Where the seam is in the picture of the line that is seen most, wild points smoothed away.
+/// Places of the seam in the image, for the line with the most features, with outliers smoothed away.
 pub(super) fn places(features: &[Feature]) -> Vec<Place> {
     let lines = features.iter().map(|feature| feature.line).max().map_or(0, |last| last as usize + 1);
     let mut counts = vec![0_usize; lines];
@@ -165,7 +165,7 @@ pub(super) fn places(features: &[Feature]) -> Vec<Place> {
             time_s: (feature.stamp_ns - origin_ns) as f64 * 1e-9,
             at: match feature.measured {
                 Measured::Pixel(at) | Measured::Profile(at) => at,
-                // The stripe spans the sheet: two of three coordinates tell it.
+                // The stripe spans the sheet, so two of three coordinates are sufficient.
                 Measured::Point([x, _, z]) => [x, z],
             },
         })

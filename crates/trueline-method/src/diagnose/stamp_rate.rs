@@ -1,7 +1,7 @@
-//! Image stamps that were made by counting with a rate that is not the sensor's.
+//! Image stamps counted with a wrong rate.
 //!
-//! At the right rate a linear regression of the seam's place on the robot's coordinates leaves least (see
-//! [`crate::diagnose::shift_regression`]); what that finds is refined by fits.
+//! At the correct rate a linear regression of the seam's place on the robot's coordinates has the smallest residuals (see
+//! [`crate::diagnose::shift_regression`]). Fits refine its result.
 
 use crate::config::Config;
 use crate::diagnose::estimated_mistakes::{Estimated, least, left};
@@ -10,22 +10,22 @@ use crate::diagnose::steps::Budget;
 use crate::order_statistics::median;
 use trueline_dataset::Recording;
 
-/// Rates that are tried about the one with which both streams last equally long, and their distance, parts.
+/// Range of the rates about the one at which both streams have equal duration, relative.
 const RANGE: f64 = 0.03;
 /// See [`RANGE`].
 const STEP: f64 = 0.002;
-/// Shifts that are tried with each, s, to either side.
+/// Range of the shifts tried at each rate, s, on either side.
 const SHIFT_S: f64 = 1.2;
-/// Their distance, s.
+/// Step of these shifts, s.
 const SHIFT_STEP_S: f64 = 0.05;
-/// Distances at which a rate is moved about what was found.
+/// Steps of a rate around the best.
 const STEPS: [f64; 2] = [1e-3, 3e-4];
-/// A rate nearer to one than this is that of a clock that drifts.
+/// A rate closer to one than this is an ordinary clock drift.
 const LEAST_RATE: f64 = 2e-3;
-/// Overlap of both streams, as a part of the images and in s.
+/// Overlap of both streams, as a fraction of the images and in s.
 const OVERLAP: (f64, f64) = (0.5, 2.0);
 
-/// The rate with which the scan fits best; `None` where it is that of the stamps.
+/// The rate with the best fit. `None` if it is that of the stamps.
 #[must_use]
 pub(super) fn stamp_rate(
     recording: &Recording,
@@ -61,7 +61,7 @@ pub(super) fn stamp_rate(
     ((factor - 1.0).abs() > LEAST_RATE).then_some(Estimated::StampRate { factor, stamped_hz })
 }
 
-/// Images a second as they are stamped; those that are missing do not count.
+/// Images per second according to their stamps, without missing ones.
 pub(super) fn stamped_hz(recording: &Recording) -> f64 {
     let steps = recording.features.windows(2).map(|pair| (pair[1].stamp_ns - pair[0].stamp_ns) as f64 * 1e-9);
     median(steps.filter(|step_s| *step_s > 0.0)).map_or(f64::NAN, |period_s| 1.0 / period_s)

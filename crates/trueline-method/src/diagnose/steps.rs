@@ -1,33 +1,33 @@
-//! How far a search has come, for whoever waits for it, and how long it may go on.
+//! Progress of a search, and its time limit.
 
 use std::time::{Duration, Instant};
 
-/// When a search must end.
+/// Time limit of a search.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Budget {
     until: Option<Instant>,
 }
 
 impl Budget {
-    /// From now on; `None` is without end.
+    /// From now on. `None` is no limit.
     pub(super) fn of(longest: Option<Duration>) -> Self {
         Self { until: longest.and_then(|longest| Instant::now().checked_add(longest)) }
     }
 
-    /// Whether nothing new is to be begun.
+    /// Whether no further step may begin.
     pub(super) fn is_spent(&self) -> bool {
         self.until.is_some_and(|until| Instant::now() >= until)
     }
 }
 
-/// What is tried next.
+/// The next step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Step<'a> {
     /// Its name.
     pub name: &'a str,
-    /// Work that is done, in quick fits …
+    /// Completed work, in quick fits …
     pub done: usize,
-    /// … of all that is known to be necessary by now: more may turn out to be.
+    /// … of all work known so far. More may be added.
     pub of: usize,
 }
 
@@ -39,17 +39,17 @@ pub(super) struct Steps<W> {
 }
 
 impl<W: FnMut(Step<'_>)> Steps<W> {
-    /// Of which nothing is known yet.
+    /// No work yet.
     pub(super) fn new(watch: W) -> Self {
         Self { watch, done: 0, of: 0 }
     }
 
-    /// So much more work is necessary.
+    /// Adds expected work.
     pub(super) fn expect(&mut self, work: usize) {
         self.of += work;
     }
 
-    /// Begins a step of so much work.
+    /// Begins a step with its amount of work.
     pub(super) fn begin(&mut self, name: &str, work: usize) {
         (self.watch)(Step { name, done: self.done, of: self.of.max(self.done + work) });
         self.done += work;

@@ -1,8 +1,8 @@
-//! What a calibration says of the data, in its own words: the doctor repeats it before it tries anything.
+//! Messages of a calibration about the data, which the doctor repeats before it tries anything.
 
 use crate::{Calibration, Reason, Warning};
 
-/// Reasons and warnings that name something in the data; not those that ask for other motion, or follow from the residuals.
+/// Reasons and warnings about the data, without those that require other motion or follow from the residuals.
 pub(super) fn of_data(c: &Calibration) -> Vec<String> {
     let reasons = c.reasons().iter().filter(|reason| is_reason_of_data(reason)).map(ToString::to_string);
     let warnings = c.warnings().iter().filter(|warning| is_warning_of_data(warning)).map(ToString::to_string);
@@ -11,7 +11,7 @@ pub(super) fn of_data(c: &Calibration) -> Vec<String> {
 
 fn is_reason_of_data(reason: &Reason) -> bool {
     if let Reason::TooManyOutliers { outliers } = reason {
-        // Of a majority of outliers the doctor looks for the cause.
+        // The doctor searches the cause of a majority of outliers itself.
         return 2 * outliers.count < outliers.of;
     }
     matches!(
@@ -29,7 +29,7 @@ fn is_reason_of_data(reason: &Reason) -> bool {
 fn is_warning_of_data(warning: &Warning) -> bool {
     !matches!(
         warning,
-        // What was stated or decided, and what other motion would show.
+        // Statements, decisions, and requests for other motion.
         Warning::DecidedByUser { .. }
             | Warning::UncertaintyNotApplied
             | Warning::SensorOfItsOwnScan
@@ -39,7 +39,7 @@ fn is_warning_of_data(warning: &Warning) -> bool {
             | Warning::WidenedByProfile { .. }
             | Warning::PoorlyKnown { .. }
             | Warning::NoPointAtStandOff { .. }
-            // What was taken out, or is a symptom whose cause has a warning of its own.
+            // Errors that were removed, and symptoms whose cause has its own warning.
             | Warning::FeatureBias { .. }
             | Warning::StructuredResiduals { .. }
             | Warning::CrossValidationMisfit { .. }

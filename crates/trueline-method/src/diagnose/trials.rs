@@ -1,4 +1,4 @@
-//! Undoes mistakes one at a time, the likeliest first, until one explains the scan or the time is spent.
+//! Undoes mistakes one at a time, the likeliest first, until one explains the scan or time is up.
 
 use crate::calibrate::estimate;
 use crate::config::Config;
@@ -15,21 +15,21 @@ use crate::diagnose::steps::{Budget, Step, Steps};
 use crate::parallel;
 use trueline_dataset::Recording;
 
-/// How a mistake is undone.
+/// The correction of a mistake.
 #[derive(Clone, Copy, Debug)]
 pub enum Mend {
-    /// As it is listed.
+    /// From the list.
     Listed(fn(&Recording) -> Option<Recording>),
     /// By composing its angles in another sequence.
     Euler(EulerMistake),
-    /// By what was estimated of it.
+    /// From an estimate.
     Estimated(Estimated),
-    /// By saying something else of an external axis.
+    /// By changing the record of an external axis.
     Axis(AxisMend),
 }
 
 impl Mend {
-    /// The recording without the mistake; `None` where it cannot have been made.
+    /// The recording without the mistake. `None` if it cannot have been made.
     #[must_use]
     pub fn of(&self, recording: &Recording) -> Option<Recording> {
         match self {
@@ -46,29 +46,29 @@ impl Mend {
 pub struct Trial {
     /// The mistake's name.
     pub name: String,
-    /// What it means.
+    /// The mistake and its remedy.
     pub says: String,
-    /// How it is undone.
+    /// Its correction.
     pub mend: Mend,
-    /// How the recording calibrates without it.
+    /// Outcome for the recording without it.
     pub outcome: Outcome,
-    /// Whether only a few of its features were fitted, because another mistake explains these better.
+    /// Whether only a few features were fitted, because another mistake explains these better.
     pub is_screened: bool,
 }
 
-/// Sequences of Euler angles that are tried before what takes long; the others come last.
+/// Number of Euler sequences tried before slow trials. The others come last.
 const USUAL_SEQUENCES: usize = 60;
-/// Two mistakes that leave residuals within this factor explain equally well.
+/// Two mistakes with residuals within this factor explain equally well.
 const ALIKE: f64 = 1.1;
-/// Features on which all mistakes are tried …
+/// Number of features on which all mistakes are tried …
 pub(super) const FEW: usize = 300;
-/// … and how many of them are then looked at with all …
+/// … and number of mistakes that are then tried on all features …
 const PROMISING: usize = 4;
 /// … if their residuals are within this factor of the smallest.
 const NEARLY_BEST: f64 = 2.0;
-/// A few features may leave so many times what many leave.
+/// Factor by which residuals of a few features may exceed those of many.
 const OF_FEW: f64 = 1.3;
-/// Measured on a scan that nothing explains, in quick fits of [`FEW`] features: a calibration, …
+/// Measured on a scan without an explanation, in quick fits of [`FEW`] features: a calibration, …
 pub(super) const CALIBRATION_COSTS: usize = 20;
 /// … the search for a crop, for the rate of the stamps, and for the scale of an axis.
 const CROP_COSTS: usize = 50;
@@ -79,19 +79,19 @@ const SCALE_COSTS: usize = 5;
 
 /// A recording on which mistakes are tried.
 pub(super) struct Trials<'a, W> {
-    /// As many of its features as are calibrated.
+    /// The features for calibrations.
     pub recording: &'a Recording,
-    /// As many as are fitted quickly.
+    /// The features for quick fits.
     pub few: &'a Recording,
     pub config: &'a Config,
     pub as_recorded: &'a Outcome,
     pub steps: &'a mut Steps<W>,
     pub budget: Budget,
-    /// Images a second as they are stamped.
+    /// Images per second according to their stamps.
     pub stamped_hz: f64,
-    /// What was tried.
+    /// Completed trials.
     pub done: Vec<Trial>,
-    /// What there was no time for.
+    /// Mistakes that were not tried for lack of time.
     pub not_tried: Vec<String>,
 }
 
@@ -99,10 +99,10 @@ pub(super) struct Trials<'a, W> {
 type Candidate = (String, String, Mend);
 
 impl<W: FnMut(Step<'_>)> Trials<'_, W> {
-    /// Tries all, until something explains the scan.
+    /// Tries all, until one explains the scan.
     pub(super) fn run(&mut self) {
         if self.recording.axes_that_move().contains(&true) {
-            // Nothing else is tried: what is quickly fitted has its axes where they are known to be.
+            // Nothing else is tried, because quick fits need axes at known positions.
             self.try_axes();
             return;
         }
@@ -124,7 +124,7 @@ impl<W: FnMut(Step<'_>)> Trials<'_, W> {
         self.try_sequences(rare);
     }
 
-    /// Calibrates without each mistake of an axis, until one explains the scan.
+    /// Calibrates without each mistake about an axis, until one explains the scan.
     fn try_axes(&mut self) {
         let candidates = axis_mistakes::all(self.few);
         self.steps.expect(candidates.len() * CALIBRATION_COSTS);
@@ -153,7 +153,7 @@ impl<W: FnMut(Step<'_>)> Trials<'_, W> {
         !explanations(self.as_recorded, &self.done).is_empty()
     }
 
-    /// Estimates a mistake's size and tries it, unless something explains the scan or there is no time.
+    /// Estimates a mistake's size and tries it, unless the scan is already explained or time is up.
     fn estimate(&mut self, name: &str, costs: usize, find: impl FnOnce() -> Option<Estimated>) {
         if self.is_explained() {
             return;
@@ -193,7 +193,7 @@ impl<W: FnMut(Step<'_>)> Trials<'_, W> {
         }
     }
 
-    /// How the recording fits without each mistake, in a few features; as many at a time as there are threads.
+    /// Outcome without each mistake, on a few features. As many run at once as there are threads.
     fn screen(&mut self, candidates: Vec<Candidate>) -> Vec<(f64, Trial)> {
         let possible: Vec<(Candidate, Recording)> =
             candidates.into_iter().filter_map(|c| c.2.of(self.few).map(|mended| (c, mended))).collect();
@@ -219,8 +219,8 @@ impl<W: FnMut(Step<'_>)> Trials<'_, W> {
         screened
     }
 
-    /// Whether one of many ranked mistakes leaves noise where there were residuals far above it: those that are less likely need not
-    /// be tried. The lists are short enough to be tried whole.
+    /// Whether one of many ranked mistakes reduces residuals far above noise to noise. Less likely ones are then skipped. Short lists are tried
+    /// completely.
     fn is_certain(&self, screened: &[(f64, Trial)]) -> bool {
         let is_ranked = screened.iter().any(|(_, trial)| matches!(trial.mend, Mend::Euler(_)));
         is_ranked && !self.as_recorded.fits() && screened.iter().any(|(_, trial)| trial.outcome.is_noise())
@@ -241,14 +241,14 @@ impl<W: FnMut(Step<'_>)> Trials<'_, W> {
     }
 }
 
-/// The trials that explain a bad fit, by name and in words: far better than as recorded, and as good as the best of them.
+/// The trials that explain a bad fit, by name and in words: far better than the recording, and as good as the best of them.
 pub(super) fn explanations(as_recorded: &Outcome, trials: &[Trial]) -> Vec<(String, String)> {
     let is_geometry = as_recorded.fits();
     let limit = as_recorded.explained_below() * as_recorded.left().unwrap_or(f64::INFINITY);
     let mut good: Vec<(&Trial, f64)> = trials
         .iter()
         .filter(|trial| !trial.is_screened && trial.outcome.fits())
-        // Where the sensor seemed off, a mistake must leave it right.
+        // If the sensor seemed off, it must be correct without the mistake.
         .filter(|trial| !(is_geometry && trial.outcome.sensor_is_off))
         .filter(|trial| trial.outcome.left().is_some_and(|left| left < limit))
         .filter_map(|trial| Some((trial, trial.outcome.noise_factor?)))

@@ -1,12 +1,12 @@
-//! Why a drawing of a seam is of no use to a scan.
+//! Reasons that a drawing of a seam cannot be used with a scan.
 
 /// Reason.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CadProblem {
     /// A straight line.
-    #[error("the CAD curve is straight to {:.3} mm: a straight seam gains nothing from it", bends_m * 1e3)]
+    #[error("the CAD curve is straight to {:.3} mm: a straight seam does not need it", bends_m * 1e3)]
     Straight {
-        /// How far it bends, m.
+        /// Its deviation from a line, m.
         bends_m: f64,
     },
     /// Coordinates in another unit.
@@ -15,52 +15,52 @@ pub enum CadProblem {
         rms_m * 1e3, unit.words()
     )]
     OtherUnit {
-        /// By which it is to be multiplied.
+        /// Factor by which it must be multiplied.
         factor: f64,
         /// The unit.
         unit: CadUnit,
-        /// How far off it is then, m.
+        /// Its RMS distance after scaling, m.
         rms_m: f64,
     },
-    /// A shorter curve than that of the scan.
-    #[error("the CAD curve is {:.1} mm long, and the scan went over {:.1} mm", length_m * 1e3, scanned_m * 1e3)]
+    /// The curve is shorter than the scanned one.
+    #[error("the CAD curve is {:.1} mm long, but the scan covers {:.1} mm", length_m * 1e3, scanned_m * 1e3)]
     TooShort {
         /// Its length, m.
         length_m: f64,
         /// The length of the scan's, m.
         scanned_m: f64,
     },
-    /// Another curve than that of the scan.
+    /// The curve differs from the scanned one.
     #[error(
         "the CAD curve does not fit the scan: at its best place it is {:.2} mm off (RMS; {:.2} mm at most; \
         tolerance {} mm)",
         rms_m * 1e3, worst_m * 1e3, tolerance_m * 1e3
     )]
     Off {
-        /// Root mean square distance, m.
+        /// RMS distance, m.
         rms_m: f64,
         /// The farthest, m.
         worst_m: f64,
         /// The tolerance, m.
         tolerance_m: f64,
     },
-    /// A curve that fits the scan's, and the readings do not.
+    /// The curve fits the scan's curve, but not the readings.
     #[error(
         "the CAD curve does not fit the seam points: their residuals are {times:.1} times those from a free \
         curve, and it is {:.2} mm off that curve (tolerance {} mm)",
         rms_m * 1e3, tolerance_m * 1e3
     )]
     NotTheReadings {
-        /// How much larger the residuals are.
+        /// Ratio of the residuals to those of a free curve.
         times: f64,
-        /// Root mean square distance of the two curves, m.
+        /// RMS distance of the two curves, m.
         rms_m: f64,
         /// The tolerance, m.
         tolerance_m: f64,
     },
 }
 
-/// The unit that a drawing seems to be in.
+/// The probable unit of a drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CadUnit {
     /// Metres read as millimetres.
@@ -78,7 +78,7 @@ pub enum CadUnit {
 }
 
 impl CadUnit {
-    /// All of them, each with the factor that a drawing is to be multiplied by.
+    /// All of them, each with the factor by which the drawing must be multiplied.
     pub const ALL: [(Self, f64); 6] = [
         (Self::Metres, 1000.0),
         (Self::Inches, 25.4),

@@ -1,4 +1,4 @@
-//! Why there is no calibration at all.
+//! Errors without any calibration.
 
 pub mod cad_problem;
 pub mod no_plates;
@@ -79,10 +79,10 @@ pub enum Error {
         /// The highest line.
         highest: u32,
     },
-    /// Axes where nobody estimates them.
+    /// Axes in a place where they are not estimated.
     #[error("external axes cannot be calibrated {why}")]
     AxesNotThere {
-        /// Where.
+        /// The place.
         why: &'static str,
     },
     /// Several axes of unknown position.
@@ -91,18 +91,18 @@ pub enum Error {
         /// Their names.
         names: String,
     },
-    /// An axis that moves and whose place is not known.
+    /// A moving axis of unknown position.
     #[error("axis `{name}` moves, and its position is unknown")]
     AxisUnknown {
         /// Its name.
         name: String,
     },
-    /// An axis of which no place explains the scan.
+    /// An axis without any position that explains the scan.
     #[error("no position of axis `{name}` explains the scan{}", instead.map_or("", AxisMistake::explains))]
     AxisNotFound {
         /// Its name.
         name: String,
-        /// What explains it.
+        /// The mistake that explains it.
         instead: Option<AxisMistake>,
     },
     /// Points that do not define a laser plane.
@@ -114,10 +114,10 @@ pub enum Error {
         rms_m * MM_PER_M
     )]
     PointsNotInSheet {
-        /// Root mean square distance from the best plane, m.
+        /// RMS distance from the best plane, m.
         rms_m: f64,
     },
-    /// Points off the plane that the sensor's file states.
+    /// Points off the plane of the sensor's file.
     #[error(
         "half of the points lie more than {:.2} mm off the laser plane of sensor.toml",
         median_m * MM_PER_M
@@ -141,10 +141,10 @@ pub enum Error {
         /// Last image stamp, s.
         image_end_s: f64,
     },
-    /// Too few instants.
+    /// Too few distinct image stamps.
     #[error("only {images} distinct image time stamp(s); at least {needed} are needed")]
     TooFewImages {
-        /// Images with a stamp of their own.
+        /// Images with distinct stamps.
         images: usize,
         /// Required number.
         needed: usize,
@@ -154,15 +154,15 @@ pub enum Error {
     TooFewStops {
         /// Stops with a reading.
         stops: usize,
-        /// How many it takes.
+        /// Required number.
         needed: usize,
     },
-    /// Robot poses that are too far apart to tell what the robot did between them.
+    /// Robot poses too far apart in time, so that the motion between them is unknown.
     #[error("the robot's poses are {period_s:.3} s apart; at most {most_s} s is allowed")]
     RobotTooSlow {
         /// Median time between poses, s.
         period_s: f64,
-        /// The longest, s.
+        /// Largest allowed time, s.
         most_s: f64,
     },
     /// The robot does not move.
@@ -173,7 +173,7 @@ pub enum Error {
         /// Largest turn, degrees.
         turn_deg: f64,
     },
-    /// A reading at a stop that has no pose.
+    /// A reading at a stop without a pose.
     #[error("the reading at {stamp_s:.3} s has no robot pose")]
     NoPoseAtStop {
         /// Its stamp, s.
@@ -187,24 +187,24 @@ pub enum Error {
     MovesAtStop {
         /// Its stamp, s.
         stamp_s: f64,
-        /// How far it goes, mm.
+        /// Its motion, mm.
         shift_mm: f64,
-        /// How far it turns, degrees.
+        /// Its rotation, degrees.
         turn_deg: f64,
     },
-    /// Something is held that was never given.
+    /// A quantity is held without an initial value.
     #[error("`{held}` cannot be held fixed: there is no initial value for it")]
     NothingToHold {
         /// The quantity held fixed.
         held: &'static str,
     },
-    /// A noise is stated that applies to no feature.
+    /// A stated noise applies to no feature.
     #[error("{why}")]
     FeatureNoiseUnused {
         /// Reason.
         why: NoiseUnused,
     },
-    /// A line is drawn that the scan does not have.
+    /// A drawn line that the scan does not have.
     #[error("line {line} has a drawing, but the features name {lines} line(s)")]
     NoSuchLine {
         /// Its number.
@@ -228,21 +228,21 @@ pub enum Error {
         /// Distance of the nearest, mm.
         nearest_mm: f64,
     },
-    /// A seam without a reference of its own.
+    /// A seam without a reference.
     #[error("the features name {seams} lines, and the reference has {references}")]
     ReferenceMissing {
         /// Lines of the features.
         seams: usize,
-        /// References there are.
+        /// Number of references.
         references: usize,
     },
-    /// Too few seam points to compare with anything.
+    /// Too few seam points for an evaluation.
     #[error("only {points} seam point(s) could be placed: too few to evaluate")]
     NothingToFit {
         /// Points that could be placed.
         points: usize,
     },
-    /// Stripes are asked for.
+    /// Stripes were requested, and there are none.
     #[error("whole stripes cannot be used: the recording has none")]
     NoStripes,
     /// Stripes that do not determine two plates that meet.
@@ -251,13 +251,13 @@ pub enum Error {
         /// Reason.
         why: NoPlates,
     },
-    /// Stripes without seam points of which too few cross.
+    /// Stripes without seam points, too few of which intersect.
     #[error(
         "there are no seam points, and only {crossings} frames have two stripes that cross; at least \
         {needed} are needed"
     )]
     NoCrossings {
-        /// In how many frames they do.
+        /// Number of frames in which they do.
         crossings: usize,
         /// Required number.
         needed: usize,
@@ -265,19 +265,19 @@ pub enum Error {
     /// Two tables that count their frames differently.
     #[error(transparent)]
     PicturesDisagree(#[from] PicturesDisagree),
-    /// Stripes have no residual of the paper's kind.
+    /// The paper's residual does not support stripes.
     #[error("whole stripes cannot be used with the point-to-line residual")]
     StripesNeedSheet,
-    /// Stripes hold nothing at a guess.
+    /// Stripes do not support directions held at a guess.
     #[error("whole stripes cannot be used with --accept-partial")]
     StripesHeldAtGuess,
-    /// A curve is asked for.
+    /// A curve was requested.
     #[error("a curve cannot be fitted: {why}")]
     NoCurve {
-        /// Why there is none.
+        /// Reason that there is none.
         why: &'static str,
     },
-    /// A drawing of the seam is of no use.
+    /// A drawing of the seam cannot be used.
     #[error(transparent)]
     Cad(#[from] CadProblem),
     /// No start led to a finite cost.
@@ -328,7 +328,7 @@ impl Error {
             Self::PicturesDisagree(pictures) => pictures.hint(),
             Self::StripesHeldAtGuess | Self::StripesOfDrawnLine => "use the seam points",
             Self::FeatureNoiseUnused { why: NoiseUnused::EachHasItsOwn } => {
-                "change these, or take their columns out of features.csv"
+                "change these, or remove their columns from features.csv"
             }
             Self::FeatureNoiseUnused { .. } => "state it in the unit of the features",
             Self::NoSuchLine { .. } => "lines are numbered from 0, as in the column `line`",

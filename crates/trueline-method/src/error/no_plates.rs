@@ -1,15 +1,15 @@
-//! Why no plates can be estimated from the stripes.
+//! Reasons that no plates can be estimated from the stripes.
 
 use std::fmt;
 
-/// Why the stripes are not used though there are some.
+/// Reason that existing stripes are not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoPlates {
     /// A joint has no stripes on one of its plates, or none at all.
     Missing {
         /// The seam of the joint.
         line: usize,
-        /// Stripes that could not be used.
+        /// Number of stripes that were not used.
         unusable: usize,
     },
     /// Points of a plate that do not span a plane.
@@ -21,11 +21,11 @@ pub enum NoPlates {
         /// Total number.
         stripes: usize,
     },
-    /// The search for the best plates did not come to an end.
+    /// The fit of the plates did not converge.
     NotConverged,
     /// Two plates that do not meet in a line, without the points of an edge.
     Parallel,
-    /// Two parallel plates, or one alone, and seam points that lie on neither.
+    /// Two parallel plates, or a single one, with seam points on neither.
     EdgeElsewhere {
         /// The seam of the joint.
         line: usize,
@@ -66,7 +66,7 @@ impl fmt::Display for NoPlates {
 }
 
 impl NoPlates {
-    /// The same, with a number of unusable stripes.
+    /// The same with a number of unused stripes.
     #[must_use]
     pub(crate) fn with_unusable(self, unusable: usize) -> Self {
         match self {

@@ -1,13 +1,13 @@
-//! Why a stated noise of the features is of no use to a scan.
+//! Reasons that a stated noise of the features does not apply to a scan.
 
-/// Why a stated noise of features applies to none of them.
+/// Reason that a stated noise applies to no feature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoiseUnused {
     /// It is in mm, and the features are pixels.
     FeaturesArePixels,
     /// It is in px, and the features are lengths.
     FeaturesAreLengths,
-    /// Every feature comes with a standard deviation of its own.
+    /// Every feature has its own standard deviation.
     EachHasItsOwn,
 }
 

@@ -1,4 +1,4 @@
-//! Every measured point of a recording in base, frame by frame, by a calibration that is known.
+//! Places every measured point of a recording in base, frame by frame, with a known calibration.
 
 use crate::config::Config;
 use crate::error::Error;
@@ -14,7 +14,7 @@ use trueline_model::{Placement, SheetShape};
 /// Nanoseconds in a second.
 const NS_PER_S: f64 = 1e9;
 
-/// The path of a recording, and a calibration, by which its points are placed.
+/// The path of a recording with a calibration that places its points.
 #[derive(Clone, Debug)]
 pub struct CloudPath {
     robot: RobotMotion,
@@ -24,7 +24,7 @@ pub struct CloudPath {
     shape: Option<SheetShape>,
 }
 
-/// Contributions to the ± of a point besides the motion.
+/// Contributions to a point's uncertainty besides the motion.
 #[derive(Clone, Copy, Debug)]
 pub struct CloudNoise {
     /// Covariance of time offset (s), hand-eye rotation (rad) and translation (m).
@@ -34,7 +34,7 @@ pub struct CloudNoise {
 }
 
 impl CloudPath {
-    /// The path of a recording, by stamps as they were recorded. The recording needs no seam points.
+    /// The path of a recording, by recorded stamps. The recording needs no seam points.
     ///
     /// # Errors
     /// A robot stream that is no trajectory, or does not move.
@@ -46,16 +46,16 @@ impl CloudPath {
         Ok(Self { robot, origin_ns, by: *by, sensor, shape })
     }
 
-    /// The same by another calibration.
+    /// The same with another calibration.
     #[must_use]
     pub fn by(&self, by: &Guess) -> Self {
         Self { by: *by, ..self.clone() }
     }
 
-    /// Where the sensor was when a frame of a stamp was exposed.
+    /// Pose of the sensor at the exposure of a frame.
     ///
     /// # Errors
-    /// [`Skip::Outside`] and [`Skip::Gap`] where the robot's pose is not known.
+    /// [`Skip::Outside`] and [`Skip::Gap`] if the robot's pose is unknown.
     pub fn at(&self, stamp_ns: i64) -> Result<Placement, Skip> {
         let exposure_s = (stamp_ns - self.origin_ns) as f64 / NS_PER_S - self.by.time_offset_s;
         let (start, end) = self.robot.trajectory.span();
@@ -71,7 +71,7 @@ impl CloudPath {
         point_in_camera(&self.sensor, self.shape.as_ref(), measured)
     }
 
-    /// The ± of a point of the camera frame, m: the root mean square of the distance of the placed point from the true one.
+    /// The uncertainty of a point of the camera frame, m: the RMS distance of the placed point from the true one.
     #[must_use]
     pub fn sigma_m(&self, placement: &Placement, point_in_camera: &Vector3<f64>, noise: &CloudNoise) -> f64 {
         let jacobian = placement.jacobian(point_in_camera);
@@ -81,7 +81,7 @@ impl CloudPath {
         by_links.fixed_view_mut::<3, 3>(0, 4).copy_from(&jacobian.d_point_d_translation);
         let by_calibration = (by_links * noise.links * by_links.transpose()).trace();
         let by_robot = 3.0 * self.robot.noise_m.powi(2);
-        // A reading errs within the sheet.
+        // The error of a reading is within the sheet.
         (by_calibration + by_robot + 2.0 * noise.reading_m.powi(2)).max(0.0).sqrt()
     }
 }

@@ -1,7 +1,7 @@
-//! Two calibrations of one sensor: has anything moved, and by how much where the seam is?
+//! Difference of two calibrations of one sensor: whether anything moved, and the effect at the seam.
 //!
-//! The difference of the seven numbers (time offset, rotation about the tool's axes, translation) is compared with the sum of both
-//! covariances; and what it does to a seam point is averaged over the field of the laser plane.
+//! The difference of the seven numbers (time offset, rotation about the tool's axes, translation) is compared with the sum of both covariances. Its
+//! effect on a seam point is averaged over the field of the laser plane.
 
 use crate::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
@@ -12,10 +12,10 @@ use trueline_geometry::so3;
 /// Numbers of a calibration without its lines.
 pub const ANSWERS: usize = 7;
 
-/// Beyond this many standard deviations something has moved: by chance one comparison in a thousand.
+/// Standard deviations above which something has moved. Chance exceeds it in one comparison of a thousand.
 pub const MOVED_Z: f64 = 3.09;
 
-/// A calibration and how well it is known.
+/// A calibration with its covariance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
     /// Time offset and hand-eye transform.
@@ -24,7 +24,7 @@ pub struct Estimate {
     pub covariance: SMatrix<f64, ANSWERS, ANSWERS>,
 }
 
-/// The part of the laser plane that is looked at, and how it is used.
+/// The part of the laser plane that is evaluated, and its use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Field {
     /// Width along the stripe, m.
@@ -40,25 +40,25 @@ pub struct Field {
 /// Difference of two calibrations, second minus first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
-    /// Of the time offset, s.
+    /// Time offset, s.
     pub time_offset_s: f64,
-    /// Of the rotation about the tool's axes, rad.
+    /// Rotation about the tool's axes, rad.
     pub rotation_rad: Vector3<f64>,
-    /// Of the translation, m.
+    /// Translation, m.
     pub translation_m: Vector3<f64>,
     /// Standard deviations of the seven numbers, in the order of [`Estimate::covariance`].
     pub sigma: SVector<f64, ANSWERS>,
-    /// Root mean square shift of a seam point over the field at the working speed, m.
+    /// RMS shift of a seam point over the field at the working speed, m.
     pub seam_shift_rms_m: f64,
-    /// Its standard deviation by noise, m.
+    /// Its standard deviation from noise, m.
     pub seam_shift_sigma_m: f64,
     /// Largest shift in the field, m.
     pub seam_shift_largest_m: f64,
     /// χ² of the seven numbers as the deviate of a normal distribution.
     pub z: f64,
-    /// The same of the time offset alone, signed.
+    /// The same for the time offset alone, signed.
     pub z_time: f64,
-    /// The same of the six numbers of the transform.
+    /// The same for the six numbers of the transform.
     pub z_hand_eye: f64,
 }
 
@@ -69,19 +69,19 @@ impl Difference {
         self.z > MOVED_Z
     }
 
-    /// Probability that chance alone makes a larger difference, 0 to 1.
+    /// Probability of a larger difference by chance, 0 to 1.
     #[must_use]
     pub fn chance(&self) -> f64 {
         0.5 * libm::erfc(self.z * FRAC_1_SQRT_2)
     }
 
-    /// Whether the timing has.
+    /// Whether the time offset has changed.
     #[must_use]
     pub fn timing_moved(&self) -> bool {
         self.z_time.abs() > MOVED_Z
     }
 
-    /// Whether the bracket has.
+    /// Whether the hand-eye transform has changed.
     #[must_use]
     pub fn bracket_moved(&self) -> bool {
         self.z_hand_eye > MOVED_Z
@@ -119,7 +119,7 @@ pub fn between(first: &Estimate, second: &Estimate, field: &Field) -> Option<Dif
     })
 }
 
-/// A χ² as a normal deviate, by the cube root \[WilsonHilferty1931\]; within 0.05 from 3 degrees of freedom on.
+/// A χ² as a normal deviate, by the cube root \[WilsonHilferty1931\]. Accurate to 0.05 from 3 degrees of freedom on.
 fn deviate(squared: f64, freedom: usize) -> f64 {
     let spread = 2.0 / (9.0 * freedom as f64);
     ((squared / freedom as f64).cbrt() - (1.0 - spread)) / spread.sqrt()
@@ -150,7 +150,7 @@ impl SeamShift {
                 0.0,
                 field.stand_off_m + field.depth_m * part(column),
             );
-            // p_tool = Exp(δ) R p + t, and what passes during a change of the offset.
+            // p_tool = Exp(δ) R p + t, and the path travelled during a change of the time offset.
             let lever = first.parameters.tool_from_camera.rotation * point;
             let mut effect = SMatrix::<f64, 4, ANSWERS>::zeros();
             effect.fixed_view_mut::<3, 3>(0, ROTATION).copy_from(&(-so3::hat(&lever)));

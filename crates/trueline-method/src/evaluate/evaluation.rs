@@ -19,25 +19,25 @@ pub struct Deviation {
     pub error_m: Vector3<f64>,
 }
 
-/// Figures over errors, as the paper's Table I has them.
+/// Statistics of errors, as in the paper's Table I.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Figures {
     /// Number of points.
     pub count: usize,
-    /// Root mean square of the distances, m.
+    /// RMS distance, m.
     pub rmse_m: f64,
-    /// Mean of the distances, m: never more than the root mean square.
+    /// Mean distance, m. At most the RMS.
     pub mae_m: f64,
-    /// Median of the distances, m: what a few wild points do not move.
+    /// Median distance, m, which is robust against outliers.
     pub median_m: f64,
     /// Largest distance, m.
     pub max_m: f64,
-    /// Mean error in base, m: what an offset of the whole seam would be.
+    /// Mean error in base, m: an offset of the whole seam.
     pub bias_m: Vector3<f64>,
 }
 
 impl Figures {
-    /// Figures over errors.
+    /// Statistics of errors.
     #[must_use]
     pub fn of(errors: impl Iterator<Item = Vector3<f64>>) -> Self {
         let errors: Vec<Vector3<f64>> = errors.collect();
@@ -54,17 +54,17 @@ impl Figures {
     }
 }
 
-/// Whether points are near enough to their reference.
+/// Check of points against a tolerance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToleranceCheck {
     /// Tolerance of a point, m.
     pub tolerance_m: f64,
-    /// Points that are not further.
+    /// Points within the tolerance.
     pub near: usize,
-    /// Points that are.
+    /// Points beyond it.
     pub far: usize,
-    /// Features that gave no point where there should be one: off the image, or while the robot was not recorded. They count as far:
-    /// what a robot could not follow is not within anything.
+    /// Features without a point where there should be one: off the image, or while the robot was not recorded. They count as beyond the tolerance,
+    /// because a robot could not follow them.
     pub lost: usize,
     /// Points beyond the ends of the reference.
     pub beyond_ends: usize,
@@ -82,23 +82,23 @@ const LEAST_OUTLIER_M: f64 = 5e-5;
 /// Part of the points that must be within a tolerance: the rest are wild points, as every sensor has them.
 pub const NEEDED_WITHIN: f64 = 0.95;
 
-/// Default share of the scan that a reference must cover: a verdict on less than half is not a verdict on the scan.
+/// Default fraction of the scan that a reference must cover. A verdict on less than half does not hold for the scan.
 pub const NEEDED_COVERAGE: f64 = 0.5;
 
 impl ToleranceCheck {
-    /// Points within the reference, and lost ones.
+    /// Number of points within the reference, and lost ones.
     #[must_use]
     pub fn judged(&self) -> usize {
         self.near + self.far + self.lost
     }
 
-    /// Part of the judged points that are within the tolerance.
+    /// Fraction of the judged points within the tolerance.
     #[must_use]
     pub fn within(&self) -> f64 {
         self.near as f64 / self.judged().max(1) as f64
     }
 
-    /// Part of all points that are judged.
+    /// Fraction of all points that are judged.
     #[must_use]
     pub fn coverage(&self) -> f64 {
         self.judged() as f64 / (self.judged() + self.beyond_ends).max(1) as f64
@@ -116,7 +116,7 @@ impl ToleranceCheck {
         self.coverage() >= self.needed_coverage
     }
 
-    /// Whether both.
+    /// Whether both conditions hold.
     #[must_use]
     pub fn passed(&self) -> bool {
         self.is_near_enough() && self.is_covered()
@@ -128,20 +128,20 @@ impl ToleranceCheck {
 pub struct Evaluation {
     /// Reference seams.
     pub references: Vec<ReferenceCurve>,
-    /// Whether they were known, and not fitted to the calibrated points.
+    /// Whether they were given. Else they were fitted to the calibrated points.
     pub known: bool,
-    /// Every point by the calibration.
+    /// Every point with the calibration.
     pub calibrated: Vec<Deviation>,
-    /// The same with the time offset left out.
+    /// The same without the time offset.
     pub without_offset: Vec<Deviation>,
-    /// Points beyond the ends of the reference, which are in neither.
+    /// Points beyond the ends of the reference, which both lists leave out.
     pub beyond_ends: usize,
-    /// Features that gave no point, by reason.
+    /// Features without a point, by reason.
     pub skipped: BTreeMap<Skip, usize>,
 }
 
 impl Evaluation {
-    /// How far half of the calibrated points are from what was fitted to them, m; `None` where the reference was known.
+    /// Median distance of the calibrated points from the fit to them, m. `None` if the reference was given.
     #[must_use]
     pub fn fitted_median_m(&self) -> Option<f64> {
         (!self.known).then(|| Figures::of(self.calibrated.iter().map(|point| point.error_m)).median_m)
@@ -171,7 +171,7 @@ impl Evaluation {
     #[must_use]
     pub fn check(&self, tolerance_m: f64, needed_coverage: f64) -> ToleranceCheck {
         let near = self.calibrated.iter().filter(|point| point.error_m.norm() <= tolerance_m).count();
-        // A row that repeats another is no point of its own.
+        // A repeated row is not a separate point.
         let lost = self.skipped.iter().filter(|(why, _)| **why != Skip::Repeated).map(|(_, count)| count);
         ToleranceCheck {
             tolerance_m,
@@ -184,10 +184,10 @@ impl Evaluation {
     }
 }
 
-/// Evaluates a calibration on a scan of seams that are known, or of the form that fits its points best.
+/// Evaluates a calibration on a scan of given seams, or of seams with the best-fitting form.
 ///
 /// # Errors
-/// A recording that cannot be placed, or too few points to fit anything.
+/// A recording that cannot be placed, or too few points for a fit.
 pub fn evaluate(
     recording: &Recording,
     by: &Guess,
@@ -236,14 +236,14 @@ fn fitted(points: &[SeamPoint], form: Form) -> Option<Vec<ReferenceCurve>> {
     (0..seams).map(of).collect()
 }
 
-/// Distance of the nearest point from its reference, ends and all, m.
+/// Distance of the nearest point from its reference, including the ends, m.
 fn nearest_m(points: &[SeamPoint], references: &[ReferenceCurve]) -> f64 {
     let distance =
         |p: &SeamPoint| references.get(p.line as usize).map(|r| r.distance_with_ends(&p.point_in_base));
     points.iter().filter_map(distance).fold(f64::INFINITY, f64::min)
 }
 
-/// The errors of all points against the reference of each seam, and how many points have none, being beyond its ends.
+/// The errors of all points against the reference of each seam, and the number of points beyond its ends.
 #[must_use]
 pub fn against(points: &[SeamPoint], references: &[ReferenceCurve]) -> (Vec<Deviation>, usize) {
     let deviations: Vec<Deviation> = points

@@ -1,4 +1,4 @@
-//! A live stream in base: poses and seam features go in as they arrive, points in base come out.
+//! Places a live stream in base: poses and seam features go in on arrival, points in base come out.
 
 use crate::input::observations::point_in_camera;
 use crate::input::skip::Skip;
@@ -8,10 +8,10 @@ use trueline_dataset::{Guess, Measured, RobotSample, Sensor};
 use trueline_geometry::{Pose, se3};
 use trueline_model::SheetShape;
 
-/// Places the seam points of a running sensor by a calibration.
+/// Places the seam points of a running sensor with a calibration.
 ///
-/// A feature is placed at its exposure, stamp − time offset, between the two poses around it. Nothing is extrapolated: where the pose
-/// behind the exposure has not arrived yet, the answer is [`Placement::TooEarly`], and the same call succeeds later.
+/// A feature is placed at its exposure, stamp − time offset, between the two poses around it. Nothing is extrapolated. If the pose after the
+/// exposure has not arrived yet, the answer is [`Placement::TooEarly`], and the same call succeeds later.
 ///
 /// ```
 /// use trueline_dataset::{Guess, Measured, RobotSample, Sensor};
@@ -36,52 +36,52 @@ pub struct LivePlacement {
     poses: VecDeque<RobotSample>,
 }
 
-/// Where a seam point is.
+/// Place of a seam point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Placement {
     /// In base, m.
     At(Vector3<f64>),
-    /// The robot's pose behind the exposure has not arrived yet: ask again.
+    /// The pose after the exposure has not arrived yet. Repeat the call later.
     TooEarly,
-    /// The poses around the exposure are not there: before the first, forgotten, or lost in a gap.
+    /// The poses around the exposure are missing: before the first, discarded, or lost in a gap.
     NoPose,
     /// The feature gives no point on the laser plane.
     NoPoint(Skip),
 }
 
-/// Poses are kept for so long, ns.
+/// Time for which poses are kept, ns.
 const KEPT_NS: i64 = 5_000_000_000;
-/// Between poses that are further apart nothing is interpolated, ns.
+/// Longest time between poses that are interpolated, ns.
 const GAP_NS: i64 = 100_000_000;
 
 impl LivePlacement {
-    /// With a sensor and a calibration of it.
+    /// For a sensor with its calibration.
     #[must_use]
     pub fn new(sensor: Sensor, by: Guess) -> Self {
         Self { sensor, shape: None, by, poses: VecDeque::new() }
     }
 
-    /// The same with the sensor's shape as its file states it.
+    /// The same with the sensor's shape from its file.
     #[must_use]
     pub fn with_shape(mut self, shape: Option<SheetShape>) -> Self {
         self.shape = shape;
         self
     }
 
-    /// A pose that has arrived. One that is not newer than the last changes nothing, and the answer is `false`.
+    /// Adds a pose. Returns `false` and changes nothing if it is not newer than the last.
     pub fn add_pose(&mut self, sample: RobotSample) -> bool {
         if self.poses.back().is_some_and(|last| sample.stamp_ns <= last.stamp_ns) {
             return false;
         }
         self.poses.push_back(sample);
-        // The last one before the horizon stays: what follows it is complete.
+        // The last pose before the horizon is kept, so that the rest can be interpolated.
         while self.poses.get(1).is_some_and(|second| sample.stamp_ns - second.stamp_ns > KEPT_NS) {
             self.poses.pop_front();
         }
         true
     }
 
-    /// Where a feature of an image that was stamped `stamp_ns` is in base.
+    /// Place in base of a feature in an image with the stamp `stamp_ns`.
     #[must_use]
     pub fn place(&self, stamp_ns: i64, measured: Measured) -> Placement {
         let point = match point_in_camera(&self.sensor, self.shape.as_ref(), measured) {
@@ -113,7 +113,7 @@ impl LivePlacement {
     }
 }
 
-/// Straight in position, at a steady rate in rotation.
+/// Linear in position, and at a constant rate in rotation.
 fn between(left: &RobotSample, right: &RobotSample, share: f64) -> Pose {
     let (a, b) = (&left.base_from_tool, &right.base_from_tool);
     let turn = a.rotation.rotation_to(&b.rotation);

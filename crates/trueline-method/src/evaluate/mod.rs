@@ -1,4 +1,4 @@
-//! A calibration at work on another scan.
+//! Use of a calibration on another scan.
 
 pub mod cloud;
 pub mod difference;

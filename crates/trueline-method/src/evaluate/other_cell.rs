@@ -1,4 +1,4 @@
-//! Whether a calibration belongs to the scan that it is used on.
+//! Tests whether a calibration belongs to the scan on which it is used.
 
 use crate::calibrate::calibrate;
 use crate::config::Config;
@@ -16,7 +16,7 @@ pub struct OtherCell {
     pub turn_rad: f64,
     /// Difference of the time offsets, s.
     pub offset_s: f64,
-    /// Whether it is too far for one cell; else something has moved, or the calibration is wrong.
+    /// Whether it is too large for one cell. Else something has moved, or the calibration is wrong.
     pub is_other_cell: bool,
 }
 
@@ -29,20 +29,19 @@ struct Limits {
     sigmas: f64,
 }
 
-/// Nobody remounts a sensor or delays its images by less and calls it the same.
+/// Limits within which a sensor may have been remounted in one cell.
 const OTHER_CELL: Limits = Limits { shift_m: 5e-3, turn_rad: 0.02, offset_s: 0.02, sigmas: 10.0 };
 
-/// More than this is worth a word: what cameras and robots of one cell drift by is less.
+/// Limits of a reported difference. The drift of cameras and robots in one cell is smaller.
 const NOTABLE: Limits = Limits { shift_m: 1e-3, turn_rad: 3.5e-3, offset_s: 1e-3, sigmas: 5.0 };
 
-/// Points whose median distance exceeds this multiple of the residual of the scan's own calibration (RMS) …
+/// Median distance of the points, as a multiple of the RMS residual of the scan's own calibration …
 const NOTABLE_RATIO: f64 = 2.0;
-/// … and this much more, m, are not as near as they could be, wherever that comes from.
+/// … and in addition to it, m, above which the calibration is worse than possible.
 const NOTABLE_MEDIAN_M: f64 = 0.05e-3;
 
-/// Calibrates the scan by itself and compares; `None` where both agree, or where the scan does not calibrate by itself (a curved seam,
-/// too little motion), so that nothing is known. `median_m` is how far half of the points lie from the line fitted to them, where one
-/// was.
+/// Calibrates the scan by itself and compares. `None` if both agree, or if the scan does not calibrate by itself (a curved seam, too little motion).
+/// `median_m` is the median distance of the points from the fitted line, if one was fitted.
 #[must_use]
 pub fn other_cell(
     recording: &Recording,
@@ -70,14 +69,14 @@ pub fn other_cell(
 }
 
 impl Limits {
-    /// Whether one of turn, shift and offset is beyond its limit.
+    /// Whether one of rotation, shift and time offset exceeds its limit.
     fn exceeded(&self, apart: [f64; 3], own_sigmas: [f64; 3]) -> bool {
         let least = [self.turn_rad, self.shift_m, self.offset_s];
         (0..3).any(|k| apart[k] > least[k] && apart[k] > self.sigmas * own_sigmas[k])
     }
 }
 
-/// Standard deviations of rotation (rad), translation (m) and time offset (s), all axes together.
+/// Standard deviations of rotation (rad), translation (m) and time offset (s), over all axes.
 fn sigmas(own: &Calibration) -> Option<[f64; 3]> {
     let three = |first: usize| {
         let squared =

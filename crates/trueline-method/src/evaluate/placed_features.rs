@@ -1,5 +1,4 @@
-//! Every feature with the sensor's place at its exposure, by a calibration that is known: what a test of that calibration
-//! is made of.
+//! Every feature with the sensor's pose at its exposure, from a known calibration: the input for a test of that calibration.
 
 use crate::assess::residuals::why_not_placed;
 use crate::config::{Config, Measurements};
@@ -16,17 +15,16 @@ use trueline_dataset::{Guess, Recording};
 use trueline_geometry::smoothed_velocity::smoothed_velocity;
 use trueline_model::{LaserSheet, Placement};
 
-/// One feature and where the sensor was.
+/// One feature with the pose of the sensor.
 #[derive(Clone, Copy, Debug)]
 pub struct PlacedFeature {
     /// Stamp of its image since the first robot sample, s.
     pub stamp_s: f64,
-    /// Index of its image among those with a stamp of their own.
+    /// Index of its image among those with distinct stamps.
     pub frame: u32,
-    /// Which seam.
+    /// Its seam.
     pub line: u32,
-    /// Where the sensor was at the exposure, and how it moved: velocities of many samples, so that their noise does not pass
-    /// for motion.
+    /// Pose and motion of the sensor at the exposure. Velocities come from many samples, so that noise is not mistaken for motion.
     pub placement: Placement,
     /// The point in the camera frame, m.
     pub point_in_camera: Vector3<f64>,
@@ -34,12 +32,12 @@ pub struct PlacedFeature {
     pub covariance: Matrix2<f64>,
 }
 
-/// The stripes of both plates of a joint in one image, and where the sensor was.
+/// The stripes of both plates of a joint in one image, with the pose of the sensor.
 #[derive(Clone, Copy, Debug)]
 pub struct PlacedStripes {
-    /// Stamp of the image since the first robot sample, s: that of the seam point in it, if there is one.
+    /// Stamp of the image since the first robot sample, s. That of its seam point, if there is one.
     pub stamp_s: f64,
-    /// Which joint; plates of other numbers are those of other seams.
+    /// Its joint. Plates with other numbers belong to other seams.
     pub line: u32,
     /// As for [`PlacedFeature`].
     pub placement: Placement,
@@ -52,22 +50,22 @@ pub struct PlacedStripes {
 pub struct PlacedFeatures {
     /// By rising stamp.
     pub list: Vec<PlacedFeature>,
-    /// The stripes of images that show both plates of a joint; none but by [`place_with_stripes`].
+    /// The stripes of images that show both plates of a joint. Filled by [`place_with_stripes`] only.
     pub stripes: Vec<PlacedStripes>,
     /// The sheet they lie in.
     pub sheet: LaserSheet,
     /// Noise that features of one image share.
     pub noise: NoiseLevels,
-    /// The same of the robot's attitude about each axis, rad; measured with the stripes.
+    /// The same for the robot's attitude about each axis, rad. Measured together with the stripes.
     pub robot_sigma_rad: f64,
-    /// Whether the stamps could be treated as asked.
+    /// Streams whose stamps were replaced by clock times.
     pub dejittered: Dejittered,
     /// Missing points by reason.
     pub skipped: BTreeMap<Skip, usize>,
 }
 
-/// Places every feature of a recording, with the stamps of those streams taken from their clocks that the calibration
-/// took from them; a stream that does not tick evenly keeps its recorded stamps, as [`PlacedFeatures::dejittered`] tells.
+/// Places every feature of a recording. Streams for which the calibration used clock times use them here too. A stream without a regular tick keeps
+/// its recorded stamps, as [`PlacedFeatures::dejittered`] states.
 ///
 /// # Errors
 /// A recording that cannot be lifted onto the sheet: see [`observe`].
@@ -80,10 +78,10 @@ pub fn place(
     Ok(placed(recording, by, wanted, config)?.0)
 }
 
-/// The same with the stripes of those images that show both plates of a joint.
+/// The same with the stripes of images that show both plates of a joint.
 ///
 /// # Errors
-/// As [`place`], and a recording whose stripes and seam points count their pictures differently.
+/// Those of [`place`], and a recording whose stripes and seam points count their images differently.
 pub fn place_with_stripes(
     recording: &Recording,
     by: &Guess,
@@ -98,7 +96,7 @@ pub fn place_with_stripes(
     Ok(features)
 }
 
-/// What can be placed, from what, and the robot's times, s.
+/// The placed features, with their observations and the robot's times, s.
 fn placed(
     recording: &Recording,
     by: &Guess,
@@ -142,7 +140,7 @@ fn placed(
     Ok((features, observations, sampling.robot_times_s(dejittered).to_vec()))
 }
 
-/// Where the sensor was when an image was exposed, and how it moved; `None` outside the recording or in a gap.
+/// Pose and motion of the sensor at the exposure of an image. `None` outside the recording or in a gap.
 fn placement(observations: &Observations, by: &Guess, stamp_s: f64) -> Option<Placement> {
     let (trajectory, exposure_s) = (&observations.robot.trajectory, stamp_s - by.time_offset_s);
     let mut placement = placement_at(trajectory, exposure_s, &by.tool_from_camera)?;

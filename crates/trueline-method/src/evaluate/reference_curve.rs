@@ -1,4 +1,4 @@
-//! Reference of a seam: a known line, circle or curve, or the best fit.
+//! Reference of a seam: a given line, circle or curve, or the best fit.
 
 use nalgebra::Vector3;
 use trueline_geometry::{Circle, Line, Plane, Polyline, fit};
@@ -10,16 +10,16 @@ pub enum ReferenceCurve {
     Line(Line),
     /// Round.
     Circle(Circle),
-    /// Of any form, known point by point.
+    /// Any form, given point by point.
     Curve(Polyline),
-    /// Anything in a plane: only what sticks out of it counts.
+    /// Anything in a plane. Only the distance from the plane is an error.
     Plane(Plane),
 }
 
-/// Which form is fitted.
+/// The fitted form.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Form {
-    /// The simplest that the points bear out.
+    /// The simplest form that the points confirm.
     #[default]
     Auto,
     /// A line.
@@ -30,11 +30,9 @@ pub enum Form {
     Plane,
 }
 
-/// A circle must come so much nearer to the points than a line, as a part of their distance: wobble that a wrong
-/// calibration makes is no reason to bend the reference.
+/// A circle must reduce the distance of the points to this fraction of a line's. The wobble from a wrong calibration is no reason for a circle.
 const NEARER: f64 = 0.5;
-/// Points are on neither line nor circle if they are typically further off than this part of their extent: no
-/// calibration is that wrong.
+/// Points are on neither line nor circle if their typical distance exceeds this fraction of their extent. No calibration is that wrong.
 const NEITHER: f64 = 0.02;
 
 impl ReferenceCurve {
@@ -49,7 +47,7 @@ impl ReferenceCurve {
         }
     }
 
-    /// Unit direction of the reference at the point of it that is nearest to a point; `None` where it has none.
+    /// Unit direction of the reference at its point nearest to a given one. `None` without a direction.
     #[must_use]
     pub fn direction_at(&self, point: &Vector3<f64>) -> Option<Vector3<f64>> {
         match self {
@@ -69,7 +67,7 @@ impl ReferenceCurve {
         }
     }
 
-    /// From the nearest point of the reference to a point, m; `None` beyond the ends of a curve that has some.
+    /// Vector from the nearest point of the reference to a point, m. `None` beyond the ends of an open curve.
     #[must_use]
     pub fn deviation(&self, point: &Vector3<f64>) -> Option<Vector3<f64>> {
         match self {
@@ -83,7 +81,7 @@ impl ReferenceCurve {
         }
     }
 
-    /// Distance of a point, also from the ends of a curve that has some, m.
+    /// Distance of a point, m, including the ends of an open curve.
     #[must_use]
     pub(crate) fn distance_with_ends(&self, point: &Vector3<f64>) -> f64 {
         match self {
@@ -92,7 +90,7 @@ impl ReferenceCurve {
         }
     }
 
-    /// The best fit to points, of which some may be wild; `None` if there are too few to fit that form.
+    /// The best fit to points with outliers. `None` if there are too few for that form.
     #[must_use]
     pub fn fitted(points: &[Vector3<f64>], form: Form) -> Option<Self> {
         let line = || (points.len() > 2).then(|| fit::robust_line(points)).flatten().map(Self::Line);
@@ -121,7 +119,7 @@ impl ReferenceCurve {
     }
 }
 
-/// The longest side of the box about points, m.
+/// The longest side of the points' bounding box, m.
 fn extent(points: &[Vector3<f64>]) -> f64 {
     let first = points.first().copied().unwrap_or_default();
     let (low, high) = points.iter().fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)));

@@ -1,4 +1,4 @@
-//! Where the seam is in base, by a calibration that is known.
+//! Places the seam in base with a known calibration.
 
 use crate::assess::residuals::why_not_placed;
 use crate::config::Config;
@@ -17,7 +17,7 @@ use trueline_dataset::{Guess, Recording};
 pub struct SeamPoint {
     /// Row of the feature in the recording, from 0.
     pub row: u32,
-    /// Which seam.
+    /// Its seam.
     pub line: u32,
     /// Stamp of its image since the first robot sample, s.
     pub stamp_s: f64,
@@ -25,7 +25,7 @@ pub struct SeamPoint {
     pub point_in_base: Vector3<f64>,
 }
 
-/// All points of a recording, and the features that gave none, by reason.
+/// All points of a recording, and the features without a point, by reason.
 #[derive(Clone, Debug, Default)]
 pub struct SeamPoints {
     /// By rising stamp.
@@ -34,7 +34,7 @@ pub struct SeamPoints {
     pub skipped: BTreeMap<Skip, usize>,
 }
 
-/// Places every feature of a recording in base. Stamps are taken as recorded, as a robot that follows the seam would.
+/// Places every feature of a recording in base. Stamps are used as recorded, as by a robot that follows the seam.
 ///
 /// # Errors
 /// A recording that cannot be lifted onto the sheet: see `observe_anywhere`.

@@ -1,8 +1,8 @@
-//! Points measured at standstill as the truth for a moving scan \[Yang2025, Fig. 9\].
+//! Points measured at standstill as ground truth for a moving scan \[Yang2025, Fig. 9\].
 //!
-//! The robot stops at points along the seam; there no time offset matters, and the mean over a stop has little noise. Between
-//! two stops the seam is taken as straight, so that a point of the moving scan is compared with the place nearest to it along
-//! the seam. What is common to both scans, an error of the hand-eye transform, shows only as far as attitudes differ.
+//! The robot stops at points along the seam. There the time offset has no effect, and the mean over a stop has little noise. The seam is straight
+//! between two stops, so a point of the moving scan is compared with the nearest place along the seam. An error of the hand-eye transform is common
+//! to both scans. It is visible only as far as attitudes differ.
 
 use crate::config::Config;
 use crate::error::Error;
@@ -12,34 +12,33 @@ use nalgebra::Vector3;
 use trueline_dataset::{Guess, Recording, RobotSample};
 use trueline_geometry::Polyline;
 
-/// A robot at rest stays within this shift; ten times the noise of a good one, and a third of a millimetre of creeping.
+/// Largest shift of a standing robot, m: ten times the noise of a good one.
 const REST_M: f64 = 0.3e-3;
-/// And within this turn, rad.
+/// Largest rotation of a standing robot, rad.
 const REST_RAD: f64 = 1e-3;
-/// Images count from so long after the robot has come to rest until so long before it goes on, s: more than any error of
-/// the time offset and any swinging.
+/// Time after the robot has stopped, and before it moves on, without used images, s. It exceeds any error of the time offset and any swinging.
 const MARGIN_S: f64 = 0.15;
-/// The fewest images of a stop.
+/// Minimum images of a stop.
 const FEWEST_IMAGES: usize = 3;
-/// The fewest stops of a seam.
+/// Minimum stops of a seam.
 pub(crate) const FEWEST_STOPS: usize = 3;
-/// Stops nearer to each other than this are one place of the seam, m.
+/// Stops closer than this are one place of the seam, m.
 const SAME_PLACE_M: f64 = 1e-3;
 
-/// A point of a seam, measured while the robot stood.
+/// A point of a seam, measured at standstill.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
-    /// Which seam.
+    /// Its seam.
     pub line: u32,
     /// Mean of its points in base, m.
     pub point_in_base: Vector3<f64>,
-    /// Images behind it.
+    /// Number of images.
     pub images: usize,
-    /// Standard deviation of that mean, over all three axes, from the scatter of its points, m.
+    /// Standard deviation of that mean over all three axes, from the scatter of its points, m.
     pub sigma_m: f64,
 }
 
-/// Why a scan is no truth for another.
+/// Reason that a scan is no ground truth for another.
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StandstillError {
@@ -49,17 +48,17 @@ pub enum StandstillError {
     /// Too few stops.
     #[error("seam {line} has {found} stops with a feature; {FEWEST_STOPS} are needed")]
     TooFewStops {
-        /// Which seam.
+        /// The seam.
         line: u32,
         /// Places found.
         found: usize,
     },
-    /// The stops do not follow one another along the seam.
+    /// The stops are not in order along the seam.
     #[error("the stops on seam {line} run back and forth: after stop {stop} the robot turned back")]
     BackAndForth {
-        /// Which seam.
+        /// The seam.
         line: u32,
-        /// The stop at which it turned, from 1.
+        /// The stop at which the order reversed, from 1.
         stop: usize,
     },
 }
@@ -131,7 +130,7 @@ fn curve(line: u32, stops: &[Stop]) -> Result<Polyline, StandstillError> {
     enough.and_then(Polyline::new).ok_or(StandstillError::TooFewStops { line, found })
 }
 
-/// The middle of a stop's points by the median along each axis: a picture gone wrong does not move it.
+/// The median of a stop's points along each axis, which is robust against a bad image.
 fn stop(line: u32, points: &[Vector3<f64>]) -> Option<Stop> {
     if points.len() < FEWEST_IMAGES {
         return None;
@@ -139,7 +138,7 @@ fn stop(line: u32, points: &[Vector3<f64>]) -> Option<Stop> {
     let axis = |k: usize| crate::order_statistics::median(points.iter().map(move |p| p[k]));
     let middle = Vector3::new(axis(0)?, axis(1)?, axis(2)?);
     let distance = crate::order_statistics::median(points.iter().map(|p| (p - middle).norm()))?;
-    // The median distance of three equal normal deviates is 1.538 σ of one, and the median of n has σ √(π / 2n).
+    // The median length of three equal normal deviates is 1.538 σ of one. The median of n deviates has the standard deviation σ √(π / 2n).
     let of_axis = distance / 1.538 * (std::f64::consts::FRAC_PI_2 / points.len() as f64).sqrt();
     Some(Stop { line, point_in_base: middle, images: points.len(), sigma_m: of_axis * 3.0_f64.sqrt() })
 }

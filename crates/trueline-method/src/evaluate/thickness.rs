@@ -1,23 +1,23 @@
-//! How thick flat patches of a cloud are, and how far apart the passes forth and back lie on them.
+//! Thickness of flat patches of a cloud, and distance of the passes forth and back on them.
 //!
-//! A time offset that is wrong by Δ moves the points of a pass at a speed v by v Δ, and those of the pass back by as much the other way.
-//! A patch is flat without it; with it, it is two patches. Cubes of 5 mm hold the points; sums alone are kept.
+//! A time offset error Δ moves the points of a pass at speed v by v Δ, and those of the pass back by the same amount in the other direction. A flat
+//! patch then splits into two. The points are sorted into cubes of 5 mm, and only sums are kept.
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use std::collections::BTreeMap;
 
 /// Edge of a cube, m.
 const PATCH_M: f64 = 0.005;
-/// Fewest points of each pass in a patch.
+/// Minimum points of each pass in a patch.
 const FEWEST: f64 = 30.0;
-/// The points of a patch are a surface if those of each pass spread at least this many times farther along it than perpendicular to it.
+/// The points of a patch form a surface if the spread of each pass along it is at least this multiple of that perpendicular to it …
 const FLAT: f64 = 5.0;
-/// … and at least as far as this, m: one row of points is no surface.
+/// … and at least this, m. One row of points is no surface.
 const LEAST_SPREAD_M: f64 = 0.0003;
-/// Slower than this the robot stands, m/s.
+/// Speed below which the robot stands, m/s.
 const STANDS_M_S: f64 = 1e-3;
 
-/// Which way the sensor went.
+/// Direction of a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pass {
     /// Along the direction of the first motion.
@@ -65,7 +65,7 @@ pub struct Patches {
     forth: Option<Vector3<f64>>,
 }
 
-/// A patch to look at from the side.
+/// A patch seen from the side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PatchSide {
     middle: Vector3<f64>,
@@ -73,13 +73,13 @@ pub struct PatchSide {
     along: Vector3<f64>,
 }
 
-/// Half the length of patch that is looked at, m.
+/// Half the length of the displayed patch, m.
 const HALF_LENGTH_M: f64 = 0.01;
-/// Half its width, m: little, so that a patch that leans aside is no thicker.
+/// Half its width, m. It is small, so that a leaning patch does not look thicker.
 const HALF_WIDTH_M: f64 = 0.0005;
 
 impl PatchSide {
-    /// How far along the scan and how far square to the patch a point in base lies, m; `None` of a point that is not on it.
+    /// Coordinates of a point in base along the scan and perpendicular to the patch, m. `None` for a point that is not on it.
     #[must_use]
     pub fn of(&self, point: &Vector3<f64>) -> Option<[f64; 2]> {
         let off = point - self.middle;
@@ -91,26 +91,26 @@ impl PatchSide {
     }
 }
 
-/// What one flat patch shows.
+/// Results of one flat patch.
 struct Flat {
     side: PatchSide,
     thickness_m: f64,
     apart_m: f64,
 }
 
-/// What the patches show.
+/// Results of the patches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thickness {
     /// Patches that are flat and have points of both passes.
     pub patches: usize,
     /// Median standard deviation of their points about a plane, m.
     pub thickness_m: f64,
-    /// Median distance of the two passes square to the patch, m.
+    /// Median distance of the two passes perpendicular to the patch, m.
     pub apart_m: f64,
 }
 
 impl Patches {
-    /// Which way a velocity goes, m/s; `None` while the robot stands or turns off the way.
+    /// Direction of a velocity, m/s. `None` while the robot stands or turns off the path.
     pub fn pass(&mut self, velocity: &Vector3<f64>) -> Option<Pass> {
         if velocity.norm() < STANDS_M_S {
             return None;
@@ -124,7 +124,7 @@ impl Patches {
         }
     }
 
-    /// Takes a point in base, m.
+    /// Adds a point in base, m.
     pub fn add(&mut self, pass: Pass, point: &Vector3<f64>) {
         let cube = [0, 1, 2].map(|axis| (point[axis] / PATCH_M).floor() as i64);
         let middle = Vector3::from(cube.map(|place| (place as f64 + 0.5) * PATCH_M));
@@ -132,13 +132,13 @@ impl Patches {
         sums[usize::from(pass == Pass::Back)].add(&(point - middle));
     }
 
-    /// All patches that are flat and have points of both passes.
+    /// All flat patches with points of both passes.
     fn flat(&self) -> impl Iterator<Item = Flat> + '_ {
         let both =
             self.cubes.iter().filter(|(_, [forth, back])| forth.count >= FEWEST && back.count >= FEWEST);
         both.filter_map(|(cube, [forth, back])| {
             let forth_along = self.forth?;
-            // Passes that lie apart are two planes: the direction is that of each.
+            // Passes that lie apart are two planes with a common direction.
             let count = forth.count + back.count;
             let within = (forth.covariance() * forth.count + back.covariance() * back.count) / count;
             let axes = SymmetricEigen::new(within);
@@ -160,7 +160,7 @@ impl Patches {
         })
     }
 
-    /// The flat patch on which the passes are as far apart as on most; `None` where there is none.
+    /// The flat patch with the median distance of the passes. `None` if there is none.
     #[must_use]
     pub fn typical(&self) -> Option<PatchSide> {
         let mut flat: Vec<Flat> = self.flat().collect();
@@ -168,7 +168,7 @@ impl Patches {
         Some(flat.get(flat.len() / 2)?.side)
     }
 
-    /// What the patches show; `None` where no flat patch has points of both passes.
+    /// Results of the patches. `None` if no flat patch has points of both passes.
     #[must_use]
     pub fn thickness(&self) -> Option<Thickness> {
         let (mut thick, mut apart): (Vec<f64>, Vec<f64>) =
@@ -189,8 +189,8 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
 
-    /// A sloping plate, z = x/2: passes that are 0.2 mm apart along x are 0.2 mm · sin(atan ½) = 0.0894 mm apart square to it, and a
-    /// cloud of both is half of that thick.
+    /// A sloping plate, z = x/2. Passes 0.2 mm apart along x are 0.2 mm · sin(atan ½) = 0.0894 mm apart perpendicular to it, and a cloud of both has
+    /// half that thickness.
     #[test]
     fn passes_that_are_shifted_are_that_far_apart() {
         let mut patches = Patches::default();
@@ -208,7 +208,7 @@ mod tests {
         assert!(seen.patches > 10);
         assert!((seen.apart_m / square_m - 1.0).abs() < 0.05, "{}", seen.apart_m);
         assert!((seen.thickness_m / (0.5 * square_m) - 1.0).abs() < 0.05, "{}", seen.thickness_m);
-        // From the side the passes are half of that to either side of the patch.
+        // From the side the passes lie at half of that on both sides of the patch.
         let side = patches.typical().unwrap();
         let mut on_it = 0;
         for k in 0..200 {
@@ -217,7 +217,7 @@ mod tests {
                 if let Some([_, off_m]) =
                     side.of(&Vector3::new(x + 0.0001, 0.0003 * f64::from(column), 0.5 * x))
                 {
-                    // Where a cube cuts one of the passes, its middle is off by a few percent.
+                    // If a cube cuts off part of a pass, its middle is off by a few percent.
                     assert!((off_m.abs() / (0.5 * square_m) - 1.0).abs() < 0.15, "{off_m}");
                     on_it += 1;
                 }

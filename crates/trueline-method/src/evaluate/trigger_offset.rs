@@ -1,10 +1,10 @@
 //! Measured time offset: the exposure output of the camera is wired to an input of the robot.
 //!
-//! The robot looks at its inputs when it samples its pose: an edge lies between two samples. With d the time offset, e half the
-//! exposure and s the image's stamp, the exposure began at s − d − e. With stamps that jitter by a logistic error of standard deviation σ and
-//! distribution function F, the likelihood of an edge between samples at a and b is F(s − a − e − d) − F(s − b − e − d). The product over
-//! all edges is normalised over d; σ is not known and is integrated out. Where images and samples keep step, every edge lies at the same place between its samples: the product is
-//! then as wide as a cycle, and so is the ±.
+//! The robot reads its inputs when it samples its pose, so an edge lies between two samples. With d the time offset, e half the exposure and s the
+//! image's stamp, the exposure began at s − d − e. The stamps have logistic jitter of standard deviation σ and distribution function F. The
+//! likelihood of an edge between samples at a and b is F(s − a − e − d) − F(s − b − e − d). The product over all edges is normalised over d. The
+//! unknown σ is integrated out. If images and samples run in step, every edge lies at the same place between its samples. The product, and the
+//! uncertainty, are then as wide as a cycle.
 
 use crate::calibration::Calibration;
 use crate::input::observations::origin_ns;
@@ -15,36 +15,36 @@ use std::collections::BTreeMap;
 use std::fmt;
 use trueline_dataset::Recording;
 
-/// Edges of an input of the robot that the exposures of a camera made.
+/// Edges of a robot input, made by the exposures of a camera.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriggerEdges {
-    /// Of each rising edge the stamps of the robot's samples before and after it, ns.
+    /// For each rising edge the stamps of the robot's samples before and after it, ns.
     pub between_ns: Vec<[i64; 2]>,
     /// Length of an exposure, s.
     pub exposure_s: f64,
 }
 
-/// A time offset that was measured, beside the estimated one.
+/// A measured time offset, with the estimated one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasuredOffset {
     /// Edges that belong to an image.
     pub edges: usize,
     /// The measured offset, s.
     pub offset_s: f64,
-    /// One standard deviation of it, s.
+    /// Its standard deviation, s.
     pub sigma_s: f64,
-    /// The estimated one and its standard deviation, s.
+    /// The estimated time offset and its standard deviation, s.
     pub estimated_s: [f64; 2],
 }
 
 impl MeasuredOffset {
-    /// By how many standard deviations the two differ.
+    /// Difference of both in standard deviations.
     #[must_use]
     pub fn z(&self) -> f64 {
         (self.offset_s - self.estimated_s[0]) / self.sigma_s.hypot(self.estimated_s[1])
     }
 
-    /// Whether both can be true.
+    /// Whether both agree.
     #[must_use]
     pub fn agrees(&self) -> bool {
         self.z().abs() <= AGREES
@@ -74,17 +74,17 @@ impl fmt::Display for MeasuredOffset {
     }
 }
 
-/// Two answers that differ by more standard deviations than this contradict each other.
+/// Difference in standard deviations above which two answers contradict each other.
 const AGREES: f64 = 4.0;
-/// Fewer edges measure nothing.
+/// Minimum number of edges.
 const LEAST_EDGES: usize = 10;
-/// An edge belongs to an image if the estimated start of its exposure is within this number of periods.
+/// An edge belongs to an image if it is within this number of periods of the estimated start of exposure.
 const WITHIN_PERIODS: f64 = 0.5;
-/// Grids of the offset, over all that the edges allow, and of the jitter.
+/// Grid points of the offset, over the range that the edges allow, and of the jitter.
 const OFFSETS: usize = 801;
 const JITTERS_S: [f64; 9] = [1e-5, 2e-5, 4e-5, 8e-5, 1.6e-4, 3.2e-4, 6.4e-4, 1.28e-3, 2.56e-3];
 
-/// Measures the time offset of a calibrated recording by edges; `None` with too few of them, and where no offset was estimated.
+/// Measures the time offset of a calibrated recording from edges. `None` with too few of them, or if no offset was estimated.
 ///
 /// The estimate assigns each edge to an exposure, so an error by whole periods of the camera is not detected.
 #[must_use]
@@ -101,7 +101,7 @@ pub fn measured_offset(
     Some(MeasuredOffset { edges, offset_s, sigma_s, estimated_s })
 }
 
-/// Of every edge between which offsets it lies, s.
+/// Bounds of the time offset from every edge, s.
 fn bounds_s(
     recording: &Recording,
     trigger: &TriggerEdges,
@@ -111,7 +111,7 @@ fn bounds_s(
     let origin_ns = origin_ns(recording);
     let sampling = Sampling::of(recording, origin_ns);
     let seconds = |ns: i64| (ns - origin_ns) as f64 * 1e-9;
-    // The same clocks as those of the estimate.
+    // The clocks of the estimate.
     let robot_s = sampling.robot_times_s(dejittered);
     let robot: BTreeMap<i64, f64> =
         recording.robot.iter().map(|sample| sample.stamp_ns).zip(robot_s.iter().copied()).collect();
@@ -137,12 +137,12 @@ fn bounds_s(
     bounds.collect()
 }
 
-/// Mean and standard deviation of the offset by the likelihood.
+/// Mean and standard deviation of the time offset from the likelihood.
 fn likely(bounds_s: &[[f64; 2]]) -> Option<(f64, f64)> {
     if bounds_s.len() < LEAST_EDGES {
         return None;
     }
-    // A few edges of something else do not matter.
+    // The method tolerates a few edges of another source.
     let middles = || bounds_s.iter().map(|[low, high]| 0.5 * (low + high));
     let middle_s = median(middles())?;
     let width_s = median(bounds_s.iter().map(|[low, high]| high - low))?;
@@ -159,11 +159,11 @@ fn likely(bounds_s: &[[f64; 2]]) -> Option<(f64, f64)> {
     let weight = moment(&|_| 1.0);
     let mean = moment(&|offset_s| offset_s) / weight;
     let variance = moment(&|offset_s| (offset_s - mean).powi(2)) / weight;
-    // No finer than the grid tells.
+    // At least the resolution of the grid.
     Some((mean, variance.sqrt().hypot(step_s / 12_f64.sqrt())))
 }
 
-/// An edge that nothing explains counts as one in a thousand does.
+/// Likelihood of an edge without an explanation: one in a thousand.
 const STRAY: f64 = 1e-3;
 
 fn log_likelihood(bounds_s: &[[f64; 2]], offset_s: f64, jitter_s: f64) -> f64 {
@@ -180,7 +180,7 @@ mod tests {
     const OFFSET_S: f64 = 0.0213;
     const CYCLE_S: f64 = 0.002;
 
-    /// Edges of exposures every so often, seen by a robot that samples on a grid; stamps jitter by so much.
+    /// Edges of periodic exposures, read by a robot that samples on a grid, with jitter of the stamps.
     fn edges(period_s: f64, jitter_s: f64, count: usize, seed: u64) -> Vec<[f64; 2]> {
         let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
         let mut uniform = || {
@@ -192,7 +192,7 @@ mod tests {
         (0..count)
             .map(|k| {
                 let began_s = 0.000_37 + k as f64 * period_s;
-                // A sum of twelve is near enough to normal.
+                // The sum of twelve uniform numbers is nearly normal.
                 let noise = (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
                 let stamp_s = began_s + OFFSET_S + jitter_s * noise;
                 let after_s = (began_s / CYCLE_S).ceil() * CYCLE_S;
@@ -213,7 +213,7 @@ mod tests {
                 })
                 .collect();
             let rms = (z.iter().map(|z| z * z).sum::<f64>() / 12.0).sqrt();
-            // The RMS of 12 draws is one to 20 %: three of these.
+            // The RMS of 12 draws is one within 20 %. The limit is three of these.
             assert!(rms < 1.6, "{rms} at {jitter_s} s");
         }
     }
@@ -223,7 +223,7 @@ mod tests {
         // Fifteen cycles a period: every edge lies at the same place between its samples.
         let (offset_s, sigma_s) = likely(&edges(0.030, 1e-6, 400, 1)).unwrap();
         let uniform_s = CYCLE_S / 12_f64.sqrt();
-        // Stamps may jitter a little without any edge showing it, which takes something off both ends of the cycle.
+        // Small jitter of the stamps is not visible in the edges. It reduces the cycle at both ends.
         assert!((0.8 * uniform_s..1.02 * uniform_s).contains(&sigma_s), "{sigma_s}");
         assert!((offset_s - OFFSET_S).abs() < 0.5 * CYCLE_S);
     }

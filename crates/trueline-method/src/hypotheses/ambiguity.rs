@@ -1,4 +1,4 @@
-//! Rivals of a solution that neither the scan nor the prior knowledge of the cell excludes.
+//! Rivals of a solution that neither the scan nor prior knowledge of the cell excludes.
 
 use crate::hypotheses::choice::{DecidedBy, Statement, statements_for};
 use crate::hypotheses::paired_test::{PairedTest, compare};
@@ -7,14 +7,14 @@ use crate::problem::parameters::Parameters;
 use crate::solve::fit::Fit;
 use crate::solve::solver::Solver;
 
-/// The most dangerous rival, and how it lost.
+/// The most dangerous rival, and the comparison with the best.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RunnerUp {
     /// Its time offset, s.
     pub time_offset_s: f64,
     /// Its noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
-    /// How it compares with the best.
+    /// Comparison with the best solution.
     pub test: PairedTest,
 }
 
@@ -25,11 +25,11 @@ pub struct RivalAnswer {
     pub parameters: Parameters,
     /// Its noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
-    /// How it compares with the chosen answer.
+    /// Comparison with the chosen answer.
     pub test: PairedTest,
-    /// Whether it is the mirrored attitude, and no other time offset.
+    /// Whether it is the mirrored attitude at the same time offset.
     pub is_mirror: bool,
-    /// Statements each of which would single it out.
+    /// Statements, each of which would select it.
     pub statements: Vec<Statement>,
 }
 
@@ -40,11 +40,11 @@ pub struct Ambiguity {
     pub runner_up: Option<RunnerUp>,
     /// Rivals that the scan cannot separate from the best.
     pub rivals: Vec<RivalAnswer>,
-    /// Statements each of which would single out the answer given.
+    /// Statements, each of which would select the answer.
     pub statements: Vec<Statement>,
     /// Reason for the decision between them; `None` without a decision.
     pub decided_by: Option<DecidedBy>,
-    /// Whether the answer contradicts what is stated of the cell.
+    /// Whether the answer contradicts a statement about the cell.
     pub contradicted: bool,
 }
 
@@ -54,7 +54,7 @@ impl Ambiguity {
         self.rivals.iter().filter(|rival| !rival.is_mirror)
     }
 
-    /// The same without the other answers.
+    /// The same without rivals.
     pub(crate) fn without_rivals(&self) -> Self {
         Self { decided_by: self.decided_by, contradicted: self.contradicted, ..Self::default() }
     }
@@ -66,8 +66,8 @@ impl Ambiguity {
     }
 }
 
-/// Chooses between a solution, its rivals, and its mirror image where that fits as well. The scan decides where it can; else what is
-/// stated of the cell, or the guess that led to `best`, if there was one.
+/// Chooses between a solution, its rivals, and its mirror image if that fits as well. The scan decides if it can. Otherwise a statement about the
+/// cell decides, or the guess that led to `best`.
 #[must_use]
 pub fn settle(
     solver: &Solver<'_>,
@@ -95,7 +95,7 @@ pub fn settle(
     };
     let contradicted = !allowed.contains(&chosen);
     answers.swap(0, chosen);
-    // It is last; where it is chosen, the other of the two is.
+    // The mirror image is last. If it is chosen, the first solution takes its place.
     let last = answers.len() - 1;
     let mirror = (has_mirror && (chosen == 0 || chosen == last)).then_some(last);
     let mut ambiguity = described(solver, &answers, mirror, runner_up);
@@ -103,7 +103,7 @@ pub fn settle(
     (answers.swap_remove(0), ambiguity)
 }
 
-/// The answers but the first as rivals of it; one of them may be its mirror image.
+/// All answers but the first, as its rivals. One of them may be its mirror image.
 fn described(
     solver: &Solver<'_>,
     answers: &[Fit],

@@ -1,10 +1,10 @@
-//! Choice between answers that a scan cannot separate: only the user's statements about the cell decide.
+//! Chooses between answers that a scan cannot separate, from the user's statements about the cell.
 
 use crate::config::known_of_cell::{KnownOfCell, ToolAxis};
 use crate::problem::parameters::Parameters;
 use nalgebra::Vector3;
 
-/// One statement about the cell; shown as the option that makes it.
+/// One statement about the cell. It is displayed as the option that makes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Statement {
     /// The time offset is within plus and minus this, s.
@@ -24,11 +24,11 @@ impl std::fmt::Display for Statement {
 
 /// Largest angle between the view and the stated axis: 60°.
 const LOOKS_COSINE: f64 = 0.5;
-/// A window is stated in whole steps of this, s, and only where the answers are this far apart.
+/// A stated window is a multiple of this, s, and is suggested only if the answers are this far apart.
 const WINDOW_STEP_S: f64 = 0.01;
 
 impl KnownOfCell {
-    /// Whether an answer agrees with what is known.
+    /// Whether an answer agrees with the statement.
     #[must_use]
     pub fn allows(&self, answer: &Parameters) -> bool {
         self.offset_within_s.is_none_or(|window_s| answer.time_offset_s.abs() <= window_s)
@@ -41,7 +41,7 @@ fn cosine(answer: &Parameters, axis: ToolAxis) -> f64 {
     (answer.tool_from_camera.rotation * Vector3::z()).dot(&axis.direction())
 }
 
-/// The statements each of which would single out one of several answers.
+/// The statements, each of which would select one of several answers.
 #[must_use]
 pub fn statements_for(answer: usize, answers: &[&Parameters]) -> Vec<Statement> {
     let others = || answers.iter().enumerate().filter(move |(k, _)| *k != answer).map(|(_, other)| *other);
@@ -58,7 +58,7 @@ pub fn statements_for(answer: usize, answers: &[&Parameters]) -> Vec<Statement> 
     within.into_iter().chain(looks.map(Statement::Looks)).collect()
 }
 
-/// What decided between answers that the scan cannot separate.
+/// The source of a decision between answers that the scan cannot separate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DecidedBy {
     /// The initial guess.

@@ -1,8 +1,7 @@
-//! One time offset for the whole scan: a drift is taken out of the stamps, a step of a clock is found out.
+//! Tests whether one time offset holds for the whole scan. A drift is removed from the stamps, and a clock step is detected.
 //!
-//! Either makes residuals that look like anything but noise, and so makes itself seem uncertain. So a hypothesis is
-//! judged by what it leaves: it is taken out, the scan is fitted again, and its size is compared with the sigma that the
-//! clean residuals give.
+//! Both leave residuals that are not noise and thereby inflate their own uncertainty. A hypothesis is therefore tested by its remainder: it is
+//! removed, the scan is refitted, and its size is compared with the standard deviation from the clean residuals.
 
 use crate::assess::observability::RANK_THRESHOLD;
 use crate::error::Error;
@@ -16,42 +15,41 @@ use crate::solve::solver::Solver;
 
 /// A fit whose time offset does not drift.
 pub struct DriftFree {
-    /// The observations, their stamps freed of a drift.
+    /// The observations, with a drift removed from their stamps.
     pub observations: Observations,
     /// The fit.
     pub fit: Fit,
     /// Estimated clock drift, even if not significant.
     pub drift: Option<Drift>,
-    /// The drift that was taken out.
+    /// The drift that was removed.
     pub drifted: Option<Drift>,
-    /// The largest step that the clocks may have made.
+    /// The most likely clock step.
     pub step: Option<Step>,
-    /// A step that they have made; it is not taken out.
+    /// A significant clock step. It is not removed.
     pub stepped: Option<Step>,
-    /// How much larger the residuals are than expected without that step.
+    /// Noise factor without that step.
     pub noise_factor_without_step: Option<f64>,
 }
 
-/// A drift is one hypothesis.
+/// Threshold for a drift, which is a single hypothesis.
 const DRIFT_SIGMAS: f64 = 5.0;
-/// Of several thousand possible steps of a clock the largest reaches 4 σ by chance; the variance is known
-/// to some 20 %.
+/// Threshold for a step. Among several thousand possible steps the largest reaches 4 σ by chance, and the variance is known to some 20 %.
 const STEP_SIGMAS: f64 = 7.0;
-/// Rounds of taking out: each is for what the linear estimate before left.
+/// Rounds of removal. Each removes the remainder of the previous linear estimate.
 const ROUNDS: usize = 5;
 
-/// Whether a drift is more than chance.
+/// Whether a drift is significant.
 #[must_use]
 pub(crate) fn is_significant(drift: &Drift) -> bool {
     drift.ppm.abs() > DRIFT_SIGMAS * drift.sigma_ppm
 }
 
-/// Takes a significant drift of the image clock out of the stamps, unless a step explains the scan better.
+/// Removes a significant drift of the image clock from the stamps, unless a step explains the scan better.
 ///
-/// `rate_sigma_ppm` is how well the rates of the stamps' clocks are known: what they drift by chance is no drift.
+/// `rate_sigma_ppm` is the standard deviation of the stamp clocks' rates. A drift within it is not significant.
 ///
 /// # Errors
-/// As [`Solver::converge`].
+/// Those of [`Solver::converge`].
 pub(crate) fn remove_drift(
     observations: Observations,
     fit: Fit,
@@ -89,7 +87,7 @@ pub(crate) fn remove_drift(
     })
 }
 
-/// How much larger than from noise alone the standard deviations of a check are.
+/// Ratio of a check's standard deviations to those from noise alone.
 fn inflation(clock: &Option<ClockCheck>) -> f64 {
     clock.as_ref().map_or(1.0, ClockCheck::inflation)
 }
@@ -115,17 +113,17 @@ struct WithoutDrift {
     twice_negative_log_likelihood: f64,
 }
 
-/// The scan without its drift, if the remaining residuals confirm it.
+/// The scan without its drift, if the remaining residuals confirm the drift.
 fn drift_out(solver: &Solver<'_>, fit: &Fit, rate_sigma_ppm: f64) -> Result<Option<WithoutDrift>, Error> {
     let (mut observations, mut fit) = (solver.observations.clone(), fit.clone());
-    // Rates multiply: of a rate that is wrong by a fifth the sum of the rounds would be two per cent off.
+    // Rates multiply. For a rate error of a fifth, the sum of the rounds would be off by two per cent.
     let mut kept = 1.0;
     let mut left = clock_check(&solver.on(&observations), &fit).and_then(|clock| clock.drift());
     for _ in 0..ROUNDS {
         let Some(found) = left.filter(|d| d.ppm.abs() > 0.1 * d.sigma_ppm) else { break };
         kept *= 1.0 - found.ppm * 1e-6;
         for o in &mut observations.list {
-            // The stamps run fast about the middle, where they are right.
+            // The stamps run fast relative to the middle, where they are correct.
             o.stamp_s -= found.ppm * 1e-6 * (o.stamp_s - found.about_s);
         }
         fit = solver.on(&observations).refit(&fit)?;
@@ -155,7 +153,7 @@ fn step_out(solver: &Solver<'_>, fit: &Fit, rate_sigma_ppm: f64) -> Result<Optio
     let lasts_s = observations.list.last().map_or(0.0, |o| o.stamp_s)
         - observations.list.first().map_or(0.0, |o| o.stamp_s);
     let mut total: Option<Step> = None;
-    // The first frame after the step: frames keep their number whatever happens to their stamps.
+    // The first frame after the step. Frames keep their number when their stamps change.
     let mut first_frame = 0;
     for _ in 0..ROUNDS {
         let Some(clock) = clock_check(&solver.on(&observations), &fit) else { return Ok(None) };
@@ -171,7 +169,7 @@ fn step_out(solver: &Solver<'_>, fit: &Fit, rate_sigma_ppm: f64) -> Result<Optio
         total = Some(Step {
             at_s: total.map_or(found.at_s, |t| t.at_s),
             step_s: found.step_s + total.map_or(0.0, |t| t.step_s),
-            // A rate that is off by chance looks like a step of half of what it makes over the scan.
+            // A rate error looks like a step of half its effect over the scan.
             sigma_s: found.sigma_s.hypot(0.5 * lasts_s * rate_sigma_ppm * 1e-6),
         });
         if found.step_s.abs() < 0.1 * found.sigma_s {

@@ -1,8 +1,7 @@
-//! Whether one time offset holds for the whole scan: its drift, and a step of one of the clocks.
+//! Estimates a drift of the time offset, and a step of one of the clocks.
 //!
-//! Each is one more unknown, a column s·∂r/∂t_d with s rising over the scan or stepping from 0 to 1. At the
-//! solution one Gauss–Newton step of that unknown, all others following, is its estimate; and since only sums
-//! over the observations are needed, a step can be tried at every frame in linear time.
+//! Each is one more unknown, a column s·∂r/∂t_d with s rising over the scan or stepping from 0 to 1. Its estimate is one Gauss–Newton step at the
+//! solution, with all other unknowns free. Only sums over the observations are needed, so a step can be tried at every frame in linear time.
 
 use crate::problem::layout::Layout;
 use crate::problem::line_problem::LineProblem;
@@ -12,14 +11,14 @@ use crate::problem::simd::WhitenedRow;
 use crate::problem::unknowns::{LOCAL_ALL, TIME_OFFSET};
 use nalgebra::{DMatrix, DVector, SVector};
 
-/// How fast the offset changes.
+/// Rate of change of the time offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drift {
     /// Change of the time offset over time, parts per million: positive if the image clock runs fast.
     pub ppm: f64,
     /// Its standard deviation.
     pub sigma_ppm: f64,
-    /// Stamp about which the offset turns: where the reported one holds, s.
+    /// Stamp at which the reported time offset holds, s.
     pub about_s: f64,
 }
 
@@ -34,18 +33,18 @@ pub struct Step {
     pub sigma_s: f64,
 }
 
-/// Network time steps a clock by so much at most while it follows it, s.
+/// Largest step that network time synchronisation makes, s.
 const LARGEST_OF_A_CLOCK_S: f64 = 0.012;
 
 impl Step {
-    /// Whether a clock can have made it. A larger one is a queue of pictures, a count that lost some, or an answer that is none.
+    /// Whether a clock can have made it. A larger step comes from a queue of images, a lost frame count, or a wrong answer.
     #[must_use]
     pub(crate) fn is_of_a_clock(&self) -> bool {
         self.step_s.abs() <= LARGEST_OF_A_CLOCK_S
     }
 }
 
-/// One observation's part in the sums.
+/// Contribution of one observation to the sums.
 struct Part {
     stamp_s: f64,
     gradient: f64,
@@ -55,16 +54,16 @@ struct Part {
 /// The sums of a solution, from which drift and step follow.
 pub(crate) struct ClockCheck {
     parts: Vec<Part>,
-    /// The part of each in the sums with the other unknowns, in the coordinates of their covariance's root.
+    /// The products of each with the other unknowns, in the coordinates of their covariance's root.
     with_others: RowTable,
     variance: f64,
 }
 
-/// Part of the scan that must lie on both sides of a step.
+/// Least fraction of the scan on each side of a step.
 const LEAST_SIDE: f64 = 0.05;
 
 impl ClockCheck {
-    /// Prepares the sums; `root` is that of H⁻¹, `variance` how much larger the offset's variance really is.
+    /// Prepares the sums. `root` is that of H⁻¹. `variance` is the ratio of the offset's actual variance to the nominal one.
     #[must_use]
     pub(crate) fn new(
         problem: &LineProblem<'_>,
@@ -86,17 +85,17 @@ impl ClockCheck {
         Self { parts, with_others: with_others.in_root(root), variance }
     }
 
-    /// Estimate and variance of the extra unknown whose sums these are.
+    /// Estimate and variance of the additional unknown with these sums.
     fn estimate(&self, with_others: &DVector<f64>, gradient: f64, own: f64) -> Option<(f64, f64)> {
         let information = own - with_others.norm_squared();
         (information > 1e-6 * own).then(|| (-gradient / information, self.variance / information))
     }
 
-    /// The drift of the time offset; `None` if nothing can be said.
+    /// The drift of the time offset. `None` if it is undetermined.
     #[must_use]
     pub(crate) fn drift(&self) -> Option<Drift> {
         let own: f64 = self.parts.iter().map(|p| p.own).sum();
-        // About the centre of what is known of the offset the two are nearly independent.
+        // About the centre of the information on the offset, both are nearly independent.
         let about_s = self.parts.iter().map(|p| p.own * p.stamp_s).sum::<f64>() / own;
         let mut sums = (DVector::zeros(self.with_others.width()), 0.0, 0.0);
         for (part, with_others) in self.parts.iter().zip(self.with_others.iter()) {
@@ -109,27 +108,27 @@ impl ClockCheck {
         Some(Drift { ppm: rate * 1e6, sigma_ppm: variance.sqrt() * 1e6, about_s })
     }
 
-    /// How much larger than from noise alone the standard deviations are.
+    /// Ratio of the standard deviations to those from noise alone.
     #[must_use]
     pub(crate) fn inflation(&self) -> f64 {
         self.variance.sqrt()
     }
 
-    /// The most significant step; `None` if nothing can be said.
+    /// The most significant step. `None` if it is undetermined.
     #[must_use]
     pub(crate) fn step(&self) -> Option<Step> {
         let significance = |step: &Step| (step.step_s / step.sigma_s).abs();
         self.steps().into_iter().max_by(|a, b| significance(a).total_cmp(&significance(b)))
     }
 
-    /// The step at a stamp; `None` if nothing can be said.
+    /// The step at a stamp. `None` if it is undetermined.
     #[must_use]
     pub(crate) fn step_at(&self, at_s: f64) -> Option<Step> {
         let off = |step: &Step| (step.at_s - at_s).abs();
         self.steps().into_iter().min_by(|a, b| off(a).total_cmp(&off(b)))
     }
 
-    /// The step at each frame that has enough of the scan to either side.
+    /// The step at each frame with enough of the scan on either side.
     fn steps(&self) -> Vec<Step> {
         let total: f64 = self.parts.iter().map(|p| p.own).sum();
         let mut after = (DVector::zeros(self.with_others.width()), 0.0, 0.0);

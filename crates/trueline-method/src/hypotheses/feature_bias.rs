@@ -1,5 +1,5 @@
-//! A feature that shifts with the tilt: estimated with what is known of it beforehand, where a seam point is then known
-//! better than with the bias held at zero, or where it is plainly there.
+//! A feature bias that grows with the tilt. It is estimated with its prior if that makes a seam point more accurate than a bias held at zero, or if
+//! the bias is clearly significant.
 
 use crate::assess::levels::SystematicLevels;
 use crate::assess::observability::RANK_THRESHOLD;
@@ -17,17 +17,17 @@ use trueline_lsq::Information;
 /// The bias of a detector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FeatureBias {
-    /// Along and across the picture's rows for each axis of tilt (the camera's x, y, z), px per 10°.
+    /// Along and across the image's rows for each axis of tilt (the camera's x, y, z), px per 10°.
     pub px: [[f64; 2]; 3],
-    /// One standard deviation of each, the robot's errors included, px per 10°.
+    /// Standard deviation of each, including the robot's errors, px per 10°.
     pub sigma_px: [[f64; 2]; 3],
     /// χ²₆ for a detector without bias.
     pub wald: f64,
-    /// Whether it is more than chance, and explains nearly all of what residuals there were that are not noise.
+    /// Whether it is significant and explains nearly all of the residuals that are not noise.
     pub is_found: bool,
 }
 
-/// Above this there is a bias: once in three thousand scans by chance, if noise and robot are as they are taken to be.
+/// Limit above which there is a bias: once in three thousand scans by chance, if the assumed noise and robot errors hold.
 const WALD_LIMIT: f64 = 25.0;
 
 impl FeatureBias {
@@ -40,7 +40,7 @@ impl FeatureBias {
         Self { px: by_axis(&|k| estimate.px[k]), sigma_px: by_axis(&sigma), wald: estimate.wald, is_found }
     }
 
-    /// Its most significant number and that one's standard deviation, px per 10°.
+    /// Its most significant number with its standard deviation, px per 10°.
     #[must_use]
     pub fn clearest_px(&self) -> (f64, f64) {
         let pairs = self.px.iter().flatten().copied().zip(self.sigma_px.iter().flatten().copied());
@@ -48,61 +48,61 @@ impl FeatureBias {
     }
 }
 
-/// A fit of features freed of their bias.
+/// A fit of features with their bias removed.
 pub(crate) struct BiasFree {
     /// The features without it.
     pub observations: Observations,
     /// The fit to them.
     pub fit: Fit,
-    /// What is known from it.
+    /// The information from it.
     pub information: Information,
-    /// What errors that are not noise make of it.
+    /// Effects of systematic errors on it.
     pub sums: SystematicSums,
     /// The bias.
     pub taken: TakenBias,
 }
 
-/// A bias that was taken out.
+/// A bias that was removed.
 #[derive(Clone, Copy, Debug)]
 pub struct TakenBias {
     /// The bias, px per 10°.
     pub px: SVector<f64, BIAS>,
-    /// How it counts tilts.
+    /// Its tilt convention.
     pub tilt: TiltBias,
-    /// The levels with a bias as large as it turned out to be.
+    /// The error levels with the estimated size of the bias.
     pub levels: SystematicLevels,
-    /// Whether it is plainly there.
+    /// Whether it is clearly significant.
     pub is_plain: bool,
 }
 
-/// A bias and what is taken of the noise it is estimated in.
+/// A bias hypothesis, with its assumed noise.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BiasHypothesis {
-    /// Assumed size of the errors.
+    /// Assumed levels of the errors.
     pub levels: SystematicLevels,
-    /// How much larger the noise's covariance is than that of white noise.
+    /// Ratio of the noise's covariance to that of white noise.
     pub inflation: f64,
-    /// Whether nothing else explains the residuals, so that a bias that is larger than was assumed possible is one.
+    /// Whether nothing else explains the residuals. Only then is a bias above the assumed level accepted.
     pub is_likely: bool,
 }
 
-/// Most rounds: features are corrected by what was found, and everything is fitted again.
+/// Maximum rounds of correcting the features and refitting.
 const ROUNDS: usize = 4;
-/// What moves by less than this part of its ± is settled.
+/// A bias that moves by less than this fraction of its uncertainty has converged.
 const SETTLED: f64 = 0.05;
-/// Rounds in which a bias that is larger than was assumed possible finds its size.
+/// Rounds for the size of a bias above the assumed level.
 const LEVEL_ROUNDS: usize = 5;
 
-/// A fit whose features may shift with the tilt.
+/// Search for a bias with the tilt, from a fit.
 pub(crate) struct BiasSearch<'a> {
     solver: Solver<'a>,
     fit: &'a Fit,
-    /// At that fit.
+    /// Sums at that fit.
     sums: SystematicSums,
 }
 
 impl<'a> BiasSearch<'a> {
-    /// At the optimum of a problem of which so much is known.
+    /// At the optimum of a problem with its information.
     pub(crate) fn new(
         solver: Solver<'a>,
         fit: &'a Fit,
@@ -114,11 +114,11 @@ impl<'a> BiasSearch<'a> {
         Self { solver, fit, sums }
     }
 
-    /// Estimates the bias and takes it out, from where it was taken out by another hypothesis if it was; `None` where it is not
-    /// plainly there and a seam point is known better with the bias held.
+    /// Estimates and removes the bias, starting from another hypothesis's result if there is one. `None` if the bias is not clearly significant and
+    /// a seam point is more accurate with the bias held.
     ///
     /// # Errors
-    /// As [`Solver::converge`].
+    /// Those of [`Solver::converge`].
     pub(crate) fn remove(
         &self,
         hypothesis: &BiasHypothesis,
@@ -155,7 +155,7 @@ impl<'a> BiasSearch<'a> {
         Ok(free)
     }
 
-    /// Takes a bias out and fits again; `None` where nothing is known then.
+    /// Removes a bias and refits. `None` if the result has no information.
     fn round(&self, last: &Fit, taken: TakenBias) -> Result<Option<BiasFree>, Error> {
         let Solver { observations, settings } = self.solver;
         let observations = corrected(observations, last, &taken.tilt, &taken.px);
@@ -168,7 +168,7 @@ impl<'a> BiasSearch<'a> {
     }
 }
 
-/// A bias that is plainly larger than was assumed possible is taken to be as large as it seems.
+/// The level of a bias that is clearly larger than assumed: its estimated size.
 fn level_found(sums: &mut SystematicSums, stated_px: f64, inflation: f64) -> f64 {
     let mut level_px = stated_px;
     for _ in 0..LEVEL_ROUNDS {
@@ -179,7 +179,7 @@ fn level_found(sums: &mut SystematicSums, stated_px: f64, inflation: f64) -> f64
     level_px
 }
 
-/// Whether an estimated bias leaves less of a seam point's error than one that is held.
+/// Whether an estimated bias gives a smaller seam point error than one that is held.
 fn says_less(solver: &Solver<'_>, fit: &Fit, sums: &SystematicSums, hypothesis: &BiasHypothesis) -> bool {
     let Some(information) = fit.information(solver.settings.fixed, RANK_THRESHOLD) else { return false };
     let noise = information.covariance() * hypothesis.inflation;
@@ -211,7 +211,7 @@ fn corrected(
 ) -> Observations {
     let mut free = observations.clone();
     for o in &mut free.list {
-        // What cannot be placed takes no part in the fit.
+        // An observation that cannot be placed is not used in the fit.
         let Some(placement) = placement(observations, o, fit.parameters()) else { continue };
         let moved = tilt.slopes(o, fit.parameters(), &placement) * bias_px;
         o.point_in_camera -= observations.sheet.axes() * moved;

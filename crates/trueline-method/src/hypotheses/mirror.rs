@@ -1,4 +1,4 @@
-//! The mirrored attitude, which looks alike while the sensor is not tilted.
+//! The mirrored attitude, which is indistinguishable as long as the sensor is not tilted.
 
 use crate::error::Error;
 use crate::hypotheses::paired_test::compare;
@@ -8,14 +8,14 @@ use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
 use crate::solve::start::mirrored;
 
-/// Twins nearer than this have met again in one solution.
+/// Twins nearer than this have converged to one solution.
 const TWIN_TURN_RAD: f64 = 0.02;
 
-/// How the mirrored attitude compares with the one found.
+/// Comparison of the mirrored attitude with the one found.
 pub(crate) enum MirrorComparison {
     /// It does not exist, is the same, or fits worse.
     Worse,
-    /// It fits as well if the sensor may differ from its file, and worse if it may not.
+    /// It fits as well if the sensor may differ from its file, and worse if not.
     WorseIfSensorIsExact(Box<Fit>),
     /// It fits equally well: the scan cannot separate them.
     Equal(Box<Fit>),
@@ -33,7 +33,7 @@ pub(crate) fn mirror_of(solver: &Solver<'_>, fit: &Fit) -> Result<MirrorComparis
         return Ok(MirrorComparison::Worse);
     };
     let Some(mirror) = followed(solver, fit, start.clone())? else { return Ok(MirrorComparison::Worse) };
-    // Too few frames tell nothing.
+    // Too few frames have no information.
     let test = compare(observations, solver.settings.config, fit, &mirror);
     if test.is_some_and(|test| test.decided()) {
         return Ok(MirrorComparison::Worse);
@@ -55,7 +55,7 @@ pub(crate) fn mirror_of(solver: &Solver<'_>, fit: &Fit) -> Result<MirrorComparis
     Ok(if told { MirrorComparison::WorseIfSensorIsExact(mirror) } else { MirrorComparison::Equal(mirror) })
 }
 
-/// The solution to which a start leads; `None` where it falls back into the one that is there already.
+/// The solution from a start. `None` if it converges to the known one.
 fn followed(solver: &Solver<'_>, fit: &Fit, start: Parameters) -> Result<Option<Fit>, Error> {
     let rough = solver.fit(start)?;
     if are_one(fit, &rough) {

@@ -1,4 +1,4 @@
-//! Other explanations of the same scan: another offset, the mirrored attitude, other stamps, a drifting clock.
+//! Other explanations of the same scan: another time offset, the mirrored attitude, other stamps, a drifting clock.
 
 pub mod ambiguity;
 pub mod choice;

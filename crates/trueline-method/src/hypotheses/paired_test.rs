@@ -1,16 +1,14 @@
-//! Whether one solution explains a scan better than another: a paired test over frames.
+//! Paired test over frames: whether one solution explains a scan better than another.
 //!
-//! The residuals of a rival contain the robot's noise at other times than those of the best solution, so a difference of
-//! likelihoods is chance with a spread of tens to a hundred. Paired frame by frame it has a spread of its own, which the
-//! frames show. The loss is capped, because the residuals of a wrong rival are large and smooth in time: uncapped, they
-//! would be the yardstick; and the variance allows for neighbouring frames that are alike \[Newey1987\].
+//! The residuals of a rival contain the robot's noise at other times than those of the best solution. The difference of their likelihoods therefore
+//! varies by tens to a hundred. Paired frame by frame, its spread can be estimated from the frames. The loss is capped, because the residuals of a
+//! wrong rival are large and smooth in time and would otherwise dominate the spread. The variance includes the correlation of neighbouring frames
+//! \[Newey1987\].
 //!
-//! In a short scan the capped differences are of two kinds, none and the cap, and their own spread hides that all of the
-//! latter speak for one side. So frames that only one of the two explains are counted as well: gross errors do not line up
-//! with another solution.
+//! In a short scan the capped differences take two values, zero and the cap. Their spread then hides that all caps favour one side. Frames that only
+//! one of the two explains are therefore counted as well: gross errors do not agree with another solution.
 //!
-//! The prior of the sensor's shape and the seam's bow counts as one more observation, so that a rival which
-//! bends the sensor to fit is charged for it.
+//! The prior of the sensor's shape and of the seam's bow counts as one more observation. A rival that bends the sensor to fit pays for it.
 
 use crate::assess::residuals::OUTLIER_SQUARED;
 use crate::config::Config;
@@ -20,71 +18,71 @@ use crate::problem::line_problem::{Criterion, LineProblem};
 use crate::solve::fit::Fit;
 use crate::solve::solver::REJECTING;
 
-/// Beyond this z the sign of the difference is no chance: 5 σ. Scans of 20 s and more decide at z above 100; a few scans of
-/// 5 s come near it (study `weaves`).
+/// |z| above which the sign of the difference is significant: 5 σ. Scans of 20 s and more reach z above 100. A few scans of 5 s come near the limit
+/// (study `weaves`).
 pub(crate) const DECISIVE_Z: f64 = 5.0;
 
-/// The same for two solutions of one time offset, as mirrored attitudes are. They have the noise of each frame in common: if
-/// the other were right, z would be as far below zero as it is above, so it is refuted by 2 z, here 4 σ.
+/// The same for two solutions at one time offset, such as mirrored attitudes. They share the noise of each frame. If the other were right, z would
+/// be as far below zero as it is above. The other is therefore rejected at 2 z, here 4 σ.
 pub(crate) const DECISIVE_Z_AT_ONE_OFFSET: f64 = 2.0;
 
-/// Time offsets nearer than this are one: most of a robot's noise is common, s.
+/// Time offsets nearer than this share most of the robot's noise, s.
 pub(crate) const ONE_OFFSET_S: f64 = 1e-3;
 
-/// A solution that is this much worse before it has converged is worse. Gross errors slow the last steps down: with 40 % of them it is
-/// then up to 0.03 rad, and z = 3, away from the solution into which it falls back.
+/// z above which a solution that has not converged is rejected. Gross errors slow the last steps: with 40 % of them a solution may still be up to
+/// 0.03 rad, and z = 3, away from its optimum.
 const FAR_WORSE_Z: f64 = 10.0;
 
-/// Where one solution explains what another does not, the other may explain this part of as many.
+/// If one solution explains features that another does not, the other may explain one in this number of them.
 const FEW: usize = 10;
 
-/// Fewer frames than this in common …
+/// Fewer common frames than this …
 const LEAST_FRAMES: usize = 30;
-/// … or a smaller part of all frames have no information.
+/// … or a smaller fraction of all frames have no information.
 const LEAST_COMMON: f64 = 0.25;
 
-/// How a rival compares with the best solution, over the frames that both can place.
+/// Comparison of a rival with the best solution, over the frames that both can place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairedTest {
     /// Sum of the differences of capped losses, rival minus best, over its standard deviation.
     pub z: f64,
-    /// Beyond this it decides.
+    /// Threshold for z.
     pub decisive_z: f64,
     /// Frames that both can place.
     pub frames: usize,
-    /// Part of their features that the rival explains to within 5 σ.
+    /// Fraction of their features that the rival explains within 5 σ.
     pub explains: f64,
-    /// The same of the best.
+    /// The same for the best.
     pub best_explains: f64,
-    /// Features that only the best explains, and that only the rival does.
+    /// Number of features that only the best explains, and that only the rival explains.
     pub only: [usize; 2],
 }
 
 impl PairedTest {
-    /// Whether the rival is so much worse that the last steps to its optimum make no difference.
+    /// Whether the rival is so much worse that the last steps to its optimum do not matter.
     pub(crate) fn is_far_worse(&self) -> bool {
         self.z > FAR_WORSE_Z
     }
 
-    /// Whether the best is better and that is no chance.
+    /// Whether the best is significantly better.
     #[must_use]
     pub fn decided(&self) -> bool {
         self.z > self.decisive_z || outnumbers(self.only[0], self.only[1])
     }
 
-    /// Whether the rival is better and that is no chance.
+    /// Whether the rival is significantly better.
     #[must_use]
     pub fn reversed(&self) -> bool {
         self.z < -self.decisive_z || outnumbers(self.only[1], self.only[0])
     }
 }
 
-/// Whether this number of features explained by one solution alone cannot be chance: its 18 unknowns fit nine gross errors.
+/// Whether the number of features that only one solution explains exceeds chance. The 18 unknowns of the other can fit nine gross errors.
 fn outnumbers(many: usize, few: usize) -> bool {
     many >= LEAST_FRAMES && few * FEW <= many
 }
 
-/// Compares two solutions with the same unknowns; `None` where they share too few frames.
+/// Compares two solutions with the same unknowns. `None` if they share too few frames.
 #[must_use]
 pub fn compare(observations: &Observations, config: &Config, best: &Fit, rival: &Fit) -> Option<PairedTest> {
     let factor = best.noise.factor.min(rival.noise.factor);
@@ -97,8 +95,8 @@ pub fn compare(observations: &Observations, config: &Config, best: &Fit, rival: 
     tested(frames, cost_of_rival - cost_of_best, apart_s)
 }
 
-/// The test from the squared residuals of both, by frame; NaN where one cannot be placed. `known_before` is what the priors of the rival cost more,
-/// and `apart_s` how far their time offsets are apart.
+/// The test from the squared residuals of both, by frame. NaN where a frame cannot be placed. `known_before` is the additional prior cost of the
+/// rival, and `apart_s` is the difference of their time offsets.
 pub(crate) fn tested(
     all: impl Iterator<Item = (u32, f64, f64)>,
     known_before: f64,
@@ -136,8 +134,7 @@ pub(crate) fn tested(
     Some(PairedTest { z, decisive_z, frames: common, explains, best_explains, only })
 }
 
-/// Squared residuals of all observations, whitened where the solution is, for a noise factor; NaN where one cannot be
-/// placed.
+/// Squared residuals of all observations for a noise factor, whitened at the solution. NaN where an observation cannot be placed.
 fn squared_residuals(observations: &Observations, config: &Config, fit: &Fit, factor: f64) -> Vec<f64> {
     let criterion = Criterion { residual: config.residual, loss: REJECTING };
     let noise = NoiseLevels { factor, ..fit.noise };
@@ -145,11 +142,11 @@ fn squared_residuals(observations: &Observations, config: &Config, fit: &Fit, fa
         .squared_residual_of_each(fit.parameters())
 }
 
-/// Sum over its standard deviation, with Bartlett weights up to ⌈4 (n/100)^(2/9)⌉ lags \[Newey1987\]. Differences that do not
-/// vary decide at once; if they are zero, the two are one solution.
+/// Sum over its standard deviation, with Bartlett weights up to ⌈4 (n/100)^(2/9)⌉ lags \[Newey1987\]. Constant differences decide at once. If they
+/// are zero, the solutions are identical.
 ///
-/// `known_before` is the difference of what the priors cost. Of an observation of unit noise that one solution misses by δ
-/// more than the other, the squares differ by δ² ± 2δ: so much is its variance.
+/// `known_before` is the difference of the prior costs. If one solution misses an observation of unit noise by δ more than the other, the squares
+/// differ by δ² ± 2δ. The square of 2δ is the variance of this difference.
 fn z_of(differences: &[f64], known_before: f64) -> f64 {
     let n = differences.len() as f64;
     let of_frames: f64 = differences.iter().sum();

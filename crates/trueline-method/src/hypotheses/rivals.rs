@@ -1,9 +1,8 @@
 //! Rivals: other solutions that explain most of the same scan, at other time offsets or with the sensor turned by 180°.
 //!
-//! A straight line looks the same one period of the path later; with the sensor turned by half a turn about an axis of its
-//! sheet, half a period is enough. So every time offset is tried from the best attitude and from its half-turns about
-//! the sheet's normal and both of its axes, through the mean measured point. The mirrored attitude at the same time offset
-//! is another matter: see [`crate::hypotheses::mirror`].
+//! A straight line looks the same one period of the path later. With the sensor turned by 180° about an axis of its sheet, half a period is enough.
+//! Every time offset is therefore tried from the best attitude and from its half-turns about the sheet's normal and both of its axes, through the
+//! mean measured point. For the mirrored attitude at the same time offset see [`crate::hypotheses::mirror`].
 
 use crate::assess::residuals::OUTLIER_SQUARED;
 use crate::error::Error;
@@ -26,40 +25,40 @@ use trueline_lsq::Loss;
 pub struct Rival {
     /// The solution.
     pub fit: Fit,
-    /// How it compares with the best.
+    /// Comparison with the best.
     pub test: PairedTest,
 }
 
 impl Rival {
-    /// Whether it explains more than half of what the best explains, and so is named.
+    /// Whether it explains more than half of the features that the best explains, and is therefore reported.
     #[must_use]
     pub(crate) fn is_named(&self) -> bool {
         self.test.explains > NAMED * self.test.best_explains
     }
 }
 
-/// A rival that explains a larger part of what the best explains is named.
+/// Least share of the best's explained features for a reported rival.
 const NAMED: f64 = 0.5;
-/// Distance of the time offsets that are tried, s.
+/// Step between the time offsets that are tried, s.
 const OFFSET_STEP_S: f64 = 0.1;
-/// Scales of the loss while a start is followed roughly, σ …
+/// Scales of the loss for a coarse solve, σ …
 const ROUGH_SCALES: [f64; 2] = [300.0, 100.0];
-/// … and to its end.
+/// … and for the full solve.
 const FINE_SCALES: [f64; 3] = [30.0, 10.0, 5.0];
-/// Starts that are followed to their end.
+/// Number of starts that are solved in full.
 const FINALISTS: usize = 8;
 /// Solutions nearer than this in attitude (and in time offset) are one, rad.
 const SAME_TURN_RAD: f64 = 0.05;
-/// A finalist that explains less than this part of the sample is refined only if it is the best of them.
+/// A finalist that explains less than this fraction of the sample is refined only if it is the best.
 const WORTH_REFINING: f64 = 0.3;
 
-/// Finds rivals of a solution other than its mirror image: those that are named first, each by rising z.
+/// Finds rivals of a solution other than its mirror image: the reported ones first, each group by rising z.
 ///
-/// The best of them is there however little it explains, so that a result can say how clear the decision was.
+/// The best rival is always included, so that a result can state how clear the decision was.
 #[must_use]
 pub fn find(solver: &Solver<'_>, best: &Fit, mirror: Option<&Parameters>) -> Vec<Rival> {
     let Solver { observations, settings } = *solver;
-    // At stops there are other attitudes, and no other offsets.
+    // At stops there are other attitudes, but no other time offsets.
     if settings.fixed.contains(&TIME_OFFSET) && !settings.config.at_stops {
         return Vec::new();
     }
@@ -91,14 +90,13 @@ pub fn find(solver: &Solver<'_>, best: &Fit, mirror: Option<&Parameters>) -> Vec
     rivals
 }
 
-/// A rival to its end, unless it is far worse before: with gross errors, or hardly any tilt, it may not yet have fallen back into a
-/// solution that is there already.
+/// Converges a rival, unless it is far worse already. With gross errors, or hardly any tilt, it may still converge to a known solution.
 fn followed(solver: &Solver<'_>, best: &Fit, rough: Fit) -> Result<Fit, Error> {
     let test = compare(solver.observations, solver.settings.config, best, &rough);
     if test.is_some_and(|test| test.is_far_worse()) { Ok(rough) } else { solver.converge(&rough) }
 }
 
-/// Whether two solutions are one.
+/// Whether two solutions are identical.
 fn same(one: &Parameters, other: &Parameters) -> bool {
     let turn_rad = one.tool_from_camera.rotation.angle_to(&other.tool_from_camera.rotation);
     turn_rad < SAME_TURN_RAD && (one.time_offset_s - other.time_offset_s).abs() < SAME_OFFSET_S
@@ -142,7 +140,7 @@ impl Search<'_> {
         finalists
     }
 
-    /// The best attitude and its half-turns; the best alone where the hand-eye transform is held.
+    /// The best attitude and its half-turns. Only the best if the hand-eye transform is held.
     fn attitudes(&self) -> Vec<Pose> {
         let best = self.best.tool_from_camera;
         if (ROTATION..LINES).any(|k| self.solver.settings.fixed.contains(&k)) {
@@ -165,7 +163,7 @@ impl Search<'_> {
         Some(Parameters::straight(guess, lines))
     }
 
-    /// Where a hand-eye transform is held, the narrowing may still turn it; the fit that follows holds it.
+    /// The coarse solve may rotate a held hand-eye transform. The final fit holds it.
     fn follow(&self, scales: &[f64], iterations: usize, start: Parameters) -> Option<Candidate> {
         let Solver { observations, settings } = self.solver;
         Narrowing::new(observations, self.sample, &settings.noise).follow(scales, iterations, start)
@@ -176,13 +174,13 @@ impl Search<'_> {
         !same(at, self.best) && from_middle_s <= self.solver.settings.config.offset_search_s + OFFSET_STEP_S
     }
 
-    /// The middle of the time offsets that are tried, s: none, or that of a best solution that lies beyond those about none.
+    /// The middle of the range of time offsets, s: zero, or that of a best solution outside the range about zero.
     fn middle_s(&self) -> f64 {
         let best_s = self.best.time_offset_s;
         if best_s.abs() <= self.solver.settings.config.offset_search_s { 0.0 } else { best_s }
     }
 
-    /// Part of the sample that is within a wide limit: enough to leave out what explains next to nothing.
+    /// Fraction of the sample within a wide limit. It is used to drop starts that explain almost nothing.
     fn explains(&self, at: &Parameters) -> f64 {
         let loss = Loss::Squared;
         let Solver { observations, settings } = self.solver;
@@ -193,7 +191,7 @@ impl Search<'_> {
     }
 }
 
-/// Keeps the best few of which no two are one solution, by rising cost.
+/// Keeps the best few distinct solutions, by rising cost.
 fn keep_different(candidates: &mut Vec<Candidate>, most: usize) {
     candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let mut kept: Vec<Candidate> = Vec::new();

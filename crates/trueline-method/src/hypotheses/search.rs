@@ -1,4 +1,4 @@
-//! The best optimum that can be found, and what else explains the scan.
+//! Searches the best optimum and its rivals.
 
 use crate::config::Config;
 use crate::error::Error;
@@ -15,7 +15,7 @@ use crate::solve::solver::Solver;
 use crate::solve::start::{self, Breadth};
 use trueline_dataset::Guess;
 
-/// The optimum, and what else explains the scan.
+/// The optimum with its rivals.
 pub struct Found {
     /// The optimum.
     pub fit: Fit,
@@ -23,7 +23,7 @@ pub struct Found {
     pub mirrored: Mirrored,
     /// Rival solutions, and the decision between them.
     pub ambiguity: Ambiguity,
-    /// A better one, where the guess led elsewhere.
+    /// A better optimum than that from the guess.
     pub better: Option<BetterMinimum>,
 }
 
@@ -42,7 +42,7 @@ impl BetterMinimum {
     }
 }
 
-/// Whether a mirrored attitude fits as well as the one found.
+/// Comparison of the mirrored attitude with the one found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mirrored {
     /// The scan, or a guess, separates them.
@@ -53,28 +53,27 @@ pub enum Mirrored {
     Equal,
 }
 
-/// Residuals this much larger than expected, or this share of features out of reach, make a solution doubtful: the search is then
-/// widened.
+/// A noise factor above this, or a fraction of unplaced features above [`DOUBTFUL_UNPLACED`], makes a solution doubtful. The search is then widened.
 const DOUBTFUL_FACTOR: f64 = 1.2;
 /// See [`DOUBTFUL_FACTOR`].
 const DOUBTFUL_UNPLACED: f64 = 0.1;
-/// All offsets are then tried for which this part of the images falls into the robot's recording.
+/// The wide search covers all time offsets at which this fraction of the images is within the robot's recording.
 const OVERLAP: f64 = 0.5;
-/// A guess chooses between two mirrored attitudes if it is this much nearer to one of them.
+/// A guess selects one of two mirrored attitudes if its distance to it is below this fraction of that to the other.
 const CLEARLY_NEARER: f64 = 0.5;
 
-/// Observations of each line among which a long scan is searched: first those of half a minute at 50 Hz, then twice as many …
+/// Observations of each line for the search in a long scan: half a minute at 50 Hz, then twice as many …
 const SEARCHED: [usize; 2] = [1_500, 3_000];
-/// … and from a guess, where there is less to search, at once as many.
+/// … and with a guess, which leaves less to search, only the larger number.
 const SEARCHED_FROM_GUESS: [usize; 1] = [3_000];
 
-/// Finds the optimum from a guess, or from nothing.
+/// Finds the optimum from a guess, or from the data alone.
 ///
-/// A scan of more than twice as many observations as are searched is searched among one in several of them, and fitted to all from
-/// there. Only where these leave a question open are all asked.
+/// A scan with more than twice these observations is thinned for the search, and then fitted in full. All observations are searched only if the
+/// thinned ones leave a question open.
 ///
 /// # Errors
-/// [`Error::NoStart`] if there is none.
+/// [`Error::NoStart`] if there is no start.
 pub fn find(solver: &Solver<'_>, guess: Option<&Guess>) -> Result<Found, Error> {
     let _stage = tracing::debug_span!("search", from_guess = guess.is_some()).entered();
     let all = solver.observations;
@@ -110,7 +109,7 @@ fn find_among_all(solver: &Solver<'_>, guess: Option<&Guess>) -> Result<Found, E
     }
 }
 
-/// A guess is not overruled; something much better than where it leads is a reason against the result.
+/// A guess is not overruled. A much better optimum elsewhere is a reason to refuse the result.
 fn from_guess(solver: &Solver<'_>, guess: &Guess) -> Result<Found, Error> {
     let fit = solver.fit(start::from_guess(solver.observations, guess)?)?;
     let from_guess =
@@ -129,7 +128,7 @@ fn from_guess(solver: &Solver<'_>, guess: &Guess) -> Result<Found, Error> {
         MirrorComparison::Better(mirror) => better = Some(BetterMinimum::of(&mirror)),
     }
     let rivals = rivals::find(solver, &fit, mirror.as_ref().map(Fit::parameters));
-    // Where something is held, the search from nothing would look elsewhere.
+    // With held quantities a search without a guess would find another solution.
     if better.is_none() && solver.settings.fixed.is_empty() && is_doubtful(solver.observations, &fit) {
         let other = search(solver, Breadth::WIDE)?.fit;
         better = is_better(solver, &other, &fit).then(|| BetterMinimum::of(&other));
@@ -138,25 +137,25 @@ fn from_guess(solver: &Solver<'_>, guess: &Guess) -> Result<Found, Error> {
     Ok(Found { better, ..settled(solver, best, rivals, chooses) })
 }
 
-/// The better of two mirrored attitudes, from nothing, whatever else may explain the scan.
+/// The better of two mirrored attitudes, without a guess and without a search for rivals.
 ///
 /// # Errors
-/// As [`find`].
+/// Those of [`find`].
 pub(crate) fn likeliest(solver: &Solver<'_>) -> Result<Fit, Error> {
     search(solver, Breadth::USUAL).map(|best| best.fit)
 }
 
-/// An optimum from nothing where the time offset is nearly known, found among few starts.
+/// An optimum for a nearly known time offset, from few starts.
 ///
 /// # Errors
-/// As [`find`].
+/// Those of [`find`].
 pub(crate) fn glance(solver: &Solver<'_>) -> Result<Fit, Error> {
     let Solver { observations, settings } = solver;
     solver.fit(start::from_nothing(observations, settings.config, &settings.noise, Breadth::GLANCE)?)
 }
 
 fn from_nothing(solver: &Solver<'_>) -> Result<Found, Error> {
-    // Stops are few: all that is tried takes a moment, and of few readings many wrong attitudes leave little.
+    // Stops are few, so trying many starts is fast. With few readings many wrong attitudes leave small residuals.
     let breadth = if solver.settings.config.at_stops { Breadth::STOPS } else { Breadth::USUAL };
     let mut best = search(solver, breadth)?;
     let mut rivals = best.rivals(solver);
@@ -180,7 +179,7 @@ fn from_nothing(solver: &Solver<'_>) -> Result<Found, Error> {
     Ok(settled(solver, best, rivals, false))
 }
 
-/// Chooses between a solution, its rivals and its mirror image; a guess may choose what led to it.
+/// Chooses between a solution, its rivals and its mirror image. A guess may select the solution that it led to.
 fn settled(solver: &Solver<'_>, best: OfTwo, rivals: Vec<Rival>, guess_chooses: bool) -> Found {
     let equal = best.mirror.filter(|_| best.mirrored == Mirrored::Equal);
     let (fit, ambiguity) = settle(solver, best.fit, rivals, equal, guess_chooses);
@@ -195,7 +194,7 @@ fn settled(solver: &Solver<'_>, best: OfTwo, rivals: Vec<Rival>, guess_chooses: 
 struct OfTwo {
     fit: Fit,
     mirrored: Mirrored,
-    /// The other, where the scan alone cannot separate them.
+    /// The other one, if the scan alone cannot separate them.
     mirror: Option<Fit>,
 }
 
@@ -205,7 +204,7 @@ impl OfTwo {
     }
 }
 
-/// From nothing, the better of two mirrored attitudes.
+/// The better of two mirrored attitudes, without a guess.
 fn search(solver: &Solver<'_>, breadth: Breadth) -> Result<OfTwo, Error> {
     let Solver { observations, settings } = solver;
     with_mirror(
@@ -227,13 +226,13 @@ fn with_mirror(solver: &Solver<'_>, fit: Fit) -> Result<OfTwo, Error> {
     })
 }
 
-/// The largest offset, of either sign, that leaves half of the images within the robot's recording.
+/// The largest time offset, of either sign, that leaves half of the images within the robot's recording.
 fn widest_offset_s(observations: &Observations) -> f64 {
     let (robot_start, robot_end) = observations.robot.trajectory.span();
     let stamps = || observations.list.iter().map(|o| o.stamp_s);
     let (start, end) = (stamps().fold(f64::INFINITY, f64::min), stamps().fold(f64::NEG_INFINITY, f64::max));
     let kept = OVERLAP * (end - start).min(robot_end - robot_start);
-    // Images that late, or that early.
+    // With images that late, or that early.
     (end - kept - robot_start).abs().max((robot_end - start - kept).abs())
 }
 

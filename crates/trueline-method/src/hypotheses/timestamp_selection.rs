@@ -1,4 +1,4 @@
-//! Which stamps to believe, where the stamps themselves do not show it: those recorded, or those of the clock behind them. The fit decides.
+//! Selects the stamps if they do not show it themselves: those recorded, or those of the underlying clock. The fit decides.
 
 use crate::assess::residuals::OUTLIER_SQUARED;
 use crate::config::Stamps;
@@ -15,20 +15,20 @@ use crate::solve::solver::Solver;
 use trueline_dataset::Recording;
 use trueline_lsq::Loss;
 
-/// A fit, the observations it was made of, and how their stamps were treated.
+/// A fit, its observations, and the treatment of their stamps.
 pub(crate) struct Stamped {
-    /// Observations with the stamps that are used.
+    /// Observations with the selected stamps.
     pub observations: Observations,
     /// The fit to them.
     pub fit: Fit,
-    /// Which stamps are the clocks'.
+    /// Which streams use clock stamps.
     pub dejittered: Dejittered,
 }
 
-/// Solves with the stamps of the clocks too, and keeps the better.
+/// Also solves with the clocks' stamps, and keeps the better solution.
 ///
 /// # Errors
-/// As [`Solver::refit`].
+/// Those of [`Solver::refit`].
 pub(crate) fn with_best_stamps(
     recording: &Recording,
     sampling: &Sampling,
@@ -43,7 +43,7 @@ pub(crate) fn with_best_stamps(
         }
         let noise_before = noise_in_sheet(&best, &settings.noise);
         let Stamped { observations, fit, dejittered: before } = best;
-        // One robot's path at a time: that of a long scan is most of the memory.
+        // Only one robot path at a time is kept in memory. That of a long scan is most of the memory.
         let config = settings.config;
         let observations = observations.restamped(recording, sampling, config, [before, dejittered])?;
         let solver = Solver {
@@ -66,18 +66,17 @@ pub(crate) fn with_best_stamps(
     Ok(best)
 }
 
-/// A scan of more observations than this is asked in stretches first, where the robot's path would have to be made again …
+/// With more observations than this, stretches of the scan are tested first, if the robot's path would have to be rebuilt …
 const MOST: usize = 48_000;
-/// … in this number of them …
+/// … in this number of stretches …
 const STRETCHES: usize = 20;
-/// … of this number of observations each: long against all that makes neighbours alike.
+/// … of this number of observations each, which is long compared with the correlation of neighbours.
 const STRETCH: usize = 1_200;
-/// The stretches speak against a treatment if this many standard deviations by their spread leave it no better: where it is not worse
-/// that happens once in several hundred scans, and then both leave as much.
+/// Threshold in standard deviations, from the spread of the stretches, at which they reject a treatment. A treatment that is not worse is rejected
+/// once in several hundred scans, and then both are equally good.
 const AGAINST: f64 = 3.0;
 
-/// Whether the clocks' stamps for the robot plainly explain stretches of a long scan no better than the best so far. Where they do not,
-/// all of it is asked.
+/// Whether stretches of a long scan clearly show no advantage of clock stamps for the robot. Otherwise the whole scan is tested.
 fn is_no_better_in_stretches(
     recording: &Recording,
     sampling: &Sampling,
@@ -145,7 +144,7 @@ fn with_stamp_noise<'a>(
     FitSettings { noise: NoiseLevels { stamp_sigma_s, ..settings.noise }, ..*settings }
 }
 
-/// By how much the noise is larger than it is taken to be, by the residuals in the sheet alone.
+/// Ratio of the actual noise to the assumed noise, from the residuals in the sheet alone.
 fn noise_in_sheet(stamped: &Stamped, noise: &NoiseLevels) -> f64 {
     let Stamped { observations, fit, .. } = stamped;
     let at = fit.parameters();
@@ -158,7 +157,7 @@ fn noise_in_sheet(stamped: &Stamped, noise: &NoiseLevels) -> f64 {
 mod tests {
     use super::*;
 
-    /// Squared residuals of two numbers, with a ratio between the explanations.
+    /// Squared residuals of two components, with a ratio between the explanations.
     fn squares(times: f64, phase: f64) -> Vec<f64> {
         let square = |k: usize| -2.0 * (1.0 - (k as f64 * 0.618_033_988_75 + phase).fract() * 0.999).ln();
         (0..STRETCHES * STRETCH).map(|k| square(k) * times).collect()
@@ -170,7 +169,7 @@ mod tests {
         let best = squares(1.0, 0.0);
         assert!(speaks_against(&best, &squares(1.01, 0.0), all));
         assert!(!speaks_against(&best, &squares(0.99, 0.0), all));
-        // Where nothing differs but by chance, that many observations could speak for either.
+        // If the explanations differ only by chance, this number of observations could favour either.
         let other: Vec<f64> =
             best.iter().enumerate().map(|(k, s)| s * (1.0 + 0.2 * (k as f64 * 1.7).sin())).collect();
         assert!(!speaks_against(&best, &other, all));

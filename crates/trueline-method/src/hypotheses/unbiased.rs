@@ -1,5 +1,4 @@
-//! The fit that is concluded from: to features that do not shift with the tilt, where that is estimated, and their remaining
-//! residuals.
+//! The fit that conclusions are drawn from: to features without their bias with the tilt, where that is estimated, with the remaining residuals.
 
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::correlated_noise::{Over, Structure};
@@ -19,48 +18,48 @@ use crate::solve::solver::Solver;
 use trueline_dataset::Recording;
 use trueline_lsq::Information;
 
-/// A fit to features that do not shift with the tilt, and their remaining residuals.
+/// A fit to features without a bias with the tilt, and the remaining residuals.
 pub struct Unbiased {
-    /// The fit, at the optimum by noise as correlated as it was found to be.
+    /// The fit, at the optimum for the estimated correlation of the noise.
     pub assessed: Assessed,
-    /// What its residuals are.
+    /// Structure of its residuals.
     pub structure: Structure,
-    /// What explains the residuals and is no bias with the tilt.
+    /// A cause of the residuals other than a bias with the tilt.
     pub cause: Option<MisfitCause>,
-    /// The bias that was taken out.
+    /// The bias that was removed.
     pub bias: Option<TakenBias>,
 }
 
 impl Unbiased {
-    /// Where every error is adjusted with the rest, only a lens that is not as stated is looked for: it is no error of a known size, and is corrected.
+    /// An adjustment of all errors leaves only a wrong lens to find. The lens has no assumed error level and is corrected instead.
     #[must_use]
     pub(crate) fn beside_all(assessed: Assessed, recording: &Recording, settings: &FitSettings<'_>) -> Self {
         let cause = cause(recording, settings, &assessed).filter(|cause| cause.kind == CauseKind::Lens);
         Self { assessed, structure: Structure::Unknown, cause, bias: None }
     }
 
-    /// How large the errors that are not noise are taken to be, `taken` being what was assumed of them.
+    /// Levels of the systematic errors. `taken` are the assumed ones.
     #[must_use]
     pub(crate) fn levels(&self, taken: SystematicLevels) -> SystematicLevels {
         let estimated = |bias: &TakenBias| SystematicLevels { bias_is_estimated: true, ..bias.levels };
         self.bias.as_ref().map_or(taken, estimated)
     }
 
-    /// Whether a cause is known that is not the robot's accuracy.
+    /// Whether a cause other than the robot's accuracy is known.
     #[must_use]
     pub(crate) fn is_explained(&self) -> bool {
         self.cause.is_some() || self.bias.as_ref().is_some_and(|bias| bias.is_plain)
     }
 }
 
-/// Residuals that are alike by more than this once a bias is taken out are not those of a bias.
+/// Residuals with a higher correlation than this after removal of a bias have another cause.
 const ALIKE_WITHOUT_BIAS: f64 = 0.2;
 
-/// The fit without a bias. Correlated residuals have less information on a bias than they seem to, and the correlation shows only
-/// without a bias.
+/// Fits without a bias. Correlated residuals have less information on a bias than white ones, and their correlation is visible only after removal of
+/// the bias.
 ///
 /// # Errors
-/// As the solver's.
+/// Those of the solver.
 pub fn without_bias(
     assessed: Assessed,
     recording: &Recording,
@@ -75,7 +74,7 @@ pub fn without_bias(
         Unbiased { assessed, structure, cause, bias }
     };
     let cause = cause(recording, settings, &assessed);
-    // What has another cause would only be taken for a bias.
+    // An error with another cause would only be mistaken for a bias.
     let other = cause.as_ref().is_some_and(|cause| cause.kind != CauseKind::TiltBias);
     let is_likely = cause.is_some_and(|cause| cause.left < ALIKE_WITHOUT_BIAS);
     let mut hypothesis = BiasHypothesis { levels: *levels, inflation: 1.0, is_likely };
@@ -88,7 +87,7 @@ pub fn without_bias(
     let of_free = |free: &BiasFree, over: Over| {
         structure(&free.observations, &free.fit, &free.information, settings.config, over)
     };
-    // Correlated noise says here how much less is known, and is looked at again once the bias is known.
+    // Correlated noise reduces the information here. It is tested again when the bias is known.
     let structure = of_free(&free, Over::Stretches);
     hypothesis.inflation = inflation(&structure, &free.information);
     if hypothesis.inflation != 1.0 {
@@ -106,7 +105,7 @@ pub fn without_bias(
     Ok(with(assessed.freed(free), structure, Some(taken)))
 }
 
-/// What explains the residuals at the optimum of white noise.
+/// The cause of the residuals at the optimum for white noise.
 fn cause(recording: &Recording, settings: &FitSettings<'_>, assessed: &Assessed) -> Option<MisfitCause> {
     if !assessed.all_observable() || assessed.drift_free.fit.prior.is_some() || !settings.fixed.is_empty() {
         return None;
@@ -117,42 +116,42 @@ fn cause(recording: &Recording, settings: &FitSettings<'_>, assessed: &Assessed)
     misfit_cause::find(&Patterns::of(recording, &problem, fit.parameters(), root))
 }
 
-/// How much larger the covariance by noise is than by white noise, on average over time offset and hand-eye.
+/// Ratio of the covariance from correlated noise to that from white noise, averaged over time offset and hand-eye.
 #[must_use]
 pub(crate) fn inflation(structure: &Structure, information: &Information) -> f64 {
     let Structure::Correlated(noise) = structure else { return 1.0 };
     let white = information.covariance();
-    // What is held has no variance.
+    // A held component has no variance.
     let ratios = (0..LINES).filter(|k| white[(*k, *k)] > 0.0);
     let ratios: Vec<f64> = ratios.map(|k| noise.covariance[(k, k)] / white[(k, k)]).collect();
     (ratios.iter().sum::<f64>() / ratios.len().max(1) as f64).max(1.0)
 }
 
-/// A fit and what the scan shows of its unknowns.
+/// A fit with its information and observability.
 pub struct Assessed {
     /// Observations and fit.
     pub drift_free: DriftFree,
-    /// What is known from it.
+    /// The information from it.
     pub information: Information,
     /// Observability of the scan.
     pub observability: Observability,
 }
 
 impl Assessed {
-    /// Whether the scan shows all of time offset and hand-eye.
+    /// Whether time offset and hand-eye are both fully observable.
     #[must_use]
     pub(crate) fn all_observable(&self) -> bool {
         self.observability.observable_components[..LINES].iter().all(|seen| *seen)
     }
 
-    /// Where a bias with the tilt can be estimated, the search for it.
+    /// The search for a bias with the tilt, if one can be estimated.
     fn bias_search<'a>(
         &'a self,
         settings: &FitSettings<'a>,
         levels: &SystematicLevels,
     ) -> Option<BiasSearch<'a>> {
         let DriftFree { observations, fit, .. } = &self.drift_free;
-        // A sensor that is held would leave its errors to the bias, and so would what is held at a guess.
+        // The errors of a held sensor, or of components held at a guess, would be absorbed by the bias.
         let held = settings.shape_prior.is_none() || fit.prior.is_some();
         let assumed = levels.feature_bias_px > 0.0;
         if held || !settings.fixed.is_empty() || !assumed || !self.all_observable() {
@@ -162,7 +161,7 @@ impl Assessed {
         Some(BiasSearch::new(solver, fit, &self.information, levels))
     }
 
-    /// The same where features were freed of a bias.
+    /// The same with features whose bias was removed.
     fn freed(&self, free: BiasFree) -> Self {
         let BiasFree { observations, fit, information, .. } = free;
         let drift_free = DriftFree { observations, fit, ..self.drift_free };
@@ -175,7 +174,7 @@ impl Assessed {
     }
 }
 
-/// Structure of the residuals; generalised least squares ignores quantities held at a guess.
+/// Structure of the residuals. Generalised least squares ignores components held at a guess.
 fn structure(
     observations: &Observations,
     fit: &Fit,

@@ -1,4 +1,4 @@
-//! The bias of the features, as more of them come.
+//! The bias of the features, updated with new ones.
 
 use super::sums::root;
 use crate::assess::correlated_noise::Structure;
@@ -11,7 +11,7 @@ use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use nalgebra::{DMatrix, DVector, SVector};
 
-/// The sums from which the bias is estimated, and what was taken out already.
+/// The sums for the estimate of the bias, and the bias already removed.
 pub(super) struct Bias {
     sums: SystematicSums,
     taken_px: SVector<f64, BIAS>,
@@ -19,7 +19,7 @@ pub(super) struct Bias {
 }
 
 impl Bias {
-    /// Of the samples of a calibration that took a bias out.
+    /// From the samples of a calibration that removed a bias.
     pub(super) fn of(
         calibration: &Calibration,
         problem: &LineProblem<'_>,
@@ -30,7 +30,7 @@ impl Bias {
         let checks = &calibration.findings.checks;
         let bias = checks.feature_bias.as_ref()?;
         let taken_px: SVector<f64, BIAS> = SVector::from_fn(|k, _| bias.px[k / 2][k % 2]);
-        // One that is plainly there is taken to be as large as it seems.
+        // A clearly significant bias gets its estimated size as level.
         let stated_px = config.feature_bias_px;
         let feature_bias_px = if bias.is_found { stated_px.max(taken_px.amax()) } else { stated_px };
         let levels = SystematicLevels {
@@ -48,12 +48,12 @@ impl Bias {
         Some(Self { sums, taken_px, inflation: if is_correlated { inflation } else { 1.0 } })
     }
 
-    /// Adds new features, freed of what was taken.
+    /// Adds new features, with the bias removed.
     pub(super) fn add(&mut self, problem: &LineProblem<'_>, at: &Parameters) {
         self.sums.add(problem, at);
     }
 
-    /// How the other unknowns follow what is now known better of the bias: `step` is how far they moved, `covariance` theirs.
+    /// Change of the other unknowns from the improved bias. `step` is their own change, and `covariance` theirs.
     pub(super) fn followed(
         &mut self,
         step: &DVector<f64>,

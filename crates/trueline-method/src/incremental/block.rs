@@ -1,4 +1,4 @@
-//! Samples of a stream, prepared as a calibration decided.
+//! Prepares samples of a stream with the decisions of a calibration.
 
 use super::clocks::Clocks;
 use super::even_clock::Moved;
@@ -19,29 +19,29 @@ use nalgebra::SVector;
 use trueline_dataset::Recording;
 use trueline_geometry::Pose;
 
-/// Exposures this near to the end of the robot's path are left for later, s.
+/// Exposures this close to the end of the robot's path are postponed, s.
 const MARGIN_S: f64 = 10e-6;
 
-/// What a calibration decided of how samples are to be read.
+/// Decisions of a calibration about the treatment of samples.
 #[derive(Clone, Debug)]
 pub(super) struct Decisions {
     clocks: Clocks,
     noise: Option<NoiseLevels>,
     factor: f64,
     drift_ppm: Option<f64>,
-    /// The stamp about which a drift turns, ns.
+    /// The stamp at which a drift is zero, ns.
     pub(super) about_ns: i64,
     bias: Option<(TiltBias, SVector<f64, BIAS>)>,
 }
 
-/// Samples whose features are ready to be linearised.
+/// Samples with features ready to be linearised.
 pub(super) struct Block {
     observations: Observations,
     about_s: f64,
 }
 
 impl Decisions {
-    /// Of a calibration of these samples.
+    /// From a calibration of these samples.
     pub(super) fn of(
         calibration: &Calibration,
         recording: &Recording,
@@ -83,27 +83,27 @@ impl Decisions {
         self.drift_ppm.is_some()
     }
 
-    /// The drift that is taken out, ppm.
+    /// The drift that was removed, ppm.
     pub(super) fn drift_ppm(&self) -> f64 {
         self.drift_ppm.unwrap_or(0.0)
     }
 
-    /// Whether the stamps have had even clocks of one phase since the calibration began, or are taken as recorded.
+    /// Whether the stamps have had regular clocks of one phase since the calibration began, or are used as recorded.
     pub(super) fn are_clocks_whole(&self) -> bool {
         self.clocks.are_whole
     }
 
-    /// Standard deviation of a drift by the noise of the stamps that clocks were found from, ppm.
+    /// Standard deviation of a drift from the noise of the clocks' stamps, ppm.
     pub(super) fn rate_sigma_ppm(&self) -> f64 {
         1e6 * self.clocks.rate_variance().sqrt()
     }
 
-    /// Moves the clocks by new stamps.
+    /// Updates the clocks with new stamps.
     pub(super) fn follow(&mut self, recording: &Recording) -> Moved {
         self.clocks.follow(recording)
     }
 
-    /// The features of a recording with stamps after `after_ns`, as they were decided to be read.
+    /// The features of a recording with stamps after `after_ns`, treated as decided.
     pub(super) fn block(
         &self,
         recording: &Recording,
@@ -131,7 +131,7 @@ impl Decisions {
         Ok(Block { observations, about_s })
     }
 
-    /// Hands the problem of a block at a state, and the stamp about which its drift turns, to `use_it`.
+    /// Passes the problem of a block at a state, and the stamp at which its drift is zero, to `use_it`.
     pub(super) fn with_problem(
         &self,
         block: &Block,
@@ -148,7 +148,7 @@ impl Decisions {
 }
 
 impl Block {
-    /// What was known of the sensor's shape before these samples.
+    /// Prior of the sensor's shape before these samples.
     pub(super) fn shape_prior(&self, recording: &Recording, config: &Config) -> Option<ShapePrior> {
         ShapeKnowledge::of(recording, &self.observations).prior(config)
     }

@@ -1,4 +1,4 @@
-//! The clocks behind both streams' stamps, for as long as the streams last.
+//! The clocks of both streams, followed as long as the streams last.
 
 use super::even_clock::{EvenClock, Moved, Stamp};
 use crate::config::Config;
@@ -8,20 +8,20 @@ use crate::input::robot_motion::RobotMotion;
 use crate::input::timestamps::{Dejittered, Sampling, Stream};
 use trueline_dataset::Recording;
 
-/// Which stamps are taken by their clocks, and those clocks' lines.
+/// The streams that use clock times, and the lines of those clocks.
 #[derive(Clone, Debug)]
 pub(super) struct Clocks {
     dejittered: Dejittered,
     robot: Option<EvenClock>,
     images: Option<EvenClock>,
-    /// The stamp from which their times count, ns.
+    /// The origin of their times, ns.
     about_ns: i64,
     /// Whether both have had one phase since the calibration began.
     pub(super) are_whole: bool,
 }
 
 impl Clocks {
-    /// As a calibration of these samples found them.
+    /// From a calibration of these samples.
     pub(super) fn of(recording: &Recording, dejittered: Dejittered, about_ns: i64) -> Self {
         let sampling = Sampling::of(recording, origin_ns(recording));
         let since_s = (origin_ns(recording) - about_ns) as f64 * 1e-9;
@@ -40,7 +40,7 @@ impl Clocks {
         Self { dejittered, robot, images, about_ns, are_whole }
     }
 
-    /// Moves the lines by new stamps; how far exposures come to lie later on the robot's path, as one line over the other.
+    /// Updates the lines with new stamps. Returns the resulting shift of exposures on the robot's path, as one line relative to the other.
     pub(super) fn follow(&mut self, recording: &Recording) -> Moved {
         let follow = |clock: &mut Option<EvenClock>, stamps: &[Stamp]| {
             if clock.as_ref().is_some_and(|clock| !clock.can_place(stamps)) {
@@ -57,12 +57,12 @@ impl Clocks {
         }
     }
 
-    /// Variance of the rate of one clock over the other by their stamps' noise.
+    /// Variance of the rate between both clocks from the noise of their stamps.
     pub(super) fn rate_variance(&self) -> f64 {
         [&self.robot, &self.images].into_iter().flatten().map(EvenClock::rate_variance).sum()
     }
 
-    /// Observations as recorded with the times of these clocks; exposures without a time are left out.
+    /// Observations with the times of these clocks instead of the recorded ones. Exposures without a time are left out.
     pub(super) fn placed(
         &self,
         recording: &Recording,
@@ -90,7 +90,7 @@ impl Clocks {
                 .zip(&sampling.robot.recorded_s)
                 .map(|(time_s, recorded_s)| time_s.map_or(*recorded_s, |time_s| time_s + since_s))
                 .collect();
-            // Where one phase follows another without a silence they may overlap.
+            // Two successive phases without a pause between them may overlap.
             if times_s.windows(2).all(|pair| pair[0] < pair[1]) {
                 placed.robot = RobotMotion::of(recording, &times_s, config)?;
             }
@@ -107,7 +107,7 @@ fn pictures(recording: &Recording, about_ns: i64) -> Vec<Stamp> {
     stamps(recording.features.iter().map(|feature| (feature.stamp_ns, feature.device_ns)), about_ns)
 }
 
-/// Rising stamps, each once.
+/// Distinct rising stamps.
 fn stamps(of: impl Iterator<Item = (i64, Option<i64>)>, about_ns: i64) -> Vec<Stamp> {
     let mut last_ns = None;
     let first_of_each = of.filter(|(stamp_ns, _)| last_ns.replace(*stamp_ns) != Some(*stamp_ns));

@@ -1,24 +1,24 @@
-//! The even clock behind one stream's stamps, followed for as long as the stream lasts.
+//! The regular clock of one stream's stamps, followed as long as the stream lasts.
 //!
-//! A calibration fits a line through stamps over ticks (see [`crate::input::clock_model`]). Here that line goes on: of the stamps
-//! behind it only the information about it is kept, new ones move it as Huber's estimate of the whole would, and a clock
-//! that begins anew, after a silence or a step, keeps its rate and gets a phase of its own.
+//! A calibration fits a line through stamps over ticks (see [`crate::input::clock_model`]). This module continues that line. Only the information of
+//! old stamps is kept. New ones update the line as in Huber's estimate of the whole. A clock that restarts, after a pause or a step, keeps its rate
+//! and gets a new phase.
 
 use crate::input::clock_line::{FLOOR, HUBER_SIGMAS, LEAST_STEP_S, SILENCE_TICKS, STEP_SIGMAS, StreamClock};
 use crate::order_statistics::{mad_sigma, median, quantile};
 use nalgebra::{Matrix2, Vector2};
 
-/// Stamps after a silence needed to verify that the clock went on; fewer are not placed.
+/// Stamps after a pause needed to verify that the clock continued. Fewer are not placed.
 const FEWEST: usize = 5;
-/// Of more stamps than these the middle wanders with what delays them, rather than with their noise.
+/// Number of independent stamps in a median. With more, the median follows the delays rather than the noise.
 const INDEPENDENT: usize = 10;
-/// So far from the other ticks of its clock, in periods, a tick is of another phase.
+/// A tick this far from the clock's other ticks, in periods, belongs to another phase.
 const OTHER_PHASE: f64 = 0.01;
 
-/// Corners of a hull that are kept.
+/// Maximum corners of a hull.
 const MOST_CORNERS: usize = 1000;
 
-/// A stamp: when it was received, s since the scan's middle, and the device's own, s.
+/// A stamp: its reception, s since the scan's middle, and the device's own, s.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stamp {
     pub(super) received_s: f64,
@@ -28,27 +28,27 @@ pub(super) struct Stamp {
 /// A line through stamps.
 #[derive(Clone, Debug)]
 pub(super) struct EvenClock {
-    /// When tick 0 was, s since the scan's middle.
+    /// Time of tick 0, s since the scan's middle.
     phase_s: f64,
-    /// Between ticks, s; of a device's own stamps its seconds.
+    /// Tick period, s. With device stamps, a second of the device.
     period_s: f64,
-    /// The device's stamp of tick 0, where ticks are these stamps, s.
+    /// The device's stamp of tick 0, if ticks are device stamps, s.
     device_s: Option<f64>,
-    /// What is known of phase and period, in units of a stamp.
+    /// Information on phase and period, in units of a stamp.
     information: Matrix2<f64>,
     /// Standard deviation of a stamp, s.
     sigma_s: f64,
-    /// How late the middle stamp is: the line of one-sided delays is their floor, s.
+    /// Lateness of the median stamp, s: the line of one-sided delays is their floor.
     late_s: f64,
-    /// How late the quickest tenth are, s.
+    /// Lateness of the earliest tenth, s.
     least_s: f64,
-    /// Since when it has had this phase, s.
+    /// Start of the present phase, s.
     since_s: f64,
-    /// Lower convex hull of the stamps over their ticks, and the sum and number of ticks, where delays are to one side.
+    /// Lower convex hull of the stamps over their ticks, with sum and number of ticks, if delays are one-sided.
     floor: Option<Floor>,
-    /// The latest stamp that it was moved by, s.
+    /// The latest stamp used for an update, s.
     until_s: f64,
-    /// Stamps since a silence, while they are too few.
+    /// Stamps since a pause, as long as they are too few.
     unsure: Option<Vec<Stamp>>,
 }
 
@@ -59,17 +59,17 @@ struct Floor {
     count: f64,
 }
 
-/// How a line moved: all its ticks by `shift_s` at the scan's middle, and `rate` times the time since then more.
+/// Motion of a line: all its ticks by `shift_s` at the scan's middle, plus `rate` times the time since then.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Moved {
     pub(super) shift_s: f64,
     pub(super) rate: f64,
-    /// Whether it began anew: ticks before were not moved by it, and will not be.
+    /// Whether it restarted. Earlier ticks do not move with it.
     pub(super) is_new: bool,
 }
 
 impl EvenClock {
-    /// As a calibration found it: its stamps, and when samples were taken by it, s since the scan's middle.
+    /// From a calibration: its stamps, and the sampling times, s since the scan's middle.
     pub(super) fn of(clock: &StreamClock, stamps: &[Stamp], regular_s: &[f64]) -> Option<Self> {
         let is_device = clock.device_drift_ppm.is_some();
         let device = |k: usize| stamps[k].device_s.filter(|_| is_device);
@@ -88,7 +88,7 @@ impl EvenClock {
             (step_s - ticks * rate).abs() > OTHER_PHASE * clock.period_s
         };
         let edge = (1..stamps.len()).rev().find(is_edge).unwrap_or(0);
-        // Stamps before a step that is taken out are not about this line.
+        // Stamps before a removed step do not belong to this line.
         let since_s = regular_s[0] - clock.regular_s[0];
         let stepped_s = clock.steps.last().filter(|_| clock.step_taken_out).map(|(at_s, _)| at_s + since_s);
         let is_before = |stamp: &&Stamp| stepped_s.is_some_and(|at_s| stamp.received_s < at_s - 1e-9);
@@ -120,7 +120,7 @@ impl EvenClock {
         Some(line).filter(|line| line.period_s.is_finite() && line.period_s > 0.0)
     }
 
-    /// Ticks of stamps that rise; each is another's.
+    /// Distinct ticks of rising stamps.
     fn ticks(&self, stamps: &[Stamp]) -> Vec<f64> {
         let tick = |stamp: &Stamp| match (self.device_s, stamp.device_s) {
             (Some(first), Some(own)) => own - first,
@@ -143,7 +143,7 @@ impl EvenClock {
         self.device_s.is_none() || stamps.iter().all(|stamp| stamp.device_s.is_some())
     }
 
-    /// When samples with these stamps were taken, s since the scan's middle; `None` if this line does not determine it.
+    /// Sampling times of these stamps, s since the scan's middle. `None` if this line does not determine them.
     pub(super) fn times_s(&self, stamps: &[Stamp]) -> Vec<Option<f64>> {
         let unsure_s = self.unsure.as_ref().and_then(|unsure| unsure.first()).map(|first| first.received_s);
         let is_known = |stamp: &Stamp| {
@@ -154,14 +154,14 @@ impl EvenClock {
         self.ticks(stamps).into_iter().zip(stamps).map(time_s).collect()
     }
 
-    /// Variance of its rate by the stamps' noise.
+    /// Variance of its rate from the stamps' noise.
     pub(super) fn rate_variance(&self) -> f64 {
         let [a, b, c] = [self.information[(0, 0)], self.information[(0, 1)], self.information[(1, 1)]];
         let of_period = c - if a > 0.0 { b * b / a } else { 0.0 };
         self.sigma_s * self.sigma_s / of_period / (self.period_s * self.period_s)
     }
 
-    /// Moves the line by the stamps that are new among these, which rise.
+    /// Updates the line with the new ones among these rising stamps.
     pub(super) fn follow(&mut self, stamps: &[Stamp]) -> Moved {
         let new = &stamps[stamps.partition_point(|stamp| stamp.received_s <= self.until_s)..];
         let mut moved = Moved::default();
@@ -210,11 +210,11 @@ impl EvenClock {
         self.ticks(stamps).into_iter().zip(stamps).map(from).collect()
     }
 
-    /// How far these stamps are from the line, if that is no chance.
+    /// Distance of these stamps from the line, if significant.
     fn step_to(&self, stamps: &[Stamp]) -> Option<f64> {
         let about_s = self.about_s(stamps);
         let height_s = median(about_s.iter().copied())? - self.late_s;
-        // A step moves the quickest stamps as it moves the middle ones; delays in a row do not.
+        // A step moves the earliest stamps like the middle ones. Successive delays do not.
         let least_s = quantile(about_s.into_iter(), FLOOR)? - self.least_s;
         let count = stamps.len().min(INDEPENDENT) as f64;
         let limit_s = STEP_SIGMAS * (1.2533 * self.sigma_s / count.sqrt()).max(LEAST_STEP_S);
@@ -222,7 +222,7 @@ impl EvenClock {
         (stamps.len() >= FEWEST && is_step).then_some(height_s)
     }
 
-    /// Keeps the rate and what is known of it, and takes another phase.
+    /// Keeps the rate with its information, and starts a new phase.
     fn begin_anew(&mut self, stamps: &[Stamp], height_s: f64) {
         let tick = self.ticks(stamps)[0];
         self.phase_s += tick * self.period_s + height_s;
@@ -230,7 +230,7 @@ impl EvenClock {
         self.since_s = stamps[0].received_s;
         let [a, b, c] = [self.information[(0, 0)], self.information[(0, 1)], self.information[(1, 1)]];
         self.information = Matrix2::new(0.0, 0.0, 0.0, c - if a > 0.0 { b * b / a } else { 0.0 });
-        // A floor under both phases there is none: the new one is as far below its middle.
+        // No floor lies under both phases. The new one is as far below its middle.
         self.floor = None;
     }
 
@@ -260,13 +260,13 @@ impl EvenClock {
             return Moved::default();
         };
         [self.phase_s, self.period_s] = line;
-        // At time t was tick (t − phase) / period.
+        // At time t the tick was (t − phase) / period.
         let rate = (line[1] - before[1]) / before[1];
         Moved { shift_s: line[0] - before[0] - rate * before[0], rate, is_new: false }
     }
 }
 
-/// Of two stamps with one tick the first was delayed, if the tick before is nobody's, or the second came early.
+/// If two stamps share one tick, the first was delayed if the previous tick is free. Otherwise the second came early.
 fn set_apart(ticks: &mut [f64]) {
     for k in 1..ticks.len() {
         if ticks[k] > ticks[k - 1] {
@@ -299,7 +299,7 @@ impl Floor {
             self.hull.pop();
         }
         self.hull.push([tick, stamp_s]);
-        // So many corners has the hull of a clock that keeps slowing down; half of them are as good.
+        // Only a clock that keeps slowing down has this many corners. Half of them are sufficient.
         if self.hull.len() > MOST_CORNERS {
             let mut k = 0;
             self.hull.retain(|_| (k += 1, k % 2 == 1).1);

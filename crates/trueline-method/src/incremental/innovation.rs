@@ -1,29 +1,29 @@
-//! Whether new samples agree with those before.
+//! Tests whether new samples agree with earlier ones.
 
 use super::sums::Sums;
 use crate::problem::parameters::TIME_OFFSET;
 use nalgebra::{DMatrix, DVector};
 
-/// New samples that do not agree with those before.
+/// New samples that disagree with earlier ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Change {
-    /// Stamp of the first of them, or of the window that they are in, ns.
+    /// Stamp of the first of them, or of their window, ns.
     pub since_ns: i64,
-    /// How far the time offset has changed by them, s; 0 where too few of them fit at all.
+    /// Change of the time offset, s. 0 if too few of them fit.
     pub time_offset_s: f64,
-    /// Part of the seam points that fit, by their weights.
+    /// Fraction of the seam points that fit, by weight.
     pub fitting: f64,
 }
 
-/// A change of the offset that noise causes in one window of 1e11: a stream of a year has 1.6 million of 20 s.
+/// A change that noise causes in one window of 1e11. A stream of a year has 1.6 million windows of 20 s.
 const SIGMAS: f64 = 7.0;
-/// Where fewer fit than this, most samples of a window are outliers.
+/// Fraction of fitting samples below which most of a window are outliers.
 const LEAST_FITTING: f64 = 0.5;
-/// Fewer samples are not judged.
+/// Minimum samples for a test.
 const FEWEST: usize = 50;
 
-/// Innovation of a window of samples against all earlier ones: `covariance` is theirs, `step` their estimate from the state of the sums,
-/// `scale` how much larger the time offset's standard deviation is than by these sums.
+/// Innovation of a window of samples relative to all earlier ones. `covariance` is that of the earlier ones, `step` is their estimate from the state
+/// of the sums, and `scale` is the ratio of the time offset's standard deviation to that from these sums.
 pub(super) fn change(
     window: &Sums,
     since_ns: i64,

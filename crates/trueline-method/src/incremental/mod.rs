@@ -1,10 +1,10 @@
-//! A calibration of a stream that goes on: all samples at first, sums later.
+//! Calibration of a continuing stream: from all samples at first, then from sums.
 //!
-//! The first samples, and again whenever there are half as many more, are calibrated as a recording is. In between, and for
-//! ever once the stream is longer than what is kept, new samples are linearised where that calibration ended and added to the
-//! normal equations of all before: an update costs what is new, and memory is bounded. What the calibration decided (which stamps
-//! to believe, drift, a bias of the features, noise) holds until the next; that the new samples still agree is tested. An even clock
-//! behind the stamps is followed through all of them, and samples in the sums move with it.
+//! The first samples are calibrated like a recording, and again whenever their number has grown by half. In between, and always when the stream is
+//! longer than the kept part, new samples are linearised at the result of that calibration and added to the normal equations. The cost of an update
+//! is that of the new samples, and memory is bounded. The decisions of the calibration (stamps, drift, a bias of the features, noise) hold until the
+//! next one, and the agreement of new samples is tested. A regular clock behind the stamps is followed through all of them, and samples in the sums
+//! move with it.
 
 mod bias;
 mod block;

@@ -1,4 +1,4 @@
-//! All samples so far: a calibration, and the sums of what came after it.
+//! All samples so far: a calibration, and the sums of later samples.
 
 use super::bias::Bias;
 use super::block::{Block, Decisions};
@@ -11,9 +11,9 @@ use crate::problem::parameters::{LINES, Parameters};
 use nalgebra::{DMatrix, DVector};
 use trueline_dataset::Recording;
 
-/// A window whose samples are judged together, ns.
+/// A window of samples that are tested together, ns.
 const WINDOW_NS: i64 = 20_000_000_000;
-/// As a calibration judges a drift.
+/// Threshold of a drift, as in a calibration.
 const DRIFT_SIGMAS: f64 = 5.0;
 
 /// Estimate of a stream so far.
@@ -21,33 +21,33 @@ const DRIFT_SIGMAS: f64 = 5.0;
 pub struct Estimate {
     /// The unknowns.
     pub parameters: Parameters,
-    /// The random part of each one's standard deviation, SI; `None` where it is not observable.
+    /// The random part of each standard deviation, SI. `None` if unobservable.
     pub noise_sigma: Vec<Option<f64>>,
-    /// The drift that the stamps were freed of, ppm, and the stamp at which the time offset holds, ns.
+    /// The drift that was removed from the stamps, ppm, and the stamp at which the time offset holds, ns.
     pub drift: Option<(f64, i64)>,
-    /// New samples that do not agree with those before.
+    /// New samples that disagree with earlier ones.
     pub change: Option<Change>,
 }
 
-/// A calibration and what came after it.
+/// A calibration and the later samples.
 pub(super) struct Past {
     at: Parameters,
     decisions: Decisions,
     free: Vec<usize>,
-    /// Of samples that no clock moves any more.
+    /// Sums of samples that no clock moves any more.
     settled: Sums,
-    /// Of the calibration's samples and of what was known beforehand, whose gradient is zero, for it is an optimum; and what came.
+    /// Sums of the calibration's samples and of the prior, whose gradient is zero at its optimum, and of the later samples.
     sums: Sums,
     window: Sums,
     window_since_ns: i64,
-    /// Standard deviation by noise of the calibration over that of its sums.
+    /// Ratio of the calibration's standard deviations from noise to those from its sums.
     scale: Vec<Option<f64>>,
     bias: Option<Bias>,
     change: Option<Change>,
 }
 
 impl Past {
-    /// From a calibration of samples; `None` where it does not show all of time offset and hand-eye, or is of a curve.
+    /// From a calibration of samples. `None` if time offset or hand-eye are not fully observable, or the seam is a curve.
     pub(super) fn of(
         calibration: &Calibration,
         recording: &Recording,
@@ -102,17 +102,17 @@ impl Past {
         }))
     }
 
-    /// The time offset that samples are placed with, s.
+    /// The time offset used to place samples, s.
     pub(super) fn time_offset_s(&self) -> f64 {
         self.at.time_offset_s
     }
 
-    /// New samples that do not agree.
+    /// New samples that disagree.
     pub(super) fn change(&self) -> Option<Change> {
         self.change
     }
 
-    /// Adds the features of a recording after one stamp, the last of which has another; returns the number of linearised ones.
+    /// Adds the features of a recording after one stamp, up to another one. Returns the number of linearised features.
     pub(super) fn add(
         &mut self,
         recording: &Recording,
@@ -135,7 +135,7 @@ impl Past {
         Ok(new.count)
     }
 
-    /// Moves all samples of the clocks' phase with their lines, as new stamps move these.
+    /// Moves all samples of the clocks' phase with their lines when new stamps update these.
     fn follow_clocks(&mut self, recording: &Recording, last_ns: i64) {
         let moved = self.decisions.follow(recording);
         if moved.is_new {
@@ -165,7 +165,7 @@ impl Past {
         self.window_since_ns = last_ns;
     }
 
-    /// The step to the optimum of sums, and its covariance; with a drift where that is plain.
+    /// The step to the optimum of sums, and its covariance, with a drift if it is significant.
     fn solved(&self, sums: &Sums) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let drift = self.at.dimension();
         let solve = |free: &[usize]| {
@@ -182,7 +182,7 @@ impl Past {
         solve(&[self.free.as_slice(), &[drift]].concat()).filter(is_plain).or_else(|| solve(&self.free))
     }
 
-    /// Estimate from all samples; `None` where their sums cannot be solved.
+    /// Estimate from all samples. `None` if their sums have no solution.
     pub(super) fn estimate(&mut self) -> Option<Estimate> {
         let mut sums = self.all_before_window();
         sums.add(&self.window);

@@ -1,4 +1,4 @@
-//! Kept part of a stream, and the decision between a new calibration and an update.
+//! The kept part of a stream, and the choice between a new calibration and an update.
 
 use super::innovation::Change;
 use super::past::{Estimate, Past};
@@ -8,12 +8,12 @@ use crate::config::Config;
 use crate::error::Error;
 use trueline_dataset::{Feature, Recording, RobotSample};
 
-/// Kept part of a stream.
+/// The kept part of a stream.
 #[derive(Clone, Copy, Debug)]
 pub struct Extent {
-    /// Samples are kept this long, ns: so long a stream is calibrated anew now and then. Of what is older only sums are left.
+    /// Time for which samples are kept, ns. A stream of this length is recalibrated now and then. Older samples remain in sums only.
     pub kept_ns: i64,
-    /// New samples are placed on the path and the clocks of this long before them, ns.
+    /// New samples are placed with the path and the clocks of this time before them, ns.
     pub context_ns: i64,
 }
 
@@ -26,15 +26,15 @@ impl Default for Extent {
 /// State so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
-    /// Calibrations of all that was kept.
+    /// Number of calibrations of all kept samples.
     pub calibrations: usize,
-    /// Seam points that these were of, in all.
+    /// Total seam points in them.
     pub calibrated: usize,
     /// Seam points that were linearised and added.
     pub added: usize,
 }
 
-/// A calibration of a stream that goes on.
+/// A calibration of a continuing stream.
 pub struct Incremental {
     config: Config,
     extent: Extent,
@@ -43,26 +43,26 @@ pub struct Incremental {
     past: Option<Past>,
     /// Seam points of the last calibration.
     calibrated: usize,
-    /// Stamp of the last seam point that is in the estimate, ns.
+    /// Stamp of the last seam point in the estimate, ns.
     until_ns: i64,
-    /// Whether samples that are in the estimate are kept no more.
+    /// Whether samples in the estimate were dropped.
     has_dropped: bool,
-    /// Whether there are samples in the estimate that came after the last calibration.
+    /// Whether the estimate contains samples after the last calibration.
     is_ahead: bool,
     seam_points: usize,
     work: Work,
 }
 
-/// At this multiple of the samples all are calibrated anew: in total three times the cost of one calibration.
+/// Growth of the number of samples that triggers a calibration. The total cost is three times that of one calibration.
 const GROWTH: f64 = 1.5;
-/// The same while the scan does not show everything, or disagrees with itself.
+/// The same while part of the unknowns is unobservable, or the scan disagrees with itself.
 const GROWTH_UNSETTLED: f64 = 1.1;
-/// Frames that were overtaken, and poses that are still to come, are waited for, ns.
+/// Waiting time for delayed frames and poses, ns.
 const WAIT_NS: i64 = 500_000_000;
 
 impl Incremental {
-    /// An empty stream: `empty` describes the sensor. Its sums include noise alone, so only the calibration of the whole scan includes
-    /// form and edge of the seam.
+    /// An empty stream. `empty` describes the sensor. Its sums include noise alone. Only the calibration of the whole scan includes form and edge of
+    /// the seam.
     #[must_use]
     pub fn new(empty: Recording, config: Config, extent: Extent) -> Self {
         let config = Config { edge_radius_m: Some(0.0), waviness_m: Some(0.0), ..config };
@@ -81,10 +81,10 @@ impl Incremental {
         }
     }
 
-    /// Takes samples over; they may have overtaken each other.
+    /// Adds samples, which may be out of order.
     pub fn add(&mut self, mut robot: Vec<RobotSample>, mut features: Vec<Feature>) {
         let until_ns = self.until_ns;
-        // What comes later than that cannot be added any more.
+        // Later samples cannot be added any more.
         features.retain(|feature| feature.stamp_ns > until_ns);
         self.seam_points += features.len();
         self.kept.robot.append(&mut robot);
@@ -93,7 +93,7 @@ impl Incremental {
         self.kept.features.sort_by_key(|feature| feature.stamp_ns);
     }
 
-    /// Seam points that came.
+    /// Number of seam points received.
     #[must_use]
     pub fn seam_points(&self) -> usize {
         self.seam_points
@@ -111,13 +111,13 @@ impl Incremental {
         [self.kept.robot.len(), self.kept.features.len()]
     }
 
-    /// The last calibration of all that was kept.
+    /// The last calibration of all kept samples.
     #[must_use]
     pub fn calibration(&self) -> Option<&Calibration> {
         self.calibration.as_ref()
     }
 
-    /// New samples that do not agree with those before.
+    /// New samples that disagree with earlier ones.
     #[must_use]
     pub fn change(&self) -> Option<Change> {
         self.past.as_ref().and_then(Past::change)
@@ -129,16 +129,16 @@ impl Incremental {
         self.is_ahead
     }
 
-    /// Estimate from all samples; `None` while it is incomplete: then the last calibration names what is missing.
+    /// Estimate from all samples. `None` if it is incomplete. The last calibration then reports the missing parts.
     #[must_use]
     pub fn estimate(&mut self) -> Option<Estimate> {
         self.past.as_mut()?.estimate()
     }
 
-    /// Takes what came into the estimate.
+    /// Updates the estimate with the received samples.
     ///
     /// # Errors
-    /// As [`calibrate`](crate::calibrate()), and where new samples cannot be placed; they are tried again the next time.
+    /// Those of [`calibrate`](crate::calibrate()), and new samples that cannot be placed. They are tried again the next time.
     pub fn update(&mut self) -> Result<(), Error> {
         let Some(settled_ns) = self.settled_ns() else { return Ok(()) };
         let ready = self.kept.features.partition_point(|feature| feature.stamp_ns <= settled_ns);
@@ -154,10 +154,10 @@ impl Incremental {
         outcome
     }
 
-    /// Calibrates all samples at the end of a stream, if they are all kept; else takes the last into the sums.
+    /// Calibrates all samples at the end of a stream, if they are all kept. Otherwise adds the last ones to the sums.
     ///
     /// # Errors
-    /// As [`Incremental::update`].
+    /// Those of [`Incremental::update`].
     pub fn finish(&mut self) -> Result<(), Error> {
         let all = self.kept.features.len();
         if self.has_dropped && self.past.is_some() { self.add_ready(all) } else { self.calibrate(all) }
@@ -168,7 +168,7 @@ impl Incremental {
         if is_settled { GROWTH } else { GROWTH_UNSETTLED }
     }
 
-    /// Up to which stamp all has come that will come, ns.
+    /// The stamp up to which all samples have arrived, ns.
     fn settled_ns(&self) -> Option<i64> {
         let last_ns = self.kept.features.last()?.stamp_ns;
         let robot_ns = self.kept.robot.last()?.stamp_ns;
@@ -189,7 +189,7 @@ impl Incremental {
         let last = self.kept.features.last().map(|feature| feature.stamp_ns);
         self.kept.features.extend(later);
         self.is_ahead = false;
-        // What was known of fewer samples does not outlive a refusal of all.
+        // A refusal of all samples invalidates the result from fewer.
         (self.calibration, self.past) = (None, None);
         let (calibration, past) = outcome?;
         (self.calibration, self.past) = (Some(calibration), past);
@@ -219,7 +219,7 @@ impl Incremental {
         Ok(())
     }
 
-    /// Drops what is in the sums once the stream is longer than what is kept; where there are no sums, the older half.
+    /// Drops samples in the sums when the stream is longer than the kept part. Without sums, drops the older half.
     fn forget(&mut self) {
         let Some(last_ns) = self.kept.robot.last().map(|sample| sample.stamp_ns) else { return };
         let Some(first_ns) = self.kept.robot.first().map(|sample| sample.stamp_ns) else { return };
@@ -228,7 +228,7 @@ impl Incremental {
         }
         let oldest_ns = if self.past.is_some() {
             self.has_dropped = true;
-            // What cannot be placed for so long is given up.
+            // Samples that could not be placed for this long are discarded.
             (self.until_ns - 2 * self.extent.context_ns).max(last_ns - self.extent.kept_ns)
         } else {
             self.calibrated = 0;

@@ -1,23 +1,23 @@
-//! Normal equations of samples that need not be kept.
+//! Normal equations of samples that are not kept.
 
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{Parameters, TIME_OFFSET};
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
-/// What a drift is counted in: parts per million.
+/// Unit of a drift: parts per million.
 const PPM: f64 = 1e-6;
 
 /// Newton's sums over samples at one state. Their last unknown is a drift of the time offset, ppm: a column (t − t₀) ∂r/∂t_d.
 ///
-/// The Hessian is that of the robust cost itself, Jᵀ(ρ′ + 2ρ″ r rᵀ)J, not the re-weighted one: a step with these sums is not
-/// repeated, so that it must not fall short.
+/// The Hessian is that of the robust cost, Jᵀ(ρ′ + 2ρ″ r rᵀ)J, and not the re-weighted one. A step with these sums is not repeated and must not be
+/// too short.
 #[derive(Clone, Debug)]
 pub(super) struct Sums {
     /// Hessian of the cost.
     pub(super) hessian: DMatrix<f64>,
     /// Its gradient.
     pub(super) gradient: DVector<f64>,
-    /// Samples that were added.
+    /// Number of samples added.
     pub(super) count: usize,
     /// Their weights, summed.
     pub(super) weight: f64,
@@ -42,15 +42,15 @@ impl Sums {
         self.weight += other.weight;
     }
 
-    /// Moves the stamps of all samples that were added: by so much, and at this rate about the stamp of the drift.
+    /// Moves the stamps of all added samples by a shift, and at a rate about the stamp of the drift.
     pub(super) fn move_stamps(&mut self, shift_s: f64, rate: f64) {
         let drift = self.gradient.len() - 1;
         let moved = self.hessian.column(TIME_OFFSET) * shift_s + self.hessian.column(drift) * (rate / PPM);
-        // An exposure is at its stamp less the time offset.
+        // The exposure time is the stamp minus the time offset.
         self.gradient -= moved;
     }
 
-    /// Adds all samples of a problem; the drift turns about the stamp `about_s` of its observations.
+    /// Adds all samples of a problem. The drift is zero at the stamp `about_s` of its observations.
     pub(super) fn add_problem(&mut self, problem: &LineProblem<'_>, at: &Parameters, about_s: f64) {
         let drift = self.gradient.len() - 1;
         for pair in problem.selected() {
@@ -77,7 +77,7 @@ impl Sums {
     }
 }
 
-/// The inverse of a Hessian over the unknowns in `free`; zero elsewhere, `None` if it is not positive definite.
+/// The inverse of a Hessian over the unknowns in `free`, and zero elsewhere. `None` if it is not positive definite.
 pub(super) fn inverse(hessian: &DMatrix<f64>, free: &[usize]) -> Option<DMatrix<f64>> {
     let scale: Vec<f64> = free.iter().map(|k| hessian[(*k, *k)].sqrt().recip()).collect();
     let scaled =
@@ -92,7 +92,7 @@ pub(super) fn inverse(hessian: &DMatrix<f64>, free: &[usize]) -> Option<DMatrix<
     all.iter().all(|x| x.is_finite()).then_some(all)
 }
 
-/// A root C½ of a covariance, C = C½ C½ᵀ; unknowns that are held have rows and columns of zeros.
+/// A root C½ of a covariance, C = C½ C½ᵀ. Held unknowns have zero rows and columns.
 pub(super) fn root(covariance: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let scale = covariance.diagonal().map(f64::sqrt);
     let held = |k: usize| scale[k] == 0.0;

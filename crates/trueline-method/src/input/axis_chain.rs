@@ -1,13 +1,13 @@
-//! The external axes of a cell as links of the chain from the lines to what carries the sensor.
+//! The external axes of a cell as links of the chain from the lines to the sensor's carrier.
 //!
-//! With axes A that carry the part, B that carry the robot and C that carry the sensor, each list from the base outward,
+//! With axes A that carry the part, B that carry the robot and C that carry the sensor, each listed from the base outward,
 //!
 //! ```text
 //! lines_from_carrier(t) = (A₁ … Aₙ)⁻¹ B₁ … Bₘ base_from_tool(t) C₁ … Cₗ,
 //! ```
 //!
-//! and where the sensor stands beside the robot, `(A₁ … Aₙ)⁻¹ tool_from_base(t) (B₁ … Bₘ)⁻¹ C₁ … Cₗ`: then A are on the tool and B, C in base.
-//! Axes that the controller's poses contain already are taken out as the controller has them, and put in as they are.
+//! and for a sensor that stands beside the robot, `(A₁ … Aₙ)⁻¹ tool_from_base(t) (B₁ … Bₘ)⁻¹ C₁ … Cₗ`: then A are on the tool and B, C in base. Axes
+//! that the controller's poses already contain are removed with the controller's values, and inserted with the estimated ones.
 
 use crate::error::Error;
 use crate::input::clock_model::{self, Ticks};
@@ -18,7 +18,7 @@ use trueline_dataset::{AxisRecord, Carries, Recording};
 use trueline_geometry::axis::AXIS;
 use trueline_geometry::{Axis, Pose};
 
-/// Times that differ by less are one, s: stamps count nanoseconds.
+/// Times closer than this are equal, s: stamps count nanoseconds.
 const ROUNDING_S: f64 = 1e-9;
 
 /// Values of an axis over time since the start of the recording.
@@ -29,13 +29,13 @@ pub(crate) struct Values {
 }
 
 impl Values {
-    /// Of a record; evenly taken values are dated by their even clock.
+    /// From a record. Values at regular intervals get the times of their regular clock.
     fn of(record: &AxisRecord, origin_ns: i64) -> Self {
         let mut times_s = Vec::with_capacity(record.values.len());
         let mut values = Vec::with_capacity(record.values.len());
         for value in &record.values {
             let time_s = (value.stamp_ns - origin_ns) as f64 * 1e-9;
-            // Of several values with one stamp the last counts.
+            // If several values have one stamp, the last is used.
             if times_s.last().is_some_and(|last| *last >= time_s) {
                 values.pop();
                 times_s.pop();
@@ -49,7 +49,7 @@ impl Values {
         Self { times_s, values }
     }
 
-    /// Value and rate at a time, s, by cubic pieces through the values; `None` beyond the first and the last.
+    /// Value and rate at a time, s, from cubic pieces through the values. `None` before the first and after the last.
     #[must_use]
     pub(crate) fn at(&self, time_s: f64) -> Option<(f64, f64)> {
         let next = self.times_s.partition_point(|t| *t <= time_s);
@@ -84,22 +84,22 @@ impl Values {
 /// An axis in the chain.
 #[derive(Clone, Debug)]
 pub(crate) struct Link {
-    /// Where it is.
+    /// Its place and direction.
     pub axis: Axis,
-    /// What it moves.
+    /// The carried part.
     pub carries: Carries,
-    /// As the controller has it, where its poses contain it.
+    /// The controller's own axis, if its poses contain it.
     pub in_pose: Option<Axis>,
-    /// Whether it moves while something is read, or its place is known. Of one that does neither, everything is where it would be with it at zero.
+    /// Whether it moves during readings, or its place is known. Otherwise it is treated as standing at zero.
     moves: bool,
     /// Its values.
     pub values: Arc<Values>,
-    /// Whether nothing shows its time offset, so that it is not estimated.
+    /// Whether its time offset is unobservable and therefore not estimated.
     pub holds_time_offset: bool,
 }
 
 impl Link {
-    /// What it does at a time, s, and how fast its value changes.
+    /// Its motion at a time, s, and the rate of its value.
     fn moved(&self, axis: &Axis, time_s: f64) -> Option<Pose> {
         if !self.moves {
             return Some(Pose::identity());
@@ -117,38 +117,38 @@ pub(crate) struct AxisChain {
     mounted: Mounted,
 }
 
-/// A link on its way from the lines to the sensor.
+/// A link in the chain from the lines to the sensor.
 struct Factor<'a> {
     number: usize,
     link: &'a Link,
-    /// Whether the inverse of its motion stands there.
+    /// Whether the inverse of its motion is used.
     is_inverse: bool,
 }
 
 impl Factor<'_> {
-    /// What stands there at a time, s.
+    /// Its motion at a time, s.
     fn motion(&self, time_s: f64) -> Option<Pose> {
         let moved = self.link.moved(&self.link.axis, time_s)?;
         Some(if self.is_inverse { moved.inverse() } else { moved })
     }
 }
 
-/// What stands around the motion of one link.
+/// The motions before and behind one link.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Around {
     /// From the lines to the link.
     pub before: Pose,
-    /// From the link to what carries the sensor.
+    /// From the link to the sensor's carrier.
     pub behind: Pose,
-    /// Its value, negative where the inverse of its motion stands there.
+    /// Its value, negative if the inverse of its motion is used.
     pub value: f64,
 }
 
 impl AxisChain {
-    /// The axes of a recording where they are known to be; `None` if there are none.
+    /// The known axes of a recording. `None` if there are none.
     ///
     /// # Errors
-    /// An axis that moves and is not known.
+    /// An axis that moves and is unknown.
     pub(crate) fn of(recording: &Recording) -> Result<Option<Self>, Error> {
         if recording.axes.is_empty() {
             return Ok(None);
@@ -174,7 +174,7 @@ impl AxisChain {
         Ok(Some(Self { links: links?, mounted: recording.setup.mounted }))
     }
 
-    /// The factors before the robot's pose and behind it.
+    /// The factors before and behind the robot's pose.
     fn factors(&self) -> [Vec<Factor<'_>>; 2] {
         let of = |carries: Carries, is_inverse: bool| {
             let links = self.links.iter().enumerate().filter(move |(_, link)| link.carries == carries);
@@ -194,7 +194,7 @@ impl AxisChain {
         [before, behind]
     }
 
-    /// What the controller's poses contain, before them and behind them.
+    /// The motions that the controller's poses contain, before and behind the robot.
     fn taken_out(&self, time_s: f64) -> Option<[Pose; 2]> {
         let mut sides = [Pose::identity(); 2];
         for (side, factors) in sides.iter_mut().zip(self.factors()) {
@@ -207,7 +207,7 @@ impl AxisChain {
         Some(sides)
     }
 
-    /// The pose of what carries the sensor in the frame of the lines, of that without the axes at a time, s; `None` where an axis has no value.
+    /// The pose of the sensor's carrier in the frame of the lines, from its pose without the axes at a time, s. `None` if an axis has no value.
     #[must_use]
     pub(crate) fn lines_from_carrier(&self, without_axes: &Pose, time_s: f64) -> Option<Pose> {
         let [contained_before, contained_behind] = self.taken_out(time_s)?;
@@ -221,7 +221,7 @@ impl AxisChain {
         Some(product(before)? * robot * product(behind)?)
     }
 
-    /// What stands before the motion of one link and what behind it, with its value at a time, s, of the sign with which it stands there.
+    /// The motions before and behind one link, with its signed value at a time, s.
     #[must_use]
     pub(crate) fn around(&self, number: usize, without_axes: &Pose, time_s: f64) -> Option<Around> {
         let [contained_before, contained_behind] = self.taken_out(time_s)?;
@@ -229,7 +229,7 @@ impl AxisChain {
         let [before, behind] = self.factors();
         let mut sides = [Pose::identity(); 2];
         let (mut side, mut value) = (0, 0.0);
-        // The robot's pose stands between the two.
+        // The robot's pose is between the two.
         for factor in before.iter().map(Some).chain([None]).chain(behind.iter().map(Some)) {
             let Some(factor) = factor else {
                 sides[side] *= robot;
@@ -246,8 +246,8 @@ impl AxisChain {
         Some(Around { before, behind, value })
     }
 
-    /// How a point that the sensor measures moves in the frame of the lines with the numbers of each axis, 3 × 6 a link; `lines_from_carrier` is the
-    /// pose with the axes at that time, s, and `point` the measured point, m.
+    /// Jacobian of a measured point in the frame of the lines by the numbers of each axis, 3 × 6 a link. `lines_from_carrier` is the pose with the
+    /// axes at that time, s, and `point` the measured point, m.
     #[must_use]
     pub(crate) fn d_point(
         &self,
@@ -261,7 +261,7 @@ impl AxisChain {
         for factor in before {
             prefix = self.one_d_point(&mut by, prefix, &factor, point, time_s)?;
         }
-        // Behind the robot's pose the prefix is what the whole leaves of the links that follow.
+        // Behind the robot's pose the prefix is the whole chain without the following links.
         let after = behind
             .iter()
             .try_fold(Pose::identity(), |product, factor| Some(product * factor.motion(time_s)?))?;
@@ -366,7 +366,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_around_a_link_makes_the_whole_with_it() {
+    fn a_link_and_its_surroundings_make_the_whole_chain() {
         for chain in [Mounted::Tool, Mounted::Fixed].map(chain) {
             let whole = chain.lines_from_carrier(&pose(), TIME_S).unwrap();
             for (k, link) in chain.links.iter().enumerate() {
@@ -378,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_controller_has_right_changes_nothing() {
+    fn a_correct_controller_axis_changes_nothing() {
         let mut chain = chain(Mounted::Tool);
         for link in &mut chain.links {
             link.in_pose = Some(link.axis);

@@ -1,4 +1,4 @@
-//! A camera and its laser plane as they are calibrated, and how each of their numbers moves what they measure.
+//! A calibrated camera with its laser plane, and the derivatives of its measured points by each parameter.
 
 use crate::thinning::stride;
 use nalgebra::{DMatrix, Matrix3, SMatrix, Unit, Vector2, Vector3};
@@ -7,10 +7,10 @@ use trueline_dataset::{Measured, Recording};
 use trueline_geometry::Plane;
 use trueline_model::{Camera, LaserSheet};
 
-/// Points of the scan over which displacements are compared.
+/// Points of the scan at which displacements are compared.
 const COMPARED_POINTS: usize = 60;
 
-/// A camera and its laser plane as they are calibrated.
+/// A calibrated camera with its laser plane.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CameraSensor {
     /// The camera.
@@ -20,7 +20,7 @@ pub(crate) struct CameraSensor {
 }
 
 impl CameraSensor {
-    /// Some pixels of a recording that meet the laser plane.
+    /// Some pixels of a recording whose rays meet the laser plane.
     #[must_use]
     pub(crate) fn sample(&self, recording: &Recording) -> Vec<Vector2<f64>> {
         let every = stride(recording.features.len(), COMPARED_POINTS);
@@ -66,14 +66,14 @@ impl CameraSensor {
         Some((order, DMatrix::from_diagonal(&variances)))
     }
 
-    /// Where a pixel meets the laser plane, camera frame, m.
+    /// Intersection of a pixel's ray with the laser plane, camera frame, m.
     #[must_use]
     pub(crate) fn point(&self, pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
         let (ray, _) = self.camera.ray(pixel).ok()?;
         Some(LaserSheet::from_plane(self.plane).intersect(&ray)?.0)
     }
 
-    /// The sensor with one parameter off by so much.
+    /// The sensor with one parameter changed by this amount.
     #[must_use]
     pub(crate) fn moved(&self, parameter: SensorParameter, by: f64) -> Option<Self> {
         let (mut camera, mut plane) = (self.camera, self.plane);
@@ -104,12 +104,12 @@ impl CameraSensor {
         Some(Self { camera, plane })
     }
 
-    /// How each parameter moves each point, by central differences: 3N × parameters.
+    /// Displacement of each point by each parameter, by central differences: 3N × parameters.
     #[must_use]
     pub(crate) fn fields(&self, order: &[SensorParameter], pixels: &[Vector2<f64>]) -> Option<DMatrix<f64>> {
         let mut fields = DMatrix::zeros(3 * pixels.len(), order.len());
         for (column, &parameter) in order.iter().enumerate() {
-            // Pixels by thousandths; angles, metres and coefficients by millionths: rounding stays below 1e-9.
+            // Steps: thousandths of a pixel; millionths of angles, metres and coefficients. Rounding stays below 1e-9.
             let step = match parameter {
                 SensorParameter::Fx | SensorParameter::Fy | SensorParameter::Cx | SensorParameter::Cy => 1e-3,
                 _ => 1e-6,
@@ -124,7 +124,7 @@ impl CameraSensor {
     }
 }
 
-/// How a rigid motion (rotation, translation) and the shape move points of the sheet: 3N × 11.
+/// Displacement of points of the sheet by a rigid motion (rotation, translation) and by the shape: 3N × 11.
 #[must_use]
 pub(crate) fn rigid_and_shape(
     sheet: &LaserSheet,

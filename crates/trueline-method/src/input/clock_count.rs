@@ -1,10 +1,10 @@
-//! Ticks of a source between its stamps: how many periods lie between one sample and the next.
+//! Ticks of a source between its stamps: the number of periods between samples.
 
 use crate::order_statistics::{median, quantile};
 
-/// Steps that differ by less than this part are of as many periods.
+/// Steps that differ by less than this fraction have the same number of periods.
 const ALIKE: f64 = 1.0 / 3.0;
-/// Of a stream that lost more than half of its samples most steps are several periods; this part of them is one at most.
+/// If more than half of the samples are lost, most steps are several periods. At least this fraction is assumed to be one period.
 const SHORT_STEPS: f64 = 0.1;
 
 /// Number of samples missing between the first and the last: periods without a stamp.
@@ -14,17 +14,17 @@ pub fn missing(stamps_s: &[f64], period_s: f64) -> usize {
     (((last - first) / period_s).round() as usize + 1).saturating_sub(stamps_s.len())
 }
 
-/// Time between neighbours.
+/// Steps between neighbours.
 pub(crate) fn steps_of(values: &[f64]) -> impl Iterator<Item = f64> + '_ {
     values.windows(2).map(|w| w[1] - w[0])
 }
 
-/// Which step between stamps is one period.
+/// The step between stamps that is one period.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PeriodIs {
-    /// The usual one.
+    /// The usual step.
     UsualStep,
-    /// A short one: most samples are lost.
+    /// A short step, if most samples are lost.
     ShortStep,
 }
 
@@ -35,12 +35,12 @@ pub(crate) fn counted(stamps_s: &[f64], period_is: PeriodIs) -> Option<Vec<f64>>
         PeriodIs::UsualStep => median(steps())?,
         PeriodIs::ShortStep => quantile(steps(), SHORT_STEPS)?,
     };
-    // Where many steps are twice as long, the median of all lies at the upper end of the single ones.
+    // If many steps are twice as long, the median of all is at the upper end of the single ones.
     let alike = median(steps().filter(|d| (d / about_s - 1.0).abs() < ALIKE))?;
     counted_periods(stamps_s, alike)
 }
 
-/// A counter that starts again at a power of two goes on.
+/// Unwraps a counter that restarts at a power of two.
 pub(crate) fn unwrapped(counter: &[u64]) -> Vec<u64> {
     let mut carry = 0;
     let mut last = 0;
@@ -54,11 +54,11 @@ pub(crate) fn unwrapped(counter: &[u64]) -> Vec<u64> {
     counter.iter().map(next).collect()
 }
 
-/// Number of periods since the first stamp, of which one is about as long as `step_s`.
+/// Number of periods since the first stamp. One period is about `step_s`.
 fn counted_periods(stamps_s: &[f64], step_s: f64) -> Option<Vec<f64>> {
     let mut period = step_s;
     let mut ticks = tracked(stamps_s, period);
-    // A median of steps is some percent off at worst; slopes over many periods are not.
+    // A median of steps is off by some percent at worst. Slopes over many periods are accurate.
     for _ in 0..2 {
         period = slope(stamps_s, &ticks)?;
         ticks = tracked(stamps_s, period);
@@ -67,27 +67,27 @@ fn counted_periods(stamps_s: &[f64], step_s: f64) -> Option<Vec<f64>> {
     Some(ticks)
 }
 
-/// A sample that was delayed beyond the next one's tick has that tick: it belongs to the one before.
+/// A sample delayed beyond the next one's tick shares that tick. It is moved to the previous one.
 fn set_apart(ticks: &mut [f64]) {
     for k in (1..ticks.len()).rev() {
         ticks[k - 1] = ticks[k - 1].min(ticks[k] - 1.0);
     }
 }
 
-/// Ticks of stamps that are late and never early: each is of the last tick before it that no later stamp needs. Rounding instead takes a
-/// sample that is late by more than half a period before a lost one for the lost one, half a period early.
+/// Ticks of stamps that are late and never early. Each stamp gets the last tick before it that no later stamp needs. Rounding would fail for a
+/// sample that is late by more than half a period before a lost one: it would get the lost tick, half a period early.
 pub(crate) fn counted_back(stamps_s: &[f64], earliest_s: f64, period_s: f64) -> Vec<f64> {
     let mut ticks: Vec<f64> = stamps_s.iter().map(|s| ((s - earliest_s) / period_s).floor()).collect();
     set_apart(&mut ticks);
     ticks
 }
 
-/// Part of a stamp's deviation that the tracked phase follows.
+/// Fraction of a stamp's deviation that the tracked phase follows.
 const TRACKING: f64 = 0.1;
-/// A deviation beyond this part of a period is a delay, not a change of phase.
+/// A deviation beyond this fraction of a period is a delay, not a phase change.
 const TRACKED_PART: f64 = 0.2;
 
-/// Periods counted against a phase that follows the stamps slowly, so that one delay miscounts nothing.
+/// Counts periods against a phase that follows the stamps slowly, so that one delay causes no miscount.
 fn tracked(stamps_s: &[f64], period: f64) -> Vec<f64> {
     let mut tick = 0.0;
     let mut expected = stamps_s.first().copied().unwrap_or(0.0);
@@ -101,7 +101,7 @@ fn tracked(stamps_s: &[f64], period: f64) -> Vec<f64> {
     stamps_s.iter().map(count).collect()
 }
 
-/// Median slope over an eighth of the samples: neither delays nor a few steps of the clock matter.
+/// Median slope over an eighth of the samples. It is robust against delays and a few clock steps.
 pub(crate) fn slope(stamps_s: &[f64], ticks: &[f64]) -> Option<f64> {
     let reach = (stamps_s.len() / 8).clamp(1, 500);
     let slopes = stamps_s.windows(reach + 1).zip(ticks.windows(reach + 1)).filter_map(|(s, t)| {

@@ -1,10 +1,9 @@
-//! The clock behind a stream's receive stamps.
+//! Estimates the sampling clock from a stream's receive stamps.
 //!
-//! A camera or a controller samples periodically, but its samples are stamped on arrival: by a clock that
-//! is right on average and by a transport that is not always equally quick. The times of sampling are found
-//! again by fitting receive stamps against what ticked evenly at the source: its own device stamps or a
-//! counter where they are recorded, else the number of periods since the start. Recorded stamps are kept.
-//! The fitted ones are used where the stamps are late to one side or rounded, else where the data bear them out.
+//! A camera or a controller samples periodically, but its samples are stamped on arrival. The receiving clock is correct on average, and the
+//! transport has a variable delay. The sampling times are recovered by fitting receive stamps to the source's regular tick: its own device stamps or
+//! a counter if recorded, else the number of periods since the start. Recorded stamps are kept. Fitted ones are used if the stamps are late on one
+//! side or rounded, or else if the data confirm them.
 
 use crate::input::clock_count::{self, PeriodIs, steps_of, unwrapped};
 use crate::input::clock_line::{self, along_lower_hull, through_middle};
@@ -22,23 +21,23 @@ pub enum Ticks<'a> {
     Device(&'a [f64]),
     /// A counter of samples.
     Counter(&'a [u64]),
-    /// Nothing was recorded: periods are counted between the stamps.
+    /// Nothing else was recorded. Periods are counted between the stamps.
     Counted,
 }
 
-/// Fewest stamps that show a period.
+/// Minimum stamps to find a period.
 const MIN_STAMPS: usize = 20;
-/// More jitter than this part of the period, and periods cannot be counted.
+/// Jitter above this fraction of the period makes counting impossible.
 const JITTER_LIMIT: f64 = 0.3;
-/// The same of a clock that wanders: samples triggered at will scatter by 0.26 of their mean period about the best such clock.
+/// The same for a wandering clock. Samples triggered at random scatter by 0.26 of their mean period about the best such clock.
 const WANDERING_JITTER_LIMIT: f64 = 0.1;
-/// White jitter scatters about the grid as the steps between stamps predict; an irregular source scatters more.
+/// White jitter scatters about the grid as predicted from the steps between stamps. An irregular source scatters more.
 const WANDER_LIMIT: f64 = 1.5;
-/// Ticks of which fewer than one in this many left a stamp are only what stamps are rounded to.
+/// If fewer than one tick in this many left a stamp, the ticks are only the rounding of the stamps.
 const MOST_TICKS: f64 = 4.0;
 
-/// Fits the clock behind `stamps_s` (rising, one for each sample); `None` if they do not come from an even
-/// tick: too few, jitter too large to count periods, or steps that add up to a walk.
+/// Fits the clock to `stamps_s` (rising, one for each sample). `None` if they do not come from a regular tick: too few stamps, jitter too large to
+/// count periods, or steps that add up to a random walk.
 #[must_use]
 pub fn fit(stamps_s: &[f64], ticks: Ticks<'_>) -> Option<StreamClock> {
     if stamps_s.len() < MIN_STAMPS {
@@ -53,7 +52,7 @@ pub fn fit(stamps_s: &[f64], ticks: Ticks<'_>) -> Option<StreamClock> {
             clock.period_s *= median(steps_of(device))?;
             Some(clock)
         }
-        // What is called a counter may be a mere row number that knows nothing of lost samples.
+        // A counter may be a mere row number that ignores lost samples.
         Ticks::Counter(counter) => {
             let unwrapped: Vec<f64> = unwrapped(counter).iter().map(|n| *n as f64).collect();
             let by_counter = fit_ticks(stamps_s, &unwrapped, Index::Known);
@@ -65,7 +64,7 @@ pub fn fit(stamps_s: &[f64], ticks: Ticks<'_>) -> Option<StreamClock> {
     }
 }
 
-/// The clock whose ticks are counted in the usual step between stamps, or in a short one.
+/// The clock with ticks counted in the usual step between stamps, or in a short one.
 fn by_counting(stamps_s: &[f64]) -> Option<StreamClock> {
     let by = |period_is| fit_ticks(stamps_s, &clock_count::counted(stamps_s, period_is)?, Index::Counted);
     by(PeriodIs::UsualStep).or_else(|| {
@@ -77,16 +76,16 @@ fn by_counting(stamps_s: &[f64]) -> Option<StreamClock> {
     })
 }
 
-/// How the ticks are known.
+/// Origin of the ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Index {
-    /// The source stated them.
+    /// From the source.
     Known,
-    /// They were counted between the stamps.
+    /// Counted between the stamps.
     Counted,
 }
 
-/// The affine fit; the period is that of one tick.
+/// The affine fit. The period is that of one tick.
 fn fit_ticks(stamps_s: &[f64], ticks: &[f64], index: Index) -> Option<StreamClock> {
     if ticks.windows(2).any(|w| w[1] <= w[0]) {
         return None;
@@ -94,7 +93,7 @@ fn fit_ticks(stamps_s: &[f64], ticks: &[f64], index: Index) -> Option<StreamCloc
     let rough_period = clock_count::slope(stamps_s, ticks)?;
     let usual_ticks = median(steps_of(ticks))?;
     let detrended: Vec<f64> = stamps_s.iter().zip(ticks).map(|(s, t)| s - t * rough_period).collect();
-    // Rounding moves stamps of a period of whole grains all alike for a while: their steps do not show it.
+    // If a period is a multiple of the rounding, rounding shifts neighbouring stamps equally and is not visible in their steps.
     let rounding = rounding_sigma_s(stamps_s);
     let white = clock_line::white_jitter(stamps_s, ticks, rough_period).max(rounding);
     let is_even = |clock: &StreamClock| {
@@ -108,7 +107,7 @@ fn fit_ticks(stamps_s: &[f64], ticks: &[f64], index: Index) -> Option<StreamCloc
         let residuals: Vec<f64> = stamps_s.iter().zip(ticks).map(|(s, t)| s - t * period_s).collect();
         let floor = EarlyEdge::of(&residuals).filter(|_| edges.len() == 2 && rounding == 0.0);
         let on_floor = floor.and_then(|edge| on_floor(stamps_s, ticks, edge, period_s, index));
-        // A sharp early edge is that of an even clock, however much its packets are held up.
+        // A sharp early edge belongs to a regular clock, however much its packets are delayed.
         on_floor.filter(is_even).or_else(|| {
             let clock = through_middle(stamps_s, ticks, &residuals, edges, period_s);
             let clock = clock_wander::followed(&clock, stamps_s, white, rounding).unwrap_or(clock);
@@ -116,12 +115,12 @@ fn fit_ticks(stamps_s: &[f64], ticks: &[f64], index: Index) -> Option<StreamCloc
         })
     };
     let edges = clock_line::piece_edges(&detrended, white);
-    // A clock that wanders fast looks like one of many steps, which do not make it even.
+    // A fast-wandering clock looks like many steps, and these do not make it regular.
     let clock = in_pieces(&edges).or_else(|| in_pieces(&[0, stamps_s.len()]).filter(|_| edges.len() > 2))?;
     Some(with_lateness(clock, stamps_s))
 }
 
-/// The clock along the earliest stamps, where these are sharply bounded.
+/// The clock along the earliest stamps, if these have a sharp edge.
 fn on_floor(
     stamps_s: &[f64],
     ticks: &[f64],
@@ -134,7 +133,7 @@ fn on_floor(
         Index::Known => along_lower_hull(stamps_s, ticks, period_s, earliest_s),
         Index::Counted => {
             let ticks = clock_count::counted_back(stamps_s, earliest_s, period_s);
-            // The ticks are counted anew from the earliest stamp.
+            // The ticks are counted again from the earliest stamp.
             along_lower_hull(stamps_s, &ticks, period_s, earliest_s)
         }
     }
@@ -145,10 +144,10 @@ fn with_lateness(clock: StreamClock, stamps_s: &[f64]) -> StreamClock {
     StreamClock { jitter_s: root_mean_square(&about), lateness: Lateness::of(&about), ..clock }
 }
 
-/// Finer stamps are sufficient, µs.
+/// Rounding below this is negligible, µs.
 const COARSE_US: i64 = 500;
 
-/// Standard deviation of rounding, if all stamps are whole multiples of what is coarse and shorter than half a step, s.
+/// Standard deviation of rounding, s, if all stamps are multiples of a coarse grain shorter than half a step.
 fn rounding_sigma_s(stamps_s: &[f64]) -> f64 {
     let mut grain_us = 0;
     for step_s in steps_of(stamps_s) {

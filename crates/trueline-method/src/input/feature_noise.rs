@@ -1,14 +1,14 @@
-//! Whether what was stated of the features' noise applies to any of them.
+//! Checks that a stated noise applies to any feature.
 
 use crate::config::Config;
 use crate::error::noise_unused::NoiseUnused;
 use trueline_dataset::{Recording, Sensor};
 
-/// Refuses a stated noise that would be ignored.
+/// Rejects a stated noise that would be ignored.
 pub(crate) fn check(recording: &Recording, config: &Config) -> Result<(), NoiseUnused> {
     let are_pixels = matches!(recording.sensor, Sensor::CameraLaser { .. });
     let has_own = |feature: &trueline_dataset::Feature| feature.sigma.is_some();
-    // Where stripes are lengths, the scale of their bias with the tilt comes from it.
+    // If stripes are lengths, the noise gives the scale of their bias with the tilt.
     let is_of_stripes = !are_pixels && !recording.stripes.is_empty();
     let unused = match (config.feature_sigma_px, config.feature_sigma_m) {
         (None, None) => return Ok(()),
@@ -43,7 +43,7 @@ mod tests {
         assert_eq!(check(&camera, &mm), Err(NoiseUnused::FeaturesArePixels));
         assert_eq!(check(&profiler, &px), Err(NoiseUnused::FeaturesAreLengths));
         assert_eq!(check(&with_own, &px), Err(NoiseUnused::EachHasItsOwn));
-        // One without is enough: it applies to that.
+        // One feature without its own noise is enough.
         with_own.features[3].sigma = None;
         assert_eq!(check(&with_own, &px), Ok(()));
     }

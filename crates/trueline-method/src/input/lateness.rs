@@ -1,40 +1,40 @@
-//! How late stamps are against an even clock, and whether they are stamps of arrival.
+//! Lateness of stamps relative to a regular clock, and whether they date the arrival.
 //!
-//! A queue, a stall of the receiver or a busy network delays packets and never makes them early. Nothing else is late to one side
-//! only, so such stamps date the arrival and not the sample. Jitter to both sides may be the source's own.
+//! A queue, a stall of the receiver or a busy network delays packets and never makes them early. Nothing else is late on one side only, so such
+//! stamps date the arrival and not the sample. Jitter on both sides may come from the source.
 
 use crate::order_statistics::{mad_sigma, median, quantile};
 
 /// Lateness of a stream's stamps against its clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Lateness {
-    /// Of the middle stamp, s.
+    /// Lateness of the median stamp, s.
     pub median_s: f64,
-    /// Of the latest stamp, s.
+    /// Lateness of the latest stamp, s.
     pub most_s: f64,
-    /// Mad sigma of the stamps about the clock, s.
+    /// Standard deviation of the stamps about the clock, from the median absolute deviation, s.
     pub spread_s: f64,
     /// Whether the stamps have a sharp early edge and a tail on the late side.
     pub has_sharp_edge: bool,
-    /// Stamps far later than the early side of the distribution explains, less three times those that are as early.
+    /// Number of stamps far later than the early side of the distribution explains, minus three times the number that are as early.
     pub late_packets: usize,
 }
 
-/// Fewer stamps than these have no shape: of this many, the quantiles of a Gaussian are asymmetric by 0.13.
+/// Minimum stamps to assess their distribution. With this number, the quantiles of a Gaussian are asymmetric by 0.13.
 const FEWEST: usize = 60;
-/// Asymmetry of the quantiles 2, 50 and 98 %: 0.44 of half a normal distribution, 0.65 of an exponential one; 0 of symmetric ones.
+/// Least asymmetry of the quantiles 2, 50 and 98 %: 0.44 for half a normal distribution, 0.65 for an exponential one, 0 for symmetric ones.
 const LEAST_ASYMMETRY: f64 = 0.25;
-/// Distance of the quantiles 2 and 10 % over that of 10 and 50 %: 0.18 of half a normal distribution, 0.6 of a whole one.
+/// Largest distance of the quantiles 2 and 10 % relative to that of 10 and 50 %: 0.18 for half a normal distribution, 0.6 for a whole one.
 const SHARP: f64 = 0.4;
-/// A late packet is this many standard deviations late; of a million Gaussian stamps one is later than 4.9.
+/// Standard deviations beyond which a packet is late. Among a million Gaussian stamps one is later than 4.9.
 const LATE_SIGMAS: f64 = 6.0;
-/// This number of late packets is not chance …
+/// This number of late packets is significant …
 const FEWEST_LATE: usize = 4;
-/// … if those that are as early are a third at most: outliers to both sides are another matter.
+/// … if at most a third of that number are as early. Otherwise there are outliers on both sides.
 const EARLY_COUNTS: usize = 3;
 
 impl Lateness {
-    /// Of the deviations of stamps from their clock, s.
+    /// From the deviations of stamps from their clock, s.
     #[must_use]
     pub(crate) fn of(about_s: &[f64]) -> Self {
         let at = |part| quantile(about_s.iter().copied(), part).unwrap_or(0.0);
@@ -47,7 +47,7 @@ impl Lateness {
         let [least, low, high] = [0.02, 0.1, 0.98].map(at);
         let asymmetry = (high + least - 2.0 * middle) / (high - least).max(f64::MIN_POSITIVE);
         let has_sharp_edge = asymmetry > LEAST_ASYMMETRY && low - least < SHARP * (middle - low);
-        // The early side alone gives the spread: late packets are none of it.
+        // Only the early side gives the spread, because it contains no late packets.
         let early = median(about_s.iter().filter(|off| **off < middle).map(|off| middle - off));
         let far = LATE_SIGMAS * (1.4826 * early.unwrap_or(0.0)).max(1e-6);
         let late = about_s.iter().filter(|off| **off - middle > far).count();
@@ -56,24 +56,24 @@ impl Lateness {
         Self { median_s: middle, most_s, spread_s, has_sharp_edge, late_packets }
     }
 
-    /// Whether the stamps date the arrival of samples that were taken earlier.
+    /// Whether the stamps date the arrival of earlier samples.
     #[must_use]
     pub fn is_of_arrival(&self) -> bool {
         self.has_sharp_edge || self.late_packets >= FEWEST_LATE
     }
 }
 
-/// The earliest stamps about a line, where they are sharply bounded, s.
+/// The earliest stamps about a line, if they have a sharp edge, s.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EarlyEdge {
-    /// The earliest fiftieth is earlier than this.
+    /// Upper bound of the earliest fiftieth.
     pub(crate) least_s: f64,
-    /// From there to the middle.
+    /// Distance from there to the middle.
     pub(crate) width_s: f64,
 }
 
 impl EarlyEdge {
-    /// `None` where the early side is not sharp.
+    /// `None` if the early side is not sharp.
     pub(crate) fn of(about_s: &[f64]) -> Option<Self> {
         let edge = quantile(about_s.iter().copied(), 0.02)?;
         let middle = median(about_s.iter().copied())?;

@@ -1,30 +1,30 @@
 //! Expected size of a residual: the covariance that whitens it.
 //!
-//! Σ = Σ_feature + σ_r² B Bᵀ + σ_t² ṙ ṙᵀ: the feature's own noise, the robot's position noise carried into
-//! the sheet by B, and the stamp's jitter times the speed ṙ = ∂r/∂t_d at which the point crosses the sheet.
+//! Σ = Σ_feature + σ_r² B Bᵀ + σ_t² ṙ ṙᵀ: the feature's own noise, the robot's position noise mapped to the sheet by B, and the stamp's jitter times
+//! the velocity ṙ = ∂r/∂t_d of the point across the sheet.
 
 use nalgebra::{Matrix2, Matrix2x3, Vector2};
 
-/// Standard deviations that all observations share.
+/// Standard deviations shared by all observations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseLevels {
     /// Robot position, per axis, m.
     pub robot_sigma_m: f64,
     /// Stamp jitter, s.
     pub stamp_sigma_s: f64,
-    /// Everything times this: how much larger the residuals are than was expected.
+    /// Factor on all of them: ratio of the residuals to the expected ones.
     pub factor: f64,
 }
 
 /// A lower-triangular W with W Σ Wᵀ = I, row by row: \[w₁₁, w₂₁, w₂₂\].
 ///
-/// In single precision: a weight that is off by 1e-7 moves an optimum by less than 1e-7 of its sigma, and it is all
-/// that a solve keeps for each observation.
+/// Single precision is sufficient: a weight error of 1e-7 moves an optimum by less than 1e-7 of its sigma. The whitener is all that a solve stores
+/// for each observation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Whitener(pub [f32; 3]);
 
 impl Whitener {
-    /// The whitener of a covariance; `None` if it is not positive definite.
+    /// The whitener of a covariance. `None` if it is not positive definite.
     #[must_use]
     pub fn of(covariance: &Matrix2<f64>) -> Option<Self> {
         let (a, b, c) = (covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]);
@@ -35,7 +35,7 @@ impl Whitener {
         whitener.0.iter().all(|w| w.is_finite()).then_some(whitener)
     }
 
-    /// The same for a standard deviation that is alike in all directions.
+    /// The same for an isotropic standard deviation.
     #[must_use]
     pub(crate) fn isotropic(sigma: f64) -> Self {
         Self([1.0 / sigma, 0.0, 1.0 / sigma].map(|w| w as f32))
@@ -79,7 +79,7 @@ impl NoiseLevels {
         expected * self.factor.powi(2)
     }
 
-    /// The whitener for the noise of feature and robot alone, the sheet standing square to the line.
+    /// The whitener for the noise of feature and robot alone, with the sheet perpendicular to the line.
     #[must_use]
     pub(crate) fn coarse_whitener(&self, feature: [f64; 3]) -> Whitener {
         let robot = self.robot_sigma_m.powi(2);

@@ -18,13 +18,14 @@ use trueline_model::{LaserSheet, SheetShape};
 pub struct Observation {
     /// Stamp of its image since the start of the recording, s.
     pub stamp_s: f64,
-    /// Index of its image among those with a stamp of their own.
+    /// Index of its image among those with distinct stamps.
     pub frame: u32,
-    /// Which line.
+    /// Its line.
     pub line: u32,
     /// Row of the feature in the recording, from 0.
     pub row: u32,
-    /// How far a pixel along the picture's rows and one across them is in the sheet, m: the upper triangle of the slopes. Single precision is enough.
+    /// Size in the sheet of a pixel along the image's rows and of one across them, m: the upper triangle of the slopes. Single precision is
+    /// sufficient.
     pub per_px: [f32; 3],
     /// The point in the camera frame, m.
     pub point_in_camera: Vector3<f64>,
@@ -33,9 +34,9 @@ pub struct Observation {
 }
 
 impl Observation {
-    /// How far a pixel is in the sheet, m: along the picture's rows and across them. The sheet's first axis is the camera's x in it, so a step along a row
-    /// moves along that axis alone; where the sheet is turned about the view, this is off by that small turn. Of sensors that report lengths it is
-    /// [`Config::length_per_px_m`].
+    /// Size of a pixel in the sheet, m: along the image's rows and across them. The sheet's first axis is the camera's x in the sheet, so a step
+    /// along a row moves along that axis alone. If the sheet is rotated about the view, this is off by that small angle. For sensors that report
+    /// lengths it is [`Config::length_per_px_m`].
     #[must_use]
     pub fn sheet_per_px(&self) -> Matrix2<f64> {
         let [along, beside, depth] = self.per_px.map(f64::from);
@@ -43,7 +44,7 @@ impl Observation {
     }
 }
 
-/// Everything the problem is made of.
+/// The inputs of the problem.
 #[derive(Clone, Debug)]
 pub struct Observations {
     /// The robot.
@@ -54,31 +55,29 @@ pub struct Observations {
     pub list: Vec<Observation>,
     /// Number of lines.
     pub line_count: usize,
-    /// Time between pictures where these are taken by their clock, s.
+    /// Frame interval if image times come from a frame counter, s.
     pub image_tick_s: Option<f64>,
     /// Whether features are pixels.
     pub are_pixels: bool,
-    /// Where the sensor's shape counts from, sheet coordinates, m: the middle of what it measured, or where an earlier
-    /// correction counts from.
+    /// Origin of the sensor's shape, sheet coordinates, m: the middle of its measurements, or the origin of an earlier correction.
     pub shape_origin_m: [f64; 2],
-    /// RMS of the points about the sheet that was fitted to them, m; `None` where the sheet was given.
+    /// RMS of the points about the fitted sheet, m. `None` if the sheet was given.
     pub sheet_fit_rms_m: Option<f64>,
-    /// Features that could not be used, by reason.
+    /// Unused features, by reason.
     pub skipped: BTreeMap<Skip, usize>,
 }
 
 impl Observations {
-    /// The same without the observations themselves.
+    /// The same without the observations.
     #[must_use]
     pub(crate) fn without_list(&self) -> Self {
         Self { robot: self.robot.clone(), list: Vec::new(), skipped: self.skipped.clone(), ..*self }
     }
 
-    /// The same with other stamps than those that they have. The robot's path, which is most of the memory that a long scan takes, is made once
-    /// the one before is forgotten.
+    /// The same with other stamps. The robot's path uses most of the memory of a long scan. It is built after the previous one is dropped.
     ///
     /// # Errors
-    /// As [`RobotMotion::of`].
+    /// Those of [`RobotMotion::of`].
     pub(crate) fn restamped(
         mut self,
         recording: &Recording,
@@ -97,7 +96,7 @@ impl Observations {
         Ok(self)
     }
 
-    /// Stamps of the images as recorded, or those of the clock behind them.
+    /// Uses the stamps of the images as recorded, or those of the underlying clock.
     pub(crate) fn take_image_times(&mut self, sampling: &Sampling, dejittered: Dejittered) {
         let times_s = sampling.image_times_s(dejittered);
         self.image_tick_s = sampling.image_tick_s(dejittered);
@@ -107,16 +106,17 @@ impl Observations {
     }
 }
 
-/// Points further than this (RMS; half of them, from a stated one) from a plane were not measured in one laser sheet.
+/// Limit of the distance of points from a plane, m: RMS of all, or for a stated plane of the nearer half. Points beyond it were not measured in one
+/// laser sheet.
 const SHEET_RMS_LIMIT_M: f64 = 1e-3;
 
-/// Time 0 of all stamps in seconds: the first robot sample, ns.
+/// Origin of all stamps in seconds: the first robot sample, ns.
 #[must_use]
 pub fn origin_ns(recording: &Recording) -> i64 {
     recording.robot.first().map_or(0, |sample| sample.stamp_ns)
 }
 
-/// Lifts the features of a recording onto the sheet, and takes all stamps as recorded.
+/// Lifts the features of a recording onto the sheet, with all stamps as recorded.
 ///
 /// # Errors
 /// A robot stream that is no trajectory, points without a sheet, lines without features.
@@ -124,10 +124,10 @@ pub fn observe(recording: &Recording, sampling: &Sampling, config: &Config) -> R
     observe_by(Dejittered::default(), recording, sampling, config)
 }
 
-/// The same with the stamps of the clocks of some streams.
+/// The same with clock stamps for some streams.
 ///
 /// # Errors
-/// As [`observe`].
+/// Those of [`observe`].
 pub(crate) fn observe_by(
     dejittered: Dejittered,
     recording: &Recording,
@@ -139,10 +139,10 @@ pub(crate) fn observe_by(
     observe_on(sheet, dejittered, recording, sampling, config)
 }
 
-/// As [`observe`], without a fitted sheet: points are where they are, whatever sheet they were measured in.
+/// The same as [`observe`] without a fitted sheet. Points are used as measured, in any sheet.
 ///
 /// # Errors
-/// As [`observe`], but for a sheet that cannot be fitted.
+/// Those of [`observe`], except a sheet that cannot be fitted.
 pub(crate) fn observe_anywhere(
     recording: &Recording,
     sampling: &Sampling,
@@ -217,7 +217,7 @@ fn observe_on(
     })
 }
 
-/// What the rows of one image have said so far.
+/// The rows of one image so far.
 #[derive(Default)]
 struct Image {
     stamp_ns: Option<i64>,
@@ -250,7 +250,7 @@ fn sheet_of(recording: &Recording, config: &Config) -> Result<(LaserSheet, Optio
     }
 }
 
-/// Points as they were measured, camera frame, m.
+/// The points as measured, camera frame, m.
 fn points(recording: &Recording) -> impl Iterator<Item = Vector3<f64>> {
     recording.features.iter().filter_map(|f| match f.measured {
         Measured::Point(p) => Some(Vector3::from(p)),
@@ -258,7 +258,7 @@ fn points(recording: &Recording) -> impl Iterator<Item = Vector3<f64>> {
     })
 }
 
-/// The plane of the sensor's file, which most of the points must be in.
+/// The plane of the sensor's file, which must contain most of the points.
 fn stated_sheet(
     plane: &Plane,
     recording: &Recording,
@@ -283,7 +283,7 @@ fn fitted_sheet(recording: &Recording, config: &Config) -> Result<(LaserSheet, O
     Ok((LaserSheet::from_plane(fit.plane), Some(fit.rms)))
 }
 
-/// The point in the camera frame (m) and its covariance in the sheet (m²), or why there is none.
+/// The point in the camera frame (m) and its covariance in the sheet (m²), or the reason that there is none.
 fn lift(
     sensor: &Sensor,
     sheet: &LaserSheet,
@@ -310,7 +310,7 @@ fn middle(sheet: &LaserSheet, list: &[Observation]) -> [f64; 2] {
     [0, 1].map(|axis| median(list.iter().map(|o| sheet.coordinates(&o.point_in_camera)[axis])).unwrap_or(0.0))
 }
 
-/// A lifted point where a sensor of known shape really saw it.
+/// A lifted point, corrected by a known shape of the sensor.
 fn corrected(
     sheet: &LaserSheet,
     shape: &SheetShape,
@@ -318,11 +318,11 @@ fn corrected(
 ) -> (Vector3<f64>, Matrix2<f64>) {
     let reported = sheet.coordinates(&point_in_camera);
     let (there, slope) = shape.corrected(&reported);
-    // What sticks out of the sheet stays as it is.
+    // The distance from the sheet is unchanged.
     (point_in_camera + sheet.axes() * (there - reported), slope * covariance * slope.transpose())
 }
 
-/// Where a feature is in the camera frame, m, corrected by the sensor's shape where that is known.
+/// The place of a feature in the camera frame, m, corrected by a known shape of the sensor.
 ///
 /// # Errors
 /// A pixel without a ray, a ray that does not meet the laser plane, a feature of another sensor.
@@ -377,8 +377,7 @@ fn count_lines(list: &[Observation]) -> Result<usize, Error> {
     Ok(highest as usize + 1)
 }
 
-/// Fewest features of a line: with two numbers each, four are enough for its own unknowns; ten leave
-/// something to judge them by.
+/// Minimum features of a line. Four have enough numbers for its own unknowns. Ten leave degrees of freedom for a check.
 const MIN_FEATURES: usize = 10;
-/// Fewest images of a scan: an image of several lines is one instant all the same.
+/// Minimum images of a scan. An image of several lines is still one instant.
 pub(crate) const MIN_IMAGES: usize = 10;

@@ -1,9 +1,8 @@
 //! Autocorrelation of the noise of the robot's path.
 //!
-//! The noise of recorded poses is independent from sample to sample; that of a path through them is not. A path is linear in its samples:
-//! with W(t) its response to one sample, the noise at two times a lag τ apart has the correlation R(τ) = ∫ W(t) W(t + τ) dt / ∫ W² dt.
-//! A local quadratic is a low-pass filter with negative side lobes: pictures 1.25 to 2 of its half windows apart have noise of opposite
-//! sign, closer ones share it.
+//! The noise of recorded poses is independent from sample to sample. That of a path through them is not. A path is linear in its samples: with W(t)
+//! its response to one sample, the noise at two times a lag τ apart has the correlation R(τ) = ∫ W(t) W(t + τ) dt / ∫ W² dt. A local quadratic is a
+//! low-pass filter with negative side lobes. Images 1.25 to 2 half windows apart have noise of opposite sign, and closer ones share it.
 
 use nalgebra::{Translation3, Vector3};
 use trueline_geometry::{Pose, Trajectory};
@@ -12,17 +11,17 @@ use trueline_geometry::{Pose, Trajectory};
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NoiseCorrelation {
     step_s: f64,
-    /// At multiples of the step; zero beyond.
+    /// Values at multiples of the step. Zero beyond.
     at_steps: Vec<f64>,
 }
 
-/// Steps in a period; the correlation is linear between them.
+/// Steps in a period. The correlation is linear between them.
 const STEPS: usize = 16;
-/// Samples to either side that bear on the curve between two of them, with margin.
+/// Samples on each side that affect the curve between two of them, with margin.
 const CURVED: usize = 8;
 
 impl NoiseCorrelation {
-    /// Of the paths that `through` makes of samples `period_s` apart, whose response to one sample ends within `reach_s` and some periods.
+    /// For the paths that `through` makes of samples `period_s` apart. The response to one sample ends within `reach_s` and some periods.
     #[must_use]
     pub fn of(
         period_s: f64,

@@ -1,34 +1,33 @@
-//! Poses that are reported more often than they change.
+//! Removes poses that are reported more often than they change.
 //!
-//! A stream of 4 ms whose controller has a new pose every 12 ms repeats each three times. Taken as recorded the robot
-//! would stand and jump, and its poses would be late by half the difference; only the first of each is news. It was
-//! new some time since it was asked before: at once if both run in step, half a poll ago on average if they do not.
+//! A stream of 4 ms whose controller has a new pose every 12 ms repeats each three times. As recorded, the robot would stand and jump, and its poses
+//! would be late by half the difference. Only the first of each is new. It became new at some time since the previous poll: immediately if both run
+//! in step, else half a poll earlier on average.
 
 use crate::order_statistics::median;
 use trueline_geometry::Pose;
 
-/// Which samples are news.
+/// The samples with new poses.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Updates {
     /// Indices of the samples to keep, rising.
     pub kept: Vec<usize>,
     /// Number of rows left out.
     pub repeated: usize,
-    /// By how much the first of each is late on average, s.
+    /// Mean delay of the first of each, s.
     pub late_s: f64,
-    /// Standard deviation of that, s.
+    /// Standard deviation of that delay, s.
     pub late_sigma_s: f64,
 }
 
-/// A pose that stays the same for longer than this is a robot at rest, s.
+/// A pose that stays the same for longer than this belongs to a standing robot, s.
 const REST_S: f64 = 0.15;
-/// Part of the samples in motion that must be repetitions before any is left out: a robot that turns around stands
-/// still for a sample or two as well.
+/// Least fraction of repetitions among the samples in motion before any is removed. A robot that turns around also stands still for a sample or two.
 const LEAST_REPEATED: f64 = 0.1;
-/// Controller and poll run in step if this part of the poses is repeated equally often.
+/// Controller and poll run in step if this fraction of the poses is repeated equally often.
 const IN_STEP: f64 = 0.98;
 
-/// Finds the samples that are news.
+/// Finds the samples with new poses.
 #[must_use]
 pub(crate) fn updates(times_s: &[f64], poses: &[Pose]) -> Updates {
     let mut kept = Vec::with_capacity(poses.len());
@@ -56,8 +55,8 @@ pub(crate) fn updates(times_s: &[f64], poses: &[Pose]) -> Updates {
     let usual = median(lengths.iter().map(|n| *n as f64)).unwrap_or(1.0);
     let as_usual = lengths.iter().filter(|n| **n as f64 == usual).count();
     let in_step = as_usual as f64 >= IN_STEP * lengths.len() as f64;
-    // In step the delay is the same for all and may be anything up to a poll; else it is spread over a poll, evenly or
-    // on a few values: two, 0 and half a poll, have a mean of a quarter.
+    // In step the delay is constant and may be anything up to a poll. Otherwise it is spread over a poll, evenly or on a few values: two values, 0
+    // and half a poll, have a mean of a quarter.
     let spread_s = poll_s / 12.0_f64.sqrt();
     let (late_s, late_sigma_s) = if in_step { (0.0, spread_s) } else { (0.5 * poll_s, 0.5 * spread_s) };
     Updates { kept, repeated, late_s, late_sigma_s }
@@ -80,7 +79,7 @@ mod tests {
         let found = updates(&times, &poses);
         assert_eq!(found.kept, (0..300).step_by(3).collect::<Vec<_>>());
         assert_eq!(found.repeated, 200);
-        // In step: nobody knows since when it was new.
+        // In step the actual delay is unknown.
         assert_eq!(found.late_s, 0.0);
         assert!((found.late_sigma_s / (0.004 / 12.0_f64.sqrt()) - 1.0).abs() < 1e-12);
     }

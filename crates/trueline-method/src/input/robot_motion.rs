@@ -1,4 +1,4 @@
-//! Recorded poses → the robot's path over time, and how well it is known.
+//! Recorded poses → the robot's path over time, with its noise.
 
 use crate::config::{Config, ResidualKind};
 use crate::error::Error;
@@ -13,7 +13,7 @@ use trueline_dataset::{Recording, RobotSample};
 use trueline_geometry::trajectory::{GAP_PERIODS, TrajectoryError, median_period_s};
 use trueline_geometry::{Pose, Trajectory, curve, smooth};
 
-/// How the robot moved, and how well that is known.
+/// The robot's motion with its noise.
 #[derive(Clone, Debug)]
 pub struct RobotMotion {
     /// Poses over time since the start of the recording.
@@ -30,38 +30,37 @@ pub struct RobotMotion {
     pub smoothed: bool,
     /// Half the window of that fit, s.
     pub half_window_s: f64,
-    /// Samples that only repeat the pose of the one before while the robot moves, and are left out.
+    /// Samples that only repeat the previous pose while the robot moves. They are removed.
     pub repeated: usize,
-    /// Standard deviation of how late the others are for that, s.
+    /// Standard deviation of the delay of the remaining samples, s.
     pub late_sigma_s: f64,
     /// The external axes, whose motion the path contains.
     pub(crate) axes: Option<Arc<AxisChain>>,
 }
 
-/// Below this the robot's noise does not matter, and its poses are taken as recorded: a twentieth of what
-/// the feature itself contributes.
+/// Robot noise below this is negligible, and poses are used as recorded: a twentieth of the feature's own contribution.
 const SMOOTH_ABOVE_M: f64 = 1e-6;
-/// Half a window of this part of the time between pictures: what local quadratics leave of the noise is then alike in no two of
-/// them (its correlation crosses zero at 1.25 times half a window).
+/// Half a window as a fraction of the frame interval. The remaining noise after a local quadratic is then not shared by two images (its correlation
+/// crosses zero at 1.25 times half a window).
 const UNSHARED: f64 = 0.8;
-/// For so long a robot's path is straight at most: at 2 m/s² it then bends by 2 · T²/8 = 6 µm.
+/// Longest straight piece of a robot's path, s. At 2 m/s² it bends by 2 · T²/8 = 6 µm.
 const STRAIGHT_S: f64 = 0.005;
-/// … and no longer than it bends by this, m. Straight pieces have corners at the same places of the path in every frame: small as they
-/// are, they are not noise, and a scan that tells the time offset from little else is drawn by them.
+/// Largest bend of a straight piece, m. Straight pieces have corners at the same places of the path in every frame. These small errors are not
+/// noise, and they bias a scan with little other information on the time offset.
 const LEAST_BEND_M: f64 = 0.5e-6;
-/// Shorter pieces are no use: at 10 m/s², which no arm reaches with a sensor, they bend by 0.3 µm.
+/// Shorter pieces are unnecessary: at 10 m/s², which no arm reaches with a sensor, they bend by 0.3 µm.
 const SHORTEST_S: f64 = 0.0005;
-/// Accelerations are second differences over this time, s: noise of 0.03 mm then looks like 0.08 m/s², for which 5 ms are straight, and
-/// of a swing of 5 Hz they see 87 %.
+/// Accelerations are second differences over this time, s. Noise of 0.03 mm then looks like 0.08 m/s², for which 5 ms are straight. They keep 87 %
+/// of a 5 Hz swing.
 const ACCELERATION_S: f64 = 0.04;
-/// Half of the samples are two periods apart, three to either side bend the path between two of them; and some more.
+/// Half of the samples are two periods apart, and three on each side bend the path between two of them, with margin.
 const REACH_PERIODS: f64 = 16.0;
-/// How far from the tool's origin the sensor's field is, m: half a metre at most.
+/// Distance of the sensor's field from the tool's origin, m. Half a metre at most.
 const LEVER_M: f64 = 0.25;
-/// Between poses further apart a robot that swings the sensor once in two seconds does anything; and its path, in pieces of
-/// [`STRAIGHT_S`], would be as long as its stamps say, whatever the size of its file.
+/// Longest time between poses, s. Above it the motion of a robot that swings the sensor once in two seconds is unknown. It also limits the size of
+/// the path, which has pieces of [`STRAIGHT_S`] for any time between stamps.
 const LONGEST_PERIOD_S: f64 = 0.5;
-/// A robot that stays within this shift and [`LEAST_TURN_RAD`] does not move.
+/// A robot that stays within this shift and [`LEAST_TURN_RAD`] is standing.
 const LEAST_SHIFT_M: f64 = 1e-4;
 /// See [`LEAST_SHIFT_M`].
 const LEAST_TURN_RAD: f64 = 2e-4;
@@ -84,9 +83,9 @@ impl RobotMotion {
         }
         let gap_limit_s = GAP_PERIODS * period_s;
         let recorded_noise_m = smooth::position_noise(&times, &poses, period_s, gap_limit_s);
-        // The paper's residual comes with the paper's motion: straight between samples as they are.
+        // The paper's residual uses the paper's motion: straight between the recorded samples.
         let as_recorded = config.residual == ResidualKind::PointToLine;
-        // A stream that the usual window holds enough of needs no wider one.
+        // If the usual window contains enough samples, no wider one is needed.
         let half_window_s = if smooth::noise_left(period_s, smooth::HALF_WINDOW_S) < 1.0 {
             smooth::HALF_WINDOW_S
         } else {
@@ -118,7 +117,7 @@ impl RobotMotion {
         })
     }
 
-    /// A robot that stands at each of its samples: without speed, and without noise from one sample to the next.
+    /// A robot that stands at each of its samples: without velocity, and without noise between samples.
     fn at_stops(recording: &Recording, times_s: &[f64]) -> Result<Self, Error> {
         let axes = AxisChain::of(recording)?.map(Arc::new);
         let pose = |(sample, time_s): (&RobotSample, &f64)| {
@@ -146,8 +145,8 @@ impl RobotMotion {
         })
     }
 
-    /// Remaining noise of the robot's attitudes in its path, rad per axis: as much of it as of the positions', and measured on the
-    /// same samples. `times_s` as for [`RobotMotion::of`].
+    /// Remaining noise of the robot's attitudes in its path, rad per axis. The remaining fraction is that of the positions, and the noise is
+    /// measured on the same samples. `times_s` as for [`RobotMotion::of`].
     #[must_use]
     pub(crate) fn rotation_noise_rad(&self, recording: &Recording, times_s: &[f64]) -> f64 {
         if recording.at_stops {
@@ -158,8 +157,8 @@ impl RobotMotion {
         if self.recorded_noise_m > 0.0 { recorded * self.noise_m / self.recorded_noise_m } else { recorded }
     }
 
-    /// The same motion about these times (s, rising) by every other sample, and by those between: their noise has nothing in common.
-    /// `None` for a stream too short for that, and for stops, which have no noise of a stream.
+    /// The same motion near these times (s, rising) by every other sample, and by those between, with independent noise. `None` for a stream that is
+    /// too short, and for stops, which have no stream noise.
     #[must_use]
     pub fn halves(&self, recording: &Recording, times_s: &[f64], about_s: &[f64]) -> Option<[Trajectory; 2]> {
         if recording.at_stops {
@@ -174,8 +173,7 @@ impl RobotMotion {
         Some([every_other(0)?, every_other(1)?])
     }
 
-    /// The path about some times (s, rising) with the samples taken at `times_s`; else there is a gap in it. `None` where there are too
-    /// few.
+    /// The path near some times (s, rising) with the samples taken at `times_s`, with gaps elsewhere. `None` with too few samples.
     #[must_use]
     pub(crate) fn about(
         &self,
@@ -188,7 +186,7 @@ impl RobotMotion {
         self.near(times.into_iter().zip(poses), about_s, GAP_PERIODS * self.period_s, straight_s)
     }
 
-    /// The path through those of some samples that bear on it at these times.
+    /// The path near these times, through the samples that affect it.
     fn near(
         &self,
         samples: impl Iterator<Item = (f64, Pose)>,
@@ -207,9 +205,9 @@ impl RobotMotion {
     }
 }
 
-/// The samples with new poses, and their times; those without a value of an axis are left out.
+/// The samples with new poses, and their times. Samples without a value of an axis are left out.
 fn news(recording: &Recording, times_s: &[f64], axes: Option<&AxisChain>) -> (Vec<f64>, Vec<Pose>, Updates) {
-    // Of several samples with one stamp the last counts.
+    // If several samples have one stamp, the last is used.
     let last_of_each = |pair: &&[RobotSample]| pair[0].stamp_ns != pair[1].stamp_ns;
     let before_last = recording.robot.windows(2).filter(last_of_each).map(|pair| &pair[0]);
     let last_of_each = before_last.chain(recording.robot.last());
@@ -233,12 +231,12 @@ fn news(recording: &Recording, times_s: &[f64], axes: Option<&AxisChain>) -> (Ve
     (times, poses, updates)
 }
 
-/// Poses of which the next comes within this part of a period waited in a queue: the path between the two has no such speed.
+/// A pose that is followed by another within this fraction of a period waited in a queue. The speed between the two is wrong.
 const QUEUED: f64 = 0.1;
-/// Part of the samples that may be such; of a stream with more the period is not known.
+/// Largest fraction of such samples. With more of them the period is unknown.
 const MOST_QUEUED: f64 = 0.2;
 
-/// Without the poses that were stamped together with a later one, which is the one that is true then.
+/// Removes poses stamped together with a later one, which is the correct one at that time.
 fn without_queued(times: Vec<f64>, poses: Vec<Pose>) -> (Vec<f64>, Vec<Pose>) {
     let steps = || times.windows(2).map(|pair| pair[1] - pair[0]);
     let least_s = QUEUED * median(steps()).unwrap_or(0.0);
@@ -250,14 +248,14 @@ fn without_queued(times: Vec<f64>, poses: Vec<Pose>) -> (Vec<f64>, Vec<Pose>) {
     (0..times.len()).filter(is_last).map(|k| (times[k], poses[k])).unzip()
 }
 
-/// Median time between pictures, s.
+/// Median frame interval, s.
 fn frame_period_s(recording: &Recording) -> f64 {
     let steps = recording.features.windows(2).map(|pair| (pair[1].stamp_ns - pair[0].stamp_ns) as f64 * 1e-9);
     median(steps.filter(|step_s| *step_s > 0.0)).unwrap_or(0.0)
 }
 
-/// The path through samples: their noise taken out within half a window (s), and curved where they are further apart than it is
-/// straight (s).
+/// The path through samples. Their noise is smoothed over half a window (s). The path is curved where the samples are further apart than a straight
+/// piece (s).
 fn path(
     times: Vec<f64>,
     mut poses: Vec<Pose>,
@@ -275,7 +273,7 @@ fn path(
     Trajectory::new(times, &poses)
 }
 
-/// For how long a path is straight, s: a sine of its acceleration bends by √2 a T²/8. Samples without noise are taken as they are.
+/// Duration of a straight piece of the path, s: a sine of its acceleration bends by √2 a T²/8. Noise-free samples are used as they are.
 fn straight_s(times: &[f64], poses: &[Pose], noise_m: f64) -> f64 {
     if noise_m <= SMOOTH_ABOVE_M {
         return STRAIGHT_S;
@@ -284,7 +282,7 @@ fn straight_s(times: &[f64], poses: &[Pose], noise_m: f64) -> f64 {
     (8.0 * LEAST_BEND_M / (std::f64::consts::SQRT_2 * acceleration)).sqrt().clamp(SHORTEST_S, STRAIGHT_S)
 }
 
-/// RMS acceleration of a point that the tool carries [`LEVER_M`] away, m/s².
+/// RMS acceleration of a point at [`LEVER_M`] from the tool's origin, m/s².
 fn acceleration_m_s2(times: &[f64], poses: &[Pose]) -> f64 {
     let lever = Point3::from(Vector3::repeat(LEVER_M / 3.0_f64.sqrt()));
     let (mut sum, mut count) = (0.0, 0);
@@ -293,7 +291,7 @@ fn acceleration_m_s2(times: &[f64], poses: &[Pose]) -> f64 {
         let Some(last) = later(times, middle) else { break };
         let [before, now, after] = [first, middle, last].map(|k| poses[k] * lever);
         let (step, next) = (times[middle] - times[first], times[last] - times[middle]);
-        // A gap has no information on the time in it.
+        // The motion within a gap is unknown.
         if step.max(next) < 2.0 * ACCELERATION_S {
             let change = (after - now) / next - (now - before) / step;
             sum += (change * (2.0 / (step + next))).norm_squared();

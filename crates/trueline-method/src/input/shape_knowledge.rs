@@ -1,8 +1,7 @@
 //! Prior of the sensor's shape, from the uncertainties of focal lengths and laser plane in its file.
 //!
-//! Every property of the sensor that may be off moves the measured points by a field of displacements. What of it is a
-//! rigid motion belongs to the hand-eye transform; the rest is a change of shape (see `trueline_model::sheet_shape`).
-//! Both follow by least squares over the points of the scan.
+//! Every error of a sensor parameter moves the measured points by a displacement field. The rigid part of the field belongs to the hand-eye
+//! transform. The rest is a change of shape (see `trueline_model::sheet_shape`). Both follow by least squares over the points of the scan.
 
 use crate::config::{Config, ResidualKind, SensorMode};
 use crate::input::camera_sensor::{CameraSensor, rigid_and_shape};
@@ -18,17 +17,17 @@ pub type ShapeCovariance = SMatrix<f64, 5, 5>;
 /// Prior of a sensor's shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeKnowledge {
-    /// Covariance of h about 0.
+    /// Prior covariance of h, whose mean is 0.
     pub covariance: ShapeCovariance,
     /// Whether the sensor's file states it; else it is assumed.
     pub stated: bool,
 }
 
-/// Assumed where nothing is stated: half a percent of width, depth and shear, and of scale over 30 mm.
+/// Assumed prior if nothing is stated: half a percent of width, depth and shear, and of scale over 30 mm.
 const ASSUMED_SIGMA: [f64; 5] = [5e-3, 5e-3, 5e-3, 0.15, 0.15];
-/// So wide that it has no effect: the sensor's file is ignored.
+/// A prior wide enough to have no effect, which ignores the sensor's file.
 const FREE_SIGMA: [f64; 5] = [0.3, 0.3, 0.3, 10.0, 10.0];
-/// A shape is never known better than this: it keeps the covariance invertible.
+/// Lower bound of the standard deviations, which keeps the covariance invertible.
 const LEAST_SIGMA: [f64; 5] = [1e-6, 1e-6, 1e-6, 1e-4, 1e-4];
 
 /// Size of a shape below the resolution of a sensor's file: 0.03 µm at 30 mm.
@@ -37,7 +36,7 @@ pub(crate) fn least_covariance() -> SMatrix<f64, 5, 5> {
 }
 
 impl ShapeKnowledge {
-    /// Of a recording's sensor; what is not stated beside something that is, is exact.
+    /// For a recording's sensor. If the file states some uncertainties, the others are zero.
     #[must_use]
     pub fn of(recording: &Recording, observations: &Observations) -> Self {
         let stated = recording.setup.uncertainty.as_ref();
@@ -54,13 +53,13 @@ impl ShapeKnowledge {
         }
     }
 
-    /// The prior of a fit; `None` where the sensor is held.
+    /// The prior of a fit. `None` if the sensor is held.
     #[must_use]
     pub fn prior(&self, config: &Config) -> Option<ShapePrior> {
         self.prior_in(config.sensor, config.residual)
     }
 
-    /// The prior of a fit in a mode; `None` where the sensor is held, and for the paper's residual.
+    /// The prior of a fit in a mode. `None` if the sensor is held, and for the paper's residual.
     #[must_use]
     pub(crate) fn prior_in(&self, mode: SensorMode, residual: ResidualKind) -> Option<ShapePrior> {
         let covariance = match mode {

@@ -2,7 +2,7 @@
 
 use nalgebra::SMatrix;
 
-/// The shape of the sensor before the scan: a Gaussian about a sensor that reports what is there.
+/// The prior of the sensor's shape: a Gaussian about a sensor without error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapePrior {
     /// Inverse of the covariance of h₁ … h₅.

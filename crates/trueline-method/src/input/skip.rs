@@ -1,8 +1,8 @@
-//! Why a feature or a stripe could not be used.
+//! Reasons that a feature or a stripe was not used.
 
 use std::fmt;
 
-/// Why a feature or a stripe could not be used.
+/// Reason that a feature or a stripe was not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Skip {
     /// The robot stream has a gap at its exposure.
@@ -22,7 +22,7 @@ pub enum Skip {
 }
 
 impl Skip {
-    /// A stable word to act on.
+    /// A stable code.
     #[must_use]
     pub fn code(self) -> &'static str {
         match self {

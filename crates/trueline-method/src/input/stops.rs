@@ -1,7 +1,7 @@
-//! Readings of a robot that stands: each has one pose, and there is no time offset to be found.
+//! Readings of a standing robot: each has one pose, and there is no time offset to estimate.
 //!
-//! A recording over time is brought into this form by the pose that the robot holds about the stamp of each reading. Stamps
-//! only pair readings and poses then.
+//! A recording over time is converted to this form by the pose that the robot holds around the stamp of each reading. Stamps then only pair readings
+//! with poses.
 
 use crate::config::{Config, HeldSigma, Hold, Stamps};
 use crate::error::Error;
@@ -11,33 +11,33 @@ use trueline_dataset::{Guess, Recording, RobotSample};
 use trueline_geometry::trajectory::TrajectoryError;
 use trueline_geometry::{Pose, Trajectory, se3, so3};
 
-/// A robot that stands at a reading holds its pose for so long before and after the stamp, s. Images arrive less late than that.
+/// Time before and after a stamp during which a standing robot holds its pose, s. Images arrive with less delay.
 const HELD_S: f64 = 0.15;
-/// A robot moves if it goes further than this within twice [`HELD_S`], m: while it stands its stream scatters by a tenth of it, and a
-/// scan at 1 mm/s goes further.
+/// Least motion of a moving robot within twice [`HELD_S`], m. The poses of a standing robot scatter by a tenth of it, and a scan at 1 mm/s moves
+/// further.
 const SHIFT_M: f64 = 0.2e-3;
-/// The same for turns, rad.
+/// The same for rotations, rad.
 const TURN_RAD: f64 = 5e-4;
-/// Poses that were logged once a stop belong to the reading whose stamp is nearer than this part of the time between them.
+/// A pose logged once a stop belongs to the reading whose stamp is within this fraction of the time between poses.
 const NEAR: f64 = 0.25;
-/// A stamp belongs to a logged pose if they differ by no more than this, s: they were written with other digits.
+/// A stamp belongs to a logged pose if they differ by at most this, s, from writing with other digits.
 const SAME_S: f64 = 1e-3;
-/// A stop lasts for this part of the shortest time between two of them, where nothing but its stamp is known of it.
+/// Duration of a stop as a fraction of the shortest time between two of them, if only its stamp is known.
 const STOP_PART: f64 = 1e-3;
 
-/// How a recording at stops came to be calibrated as one.
+/// Reason that a recording is calibrated at stops.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stops {
-    /// The user states it, the recording pairs readings with poses, or the time offset of a robot that stands is held.
+    /// The user states it, the recording pairs readings with poses, or the time offset of a standing robot is held.
     Stated,
-    /// The robot stands still at each reading, without --at-stops.
+    /// The robot was detected to stand at each reading, without --at-stops.
     Recognised,
 }
 
-/// The recording by stops, and why; `None` where the robot moves.
+/// The recording by stops, with the reason. `None` if the robot moves.
 ///
 /// # Errors
-/// A reading that is stated to be at a stop and has no pose, or the robot moves there.
+/// A reading stated to be at a stop has no pose, or the robot moves there.
 pub fn of<'a>(
     recording: &'a Recording,
     config: &Config,
@@ -56,7 +56,7 @@ pub fn of<'a>(
     Ok(Some((Cow::Owned(paired(recording)?), stops)))
 }
 
-/// The same options for stops: there is no time offset, and stamps have no meaning.
+/// The same options for stops: there is no time offset, and stamps are ignored.
 #[must_use]
 pub(crate) fn options(config: &Config) -> Config {
     let mut hold = config.hold.clone();
@@ -81,7 +81,7 @@ pub fn stand_at_readings(recording: &Recording) -> bool {
     poses.iter().any(|pose| !is_same(&poses[0], pose))
 }
 
-/// The same recording with one pose for each reading, which is that of its stop.
+/// The same recording with one pose for each reading, that of its stop.
 ///
 /// # Errors
 /// A reading without a pose, or at which the robot moves.
@@ -94,12 +94,12 @@ pub fn paired(recording: &Recording) -> Result<Recording, Error> {
     Ok(Recording { robot, at_stops: true, ..recording.clone() })
 }
 
-/// A guess without the time offset that stops do not have.
+/// The guess without a time offset, which stops do not have.
 pub(crate) fn guess(guess: &Guess) -> Guess {
     Guess { time_offset_s: 0.0, ..*guess }
 }
 
-/// Stamps of all readings, rising, each once, ns.
+/// Distinct stamps of all readings, rising, ns.
 fn reading_stamps_ns(recording: &Recording) -> Vec<i64> {
     let stripes = recording.stripes.iter().map(|stripe| stripe.stamp_ns);
     let mut stamps: Vec<i64> = recording.features.iter().map(|f| f.stamp_ns).chain(stripes).collect();
@@ -108,7 +108,7 @@ fn reading_stamps_ns(recording: &Recording) -> Vec<i64> {
     stamps
 }
 
-/// The pose that the robot holds about a stamp.
+/// The pose that the robot holds around a stamp.
 fn held_pose(recording: &Recording, stamp_ns: i64) -> Result<Pose, Error> {
     let all = &recording.robot;
     let held_ns = (HELD_S * 1e9) as i64;
@@ -126,7 +126,7 @@ fn held_pose(recording: &Recording, stamp_ns: i64) -> Result<Pose, Error> {
     Ok(mean(&about))
 }
 
-/// Of poses that are logged seldom, that of a stamp: both neighbours are the same, or one is by far the nearest.
+/// The pose at a stamp among sparsely logged poses: both neighbours are equal, or one is by far the nearest.
 fn logged_pose(all: &[RobotSample], stamp_ns: i64) -> Option<Pose> {
     let after = all.partition_point(|sample| sample.stamp_ns < stamp_ns);
     let neighbours: Vec<&RobotSample> =
@@ -157,7 +157,7 @@ fn is_same(one: &Pose, other: &Pose) -> bool {
     shift_m <= SHIFT_M && turn_rad <= TURN_RAD
 }
 
-/// The mean of poses that are nearly one.
+/// The mean of nearly equal poses.
 fn mean(poses: &[Pose]) -> Pose {
     let first = poses[0];
     let count = poses.len() as f64;
@@ -168,7 +168,7 @@ fn mean(poses: &[Pose]) -> Pose {
     se3::from_parts(first.rotation * so3::exp(&(turn / count)), first.translation.vector + shift / count)
 }
 
-/// The robot at stops as a path that stands at each of these times (s, rising) and has gaps between them.
+/// A path that stands at each of these times (s, rising) and has gaps between them.
 ///
 /// # Errors
 /// Fewer than two stops, or times that do not rise.

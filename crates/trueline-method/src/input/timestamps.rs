@@ -1,4 +1,4 @@
-//! When the samples of both streams were taken: as stamped, or by their clocks.
+//! Sampling times of both streams: as stamped, or by their clocks.
 
 use crate::config::{Config, ResidualKind, Stamps};
 use crate::input::clock_line::SILENCE_TICKS;
@@ -8,18 +8,18 @@ use std::collections::BTreeMap;
 use trueline_dataset::Recording;
 use trueline_dataset::picture_rows::PicturesOfRows;
 
-/// The stamps of one stream, one for each sample, rising, without doubles.
+/// The stamps of one stream, one for each sample, rising, without duplicates.
 #[derive(Clone, Debug)]
 pub struct Stream {
     /// As recorded, s since the start of the recording.
     pub recorded_s: Vec<f64>,
-    /// The clock behind them, if they come from an even tick.
+    /// The underlying clock, if they come from a regular tick.
     pub clock: Option<StreamClock>,
-    /// Samples that repeat the stamp before: several rows of one sample, or a row recorded twice.
+    /// Samples that repeat the previous stamp: several rows of one sample, or a row recorded twice.
     pub doubles: usize,
-    /// All stamps are multiples of this, though the samples are not, s.
+    /// Resolution of the stamps if it is coarser than the sampling, s.
     pub grain_s: Option<f64>,
-    /// Of recordings that were joined, the first stamp of each but the first, s.
+    /// First stamp of each joined recording except the first, s.
     pub joined_from_s: Vec<f64>,
 }
 
@@ -32,7 +32,7 @@ pub struct Sampling {
     pub images: Stream,
 }
 
-/// Which streams are taken by their clocks.
+/// The streams that use clock times.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dejittered {
     /// Robot poses.
@@ -52,53 +52,53 @@ pub struct StampReport {
     pub median_period_s: f64,
     /// Longest time between stamps, s.
     pub longest_gap_s: f64,
-    /// Time between samples by the clock, s; `None` where no constant sampling period was found.
+    /// Sampling period of the clock, s. `None` if no constant sampling period was found.
     pub period_s: Option<f64>,
     /// Standard deviation of the stamps about that clock, s.
     pub jitter_s: Option<f64>,
-    /// Samples missing between the first and the last, of each recording that was joined.
+    /// Samples missing between the first and the last, over all joined recordings.
     pub missing: Option<usize>,
-    /// Silences of more than four periods.
+    /// Pauses of more than four periods.
     pub silences: usize,
-    /// Rate of the device's clock against the receiver's, ppm; where device stamps are recorded.
+    /// Rate of the device's clock against the receiver's, ppm, if device stamps are recorded.
     pub device_drift_ppm: Option<f64>,
-    /// Whether delays are to one side only, so that the clock follows their floor.
+    /// Whether delays are one-sided, so that the clock follows their floor.
     pub one_sided: bool,
     /// Median and largest lateness of the stamps against that clock, s.
     pub lateness_s: Option<[f64; 2]>,
-    /// Largest deviation of the clock from an even tick, where it wanders, s.
+    /// Largest deviation of the clock from a regular tick, if it wanders, s.
     pub wander_s: Option<f64>,
-    /// Steps of the receive clock: when and how high, s.
+    /// Steps of the receive clock: time and height, s.
     pub steps: Vec<(f64, f64)>,
-    /// Whether the only step is taken out of the clock.
+    /// Whether the only step was removed from the clock.
     pub step_taken_out: bool,
-    /// All stamps are multiples of this, though the samples are not: what the stamps leave unsaid, s.
+    /// Resolution of the stamps if it is coarser than the sampling, s.
     pub grain_s: Option<f64>,
-    /// Whether the samples were taken by the clock.
+    /// Whether the sampling times come from the clock.
     pub dejittered: bool,
 }
 
-/// Finer stamps are sufficient, s.
+/// Finer resolution is negligible, ns.
 const COARSE_GRAIN_NS: i64 = 500_000;
 
-/// Rows over which rounded stamps stay within a grain of an even tick, and ones with lost rows do not.
+/// Rows over which rounded stamps stay within a grain of a regular tick. With lost rows they do not.
 const GRAIN_WINDOW: usize = 200;
 
-/// Rounded stamps stray by a grain from an even tick; jitter before rounding and the fit of the tick add to it.
+/// Largest range about a regular tick, in grains. Rounding gives one grain, and jitter and the fit of the tick add to it.
 const STRAYS: f64 = 1.4;
 
-/// Usual steps of fewer grains may be single ticks of a clock that ticks in grains, with rows lost between.
+/// Usual steps of fewer grains may be single ticks of a clock that ticks in grains, with lost rows between.
 const MANY_GRAINS: i64 = 3;
 
-/// RMS distance from an even tick, in grains, where no rows can be lost: 0.29 of rounding, and jitter of up to half a grain.
+/// RMS distance from a regular tick, in grains, without lost rows: 0.29 from rounding, and jitter of up to half a grain.
 const STRAYS_RMS: f64 = 0.6;
 
-/// With this number of different step lengths, each of them 1 % or more, the steps are not lost rows of a regular clock.
+/// With this number of different step lengths, each of at least 1 % of the steps, the steps are not lost rows of a regular clock.
 const MANY_STEPS: usize = 6;
 
-/// The multiple of which all stamps are, in ns, if it is coarse and rounding is why: the stamps are an even tick to
-/// within a grain, or they arrive with a jitter of many grains. Rows that are lost from a clock of just that period leave an even
-/// tick further and further, in steps of few lengths.
+/// The common divisor of all stamps, ns, if it is coarse and a result of rounding. Either the stamps follow a regular tick within a grain, or they
+/// arrive with a jitter of many grains. If rows are lost from a clock of just that period, the deviation from a regular tick grows in steps of few
+/// lengths.
 fn grain_ns(stamps_ns: &[i64]) -> Option<i64> {
     let steps: Vec<i64> = stamps_ns.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > 0).collect();
     let first = *steps.first()?;
@@ -109,9 +109,9 @@ fn grain_ns(stamps_ns: &[i64]) -> Option<i64> {
         }
         a
     };
-    // Microseconds, for seconds that were written with some digits are not exact.
+    // In microseconds, because seconds written with few digits are not exact.
     let grain = steps.iter().fold(0, |grain, step| gcd(grain, (step + 500) / 1000)) * 1000;
-    // Of a grain that is longer than a period some stamps are equal and all other steps alike.
+    // If a grain is longer than a period, some stamps are equal and all other steps alike.
     let differ = stamps_ns.windows(2).any(|w| (w[1] - w[0] - first).abs() > 1000);
     if grain < COARSE_GRAIN_NS || !differ {
         return None;
@@ -141,7 +141,7 @@ fn has_many_steps(steps: &[i64]) -> bool {
         && alike.filter(|chunk| chunk.len() * 100 >= steps.len()).count() >= MANY_STEPS
 }
 
-/// Whether more than one step in fifty is not the usual one: a row lost now and then is no rounding.
+/// Whether more than one step in fifty is unusual. An occasional lost row is no rounding.
 fn is_ragged(stamps_ns: &[i64]) -> bool {
     let steps = stamps_ns.len() - 1;
     if steps < GRAIN_WINDOW / 4 {
@@ -159,11 +159,11 @@ fn usual_step_ns(stamps_ns: &[i64]) -> i64 {
     steps[steps.len() / 2]
 }
 
-/// How far stamps stray from an even tick through a window.
+/// Deviation of stamps from a regular tick over a window.
 struct Strays {
     /// From the earliest to the latest, ns.
     range_ns: f64,
-    /// Root mean square, ns.
+    /// RMS, ns.
     rms_ns: f64,
 }
 
@@ -181,13 +181,12 @@ fn strays(stamps_ns: &[i64]) -> Strays {
     Strays { range_ns: most - least, rms_ns: (squares / n).sqrt() }
 }
 
-/// Samples that move by less than this part of a grain over a recording stay at the same place in it.
+/// Samples that move by less than this fraction of a grain over a recording keep their place in it.
 const SAME_PLACE: f64 = 0.5;
-/// Jitter of an image stamp where it cannot be measured, s.
+/// Assumed jitter of an image stamp if it cannot be measured, s.
 const UNKNOWN_JITTER_S: f64 = 0.1e-3;
 
-/// Variance of the time of an interpolated pose over that of a sample, between two samples on average:
-/// the mean of u² + (1 − u)² over a bracket.
+/// Ratio of the time variance of an interpolated pose to that of a sample, averaged over an interval: the mean of u² + (1 − u)².
 const BRACKET_SHARE: f64 = 2.0 / 3.0;
 
 impl Stream {
@@ -210,7 +209,7 @@ impl Stream {
         Self { doubles, recorded_s, clock, grain_s: None, joined_from_s: Vec::new() }
     }
 
-    /// Of recordings that were joined at these stamps.
+    /// For recordings joined at these stamps.
     fn joined_from(self, stamps_ns: &[i64], origin_ns: i64) -> Self {
         let joined_from_s = stamps_ns.iter().map(|ns| (ns - origin_ns) as f64 * 1e-9).collect();
         Self { joined_from_s, ..self }
@@ -223,7 +222,7 @@ impl Stream {
         [0].into_iter().chain(starts).zip(ends).map(|(start, end)| &self.recorded_s[start..end])
     }
 
-    /// With the clock of a stream that has all of its stamps and others.
+    /// Takes the clock of a stream that contains all of its stamps and others.
     fn with_clock_of(self, all: &Self) -> Self {
         let of = |stamp_s: &f64| all.recorded_s.partition_point(|s| s < stamp_s);
         let clock = all.clock.as_ref().map(|clock| StreamClock {
@@ -238,16 +237,16 @@ impl Stream {
         Self { grain_s: grain_ns(stamps_ns).map(|ns| ns as f64 * 1e-9), ..self }
     }
 
-    /// Standard deviation of a stamp that is used, s.
+    /// Standard deviation of a stamp as used, s.
     fn jitter_s(&self, dejittered: bool) -> Option<f64> {
         if dejittered { Some(0.0) } else { self.clock.as_ref().map(|clock| clock.jitter_s) }
     }
 
-    /// Standard deviation of what the stamps leave unknown of all sampling times alike, s.
+    /// Standard deviation of the common error of all sampling times, s.
     fn phase_sigma_s(&self, dejittered: bool) -> f64 {
         let phase_s = self.clock.as_ref().filter(|_| dejittered).map_or(0.0, |clock| clock.phase_sigma_s);
-        // Rounded down, to the nearest or up: nobody knows, so the mean is off by up to half a grain to either side; or, where
-        // all samples were taken at the same place between two grains, or only the earliest stamps count, by up to a whole one.
+        // The direction of rounding is unknown, so the mean is off by up to half a grain on either side. If all samples were taken at the same place
+        // between two grains, or only the earliest stamps are used, it is off by up to a whole grain.
         let by_earliest = dejittered && self.clock.as_ref().is_some_and(StreamClock::is_one_sided);
         let of_grain = |grain_s: f64| {
             let is_whole = by_earliest || self.ticks_with(grain_s);
@@ -256,7 +255,7 @@ impl Stream {
         phase_s.hypot(self.grain_s.map_or(0.0, of_grain))
     }
 
-    /// Whether samples come in whole multiples of a grain, so that over the recording they stay where they are between two.
+    /// Whether samples come in whole multiples of a grain and therefore keep their place in it over the recording.
     fn ticks_with(&self, grain_s: f64) -> bool {
         let drifts = |clock: &StreamClock| {
             let grains = clock.period_s / grain_s;
@@ -265,7 +264,7 @@ impl Stream {
         self.clock.as_ref().is_some_and(|clock| drifts(clock) < SAME_PLACE)
     }
 
-    /// Whether its stamps are surely not the times of sampling: late to one side, or rounded otherwise from sample to sample.
+    /// Whether its stamps are certainly not the sampling times: late on one side, or rounded differently from sample to sample.
     fn is_of_arrival(&self) -> bool {
         let is_of_arrival = |clock: &StreamClock| {
             let explains = |grain_s: f64| clock.lateness.spread_s < STRAYS_RMS * grain_s;
@@ -275,12 +274,12 @@ impl Stream {
         self.clock.as_ref().is_some_and(is_of_arrival)
     }
 
-    /// Standard deviation of the rate of the clock behind the stamps, parts per million.
+    /// Standard deviation of the rate of the underlying clock, parts per million.
     #[must_use]
     pub(crate) fn rate_sigma_ppm(&self, dejittered: bool) -> f64 {
         let Some(clock) = self.clock.as_ref().filter(|_| dejittered) else { return 0.0 };
         let lasts_s = self.recorded_s[self.recorded_s.len() - 1] - self.recorded_s[0];
-        // Slope of a line through n points of even spacing.
+        // Slope of a line through n equally spaced points.
         clock.jitter_s * (12.0 / self.recorded_s.len() as f64).sqrt() / lasts_s * 1e6
     }
 
@@ -316,8 +315,8 @@ impl Stream {
     }
 }
 
-/// Stamps (ns, rising) and counters of all pictures of a recording, where some of them show stripes and no seam point: a clock that is fitted
-/// to the seam points alone has little information on these. `None` where there are none, or the device's stamps tell of the clock.
+/// Stamps (ns, rising) and counters of all images of a recording, if some show stripes and no seam point. A clock fitted to the seam points alone
+/// has little information on these. `None` if there are none, or if device stamps determine the clock.
 fn with_stripes_alone(recording: &Recording) -> Option<(Vec<i64>, Vec<Option<u64>>)> {
     if recording.stripes.is_empty() || recording.features.iter().any(|f| f.device_ns.is_some()) {
         return None;
@@ -338,7 +337,7 @@ fn with_stripes_alone(recording: &Recording) -> Option<(Vec<i64>, Vec<Option<u64
 }
 
 impl Sampling {
-    /// The stamps of a recording and the clocks behind them.
+    /// The stamps of a recording with their clocks.
     #[must_use]
     pub fn of(recording: &Recording, origin_ns: i64) -> Self {
         let robot = &recording.robot;
@@ -348,7 +347,7 @@ impl Sampling {
         let image_stamps: Vec<i64> = features.iter().map(|f| f.stamp_ns).collect();
         let image_device: Vec<Option<i64>> = features.iter().map(|f| f.device_ns).collect();
         let counter: Vec<Option<u64>> = features.iter().map(|f| f.frame).collect();
-        // Rows of a robot that are there twice, and several lines of one picture, have equal stamps without being rounded.
+        // Duplicate robot rows, and several lines of one image, have equal stamps without rounding.
         let mut rows = robot_stamps.clone();
         rows.dedup();
         let line = features.first().map_or(0, |first| first.line);
@@ -367,7 +366,7 @@ impl Sampling {
         }
     }
 
-    /// Expected jitter of an exposure against the robot's time, s.
+    /// Expected jitter of an exposure relative to the robot's time, s.
     #[must_use]
     pub fn stamp_sigma_s(&self, config: &Config, dejittered: Dejittered) -> f64 {
         let images = config.stamp_sigma_s.or(self.images.jitter_s(dejittered.images));
@@ -375,39 +374,39 @@ impl Sampling {
         images.unwrap_or(UNKNOWN_JITTER_S).hypot(robot * BRACKET_SHARE.sqrt())
     }
 
-    /// Standard deviation of what regularising leaves unknown of the clocks' rates, parts per million.
+    /// Standard deviation of the clock rates after regularisation, parts per million.
     #[must_use]
     pub(crate) fn rate_sigma_ppm(&self, dejittered: Dejittered) -> f64 {
         self.robot.rate_sigma_ppm(dejittered.robot).hypot(self.images.rate_sigma_ppm(dejittered.images))
     }
 
-    /// Standard deviation of what regularising leaves unknown of the time offset, s.
+    /// Standard deviation of the time offset from the phases of the regularised clocks, s.
     #[must_use]
     pub(crate) fn phase_sigma_s(&self, dejittered: Dejittered) -> f64 {
         self.robot.phase_sigma_s(dejittered.robot).hypot(self.images.phase_sigma_s(dejittered.images))
     }
 
-    /// When the robot's samples were taken, s since the start of the recording.
+    /// Sampling times of the robot, s since the start of the recording.
     #[must_use]
     pub fn robot_times_s(&self, dejittered: Dejittered) -> &[f64] {
         let clock = self.robot.clock.as_ref().filter(|_| dejittered.robot);
         clock.map_or(&self.robot.recorded_s, |clock| &clock.regular_s)
     }
 
-    /// When the images were taken, one time for each image, s since the start of the recording.
+    /// Sampling times of the images, one for each image, s since the start of the recording.
     #[must_use]
     pub fn image_times_s(&self, dejittered: Dejittered) -> &[f64] {
         let clock = self.images.clock.as_ref().filter(|_| dejittered.images);
         clock.map_or(&self.images.recorded_s, |clock| &clock.regular_s)
     }
 
-    /// Time between pictures where these are taken by their clock, s.
+    /// Frame interval if image times come from a frame counter, s.
     #[must_use]
     pub(crate) fn image_tick_s(&self, dejittered: Dejittered) -> Option<f64> {
         self.images.clock.as_ref().filter(|_| dejittered.images).map(|clock| clock.period_s)
     }
 
-    /// The streams that are taken by their clocks before anything is fitted: their stamps are surely of arrival.
+    /// The streams that use clock times before any fit, because their stamps certainly date the arrival.
     #[must_use]
     pub fn of_arrival(&self, config: &Config) -> Dejittered {
         if config.stamps == Stamps::Auto && config.residual == ResidualKind::Sheet {
@@ -417,7 +416,7 @@ impl Sampling {
         }
     }
 
-    /// The candidates worth trying beyond those streams, in this order, each compared with the best before.
+    /// The candidates to try beyond those streams, in order. Each is compared with the best so far.
     #[must_use]
     pub fn candidates(&self, config: &Config) -> Vec<Dejittered> {
         let possible = Dejittered { robot: self.robot.clock.is_some(), images: self.images.clock.is_some() };

@@ -1,6 +1,6 @@
-//! What is known of blocks of unknowns before the scan: a Gaussian about zero for each.
+//! Priors of blocks of unknowns: a Gaussian about zero for each.
 //!
-//! Bows of seams, forms of plates and the shape of the sensor's sheet have one. Time offset, hand-eye transform, lines and planes have none.
+//! Bows of seams, forms of plates and the shape of the sensor's sheet have a prior. Time offset, hand-eye transform, lines and planes have none.
 
 use crate::input::shape_prior::ShapePrior;
 use nalgebra::{DMatrix, DVector};
@@ -8,12 +8,12 @@ use std::ops::Range;
 use trueline_lsq::NormalEquations;
 use trueline_model::SheetShape;
 
-/// How precisely the numbers of a block are known, 1/σ².
+/// Precision of the numbers of a block, 1/σ².
 #[derive(Clone, Debug, PartialEq)]
 enum Precision {
-    /// Each alike and by itself.
+    /// Equal for each number, and independent.
     Each(f64),
-    /// Together.
+    /// Joint.
     Joint(DMatrix<f64>),
 }
 
@@ -42,7 +42,7 @@ pub(crate) struct Known {
 }
 
 impl Known {
-    /// With a block of numbers that are each known to one standard deviation, in their unit.
+    /// Adds a block of numbers with one independent standard deviation, in their unit.
     #[must_use]
     pub(crate) fn each(mut self, places: Range<usize>, values: &[f64], sigma: f64) -> Self {
         let precision = Precision::Each(sigma.powi(-2));
@@ -50,7 +50,7 @@ impl Known {
         self
     }
 
-    /// With the shape of the sensor at its places, where it is estimated and something is known of it.
+    /// Adds the shape of the sensor, if it is estimated and has a prior.
     #[must_use]
     pub(crate) fn shape(
         mut self,
@@ -120,7 +120,7 @@ mod tests {
     use super::*;
     use nalgebra::SMatrix;
 
-    /// Two blocks among eight unknowns, one known number by number and one together: against the plain quadratic form.
+    /// Two blocks among eight unknowns, one with independent and one with joint precision: against the plain quadratic form.
     #[test]
     fn blocks_add_up_to_one_quadratic_form() {
         let shape = SheetShape { h: [0.1, -0.2, 0.3, 1.5, -2.5], origin_m: [0.0; 2] };

@@ -1,13 +1,13 @@
-//! Where the unknowns that one frame of a target depends on lie among all unknowns of a problem.
+//! Maps the local unknowns of a frame of a target to all unknowns of a problem.
 
 use nalgebra::{DMatrix, DVectorViewMut, Dim, Matrix, Storage};
 
-/// The order of a problem's unknowns. What a frame depends on are its *local* unknowns, in an order of their own.
+/// The order of a problem's unknowns. A frame depends on its *local* unknowns, which have an order of their own.
 pub(crate) trait Layout {
     /// Number of local unknowns of a frame.
     fn count(&self) -> usize;
 
-    /// Index among all unknowns of a local one of a frame of a target; `None` where it is not estimated.
+    /// Index among all unknowns of a local one of a frame of a target. `None` if it is not estimated.
     fn index(&self, local: usize, target: usize) -> Option<usize>;
 
     /// Local unknowns of a frame of a target with their indices among all.
@@ -15,12 +15,12 @@ pub(crate) trait Layout {
         (0..self.count()).filter_map(move |local| Some((local, self.index(local, target)?)))
     }
 
-    /// Adds numbers of the local unknowns to those of all.
+    /// Adds numbers over the local unknowns to numbers over all.
     fn add(&self, target: usize, by_local: &[f64], all: &mut [f64]) {
         self.indices(target).for_each(|(local, index)| all[index] += by_local[local]);
     }
 
-    /// Adds rows of the local unknowns to those of all.
+    /// Adds rows over the local unknowns to rows over all.
     fn add_rows<R: Dim, C: Dim, S: Storage<f64, R, C>>(
         &self,
         target: usize,
@@ -32,7 +32,7 @@ pub(crate) trait Layout {
         }
     }
 
-    /// Adds a square matrix of the local unknowns to that of all.
+    /// Adds a square matrix over the local unknowns to that over all.
     fn add_square<R: Dim, S: Storage<f64, R, R>>(
         &self,
         target: usize,
@@ -44,7 +44,7 @@ pub(crate) trait Layout {
         }
     }
 
-    /// Adds a derivative by the local unknowns, times a factor, in the coordinates of a root: `root_rows` has a column for each unknown.
+    /// Adds a derivative by the local unknowns, times a factor, in the coordinates of a root. `root_rows` has a column for each unknown.
     fn add_in_root(
         &self,
         target: usize,
@@ -63,7 +63,7 @@ mod tests {
     use super::*;
     use nalgebra::{DVector, Matrix3, Matrix3x2};
 
-    /// Two targets of three local unknowns among five: the first is shared, the second is each target's own, the third is held.
+    /// Two targets of three local unknowns among five: the first is shared, the second belongs to each target, the third is held.
     struct Two;
 
     impl Layout for Two {

@@ -17,14 +17,14 @@ use trueline_lsq::{LeastSquares, Loss, NormalEquations};
 use trueline_model::point_to_line::{self, ResidualJacobian};
 use trueline_model::{Placement, SeamInSheet, sheet_residual};
 
-/// Standard deviation that stands for one unit of the point-to-line residual until its spread is known, m.
+/// Initial standard deviation of the point-to-line residual, m, until its spread is estimated.
 pub(crate) const POINT_TO_LINE_SIGMA_M: f64 = 5e-5;
 
 /// The least-squares problem of a scan.
 pub struct LineProblem<'a> {
     /// Trajectory and sheet.
     pub observations: &'a Observations,
-    /// The observations that take part, by rising stamp.
+    /// The observations used, by rising stamp.
     pub list: &'a [Observation],
     /// The whitener of each.
     pub whiteners: Vec<Whitener>,
@@ -40,11 +40,11 @@ pub struct LineProblem<'a> {
     pub shape_prior: Option<ShapePrior>,
     /// Threads that share large scans; the result does not depend on it.
     pub threads: usize,
-    /// What sweeps at nearly the same time offset share.
+    /// Samples shared by sweeps at nearly the same time offset.
     pub(crate) packing: Packing,
 }
 
-/// What is minimised: the residual and its robust loss.
+/// The minimised criterion: the residual and its robust loss.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Criterion {
     /// Which residual.
@@ -87,8 +87,8 @@ impl<'a> LineProblem<'a> {
         }
     }
 
-    /// A problem for a search far from the solution, where speeds across the sheet mean nothing yet:
-    /// whitened for the noise of feature and robot alone.
+    /// A problem for a search far from the solution, where speeds across the sheet are meaningless. It is whitened for the noise of feature and
+    /// robot alone.
     #[must_use]
     pub fn coarse(
         observations: &'a Observations,
@@ -112,7 +112,7 @@ impl<'a> LineProblem<'a> {
         }
     }
 
-    /// The same problem with what is known of the sensor's shape.
+    /// The same problem with a prior of the sensor's shape.
     #[must_use]
     pub fn with_shape_prior(self, shape_prior: Option<ShapePrior>) -> Self {
         Self { shape_prior, ..self }
@@ -124,7 +124,7 @@ impl<'a> LineProblem<'a> {
         Self { prior, ..self }
     }
 
-    /// The same problem over some of its observations, whitened as these are.
+    /// The same problem over some of its observations, with their whiteners.
     #[must_use]
     pub(crate) fn of_some<'b>(&self, list: &'b [Observation], whiteners: &[Whitener]) -> LineProblem<'b>
     where
@@ -145,7 +145,7 @@ impl<'a> LineProblem<'a> {
         LineProblem { loss, ..self.of_some(self.list, &self.whiteners) }
     }
 
-    /// The observations that take part, each with its whitener.
+    /// The observations used, each with its whitener.
     pub fn selected(&self) -> impl Iterator<Item = (&Observation, &Whitener)> {
         self.list.iter().zip(&self.whiteners)
     }
@@ -168,7 +168,7 @@ impl<'a> LineProblem<'a> {
         squared
     }
 
-    /// The same of each observation in turn; NaN where one cannot be evaluated.
+    /// The same for each observation in turn. NaN where it cannot be evaluated.
     #[must_use]
     pub(crate) fn squared_residual_of_each(&self, at: &Parameters) -> Vec<f64> {
         let mut squared = Squared::new(&self.whiteners);
@@ -176,7 +176,7 @@ impl<'a> LineProblem<'a> {
         squared.values
     }
 
-    /// Where the sensor was at the exposure of an observation; `None` outside the recording or in a gap.
+    /// Pose of the sensor at the exposure of an observation. `None` outside the recording or in a gap.
     #[must_use]
     pub fn placement(&self, o: &Observation, at: &Parameters) -> Option<Placement> {
         placement(self.observations, o, at)
@@ -232,7 +232,7 @@ impl<'a> LineProblem<'a> {
         Some(all)
     }
 
-    /// What an observation leaves in the sheet, whichever residual is minimised; `None` where the seam runs along it.
+    /// The residual of an observation in the sheet, for either criterion. `None` if the seam runs along the sheet.
     #[must_use]
     pub(crate) fn in_sheet(
         &self,
@@ -244,8 +244,8 @@ impl<'a> LineProblem<'a> {
         Some(InSheet { residual: parts.residual, d_time_offset: parts.jacobian.column(TIME_OFFSET).into() })
     }
 
-    /// What an observation leaves across the seam, along the line's two cross axes; `None` for the paper's residual, and
-    /// where the seam runs along the sheet.
+    /// The residual of an observation across the seam, along the line's two cross axes. `None` for the paper's residual, and if the seam runs along
+    /// the sheet.
     #[must_use]
     pub(crate) fn in_cross_section(
         &self,
@@ -269,7 +269,7 @@ impl<'a> LineProblem<'a> {
         })
     }
 
-    /// Whitened residual and Jacobian by the local unknowns; columns of what is not modelled are zero.
+    /// Whitened residual and Jacobian by the local unknowns. Columns of unmodelled unknowns are zero.
     #[must_use]
     pub fn whitened(
         &self,
@@ -280,7 +280,7 @@ impl<'a> LineProblem<'a> {
         self.whitened_where((observation, whitener), at, &placement)
     }
 
-    /// The same with the sensor placed elsewhere.
+    /// The same with another pose of the sensor.
     #[must_use]
     pub(crate) fn whitened_where(
         &self,
@@ -293,8 +293,7 @@ impl<'a> LineProblem<'a> {
         Some((whiten * parts.residual, whiten * parts.jacobian))
     }
 
-    /// What carries a displacement of the measured point in base into the whitened residual (2×3), and the same for the
-    /// time offset.
+    /// Derivative of the whitened residual by a displacement of the measured point in base (2×3), and by the time offset.
     #[must_use]
     pub(crate) fn whitened_displacement(
         &self,
@@ -305,10 +304,9 @@ impl<'a> LineProblem<'a> {
         Some(whitener.matrix() * self.linearized(o, at, placement)?.onto_sheet)
     }
 
-    /// How the errors that all features of an image share move a whitened residual of this Jacobian: one column for each axis of the
-    /// robot's position, in the tool, and one for the stamp, per standard deviation (2×4). Such an error of the robot moves what is
-    /// measured as one of the hand-eye's translation does. The point-to-line residual has no model of its noise, so nothing is expected
-    /// of it.
+    /// Derivative of a whitened residual with this Jacobian by the errors shared by all features of an image, per standard deviation
+    /// (2×4): one column for each axis of the robot's position, in the tool, and one for the stamp. A position error of the robot acts
+    /// like one of the hand-eye translation. The point-to-line residual has no noise model, so its columns are zero.
     #[must_use]
     pub(crate) fn shared_errors(
         &self,
@@ -323,7 +321,7 @@ impl<'a> LineProblem<'a> {
     }
 }
 
-/// What an observation leaves in the sheet.
+/// The residual of an observation in the sheet.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct InSheet {
     /// Measured minus predicted, m.
@@ -332,7 +330,7 @@ pub(crate) struct InSheet {
     pub d_time_offset: Vector2<f64>,
 }
 
-/// What an observation leaves across the seam.
+/// The residual of an observation across the seam.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct InCrossSection {
     /// The residual in the sheet, m.
@@ -400,7 +398,7 @@ impl LeastSquares for LineProblem<'_> {
 }
 
 impl LineProblem<'_> {
-    /// What is known of the unknowns before the scan: cost, gradient and Hessian.
+    /// The prior of the unknowns: cost, gradient and Hessian.
     #[must_use]
     pub(crate) fn known_beforehand(&self, at: &Parameters) -> NormalEquations {
         let mut known = NormalEquations::zeros(self.unknowns.dimension());
@@ -425,7 +423,7 @@ impl LineProblem<'_> {
         sweep_chunks(&scan, packed.as_ref().map(|packed| &packed.samples[..]), self.threads, visitor)
     }
 
-    /// The sums over N local unknowns, generated for each N.
+    /// The sums over N local unknowns, compiled for each N.
     fn add_sums<const N: usize>(&self, state: &Parameters, equations: &mut NormalEquations) {
         let part = |range| Equations::<N>::new(&self.whiteners[range], self.loss, self.unknowns.lines);
         let parts = self.sweep_chunks(state, part);

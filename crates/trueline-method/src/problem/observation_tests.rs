@@ -1,4 +1,4 @@
-//! What one observation is asked for besides the sums, against geometry that shares nothing with it.
+//! Tests the quantities of a single observation, besides the sums, against independent geometry.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use crate::config::{Config, ResidualKind};
@@ -34,14 +34,14 @@ fn problem<'a>(observed: &'a Observations, at: &Parameters, residual: ResidualKi
     LineProblem::new(observed, &observed.list, criterion, &NOISE, at)
 }
 
-/// Those of the observations that can be placed, and where.
+/// The observations that can be placed, with their placements.
 fn placed<'a>(problem: &LineProblem<'a>, at: &Parameters) -> Vec<(&'a Observation, Placement)> {
     let all: Vec<_> = (problem.list.iter()).filter_map(|o| Some((o, problem.placement(o, at)?))).collect();
     assert!(all.len() > 50, "{}", all.len());
     all
 }
 
-/// The predicted point is on the line, so that across the line a residual is the distance of the measured point from it.
+/// The predicted point is on the line. Across the line a residual is therefore the distance of the measured point from it.
 #[test]
 fn across_the_seam_a_residual_is_the_distance_from_the_line() {
     for preset in [Preset::TwoLines, Preset::Profiler] {
@@ -57,7 +57,7 @@ fn across_the_seam_a_residual_is_the_distance_from_the_line() {
             assert!((section.residual - off).norm() < 1e-13, "{} {off}", section.residual);
             let in_sheet = problem.in_sheet(o, &at, &placement).unwrap();
             assert_eq!(section.in_sheet, in_sheet.residual);
-            // What is across the line of a motion of the point in the sheet is the same part of both.
+            // Both contain the same part of a motion across the line.
             let across = |in_sheet: nalgebra::Vector2<f64>| {
                 let moved = placement.base_from_camera().rotation * (observed.sheet.axes() * in_sheet);
                 line.axes().fixed_columns::<2>(1).transpose() * moved
@@ -87,13 +87,14 @@ fn a_displacement_of_the_robot_moves_the_whitened_residual_as_said() {
             let (before, _) = problem.whitened_where(pair, &at, &placement).unwrap();
             let (after, _) = problem.whitened_where(pair, &at, &moved).unwrap();
             let said = problem.whitened_displacement(pair, &at, &placement).unwrap() * by;
-            // A straight line: linear but for rounding of metres, 1e-15, times whiteners of 1e5.
+            // A straight line: linear except for rounding of metres, 1e-15, times whiteners of 1e5.
             assert!((after - before - said).norm() < 1e-8 * said.norm().max(1.0), "{said}");
         }
     }
 }
 
-/// The whitener makes feature, robot and stamp together one standard deviation: what is shared, and the feature's own, add up to it.
+/// The whitener scales the sum of feature, robot and stamp noise to one standard deviation. The shared errors and the feature's own noise add up to
+/// it.
 #[test]
 fn shared_errors_and_the_features_own_are_one_standard_deviation() {
     let (observed, at) = cell(Preset::TwoLines);
@@ -105,10 +106,10 @@ fn shared_errors_and_the_features_own_are_one_standard_deviation() {
         count += 1;
         let w = whitener.matrix();
         let own = w * symmetric(o.covariance) * w.transpose() * NOISE.factor.powi(2);
-        // Whiteners are of single precision.
+        // Whiteners are in single precision.
         let off = shared * shared.transpose() + own - Matrix2::identity();
         assert!(off.norm() < 1e-6, "{off}");
-        // The robot moves as the displacement, the stamp as the time offset.
+        // The robot acts like the displacement, and the stamp like the time offset.
         let placement = sheet.placement(o, &at).unwrap();
         let onto = sheet.whitened_displacement((o, whitener), &at, &placement).unwrap();
         let robot = onto * (NOISE.robot_sigma_m * NOISE.factor);
@@ -125,7 +126,7 @@ fn shared_errors_and_the_features_own_are_one_standard_deviation() {
 }
 
 #[test]
-fn what_cannot_be_placed_is_whitened_for_what_is_known_of_it() {
+fn observations_without_placement_get_the_coarse_whitener() {
     let (observed, truth) = cell(Preset::Quick);
     let late = Parameters { time_offset_s: truth.time_offset_s + 1.0, ..truth };
     let mut whitening = Whitening::new(&observed.list, &NOISE);
@@ -141,7 +142,7 @@ fn what_cannot_be_placed_is_whitened_for_what_is_known_of_it() {
         assert_eq!(whitener.0 == coarse.0, !is_placed);
     }
     assert!(counts.iter().all(|count| *count > 20), "{counts:?}");
-    // A line along the sheet, which nothing meets.
+    // A line along the sheet has no intersection.
     let mut along = late.clone();
     let (_, placement) = placed(&problem, &along)[0];
     let in_sheet = placement.base_from_camera().rotation * observed.sheet.axes().column(0).into_owned();
@@ -168,7 +169,7 @@ fn the_root_mean_square_is_that_of_the_distances() {
         let (observed, truth) = cell(preset);
         let mut at = truth;
         at.tool_from_camera.translation.vector += Vector3::new(1e-3, -2e-3, 5e-4);
-        // A list that is no multiple of four, of either line.
+        // A list of both lines whose length is no multiple of four.
         let list = &observed.list[3..];
         let mut distances = SquaredLengths::default();
         sweep(
@@ -188,7 +189,7 @@ fn the_root_mean_square_is_that_of_the_distances() {
     assert_eq!(SquaredLengths::default().root_mean(), 0.0);
 }
 
-/// The path of a robot with the samples within these times left out.
+/// The path of a robot without the samples within these times.
 fn with_gaps(observed: &Observations, gaps: &[std::ops::Range<f64>]) -> Observations {
     let trajectory = &observed.robot.trajectory;
     let kept = |t: &f64| !gaps.iter().any(|gap| gap.contains(t));
@@ -206,7 +207,7 @@ fn usable_is_what_stays_on_the_recording_wherever_the_offset_goes() {
     for gaps in [vec![], vec![0.9..1.2], vec![0.9..1.2, 2.0..2.005, 2.3..2.5], vec![0.0..9.0]] {
         let whole = gaps.contains(&(0.0..9.0));
         let gapped = if whole { observed.clone() } else { with_gaps(&observed, &gaps) };
-        // Nothing at all is on a recording of another hour.
+        // A recording of another hour has no observation on the path.
         let offset_s = if whole { offset_s + 3600.0 } else { offset_s };
         for margin_s in [0.0, margin_s, 0.3] {
             let usable = UsableObservations::within(&gapped, offset_s, margin_s);

@@ -1,13 +1,13 @@
-//! Samples that are kept from one sweep to the next.
+//! Samples kept between sweeps.
 //!
-//! A solve sweeps a scan at time offsets that hardly differ, and gathering the samples is half of a sweep. So they are kept from
-//! the second sweep at nearly the same time offset on, or from the first if that is known. Of scans of more than one
-//! chunk they would not stay in the processor's caches, and are gathered each time.
+//! A solve sweeps a scan at nearly constant time offsets, and gathering the samples takes half of a sweep. The samples are kept from the second
+//! sweep at nearly the same time offset on, or from the first if that is known. Scans of more than one chunk would not stay in the processor's
+//! caches and are gathered each time.
 
 use crate::problem::simd::{CHUNK, Gathering, Samples, Scan};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The samples of a scan, as they are swept.
+/// The samples of a scan, in sweep order.
 pub(crate) struct Packed {
     /// The samples.
     pub samples: Vec<Samples>,
@@ -28,31 +28,31 @@ pub(crate) struct Packing(Mutex<Kept>);
 
 #[derive(Default)]
 enum Kept {
-    /// Nothing was swept yet.
+    /// No sweep yet.
     #[default]
     Nothing,
-    /// It was swept at this time offset, s.
+    /// One sweep, at this time offset, s.
     Offset(f64),
     /// The samples.
     Samples(Arc<Packed>),
 }
 
-/// Samples hold for another time offset as long as it is within this part of the robot's period: of four stamps one leaves its
-/// segment in as many cases.
+/// Samples are reused for another time offset within this fraction of the robot's period. Then one of four stamps leaves its segment in the same
+/// fraction of cases.
 const SAME_PART: f64 = 0.1;
 
 impl Packing {
-    /// Of a problem that will be swept beside this time offset, s.
+    /// For a problem that will be swept near this time offset, s.
     pub(crate) fn beside(time_offset_s: f64) -> Self {
         Self(Mutex::new(Kept::Offset(time_offset_s)))
     }
 
-    /// The samples that a scan is to be swept by, if any are worth keeping.
+    /// The kept samples for a sweep, if there are any.
     pub(crate) fn samples(&self, scan: &Scan<'_>) -> Option<Arc<Packed>> {
         if scan.list.len() > CHUNK {
             return None;
         }
-        // What a panic left is whole: it is replaced in one go.
+        // A panic leaves the content intact, because it is replaced in one step.
         let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let offset_s = scan.at.time_offset_s;
         let same_s = SAME_PART * scan.observations.robot.trajectory.median_period();
@@ -84,8 +84,8 @@ mod tests {
     use trueline_lsq::{LeastSquares, Loss, NormalEquations};
     use trueline_sim::{Preset, simulate};
 
-    /// Samples that were gathered at another time offset, some of whose stamps have left their segments, give what those do that are
-    /// gathered for it; of two lines, and with observations outside the robot's recording.
+    /// Samples gathered at another time offset, some of whose stamps have left their segments, give the same sums as new ones. Two lines, with
+    /// observations outside the robot's recording.
     #[test]
     fn kept_samples_give_what_new_ones_do() {
         let mut scenario = Preset::TwoLines.scenario();
@@ -120,12 +120,12 @@ mod tests {
             };
             let new = sums(&fresh, &beside);
             assert!(!is_kept(&fresh));
-            // The same numbers, grouped otherwise where some lie outside the recording: some thousand roundings.
+            // Equal except for the order of summation, because some lie outside the recording: some thousand roundings.
             assert!((kept.hessian - &new.hessian).amax() < 1e-11 * new.hessian.amax(), "{part}");
             assert!((kept.gradient - &new.gradient).amax() < 1e-11 * new.gradient.amax(), "{part}");
             assert!((kept.cost - new.cost).abs() < 1e-11 * new.cost, "{part}");
         }
-        // Far away they are let go of, and kept again where the offset stays.
+        // Far away they are dropped, and kept again where the offset stays.
         let mut away = at.clone();
         away.time_offset_s -= 0.3;
         let first = sums(&problem, &away);

@@ -38,7 +38,7 @@ impl Parameters {
         }
     }
 
-    /// Which unknowns these are the values of.
+    /// The layout of these unknowns.
     #[must_use]
     pub fn unknowns(&self) -> Unknowns {
         let model = match (self.curvatures.is_empty(), &self.shape) {
@@ -83,7 +83,7 @@ impl Parameters {
         }
     }
 
-    /// How clock and sensor differ from another value of theirs, as a tangent step: what [`Parameters::retract`] adds.
+    /// Clock and sensor relative to another value, as a tangent step: the inverse of [`Parameters::retract`].
     #[must_use]
     pub fn minus(&self, from: &Guess) -> SVector<f64, LINES> {
         let (turn, shift) = se3::difference_decoupled(&self.tool_from_camera, &from.tool_from_camera);
@@ -94,7 +94,7 @@ impl Parameters {
         step
     }
 
-    /// What is known of bows and shape before the scan, at these values.
+    /// The prior of bows and shape, at these values.
     #[must_use]
     pub(crate) fn known(&self, shape_prior: Option<&ShapePrior>) -> Known {
         let unknowns = self.unknowns();
@@ -110,7 +110,7 @@ impl Parameters {
         Guess { time_offset_s: self.time_offset_s, tool_from_camera: self.tool_from_camera }
     }
 
-    /// Where a measured point of the camera frame really is, m: what sticks out of the sheet stays as it is.
+    /// The true place of a measured point in the camera frame, m. Its distance from the sheet is unchanged.
     #[must_use]
     pub fn corrected(&self, sheet: &LaserSheet, point_in_camera: &Vector3<f64>) -> Vector3<f64> {
         self.shape.map_or(*point_in_camera, |shape| {
@@ -119,7 +119,7 @@ impl Parameters {
         })
     }
 
-    /// How far a point in base is from the seam along the line's two cross axes, m; its bow counts as the seam.
+    /// Offset of a point in base from the seam with its bow, along the line's two cross axes, m.
     #[must_use]
     pub(crate) fn offset_from_seam(&self, line: usize, point_in_base: &Vector3<f64>) -> Vector2<f64> {
         let seam = &self.lines[line];
@@ -166,7 +166,7 @@ mod tests {
         let at = parameters();
         let step = DVector::from_fn(at.dimension(), |k, _| 1e-3 * (k + 1) as f64);
         let moved = at.retract(&step);
-        // Sums and products of numbers of 1.
+        // Sums and products of numbers near 1.
         let rounding = 1e-14;
         assert!((moved.minus(&at.guess()) - step.fixed_rows::<LINES>(0)).norm() < rounding);
         for (line, first) in [(0, 7), (1, 11)] {

@@ -1,11 +1,11 @@
-//! Where the sensor was when an observation was exposed.
+//! Pose of the sensor at an exposure.
 
 use crate::input::observations::{Observation, Observations};
 use crate::problem::parameters::Parameters;
 use trueline_geometry::{Pose, Trajectory};
 use trueline_model::Placement;
 
-/// Where the sensor was at the exposure of an observation; `None` outside the recording or in a gap.
+/// Pose of the sensor at the exposure of an observation. `None` outside the recording or in a gap.
 #[must_use]
 pub fn placement(
     observations: &Observations,

@@ -1,4 +1,4 @@
-//! Directions of offset and hand-eye that are held at a guess, because the scan does not show them.
+//! Directions of time offset and hand-eye that are held at a guess, because they are unobservable.
 
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
 use nalgebra::{DVector, SVector, Vector3};
@@ -6,10 +6,10 @@ use trueline_dataset::Guess;
 use trueline_geometry::so3;
 use trueline_lsq::NormalEquations;
 
-/// How tightly a direction is held: a nanosecond, a nanometre, a nanoradian, far below any sigma.
+/// Standard deviation of a held direction: a nanosecond, a nanometre, a nanoradian, far below any estimated one.
 const SIGMA: f64 = 1e-9;
 
-/// A guess and the directions in which it holds.
+/// A guess and the directions in which it is held.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prior {
     guess: Guess,
@@ -38,7 +38,7 @@ impl Prior {
         self.hold(TRANSLATION, direction);
     }
 
-    /// Clock and sensor moved to the guess in the directions that are held, and nowhere else.
+    /// Clock and sensor moved to the guess in the held directions only.
     #[must_use]
     pub(crate) fn nearest_to(&self, at: &Parameters) -> Parameters {
         let off = at.minus(&self.guess);
@@ -91,7 +91,7 @@ mod tests {
     use trueline_geometry::se3;
 
     #[test]
-    fn what_is_held_goes_to_the_guess_and_nothing_else_moves() {
+    fn only_held_directions_move_to_the_guess() {
         let turned = so3::exp(&Vector3::new(0.4, -0.3, 0.9));
         let guess = Guess {
             time_offset_s: 0.01,
@@ -102,7 +102,7 @@ mod tests {
         let at = Parameters::straight(
             &Guess {
                 time_offset_s: 0.04,
-                // Turned about the axis that is held, so that the turn back is exact.
+                // Rotated about the held axis, so that the rotation back is exact.
                 tool_from_camera: se3::retract_decoupled(&guess.tool_from_camera, &(off_axis * 0.2), &shift),
             },
             Vec::new(),

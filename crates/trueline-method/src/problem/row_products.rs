@@ -2,9 +2,9 @@
 
 use nalgebra::DMatrix;
 
-/// Rows that are gathered before their products are taken: a block stays in the nearest cache.
+/// Rows gathered before their products are taken, so that a block stays in the nearest cache.
 const BLOCK: usize = 64;
-/// Numbers that a processor multiplies at once; rows are filled up with zeros to a multiple of it.
+/// Numbers that the processor multiplies at once. Rows are padded with zeros to a multiple of it.
 const WIDTH: usize = 4;
 /// Rows whose products are added to a sum before it is written back.
 const TOGETHER: usize = 4;
@@ -12,11 +12,11 @@ const TOGETHER: usize = 4;
 /// Σ row rowᵀ of the rows so far.
 pub struct RowProducts {
     width: usize,
-    /// Numbers from one row to the next.
+    /// Distance between rows.
     stride: usize,
     rows: Vec<f64>,
     filled: usize,
-    /// Of each number of a row with those from its own four on, row by row.
+    /// Products of each number of a row with those from the start of its own group of four on, row by row.
     sums: Vec<f64>,
 }
 
@@ -28,7 +28,7 @@ impl RowProducts {
         Self { width, stride, rows: vec![0.0; stride * BLOCK], filled: 0, sums: vec![0.0; stride * stride] }
     }
 
-    /// Numbers of the next row, to be written: they are those of an earlier row, or zero.
+    /// Storage of the next row. It contains an earlier row, or zeros.
     pub fn next_row(&mut self) -> &mut [f64] {
         if self.filled == BLOCK {
             self.add_block();
@@ -69,7 +69,7 @@ impl RowProducts {
 fn add_products(sums: &mut [f64], rows: &[f64], stride: usize) {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
-        // SAFETY: the function asks for AVX2 and FMA, and the processor has just said that it has both.
+        // SAFETY: the function requires AVX2 and FMA, and the processor was just tested for both.
         #[expect(unsafe_code, reason = "the only way to call a function for a processor found at run time")]
         unsafe {
             add_products_avx2(sums, rows, stride);

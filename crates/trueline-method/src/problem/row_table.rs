@@ -1,11 +1,11 @@
-//! Rows of numbers, one after the other, that are carried into the coordinates of a covariance's root all at once.
+//! A table of rows that are converted to the coordinates of a covariance's root together.
 
 use nalgebra::{DMatrix, DMatrixView, DVectorView};
 
-/// Rows that are carried over together: a block stays in the nearest cache.
+/// Rows converted together, so that a block stays in the nearest cache.
 const BLOCK: usize = 64;
 
-/// Rows of as many numbers each.
+/// Rows of equal length.
 pub(crate) struct RowTable {
     width: usize,
     values: Vec<f64>,
@@ -18,20 +18,20 @@ impl RowTable {
         Self { width, values: Vec::new() }
     }
 
-    /// Another row: zero as yet.
+    /// Adds a row of zeros.
     pub(crate) fn push(&mut self) -> &mut [f64] {
         let end = self.values.len();
         self.values.resize(end + self.width, 0.0);
         &mut self.values[end..]
     }
 
-    /// The row that was pushed last; empty where none was.
+    /// The last row. Empty without rows.
     pub(crate) fn last(&mut self) -> &mut [f64] {
         let start = self.values.len().saturating_sub(self.width);
         &mut self.values[start..]
     }
 
-    /// Each row r as rootᵀ r. Their place is that of the rows before: a root has no more columns than rows.
+    /// Replaces each row r by rootᵀ r in place. A root has no more columns than rows.
     #[must_use]
     pub(crate) fn in_root(mut self, root: &DMatrix<f64>) -> Self {
         let (before, after) = (self.width, root.ncols());

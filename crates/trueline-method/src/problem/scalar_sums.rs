@@ -1,4 +1,4 @@
-//! The same least-squares problem, one sample at a time: what the fast sums are compared with, and how to read them.
+//! The same least-squares problem, one sample at a time: the reference for the fast sums, and the readable form.
 
 use crate::problem::layout::Layout;
 use crate::problem::line_problem::LineProblem;
@@ -7,7 +7,7 @@ use crate::problem::usable::UNUSABLE_SQUARED;
 use nalgebra::DVector;
 use trueline_lsq::{LeastSquares, NormalEquations};
 
-/// A problem that is summed up in the plain way.
+/// A problem that is summed one observation at a time.
 pub struct OneByOne<'a, 'b>(pub &'b LineProblem<'a>);
 
 impl LeastSquares for OneByOne<'_, '_> {

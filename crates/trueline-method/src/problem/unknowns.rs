@@ -1,17 +1,16 @@
-//! Which unknowns a problem has, and where each block of them lies in the tangent.
+//! The unknowns of a problem, and their order in the tangent.
 //!
-//! | block | numbers | there is one |
+//! | block | numbers | present |
 //! |---|---|---|
 //! | time offset t_d (s) | 1 | always |
 //! | hand-eye rotation, left, tool frame (rad) | 3 | always |
 //! | hand-eye translation (m) | 3 | always |
 //! | line θ₂, θ₃ (rad), δ₂, δ₃ (m) | 4 | for each line |
-//! | bow κ₂, κ₃ (m) | 2 | for each line, if [`Model`] says so |
-//! | shape h₁ … h₅ (1, 1, 1, 1/m, 1/m) | 5 | if [`Model`] says so |
+//! | bow κ₂, κ₃ (m) | 2 | for each line, depending on [`Model`] |
+//! | shape h₁ … h₅ (1, 1, 1, 1/m, 1/m) | 5 | depending on [`Model`] |
 //!
-//! They lie in this order. The first four are what is asked for; the others are known beforehand, more or less, and
-//! follow. An observation depends on the blocks of sensor and clock and on those of its own line: its *local* unknowns,
-//! in the same order.
+//! This is their order. The first four are estimated without a prior. The others have a prior and are nuisance blocks. An observation depends on the
+//! blocks of sensor and clock and on those of its own line. These are its *local* unknowns, in the same order.
 
 use crate::problem::layout::Layout;
 use std::ops::Range;
@@ -30,17 +29,17 @@ pub const LINES: usize = 7;
 pub const LOCAL_STRAIGHT: usize = LINES + Line::DIMENSION;
 /// The same with the line's bow.
 pub const LOCAL_BOWED: usize = LOCAL_STRAIGHT + Curvature::DIMENSION;
-/// The same with the sensor's shape: all that an observation can depend on.
+/// Local unknowns with the sensor's shape: the maximum.
 pub const LOCAL_ALL: usize = LOCAL_BOWED + SheetShape::DIMENSION;
 
-/// How much of a scan is modelled.
+/// The parts of a scan that are modelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Model {
     /// Straight lines, an exact sensor.
     Straight,
     /// Lines that may bow.
     Bowed,
-    /// The same and a sensor whose sheet has a shape.
+    /// Bows, and a sensor whose sheet has a shape.
     Shaped,
 }
 
@@ -49,7 +48,7 @@ pub enum Model {
 pub struct Unknowns {
     /// Number of lines.
     pub lines: usize,
-    /// How much is modelled.
+    /// The model.
     pub model: Model,
 }
 
@@ -64,7 +63,7 @@ impl Layout for Unknowns {
 }
 
 impl Unknowns {
-    /// Those that are asked for: time offset, hand-eye and lines.
+    /// Number of unknowns without a prior: time offset, hand-eye and lines.
     #[must_use]
     pub(crate) fn asked_for(&self) -> usize {
         line_index(self.lines)
@@ -76,7 +75,7 @@ impl Unknowns {
         self.asked_for()..self.dimension()
     }
 
-    /// All of them.
+    /// Number of unknowns.
     #[must_use]
     #[inline]
     pub fn dimension(&self) -> usize {
@@ -87,7 +86,7 @@ impl Unknowns {
         }
     }
 
-    /// Where the bow of a line lies; none of it where lines are straight.
+    /// Indices of the bow of a line. Empty if lines are straight.
     #[must_use]
     pub fn bow(&self, line: usize) -> Range<usize> {
         if self.model == Model::Straight {
@@ -97,7 +96,7 @@ impl Unknowns {
         first..first + Curvature::DIMENSION
     }
 
-    /// Where the shape lies; none of it where the sensor is exact.
+    /// Indices of the shape. Empty if the sensor is exact.
     #[must_use]
     pub fn shape(&self) -> Range<usize> {
         if self.model == Model::Shaped { self.bow(self.lines).start..self.dimension() } else { 0..0 }
@@ -114,7 +113,7 @@ impl Unknowns {
         }
     }
 
-    /// Index among all unknowns of one of the local ones of an observation of `line`.
+    /// Index among all unknowns of a local one of an observation of `line`.
     #[must_use]
     #[inline]
     pub fn place(&self, local: usize, line: usize) -> usize {

@@ -1,25 +1,25 @@
-//! Which observations can be placed on the robot's path, whatever a solve does.
+//! Selects the observations that can be placed on the robot's path during a whole solve.
 
 use crate::input::observations::{Observation, Observations};
 use std::ops::Range;
 
-/// The part of an observation that cannot be evaluated (outside the recording, in a gap, or the line
-/// along the sheet), in squared standard deviations: as bad as a residual of 1000 σ. A redescending loss
-/// has long saturated there, so that a search gains nothing by pushing features off the recording.
+/// Squared residual of an observation that cannot be evaluated (outside the recording, in a gap, or with the line along the sheet), in squared
+/// standard deviations: that of 1000 σ. A redescending loss has long saturated there, so a search gains nothing by pushing features off the
+/// recording.
 pub(crate) const UNUSABLE_SQUARED: f64 = 1e6;
 
-/// Observations that take part in a solve.
+/// Observations used in a solve.
 #[derive(Clone, Debug)]
 pub enum UsableObservations {
-    /// An unbroken part of the list: nothing is copied.
+    /// A contiguous part of the list, without a copy.
     Part(Range<usize>),
-    /// What a recording with gaps leaves.
+    /// A selection, if the recording has gaps.
     Chosen(Vec<Observation>),
 }
 
 impl UsableObservations {
-    /// The observations whose exposure stays inside the robot's recording, and out of its gaps, for every
-    /// time offset within `margin_s` of the one given: a solve that moves no further never loses or gains one.
+    /// The observations whose exposure is inside the robot's recording, and outside its gaps, for every time offset within `margin_s` of the given
+    /// one. A solve that stays within the margin never loses or gains an observation.
     #[must_use]
     pub fn within(observations: &Observations, time_offset_s: f64, margin_s: f64) -> Self {
         let trajectory = &observations.robot.trajectory;
@@ -47,7 +47,7 @@ impl UsableObservations {
         Self::Chosen([&list[start..end], &rest].concat())
     }
 
-    /// The observations themselves, by rising stamp.
+    /// The observations, by rising stamp.
     #[must_use]
     pub fn of<'a>(&'a self, observations: &'a Observations) -> &'a [Observation] {
         match self {
@@ -81,7 +81,7 @@ mod tests {
     use crate::input::timestamps::Sampling;
     use trueline_sim::{Preset, simulate};
 
-    /// On an unbroken path nothing is looked up; against looking each up.
+    /// On an unbroken path no single look-up is needed. Against a look-up of each observation.
     #[test]
     fn on_an_unbroken_path_those_are_usable_that_have_poses_before_and_after() {
         let recording = simulate(&Preset::Quick.scenario(), 2).unwrap();

@@ -1,16 +1,16 @@
-//! Every observation's whitened residual and Jacobian, one after the other: what statistics over a scan are made of.
+//! Whitened residual and Jacobian of each observation, for statistics over a scan.
 //!
-//! They are computed four side by side, a block of observations at a time, and are those of [`LineProblem::whitened`] to rounding.
+//! They are computed four side by side, a block of observations at a time, and equal those of [`LineProblem::whitened`] up to rounding.
 
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use crate::problem::simd::{Mounting, Rows, Scan, WhitenedRow, sweep};
 
-/// Observations whose rows are there at once: they stay in a near cache.
+/// Observations whose rows are computed at once, so that they stay in a near cache.
 const BLOCK: usize = 256;
 
 impl LineProblem<'_> {
-    /// Gives the index in the list and the row of each observation that can be evaluated, in the list's order.
+    /// Passes the index in the list and the row of each observation that can be evaluated, in the list's order.
     pub(crate) fn for_each_whitened(&self, at: &Parameters, mut take: impl FnMut(usize, &WhitenedRow)) {
         let sheet_from_tool = Mounting::new(&self.observations.sheet, at).sheet_from_tool;
         let mut rows = vec![None; BLOCK.min(self.list.len())];
@@ -42,7 +42,7 @@ mod tests {
     use trueline_lsq::Loss;
     use trueline_sim::{Preset, simulate};
 
-    /// Against one at a time, of two lines, straight, bowed and with a shape; some observations lie outside the robot's recording.
+    /// Against one at a time, for two lines: straight, bowed and with a shape. Some observations lie outside the robot's recording.
     #[test]
     fn rows_are_those_of_one_observation_at_a_time() {
         let mut scenario = Preset::TwoLines.scenario();
@@ -70,7 +70,7 @@ mod tests {
                 assert!(last.is_none_or(|last| last < index));
                 last = Some(index);
                 let (residual, jacobian) = plain[index].take().unwrap();
-                // Rounding of lengths of a metre beside a whitener of some 1e5/m.
+                // Rounding of lengths of a metre times a whitener of some 1e5/m.
                 assert!((row.residual - residual).amax() < 1e-8, "{index}");
                 let scale = jacobian.amax();
                 assert!((row.jacobian - jacobian).amax() < 1e-12 * scale, "{index}");

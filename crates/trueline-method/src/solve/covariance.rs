@@ -1,12 +1,10 @@
 //! Calibrated covariance of the estimates.
 //!
-//! Were every residual independent and of the expected size, H⁻¹ would do. They are not: all features of
-//! a frame share the robot's error and the stamp's jitter, and neighbouring frames may be alike. So the
-//! scores (gradients) are summed frame by frame and their covariance, with neighbours up to a lag, takes
-//! the place of the expected one (cluster and autocorrelation consistent, \[Newey1987\]). That estimate is
-//! noisy, so it is drawn towards the expected one as far as its own noise demands \[Ledoit2004\]: where the
-//! data agree with the model the result is the model's. The model includes the common errors of the features of a frame:
-//! the robot's position error and the stamp's.
+//! H⁻¹ holds for independent residuals of the expected size. But all features of a frame share the robot's error and the stamp's jitter, and
+//! neighbouring frames may be correlated. The scores (gradients) are therefore summed frame by frame. Their covariance, with neighbours up to a lag,
+//! replaces the expected one (cluster and autocorrelation consistent, \[Newey1987\]). That estimate is noisy and is shrunk towards the expected one
+//! according to its own noise \[Ledoit2004\]. If the data agree with the model, the result is the model's. The model includes the common errors of
+//! the features of a frame: the robot's position error and the stamp's.
 
 use crate::input::noise_levels::NoiseLevels;
 use crate::problem::layout::Layout;
@@ -20,18 +18,18 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use std::collections::BTreeMap;
 use trueline_lsq::Information;
 
-/// A covariance and how it came about.
+/// A covariance and its origin.
 #[derive(Clone, Debug)]
 pub struct Uncertainty {
-    /// Covariance of the tangent, SI units; rows of unseen directions hold only what is seen.
+    /// Covariance of the tangent, SI units. Unobservable directions are left out.
     pub covariance: DMatrix<f64>,
     /// Variance of the whitened residuals about 1, corrected for the robust loss.
     pub variance_factor: f64,
-    /// Part of the covariance that is the model's, 0 to 1; the rest is the data's own.
+    /// Share of the model in the covariance, 0 to 1. The rest comes from the data.
     pub model_share: f64,
 }
 
-/// Sums over all observations that the robust covariance needs.
+/// Sums over all observations for the robust covariance.
 #[derive(Default)]
 struct Moments {
     count: f64,
@@ -40,12 +38,12 @@ struct Moments {
     score: f64,
 }
 
-/// The scores of all frames in the root's coordinates, and what the model expects of them.
+/// The scores of all frames in the root's coordinates, and their expected covariance.
 struct Scores {
     frames: RowTable,
-    /// Expected covariance of their sum; the unit matrix if every frame has one feature and there is no prior.
+    /// Expected covariance of their sum. It is the identity if every frame has one feature and there is no prior.
     expected: DMatrix<f64>,
-    /// The part of the information that was known beforehand, in the same coordinates.
+    /// The prior's part of the information, in the same coordinates.
     known: DMatrix<f64>,
     moments: Moments,
 }
@@ -68,7 +66,7 @@ pub fn assess(
     let per_weight = moments.score / moments.weight * freedom;
     let variance_factor = per_weight / (bend * bend);
     let (middle, model_share) = blend(&scores.frames, &scores.expected, per_weight);
-    // The measured level is that of the residuals: what was known beforehand keeps its own.
+    // The measured level is that of the residuals. The prior keeps its own.
     let middle = middle * variance_factor + &scores.known;
     Uncertainty { covariance: root * middle * root.transpose(), variance_factor, model_share }
 }
@@ -113,20 +111,20 @@ fn frame_scores(
     Scores { frames: frames.in_root(root), expected, known, moments }
 }
 
-/// Columns by the local unknowns of an observation for the four errors that the features of a frame share.
+/// Columns by the local unknowns of an observation for the four errors shared by the features of a frame.
 type ErrorColumns = SMatrix<f64, LOCAL_ALL, 4>;
 
-/// What the features of each frame have in common: the products between different ones of them.
+/// Shared errors of the features of each frame: the products between different features.
 #[derive(Default)]
 struct SharedErrors {
-    /// The columns of the features of the frame that is open, with their lines.
+    /// The columns of the features of the open frame, with their lines.
     open: Vec<(u32, ErrorColumns)>,
     /// Sums of the products of the columns of two lines.
     products: BTreeMap<(u32, u32), SMatrix<f64, LOCAL_ALL, LOCAL_ALL>>,
 }
 
 impl SharedErrors {
-    /// Takes the products between different features of the frame, and begins another.
+    /// Adds the products between different features of the frame, and begins another.
     fn close_frame(&mut self) {
         for (k, (line, columns)) in self.open.iter().enumerate() {
             for (other_line, other) in &self.open[..k] {
@@ -137,7 +135,7 @@ impl SharedErrors {
         self.open.clear();
     }
 
-    /// What the frames' features have in common, over all frames and unknowns.
+    /// The products of shared errors, over all frames and unknowns.
     fn sums(mut self, unknowns: &Unknowns) -> DMatrix<f64> {
         self.close_frame();
         let mut all = DMatrix::zeros(unknowns.dimension(), unknowns.dimension());
@@ -155,10 +153,10 @@ impl SharedErrors {
     }
 }
 
-/// The data's own covariance of the scores, drawn towards the expected one; and how far.
+/// The data's own covariance of the scores, shrunk towards the expected one, with the share of the latter.
 ///
-/// Products of frames up to L apart, weighed by the Bartlett kernel 1 − lag/(L + 1), are the products of running sums of L + 1 frames
-/// over L + 1: a kernel that falls as a line is a box beside itself.
+/// Products of frames up to L apart have the Bartlett weights 1 − lag/(L + 1). They equal the products of running sums of L + 1 frames, divided by L
+/// + 1, because the convolution of a box with itself is a triangle.
 pub(crate) fn blend(frames: &RowTable, expected: &DMatrix<f64>, per_weight: f64) -> (DMatrix<f64>, f64) {
     if frames.len() < 30 || per_weight <= 0.0 {
         return (expected.clone(), 1.0);
@@ -186,8 +184,8 @@ pub(crate) fn blend(frames: &RowTable, expected: &DMatrix<f64>, per_weight: f64)
     (own * (1.0 - share) + expected * share, share)
 }
 
-/// How many neighbouring frames are alike: the bandwidth of the Bartlett kernel that is best for a
-/// first-order process with the scores' own correlation \[Andrews1991, Eq. 6.2\].
+/// Number of correlated neighbouring frames: the optimal bandwidth of the Bartlett kernel for a first-order process with the scores' own correlation
+/// \[Andrews1991, Eq. 6.2\].
 fn lag_limit(scores: &RowTable) -> usize {
     let product: f64 = scores.iter().zip(scores.iter().skip(1)).map(|(one, next)| one.dot(&next)).sum();
     let power: f64 = scores.iter().map(|score| score.norm_squared()).sum();
@@ -201,11 +199,11 @@ fn lag_limit(scores: &RowTable) -> usize {
 mod tests {
     use super::*;
 
-    /// Against the kernel's weights and the products of frames so far apart.
+    /// Against the kernel's weights and the products of frames at each lag.
     #[test]
     fn running_sums_weigh_neighbours_by_the_kernel() {
         let mut frames = RowTable::new(2);
-        // Alike for some frames, so that there are lags.
+        // Correlated over some frames, so that there are lags.
         let value = |k: usize| [(k as f64 * 0.4).sin() + (k as f64 * 7.1).cos(), (k as f64 * 0.3).cos()];
         for k in 0..90 {
             frames.push().copy_from_slice(&value(k));

@@ -1,8 +1,8 @@
 //! Lines that are held where a drawing, or a measurement of the part, has them.
 //!
-//! Only a target of known place shows a translation at a constant attitude. How well the place is known goes into every ± as for
-//! all that is held (its consider covariance). A scan whose tilts show the line better than the
-//! drawing does is better off without it.
+//! Only a target of known place makes a translation observable at a constant attitude. The uncertainty of the place enters every result, as for all
+//! held quantities (consider covariance). If the tilts of a scan determine the line better than the drawing does, the scan is better without the
+//! drawing.
 
 use crate::config::DrawnLine;
 use crate::error::Error;
@@ -21,7 +21,7 @@ pub fn components(drawn: &[DrawnLine], lines: usize) -> Result<Vec<usize>, Error
     Ok(drawn.iter().flat_map(|drawn| line_index(drawn.line)..line_index(drawn.line + 1)).collect())
 }
 
-/// How well each of them is known: rad about both cross axes, m along them.
+/// Standard deviation of each: rad about both cross axes, m along them.
 #[must_use]
 pub fn sigmas(drawn: &[DrawnLine]) -> Vec<(usize, f64)> {
     let of_line = |drawn: &DrawnLine| {
@@ -32,10 +32,10 @@ pub fn sigmas(drawn: &[DrawnLine]) -> Vec<(usize, f64)> {
     drawn.iter().flat_map(of_line).collect()
 }
 
-/// The fit with the lines where they are drawn; the solver holds them.
+/// The fit with the lines where they are drawn. The solver holds them.
 ///
 /// # Errors
-/// As [`Solver::fit`].
+/// Those of [`Solver::fit`].
 pub(crate) fn fit_to(solver: &Solver<'_>, near: Fit, drawn: &[DrawnLine]) -> Result<Fit, Error> {
     if drawn.is_empty() {
         return Ok(near);

@@ -1,4 +1,4 @@
-//! A solved problem and how it got there.
+//! A solved problem with its history.
 
 use crate::config::Config;
 use crate::input::noise_levels::NoiseLevels;
@@ -10,20 +10,20 @@ use crate::problem::prior::Prior;
 use crate::problem::usable::UsableObservations;
 use trueline_lsq::{Information, Iteration, Solution};
 
-/// A solved problem and how it got there.
+/// A solved problem with its history.
 #[derive(Clone, Debug)]
 pub struct Fit {
-    /// The observations that took part.
+    /// The observations used.
     pub placed: UsableObservations,
     /// The optimum.
     pub solution: Solution<Parameters>,
-    /// The noise that is really there.
+    /// The actual noise.
     pub noise: NoiseLevels,
-    /// Where the residuals were whitened.
+    /// Parameters at which the residuals were whitened.
     pub whitened_at: Parameters,
     /// Directions that were held.
     pub prior: Option<Prior>,
-    /// What was known of the sensor's shape.
+    /// Prior of the sensor's shape.
     pub shape_prior: Option<ShapePrior>,
     /// Every step.
     pub iterations: Vec<Iteration<Parameters>>,
@@ -46,7 +46,7 @@ impl Fit {
         .with_threads(config.threads)
     }
 
-    /// What is known of the unknowns; some of them may be held.
+    /// The information on the unknowns, some of which may be held.
     #[must_use]
     pub fn information(&self, fixed: &[usize], threshold: f64) -> Option<Information> {
         let known = self.parameters().unknowns().known_before();

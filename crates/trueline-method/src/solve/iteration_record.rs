@@ -1,4 +1,4 @@
-//! What one step of the solver did.
+//! Record of one step of the solver.
 
 use crate::config::ResidualKind;
 use crate::input::observations::{Observation, Observations};
@@ -6,12 +6,12 @@ use crate::problem::parameters::Parameters;
 use crate::problem::simd::{Scan, SquaredLengths, sweep};
 use trueline_lsq::Iteration;
 
-/// One step of the solver, as the paper's Figs. 6 to 8 draw it.
+/// One step of the solver, as drawn in the paper's Figs. 6 to 8.
 #[derive(Clone, Debug)]
 pub struct IterationRecord {
-    /// Cost ½ Σ ρ at this stage's loss, over this stage's observations: a long scan is followed by some of them first.
+    /// Cost ½ Σ ρ with this stage's loss and observations. A long scan uses a subset first.
     pub cost: f64,
-    /// Root mean square distance from the line of all usable features that turned out to be no outliers, m.
+    /// RMS distance from the line of all usable features that are inliers at the end, m.
     pub rms_m: f64,
     /// Unknowns before the step.
     pub parameters: Parameters,
@@ -20,7 +20,7 @@ pub struct IterationRecord {
 }
 
 impl IterationRecord {
-    /// Of a step, with the distances of `list`.
+    /// From a step, with the distances of `list`.
     #[must_use]
     pub(crate) fn of(
         observations: &Observations,
@@ -36,7 +36,7 @@ impl IterationRecord {
     }
 }
 
-/// Root mean square distance from the lines, m.
+/// RMS distance from the lines, m.
 fn rms_m(observations: &Observations, list: &[Observation], at: &Parameters) -> f64 {
     let mut distances = SquaredLengths::default();
     sweep(&Scan { observations, list, at, residual: ResidualKind::PointToLine }, &mut distances);

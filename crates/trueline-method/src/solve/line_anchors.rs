@@ -1,13 +1,13 @@
-//! Where along itself a line is held.
+//! Anchor and direction of the lines.
 
 use crate::input::observations::Observations;
 use crate::order_statistics::median;
 use crate::problem::parameters::Parameters;
 use crate::problem::placement::placement;
 
-/// The same parameters with each line anchored amid its points and directed as the scan runs along it.
+/// The same parameters with each line anchored at the middle of its points and directed along the scan's motion.
 ///
-/// Medians, so that wild points do not matter. A scan without progress keeps the direction it has.
+/// Medians make wild points harmless. A scan without progress keeps its direction.
 #[must_use]
 pub(crate) fn with_lines_amid_points(observations: &Observations, mut at: Parameters) -> Parameters {
     let mut progress: Vec<Vec<(f64, f64)>> = vec![Vec::new(); observations.line_count];

@@ -1,15 +1,15 @@
-//! Starts for a robot that stands at each reading. Its readings are few and its tool may be long, so their points lie on no line before the
-//! translation is known.
+//! Starts for a robot that stands at each reading. Its readings are few and its tool may be long, so the points form no line before the translation
+//! is known.
 //!
-//! If the attitude R of the sensor and the direction v of a line are assumed, translation and place of the line follow from a linear problem.
-//! With a and b square to v, each reading c at a pose (R_i, p_i) is two equations,
+//! For an assumed attitude R of the sensor and direction v of a line, translation and place of the line follow from a linear problem. With a and b
+//! perpendicular to v, each reading c at a pose (R_i, p_i) gives two equations,
 //!
 //! ```text
 //! a·R_i t − α = −a·(R_i R c + p_i),   b·R_i t − β = −b·(R_i R c + p_i).
 //! ```
 //!
-//! Attitudes and directions are tried on a grid for the line with the most readings. With the translation of each the points of the other lines
-//! are placed, and those that leave least of all lines are starts.
+//! Attitudes and directions are tried on a grid for the line with the most readings. The translation of each places the points of the other lines.
+//! The trials with the smallest residuals over all lines are the starts.
 
 use crate::input::observations::{Observation, Observations};
 use crate::problem::parameters::Parameters;
@@ -19,22 +19,22 @@ use nalgebra::{Matrix5, UnitQuaternion, UnitVector3, Vector3, Vector5};
 use trueline_dataset::Guess;
 use trueline_geometry::{Line, Pose, se3, so3};
 
-/// Turns about each axis between the attitudes of a cube, rad: with them no attitude is farther than some 25° from the next.
+/// Rotations about each axis between the attitudes of a cube, rad. With them neighbouring attitudes are within some 25°.
 const BETWEEN_RAD: [f64; 3] = [-std::f64::consts::FRAC_PI_6, 0.0, std::f64::consts::FRAC_PI_6];
 
 /// Directions of a line that are tried, half a sphere of them: neighbours are 20° apart.
 const DIRECTIONS: usize = 48;
 
-/// Turn from one direction to the next about the pole, rad: it fills a sphere evenly.
+/// Rotation about the pole between successive directions, rad: it fills a sphere evenly.
 const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
 
-/// Trials of one line with which the others are placed.
+/// Number of trials of one line that are tested on the other lines.
 const PLACED: usize = 31_104;
 
-/// Starts that are followed: the residuals of a grid of 20° rank them roughly.
+/// Number of starts that are solved: the residuals of a grid of 20° rank them only roughly.
 const FOLLOWED: usize = 3_000;
 
-/// Ridge of the linear problem for each reading: a translation that no reading shows stays small.
+/// Ridge of the linear problem for each reading, which keeps an unobservable translation small.
 const RIDGE: f64 = 1e-9;
 
 /// A reading of the line with the most of them.
@@ -43,7 +43,7 @@ struct Reading {
     point_in_camera: Vector3<f64>,
 }
 
-/// What an attitude and a direction leave.
+/// The result for an attitude and a direction.
 struct Trial {
     mean_square_m2: f64,
     attitude: UnitQuaternion<f64>,
@@ -51,7 +51,7 @@ struct Trial {
     line: Line,
 }
 
-/// The starts that leave least.
+/// The starts with the smallest residuals.
 #[must_use]
 pub(crate) fn starts(observations: &Observations, sample: &[Observation]) -> Vec<Parameters> {
     let (line, readings) = most_seen(observations, sample);
@@ -130,7 +130,7 @@ fn direction(k: usize) -> UnitVector3<f64> {
     UnitVector3::new_normalize(Vector3::new(radius * cos, radius * sin, height))
 }
 
-/// Translation and line that leave least for an attitude and a direction.
+/// The best translation and line for an attitude and a direction.
 fn tried(readings: &[Reading], attitude: UnitQuaternion<f64>, direction: &UnitVector3<f64>) -> Option<Trial> {
     let line = Line::new(Vector3::zeros(), direction);
     let axes = line.axes();
@@ -170,7 +170,7 @@ fn tried(readings: &[Reading], attitude: UnitQuaternion<f64>, direction: &UnitVe
 mod tests {
     use super::*;
 
-    /// Readings at twelve stops with a long tool, exact: beside the true attitude and direction nothing is left, and the translation is right.
+    /// Exact readings at twelve stops with a long tool: at the true attitude and direction the residuals vanish and the translation is correct.
     #[test]
     fn the_true_attitude_and_direction_leave_nothing() {
         let attitude = so3::exp(&Vector3::new(0.3, -1.2, 2.0));
@@ -189,7 +189,7 @@ mod tests {
             .collect();
         let found = tried(&readings, attitude, &direction);
         let found = found.as_ref().map(|trial| (trial.mean_square_m2, trial.translation_m - translation_m));
-        // The ridge draws by a part of 1e-9; squares of a metre are subtracted.
+        // The ridge biases by 1e-9, relative. Squares of a metre are subtracted.
         assert!(found.is_some_and(|(left, off)| left < 1e-9 && off.norm() < 1e-5), "{found:?}");
         let turned = tried(&readings, attitude * so3::exp(&(Vector3::x() * 0.3)), &direction);
         assert!(turned.is_some_and(|trial| trial.mean_square_m2 > 1e-6));

@@ -8,18 +8,18 @@ use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use trueline_lsq::{Loss, SolveOptions, solve};
 
-/// Observations that a search looks at, of all lines together: every line shows time offset and hand-eye …
+/// Observations used by a search, of all lines together. Every line determines time offset and hand-eye …
 const LOOKED_AT: usize = 160;
 /// … but at least this number of each.
 const LEAST_OF_LINE: usize = 60;
-/// A search takes features for no better than this, m: of those that are known to a micrometre a thousand σ are no part of the field of view.
+/// Least noise of features in a search, m. For features with a stated micrometre, a thousand σ would be a small part of the field of view.
 const SEARCHED_SIGMA_M: f64 = 10e-6;
-/// Scales of the loss, σ: the first is a good part of the field of view.
+/// Scales of the loss, σ. The first covers a good part of the field of view.
 pub(crate) const SCALES: [f64; 6] = [1000.0, 300.0, 100.0, 30.0, 10.0, 5.0];
 /// Candidates nearer than this in time offset, s, may be in one local minimum.
 pub(crate) const SAME_OFFSET_S: f64 = 0.02;
 
-/// Where a narrowing has led.
+/// The result of a narrowing.
 #[derive(Clone, Debug)]
 pub(crate) struct Candidate {
     /// Cost at its last scale.
@@ -33,23 +33,23 @@ pub(crate) struct Candidate {
 pub(crate) struct Stage {
     /// Scale of the loss, σ.
     pub scale: f64,
-    /// Most iterations.
+    /// Maximum iterations.
     pub iterations: usize,
 }
 
-/// What a search narrows on.
+/// The data of a search.
 #[derive(Clone, Copy)]
 pub(crate) struct Narrowing<'a> {
     /// Trajectory and sheet.
     pub observations: &'a Observations,
-    /// The observations that are looked at.
+    /// The observations used.
     pub sample: &'a [Observation],
-    /// Expected noise, as large as a search needs it.
+    /// Expected noise, with the search's lower bound.
     noise: NoiseLevels,
 }
 
 impl<'a> Narrowing<'a> {
-    /// A search among a sample.
+    /// A search on a sample.
     pub(crate) fn new(
         observations: &'a Observations,
         sample: &'a [Observation],
@@ -62,12 +62,12 @@ impl<'a> Narrowing<'a> {
         Self { observations, sample, noise: NoiseLevels { factor, ..*noise } }
     }
 
-    /// The same search among another sample.
+    /// The same search on another sample.
     pub(crate) fn among(self, sample: &'a [Observation]) -> Self {
         Self { sample, ..self }
     }
 
-    /// Follows a start through one scale; `None` if the cost is not finite there.
+    /// Solves from a start at one scale. `None` if the cost is not finite there.
     #[must_use]
     pub(crate) fn narrow(&self, stage: Stage, start: Parameters) -> Option<Candidate> {
         let loss = Loss::GemanMcClure { scale: stage.scale };
@@ -83,7 +83,7 @@ impl<'a> Narrowing<'a> {
         Some(Candidate { cost: solution.equations.cost, parameters: solution.state })
     }
 
-    /// Follows a start through several scales.
+    /// Solves from a start through several scales.
     #[must_use]
     pub(crate) fn follow(&self, scales: &[f64], iterations: usize, start: Parameters) -> Option<Candidate> {
         let start = Candidate { cost: f64::INFINITY, parameters: start };
@@ -93,13 +93,13 @@ impl<'a> Narrowing<'a> {
     }
 }
 
-/// The observations that a search looks at.
+/// The observations used by a search.
 #[must_use]
 pub(crate) fn sample(observations: &Observations) -> Vec<Observation> {
     thin(observations, (LOOKED_AT / observations.line_count.max(1)).max(LEAST_OF_LINE))
 }
 
-/// Every n-th observation of each line, so that about `wanted` of each are left.
+/// Every n-th observation of each line, about `wanted` of each.
 #[must_use]
 pub(crate) fn thin(observations: &Observations, wanted: usize) -> Vec<Observation> {
     let mut totals = vec![0_usize; observations.line_count];

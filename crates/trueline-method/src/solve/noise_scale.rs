@@ -1,15 +1,14 @@
-//! How large the noise really is.
+//! Estimates the actual noise level.
 
 use crate::order_statistics::median;
 
-/// Squared whitened residual (two components) that good data exceed once in a thousand, χ²₂ at 99.9 %: residuals up to here estimate
-/// the noise.
+/// Squared whitened residual (two components) that inliers exceed once in a thousand, χ²₂ at 99.9 %. Residuals up to this estimate the noise.
 const ORDINARY_SQUARED: f64 = 13.816;
 
-/// How much larger the good residuals are than expected: the factor on all standard deviations.
+/// Ratio of the inliers' residuals to the expected ones: the factor on all standard deviations.
 ///
-/// The variance of the ordinary ones, whose limit moves with it until both agree; the mean of s/2
-/// below the 99.9 % limit of χ²₂ is 0.99310 (1 − 0.001·(1 + 13.816/2)/0.999).
+/// The variance of the residuals below the limit. The limit moves with the variance until both agree. The mean of s/2 below the 99.9 % limit of χ²₂
+/// is 0.99310 (1 − 0.001·(1 + 13.816/2)/0.999).
 #[must_use]
 pub fn noise_factor(squared: &[f64]) -> f64 {
     // The median of χ²₂ is 2 ln 2.

@@ -1,4 +1,4 @@
-//! Lines through the points as a time offset and a hand-eye transform place them.
+//! Lines through points placed with a time offset and a hand-eye transform.
 
 use crate::input::observations::{Observation, Observations};
 use crate::problem::parameters::Parameters;
@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use trueline_dataset::Guess;
 use trueline_geometry::{Line, fit};
 
-/// The lines that fit the points as they fall with a time offset and a hand-eye transform.
+/// The lines that fit the points placed with a time offset and a hand-eye transform.
 #[must_use]
 pub(crate) fn lines_for(
     observations: &Observations,

@@ -13,26 +13,25 @@ use crate::solve::seam_chart::{with_bows, with_shape};
 use crate::solve::solver::Solver;
 use trueline_lsq::{Iteration, Loss, Solution, SolveOptions, solve};
 
-/// Most rounds of narrowing: from metres to micrometres at a third each.
+/// Maximum rounds of narrowing: from metres to micrometres at a third each.
 const NARROWING_ROUNDS: usize = 12;
-/// A guess of the time offset may be this far off while the narrowing begins, s.
+/// Possible error of the guessed time offset while the narrowing begins, s.
 const NARROWING_MARGIN_S: f64 = 0.050;
-/// The last rounds hardly move the offset any more, s.
+/// The last rounds hardly change the time offset, s.
 const FINAL_MARGIN_S: f64 = 10e-6;
-/// A fit that is only compared, or started from, ends with a step below one σ: as steps shrink by far more
-/// than ten, it is then within a tenth of its optimum.
+/// Convergence threshold, σ, of a fit that is only compared or used as a start. Steps shrink by far more than a factor of ten, so the fit is then
+/// within a tenth of σ of its optimum.
 const ROUGH: f64 = 1.0;
-/// The reported one, σ. Steps shrink sixteenfold, for the loss bends: a step of this length leaves a tenth of it.
+/// Convergence threshold of the reported fit, σ. Steps shrink sixteenfold, because of the loss. A step of this length leaves a tenth of it.
 const FINE: f64 = 1e-4;
-/// Damping from a start that is near. The usual 1e-6 holds back directions whose information is a millionth of their unknowns' own;
-/// this hardly does.
+/// Damping from a nearby start. The usual 1e-6 slows directions with a millionth of their unknowns' own information. This value hardly does.
 const NEAR_DAMPING: f64 = 1e-8;
-/// Noise smaller than this part of what was expected is taken as that: a perfect simulation has none.
+/// Least noise as a fraction of the expected noise: a perfect simulation has none.
 const LEAST_NOISE_FACTOR: f64 = 1e-3;
 
 impl Solver<'_> {
-    /// The optimum from a start: first a redescending loss as wide as the residuals are, narrowed while they shrink;
-    /// then the final loss, whitened for the noise that is really there.
+    /// The optimum from a start. A redescending loss as wide as the residuals is narrowed while they shrink. The final loss follows, whitened for
+    /// the actual noise.
     ///
     /// # Errors
     /// [`Error::NoStart`] if the cost is not finite.
@@ -42,7 +41,7 @@ impl Solver<'_> {
         let mut state = start;
         let mut last_width = f64::INFINITY;
         for _ in 0..NARROWING_ROUNDS {
-            // Three times the typical residual keeps the good ones and gives little weight to the wild ones.
+            // Three times the typical residual keeps the inliers and gives little weight to outliers.
             rounds.placed =
                 UsableObservations::within(self.observations, state.time_offset_s, NARROWING_MARGIN_S);
             let list = rounds.placed.of(self.observations);
@@ -60,34 +59,34 @@ impl Solver<'_> {
         rounds.finish(*noise, state, &[ROUGH, ROUGH])
     }
 
-    /// The optimum again, from one that is near; its steps follow those that led there.
+    /// Refines a nearby optimum. Its steps are appended to those of the earlier fit.
     ///
     /// # Errors
-    /// As [`Solver::fit`].
+    /// Those of [`Solver::fit`].
     pub(crate) fn refit(&self, near: &Fit) -> Result<Fit, Error> {
         let rounds = Rounds::after(*self, near.iterations.clone());
         rounds.finish(self.settings.noise, near.parameters().clone(), &[ROUGH])
     }
 
-    /// The same to the last digit.
+    /// The same to full convergence.
     ///
     /// # Errors
-    /// As [`Solver::fit`].
+    /// Those of [`Solver::fit`].
     pub(crate) fn converge(&self, near: &Fit) -> Result<Fit, Error> {
         self.converge_from(near, near.parameters().clone())
     }
 
-    /// The same from a start beside it.
+    /// The same from a nearby start.
     ///
     /// # Errors
-    /// As [`Solver::fit`].
+    /// Those of [`Solver::fit`].
     pub(crate) fn converge_from(&self, near: &Fit, start: Parameters) -> Result<Fit, Error> {
         let rounds = Rounds::after(*self, near.iterations.clone());
         rounds.finish(near.noise, start, &[FINE])
     }
 }
 
-/// Solves one after the other, and what they have done so far.
+/// Successive solves with their history.
 struct Rounds<'a> {
     solver: Solver<'a>,
     placed: UsableObservations,
@@ -123,8 +122,7 @@ impl<'a> Rounds<'a> {
         Ok(solution)
     }
 
-    /// The final loss to each threshold in turn; every round begins with the noise and the lines' anchors
-    /// that the one before left.
+    /// Solves with the final loss to each threshold in turn. Every round begins with the noise and the lines' anchors from the previous one.
     fn finish(
         mut self,
         expected: NoiseLevels,
@@ -153,7 +151,7 @@ impl<'a> Rounds<'a> {
         })
     }
 
-    /// Selects what can be placed, measures the noise there, and lays the charts of line, bow and shape amid the points.
+    /// Selects the observations that can be placed, measures the noise, and anchors the charts of line, bow and shape at the middle of the points.
     fn prepare(&mut self, mut noise: NoiseLevels, state: Parameters) -> (NoiseLevels, Parameters) {
         let Solver { observations, settings } = self.solver;
         self.placed = UsableObservations::within(observations, state.time_offset_s, FINAL_MARGIN_S);
@@ -165,7 +163,7 @@ impl<'a> Rounds<'a> {
         (noise, self.modelled(state))
     }
 
-    /// The paper's residual supports straight lines and an exact sensor only. A bow is laid over its line once.
+    /// The paper's residual supports only straight lines and an exact sensor. A bow is added to its line once.
     fn modelled(&self, mut state: Parameters) -> Parameters {
         let Solver { observations, settings } = self.solver;
         if state.curvatures.is_empty() {

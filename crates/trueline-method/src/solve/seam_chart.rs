@@ -1,4 +1,4 @@
-//! From straight lines to all that is modelled: where the bow of each seam counts from.
+//! Adds bows and shape to straight lines, with the origin of each seam's bow.
 
 use crate::input::observations::{Observation, Observations};
 use crate::problem::parameters::Parameters;
@@ -6,12 +6,12 @@ use crate::problem::placement::placement;
 use nalgebra::Vector2;
 use trueline_model::{Curvature, SheetShape};
 
-/// Part of a line's points that may lie beyond either end of what counts as visible: outliers.
+/// Fraction of a line's points that may lie beyond each end of the visible part, as outliers.
 const BEYOND: f64 = 0.02;
-/// A seam of which less is seen has no bow worth the name; half of it, m.
+/// Half the length of the shortest seam whose bow is modelled, m.
 const LEAST_HALF_LENGTH_M: f64 = 5e-3;
 
-/// The same parameters with a bow of zero for each line that has none.
+/// The same parameters with a zero bow for each line that has none.
 #[must_use]
 pub fn with_bows(observations: &Observations, list: &[Observation], mut at: Parameters) -> Parameters {
     if !at.curvatures.is_empty() {
@@ -43,7 +43,7 @@ fn straight_over(mut along: Vec<f64>) -> Curvature {
     }
 }
 
-/// The same parameters with a shape of zero, if they have none.
+/// The same parameters with a zero shape, if they have none.
 #[must_use]
 pub fn with_shape(observations: &Observations, mut at: Parameters) -> Parameters {
     if at.shape.is_none() {

@@ -1,21 +1,21 @@
-//! What every solve of a calibration shares.
+//! Settings shared by all solves of a calibration.
 
 use crate::config::Config;
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::shape_prior::ShapePrior;
 use crate::problem::prior::Prior;
 
-/// What every solve of a calibration shares.
+/// Settings shared by all solves of a calibration.
 #[derive(Clone, Copy)]
 pub struct FitSettings<'a> {
     /// The user's choices.
     pub config: &'a Config,
     /// Expected noise.
     pub noise: NoiseLevels,
-    /// Components that are held where they start.
+    /// Components held at their start.
     pub fixed: &'a [usize],
     /// Directions that are held at a guess.
     pub prior: Option<&'a Prior>,
-    /// What is known of the sensor's shape; `None` takes the sensor for exact.
+    /// Prior of the sensor's shape. `None` for an exact sensor.
     pub shape_prior: Option<ShapePrior>,
 }

@@ -1,4 +1,4 @@
-//! The context of every solve of a calibration, bound once.
+//! The context shared by all solves of a calibration.
 
 use crate::input::observations::Observations;
 use crate::problem::line_problem::{Criterion, LineProblem};
@@ -6,16 +6,16 @@ use crate::problem::parameters::Parameters;
 use crate::solve::settings::FitSettings;
 use trueline_lsq::{LeastSquares, Loss};
 
-/// Observations and how they are fitted; see [`crate::solve::refine`] for what it does with them.
+/// Observations with the settings of their fit. See [`crate::solve::refine`] for the solves.
 #[derive(Clone, Copy)]
 pub struct Solver<'a> {
-    /// What is fitted.
+    /// The observations.
     pub observations: &'a Observations,
-    /// How.
+    /// The settings.
     pub settings: FitSettings<'a>,
 }
 
-/// A loss for which everything beyond 8 σ is an outlier.
+/// A loss that rejects everything beyond 8 σ as an outlier.
 pub(crate) const REJECTING: Loss = Loss::Tukey { scale: 8.0 };
 
 impl<'a> Solver<'a> {
@@ -28,8 +28,7 @@ impl<'a> Solver<'a> {
         Solver { observations, settings: self.settings }
     }
 
-    /// Twice the negative log likelihood of all features, those that are outliers or cannot be placed counting as such, and
-    /// of the prior.
+    /// Twice the negative log likelihood of all features and of the prior. Outliers and features that cannot be placed are included.
     #[must_use]
     pub(crate) fn twice_negative_log_likelihood(&self, at: &Parameters) -> f64 {
         let criterion = Criterion { residual: self.settings.config.residual, loss: REJECTING };

@@ -1,7 +1,7 @@
-//! Start: from a guess, or from nothing.
+//! Start: from a guess, or from the data alone.
 //!
-//! From nothing: all 24 attitudes of a cube times a coarse grid of time offsets, zero translation, the
-//! lines by robust principal axes of the points that follow; then `solve::narrowing`. Where the robot stands: `solve::linear_start`.
+//! Without a guess: all 24 attitudes of a cube times a coarse grid of time offsets, zero translation, and the lines from robust principal axes of
+//! the resulting points. `solve::narrowing` follows. For a standing robot see `solve::linear_start`.
 
 use crate::config::Config;
 use crate::error::Error;
@@ -17,43 +17,43 @@ use nalgebra::Vector3;
 use trueline_dataset::Guess;
 use trueline_geometry::{Pose, se3, so3};
 
-/// How widely is searched.
+/// Breadth of a search.
 #[derive(Clone, Copy, Debug)]
 pub struct Breadth {
-    /// Distance of neighbouring offsets of the grid, s.
+    /// Step of the grid of time offsets, s.
     offset_step_s: f64,
-    /// Starts that are followed beyond the first scale.
+    /// Number of starts that are followed beyond the first scale.
     survivors: usize,
-    /// Valleys that are followed to their bottom: with little tilt a mirrored solution fits almost as well as the true one.
+    /// Number of minima that are solved in full. With little tilt a mirrored solution fits almost as well as the true one.
     finalists: usize,
 }
 
 impl Breadth {
-    /// Enough for scans of 20 s. The basin reaches about 0.4 s to either side.
+    /// For scans of 20 s. The basin of convergence extends about 0.4 s to either side.
     pub(crate) const USUAL: Self = Self { offset_step_s: 0.4, survivors: 24, finalists: 4 };
-    /// Where the time offset is known to a fraction of a second and a wrong answer is far from the right one.
+    /// For a time offset known to a fraction of a second, with wrong answers far from the right one.
     pub(crate) const GLANCE: Self = Self { offset_step_s: 0.4, survivors: 8, finalists: 2 };
-    /// Where that has found nothing good: in a scan of a few seconds a wrong attitude fits for a while.
+    /// If the usual search found nothing good. In a scan of a few seconds a wrong attitude can fit for a while.
     pub const WIDE: Self = Self { offset_step_s: 0.2, survivors: 100, finalists: 12 };
-    /// Where the robot stands: of a dozen readings hundreds of wrong attitudes leave little, and following each takes a millisecond.
+    /// For a standing robot. With a dozen readings hundreds of wrong attitudes leave small residuals, and solving from each takes a millisecond.
     pub(crate) const STOPS: Self = Self { offset_step_s: 0.2, survivors: 1_000, finalists: 100 };
 }
 
-/// Observations of a line that decide between the finalists.
+/// Observations of a line used to choose between the finalists.
 const FINAL_SAMPLE: usize = 500;
 /// Candidates nearer than this may be in one local minimum.
 const SAME_TURN_RAD: f64 = 0.05;
 
-/// The start from a guess of offset and hand-eye.
+/// The start from a guess of time offset and hand-eye.
 ///
 /// # Errors
-/// [`Error::NoStart`] if no feature can be placed with it.
+/// [`Error::NoStart`] if it places no feature.
 pub fn from_guess(observations: &Observations, guess: &Guess) -> Result<Parameters, Error> {
     let lines = lines_for(observations, &observations.list, guess).ok_or(Error::NoStart)?;
     Ok(Parameters::straight(guess, lines))
 }
 
-/// The start from nothing at all.
+/// The start without a guess.
 ///
 /// # Errors
 /// [`Error::NoStart`] if no start leads to a finite cost.
@@ -92,10 +92,9 @@ pub fn from_nothing(
     best.map(|candidate| candidate.parameters).ok_or(Error::NoStart)
 }
 
-/// The solution that looks alike while the attitude is constant: the sheet leans against the line the
-/// other way. Turned by half a turn about the line in base and about its own normal, the sheet keeps every
-/// offset square to the line and reverses those along it, which a line cannot show. Only tilting separates the two, so with little tilt
-/// a search can end in the wrong one.
+/// The solution that is indistinguishable at a constant attitude: the sheet is tilted against the line in the opposite direction. A half turn of the
+/// sheet about the line in base and then about its own normal keeps every offset perpendicular to the line. It reverses offsets along the line,
+/// which are not measured. Only tilting separates the two, so with little tilt a search can end in the wrong one.
 #[must_use]
 pub(crate) fn mirrored(
     observations: &Observations,
@@ -109,7 +108,7 @@ pub(crate) fn mirrored(
     let rotation = half_turn(&line_in_tool)
         * at.tool_from_camera.rotation
         * half_turn(observations.sheet.plane().normal());
-    // The middle of the points stays where it is.
+    // The middle of the points is kept in place.
     let centre = sample.iter().map(|o| o.point_in_camera).sum::<Vector3<f64>>() / sample.len() as f64;
     let shift = at.tool_from_camera.rotation * centre - rotation * centre;
     let tool_from_camera = se3::from_parts(rotation, at.tool_from_camera.translation.vector + shift);
@@ -118,7 +117,7 @@ pub(crate) fn mirrored(
     Some(Parameters::straight(&guess, lines))
 }
 
-/// The best few candidates of which no two are in the same local minimum.
+/// The best few candidates in distinct local minima.
 fn different(mut candidates: Vec<Candidate>, most: usize) -> Vec<Candidate> {
     candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let mut chosen: Vec<Candidate> = Vec::new();
@@ -139,7 +138,7 @@ fn different(mut candidates: Vec<Candidate>, most: usize) -> Vec<Candidate> {
     chosen
 }
 
-/// All attitudes of a cube at all time offsets of the grid, without a translation.
+/// All attitudes of a cube at all time offsets of the grid, with zero translation.
 fn cube_starts(
     observations: &Observations,
     sample: &[Observation],

@@ -1,21 +1,20 @@
-//! Whether two results of one scan agree: that of its seam points and that of its plates.
+//! Tests whether the seam points' and the plates' answers of one scan agree.
 
 use nalgebra::{DMatrix, DVector};
 use trueline_lsq::Information;
 
-/// Answers that differ by more standard deviations do not agree.
+/// Answers that differ by more standard deviations than this disagree.
 pub(crate) const AGREEMENT_SIGMAS: f64 = 3.0;
 
-/// How far two answers are apart, in standard deviations of a normal number that is as rare: d = Δᵀ C⁻¹ Δ is χ² with as many
-/// degrees as there are components, and (d/k)^⅓ is normal with mean 1 − 2/9k and variance 2/9k \[WilsonHilferty1931\]. `None` if nothing
-/// can be compared.
+/// Distance of two answers as an equivalent number of standard deviations of a normal variable. d = Δᵀ C⁻¹ Δ is χ² with k degrees of freedom, one
+/// for each component. (d/k)^⅓ is nearly normal with mean 1 − 2/9k and variance 2/9k \[WilsonHilferty1931\]. `None` if nothing can be compared.
 ///
-/// The covariance of the difference is the caller's. Where it is taken as the sum of both answers' own, though they share frames and the
-/// robot's noise, it is too large, and the figure is on the small side: it finds contradictions, not the last sigma.
+/// The caller supplies the covariance of the difference. The sum of both answers' covariances is too large, because the answers share frames and
+/// robot noise. The distance is then too small: it reveals contradictions, but it is not exact to one standard deviation.
 #[must_use]
 pub fn sigmas_apart(difference: &DVector<f64>, covariance: &DMatrix<f64>) -> Option<f64> {
     let information = Information::new(covariance, &[], 1e-9)?;
-    // The root of C⁻¹ over what C does not hold exact.
+    // The root of C⁻¹, without components that C holds exact.
     let whitened = information.covariance_root().transpose() * difference;
     let k = whitened.len() as f64;
     if k == 0.0 {
@@ -31,9 +30,10 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
 
     #[test]
-    fn what_is_as_rare_as_three_sigma_is_three_sigma() {
-        // χ²₇ exceeds 18.475 and 24.322 as often as a normal number exceeds 2.326 and 3.090 (one-sided: 1 % and 0.1 %), and χ²₁ exceeds 6.635 as
-        // often as it exceeds 2.326. The approximation of Wilson and Hilferty is good to 0.05 with seven degrees and to 0.15 with one.
+    fn events_as_rare_as_three_sigma_are_three_sigma() {
+        // χ²₇ exceeds 18.475 and 24.322 with the probability with which a normal variable exceeds 2.326 and 3.090 (one-sided: 1 % and 0.1 %). χ²₁
+        // exceeds 6.635 with the probability of 2.326. The approximation of Wilson and Hilferty is good to 0.05 with seven degrees of freedom and to
+        // 0.15 with one.
         let at = |squared: f64, size: usize| {
             let mut difference = DVector::zeros(size);
             difference[0] = squared.sqrt() * 2.0;

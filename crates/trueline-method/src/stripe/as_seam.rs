@@ -1,9 +1,7 @@
-//! The plates' answer in the words of a seam: where the two plates meet is a line with a bow, and the covariance of the plates
-//! is one of that line.
+//! Converts the plates' answer into that of a seam: the intersection of the plates as a line with a bow, with its covariance.
 //!
-//! On the seam (r = 0) the surfaces move the plates by f_k(s) = β₃ s² + β₇ s³, and the seam by u(s) with n_k·u = f_k. Its even
-//! part is the bow, its odd part turns the line: over the visible length ℓ to either side, s³ is ⅗ ℓ² s but for what no
-//! straight line with a bow can follow.
+//! On the seam (r = 0) the surface terms move the plates by f_k(s) = β₃ s² + β₇ s³, and the seam by u(s) with n_k·u = f_k. The even part of u is the
+//! bow. The odd part turns the line: over the visible half-length ℓ, s³ is fitted by ⅗ ℓ² s. A line with a bow cannot follow the rest.
 
 use crate::problem::parameters::{Parameters, line_index};
 use crate::stripe::state::StripeState;
@@ -16,10 +14,10 @@ use trueline_model::{Curvature, Plate};
 const SQUARE: usize = 2;
 /// Index of the term s³.
 const CUBE: usize = 6;
-/// Steps of the differences: the map is smooth over millimetres, and these are below a micrometre there.
+/// Step of the differences. The map is smooth over millimetres, and these steps are below a micrometre.
 const STEP: f64 = 1e-6;
 
-/// The seam of a state; ℓ of each line is that of `like`.
+/// The seam of a state. ℓ of each line is taken from `like`.
 #[must_use]
 pub(crate) fn parameters(at: &StripeState, like: &Parameters) -> Option<Parameters> {
     let mut seam = Parameters {
@@ -40,9 +38,9 @@ pub(crate) fn parameters(at: &StripeState, like: &Parameters) -> Option<Paramete
     Some(seam)
 }
 
-/// Where two surfaces meet: two plates, or an edge and what bears it.
+/// The intersection of two surfaces: of two plates, or of an edge and the plate that bears it.
 struct Meeting {
-    /// The middle of the best straight line, m.
+    /// The middle of the best-fitting straight line, m.
     middle: Vector3<f64>,
     /// Its direction, not of unit length.
     along: Vector3<f64>,
@@ -56,7 +54,7 @@ impl Meeting {
         let towards = one.chart.along;
         let direction = n1.cross(&n2).normalize();
         let direction = if direction.dot(&towards) < 0.0 { -direction } else { direction };
-        // Square to the seam a point is fixed by both plates, along it by the middle of the scan.
+        // Both plates fix the point across the seam. The middle of the scan fixes it along the seam.
         let inverse =
             Matrix3::from_rows(&[n1.transpose(), n2.transpose(), direction.transpose()]).try_inverse()?;
         let square_to = |on: [f64; 2]| inverse * Vector3::new(on[0], on[1], 0.0);
@@ -73,13 +71,13 @@ impl Meeting {
     }
 }
 
-/// How the tangent of the seam's parameters moves with that of the plates, by central differences: seam × plates.
+/// Jacobian of the seam's tangent by the plates' tangent, by central differences: seam × plates.
 #[must_use]
 pub(crate) fn slope(at: &StripeState, like: &Parameters) -> Option<DMatrix<f64>> {
     let middle = parameters(at, like)?;
     let (from, to) = (at.unknowns(), middle.unknowns());
     let mut slope = DMatrix::zeros(to.dimension(), from.dimension());
-    // Clock, hand-eye and shape are the same numbers in both.
+    // Clock, hand-eye and shape are equal in both.
     slope.view_mut((0, 0), (line_index(0), line_index(0))).fill_with_identity();
     to.shape().zip(from.shape()).for_each(|(row, column)| slope[(row, column)] = 1.0);
     for column in line_index(0)..from.shape().start {
@@ -93,7 +91,7 @@ pub(crate) fn slope(at: &StripeState, like: &Parameters) -> Option<DMatrix<f64>>
             let axes = middle.lines[k].axes();
             let turned = (more.lines[k].direction() - less.lines[k].direction()) / (2.0 * STEP);
             let shifted = (more.lines[k].anchor() - less.lines[k].anchor()) / (2.0 * STEP);
-            // Turned by θ about u₂ and u₃, the direction moves by θ₃ u₂ − θ₂ u₃.
+            // A rotation by θ about u₂ and u₃ moves the direction by θ₃ u₂ − θ₂ u₃.
             let numbers = [-axes.column(2).dot(&turned), axes.column(1).dot(&turned)];
             let offsets = [axes.column(1).dot(&shifted), axes.column(2).dot(&shifted)];
             let first = line_index(k);

@@ -1,7 +1,6 @@
-//! The residuals of a frame by what they are of: two rows for each plate (or for the seam point), one for the edge point.
+//! The residuals of a frame in blocks: two rows for each plate (or for the seam point), one for the edge point.
 //!
-//! A block of one row is treated as one of two whose second row is nothing: its own variance is zero there, and in a covariance
-//! it stands as 1.
+//! A block of one row is stored as two rows. Its second row has zero own variance, and 1 on the diagonal of a covariance.
 
 use crate::stripe::frame_residual::ROWS;
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
@@ -16,7 +15,7 @@ pub(crate) fn rows_of(block: usize) -> Range<usize> {
     2 * block..(2 * block + 2).min(ROWS)
 }
 
-/// Its part of a covariance.
+/// Its diagonal block of a covariance.
 #[must_use]
 pub(crate) fn block(covariance: &SMatrix<f64, ROWS, ROWS>, number: usize) -> Matrix2<f64> {
     let rows = rows_of(number);
@@ -27,7 +26,7 @@ pub(crate) fn block(covariance: &SMatrix<f64, ROWS, ROWS>, number: usize) -> Mat
     }
 }
 
-/// Adds to that part.
+/// Adds to that block.
 pub(crate) fn add_to_block(covariance: &mut SMatrix<f64, ROWS, ROWS>, number: usize, own: &Matrix2<f64>) {
     let rows = rows_of(number);
     for i in rows.clone() {
@@ -44,7 +43,7 @@ pub(crate) fn pair_of_block(residual: &SVector<f64, ROWS>, number: usize) -> Vec
     Vector2::new(residual[first], residual.get(first + 1).copied().unwrap_or(0.0))
 }
 
-/// Residuals that are those of a block, and zero beside it.
+/// The residuals of one block, and zero in all other rows.
 #[must_use]
 pub(crate) fn spread_of_block(pair: &Vector2<f64>, number: usize) -> SVector<f64, ROWS> {
     let mut all = SVector::zeros();

@@ -1,4 +1,4 @@
-//! Seam points of a recording that has stripes alone: where the two stripes of a frame cross.
+//! Seam points of a recording with stripes only: the intersection of the two stripes of a frame.
 
 use crate::input::observations::MIN_IMAGES;
 use nalgebra::{Matrix2, Vector2, Vector3};
@@ -6,18 +6,18 @@ use std::collections::{BTreeMap, BTreeSet};
 use trueline_dataset::{Feature, Measured, PlateStripe, Recording, Sensor, correlation_of};
 use trueline_model::{Camera, LaserSheet};
 
-/// Stripes whose directions on the laser sheet differ by less (sine) do not cross anywhere near: 6°, as of plates that meet. In the picture of a sheet
-/// that is seen at a slant they differ by less.
+/// Minimum sine of the angle between two stripes on the laser sheet: that of 6°, as for plates that meet. The angle in the image of a slanted sheet
+/// is smaller.
 const LEAST_ANGLE_SINE: f64 = crate::stripe::start::LEAST_ANGLE_SINE;
 
-/// The same recording with the crossing of the two stripes of each frame as its seam point, if it has none of its own, or too few to calibrate by and enough
-/// crossings.
+/// The same recording with the intersection of both stripes of each frame as its seam point. `None` if the recording has enough seam points, or too
+/// few intersections.
 #[must_use]
 pub fn with_corners(recording: &Recording) -> Option<Recording> {
     if recording.stripes.is_empty() || has_enough_images(&recording.features) {
         return None;
     }
-    // Stripes of one table: their stamps are those of their pictures.
+    // All stripes are in one table and have the stamps of their images.
     let mut pairs: BTreeMap<(i64, u32), [Option<&PlateStripe>; 2]> = BTreeMap::new();
     for stripe in &recording.stripes {
         let pair = pairs.entry((stripe.stamp_ns, stripe.plate / 2)).or_default();
@@ -37,7 +37,7 @@ pub fn with_corners(recording: &Recording) -> Option<Recording> {
     Some(Recording { features, ..recording.clone() })
 }
 
-/// Whether seam points are of enough images to calibrate by; no more of them are looked at than that takes.
+/// Whether the seam points come from enough images to calibrate. Stops counting when that is reached.
 fn has_enough_images(features: &[Feature]) -> bool {
     let mut images = BTreeSet::new();
     features.iter().any(|feature| {
@@ -46,7 +46,7 @@ fn has_enough_images(features: &[Feature]) -> bool {
     })
 }
 
-/// Where two stripes cross, and the covariance of that.
+/// The intersection of two stripes with its covariance.
 fn crossing(sensor: &Sensor, one: &PlateStripe, other: &PlateStripe) -> Option<(Measured, Matrix2<f64>)> {
     let flat = |stripe: &PlateStripe| -> Option<[Vector2<f64>; 2]> {
         let [a, b] = stripe.points.map(|point| flattened(sensor, point));
@@ -61,7 +61,7 @@ fn crossing(sensor: &Sensor, one: &PlateStripe, other: &PlateStripe) -> Option<(
     }
     let inverse = Matrix2::from_rows(&normals.map(|n| n.transpose())).try_inverse()?;
     let at = inverse * Vector2::new(normals[0].dot(&lines[0][0]), normals[1].dot(&lines[1][0]));
-    // Each line at the crossing: its two support points weighed as they lie.
+    // Variance of each line at the intersection, from its two support points weighted by distance.
     let variance = |k: usize, sigma: f64| {
         let [a, b] = lines[k];
         let t = along[k].dot(&(at - a)) / (b - a).norm();
@@ -71,7 +71,7 @@ fn crossing(sensor: &Sensor, one: &PlateStripe, other: &PlateStripe) -> Option<(
     Some((bent(sensor, &at)?, inverse * Matrix2::from_diagonal(&variances) * inverse.transpose()))
 }
 
-/// Along which unit vector of the sheet a stripe runs.
+/// Direction of a stripe on the sheet, a unit vector.
 fn direction_on_sheet(sensor: &Sensor, stripe: &PlateStripe) -> Option<Vector2<f64>> {
     let [a, b] = stripe.points.map(|point| match (point, sensor) {
         (Measured::Pixel(pixel), Sensor::CameraLaser { camera, laser_plane_in_camera }) => {
@@ -84,7 +84,7 @@ fn direction_on_sheet(sensor: &Sensor, stripe: &PlateStripe) -> Option<Vector2<f
     (b? - a?).try_normalize(0.0)
 }
 
-/// A point where straight stripes are straight: the ideal pixel of a camera, the sheet of other sensors.
+/// A point in coordinates in which straight stripes are straight: ideal pixels for a camera, the sheet for other sensors.
 fn flattened(sensor: &Sensor, point: Measured) -> Option<Vector2<f64>> {
     match (point, sensor) {
         (Measured::Pixel(pixel), Sensor::CameraLaser { camera, .. }) => {
@@ -99,7 +99,7 @@ fn flattened(sensor: &Sensor, point: Measured) -> Option<Vector2<f64>> {
     }
 }
 
-/// The way back.
+/// The inverse.
 fn bent(sensor: &Sensor, at: &Vector2<f64>) -> Option<Measured> {
     match sensor {
         Sensor::CameraLaser { camera, .. } => {

@@ -1,4 +1,4 @@
-//! The plates' estimate beside that of the seam points, and which is the answer.
+//! Estimates from the plates beside the seam points, and selects the answer.
 
 use crate::assess::levels::SystematicLevels;
 use crate::assess::observability::RANK_THRESHOLD;
@@ -36,42 +36,42 @@ use trueline_dataset::Recording;
 use trueline_geometry::Trajectory;
 use trueline_lsq::Information;
 
-/// A finished estimate from seam points, and what it was made of.
+/// A finished estimate from seam points, with its inputs.
 pub struct SeamEstimate<'a> {
     /// The recording.
     pub recording: &'a Recording,
-    /// Its seam points, with the stamps that are believed.
+    /// Its seam points, with the stamps used.
     pub observations: &'a Observations,
-    /// The robot's stamps that are believed, s.
+    /// The robot stamps used, s.
     pub robot_times_s: &'a [f64],
-    /// How it was fitted.
+    /// Settings of the fit.
     pub settings: &'a FitSettings<'a>,
     /// The fit.
     pub fit: &'a Fit,
     /// The answer.
     pub answer: Answer,
-    /// Its covariance by noise alone.
+    /// Its covariance from noise alone.
     pub noise: &'a DMatrix<f64>,
-    /// Sizes of the errors that its stripes share.
+    /// Sizes of the errors that it shares with its stripes.
     pub amplitudes: SharedAmplitudes,
     /// Its systematic errors.
     pub systematic: &'a Systematic,
-    /// Those errors.
+    /// Errors that seam points and stripes share.
     pub shared: SharedErrors<'a>,
-    /// A detector's bias that its seam points were freed of.
+    /// The detector bias that was removed from its seam points.
     pub bias: Option<&'a TakenBias>,
-    /// Components that are held and how well they are known, SI.
+    /// Held components with their standard deviations, SI.
     pub held_sigmas: &'a [(usize, f64)],
-    /// The robot's errors without those that its residuals seem to show; `None` where they show none.
+    /// The assumed robot errors, where the residuals show larger ones; else `None`.
     pub robot_taken: Option<RobotSigmas>,
-    /// What the stamps leave unsaid of the time offset, added to a covariance.
+    /// Adds the uncertainty of the time offset from the stamps to a covariance.
     pub widened: &'a dyn Fn(DMatrix<f64>) -> DMatrix<f64>,
 }
 
-/// Uses the stripes of a recording as its user wishes; `None` if there are none, or only seam points are wanted.
+/// Uses the stripes of a recording as the user requests. `None` if there are none, or only seam points are requested.
 ///
 /// # Errors
-/// Stripes that are asked for and cannot be used.
+/// The stripes were requested and cannot be used.
 pub fn estimate(seam: &SeamEstimate<'_>) -> Result<Option<StripeOutcome>, Error> {
     let _stage = tracing::debug_span!("stripes", stripes = seam.recording.stripes.len()).entered();
     let asked = seam.settings.config.measurements;
@@ -127,7 +127,7 @@ pub fn estimate(seam: &SeamEstimate<'_>) -> Result<Option<StripeOutcome>, Error>
     Ok(Some(StripeOutcome { used, ..kept(because, Some(estimate)) }))
 }
 
-/// Stripes that could not be used, by reason.
+/// Unused stripes, by reason.
 fn skipped(
     seam: &SeamEstimate<'_>,
     frames: &StripeFrames,
@@ -193,7 +193,7 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     let explained = Explained { taken, levels: seam.shared.levels };
     let InSeam { answer: stripe, noise: noise_of_seam, errors: errors_of_seam } =
         answer(seam, &fit, (&information, &seen), (&noise, &errors), &explained).ok_or(NoPlates::Parallel)?;
-    // What a scan does not show has no end to be found; it is refused for that.
+    // Unobservable directions do not converge. The scan is refused for those.
     if stripe.seam_error.is_some() && !(fit.is_settled && fit.solution.termination.is_converged()) {
         return Err(NoPlates::NotConverged);
     }
@@ -224,17 +224,17 @@ fn shared_noise(seam: &SeamEstimate<'_>) -> SharedNoise {
     }
 }
 
-/// Information that is noise of the robot's poses; zero for a stream too short for an estimate.
+/// The part of the information that is noise of the robot's poses. Zero if the stream is too short for an estimate.
 fn pose_noise_information(fit: &StripeFit<'_>, halves: Option<&[Trajectory; 2]>) -> DMatrix<f64> {
     let size = fit.problem.unknowns.dimension();
     halves.map_or_else(|| DMatrix::zeros(size, size), |halves| motion_information::of_noise(fit, halves))
 }
 
-/// Whether the plates explain what seemed to be errors of the robot.
+/// Whether the plates' forms explain apparent robot errors.
 struct Explained {
-    /// The errors that it was taken to have, where they do.
+    /// The assumed robot errors, if they do.
     taken: Option<RobotSigmas>,
-    /// With what it seemed to have.
+    /// The apparent error levels.
     levels: SystematicLevels,
 }
 
@@ -243,8 +243,7 @@ impl Explained {
         SystematicLevels { robot: self.taken.unwrap_or(self.levels.robot), ..self.levels }
     }
 
-    /// The errors with those of the robot as it was taken to be: of each mode three columns are of its position and three of its
-    /// attitude.
+    /// The errors with the assumed robot errors. Each mode has three columns of position and three of attitude.
     fn left_of(&self, errors: &Systematic) -> Systematic {
         let mut left = errors.clone();
         let Some(taken) = self.taken else { return left };
@@ -256,14 +255,14 @@ impl Explained {
     }
 }
 
-/// An answer in the words of a seam, and what it owes to noise and to errors that are not noise.
+/// An answer converted to a seam, with the contributions of noise and of systematic errors.
 struct InSeam {
     answer: Answer,
     noise: DMatrix<f64>,
     errors: Systematic,
 }
 
-/// The answer in the words of a seam, of an information and what of it is seen.
+/// The answer converted to a seam, from its information and observability.
 fn answer(
     seam: &SeamEstimate<'_>,
     fit: &StripeFit<'_>,
@@ -314,7 +313,7 @@ fn answer(
     Some(InSeam { answer, noise: noise_of_seam, errors: errors_of_seam })
 }
 
-/// How far two answers are apart, in time and in the middle of what was seen.
+/// Distance of two answers: in time, and at the middle of the visible part.
 fn in_lengths(observations: &Observations, one: &Parameters, other: &Parameters) -> Apart {
     let points = || observations.list.iter().map(|o| o.point_in_camera);
     let middle = points().sum::<Vector3<f64>>() / points().count().max(1) as f64;
@@ -325,10 +324,10 @@ fn in_lengths(observations: &Observations, one: &Parameters, other: &Parameters)
     }
 }
 
-/// Files have stamps of a nanosecond and lengths of nanometres: answers cannot be separated to less, s, rad and m.
+/// Files have stamps of a nanosecond and lengths of nanometres. Smaller differences between answers are not resolved, s, rad and m.
 const ROUNDING_SI: f64 = 1e-9;
 
-/// How far the answers are apart, σ. What the forms of the plates explain is no disagreement; what they do not explain is as large as it is.
+/// Distance of the answers, σ, without the part that the plates' forms explain.
 fn unexplained(
     seam: &SeamEstimate<'_>,
     (frames, fit): (&StripeFrames, &StripeFit<'_>),
@@ -343,9 +342,9 @@ fn unexplained(
     explained.filter(|sigmas| !disagree(sigmas)).or(plain)
 }
 
-/// How far the answers of seam points and stripes are apart, over what both show of clock and hand-eye. Both see the same robot,
-/// sensor and detector: of these errors only what they make of the two answers differently lets them differ. What the plates' forms
-/// make of a crossing of straight lines moves the seam points' answer by `by_forms`, if its points are such.
+/// Distance of the seam points' and the stripes' answers over the clock and hand-eye components that both determine. Both share robot, sensor and
+/// detector. Of these errors only the difference of their effects counts. `by_forms` is the shift of the seam points' answer from the plates' forms,
+/// if the points are intersections of straight lines.
 fn apart(
     seam: &SeamEstimate<'_>,
     stripe: &Answer,

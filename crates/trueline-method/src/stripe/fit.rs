@@ -1,4 +1,4 @@
-//! From a start to the optimum over all frames: weights, solve, weights again until they stay.
+//! From a start to the optimum over all frames: weight, solve, and repeat until the weights converge.
 
 use crate::input::observations::Observations;
 use crate::input::shape_prior::ShapePrior;
@@ -10,17 +10,17 @@ use crate::stripe::state::StripeState;
 use crate::stripe::whitening::{SharedNoise, Weighed, weigh};
 use trueline_lsq::{Information, Loss, Solution, SolveError, SolveOptions, solve};
 
-/// Most rounds of weights: an outlier that held the first plane loses its hold in two or three.
+/// Maximum rounds of weights. An outlier that dominated the first plane loses its influence in two or three.
 const ROUNDS: usize = 8;
-/// Weights have settled when they move the optimum by less than this, σ: the next ones move it by a tenth of that.
+/// Weights have converged if they move the optimum by less than this, σ. The next round moves it by a tenth of that.
 const SETTLED_SIGMAS: f64 = 0.1;
-/// A solve with weights that may change ends with a step below this, σ: as steps shrink by far more than ten, its optimum is then
-/// met to a hundredth.
+/// Convergence threshold of a solve whose weights may still change, σ. Steps shrink by far more than a factor of ten, so the optimum is then
+/// accurate to a hundredth.
 const ROUGH: f64 = 0.1;
-/// The last one, σ.
+/// Convergence threshold of the last solve, σ.
 const FINE: f64 = 1e-6;
-/// First damping of a solve. What plates show of a shape and of a translation is 1e-6 of the diagonal of H in its worst direction: that is
-/// not to be damped, or every solve takes three steps more.
+/// Initial damping of a solve. The information on shape and translation in its worst direction is 1e-6 of the diagonal of H. Stronger damping there
+/// costs three more steps a solve.
 const FIRST_DAMPING: f64 = 1e-10;
 
 /// A solved problem.
@@ -52,12 +52,12 @@ pub(crate) struct StripeSolver<'a> {
     pub loss: Loss,
     /// Prior of the sensor's shape.
     pub shape_prior: Option<ShapePrior>,
-    /// Components that are held where they start.
+    /// Components held at their start.
     pub fixed: &'a [usize],
 }
 
 impl<'a> StripeSolver<'a> {
-    /// The optimum from a start.
+    /// Solves from a start.
     ///
     /// # Errors
     /// [`SolveError`] if the cost is not finite there.
@@ -68,7 +68,7 @@ impl<'a> StripeSolver<'a> {
         Ok(StripeFit { problem, solution, noise_factor, counts, is_settled, moments })
     }
 
-    /// The problem with weights that have settled, where it has its optimum, and whether they have.
+    /// The problem with converged weights, its optimum, and whether the weights converged.
     fn settled(&self, start: StripeState) -> Result<(Round<'a>, StripeState, bool), SolveError> {
         let mut state = start;
         let mut rounds = 0;
@@ -85,7 +85,7 @@ impl<'a> StripeSolver<'a> {
         }
     }
 
-    /// The problem with the weights of a state.
+    /// The problem with the weights at a state.
     fn weighed(&self, state: &StripeState) -> Round<'a> {
         let Weighed { frames, counts, factor, moments } =
             weigh(self.observations, self.frames, state, &self.shared, &self.loss);
@@ -110,7 +110,7 @@ impl<'a> StripeSolver<'a> {
     }
 }
 
-/// A problem and what its weights were made of.
+/// A problem with the quantities that its weights depend on.
 struct Round<'a> {
     problem: StripeProblem<'a>,
     noise_factor: f64,
@@ -125,7 +125,7 @@ impl StripeFit<'_> {
         &self.solution.state
     }
 
-    /// What is known of the unknowns; a direction counts as seen above `threshold` of the largest singular value.
+    /// The information on the unknowns. A direction is observable above `threshold` of the largest singular value.
     #[must_use]
     pub fn information(&self, fixed: &[usize], threshold: f64) -> Option<Information> {
         let known = self.problem.unknowns.known_before();

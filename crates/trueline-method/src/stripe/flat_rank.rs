@@ -1,15 +1,15 @@
-//! Observability of flat plates by the motion of a scan.
+//! Observability of flat plates from the motion of a scan.
 //!
-//! Which directions are seen is a question to the motion: a target of unknown place hides every shift of the sensor that the
-//! attitudes cannot separate from a shift of the target. Of flat plates that holds exactly. Estimated bows break it: a plate that is shifted in its own plane has
-//! other surface terms, that have a prior, and a shift of centimetres seems to be known by that alone.
+//! Observability is a property of the motion. A target of unknown place hides every shift of the sensor that the attitudes cannot separate from a
+//! shift of the target. This holds exactly for flat plates. Estimated bows break it: a plate shifted in its own plane has other surface terms, these
+//! have a prior, and the prior alone seems to determine a shift of centimetres.
 //!
-//! Noise of the reported attitudes turns the sensor a little in every frame, which is no motion either. How much of the information it makes follows from
-//! what is left unknown of each frame's attitude, P, once its residuals have had their say: N = Σ (∂J/∂ω)ᵀ P (∂J/∂ω) over the whitened
-//! Jacobians. Two halves of the path would tell it without a level of the noise, but where stripes show an attitude far better than the robot
-//! reports it, the halves are noisier than the poses that the fit takes, and directions that are seen seem to be noise.
+//! Noise of the reported attitudes rotates the sensor a little in every frame, which is not motion either. Its contribution to the information
+//! follows from the posterior covariance P of each frame's attitude: N = Σ (∂J/∂ω)ᵀ P (∂J/∂ω) over the whitened Jacobians. Two halves of the path
+//! would give N without a noise level. But where stripes determine an attitude far better than the robot reports it, the halves are noisier than the
+//! poses of the fit, and observable directions would look like noise.
 //!
-//! Of unknowns that have a prior nothing is asked: a direction is one of the others, and these follow.
+//! Only unknowns without a prior are tested. The others follow.
 
 use crate::assess::observability::RANK_THRESHOLD;
 use crate::stripe::frame_residual::{FrameGradients, linearize_frame};
@@ -23,10 +23,10 @@ use nalgebra::{DMatrix, Matrix3, SVector, Vector3};
 use trueline_geometry::so3;
 use trueline_lsq::{Information, LeastSquares, NormalEquations};
 
-/// Turn by which a derivative by the attitude is taken, rad: Jacobians are smooth over tenths.
+/// Rotation of the differences by the attitude, rad. Jacobians are smooth over tenths.
 const SMALL_TURN_RAD: f64 = 1e-4;
 
-/// Frames that are looked at; of more, one in several represents the rest.
+/// Maximum number of frames evaluated. Beyond it every n-th frame is used.
 const MOST_FRAMES: usize = 400;
 
 /// The noise of the reported attitudes.
@@ -34,11 +34,11 @@ const MOST_FRAMES: usize = 400;
 pub struct AttitudeNoise {
     /// Its standard deviation about each axis, rad.
     pub sigma_rad: f64,
-    /// By how much all noise is larger in the weights of the frames.
+    /// Factor on all noise in the weights of the frames.
     pub factor: f64,
 }
 
-/// What is seen of a problem's unknowns at its optimum: directions of which less than half is noise of the attitudes. `None` as for
+/// The observable part of a problem's information at its optimum: directions less than half of which is attitude noise. `None` as for
 /// [`Information::beside`].
 #[must_use]
 pub fn shown(
@@ -55,7 +55,7 @@ pub fn shown(
     Some(without_noise(&all, &of_attitudes(problem, &flat, noise), known.len()))
 }
 
-/// What of the information is noise of the attitudes that the fit takes, over all unknowns.
+/// The part of the information, over all unknowns, that comes from attitude noise.
 fn of_attitudes(problem: &StripeProblem<'_>, at: &StripeState, noise: AttitudeNoise) -> DMatrix<f64> {
     let every = stride(problem.frames.len(), MOST_FRAMES);
     let mut sums = FrameSums::new(problem.unknowns);
@@ -67,7 +67,7 @@ fn of_attitudes(problem: &StripeProblem<'_>, at: &StripeState, noise: AttitudeNo
     sums.hessian() * every as f64
 }
 
-/// ∂Jᵀ/∂ω of a frame by each column of P½, not whitened.
+/// ∂Jᵀ/∂ω of a frame along each column of P½, not whitened.
 fn pose_noise_gradients(
     problem: &StripeProblem<'_>,
     weighed: &WeighedFrame,
@@ -80,7 +80,7 @@ fn pose_noise_gradients(
         there.base_from_tool.rotation = so3::exp(turn) * here.base_from_tool.rotation;
         linearize_frame(problem.observations, &weighed.frame, at, &there)
     };
-    // P = σ² (1 − σ² Tᵀ Σ⁻¹ T), with weights as they are expected without any misfit.
+    // P = σ² (1 − σ² Tᵀ Σ⁻¹ T), with the weights expected without a misfit.
     let (parts, _) = turned(&Vector3::zeros())?;
     let by_turn = weighed.whitener * parts.d_turn * (noise.factor * noise.sigma_rad);
     let left = (Matrix3::identity() - by_turn.transpose() * by_turn).symmetric_eigen();
@@ -94,8 +94,7 @@ fn pose_noise_gradients(
     Some(gradients)
 }
 
-/// An information without the directions of the unknowns that are asked for of which half or more is noise. The last columns of its root are of the
-/// `known` ones beside them.
+/// The information without tested directions half or more of which is noise. The last columns of its root belong to the `known` unknowns.
 fn without_noise(information: &Information, noise: &DMatrix<f64>, known: usize) -> Information {
     let root = information.covariance_root();
     let asked_for = root.ncols().saturating_sub(known);
@@ -103,7 +102,7 @@ fn without_noise(information: &Information, noise: &DMatrix<f64>, known: usize) 
         return information.clone();
     }
     let own = root.columns(0, asked_for);
-    // With C½ᵀ H C½ = 1 the eigenvalues are parts.
+    // With C½ᵀ H C½ = 1 the eigenvalues are the noise shares.
     let eigen = (own.transpose() * noise * own).symmetric_eigen();
     let motion: Vec<usize> = (0..asked_for).filter(|k| eigen.eigenvalues[*k] < MOST_NOISE).collect();
     if motion.len() == asked_for {

@@ -10,16 +10,16 @@ use crate::stripe::unknowns::{LOCAL_ALL, LOCAL_SHAPE, PLANES, local_of_surface};
 use nalgebra::{ArrayStorage, Matrix2, SMatrix, SVector, Vector2};
 use trueline_model::{Placement, Plate, PoseGradient, SheetShape, StripeJacobian, StripeOnPlate};
 
-/// Most residuals of a frame: two support points a plate, and the edge point.
+/// Maximum residuals of a frame: two support points for each plate, and the edge point.
 pub const ROWS: usize = 5;
 /// The residual of the edge point.
 pub const EDGE_ROW: usize = 4;
 
-/// The gradient of each residual by the unknowns that a frame depends on, a column each: the transpose of the Jacobian, so that what
-/// is of one residual lies together.
+/// The gradient of each residual by the local unknowns, a column each. This is the transpose of the Jacobian, so that the entries of one residual
+/// are contiguous.
 pub(crate) type FrameGradients = SMatrix<f64, LOCAL_ALL, ROWS>;
 
-/// The residuals of a frame, m, and how the errors that they share move them; rows that it does not have are zero.
+/// The residuals of a frame, m, and their derivatives by the shared errors. Unused rows are zero.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FrameResidual {
     /// Residuals: support points by plate and the edge point, or the seam point along both axes of the sheet.
@@ -32,17 +32,17 @@ pub(crate) struct FrameResidual {
     pub d_turn: SMatrix<f64, ROWS, 3>,
     /// ∂residual/∂(reported point), sheet coordinates, m/m.
     pub d_reported: SMatrix<f64, ROWS, 2>,
-    /// Whether one of them is that of an edge point.
+    /// Whether one of them belongs to an edge point.
     pub has_edge: bool,
 }
 
-/// Where the sensor was when a frame of this stamp (s) was exposed; `None` outside the recording or in a gap.
+/// Pose of the sensor at a frame's stamp (s). `None` outside the recording or in a gap.
 #[must_use]
 pub fn placement(observations: &Observations, stamp_s: f64, at: &StripeState) -> Option<Placement> {
     placement_at(&observations.robot.trajectory, stamp_s - at.time_offset_s, &at.tool_from_camera)
 }
 
-/// The residuals of a frame and their gradients, not whitened; `None` where a plate lies along the sheet.
+/// The residuals of a frame and their gradients, not whitened. `None` where a plate lies along the sheet.
 #[must_use]
 pub(crate) fn linearize_frame(
     observations: &Observations,
@@ -102,7 +102,7 @@ pub(crate) fn residual_of_frame(
     Some(residual)
 }
 
-/// The rows of a frame as they are gathered: their derivatives by the pose of the sensor, which the chain carries on.
+/// The rows of a frame with their derivatives by the sensor's pose, before the chain rule.
 struct FrameRows {
     all: FrameResidual,
     by_pose: [PoseGradient; ROWS],
@@ -136,8 +136,8 @@ impl FrameRows {
         add(LOCAL_SHAPE, parts.d_shape.as_slice());
     }
 
-    /// A row of how far a point is beside the crossing along an axis of the sheet. With the normals of both stripes as the rows of N the point is
-    /// N⁻¹ ρ beside it, and everything is evaluated at the crossing, where ρ vanishes. Two plates that share a side of it count with half each.
+    /// Adds the row of a point's offset from the intersection along an axis of the sheet. With the normals of both stripes as the rows of N the
+    /// offset is N⁻¹ ρ. All is evaluated at the intersection, where ρ vanishes. Two plates on one side of the seam have half the weight each.
     fn add_beside(&mut self, crossing: &Crossing, point: &Vector2<f64>, row: usize, axis: &Vector2<f64>) {
         for side in crossing.sides.iter().flatten() {
             let share = side.share * axis.dot(&crossing.inverse.column(side.row));
@@ -147,7 +147,7 @@ impl FrameRows {
         self.all.d_reported.set_row(row, &axis.transpose());
     }
 
-    /// With the derivatives by all that places the sensor.
+    /// Applies the chain rule through the sensor's placement.
     fn carried(self, placement: &Placement) -> (FrameResidual, FrameGradients) {
         let Self { mut all, by_pose, mut gradients } = self;
         for (row, by_pose) in by_pose.iter().enumerate() {
@@ -161,7 +161,7 @@ impl FrameRows {
     }
 }
 
-/// A joint as the sensor sees it in one frame.
+/// A joint in the sensor's frame at one stamp.
 struct View<'a> {
     observations: &'a Observations,
     target: &'a Target,
@@ -178,7 +178,7 @@ impl View<'_> {
         self.on(plate).linearize(self.placement, reported)
     }
 
-    /// A seam point against the crossing of the predicted stripes, along both axes of the sheet.
+    /// A seam point minus the intersection of the predicted stripes, along both axes of the sheet.
     fn seam(&self, seam: &SeamSight, rows: &mut FrameRows) -> Option<()> {
         let crossing = self.crossing(&seam.reported)?;
         for (row, axis) in [Vector2::x(), Vector2::y()].iter().enumerate() {
@@ -187,7 +187,7 @@ impl View<'_> {
         Some(())
     }
 
-    /// Where the predicted stripes of the surfaces that meet in the seam cross, from a place near it.
+    /// The intersection of the predicted stripes of the surfaces that meet in the seam, near a point.
     fn crossing(&self, near: &Vector2<f64>) -> Option<Crossing> {
         let mut at = *near;
         for _ in 0..CROSSING_STEPS {
@@ -200,7 +200,7 @@ impl View<'_> {
         Some(Crossing { at, sides, inverse })
     }
 
-    /// The residuals of a point beside each surface that meets in the seam, and the inverse of the normals N as they count.
+    /// The residuals of a point to each surface that meets in the seam, and the inverse of the weighted normals N.
     fn crossing_at(&self, at: &Vector2<f64>) -> Option<([Option<Side>; 3], Matrix2<f64>)> {
         let (first, second) = self.target.at_seam();
         let side = |row, share, surface| {
@@ -228,27 +228,27 @@ impl View<'_> {
     }
 }
 
-/// Where predicted stripes cross in the sheet.
+/// An intersection of predicted stripes in the sheet.
 struct Crossing {
     /// Sheet coordinates, m.
     at: Vector2<f64>,
     sides: [Option<Side>; 3],
-    /// Of the normals N as they count.
+    /// Inverse of the weighted normals N.
     inverse: Matrix2<f64>,
 }
 
 /// Contribution of one surface to a point of the crossing.
 struct Side {
-    /// Of which of the two sides of the crossing.
+    /// Side of the seam: row 0 or 1.
     row: usize,
-    /// With what part of it.
+    /// Its weight there.
     share: f64,
     /// Number of the surface.
     surface: usize,
     parts: StripeJacobian,
 }
 
-/// Newton's steps to the crossing: stripes bend by some 1e-4.
+/// Newton steps to the intersection. Stripes bend by some 1e-4.
 const CROSSING_STEPS: usize = 3;
 
 #[cfg(test)]
@@ -265,8 +265,8 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
     use trueline_sim::{Between, Disturbance, PlateForm, PlatePair, Plates, Preset, scan_plates};
 
-    /// Part of the largest entry of a column by which another may be off: a step of 1e-6 leaves 1e-12 of a third derivative, and the
-    /// foot is found to 1e-9.
+    /// Allowed error of an entry, relative to the largest of its column. A step of 1e-6 leaves 1e-12 of a third derivative, and the foot is found to
+    /// 1e-9.
     const GRADIENT_TOLERANCE: f64 = 1e-6;
     /// A step small enough for differences: rad, m or s.
     const STEP: f64 = 1e-6;
@@ -275,7 +275,8 @@ mod tests {
         Plates { pair, forms: [PlateForm::of_term(0, 2e-4); 2], ..Plates::default() }
     }
 
-    /// The rows of every twentieth frame by steps of all unknowns, against central differences of the residuals, beside a state that is some micrometres off.
+    /// Every twentieth frame: the rows for steps of all unknowns, against central differences of the residuals, at a state that is some micrometres
+    /// off.
     fn check(pair: PlatePair, sight_of: impl Fn(&StripeFrame) -> StripeFrame) {
         let mut scenario = Preset::Good.scenario();
         scenario.disturbance = Disturbance::default();
@@ -291,7 +292,7 @@ mod tests {
             start(&observed, &all, &seam, Some(SheetShape::exact_about(&observed.shape_origin_m.into())));
         let begin = begin.unwrap();
         let unknowns = begin.unknowns();
-        // Beside the robot's samples, too, where the path has a corner.
+        // Between the robot's samples too, where the path has a corner.
         let sizes = DVector::from_fn(unknowns.dimension(), |k, _| ((7 * k + 1) as f64).sin() * 2e-5);
         let at = begin.retract(&sizes);
         let residual = |state: &StripeState, frame: &StripeFrame| {

@@ -11,19 +11,19 @@ use trueline_lsq::NormalEquations;
 /// The sums so far.
 pub(crate) struct FrameSums {
     unknowns: StripeUnknowns,
-    /// By joint, of rows of what its frames depend on and a residual.
+    /// Products by joint, in rows of local unknowns and a residual.
     joints: Vec<RowProducts>,
 }
 
 impl FrameSums {
-    /// None yet.
+    /// Empty sums.
     #[must_use]
     pub(crate) fn new(unknowns: StripeUnknowns) -> Self {
         let joints = (0..unknowns.joints).map(|_| RowProducts::new(unknowns.local() + 1)).collect();
         Self { unknowns, joints }
     }
 
-    /// Adds a frame: its residuals and their gradients, as they are before its whitener.
+    /// Adds a frame: its residuals and their gradients, before whitening.
     pub(crate) fn add(
         &mut self,
         weighed: &WeighedFrame,
@@ -32,11 +32,11 @@ impl FrameSums {
     ) {
         let whitener = &weighed.whitener;
         let local = self.unknowns.local();
-        // A row that does not count has no weight.
+        // A row of weight 0 is skipped.
         for row in (0..ROWS).filter(|row| whitener[(*row, *row)] > 0.0) {
             let numbers = self.joints[weighed.frame.joint].next_row();
             numbers.fill(0.0);
-            // Of a lower triangle.
+            // The whitener is lower triangular.
             for of in 0..=row {
                 let part = whitener[(row, of)];
                 let gradient = &gradients.as_slice()[of * gradients.nrows()..][..local];
@@ -74,7 +74,7 @@ mod tests {
     use crate::stripe::weighed_frame::PoseError;
     use nalgebra::{SMatrix, Vector2};
 
-    /// A whitener of which one row does not count.
+    /// A whitener with one row of weight 0.
     fn weighed(joint: usize) -> WeighedFrame {
         let frame = StripeFrame {
             stamp_s: 0.0,

@@ -1,4 +1,4 @@
-//! Recording → what each frame shows of a joint: support points of its plates' stripes, or its seam point.
+//! Recording → measurements of a joint in each frame: support points of its plates' stripes, or its seam point.
 
 use crate::assess::residuals::why_not_placed;
 use crate::config::{Config, Measurements};
@@ -14,18 +14,17 @@ use trueline_model::SupportPair;
 /// One support point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Support {
-    /// Where it is reported, sheet coordinates, m.
+    /// Reported position, sheet coordinates, m.
     pub reported: Vector2<f64>,
-    /// Its depth in the camera, m; 1 of sensors that report lengths.
+    /// Its depth in the camera frame, m. 1 for sensors that report lengths.
     pub depth_m: f64,
-    /// Standard deviation square to the stripe, in the sheet, m.
+    /// Standard deviation perpendicular to the stripe, in the sheet, m.
     pub sigma_m: f64,
-    /// How far a pixel is in the sheet, m, along the picture's rows and across them; of sensors that report lengths, what their
-    /// noise would be.
+    /// Size of a pixel in the sheet, m, along the image's rows and across them. For sensors that report lengths, the equivalent of their noise.
     pub sheet_per_px: Matrix2<f64>,
 }
 
-/// Both support points of a stripe as they are reported.
+/// Both support points of a stripe as reported.
 #[must_use]
 pub fn reported([first, second]: &[Support; 2]) -> SupportPair {
     let reported = [first.reported, second.reported];
@@ -35,9 +34,9 @@ pub fn reported([first, second]: &[Support; 2]) -> SupportPair {
 /// A seam point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SeamSight {
-    /// Which of the observations it is.
+    /// Index of its observation.
     pub observation: usize,
-    /// Where it is reported, sheet coordinates, m.
+    /// Reported position, sheet coordinates, m.
     pub reported: Vector2<f64>,
     /// Its covariance there, m².
     pub covariance: Matrix2<f64>,
@@ -45,7 +44,7 @@ pub struct SeamSight {
     pub sheet_per_px: Matrix2<f64>,
 }
 
-/// What is used of a joint in one frame.
+/// The measurements of a joint that are used in one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sight {
     /// The stripes on its plates; at least one of them.
@@ -57,16 +56,17 @@ pub enum Sight {
 /// A joint in one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StripeFrame {
-    /// Stamp since the start of the recording, s, as the seam points' stamps are taken.
+    /// Time since the start of the recording, s, on the time base of the seam points.
     pub stamp_s: f64,
-    /// Which joint.
+    /// Its joint.
     pub joint: usize,
     /// Its measurements.
     pub sight: Sight,
-    /// Its seam point beside the stripes: where plates do not meet it is a point of the edge.
+    /// Its seam point beside the stripes. If the plates do not meet it is a point of the edge.
     pub edge: Option<SeamSight>,
-    /// The unit vector in the sheet along which the edge point counts: what moves it across its stripe does not move it along this. Its
-    /// height comes from the stripe, from whose light it is computed; that of a bowed plate leaves the straight line by which its end is measured.
+    /// The unit vector in the sheet along which the edge point is used. Errors that move the point across its stripe do not move it along this
+    /// vector. The point's height comes from the same light as the stripe. On a bowed plate the height deviates from the straight line on which the
+    /// end is measured.
     pub edge_axis: Vector2<f64>,
 }
 
@@ -81,33 +81,33 @@ impl StripeFrame {
     }
 }
 
-/// The frames of a scan, and how many of them show what.
+/// The frames of a scan, with counts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StripeFrames {
     /// By rising stamp.
     pub list: Vec<StripeFrame>,
     /// Frames with a seam point or a stripe.
     pub total: usize,
-    /// Frames with the stripes on both plates; of a joint of which one plate is seen at all, with that and the seam point.
+    /// Frames with the stripes of both plates. For a joint with one visible plate, frames with that plate and the seam point.
     pub with_both: usize,
-    /// Joints of which the plates are not seen, and the seam points are used in their place.
+    /// Joints without visible plates, for which the seam points are used.
     pub without_plates: Vec<usize>,
     /// Stripes that could not be used.
     pub skipped: BTreeMap<Skip, usize>,
-    /// By how much stripes are stamped later than the seam point of the same picture, where that is most, s.
+    /// Largest delay of the stripes' stamps relative to the seam point of the same image, s.
     pub stamped_later_s: f64,
 }
 
-/// Fewest stripes of a plate: three support points make a plane.
+/// Minimum stripes of a plate. Three support points define a plane.
 const LEAST_STRIPES: usize = 2;
-/// Least part of a joint's frames that show a plate: two false stripes make a plane, but no plate.
+/// Minimum fraction of a joint's frames that show a plate. Two false stripes define a plane, but no plate.
 const LEAST_PART: f64 = 0.1;
 
-/// Everything that frames show of their joints.
+/// Collects the measurements of each joint.
 ///
-/// Each picture counts once: the crossing of two stripes *is* the seam point of a fillet, and both together would count it
-/// twice. So where both stripes are there, they are used; with [`Measurements::Both`] a frame without both of them gives its
-/// seam point, and so does every frame of a joint whose plates are not seen.
+/// Each image is used once: the seam point of a fillet *is* the intersection of two stripes, so both together would count it twice. Where both
+/// stripes are visible, they are used. With [`Measurements::Both`] a frame without both stripes gives its seam point. So does every frame of a joint
+/// without visible plates.
 ///
 /// # Errors
 /// [`Error::PicturesDisagree`].
@@ -165,7 +165,7 @@ pub fn frames(
     Ok(frames)
 }
 
-/// Which plates each joint has: those that a part of its frames show. The few stripes of another are left out and counted.
+/// The plates of each joint: those visible in a sufficient fraction of its frames. Stripes of other plates are dropped and counted.
 fn plates_of_joints(
     seen: &mut BTreeMap<(i64, usize), Seen>,
     joints: usize,
@@ -195,34 +195,34 @@ fn plates_of_joints(
     plates
 }
 
-/// The joints of which no plate is seen.
+/// The joints without a visible plate.
 fn joints_without_plates(plates: &[[bool; 2]]) -> Vec<usize> {
     (0..plates.len()).filter(|&joint| plates[joint] == [false; 2]).collect()
 }
 
-/// What one picture shows of a joint.
+/// The measurements of a joint in one image.
 #[derive(Default)]
 struct Seen {
     stripes: [Option<[Support; 2]>; 2],
     seam: Option<SeamSight>,
-    /// Stamp of the picture, that of the seam point if there is one.
+    /// Stamp of the image: that of the seam point if there is one.
     stamp_ns: i64,
 }
 
 impl Seen {
-    /// By how much its stripes are stamped later than its seam point, s; 0 without stripes.
+    /// Delay of its stripes' stamps relative to its seam point, s. 0 without stripes.
     fn stripes_later_s(&self, seam_ns: i64) -> f64 {
         let has_stripes = self.stripes.iter().any(Option::is_some);
         if has_stripes { (self.stamp_ns - seam_ns) as f64 * 1e-9 } else { 0.0 }
     }
 
-    /// Whether it shows all that the joint has; one plate needs its edge beside it.
+    /// Whether it has all measurements of the joint. A single plate needs its edge too.
     fn has_all(&self, plates: &[bool; 2]) -> bool {
         let stripes = self.stripes.iter().zip(plates).all(|(stripe, has)| stripe.is_some() == *has);
         stripes && plates.contains(&true) && (plates == &[true; 2] || self.seam.is_some())
     }
 
-    /// [`edge_axis`] of a picture; the stripes of two plates that have an edge are parallel to within 6°.
+    /// [`edge_axis`] of an image. The stripes of two plates with an edge are parallel to within 6°.
     fn edge_axis(&self, sensor: &Sensor) -> Vector2<f64> {
         let Some([first, second]) = self.stripes.iter().flatten().next() else { return Vector2::x() };
         edge_axis(sensor, &first.sheet_per_px, &(second.reported - first.reported))
@@ -236,8 +236,8 @@ impl Seen {
     }
 }
 
-/// The unit vector in the sheet along which an edge point counts, of a stripe that runs along `chord`. The point's height is taken from a line
-/// through the end of its stripe: in profiles at the place along x where that ends, in pictures square to it.
+/// The unit vector in the sheet along which an edge point is used, for a stripe along `chord`. The point's height comes from a line through the end
+/// of its stripe. Profiles give it at the end's x, images perpendicular to the stripe.
 #[must_use]
 pub fn edge_axis(sensor: &Sensor, sheet_per_px: &Matrix2<f64>, chord: &Vector2<f64>) -> Vector2<f64> {
     let across = match sensor {
@@ -268,7 +268,7 @@ impl StripeFrames {
         [Skip::NoRay, Skip::NoIntersection].iter().filter_map(|why| self.skipped.get(why)).sum()
     }
 
-    /// Stripes that could not be used: those that could not be lifted to the sheet, and those of frames in which the robot is not known with a time offset.
+    /// Unused stripes: those that could not be lifted to the sheet, and those of frames whose robot pose is unknown at a time offset.
     #[must_use]
     pub fn skipped_at(&self, observations: &Observations, time_offset_s: f64) -> BTreeMap<Skip, usize> {
         let mut skipped = self.skipped.clone();
@@ -285,7 +285,7 @@ impl StripeFrames {
     }
 }
 
-/// A stripe's support points on the sheet, or why it has none.
+/// A stripe's support points on the sheet, or the reason that there are none.
 fn lifted(
     recording: &Recording,
     observations: &Observations,
@@ -302,7 +302,7 @@ fn lifted(
             Measured::Pixel(_) => observations.sheet.point(&reported).z,
             _ => 1.0,
         },
-        // The error is square to the stripe in what the sensor reports; D carries it into the sheet.
+        // The error is perpendicular to the stripe in sensor units. D maps it to the sheet.
         sigma_m: (slope.transpose() * normal).norm() * stripe.sigma,
         sheet_per_px: match stripe.points[0] {
             Measured::Pixel(_) => slope,
@@ -314,7 +314,7 @@ fn lifted(
     is_weighed.then_some(supports).ok_or(Skip::NoIntersection)
 }
 
-/// A measured point in the sheet, corrected by a known shape, and how it moves with what was measured (px or m).
+/// A measured point in the sheet, corrected by a known shape, with its Jacobian by the measurement (px or m).
 fn on_sheet(
     recording: &Recording,
     observations: &Observations,
@@ -339,11 +339,11 @@ fn on_sheet(
     }))
 }
 
-/// When frames were taken, as the estimate takes the stamps of the seam points.
+/// Converts the stamps of frames to the time base of the seam points.
 struct Stamps {
-    /// Recorded stamp (ns) and the one that is used (s), rising.
+    /// Recorded stamp (ns) and stamp used (s), rising.
     known: Vec<(i64, f64)>,
-    /// Time between pictures where these are taken by their clock, s.
+    /// Frame interval if image times come from a frame counter, s.
     tick_s: Option<f64>,
 }
 
@@ -355,15 +355,15 @@ impl Stamps {
         Self { known, tick_s: observations.image_tick_s }
     }
 
-    /// The stamp of a frame, s. One without a seam point lies between its neighbours as it was recorded; where they have the stamps of an even
-    /// clock, at the tick of it that its own is nearest to.
+    /// The stamp of a frame, s. A frame without a seam point is interpolated between its neighbours. If these have the stamps of an even clock, it
+    /// gets the nearest tick.
     fn seconds(&self, stamp_ns: i64) -> f64 {
         let next = self.known.partition_point(|(known_ns, _)| *known_ns < stamp_ns);
         match (next.checked_sub(1).and_then(|last| self.known.get(last)), self.known.get(next)) {
             (_, Some((known_ns, used_s))) if *known_ns == stamp_ns => *used_s,
             (Some((before_ns, before_s)), Some((after_ns, after_s))) => {
                 let whole_s = self.elapsed_s(*before_ns, *after_ns);
-                // Stamps that stray by half a tick may be nearest to one and the same.
+                // Stamps with jitter above half a tick may get the same tick.
                 let part = if whole_s > 0.0 { self.elapsed_s(*before_ns, stamp_ns) / whole_s } else { 0.0 };
                 before_s + part * (after_s - before_s)
             }
@@ -372,7 +372,7 @@ impl Stamps {
         }
     }
 
-    /// Time from one recorded stamp to another, s; in whole ticks where the clock is even.
+    /// Time between two recorded stamps, s. In whole ticks if the clock is even.
     fn elapsed_s(&self, from_ns: i64, to_ns: i64) -> f64 {
         let elapsed_s = (to_ns - from_ns) as f64 * 1e-9;
         self.tick_s.map_or(elapsed_s, |tick_s| (elapsed_s / tick_s).round() * tick_s)

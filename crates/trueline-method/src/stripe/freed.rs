@@ -1,4 +1,4 @@
-//! Support points freed of a detector's bias with the tilt, as the seam points of the scan were.
+//! Removes the detector's bias with the tilt from the support points, as from the seam points.
 
 use crate::hypotheses::feature_bias::TakenBias;
 use crate::input::observations::Observations;
@@ -8,7 +8,7 @@ use crate::stripe::frames::{Sight, StripeFrames};
 use nalgebra::{Matrix2x3, Vector2};
 use trueline_model::Placement;
 
-/// Takes out of every stripe what the bias made of it; seam points are those of `observations`, which were freed of it already.
+/// Removes the bias from every stripe. The seam points of `observations` are already corrected.
 pub fn without_bias(
     frames: &mut StripeFrames,
     observations: &Observations,
@@ -16,7 +16,7 @@ pub fn without_bias(
     bias: &TakenBias,
 ) {
     for frame in &mut frames.list {
-        // What cannot be placed takes no part in the fit.
+        // A frame that cannot be placed is not used in the fit.
         let exposure_s = frame.stamp_s - at.time_offset_s;
         let trajectory = &observations.robot.trajectory;
         let placement = placement_at(trajectory, exposure_s, &at.tool_from_camera);
@@ -29,7 +29,7 @@ pub fn without_bias(
     }
 }
 
-/// How far the detector errs at an attitude, along the picture's rows and across them, px.
+/// Error of the detector at an attitude, along the image's rows and across them, px.
 fn moved_px(at: &Parameters, bias: &TakenBias, placement: &Placement) -> Vector2<f64> {
     let in_sensor = bias.tilt.in_sensor(&at.tool_from_camera, placement);
     let by_axis = Matrix2x3::from_column_slice(bias.px.as_slice());

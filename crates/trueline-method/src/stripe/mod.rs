@@ -1,13 +1,13 @@
-//! The whole stripe: both plates of the joint instead of the point where they meet.
+//! Whole stripes: both plates of the joint instead of the point where they meet.
 //!
-//! A straight stripe on a plate is two numbers: the offsets of two support points, measured perpendicular to the stripe. A frame has four
-//! such residuals, and a fifth, the edge point, where the plates do not meet. The seam is where the plates meet.
+//! A straight stripe on a plate is two numbers: the offsets of two support points, measured perpendicular to the stripe. A frame has four such
+//! residuals. If the plates do not meet, the edge point is a fifth. The seam is the intersection of the plates.
 //!
 //! ```text
 //! Recording::stripes ─frames─▶ StripeFrame ─problem─▶ StripeProblem ─fit─▶ StripeFit ─as_seam─▶ Parameters of the seam
 //! ```
 //!
-//! What follows (seam error, verdict, report) is the same as for seam points.
+//! Seam error, verdict and report follow as for seam points.
 
 pub mod agreement;
 pub(crate) mod as_seam;

@@ -1,13 +1,13 @@
-//! Share of motion and of robot noise in the information of the stripes.
+//! Shares of motion and of robot noise in the information of the stripes.
 //!
-//! Residuals are taken at noisy poses, and their Jacobian J contains that noise: JᵀWJ is larger than that of the motion alone. Its
-//! pose noise is uncorrelated with the residuals in the mean, for derivatives are taken where the robot most likely was
-//! ([`PoseError`](crate::stripe::weighed_frame::PoseError)). So the score Jᵀ W r has the mean zero at the truth and the variance
-//! H = H₀ + N, with N of that noise; but it moves with the unknowns by H₀ alone, for what J gains by an error of a pose the residual's
-//! curvature takes away again. The estimate's covariance is H₀⁻¹ (H₀ + N) H₀⁻¹ \[Fuller1987\], which is larger than both inverses.
+//! Residuals are evaluated at noisy poses, and their Jacobian J contains that noise: JᵀWJ exceeds the information of the motion alone. The pose
+//! noise in J is uncorrelated with the residuals in the mean, because derivatives are taken at the most likely poses
+//! ([`PoseError`](crate::stripe::weighed_frame::PoseError)). The score Jᵀ W r therefore has mean zero at the truth and variance H = H₀ + N, with N
+//! from that noise. Its derivative by the unknowns is H₀ alone: the gain of J from a pose error is cancelled by the curvature of the residual. The
+//! covariance of the estimate is H₀⁻¹ (H₀ + N) H₀⁻¹ \[Fuller1987\], which is larger than both inverses.
 //!
-//! H₀ is what the Jacobians of two paths have in common, one by every other sample and one by those between: the motion is the same
-//! in both, the noise is not.
+//! H₀ is the common part of the Jacobians of two paths, one by every other sample and one by those between. Both have the same motion and
+//! independent noise.
 
 use crate::assess::observability::RANK_THRESHOLD;
 use crate::problem::placement::placement_at;
@@ -23,12 +23,12 @@ use trueline_geometry::Trajectory;
 use trueline_lsq::Information;
 use trueline_model::Placement;
 
-/// Frames that are looked at; of more, one in several represents the rest.
+/// Maximum number of frames evaluated. Beyond it every n-th frame is used.
 const MOST_FRAMES: usize = 800;
-/// A direction that is noise by this part or more is not seen: a linear account of errors ends where they are as large as the motion.
+/// Noise share from which a direction is unobservable. First-order theory fails where errors are as large as the motion.
 pub(crate) const MOST_NOISE: f64 = 0.5;
 
-/// The times at which the halves of the robot's path are asked for, s, rising.
+/// The times at which the halves of the robot's path are evaluated, s, rising.
 #[must_use]
 pub fn times_looked_at_s(problem: &StripeProblem<'_>, at: &StripeState) -> Vec<f64> {
     let late_s = at.time_offset_s;
@@ -43,7 +43,7 @@ fn looked_at<'a>(problem: &'a StripeProblem<'_>) -> impl Iterator<Item = &'a Wei
     problem.frames.iter().step_by(every(problem))
 }
 
-/// N over all unknowns, by the halves of the robot's path.
+/// N over all unknowns, from the halves of the robot's path.
 #[must_use]
 pub(crate) fn of_noise(fit: &StripeFit<'_>, halves: &[Trajectory; 2]) -> DMatrix<f64> {
     noise_beside(&fit.problem, fit.state(), |weighed| {
@@ -54,14 +54,14 @@ pub(crate) fn of_noise(fit: &StripeFit<'_>, halves: &[Trajectory; 2]) -> DMatrix
     })
 }
 
-/// What the information of a problem at a state has beside what two placements of each frame have in common.
+/// The part of a problem's information at a state that two placements of each frame do not share.
 #[must_use]
 pub(crate) fn noise_beside(
     problem: &StripeProblem<'_>,
     at: &StripeState,
     two: impl Fn(&WeighedFrame) -> Option<[Placement; 2]>,
 ) -> DMatrix<f64> {
-    // The symmetric part of J₁ᵀ J₂ is that of their half sum less that of their half difference.
+    // The symmetric part of J₁ᵀ J₂ is the square of their half sum minus that of their half difference.
     let [mut all, mut shared] = [0, 1].map(|_| FrameSums::new(problem.unknowns));
     let none = SVector::zeros();
     for weighed in looked_at(problem) {
@@ -75,7 +75,7 @@ pub(crate) fn noise_beside(
     (all.hessian() - shared.hessian()) * every(problem) as f64
 }
 
-/// Gradients of a frame's residuals as it counts in the problem, and at two other placements.
+/// Gradients of a frame's weighted residuals in the problem, and at two other placements.
 fn gradients(
     problem: &StripeProblem<'_>,
     weighed: &WeighedFrame,
@@ -88,7 +88,7 @@ fn gradients(
     Some((own, [there(&two[0])?, there(&two[1])?]))
 }
 
-/// What motion shows of an information H: H₀ on the directions that are motion for the most part, and nothing of the others. `None` as for
+/// The part of an information H that comes from motion: H₀ on directions dominated by motion, and zero on the others. `None` as for
 /// [`Information::beside`].
 #[must_use]
 pub(crate) fn shown_by_motion(
@@ -137,10 +137,10 @@ mod tests {
         (observations, sampling.robot_times_s(Dejittered::default()).to_vec())
     }
 
-    /// Along the true path of the same scan the information is that of the motion alone. One plate with its edge hardly determines a
-    /// rotation about its stripe: 25 % of its apparent information from the reported path is noise.
+    /// Along the true path of the same scan all information comes from motion. One plate with its edge hardly determines a rotation about its
+    /// stripe: 25 % of its apparent information from the reported path is noise.
     #[test]
-    fn what_motion_shows_is_the_information_along_the_true_path() {
+    fn information_from_motion_equals_that_along_the_true_path() {
         let scenario = |robot_position_noise_m: f64| {
             let mut scenario = Preset::Paper.scenario();
             scenario.disturbance.robot_position_noise_m = robot_position_noise_m;
@@ -183,14 +183,14 @@ mod tests {
         };
         let mut equations = NormalEquations::zeros(along.dimension());
         along.linearize(fit.state(), &mut equations);
-        // Eigenvalues of the true information in coordinates in which the one that is said is 1.
+        // Eigenvalues of the true information in coordinates in which the estimated one is the identity.
         let least = |said: &Information| {
             let root = said.covariance_root();
             (root.transpose() * &equations.hessian * root).symmetric_eigenvalues().min()
         };
         println!("least {} of all, {} of motion", least(&all), least(&shown));
         assert!(least(&all) < 0.85);
-        // A part a of noise is known to 2 √(a/n) of n frames: 0.04 for a quarter of 660, and 0.05 of a part of 0.75.
+        // A noise share a from n frames has the standard deviation 2 √(a/n): 0.04 for a quarter of 660, and 0.05 of a share of 0.75.
         assert!((least(&shown) - 1.0).abs() < 0.12);
     }
 }

@@ -11,14 +11,13 @@ use crate::stripe::planes::{JointAngle, JointStep, PlaneEstimate};
 use nalgebra::DMatrix;
 use std::collections::BTreeMap;
 
-/// Share of the frames in which both plates must be seen for stripes to be used by default.
+/// Minimum fraction of frames with both plates visible for stripes to be used by default.
 pub const LEAST_WITH_BOTH: f64 = 0.8;
 
-/// Seam errors that differ by less than this factor are of the same kind: which errors an answer counts as estimated or assumed moves
-/// them by as much.
+/// Seam errors within this factor count as equal. The split into estimated and assumed errors changes them by as much.
 const CLEARLY: f64 = 1.25;
 
-/// Why it is the answer.
+/// Reason for the selected answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Because {
     /// The user asked for it.
@@ -27,7 +26,7 @@ pub enum Because {
     Agreement,
     /// Both agree, but the stripes' seam error is more than 1.25 times that of the seam points.
     KnowsLess,
-    /// Most of the noise lasts from one frame to the next: the seam points are adjusted with that, and the stripes are not.
+    /// Most of the noise is correlated between frames. The seam points are adjusted with that, and the stripes are not.
     NoiseLasts,
     /// The hand-eye transform is not fully observable from the stripes.
     ShowsLess,
@@ -35,9 +34,9 @@ pub enum Because {
     Disagreement,
     /// Too few frames show both plates.
     TooFewFrames,
-    /// The plates make no joint.
+    /// The plates form no joint.
     Plates(NoPlates),
-    /// What the scan does not show is held at a guess, which the stripes are not.
+    /// Unobservable directions are held at a guess, which stripes do not support.
     HeldAtGuess,
 }
 
@@ -67,28 +66,28 @@ impl Because {
 /// One answer, in the unknowns of a seam.
 #[derive(Clone, Debug)]
 pub struct Answer {
-    /// Where it is.
+    /// The unknowns.
     pub parameters: Parameters,
-    /// Covariance of everything that is accounted for.
+    /// Total covariance.
     pub covariance: DMatrix<f64>,
-    /// The part of it that is noise.
+    /// Its random part.
     pub noise_covariance: DMatrix<f64>,
-    /// Visible parts.
+    /// Its observability.
     pub observability: Observability,
-    /// Error of a seam point that is measured later; `None` if something of the hand-eye is not seen.
+    /// Predicted error of a later seam point. `None` if part of the hand-eye transform is unobservable.
     pub seam_error: Option<SeamError>,
 }
 
-/// The plates' estimate, and both answers side by side.
+/// The plates' estimate with both answers.
 #[derive(Clone, Debug)]
 pub struct StripeEstimate {
     /// The plates.
     pub planes: Vec<PlaneEstimate>,
-    /// The angles of the joints whose plates meet.
+    /// The angles of joints whose plates meet.
     pub angles: Vec<JointAngle>,
-    /// The steps of those whose plates are parallel.
+    /// The steps of joints whose plates are parallel.
     pub steps: Vec<JointStep>,
-    /// How far both answers are apart, in sigma; `None` if nothing of them can be compared.
+    /// Distance of both answers, σ. `None` if nothing can be compared.
     pub sigmas_apart: Option<f64>,
     /// Distance in the user's quantities.
     pub apart: Apart,
@@ -96,7 +95,7 @@ pub struct StripeEstimate {
     pub noise_factor: f64,
     /// Counts of used and rejected measurements.
     pub counts: OutlierCounts,
-    /// Whether the plates' forms explain what seemed to be errors of the robot by the seam points.
+    /// Whether the plates' forms explain the robot errors that the seam points seem to show.
     pub explains_robot: bool,
     /// Answer of the seam points.
     pub seam: Answer,
@@ -107,24 +106,24 @@ pub struct StripeEstimate {
 /// Distance of two answers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Apart {
-    /// Time offset of the stripes less that of the seam points, s.
+    /// Time offset of the stripes minus that of the seam points, s.
     pub time_offset_s: f64,
-    /// Where they place a point in the middle of what was seen, in the tool, m.
+    /// Distance of the middle of the visible part, placed by both, in the tool, m.
     pub point_m: f64,
 }
 
-/// Answers that differ by more standard deviations contradict each other: one of them is wrong by more than any ± allows for.
+/// Answers that differ by more standard deviations contradict each other: one is wrong by more than any stated uncertainty allows.
 const CONTRADICTION_SIGMAS: f64 = 10.0;
 
 impl StripeEstimate {
-    /// How many standard deviations the two answers are apart, where that is too far and nobody has said which is to be used.
+    /// Distance of the two answers in standard deviations, if it is too large and the user has not selected one.
     #[must_use]
     pub(crate) fn contradicts(&self, because: Because) -> Option<f64> {
         let is_open = because == Because::Disagreement;
         self.sigmas_apart.filter(|apart| is_open && *apart >= CONTRADICTION_SIGMAS)
     }
 
-    /// Whether the stripes' predicted seam error exceeds that of the seam points by more than a factor of 1.25, all error sources counted.
+    /// Whether the stripes' predicted seam error exceeds that of the seam points by more than a factor of 1.25, with all error sources.
     #[must_use]
     pub(crate) fn is_clearly_less_accurate(&self) -> bool {
         match (&self.stripe.seam_error, &self.seam.seam_error) {
@@ -143,11 +142,11 @@ pub struct StripeOutcome {
     pub because: Because,
     /// Frames with a seam point or a stripe.
     pub frames: usize,
-    /// Frames with both plates; of a joint of one plate, with that and its edge.
+    /// Frames with both plates. For a joint of one plate, frames with that plate and its edge.
     pub with_both: usize,
     /// Stripes that could not be used.
     pub skipped: BTreeMap<Skip, usize>,
-    /// By how much stripes are stamped later than the seam point of the same picture, where that is most, s.
+    /// Largest delay of the stripes' stamps relative to the seam point of the same image, s.
     pub stamped_later_s: f64,
     /// The estimate; `None` where there is none.
     pub estimate: Option<Box<StripeEstimate>>,

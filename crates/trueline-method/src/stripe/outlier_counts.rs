@@ -2,23 +2,23 @@
 
 use crate::assess::outliers::Outliers;
 
-/// Counts of what the frames of a scan show, and of what was left out as an outlier.
+/// Counts of the measurements of a scan, and of its outliers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OutlierCounts {
-    /// Stripes (and, with both, seam points) that were looked at.
+    /// Stripes (and, with both, seam points) that were tested.
     pub stripes: usize,
-    /// Of these, how many were left out as outliers.
+    /// Stripes rejected as outliers.
     pub rejected_stripes: usize,
-    /// Edge points that were looked at.
+    /// Edge points that were tested.
     pub edge_points: usize,
-    /// Of these, how many were left out as outliers.
+    /// Edge points rejected as outliers.
     pub rejected_edge_points: usize,
-    /// Stripes of frames in which a plate lies along the laser plane: they have no residuals and are not looked at.
+    /// Stripes of frames in which a plate lies along the laser plane. They have no residuals and are not tested.
     pub along_sheet: usize,
 }
 
 impl OutlierCounts {
-    /// Counts a stripe or an edge point, if it is there (`Some`) and whether it is kept.
+    /// Counts a stripe or an edge point. `None` if there is none, else whether it is kept.
     pub(crate) fn add(&mut self, is_edge: bool, kept: Option<bool>) {
         let (all, rejected) = match is_edge {
             true => (&mut self.edge_points, &mut self.rejected_edge_points),

@@ -12,25 +12,25 @@ use nalgebra::{DMatrix, Matrix2, SMatrix, SVector, Vector3};
 use trueline_model::Plate;
 use trueline_model::plate::{SURFACE_LENGTH_M, SURFACE_REACH_M, surface_terms};
 
-/// One plate: the plane that fits its visible surface best.
+/// One plate: the best-fitting plane of its visible surface.
 ///
-/// The slope at the seam and a bow across the stripe are hard to separate; what the visible surface does as a whole is known
-/// far better than either.
+/// The slope at the seam and a bow across the stripe are hard to separate. Their combined effect on the visible surface is known far better than
+/// either.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlaneEstimate {
     /// Its number.
     pub number: usize,
     /// The plane, without its surface.
     pub plane: Plate,
-    /// Standard deviation of its normal, about the axis about which it is known least, rad.
+    /// Standard deviation of its normal about the least certain axis, rad.
     pub sigma_rad: f64,
     /// Standard deviation of its offset at the middle of the scan, m.
     pub sigma_m: f64,
-    /// Whether the scan shows its normal, and its offset.
+    /// Whether its normal, and its offset, are observable.
     pub seen: [bool; 2],
     /// Largest distance of its visible surface from the plane, m.
     pub bow_m: f64,
-    /// Where support points lie on it.
+    /// Its support points.
     pub points: Vec<PlatePoint>,
 }
 
@@ -39,7 +39,7 @@ pub struct PlaneEstimate {
 pub struct PlatePoint {
     /// In base, m.
     pub in_base: Vector3<f64>,
-    /// Its place along the seam from the scan's centre, and away from the seam, m.
+    /// Place along the seam from the scan's centre, and distance from the seam, m.
     pub place_m: [f64; 2],
     /// Its height above the plane on the sensor's side, m.
     pub height_m: f64,
@@ -50,7 +50,7 @@ pub struct PlatePoint {
 pub struct JointAngle {
     /// Number of the joint.
     pub joint: usize,
-    /// Angle that the plates open to the sensor, rad: beyond π where it looks at an outside corner.
+    /// Angle that the plates open towards the sensor, rad. Above π for an outside corner.
     pub value_rad: f64,
     /// Standard deviation, rad.
     pub sigma_rad: f64,
@@ -72,18 +72,19 @@ pub struct JointStep {
 pub struct Planes {
     /// The plates.
     pub plates: Vec<PlaneEstimate>,
-    /// The angles of those that meet.
+    /// The angles of plates that meet.
     pub angles: Vec<JointAngle>,
-    /// The steps of those that are parallel.
+    /// The steps of parallel plates.
     pub steps: Vec<JointStep>,
 }
 
-/// Parts of the support points that may lie beyond either end of what counts as visible.
+/// Fraction of the support points that may lie beyond each end of the visible range.
 const BEYOND: f64 = 0.02;
-/// Places along each axis at which a surface is looked at.
+/// Grid points along each axis at which a surface is evaluated.
 const GRID: usize = 5;
 
-/// The planes of a state and the angle or step of each joint whose plates are seen, with the covariance of its tangent and what of that is not seen.
+/// The planes of a state, and the angle or step of each joint with visible plates. `covariance` is that of the tangent, and `null` holds its
+/// unobservable directions.
 #[must_use]
 pub fn planes(
     observations: &Observations,
@@ -136,8 +137,8 @@ pub fn planes(
     Planes { plates: all, angles, steps }
 }
 
-/// The distance of two nearly parallel planes along the normal of the first, at the middle of the scan, and its standard deviation, m.
-/// At that point, from which both count, n₂·n₁ h = δ₂.
+/// The distance of two nearly parallel planes along the normal of the first, at the middle of the scan, and its standard deviation, m. At that
+/// point, the common origin of both, n₂·n₁ h = δ₂.
 fn step(
     [(one, slope), (other, other_slope)]: [(&Plate, &DMatrix<f64>); 2],
     covariance: &DMatrix<f64>,
@@ -148,7 +149,7 @@ fn step(
     ((other.offset_m / cosine - one.offset_m).abs(), variance.max(0.0).sqrt())
 }
 
-/// The angle that two planes open to a side and its standard deviation, rad; `slopes` carry the tangent into (θ_a, θ_o, δ) of each.
+/// The angle between two planes on one side and its standard deviation, rad. `slopes` map the tangent to (θ_a, θ_o, δ) of each.
 fn angle(
     [one, other]: [&Plate; 2],
     side: &Vector3<f64>,
@@ -157,7 +158,7 @@ fn angle(
 ) -> (f64, f64) {
     let outward = [one, other].map(|plate| plate.chart.along.cross(&plate.normal));
     let axis = outward[0].cross(&outward[1]).normalize();
-    // Turning a plate about the seam by θ opens the angle by −θ or θ, as the axis lies.
+    // A rotation of a plate about the seam by θ opens the angle by −θ or θ, depending on the axis.
     let signs = [-axis.dot(&one.chart.along), axis.dot(&other.chart.along)];
     let slope = slopes[0].row(0) * signs[0] + slopes[1].row(0) * signs[1];
     let variance = (&slope * covariance * slope.transpose())[(0, 0)];
@@ -166,7 +167,7 @@ fn angle(
     (if is_inside { between } else { std::f64::consts::TAU - between }, variance.max(0.0).sqrt())
 }
 
-/// How the plane that fits a visible surface best follows from its surface terms.
+/// Maps surface terms to the best-fitting plane of the visible surface.
 struct BestPlane {
     places: Vec<[f64; 2]>,
     /// (1, r, s) of the best plane for each term.
@@ -185,12 +186,12 @@ impl BestPlane {
             normal += flat * flat.transpose();
             right += flat * surface_terms(*r, *s).transpose();
         }
-        // A plate of which one place alone is seen has no plane of its own: the chart's stays.
+        // A plate visible at a single place has no plane of its own. The chart's plane is kept.
         let by_term = normal.try_inverse().map_or_else(SMatrix::zeros, |inverse| inverse * right);
         Self { places, by_term }
     }
 
-    /// A plane a + b r + c s over a chart turns it by −b about the seam and by c square to it, and lifts it by a.
+    /// A plane a + b r + c s over a chart turns it by −b about the seam and by c perpendicular to it, and lifts it by a.
     fn turned([a, b, c]: [f64; 3]) -> Vector3<f64> {
         Vector3::new(-b / SURFACE_REACH_M, c / SURFACE_LENGTH_M, a)
     }
@@ -200,7 +201,7 @@ impl BestPlane {
         plate.retract(&Self::turned((self.by_term * beta).into()), &-beta)
     }
 
-    /// The plane's tangent by that of a state: 3 × all unknowns.
+    /// Jacobian of the plane's tangent by the state's tangent: 3 × all unknowns.
     fn slope(&self, at: &StripeState, (joint, number): (usize, usize)) -> DMatrix<f64> {
         let unknowns = at.unknowns();
         let mut slope = DMatrix::zeros(3, unknowns.dimension());
@@ -223,13 +224,13 @@ impl BestPlane {
     }
 }
 
-/// A support point in base and where the sensor was, m.
+/// A support point and the sensor's position, base frame, m.
 struct SeenPoint {
     point: Vector3<f64>,
     from: Vector3<f64>,
 }
 
-/// Support points of a plate that are looked at; of more frames, one in several represents the rest.
+/// Maximum number of support points of a plate evaluated. Beyond it every n-th frame is used.
 const MOST_FRAMES: usize = 5000;
 
 /// The support points of a plate.
@@ -254,13 +255,13 @@ fn seen_points(
     seen
 }
 
-/// A point's place along the seam and away from it, m.
+/// A point's place along the seam and distance from it, m.
 fn place_m(plate: &Plate, point: &Vector3<f64>) -> [f64; 2] {
     let from_centre = point - plate.chart.centre;
     [plate.chart.along.dot(&from_centre), plate.chart.outward.dot(&from_centre)]
 }
 
-/// The range of r and s in which a plate is seen.
+/// The visible range of r and s of a plate.
 fn visible(plate: &Plate, seen: &[SeenPoint]) -> Option<[[f64; 2]; 2]> {
     let range = |axis: usize, unit_m: f64| {
         let places = || seen.iter().map(|seen| place_m(plate, &seen.point)[axis] / unit_m);
@@ -269,7 +270,7 @@ fn visible(plate: &Plate, seen: &[SeenPoint]) -> Option<[[f64; 2]; 2]> {
     Some([range(1, SURFACE_REACH_M)?, range(0, SURFACE_LENGTH_M)?])
 }
 
-/// The points as they lie on the plane that fits best.
+/// The points relative to the best-fitting plane.
 fn on_plane(plane: &Plate, seen: &[SeenPoint]) -> Vec<PlatePoint> {
     let on = |SeenPoint { point, from }: &SeenPoint| PlatePoint {
         in_base: *point,

@@ -15,7 +15,7 @@ use trueline_lsq::{LeastSquares, NormalEquations};
 pub struct StripeProblem<'a> {
     /// Trajectory and sheet.
     pub observations: &'a Observations,
-    /// The frames that take part.
+    /// The frames used.
     pub frames: Vec<WeighedFrame>,
     /// Its unknowns.
     pub unknowns: StripeUnknowns,
@@ -24,7 +24,7 @@ pub struct StripeProblem<'a> {
 }
 
 impl StripeProblem<'_> {
-    /// Residuals of a frame and their gradients, not whitened; `None` where it cannot be placed.
+    /// Residuals of a frame and their gradients, not whitened. `None` if it cannot be placed.
     #[must_use]
     pub(crate) fn linearized(
         &self,
@@ -35,7 +35,7 @@ impl StripeProblem<'_> {
         linearize_frame(self.observations, &weighed.frame, at, &placement)
     }
 
-    /// The prior, with its pull at a state.
+    /// The prior's contribution to the normal equations at a state.
     pub(crate) fn known_beforehand(&self, at: &StripeState) -> NormalEquations {
         let mut known = NormalEquations::zeros(self.unknowns.dimension());
         at.known(self.shape_prior.as_ref()).add_to(&mut known);

@@ -1,7 +1,7 @@
-//! Whether the stripes show a robot as bad as the seam points seem to.
+//! Tests whether the stripes confirm the robot errors that the seam points seem to show.
 //!
-//! A seam that is not straight and a robot that wanders move seam points alike. Stripes separate them: plates have the forms that
-//! [`crate::stripe::state::SURFACE_SIGMA_M`] allows them, and what these take up is not assigned to the robot.
+//! A curved seam and robot errors move seam points alike. Stripes separate them: the plates' forms are estimated with the prior
+//! [`crate::stripe::state::SURFACE_SIGMA_M`], and only the remainder is attributed to the robot.
 
 use crate::assess::robot_accuracy::{MOST_OBSERVATIONS, Scores, modes};
 use crate::assess::robot_field::RobotSigmas;
@@ -15,8 +15,7 @@ use nalgebra::DVectorViewMut;
 use trueline_geometry::Pose;
 use trueline_lsq::Information;
 
-/// The errors that the residuals of the stripes show, as for seam points; `None` where they are not plainly larger than those that were
-/// taken.
+/// Robot errors estimated from the stripes' residuals, as for seam points. `None` unless they are clearly larger than the assumed ones.
 #[must_use]
 pub(crate) fn shown(
     fit: &StripeFit<'_>,
@@ -77,9 +76,8 @@ mod tests {
     use crate::stripe::whitening::SharedNoise;
     use trueline_sim::{PlateForm, Plates, Preset, scan_plates};
 
-    /// At the optimum the rows pull the unknowns nowhere, together with the prior: as the solver ends with a step of
-    /// 1e-6 σ, the pull is as small in these coordinates. Bowed plates are held back by what is known of them, so that each of both
-    /// pulls by a thousand times what is allowed.
+    /// At the optimum the gradients of rows and prior cancel: the solver ends with a step of 1e-6 σ, and the sum is as small in these coordinates.
+    /// Bowed plates pull against their prior, so each gradient alone is a thousand times the tolerance.
     #[test]
     fn rows_and_what_is_known_beforehand_balance_at_the_optimum() {
         let bowed = PlateForm::of_term(2, 5e-4);

@@ -1,15 +1,15 @@
 //! Effect of a robust loss on the covariance of the plates' estimate.
 //!
-//! A frame's score is Jᵀ M r with M = Σ⁻¹ and Σ = D/w + S: the own noise D of each plate is inflated by the weight that its
-//! residual earns, the noise S that the plates share is not. As w depends on r, the score moves with the residual by
+//! A frame's score is Jᵀ M r with M = Σ⁻¹ and Σ = D/w + S. The own noise D of each plate is inflated by the weight of its residual. The noise S that
+//! the plates share is not. As w depends on r, the derivative of the score by the residual is
 //!
 //! ```text
 //! M + Σ_k M D_k (M r)_k (2 w′_k/w_k²) (C_kk⁻¹ r_k)ᵀ
 //! ```
 //!
-//! and not by M alone, and its variance is that of M r. With C for Σ at w = 1, the three sums below are the traces of these by C, so
-//! that the covariance is H⁻¹ · E[score] E[weight] / E[weight and slope]², as for a loss of independent residuals
-//! \[Huber2009, ch. 7\], which it is without S: tr C M = 2 w, rᵀ M C M r = w² s and 2 (w + s w′).
+//! and not M alone. Its variance is that of M r. With C for Σ at w = 1, the three sums below are the traces of these with C. The covariance is H⁻¹ ·
+//! E[score] E[weight] / E[weight and slope]², as for a loss of independent residuals \[Huber2009, ch. 7\]. Without S it equals that: tr C M = 2 w,
+//! rᵀ M C M r = w² s and 2 (w + s w′).
 
 use crate::stripe::blocks::{BLOCKS, block, pair_of_block, spread_of_block};
 use crate::stripe::frame_residual::ROWS;
@@ -23,18 +23,18 @@ pub struct RobustMoments {
     score: f64,
 }
 
-/// How the loss pulls at a plate, at an edge point, or at a seam point.
+/// Weight of the loss for a plate, an edge point, or a seam point.
 pub(crate) struct Pull {
     /// Own covariance of its rows, before its weight.
     pub own: Matrix2<f64>,
-    /// w of its squared residual.
+    /// w at its squared residual.
     pub weight: f64,
     /// w′ there.
     pub slope: f64,
 }
 
 impl RobustMoments {
-    /// Adds a frame: C, the root W of M = Wᵀ W, its residual, and the blocks that take part.
+    /// Adds a frame: C, the root W of M = Wᵀ W, its residual, and its blocks.
     pub(crate) fn add(
         &mut self,
         covariance: &SMatrix<f64, ROWS, ROWS>,
@@ -58,7 +58,7 @@ impl RobustMoments {
         }
     }
 
-    /// Variance of the scores expected from their weights, and the reduced response of the scores to the residuals.
+    /// Ratio of the scores' variance to that expected from the weights, and the reduced response of the scores to the residuals.
     #[must_use]
     pub(crate) fn variance_and_bend(&self) -> (f64, f64) {
         let weight = self.weight.max(f64::MIN_POSITIVE);
@@ -133,8 +133,8 @@ mod tests {
 
     #[test]
     fn covariance_of_normal_residuals_is_that_of_the_biweight() {
-        // Without shared noise: E[w²s/2] E[w]/E[w + s w′]² over E[w], for s of χ²₂ and w = (1 − s/64)²: with E[sⁿ] = 2ⁿ n!
-        // 0.7825/0.8809² = 1.0084. The sums are over a grid of quantiles of s, in both plates; the edge's row is not there.
+        // Without shared noise: E[w²s/2] E[w]/E[w + s w′]² over E[w], for s of χ²₂ and w = (1 − s/64)². With E[sⁿ] = 2ⁿ n! this is 0.7825/0.8809² =
+        // 1.0084. The sums are over a grid of quantiles of s, in both plates, without the edge's row.
         let own = [Matrix2::identity(), Matrix2::identity(), Matrix2::zeros()];
         let mut without_edge = Matrix5::zeros();
         without_edge.fixed_view_mut::<4, 4>(0, 0).fill_with_identity();

@@ -1,8 +1,8 @@
 //! Effect of the plates' forms on seam points computed as crossings of straight lines.
 //!
-//! A detector lays a straight line along each arm of a picture and takes their crossing. Of bowed plates that is beside the seam, by as much
-//! in all pictures of one attitude, and the seam points' answer ignores it. How far it is moved says a fit to the same points
-//! without what the forms that the stripes show make of them.
+//! A detector fits a straight line to each arm of an image and intersects them. With bowed plates the intersection lies beside the seam, by the same
+//! amount in all images of one attitude. The seam points' answer ignores this. Refitting the points without the effect of the estimated forms gives
+//! the shift of the answer.
 
 use crate::input::observations::Observations;
 use crate::problem::parameters::LINES;
@@ -14,8 +14,8 @@ use crate::stripe::frames::{Sight, StripeFrame};
 use crate::stripe::state::StripeState;
 use nalgebra::{Matrix2, SVector, Vector2};
 
-/// By how much the seam points' answer moves without what the plates' forms make of it, in the first unknowns. `None` where they make nothing
-/// of any seam point, or nothing fits without it.
+/// Shift of the seam points' answer, in the first unknowns, when the effect of the plates' forms is removed. `None` if the forms affect no seam
+/// point, or the refit fails.
 pub(crate) fn moved_without_forms(
     (observations, settings): (&Observations, &FitSettings<'_>),
     fit: &Fit,
@@ -34,8 +34,8 @@ pub(crate) fn moved_without_forms(
     Some(freed.parameters().minus(&fit.parameters().guess()))
 }
 
-/// How far the crossing of straight lines through the predicted stripes lies beside that of the stripes, reported sheet coordinates in m,
-/// and which observation it is. `None` where plates do not meet, or are not both seen beside their seam point.
+/// Offset of the intersection of straight lines through the predicted stripes from the intersection of the stripes themselves, reported sheet
+/// coordinates in m, with the index of the observation. `None` if the plates do not meet or are not both visible beside their seam point.
 fn beside_seam(
     observations: &Observations,
     frame: &StripeFrame,
@@ -76,9 +76,9 @@ mod tests {
     use crate::stripe::whitening::SharedNoise;
     use trueline_sim::{Disturbance, PlateForm, Plates, Preset, scan_plates};
 
-    /// Without noise the simulator's seam points, the crossing of lines through the columns of bowed stripes, lie beside the seam by what is
-    /// said here, to a fiftieth of it: the simulator's 24 places on a stripe are a line's columns to a part in 23², and its crossing is that of ideal pixels.
-    /// Where the stripes were seen changes nothing of that.
+    /// Noise-free simulated seam points are intersections of lines through bowed stripes. They lie beside the seam by the predicted offset, to a
+    /// fiftieth. The simulator's 24 places on a stripe equal a line's columns to 1 in 23², and its intersection uses ideal pixels. The place of the
+    /// visible stripe does not matter.
     #[test]
     fn simulated_seam_points_of_bowed_plates_lie_beside_the_seam_by_as_much() {
         let mut scenario = Preset::Good.scenario();
@@ -131,7 +131,7 @@ mod tests {
                 support.reported += Vector2::new(3e-5, -2e-5);
             }
             let (_, aside_m) = beside_seam(&observations, &seen_aside, fit.state()).unwrap();
-            // The part of the stripe that is looked at moves by 36 µm of some 20 mm, and the bow's slope with it.
+            // The visible part of the stripe moves by 36 µm of some 20 mm, and the bow's slope with it.
             assert!((aside_m - beside_m).norm() < 1e-6, "{aside_m} {beside_m}");
         }
         println!("up to {largest_m} m beside the seam, {off_m} m of it not said");

@@ -1,25 +1,25 @@
-//! Sizes of errors by the adjusted seam points. The stripes are of the same frames, and have the same errors.
+//! Error sizes from the adjusted seam points. The stripes come from the same frames and have the same errors.
 
 use crate::adjustment::answer::Amplitudes;
 use crate::problem::unknowns::LINES;
 use nalgebra::DMatrix;
 
-/// Sizes of errors that stripes share with the seam points of their frames: they are estimated as if their noise were white.
+/// Sizes of errors that stripes share with the seam points of their frames. The stripes themselves are estimated with white noise.
 #[derive(Clone, Copy, Debug)]
 pub struct SharedAmplitudes {
-    /// How many times as large the variance is by noise that lasts.
+    /// Ratio of the variance with correlated noise to that with white noise.
     pub noise_variance: f64,
-    /// Whether most of the noise lasts.
+    /// Whether most of the noise is correlated.
     pub noise_lasts: bool,
-    /// How many times as far off as its class the robot is.
+    /// Robot error relative to its class.
     pub robot: f64,
 }
 
 impl SharedAmplitudes {
-    /// All of them as expected, with white noise.
+    /// Expected sizes, with white noise.
     pub const EXPECTED: Self = Self { noise_variance: 1.0, noise_lasts: false, robot: 1.0 };
 
-    /// Of adjusted seam points whose covariance by noise is the first, where white noise alone would make it the second.
+    /// From adjusted seam points, with their noise covariance, and that from white noise alone.
     #[must_use]
     pub(crate) fn of(amplitudes: &Amplitudes, noise: &DMatrix<f64>, white: &DMatrix<f64>) -> Self {
         Self {
@@ -30,7 +30,7 @@ impl SharedAmplitudes {
     }
 }
 
-/// How many times as large one covariance of clock and hand-eye is as another, on the average over their components; 1 at least.
+/// Ratio of two covariances of clock and hand-eye, as the geometric mean over components. At least 1.
 fn times(one: &DMatrix<f64>, other: &DMatrix<f64>) -> f64 {
     let of_component = (0..LINES).filter(|k| one[(*k, *k)] > 0.0 && other[(*k, *k)] > 0.0);
     let logs: Vec<f64> = of_component.map(|k| (one[(k, k)] / other[(k, k)]).ln()).collect();
@@ -47,12 +47,12 @@ mod tests {
     fn noise_that_lasts_widens_and_never_narrows() {
         let white = DMatrix::<f64>::identity(LINES, LINES);
         let mut lasting = &white * 4.0;
-        // 4 and 9 times a variance are 6 times it on the geometric average of two, but LINES components share it.
+        // The geometric mean of ratios 4 and 9 is 6 for two components. Here LINES components share it.
         lasting[(0, 0)] = 9.0;
         let expected = (((LINES - 1) as f64 * 4f64.ln() + 9f64.ln()) / LINES as f64).exp();
         assert!((times(&lasting, &white) - expected).abs() < 1e-12);
         assert_eq!(times(&white, &lasting), 1.0);
-        // What is held has no variance.
+        // A held component has no variance.
         lasting[(1, 1)] = 0.0;
         assert!(times(&lasting, &white) > expected);
     }

@@ -1,4 +1,4 @@
-//! What stripes show of the unknowns, in the words of a seam.
+//! Observability of the unknowns from the stripes, for the components of a seam.
 
 use crate::assess::observability::{self, Group, Observability, Unobservable};
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION, line_index};
@@ -8,9 +8,9 @@ use nalgebra::DMatrix;
 use std::collections::BTreeSet;
 use trueline_lsq::Information;
 
-/// What the stripes show. No target of unknown place shows a translation that attitudes do not, nor a time offset that only
-/// noise shows: there the seam points' finding, which is tested against noise, holds for the plates as well. The rank is that of what is seen of flat
-/// plates; nothing counts as known of which the covariance lacks a direction.
+/// Observability from the stripes. A target of unknown place does not make a translation observable that the attitudes leave open, nor a time offset
+/// that only noise suggests. For both, the seam points' result applies, because it is tested against noise. The rank is that of flat plates. A
+/// component is unobservable if the covariance lacks one of its directions.
 pub(crate) fn observability(
     before: &Observability,
     fit: &StripeFit<'_>,
@@ -61,7 +61,7 @@ pub(crate) fn observability(
     }
 }
 
-/// The null directions of two information matrices side by side.
+/// The null directions of two information matrices, column by column.
 pub(crate) fn both_null(one: &Information, other: &Information) -> DMatrix<f64> {
     let (one, other) = (one.null_space(), other.null_space());
     let mut both = one.clone().resize_horizontally(one.ncols() + other.ncols(), 0.0);
@@ -69,7 +69,7 @@ pub(crate) fn both_null(one: &Information, other: &Information) -> DMatrix<f64> 
     both
 }
 
-/// Components of the plates' tangent as those of the seam's: a plane counts as the line that it bounds.
+/// Maps components of the plates' tangent to the seam's. A plane counts as the line that it bounds.
 fn in_seam(parts: &[usize], unknowns: StripeUnknowns) -> Vec<usize> {
     let place = |part: &usize| match *part {
         clock_or_hand_eye @ 0..LINES => clock_or_hand_eye,

@@ -1,6 +1,6 @@
-//! Where the plates' problem begins: planes through the support points as they fall with a seam's answer. Where two of them meet they
-//! are the joint; parallel plates, and one alone, have an edge where the seam points are. A joint whose plates
-//! are not seen is any two planes that meet in its seam: how they lie about it is held, and has no information.
+//! Start of the plates' problem: planes through the support points, placed by a seam's answer. Two planes that meet form the joint. Parallel plates
+//! and a single plate have an edge at the seam points. A joint without visible plates gets two arbitrary planes through its seam. Their rotation
+//! about it is held and has no information.
 
 use crate::error::no_plates::NoPlates;
 use crate::input::observations::Observations;
@@ -13,19 +13,19 @@ use nalgebra::{Unit, Vector3};
 use trueline_geometry::fit;
 use trueline_model::{Plate, SheetShape};
 
-/// Plates whose normals differ by less (sine) do not meet in a line: 6°.
+/// Minimum sine of the angle between the normals of plates that meet in a line: that of 6°.
 pub const LEAST_ANGLE_SINE: f64 = 0.1;
 
-/// An edge whose middle is further from a plate is not the plate's, m.
+/// Maximum distance of an edge's middle from its plate, m.
 const ON_PLATE_M: f64 = 1e-3;
 
-/// No step of a lap is found that is less, m; and where the seam is between planes so near to each other the scan's first answer does not tell.
+/// Minimum step of a lap that is detected, m. With a smaller step the first answer cannot locate the seam between the planes.
 const ONE_PLANE_M: f64 = 0.2e-3;
 
-/// Fewest points of a plane, and of an edge.
+/// Minimum points of a plane, and of an edge.
 const LEAST_POINTS: usize = 3;
 
-/// The state that follows from a seam's answer; the shape is that of the answer.
+/// The start from a seam's answer, with the shape of that answer.
 ///
 /// # Errors
 /// [`NoPlates`].
@@ -75,7 +75,7 @@ pub fn start(
     Ok(state)
 }
 
-/// What a scan has seen of a joint.
+/// The visible parts of a joint.
 struct SeenJoint<'a> {
     number: usize,
     points: &'a [Vec<Vector3<f64>>; 2],
@@ -102,7 +102,7 @@ impl SeenJoint<'_> {
             let missing = NoPlates::Missing { line: self.number, unusable: 0 };
             return Err(if seen == [true; 2] { NoPlates::Parallel } else { missing });
         }
-        // Offsets count from the seam.
+        // Offsets are measured from the seam.
         let beside_m = |number: usize| plates[number].offset_m.abs();
         let nearer = usize::from(if seen == [true; 2] { beside_m(1) < beside_m(0) } else { seen[1] });
         if beside_m(nearer) > ON_PLATE_M {
@@ -119,7 +119,7 @@ impl SeenJoint<'_> {
     }
 }
 
-/// Whether the seam, from which offsets count, is half-way between two plates that lie on either side of it rather than on one of them, as a lap's is.
+/// Whether the seam, the origin of the offsets, lies half-way between two plates on either side of it. The seam of a lap lies on one of them.
 fn are_beside_a_gap([one, other]: &[Plate; 2]) -> bool {
     let on_either_side = one.chart.outward.dot(&other.chart.outward) < 0.0;
     let sign = one.normal.dot(&other.normal).signum();
@@ -128,8 +128,8 @@ fn are_beside_a_gap([one, other]: &[Plate; 2]) -> bool {
     on_either_side && (apart_m.abs() < ONE_PLANE_M || off_middle_m.abs() < 0.25 * apart_m.abs())
 }
 
-/// The unknowns that are held because nothing shows them: how the planes of a joint without plates lie about its seam, a plate that is
-/// not seen, how an edge leans about the seam, and the edge of plates that meet.
+/// The held unknowns, which are unobservable: the rotation of the planes of a joint without plates, a plate that is not visible, the lean of an edge
+/// about the seam, and the edge of plates that meet.
 #[must_use]
 pub fn held(state: &StripeState, without_plates: &[usize]) -> Vec<usize> {
     let unknowns = state.unknowns();
@@ -149,7 +149,7 @@ pub fn held(state: &StripeState, without_plates: &[usize]) -> Vec<usize> {
     held
 }
 
-/// The plate through points; its outward direction points to them.
+/// The plate through points. Its outward direction points towards them.
 fn plate(points: &[Vector3<f64>], centre: &Vector3<f64>, along: &Vector3<f64>) -> Result<Plate, NoPlates> {
     let plane = fit::robust_plane(points).ok_or(NoPlates::NoPlane)?.plane;
     let flat = |normal: Vector3<f64>| Plate::flat(*centre, &Unit::new_normalize(normal), along);

@@ -1,4 +1,4 @@
-//! The values of all unknowns of the plates' problem, and what is known of them beforehand.
+//! The values of all unknowns of the plates' problem, with their prior.
 
 use crate::input::shape_prior::ShapePrior;
 use crate::problem::known::Known;
@@ -9,7 +9,7 @@ use nalgebra::{DVector, SVector, Vector3};
 use trueline_geometry::{Pose, se3};
 use trueline_model::{Plate, SheetShape};
 
-/// Standard deviation of each surface term before the scan, m.
+/// Prior standard deviation of each surface term, m.
 pub const SURFACE_SIGMA_M: f64 = 0.2e-3;
 
 /// One value of all unknowns; see [`StripeUnknowns`] for their order in the tangent.
@@ -26,7 +26,7 @@ pub struct StripeState {
 }
 
 impl StripeState {
-    /// Which unknowns these are the values of.
+    /// The layout of these unknowns.
     #[must_use]
     pub fn unknowns(&self) -> StripeUnknowns {
         let edged = self.joints.iter().any(|target| target.edge.is_some());
@@ -63,14 +63,14 @@ impl StripeState {
         Self { joints: joints.collect(), ..self.clone() }
     }
 
-    /// What is known of forms and shape before the scan, at these values.
+    /// The prior of forms and shape, at these values.
     #[must_use]
     pub(crate) fn known(&self, shape_prior: Option<&ShapePrior>) -> Known {
         let unknowns = self.unknowns();
         let mut known = Known::default();
         for (joint, target) in self.joints.iter().enumerate() {
             for number in 0..unknowns.surfaces() {
-                // An edge that a joint does not have is flat, and nothing but this holds it.
+                // A missing edge is flat. Only this prior holds it.
                 let form_m = target.surface(number).map_or([0.0; Plate::SURFACE], |plate| plate.surface_m);
                 known = known.each(unknowns.surface(joint, number), &form_m, SURFACE_SIGMA_M);
             }

@@ -1,5 +1,4 @@
-//! Errors that are not noise, as the plates' estimate owes to them: the columns of [`Systematic`] in the tangent of the
-//! plates.
+//! Effect of systematic errors on the plates' estimate: the columns of [`Systematic`] in the tangent of the plates.
 
 use crate::assess::levels::SystematicLevels;
 use crate::assess::robot_field::RobotField;
@@ -17,22 +16,22 @@ use nalgebra::{DMatrix, SMatrix};
 use trueline_lsq::Information;
 use trueline_model::{Placement, SheetShape};
 
-/// Errors that seam points and plates have in common: the columns of both estimates are of the same errors, one by one.
+/// Errors that seam points and plates share. The columns of both estimates belong to the same errors, one by one.
 pub struct SharedErrors<'a> {
-    /// Their assumed size.
+    /// Their assumed levels.
     pub levels: SystematicLevels,
     /// The robot's; `None` for an ideal robot.
     pub field: Option<&'a RobotField>,
-    /// How the detector's bias counts tilts.
+    /// The tilt convention of the detector's bias.
     pub tilt: TiltBias,
-    /// How far off what was taken out of it is.
+    /// Uncertainty of the removed bias.
     pub bias: BiasError,
 }
 
-/// Frames that are looked at; of more, one in several represents the rest.
+/// Maximum number of frames evaluated. Beyond it every n-th frame is used.
 const MOST_FRAMES: usize = 800;
 
-/// How far each kind of error moves the estimate.
+/// Effect of each kind of error on the estimate.
 #[must_use]
 pub(crate) fn systematic(
     fit: &StripeFit<'_>,
@@ -89,7 +88,7 @@ pub(crate) fn systematic(
     }
 }
 
-/// Whitened, how far the modes of the robot's error move the residuals of a frame, three of position and three of attitude each.
+/// Whitened effect of the robot-error modes on the residuals of a frame: three columns of position and three of attitude each.
 pub(crate) fn robot_columns(
     field: &RobotField,
     weighed: &WeighedFrame,
@@ -106,7 +105,7 @@ pub(crate) fn robot_columns(
     columns
 }
 
-/// The optimum with a shape, for the derivative by it.
+/// The optimum with a shape, for derivatives by it.
 fn with_shape(fit: &StripeFit<'_>) -> StripeState {
     let mut at = fit.state().clone();
     let origin = fit.problem.observations.shape_origin_m.into();
@@ -114,7 +113,7 @@ fn with_shape(fit: &StripeFit<'_>) -> StripeState {
     at
 }
 
-/// How far each residual moves with a pixel along the picture's rows and across them, m.
+/// Derivative of each residual by a pixel along the image's rows and across them, m.
 fn by_px(frame: &StripeFrame, parts: &FrameResidual) -> SMatrix<f64, ROWS, 2> {
     let mut moved = SMatrix::<f64, ROWS, 2>::zeros();
     let mut set = |row: usize, sheet_per_px: &SMatrix<f64, 2, 2>| {
@@ -134,7 +133,7 @@ fn by_px(frame: &StripeFrame, parts: &FrameResidual) -> SMatrix<f64, ROWS, 2> {
     moved
 }
 
-/// Σ Jᵀ W Z over frames, by joint of what its frames depend on.
+/// Σ Jᵀ W Z over frames, by joint, over local unknowns.
 struct Moved {
     joints: Vec<DMatrix<f64>>,
 }

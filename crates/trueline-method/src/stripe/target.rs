@@ -2,14 +2,14 @@
 //!
 //! | joint | plates | edge | the seam |
 //! |---|---|---|---|
-//! | fillet, V, outside corner | two | none | where the plates meet |
-//! | lap, step | two that are parallel | one | the edge, on the plate that bears it |
+//! | fillet, V, outside corner | two | none | intersection of the plates |
+//! | lap, step | two parallel | one | the edge, on the plate that bears it |
 //! | butt | two in nearly one plane | one | the middle of the gap, at the mean height of both |
-//! | edge of a plate, one plate of any joint | one | one | likewise |
+//! | edge of a plate, one plate of any joint | one | one | the edge, on that plate |
 //!
-//! Parallel plates have no corner: across the seam only their edge is anything to be seen. An edge is a third surface, square to the
-//! plate that bears it, and the measured point of the edge, or of the middle of a gap, is one support point of it: along the stripe it says where the edge
-//! is, and across the stripe no more than the stripe itself, from whose light it is computed.
+//! Parallel plates have no corner: across the seam only their edge is visible. An edge is a third surface, perpendicular to the plate that bears it.
+//! The measured point of the edge, or of the middle of a gap, is one support point of that surface. It locates the edge along the stripe. Across the
+//! stripe it adds nothing, because it comes from the same light.
 
 use nalgebra::UnitVector3;
 use trueline_model::Plate;
@@ -20,9 +20,9 @@ pub const EDGE: usize = 2;
 /// The surfaces of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
-    /// The plates; one that is not seen is held where it is, and has no information.
+    /// The plates. A plate that is not visible is held and has no information.
     pub plates: [Plate; 2],
-    /// Whether each is seen.
+    /// Whether each is visible.
     pub seen: [bool; 2],
     /// The edge; `None` where the plates meet.
     pub edge: Option<Edge>,
@@ -31,9 +31,9 @@ pub struct Target {
 /// An edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
-    /// The surface square to the plate; how far it leans about the seam is held.
+    /// The surface perpendicular to the plate. Its lean about the seam is held.
     pub surface: Plate,
-    /// Its carrier.
+    /// The plate or plates that bear it.
     pub on: Bearing,
 }
 
@@ -53,7 +53,7 @@ impl Target {
         Self { plates, seen: [true; 2], edge: None }
     }
 
-    /// The surfaces that meet in the seam, by number: those of the first side of it, which share it, and that of the second.
+    /// The numbers of the surfaces that meet in the seam: one or two on the first side, and one on the second.
     #[must_use]
     pub(crate) fn at_seam(&self) -> ([Option<usize>; 2], usize) {
         match self.edge.map(|edge| edge.on) {
@@ -69,7 +69,7 @@ impl Target {
         self.plates.get(number).or(self.edge.as_ref().map(|edge| &edge.surface))
     }
 
-    /// The two surfaces that meet in the seam; of plates that share one side of it what they are in the mean, along the seam.
+    /// The two surfaces that meet in the seam. Plates that share a side are averaged along the seam.
     #[must_use]
     pub(crate) fn pair_at_seam(&self) -> [Plate; 2] {
         match &self.edge {
@@ -84,7 +84,7 @@ impl Target {
         self.plates.iter().chain(self.edge.as_ref().map(|edge| &edge.surface)).enumerate()
     }
 
-    /// The same with each surface moved by the value of its number.
+    /// The same with each surface mapped by its number.
     #[must_use]
     pub(crate) fn moved(&self, by: impl Fn(usize, &Plate) -> Plate) -> Self {
         Self {
@@ -95,7 +95,7 @@ impl Target {
     }
 }
 
-/// The mean of two plates that lie in nearly one plane, whose numbers count from one place. Their normals may point to opposite sides.
+/// The mean of two plates in nearly one plane, with a common origin. Their normals may point to opposite sides.
 fn mean([one, other]: &[Plate; 2]) -> Plate {
     let sign = one.normal.dot(&other.normal).signum();
     let mean = |a: f64, b: f64| 0.5 * (a + sign * b);

@@ -1,8 +1,8 @@
-//! Covariance of the plates' problem: that of the model, as far as the scores of its frames agree with it.
+//! Covariance of the plates' problem: that of the model, unless the scores of its frames disagree.
 //!
-//! As for seam points: a frame's four residuals are one score, so that what they share is in it, and neighbouring frames may be
-//! alike. The model knows the correlation of the robot's noise between them: its path is made of many samples; and it knows that the
-//! Jacobian contains the noise of the robot's poses ([`motion_information`](crate::stripe::motion_information)).
+//! As for seam points, a frame's four residuals form one score, which includes their shared errors. Neighbouring frames may be correlated. The model
+//! includes the correlation of the robot's noise between frames, because the path consists of many samples. It also accounts for pose noise in the
+//! Jacobian ([`motion_information`](crate::stripe::motion_information)).
 
 use crate::input::path_noise::NoiseCorrelation;
 use crate::problem::layout::Layout;
@@ -16,17 +16,16 @@ use nalgebra::{DMatrix, SMatrix};
 use std::collections::VecDeque;
 use trueline_lsq::Information;
 
-/// A covariance and how it came about.
+/// A covariance and its origin.
 #[derive(Clone, Debug)]
 pub struct StripeUncertainty {
-    /// Covariance of the tangent from noise, SI units; rows of unseen directions hold only what is seen.
+    /// Covariance of the tangent from noise, SI units. Unobservable directions are left out.
     pub covariance: DMatrix<f64>,
-    /// Part of it that is the model's, 0 to 1.
+    /// Share of the model in it, 0 to 1.
     pub model_share: f64,
 }
 
-/// Covariance at the optimum, for the noise that frames share; of what motion shows, and what the scores have beside it of noise of the
-/// robot's poses.
+/// Covariance at the optimum, with noise shared between frames. It uses the information from motion, and the pose noise in the scores beside it.
 #[must_use]
 pub fn assess(
     fit: &StripeFit<'_>,
@@ -57,7 +56,7 @@ pub fn assess(
         between.add(&stamps_s, &of_robot.in_root(root));
     }
     let frames = scores.in_root(root);
-    // What the priors say is no unknown that the residuals paid for.
+    // Directions that the prior determines use up no degrees of freedom of the residuals.
     let unknowns = alone.trace();
     let freedom = rows as f64 / (rows as f64 - unknowns).max(1.0);
     let (variance, bend) = fit.moments.variance_and_bend();
@@ -68,12 +67,12 @@ pub fn assess(
     StripeUncertainty { covariance, model_share }
 }
 
-/// Frames whose scores are carried into the root's coordinates together.
+/// Number of frames whose scores are converted to the root's coordinates together.
 const TOGETHER: usize = 64;
 /// Errors of the robot in a frame: a shift and a turn.
 const ERRORS: usize = 6;
 
-/// How a frame's score moves with the robot's errors, each of one standard deviation.
+/// Derivative of a frame's score by the robot's errors, each scaled by its standard deviation.
 fn by_robot(
     fit: &StripeFit<'_>,
     weights: &FrameGradients,
@@ -88,13 +87,13 @@ fn by_robot(
     columns
 }
 
-/// What the robot's noise adds to the covariance of the sum of all scores between one frame and another: Σ ρ (s_i s_jᵀ + s_j s_iᵀ)
-/// over pairs of frames, with the columns s = Jᵀ Σ⁻¹ \[σ_r G, σ_ω T\] in the root's coordinates.
+/// Contribution of the robot's noise to the covariance of the summed scores between different frames: Σ ρ (s_i s_jᵀ + s_j s_iᵀ) over pairs of
+/// frames, with the columns s = Jᵀ Σ⁻¹ \[σ_r G, σ_ω T\] in the root's coordinates.
 struct BetweenFrames<'a> {
     correlation: &'a NoiseCorrelation,
     /// Σ ρ s_i s_jᵀ with j before i.
     sum: DMatrix<f64>,
-    /// sᵀ of the frames that the next one may be alike, with their stamps, s.
+    /// sᵀ of frames that may be correlated with the next one, with their stamps, s.
     recent: VecDeque<(f64, DMatrix<f64>)>,
 }
 
@@ -106,7 +105,7 @@ impl<'a> BetweenFrames<'a> {
     /// Adds the next frames, of [`ERRORS`] rows each.
     fn add(&mut self, stamps_s: &[f64], of_robot: &RowTable) {
         let size = self.sum.nrows();
-        // Of what is not seen at all there are no columns.
+        // Without observable directions there are no columns.
         for (frame, stamp_s) in stamps_s.iter().enumerate().filter(|_| size > 0) {
             let columns = of_robot.columns().columns(ERRORS * frame, ERRORS).into_owned();
             let reach_s = self.correlation.reach_s();
@@ -170,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_between_frames_of_which_nothing_is_seen() {
+    fn unobservable_frames_have_no_covariance_between_them() {
         let correlation = NoiseCorrelation::default();
         let mut between = BetweenFrames::new(&correlation, 0);
         between.add(&[0.0, 0.1], &RowTable::new(0));

@@ -1,4 +1,4 @@
-//! Which unknowns the plates' problem has, and where they lie in the tangent.
+//! The unknowns of the plates' problem, and their order in the tangent.
 //!
 //! | block | numbers | there is one |
 //! |---|---|---|
@@ -7,8 +7,8 @@
 //! | surfaces: β₁ … β₇ (m) of plate 0, of plate 1 and of the edge | 14 or 21 | for each joint |
 //! | shape h₁ … h₅ | 5 | unless the sensor is held |
 //!
-//! The first two are asked for; the others have a prior. Where one joint has an edge each has the numbers of one;
-//! those of an edge that is not there are held.
+//! The first two are estimated without a prior. The others have one. If one joint has an edge, all joints have its numbers. The numbers of a missing
+//! edge are held.
 
 use crate::problem::layout::Layout;
 use crate::problem::unknowns::LINES;
@@ -18,18 +18,18 @@ use trueline_model::{Plate, SheetShape};
 
 /// First index of the planes.
 pub const PLANES: usize = LINES;
-/// Where the surfaces of the plates begin among the unknowns that one frame depends on.
+/// First index of the plates' surfaces among the local unknowns of a frame.
 pub const LOCAL_SURFACES: usize = PLANES + 2 * Plate::DIMENSION;
-/// Where the shape begins there.
+/// First index of the shape among the local unknowns.
 pub const LOCAL_SHAPE: usize = LOCAL_SURFACES + 2 * Plate::SURFACE;
-/// Where the plane of the edge begins there.
+/// First index of the edge's plane among the local unknowns.
 pub const LOCAL_EDGE: usize = LOCAL_SHAPE + SheetShape::DIMENSION;
-/// Where its surface begins there.
+/// First index of the edge's surface among the local unknowns.
 const LOCAL_EDGE_SURFACE: usize = LOCAL_EDGE + Plate::DIMENSION;
-/// All that one frame can depend on.
+/// Number of local unknowns.
 pub const LOCAL_ALL: usize = LOCAL_EDGE_SURFACE + Plate::SURFACE;
 
-/// First index, among the unknowns that one frame depends on, of the plane of a surface and of its surface terms.
+/// First local index of a surface's plane and of its surface terms.
 #[must_use]
 pub(crate) fn local_of_surface(number: usize) -> [usize; 2] {
     match number {
@@ -72,7 +72,7 @@ impl StripeUnknowns {
         Plate::DIMENSION * self.surfaces()
     }
 
-    /// Those that are asked for.
+    /// Unknowns without a prior.
     #[must_use]
     pub fn asked_for(&self) -> usize {
         PLANES + self.planes_of_joint() * self.joints
@@ -91,28 +91,28 @@ impl StripeUnknowns {
         self.asked_for()..self.dimension()
     }
 
-    /// Where the plane of a surface lies.
+    /// Indices of the plane of a surface.
     #[must_use]
     pub fn plane(&self, joint: usize, number: usize) -> Range<usize> {
         let first = PLANES + self.planes_of_joint() * joint + Plate::DIMENSION * number;
         first..first + Plate::DIMENSION
     }
 
-    /// Where its surface lies.
+    /// Indices of its surface terms.
     #[must_use]
     pub fn surface(&self, joint: usize, number: usize) -> Range<usize> {
         let first = self.asked_for() + Plate::SURFACE * (self.surfaces() * joint + number);
         first..first + Plate::SURFACE
     }
 
-    /// Where the shape lies; none of it where the sensor is held.
+    /// Indices of the shape. Empty if the sensor is held.
     #[must_use]
     pub fn shape(&self) -> Range<usize> {
         let first = self.asked_for() + Plate::SURFACE * self.surfaces() * self.joints;
         first..self.dimension()
     }
 
-    /// Those that one frame can depend on end here.
+    /// Number of local unknowns in this problem.
     #[must_use]
     pub fn local(&self) -> usize {
         match (self.edged, self.shaped) {
@@ -122,7 +122,7 @@ impl StripeUnknowns {
         }
     }
 
-    /// Index among all unknowns of one of those that a frame of `joint` depends on; `None` where the sensor is held and has none.
+    /// Global index of a local unknown of a frame of `joint`. `None` if the sensor is held and has none.
     #[must_use]
     pub fn place(&self, local: usize, joint: usize) -> Option<usize> {
         match local {

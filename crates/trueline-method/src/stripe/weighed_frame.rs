@@ -1,4 +1,4 @@
-//! A frame as it counts in the problem: where the sensor most likely was, and what whitens its residuals.
+//! A frame with its weight: the most likely pose of the sensor, and the whitener of its residuals.
 
 use crate::input::observations::Observations;
 use crate::stripe::frame_residual::{FrameGradients, FrameResidual, ROWS, placement};
@@ -10,18 +10,18 @@ use trueline_model::Placement;
 
 /// Common errors estimated from the residuals of a frame.
 ///
-/// A derivative that shares an error with the residual is biased wherever little else varies it, as in every problem with errors
-/// in its variables. The foot of a stripe is free of the stripe's own error, but at the robot's reported pose it holds the
-/// robot's. So derivatives are taken where the robot most likely was, and the residual stays that of the reported pose.
+/// A derivative that shares an error with the residual is biased if little else varies it, as in every errors-in-variables problem. The foot of a
+/// stripe is free of the stripe's own error. At the reported pose it contains the robot's error. Derivatives are therefore taken at the robot's most
+/// likely pose, and the residual at the reported pose.
 #[derive(Clone, Copy, Debug)]
 pub struct PoseError {
     /// Reported minus most likely true position, base frame, m.
     pub shift_m: Vector3<f64>,
     /// Reported minus most likely true attitude, a rotation vector about the axes of base, rad.
     pub turn_rad: Vector3<f64>,
-    /// Added to the frame's stamp before the robot's pose is looked up, s.
+    /// Added to the frame's stamp before the robot's pose is interpolated, s.
     pub late_s: f64,
-    /// What they make of the residuals, m.
+    /// Their effect on the residuals, m.
     pub in_residual: SVector<f64, ROWS>,
 }
 
@@ -34,7 +34,7 @@ impl PoseError {
         in_residual: SVector::<f64, ROWS>::new(0.0, 0.0, 0.0, 0.0, 0.0),
     };
 
-    /// Where the sensor was by these errors; `None` as for [`placement`].
+    /// The sensor's pose with these errors removed. `None` as for [`placement`].
     #[must_use]
     pub(crate) fn placement(
         &self,
@@ -50,27 +50,27 @@ impl PoseError {
     }
 }
 
-/// A frame with what whitens it; rows that do not count are zero.
+/// A frame with its whitener. Rows of weight 0 are zero.
 #[derive(Clone, Copy, Debug)]
 pub struct WeighedFrame {
     /// The frame.
     pub frame: StripeFrame,
-    /// W with W Σ Wᵀ = 1 over the rows that count.
+    /// W with W Σ Wᵀ = 1 over the rows used.
     pub whitener: SMatrix<f64, ROWS, ROWS>,
-    /// Rows that count.
+    /// Number of rows used.
     pub rows: usize,
-    /// How far the robot's report is expected to be off in it.
+    /// Estimated error of the reported pose.
     pub pose_error: PoseError,
 }
 
 impl WeighedFrame {
-    /// Where the sensor most likely was; `None` as for [`placement`].
+    /// The most likely pose of the sensor. `None` as for [`placement`].
     #[must_use]
     pub fn placement(&self, observations: &Observations, at: &StripeState) -> Option<Placement> {
         self.pose_error.placement(observations, self.frame.stamp_s, at)
     }
 
-    /// Whitened residuals and their gradients where the sensor most likely was.
+    /// Whitened residuals and their gradients at the most likely pose.
     pub(crate) fn whitened(
         &self,
         (parts, gradients): &(FrameResidual, FrameGradients),

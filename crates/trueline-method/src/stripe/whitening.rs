@@ -1,9 +1,8 @@
 //! Expected residuals of a frame, and outlier plates.
 //!
-//! Σ = D + σ_r² G Gᵀ + σ_ω² T Tᵀ + σ_t² ρ̇ ρ̇ᵀ over the residuals of a frame: each point's own noise, and the
-//! robot's position, its attitude and the stamp's jitter, which all of them share. A plate whose stripe is off (a reflection, a
-//! tack weld) gets a larger own noise, 1/w times, with w of a redescending loss; beyond its reach the plate is left out of the
-//! frame.
+//! Σ = D + σ_r² G Gᵀ + σ_ω² T Tᵀ + σ_t² ρ̇ ρ̇ᵀ over the residuals of a frame: the own noise of each point, and the shared errors of the robot's
+//! position, its attitude and the stamp's jitter. A plate whose stripe is off (a reflection, a tack weld) gets 1/w times its own noise, with w of a
+//! redescending loss. Beyond the reach of the loss the plate is left out of the frame.
 
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::Observations;
@@ -22,22 +21,22 @@ use crate::stripe::weighed_frame::{PoseError, WeighedFrame};
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 use trueline_lsq::Loss;
 
-/// Standard deviations of what all residuals of a frame share, and of everything together.
+/// Standard deviations of the noise that all residuals of a frame share, and the factor on all noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SharedNoise {
-    /// Of robot's position and stamp, and the factor on everything.
+    /// Robot position and stamp, and the factor on all noise.
     pub levels: NoiseLevels,
-    /// Of the robot's attitude about each axis, rad.
+    /// Robot attitude about each axis, rad.
     pub robot_sigma_rad: f64,
 }
 
 /// Frames with their weights.
 pub struct Weighed {
-    /// Those that take part.
+    /// The frames used.
     pub frames: Vec<WeighedFrame>,
     /// Counts of used and rejected measurements.
     pub counts: OutlierCounts,
-    /// The factor that was found.
+    /// The estimated noise factor.
     pub factor: f64,
     /// Effect of the loss on a covariance.
     pub moments: RobustMoments,
@@ -45,11 +44,10 @@ pub struct Weighed {
 
 /// Median of χ²₁.
 const MEDIAN_OF_ONE: f64 = 0.454_94;
-/// Noise smaller than this part of what was expected is taken as that: a perfect simulation has none.
+/// Least noise as a fraction of the expected noise: a perfect simulation has none.
 const LEAST_FACTOR: f64 = 1e-3;
 
-/// Weighs every frame that can be placed at a state: first the factor by which all noise is larger than expected, then each
-/// plate for itself.
+/// Weighs every frame that can be placed at a state: first by the factor on all noise, then plate by plate.
 #[must_use]
 pub fn weigh(
     observations: &Observations,
@@ -100,14 +98,14 @@ pub fn weigh(
     all
 }
 
-/// The residual of an edge point and the two parts of the variance that is expected of it.
+/// The residual of an edge point and both parts of its expected variance.
 #[derive(Clone, Copy, Debug)]
 struct EdgePoint {
     /// Squared, m².
     residual_m2: f64,
-    /// Of the point itself, m².
+    /// Own variance of the point, m².
     own_m2: f64,
-    /// Of the robot and the stamp, m².
+    /// Variance from robot and stamp, m².
     shared_m2: f64,
 }
 
@@ -121,12 +119,12 @@ fn edges(placed: &[(&StripeFrame, FrameResidual)], expected: &SharedNoise) -> Ve
     placed.iter().filter_map(of).collect()
 }
 
-/// Most steps to the roughness of an edge, and when it is found: it is known to some percent at best.
+/// Maximum steps to the roughness of an edge, which is known to some percent at best.
 const ROUGHNESS_STEPS: usize = 50;
 const ROUGHNESS_FOUND: f64 = 1e-3;
 
-/// Factor by which an edge is rougher than the stated noise of its points, beyond the common noise factor: burrs are on edges and not
-/// on plates, and do not depend on robot and stamp. No less than once.
+/// Ratio of an edge's roughness to the stated noise of its points, beyond the common noise factor. Burrs are on edges and not on plates, and do not
+/// depend on robot and stamp. At least 1.
 fn edge_factor(edges: &[EdgePoint], factor: f64) -> f64 {
     let mut squared = 1.0;
     for _ in 0..ROUGHNESS_STEPS {
@@ -142,7 +140,7 @@ fn edge_factor(edges: &[EdgePoint], factor: f64) -> f64 {
     squared.sqrt()
 }
 
-/// Own covariance of the rows of a plate, of the edge point or of the seam point; `None` if it is not there.
+/// Own covariance of the rows of a plate, of the edge point or of the seam point. `None` if it is missing.
 fn own(frame: &StripeFrame, parts: &FrameResidual, block: usize, rougher: f64) -> Option<Matrix2<f64>> {
     match (&frame.sight, block) {
         (Sight::Seam(seam), 0) => Some(seam.covariance),
@@ -177,8 +175,7 @@ fn covariance(
     all * factor.powi(2)
 }
 
-/// The errors that the residuals of a frame share, as they are expected given these: σ² Gᵀ Σ⁻¹ ρ of each. `None` where the frame
-/// cannot be placed there.
+/// Expected shared errors of a frame given its residuals: σ² Gᵀ Σ⁻¹ ρ of each. `None` if the frame cannot be placed there.
 fn pose_error(
     observations: &Observations,
     frame: &StripeFrame,
@@ -200,7 +197,7 @@ fn pose_error(
     Some(error)
 }
 
-/// Squared residual of each plate (χ²₂) and of the edge point (χ²₁) by what is expected of it.
+/// Squared residual of each plate (χ²₂) and of the edge point (χ²₁), relative to its expected variance.
 fn squares(
     frame: &StripeFrame,
     parts: &FrameResidual,
@@ -214,7 +211,7 @@ fn squares(
     })
 }
 
-/// W over the rows that count, and how many they are; `None` if none does.
+/// W over the rows used, and their number. `None` if there are none.
 fn whitener(
     own: &[Option<Matrix2<f64>>; BLOCKS],
     covariance: &SMatrix<f64, ROWS, ROWS>,
@@ -229,7 +226,7 @@ fn whitener(
         }
     }
     let left_out = |i: usize, j: usize| !(counts[i] && counts[j]);
-    // A row that is left out shares nothing with the others.
+    // A dropped row is uncorrelated with the others.
     let kept = SMatrix::<f64, ROWS, ROWS>::from_fn(|i, j| match left_out(i, j) {
         true => f64::from(u8::from(i == j)),
         false => inflated[(i, j)],
@@ -246,7 +243,7 @@ mod tests {
     use super::*;
     use nalgebra::{DMatrix, Matrix5, Vector5};
 
-    /// Burrs of twice what is said, beside shared noise of which every frame has another part: the roughness is found whatever that part is.
+    /// Burrs of twice the stated noise, beside shared noise with a varying share in every frame. The roughness is found whatever the share is.
     #[test]
     fn edges_are_as_rough_as_their_own_part_is() {
         let normal = |k: usize| {
@@ -272,12 +269,12 @@ mod tests {
                 })
                 .collect();
             let found = edge_factor(&edges, factor);
-            // The median of 2003 quantiles that are drawn evenly is known to some thousandths.
+            // The median of 2003 evenly drawn quantiles is known to some thousandths.
             assert!((found / roughness - 1.0).abs() < 0.02, "{roughness} {factor}: {found}");
         }
     }
 
-    /// Of the rows that count it whitens what is expected of them with the noise of each block over its weight; the others are zero.
+    /// Whitens the expected covariance of the used rows, with the noise of each block over its weight. The other rows are zero.
     #[test]
     fn rows_that_count_are_whitened_whatever_is_left_out() {
         let (a, b) = (Vector5::new(0.5, 0.4, -0.3, -0.6, 0.4), Vector5::new(0.2, -0.5, 0.1, 0.7, 0.3));
@@ -308,7 +305,7 @@ mod tests {
             for (i, j) in (0..ROWS).flat_map(|i| (0..ROWS).map(move |j| (i, j))) {
                 let place = |row: usize| rows.iter().position(|r| *r == row);
                 let expected = place(i).zip(place(j)).map_or(0.0, |at| inverse[at]);
-                // Inverses of a few rows whose numbers are of the order of one.
+                // Inverses of a few rows with entries of order one.
                 assert!((precision[(i, j)] - expected).abs() < 1e-12, "{weights:?} {i} {j}");
                 assert_eq!(whitener[(i, j)] == 0.0, place(i).is_none() || place(j).is_none() || j > i);
             }

@@ -1,7 +1,7 @@
-//! Whether the data themselves are wrong: residuals far above the noise that no other cause explains.
+//! Detects wrong data: residuals far above the noise without another cause.
 //!
-//! A wrong unit or order leaves residuals of hundreds of standard deviations. Other results of the fit (mirrored attitudes, rivals,
-//! unobservable unknowns) then belong to a model that the scan contradicts, and follow from the mistake.
+//! A wrong unit or order leaves residuals of hundreds of standard deviations. Other results of the fit (mirrored attitudes, rivals, unobservable
+//! unknowns) then belong to a wrong model and follow from the mistake.
 
 use super::limits::{MOST_NOISE_FACTOR, NOISE_FACTOR};
 use crate::findings::Findings;
@@ -11,7 +11,7 @@ pub(super) fn is_likely(f: &Findings) -> bool {
     residuals_are_too_large(f) && !others_leave(f).any(|left| left <= MOST_NOISE_FACTOR)
 }
 
-/// Whether the inliers are no majority, and no other minimum is better: the fit describes a minority.
+/// Whether the inliers are no majority and no other minimum is better. The fit then describes a minority.
 pub(super) fn most_are_outliers(f: &Findings) -> bool {
     let outliers = f.outliers();
     2 * outliers.count > outliers.of && others_leave(f).next().is_none()
@@ -24,10 +24,10 @@ pub(crate) fn others_leave(f: &Findings) -> impl Iterator<Item = f64> {
     [better, rival.map(|rival| rival.noise_factor), f.clock.noise_factor_without_step].into_iter().flatten()
 }
 
-/// Residuals that are not noise: they follow the motion, or are larger than any edge explains.
+/// Whether the residuals are not noise: they follow the motion, or are larger than any edge explains.
 pub(crate) fn residuals_are_too_large(f: &Findings) -> bool {
     if f.checks.better_without_drawing_m.is_some() {
-        // They are the error of a drawing, within its ±: without it they are not too large.
+        // The residuals come from the drawing, within its uncertainty. Without it they are small.
         return false;
     }
     let factor = f.fit.noise_factor;

@@ -1,4 +1,4 @@
-//! Whether a calibration can be accepted: facts with a code, values and a sentence each.
+//! Decides whether a calibration can be accepted. Each fact has a code, values and a sentence.
 
 mod limits;
 pub(crate) mod mistake;
@@ -30,24 +30,24 @@ pub enum Status {
     NotAccepted,
 }
 
-/// The verdict on what was found.
+/// The verdict on the findings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
-    /// Why the result cannot be accepted; empty if it can.
+    /// Reasons against acceptance. Empty if the result is accepted.
     pub reasons: Vec<Reason>,
     /// Warnings.
     pub warnings: Vec<Warning>,
 }
 
 impl Verdict {
-    /// Whether it can be accepted: nothing speaks against it.
+    /// The status: accepted without reasons against it.
     #[must_use]
     pub fn status(&self) -> Status {
         if self.reasons.is_empty() { Status::Accepted } else { Status::NotAccepted }
     }
 }
 
-/// Judges what was found.
+/// Judges the findings.
 #[must_use]
 pub fn of(findings: &Findings) -> Verdict {
     Verdict { reasons: reject::reasons(findings), warnings: warn::warnings(findings) }

@@ -1,4 +1,4 @@
-//! The quantities that reasons and warnings speak of, and how their sentences write numbers.
+//! The quantities in reasons and warnings, and the format of their numbers.
 
 use std::fmt;
 
@@ -14,12 +14,12 @@ pub enum Quantity {
     Rotation,
     /// The hand-eye translation, m.
     Translation,
-    /// A seam point that is measured later, m.
+    /// A later seam point, m.
     SeamPoint,
 }
 
 impl Quantity {
-    /// The unit in which sentences give it.
+    /// Its unit in sentences.
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
@@ -29,7 +29,7 @@ impl Quantity {
         }
     }
 
-    /// A value of it in that unit.
+    /// A value in that unit.
     #[must_use]
     pub fn shown(self, value_si: f64) -> f64 {
         match self {

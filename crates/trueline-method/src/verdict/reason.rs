@@ -1,4 +1,4 @@
-//! Why a calibration is not accepted.
+//! Reasons against a calibration.
 
 use super::quantity::{MS_PER_S, Quantity, Significant};
 use super::reason_words::{
@@ -25,7 +25,7 @@ use trueline_lsq::Termination;
 pub struct Answer {
     /// Its time offset, s.
     pub time_offset_s: f64,
-    /// Statements about the cell each of which would single it out.
+    /// Statements about the cell, each of which would select it.
     pub statements: Vec<Statement>,
 }
 
@@ -41,14 +41,14 @@ pub enum Reason {
     },
     /// Two mirrored attitudes of the sensor fit equally well.
     MirrorAmbiguity,
-    /// The likelihood hardly changes while the sensor is turned by more than its ±: the ± has no bound.
+    /// The likelihood hardly changes when the sensor is rotated by more than its uncertainty, so the uncertainty has no bound.
     UndeterminedTurn,
-    /// From the guess the solve ended in a worse minimum than can be found without it.
+    /// From the guess the solver ended in a worse minimum than that found without it.
     WorseMinimum {
         /// Time offset of the better one, s.
         better_time_offset_s: f64,
     },
-    /// From the guess the solve ended at a time offset that explains the scan worse than another.
+    /// From the guess the solver ended at a time offset that explains the scan worse than another.
     WrongTimeOffset {
         /// Estimated time offset, s.
         time_offset_s: f64,
@@ -59,7 +59,7 @@ pub enum Reason {
         /// Share of the features that the better one explains.
         better_explains: f64,
     },
-    /// A curve that shrank or grew during its fit: the scan does not show its size, nor the lever that goes with it.
+    /// A curve whose length changed during its fit: the scan does not determine its size and the correlated lever arm.
     CurveCollapsed {
         /// Its length, m.
         length_m: f64,
@@ -70,10 +70,10 @@ pub enum Reason {
     AmbiguousTimeOffset {
         /// The answers, the one given first.
         answers: Vec<Answer>,
-        /// How long was scanned, s.
+        /// Duration of the scan, s.
         lasts_s: f64,
     },
-    /// The answer contradicts what was stated of the cell.
+    /// The answer contradicts a statement about the cell.
     StatementContradicted,
     /// The solver did not converge.
     NotConverged {
@@ -84,9 +84,9 @@ pub enum Reason {
     ResidualsTooLarge {
         /// Noise factor.
         noise_factor: f64,
-        /// Whether time offset or hand-eye were held, which may be wrong instead of the data.
+        /// Whether time offset or hand-eye were held and may be wrong.
         is_held: bool,
-        /// How many stops there are, where so few may be why.
+        /// Number of stops, if so few may be the cause.
         few_stops: Option<usize>,
     },
     /// Too few of the features could be used.
@@ -95,7 +95,7 @@ pub enum Reason {
         used: usize,
         /// Total number.
         features: usize,
-        /// Why most of the others could not.
+        /// Reason that most of the others were not.
         mostly: Skip,
         /// Their number.
         mostly_count: usize,
@@ -106,7 +106,7 @@ pub enum Reason {
         shape: Box<SensorShape>,
         /// Alternative causes.
         instead: Vec<ConfoundedCause>,
-        /// Whether it was estimated as well known as its file states; else it was held.
+        /// Whether it was estimated with its file's uncertainty. Else it was held.
         beyond_stated: bool,
     },
     /// What --fix holds is off.
@@ -116,7 +116,7 @@ pub enum Reason {
     },
     /// A line was held where it was drawn, and is not there.
     DrawnLineOff {
-        /// Which, and how far off.
+        /// The line and its shift.
         shift: DrawnLineShift,
     },
     /// Robot stamps repeat too often to time the poses.
@@ -135,14 +135,14 @@ pub enum Reason {
     },
     /// Most features are outliers.
     TooManyOutliers {
-        /// How many, of how many.
+        /// Their number, and the total.
         outliers: Outliers,
     },
-    /// Most features of one of several lines are outliers: the line is wherever these allow.
+    /// Most features of one of several lines are outliers, so the line is undetermined.
     LineOfOutliers {
-        /// Which line.
+        /// The line.
         line: u32,
-        /// How many of its features, of how many.
+        /// Their number, and the total.
         outliers: Outliers,
     },
     /// In a stretch of the scan another time offset holds.
@@ -167,12 +167,12 @@ pub enum Reason {
         step_s: f64,
         /// Its standard deviation, s.
         sigma_s: f64,
-        /// How many pictures that is, where it is a whole number of them.
+        /// The number of images in that change, if it is a whole number.
         pictures: Option<u32>,
     },
     /// The error of a seam point is too large.
     SeamErrorTooLarge {
-        /// One standard deviation of a seam point that is measured later, m.
+        /// Standard deviation of a later seam point, m.
         rms_m: f64,
         /// Its limit, m.
         ceiling_m: f64,
@@ -180,21 +180,21 @@ pub enum Reason {
         mostly: &'static str,
         /// Share of that contribution in the variance.
         share: f64,
-        /// The direction in the tool in which it is largest, of length 1, and how large it is there, m.
+        /// The unit direction in the tool in which it is largest, and its size there, m.
         weakest: Option<([f64; 3], f64)>,
     },
     /// A required accuracy is missed.
     RequirementMissed {
-        /// Of what.
+        /// The quantity.
         quantity: Quantity,
         /// Its standard deviation (largest of the axes) in the quantity's SI unit.
         sigma_si: f64,
         /// Required accuracy, in the same unit.
         required_si: f64,
     },
-    /// A required accuracy is of something that is not observable.
+    /// An accuracy was required for an unobservable quantity.
     RequirementUnobservable {
-        /// Of what.
+        /// The quantity.
         quantity: Quantity,
         /// Required accuracy, in the quantity's SI unit.
         required_si: f64,
@@ -202,7 +202,7 @@ pub enum Reason {
 }
 
 impl Reason {
-    /// A stable word to act on.
+    /// A stable code.
     #[must_use]
     pub fn code(&self) -> &'static str {
         match self {
@@ -295,13 +295,13 @@ impl fmt::Display for Reason {
     }
 }
 
-/// A scan of less than this shows some turns of a weave only, s.
+/// A shorter scan covers only some periods of a weave, s.
 const SHORT_S: f64 = 8.0;
 
 fn ambiguous_time_offset(answers: &[Answer], lasts_s: f64) -> String {
     let list: Vec<String> = answers.iter().map(answer).collect();
     if answers.iter().all(|answer| answer.time_offset_s == 0.0) {
-        // At stops, which have no time offset.
+        // At stops there is no time offset.
         return format!(
             "{} attitudes of the sensor explain the readings equally well. Give an initial guess, or tilt \
             the tool by ±15° or more about two axes",

@@ -52,11 +52,11 @@ pub(super) fn wrong_time_offset(offsets_s: [f64; 2], explain: [f64; 2]) -> Strin
 }
 
 pub(super) fn residuals_too_large(noise_factor: f64, is_held: bool, few_stops: Option<usize>) -> String {
-    let held = if is_held { " or in what --fix holds" } else { "" };
+    let held = if is_held { " or in a value held by --fix" } else { "" };
     if let Some(stops) = few_stops {
         return format!(
-            "The residuals are {noise_factor:.1} times larger than the stated noise. Of only {stops} stops the answer may not have been found: \
-             give a guess with --initial, or add stops. A mistake in the data does this too: run `trueline doctor`"
+            "The residuals are {noise_factor:.1} times larger than the stated noise: {stops} stops may be too few to find the answer, or \
+             there is a mistake in the data. Give a guess with --initial, add stops, or run `trueline doctor`"
         );
     }
     format!(
@@ -112,7 +112,7 @@ pub(super) fn too_few_used([used, features]: [usize; 2], mostly: Skip, count: us
 
 pub(super) fn line_of_outliers(line: u32, Outliers { count, of }: Outliers) -> String {
     format!(
-        "{count} of {of} features of line {line} are outliers, so its place is that of a minority: leave the line out, or find its features again"
+        "{count} of {of} features of line {line} are outliers, so the line is fitted to a minority. Leave the line out, or detect its features again"
     )
 }
 
@@ -121,13 +121,13 @@ pub(super) fn too_many_outliers(outliers: Outliers) -> String {
     let share = 100.0 * outliers.share();
     if count > 0 && 2 * count < of {
         return format!(
-            "{count} of {of} measurements are outliers ({share:.0} %), so the others may agree by chance. \
-            Scan longer, or remove what disturbs the detector"
+            "{count} of {of} measurements are outliers ({share:.0} %), so the rest may agree by chance. \
+            Scan longer, or remove the disturbance of the detector"
         );
     }
     format!(
-        "This looks like a mistake in the data: run `trueline doctor`. {share:.0} % of the measurements are outliers, so the fit is that \
-         of a minority"
+        "This looks like a mistake in the data: run `trueline doctor`. {share:.0} % of the measurements are outliers, so the fit \
+         describes a minority"
     )
 }
 

@@ -1,11 +1,11 @@
-//! A sensor whose own calibration is off, and what may be there in its place, in words.
+//! Sentences about a sensor whose own calibration is off, and about its confounded causes.
 
 use super::quantity::{MM_PER_M, MS_PER_S};
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::confounded_causes::ConfoundedCause;
 use crate::assess::sensor_shape::SensorShape;
 
-/// Of a sensor that was corrected.
+/// For a sensor that was corrected.
 pub(super) fn sensor_off(shape: &SensorShape, instead: &[ConfoundedCause]) -> String {
     let found = shape.words().join("; ");
     if shape.stated {
@@ -28,7 +28,7 @@ pub(super) fn sensor_off(shape: &SensorShape, instead: &[ConfoundedCause]) -> St
     )
 }
 
-/// Of a sensor that was held fixed, or had the uncertainty of its file.
+/// For a sensor that was held fixed, or had its file's uncertainty.
 pub(super) fn contradicted_sensor(
     shape: &SensorShape,
     instead: &[ConfoundedCause],

@@ -1,4 +1,4 @@
-//! The streams of a recording, as sentences name them.
+//! Names of the streams in sentences.
 
 /// Which stream of the recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

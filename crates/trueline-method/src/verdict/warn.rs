@@ -26,7 +26,7 @@ use crate::stripe::agreement::AGREEMENT_SIGMAS;
 use crate::stripe::outcome::{Because, StripeOutcome};
 use trueline_geometry::AxisKind;
 
-/// Decision by the user's statement; offsets refer to the recorded stamps.
+/// A decision by the user's statement. Time offsets refer to the recorded stamps.
 fn decided_by_user(f: &Findings) -> Option<Warning> {
     let ambiguity = &f.checks.ambiguity;
     let recorded_s = |rival: &RivalAnswer| rival.parameters.time_offset_s + f.streams.images_ahead_s;
@@ -48,7 +48,7 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
         return warnings;
     }
     if f.checks.contradict_what_is_held() {
-        // What does not follow from the fit.
+        // Warnings that do not depend on the fit.
         warnings.extend(f.stripes.as_ref().into_iter().flat_map(of_stripes));
         warnings.extend(stamps(f));
         return warnings;
@@ -100,14 +100,14 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     warnings
 }
 
-/// A seam point that is known worse than a user expects.
+/// The uncertainty of a seam point is larger than a user expects.
 fn poorly_known(f: &Findings) -> Option<Warning> {
     let (scan_alone_m, all_m) = f.checks.seam_error.map(|error| (error.scan_alone_m(), error.rms_m))?;
     let is_poor = scan_alone_m > POORLY_KNOWN_M || all_m > USELESS_M;
     is_poor.then_some(Warning::PoorlyKnown { scan_alone_m, all_m })
 }
 
-/// What the scan does not show of an axis. One that stands all the while has no direction, no place and no time offset that matter.
+/// Unobservable parts of an axis. The direction, place and time offset of a standing axis do not matter.
 fn axis_not_shown(f: &Findings, axis: &AxisFinding) -> Vec<Warning> {
     let keeps_attitude = !f.unknowns.observability.shows_hand_eye();
     let cure = |part: AxisPart| match (axis.axis.kind, part) {
@@ -117,12 +117,12 @@ fn axis_not_shown(f: &Findings, axis: &AxisFinding) -> Vec<Warning> {
              and with it the place of an axis"
         }
         (AxisKind::Linear, AxisPart::Direction) => {
-            "scan seams in two directions: along a straight seam nobody sees a shift"
+            "scan seams in two directions: a shift along a straight seam is not measured"
         }
         (AxisKind::Rotary, AxisPart::TimeOffset) => "let it swing, or turn the other way in a second scan",
         (AxisKind::Linear, _) => "let it run back and forth",
         (AxisKind::Rotary, _) if axis.has_twin() => {
-            "let it stand at three angles, or swing, while the sensor tilts: from two angles two axes follow, which may be centimetres apart"
+            "let it stand at three angles, or swing, while the sensor tilts: with two angles there are two solutions, which may be centimetres apart"
         }
         (AxisKind::Rotary, _) => "let it stand at three angles, or swing by ±30°, while the sensor tilts",
     };
@@ -147,7 +147,7 @@ fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Warning> {
     warnings
 }
 
-/// Findings of an adjustment about the cell; the ± include them.
+/// Warnings about the cell from an adjustment. The uncertainties include them.
 fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let wavy = amplitudes.form_m > WAVY_M;
@@ -194,7 +194,7 @@ fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Warning> {
     warnings
 }
 
-/// A stretch that does not belong to the rest, and that an adjustment leaves out.
+/// A stretch that disagrees with the rest and was left out of an adjustment.
 fn left_out(f: &Findings, segment: &OutlierSegment) -> Warning {
     let (span_s, features) = (segment.span_s.map(|s| f.streams.stamp_s(s)), segment.features);
     match segment.cause {
@@ -214,14 +214,14 @@ fn clock_drift(f: &Findings) -> Option<Warning> {
     })
 }
 
-/// Whether the scan shows all of time offset and hand-eye.
+/// Whether time offset and hand-eye are fully observable.
 fn all_seen(f: &Findings) -> bool {
     f.unknowns.observability.observable_components[..LINES].iter().all(|seen| *seen)
 }
 
 /// Cause of the residuals, or of the shape of the sensor.
 fn causes(f: &Findings) -> impl Iterator<Item = Warning> {
-    // What is not seen of time offset and hand-eye is in the shape too.
+    // Unobservable parts of time offset and hand-eye also affect the shape.
     let off = f.unknowns.sensor.filter(|shape| shape.is_off() && all_seen(f));
     let instead = &f.checks.confounded_causes;
     let off = off.map(|shape| Warning::SensorOff { shape, instead: instead.clone() });
@@ -245,7 +245,7 @@ fn likely_cause(f: &Findings) -> Option<Warning> {
     })
 }
 
-/// Stripes that are not as the seam points have it, or that could not be used.
+/// Stripes that disagree with the seam points, or were not used.
 fn of_stripes(stripes: &StripeOutcome) -> Vec<Warning> {
     let StripeOutcome { skipped, stamped_later_s, estimate, .. } = stripes;
     let left_out = skipped.values().sum::<usize>();
@@ -261,10 +261,10 @@ fn of_stripes(stripes: &StripeOutcome) -> Vec<Warning> {
     [skipped, unused, stamped, stripes_disagree(stripes)].into_iter().flatten().collect()
 }
 
-/// Stamps that differ by less are those of one clock with other digits, s.
+/// Stamps within this belong to one clock, written with different digits, s.
 const STAMPED_ALIKE_S: f64 = 1e-4;
 
-/// Answers of stripes and seam points that are too far apart.
+/// The answers of stripes and seam points are too far apart.
 fn stripes_disagree(stripes: &StripeOutcome) -> Option<Warning> {
     let estimate = stripes.estimate.as_ref()?;
     let (sigmas, apart) = (estimate.sigmas_apart?, estimate.apart);
@@ -289,7 +289,7 @@ fn doubtful_stretch(f: &Findings, segment: &OutlierSegment) -> Option<Warning> {
     }
 }
 
-/// Unless it is a reason already.
+/// `None` if it is a reason already.
 fn unusual_noise(f: &Findings) -> Option<Warning> {
     let ([least, most], noise_factor) = (USUAL_NOISE_FACTOR, f.fit.noise_factor);
     let usual = residuals_are_too_large(f) || (least..=most).contains(&noise_factor);
@@ -298,7 +298,7 @@ fn unusual_noise(f: &Findings) -> Option<Warning> {
     (!usual).then_some(Warning::UnusualNoise { noise_factor, is_explained, of_answer })
 }
 
-/// That of the stripes, where they are the answer.
+/// The noise of the stripes, if they give the answer.
 fn stripe_noise(f: &Findings) -> Option<Warning> {
     let (noise_factor, [least, most]) = (f.stripe_noise_factor()?, USUAL_NOISE_FACTOR);
     let usual = residuals_are_too_large(f) || (least..=most).contains(&noise_factor);
@@ -329,7 +329,7 @@ fn stamps(f: &Findings) -> Vec<Warning> {
     warnings
 }
 
-/// Samples of the robot that are missing; pictures may well be taken only now and then.
+/// Missing robot samples. Missing images are normal.
 fn samples_missing(robot: &StampReport) -> Option<Warning> {
     let missing = robot.missing?;
     let of = robot.count + missing;
@@ -348,7 +348,7 @@ fn stream_stamps(f: &Findings, stream: StreamName, stamps: &StampReport) -> Opti
 
 fn disagreement(f: &Findings, check: &HeldOut) -> Option<Warning> {
     if f.checks.better_without_drawing_m.is_some() {
-        // The error of the drawing, within its ±, and the parts show it.
+        // The parts disagree because of the drawing's error, within its uncertainty.
         return None;
     }
     let part = check.parts.iter().max_by(|a, b| a.sigmas.amax().total_cmp(&b.sigmas.amax()))?;

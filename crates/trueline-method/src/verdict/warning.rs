@@ -36,7 +36,7 @@ pub enum Warning {
     },
     /// The scan alone cannot separate the answer from others: a guess or a statement decided.
     DecidedByUser {
-        /// Which of the two.
+        /// The decision's source.
         by: DecidedBy,
         /// Time offsets of the others, s.
         other_time_offsets_s: Vec<f64>,
@@ -52,12 +52,12 @@ pub enum Warning {
         /// Alternative causes.
         instead: Vec<ConfoundedCause>,
     },
-    /// The lens is not what the sensor's file states.
+    /// The lens differs from the sensor's file.
     LensOff {
         /// Its correction.
         lens: LensCorrection,
     },
-    /// The scan shows a line better than the drawing that it was held by.
+    /// The scan determines a line better than the drawing by which it was held.
     DrawnLineNotNeeded {
         /// Seam error with the drawing, m.
         with_m: f64,
@@ -70,19 +70,19 @@ pub enum Warning {
         kind: CauseKind,
         /// Its size: s², m, s or px, depending on the kind.
         size_si: f64,
-        /// Its standard deviation by noise.
+        /// Its standard deviation from noise.
         sigma_si: f64,
-        /// The length that counts as a pixel, m, where features are lengths.
+        /// The length that counts as a pixel, m, if features are lengths.
         per_px_m: Option<f64>,
     },
     /// The detector's point moves with the tilt; the result is corrected for it.
     FeatureBias {
         /// Its size.
         bias: FeatureBias,
-        /// The length that counts as a pixel, m, where features are lengths.
+        /// The length that counts as a pixel, m, if features are lengths.
         per_px_m: Option<f64>,
     },
-    /// A mirrored attitude can be excluded only if the sensor is as in its file.
+    /// The mirrored attitude is excluded only if the sensor agrees with its file.
     MirrorBySensor,
     /// Undetermined unknowns were held at the initial guess, as the user allowed.
     HeldAtGuess {
@@ -99,7 +99,7 @@ pub enum Warning {
         /// Reason.
         why: NoPlates,
     },
-    /// The two tables stamp the same pictures differently.
+    /// The two tables have different stamps for the same images.
     StripesStampedApart {
         /// Largest delay of the stripes' stamps, s.
         later_s: f64,
@@ -110,15 +110,15 @@ pub enum Warning {
         sigmas: f64,
         /// Distance of both answers in time and place.
         apart: Apart,
-        /// Whether the stripes' answer is used all the same.
+        /// Whether the stripes' answer is used nevertheless.
         used: bool,
     },
-    /// The cost is not quadratic within the ±, which were widened to the likelihood profile.
+    /// The cost is not quadratic within the uncertainty, which was widened to the likelihood profile.
     WidenedByProfile {
         /// Factor for the least certain rotation.
         by: f64,
     },
-    /// The robot's errors are larger than assumed, by the residuals.
+    /// The residuals show larger robot errors than assumed.
     RobotWorse {
         /// Robot errors within the scan, estimated from the residuals.
         seems: RobotSigmas,
@@ -129,9 +129,9 @@ pub enum Warning {
     },
     /// A seam point has a large uncertainty from the scan alone.
     PoorlyKnown {
-        /// One standard deviation of a seam point by the scan alone, m.
+        /// Standard deviation of a seam point from the scan alone, m.
         scan_alone_m: f64,
-        /// The same with the robot, the sensor and the bias that are assumed, m.
+        /// The same with the assumed errors of robot, sensor and bias, m.
         all_m: f64,
     },
     /// The stripes of the answer are noisier, or less noisy, than stated.
@@ -159,24 +159,24 @@ pub enum Warning {
     UnusualNoise {
         /// Noise factor.
         noise_factor: f64,
-        /// Whether a cause is named that explains most of them.
+        /// Whether a reported cause explains most of them.
         is_explained: bool,
-        /// Whether the answer is that of the seam points, whose residuals they are.
+        /// Whether the answer uses these seam points.
         of_answer: bool,
     },
-    /// The residuals follow the motion: they are not noise.
+    /// The residuals follow the motion and are not noise.
     StructuredResiduals {
-        /// Correlation of neighbours once correlated noise is taken out.
+        /// Correlation of neighbours after removal of correlated noise.
         left: f64,
     },
     /// The seam has a form beyond its bow.
     WavySeam {
-        /// Root mean square over the scan, m.
+        /// RMS over the scan, m.
         rms_m: f64,
     },
     /// The arm is off its reported poses along this scan.
     RobotMoves {
-        /// Root mean square over the scan, m.
+        /// RMS over the scan, m.
         rms_m: f64,
     },
     /// One of the clocks stepped; the result is corrected for it.
@@ -197,7 +197,7 @@ pub enum Warning {
         ppm: f64,
         /// Its standard deviation, ppm.
         sigma_ppm: f64,
-        /// When the time offset holds, s.
+        /// Time at which the time offset holds, s.
         about_s: f64,
     },
     /// Many of the robot's samples are missing.
@@ -207,55 +207,55 @@ pub enum Warning {
         /// Total number of clock ticks.
         of: usize,
     },
-    /// Robot rows that only repeat the pose before were left out.
+    /// Robot rows that repeat the previous pose were left out.
     RepeatedPoses {
         /// Number.
         repeated: usize,
         /// Total number.
         rows: usize,
     },
-    /// Robot rows repeat the stamp of the row before.
+    /// Robot rows repeat the previous stamp.
     RepeatedRobotStamps {
         /// Number.
         repeated: usize,
     },
-    /// Stamps are whole multiples of something coarse.
+    /// Stamps are multiples of a coarse grain.
     CoarseStamps {
-        /// Of which stream.
+        /// The stream.
         stream: StreamName,
-        /// Of which they are multiples, s.
+        /// The grain, s.
         grain_s: f64,
     },
     /// The stamps of a stream step.
     StampSteps {
-        /// Of which stream.
+        /// The stream.
         stream: StreamName,
-        /// When and how high, s.
+        /// Time and height, s.
         steps: Vec<(f64, f64)>,
         /// Steps are known up to whole periods, s.
         period_s: f64,
     },
-    /// What the other parts of the scan predict of a part is off.
+    /// The prediction of a part from the other parts is off.
     CrossValidationMisfit {
-        /// Root mean square of what they predict, m.
+        /// RMS of the prediction, m.
         rms_m: f64,
-        /// The same, fitted, m.
+        /// RMS of the fit, m.
         fitted_rms_m: f64,
     },
-    /// Without a part of the scan the estimate moves by more than noise explains.
+    /// Without a part of the scan the estimate changes by more than noise explains.
     CrossValidationShift {
         /// First and last stamp of the part, s.
         span_s: [f64; 2],
-        /// The quantity that moves most.
+        /// The quantity with the largest change.
         quantity: Quantity,
-        /// About or along which axis of the tool; `None` for the time offset.
+        /// The axis of the tool. `None` for the time offset.
         axis: Option<Axis>,
-        /// By how much, in the quantity's SI unit.
+        /// The change, in the quantity's SI unit.
         moved_si: f64,
-        /// The same in standard deviations.
+        /// The change in standard deviations.
         sigmas: f64,
     },
-    /// A part of an external axis that the scan does not show.
+    /// An unobservable part of an external axis.
     AxisNotShown {
         /// Name of the axis.
         name: String,
@@ -264,7 +264,7 @@ pub enum Warning {
         /// The motion that determines it.
         cure: &'static str,
     },
-    /// No place of the curve was seen twice.
+    /// No place of the curve was scanned twice.
     CurveFromOnePass,
     /// The curve needs knots that follow the weave.
     KnotsNearWeave {
@@ -275,15 +275,15 @@ pub enum Warning {
     },
     /// No straight line explains the scan, and a curve was not tried.
     CurveUntried {
-        /// Why not.
+        /// Reason.
         why: &'static str,
     },
-    /// Options that have no part in the answer of a curve.
+    /// Options that do not apply to a curve.
     UnusedOnCurve {
         /// Their names.
         options: Vec<&'static str>,
     },
-    /// No error at the torch is predicted: no point of the laser plane below the scan is that far from the sensor.
+    /// The error at the torch is not predicted, because no point of the laser plane below the scan has that stand-off.
     NoPointAtStandOff {
         /// Stand-off, m.
         stand_off_m: f64,
@@ -291,7 +291,7 @@ pub enum Warning {
 }
 
 impl Warning {
-    /// A stable word to act on.
+    /// A stable code.
     #[must_use]
     pub fn code(&self) -> &'static str {
         match self {

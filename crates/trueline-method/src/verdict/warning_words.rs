@@ -117,7 +117,7 @@ fn tilt_bias(px: f64, sigma_px: f64, per_px_m: Option<f64>) -> String {
     )
 }
 
-/// Counts of unusable `features` or `stripes`.
+/// Counts of unused `features` or `stripes`.
 pub(super) fn left_out(what: &str, skipped: &BTreeMap<Skip, usize>) -> String {
     let list: Vec<String> = skipped.iter().map(|(why, count)| format!("{count}: {why}")).collect();
     format!("{} {what} could not be used; {}", skipped.values().sum::<usize>(), list.join("; "))
@@ -156,7 +156,7 @@ pub(super) fn unusual_noise(noise_factor: f64, is_explained: bool, of_answer: bo
     }
 }
 
-/// No clock drifts by more, ppm.
+/// Largest drift of any clock, ppm.
 const WORST_CLOCK_PPM: f64 = 1000.0;
 
 pub(super) fn clock_drift(ppm: f64, sigma_ppm: f64, about_s: f64) -> String {
@@ -255,10 +255,10 @@ pub(super) fn coarse_stamps(stream: StreamName, grain_s: f64) -> String {
     )
 }
 
-/// Most steps of a stream's stamps that are listed in the sentence.
+/// Maximum number of listed steps of a stream's stamps.
 const MOST_STEPS: usize = 3;
 
-/// A step of a clock shows in its stream only up to whole periods.
+/// A stream determines a clock step only up to whole periods.
 pub(super) fn stamp_steps(stream: StreamName, steps: &[(f64, f64)], period_s: f64) -> String {
     let first = steps.iter().take(MOST_STEPS);
     let list: Vec<String> =
@@ -315,7 +315,7 @@ pub(super) fn decided_by_user(by: DecidedBy, other_time_offsets_s: &[f64]) -> St
     )
 }
 
-/// A part of an external axis that the scan does not show.
+/// An unobservable part of an external axis.
 pub(super) fn axis_not_shown(name: &str, part: AxisPart, cure: &str) -> String {
     let part = match part {
         AxisPart::Direction => "the direction",
@@ -325,7 +325,7 @@ pub(super) fn axis_not_shown(name: &str, part: AxisPart, cure: &str) -> String {
     format!("this scan does not determine {part} of axis {name}: {cure}")
 }
 
-/// No place of a curve was seen twice.
+/// No place of a curve was scanned twice.
 pub(super) const CURVE_FROM_ONE_PASS: &str = "the scan passes over the curve once, so the hand-eye transform \
     cannot be separated from the form of the curve. Scan it two or three times, or give the hand-eye \
     transform in initial.toml and calibrate the time offset alone";
@@ -348,7 +348,7 @@ pub(super) fn curve_untried(why: &str) -> String {
 /// Options that a curve does not use.
 pub(super) fn unused_on_curve(options: &[&str]) -> String {
     format!(
-        "the seam is curved, and {} has no part in its answer: form and noise of a curve are those that the scan shows",
+        "the seam is curved, and a curve ignores {}: its form and noise are estimated from the scan",
         options.join(" and ")
     )
 }

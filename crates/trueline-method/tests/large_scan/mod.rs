@@ -8,10 +8,10 @@ use trueline_method::input::timestamps::Sampling;
 use trueline_method::{Config, Parameters};
 use trueline_sim::{Preset, simulate};
 
-/// Noise that goes with the scans.
+/// Noise for these scans.
 pub(crate) const NOISE: NoiseLevels = NoiseLevels { robot_sigma_m: 1.5e-5, stamp_sigma_s: 0.0, factor: 1.0 };
 
-/// Observations of about so many features, and the truth. The robot is sampled at 250 Hz, the camera at 33 Hz.
+/// Observations of about this number of features, and the truth. The robot is sampled at 250 Hz, the camera at 33 Hz.
 pub(crate) fn of_features(count: usize) -> (Observations, Parameters) {
     let recording = simulate(&Preset::Quick.scenario(), 1).unwrap();
     let sampling = Sampling::of(&recording, observations::origin_ns(&recording));
@@ -20,7 +20,7 @@ pub(crate) fn of_features(count: usize) -> (Observations, Parameters) {
     let at = Parameters::straight(&truth.parameters, truth.lines);
     let times = observed.robot.trajectory.times().to_vec();
     let poses: Vec<_> = times.iter().map(|t| observed.robot.trajectory.pose_at(*t).unwrap()).collect();
-    // A second of pause, so that no segment joins the end of one scan to the beginning of the next.
+    // A pause of a second, so that no segment connects successive scans.
     let lasts_s = times[times.len() - 1] - times[0] + 1.0;
     let base = observed.list.clone();
     let scans = count.div_ceil(base.len());

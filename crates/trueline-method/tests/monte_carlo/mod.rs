@@ -1,4 +1,4 @@
-//! Many simulated scans of many cells: how far off the estimates are, and how far off they say they are.
+//! Many simulated scans of many cells: errors of the estimates, and their stated uncertainties.
 //! Shared by the tests and by the study `monte_carlo`.
 #![allow(
     dead_code,
@@ -27,9 +27,9 @@ pub(crate) const UNKNOWNS: usize = 7;
 /// Start of a run.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Start {
-    /// From nothing.
+    /// Without a guess.
     Nothing,
-    /// From the truth: the same optimum, sooner.
+    /// From the truth: the same optimum, faster.
     Truth,
 }
 
@@ -38,7 +38,7 @@ pub(crate) enum Start {
 pub(crate) enum Noise {
     /// Everything as in the preset: features, robot poses, stamps of both streams.
     Preset,
-    /// Independent Gaussian features alone, for which the Cramér–Rao bound is known.
+    /// Independent Gaussian features alone, with a known Cramér–Rao bound.
     GaussianFeatures,
 }
 
@@ -58,7 +58,7 @@ pub(crate) struct Run {
 }
 
 impl Run {
-    /// Accepted, and further off than honest sigmas allow once in 10⁸ such runs.
+    /// Accepted, with an error that honest sigmas allow once in 10⁸ such runs.
     pub(crate) fn is_wrong(&self) -> bool {
         self.accepted && !(0..UNKNOWNS).all(|k| self.error[k].abs() < 6.0 * self.sigma[k])
     }
@@ -112,7 +112,7 @@ pub(crate) fn run(scenario: &Scenario, noise: Noise, start: Start, seed: u64) ->
     run
 }
 
-/// Cramér–Rao bound at the truth for the noise of features alone, which is as the configuration expects.
+/// Cramér–Rao bound at the truth for feature noise alone, at the configured level.
 fn bound(recording: &Recording, config: &Config) -> SVector<f64, UNKNOWNS> {
     let truth = recording.truth.as_ref().unwrap();
     let sampling = Sampling::of(recording, observations::origin_ns(recording));
@@ -121,7 +121,7 @@ fn bound(recording: &Recording, config: &Config) -> SVector<f64, UNKNOWNS> {
     let noise = NoiseLevels { robot_sigma_m: 0.0, stamp_sigma_s: 0.0, factor: 1.0 };
     let criterion = Criterion { residual: ResidualKind::Sheet, loss: Loss::Squared };
     let list = UsableObservations::within(&observed, at.time_offset_s, 0.0);
-    // A bow of each seam is estimated with the rest.
+    // A bow of each seam is estimated too.
     let at = with_bows(&observed, list.of(&observed), at);
     let problem = LineProblem::new(&observed, list.of(&observed), criterion, &noise, &at);
     let mut equations = NormalEquations::zeros(problem.dimension());
@@ -146,21 +146,21 @@ pub(crate) fn runs(scenario: &Scenario, noise: Noise, start: Start, seeds: std::
     all
 }
 
-/// Figures over the accepted runs.
+/// Statistics of the accepted runs.
 pub(crate) struct Statistics {
     pub runs: usize,
     pub accepted: usize,
     pub wrong: usize,
     /// Mean of eᵀ C⁻¹ e over the number of unknowns: 1 for honest covariances.
     pub normalised_per_unknown: f64,
-    /// Part of the runs whose 95 % interval holds the truth.
+    /// Fraction of the runs whose 95 % interval contains the truth.
     pub coverage: SVector<f64, UNKNOWNS>,
-    /// Root mean square of error over bound: 1 for an efficient estimator.
+    /// RMS ratio of error to bound: 1 for an efficient estimator.
     pub spread_over_bound: Option<SVector<f64, UNKNOWNS>>,
     pub mean_seconds: f64,
 }
 
-/// Sums runs up.
+/// Summarises runs.
 pub(crate) fn statistics(runs: &[Run]) -> Statistics {
     let accepted: Vec<&Run> = runs.iter().filter(|r| r.accepted).collect();
     let count = accepted.len() as f64;

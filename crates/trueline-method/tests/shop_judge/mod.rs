@@ -1,4 +1,4 @@
-//! How far a calibration is from the truth, by the cell's check pass.
+//! Error of a calibration, from the cell's check pass.
 //! Shared by the test and the study `shop_cells`.
 
 use nalgebra::{Matrix3x6, Matrix6, Point3, Vector3, Vector6};
@@ -12,19 +12,19 @@ use trueline_sim::shop::{ShopCell, ShopTruth};
 /// True and intended place of the k-th point of a check pass.
 type Place<'a> = &'a dyn Fn(usize, &Vector3<f64>) -> Option<Vector3<f64>>;
 
-/// A cell and what became of it; lengths in mm.
+/// A cell and its outcome. Lengths are in mm.
 pub(crate) struct Judged {
     pub(crate) truth: ShopTruth,
     pub(crate) accepted: bool,
-    /// Codes of the reasons; the message of an error.
+    /// Codes of the reasons, or the message of an error.
     pub(crate) reasons: Vec<String>,
-    /// The seam error that is said.
+    /// The stated seam error.
     pub(crate) said_mm: Option<f64>,
     /// RMS error of check points against the true hand-eye transform.
     pub(crate) strict_mm: Option<f64>,
     /// RMS distance by which the same arm misses them with a torch.
     pub(crate) miss_mm: Option<f64>,
-    /// How many of its standard deviations the time offset is outside of the true interval.
+    /// Distance of the time offset from the true interval, in standard deviations.
     pub(crate) offset_z: Option<f64>,
     /// Errors of hand-eye rotation and translation over their standard deviations, against the transform that places the
     /// readings of the sensor as found best: errors of its file are not errors of the transform.
@@ -52,7 +52,7 @@ impl Judged {
         Some(self.strict_mm?.min(self.miss_mm?))
     }
 
-    /// A line for reading.
+    /// A printable line.
     pub(crate) fn in_words(&self) -> String {
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"));
         format!(
@@ -105,13 +105,13 @@ pub(crate) fn judged(cell: &ShopCell, calibration: &Calibration) -> Judged {
     judged
 }
 
-/// `points` are where check points are placed in the tool, m.
+/// `points` are check points as placed in the tool, m.
 fn hand_eye_z(
     cell: &ShopCell,
     calibration: &Calibration,
     points: &[(usize, Vector3<f64>)],
 ) -> Option<[f64; 6]> {
-    // The motion that brings them where they are: p + ω × p + τ, to the first order.
+    // The motion that moves them to their true places: p + ω × p + τ, to first order.
     let (mut normal, mut right) = (Matrix6::zeros(), Vector6::zeros());
     for (k, at) in points {
         let mut by = Matrix3x6::zeros();
@@ -131,8 +131,7 @@ fn hand_eye_z(
     Some(z)
 }
 
-/// The points of a check pass in the tool, each with its number, m: as they are placed in base, less the motion of the tool, which does
-/// not turn.
+/// The points of a check pass in the tool, each with its number, m: as placed in base, minus the motion of the tool, which does not rotate.
 fn points_in_tool(check: &Recording, calibration: &Calibration) -> Vec<(usize, Vector3<f64>)> {
     let found = calibration.best_fit();
     let by = Guess {

@@ -1,4 +1,4 @@
-//! A sensor on a moving robot that looks at something, drawn at random.
+//! A random sensor on a moving robot.
 #![allow(dead_code, reason = "each test uses its part of it")]
 
 use nalgebra::{DVector, UnitVector3, Vector2, Vector3};
@@ -22,7 +22,7 @@ pub(crate) fn vector(size: f64) -> impl Strategy<Value = Vector3<f64>> {
     (-size..size, -size..size, -size..size).prop_map(|(x, y, z)| Vector3::new(x, y, z))
 }
 
-/// Any attitude of robot and sensor, within the working field.
+/// Any attitude of robot and sensor within the working field.
 pub(crate) fn view() -> impl Strategy<Value = View> {
     let robot = (vector(3.0), vector(1.5), vector(0.01), vector(0.001), 0.0..0.004_f64);
     let sensor = (vector(3.0), vector(0.2), -0.02..0.02_f64, -0.02..0.02_f64);
@@ -53,7 +53,7 @@ impl View {
         self.stepped(&DVector::zeros(7))
     }
 
-    /// Perturbs (t_d, rotation, translation), the first seven of a step, as the conventions say.
+    /// Perturbs (t_d, rotation, translation), the first seven of a step, by the conventions.
     pub(crate) fn stepped(&self, step: &DVector<f64>) -> Placement {
         let three = |k: usize| Vector3::new(step[k], step[k + 1], step[k + 2]);
         let tool_from_camera = se3::retract_decoupled(&self.tool_from_camera, &three(1), &three(4));
@@ -64,7 +64,7 @@ impl View {
         self.sheet.point(&self.in_sheet)
     }
 
-    /// A line that crosses the sheet at a turn from square to it, and misses the point.
+    /// A line along the sheet's normal, rotated by `turn`, that misses the point by `miss`.
     pub(crate) fn line(&self, turn: &Vector3<f64>, miss: &Vector3<f64>) -> Line {
         let placement = self.placement();
         let normal = placement.base_from_camera() * self.sheet.plane().normal().into_inner();

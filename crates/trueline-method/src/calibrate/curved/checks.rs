@@ -1,4 +1,4 @@
-//! What a scan over a curve shows, and what else explains it, in the words of a calibration.
+//! Observability and rivals of a scan over a curve, as a calibration reports them.
 
 use crate::assess::observability::{Observability, named};
 use crate::config::Config;
@@ -15,7 +15,7 @@ use trueline_dataset::Guess;
 pub(crate) fn observability(answer: &Answered, at: &Parameters) -> Observability {
     let seen = &answer.finished.seen;
     let shows_time = answer.components[TIME_OFFSET];
-    // Where the hand-eye transform is not to be had, none of its directions is.
+    // If the hand-eye transform is unobservable, none of its directions is reported.
     let is_whole = !answer.curve.is_one_pass && answer.curve.collapsed_from_m.is_none();
     let mut null = seen.unseen.clone();
     if !is_whole {
@@ -35,7 +35,7 @@ pub(crate) fn observability(answer: &Answered, at: &Parameters) -> Observability
     }
 }
 
-/// What else explains the scan, and what decides.
+/// Rivals of the answer, and the decision between them.
 #[must_use]
 pub(crate) fn ambiguity(answer: &Answered, guess: Option<&Guess>, config: &Config) -> Ambiguity {
     let of = |at: &Guess| Parameters::straight(at, Vec::new());
@@ -77,5 +77,5 @@ pub(crate) fn ambiguity(answer: &Answered, guess: Option<&Guess>, config: &Confi
     }
 }
 
-/// A guess decides between answers if one of them is this much nearer to it.
+/// A guess decides between rivals if its distance to one is below this fraction of its distance to the other.
 const CLEARLY_NEARER: f64 = 0.5;

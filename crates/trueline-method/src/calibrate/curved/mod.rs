@@ -1,4 +1,4 @@
-//! A scan over a seam that is no straight line: when a curve is asked for, and its answer as a calibration.
+//! Scans over a curved seam: when a curve is tried, and its answer as a calibration.
 
 mod checks;
 mod models;
@@ -38,23 +38,23 @@ use trueline_dataset::{Guess, Recording};
 use trueline_geometry::Line;
 use trueline_lsq::{Loss, Termination};
 
-/// A line that bows by more than this at the ends of what was seen may be an arc, of which a parabola is too sure, m.
+/// A line that bows by more than this at its visible ends may be an arc, m. The parabola underestimates the uncertainty of an arc.
 const BOWED_M: f64 = 5e-3;
-/// A curve is the answer where its residuals are smaller than those of the line by this: of 600 frames a third fewer squares are no chance.
+/// A curve is the answer if its residuals are below this fraction of the line's. With 600 frames, a third fewer squares are not chance.
 const SMALLER: f64 = 0.8;
-/// … or where it explains so much more of the scan: of a corner a line explains one side as well as a curve does.
+/// … or if it explains this much more of the scan. At a corner a line explains one side as well as a curve does.
 const MORE_OF_IT: f64 = 0.15;
-/// A line with residuals so many times as large as those of another is that of a wrong start.
+/// A line with residuals this many times larger than another's comes from a wrong start.
 const BY_FAR: f64 = 3.0;
-/// Why stops are no scan over a curve.
+/// Reason that stops are not used for a curve.
 pub(crate) const AT_STOPS: &str = "the robot stands still at each reading";
 /// A curve that became this many times longer or shorter during the fit is rejected.
 const ANOTHER_SIZE: f64 = 2.0;
 
-/// The answer to a scan: that of the line, or that of a curve, where the line's is refused by its structure or a curve is asked for.
+/// Answers with the line, or with a curve if the line is refused for its structure or a curve is requested.
 ///
 /// # Errors
-/// Those of the line; [`Error::NoCurve`] where a curve is asked for and there is none.
+/// Those of the line; [`Error::NoCurve`] if a curve is requested and none is found.
 pub(crate) fn answered(
     recording: &Recording,
     guess: Option<&Guess>,
@@ -107,7 +107,7 @@ fn clock(drift: Option<Drift>, drifted: Option<Drift>) -> ClockFindings {
     ClockFindings { drift, drifted, step: None, stepped: None, noise_factor_without_step: None }
 }
 
-/// The answer of a line with why a curve was not tried, where the line does not fit. What a motion hides a curve hides too.
+/// The line's answer, with the reason that no curve was tried. A motion that is insufficient for a line is insufficient for a curve.
 pub(crate) fn untried(line: Calibration, why: &'static str) -> Calibration {
     let is_misfit =
         |reason: &Reason| matches!(reason, Reason::ResidualsTooLarge { .. } | Reason::TooManyOutliers { .. });
@@ -118,7 +118,7 @@ pub(crate) fn untried(line: Calibration, why: &'static str) -> Calibration {
     Calibration { verdict: verdict::of(&findings), findings }
 }
 
-/// Options that have no part in the answer of a curve, with why.
+/// Options that do not apply to a curve, with the reason.
 fn unused(config: &Config) -> Vec<(&'static str, &'static str)> {
     let waviness = config.waviness_m.filter(|waviness_m| *waviness_m > 0.0);
     let waviness =
@@ -146,13 +146,13 @@ fn unsupported(config: &Config, line: &Calibration) -> Option<&'static str> {
     }
 }
 
-/// Why readings are no curve at all.
+/// Reason that the readings are not enough for a curve.
 fn too_little(readings: &Readings) -> Option<&'static str> {
     let few = readings.list.len() < READINGS_PER_KNOT * LEAST_CONTROL;
     few.then_some("a curve has at least eight knots and needs five seam points for each: there are fewer")
 }
 
-/// Whether the answer of the line is refused by its structure: it does not fit, or not one attitude alone.
+/// Whether the line is refused for its structure: it does not fit, or not with one attitude.
 fn is_refused(line: &Calibration) -> bool {
     let of_structure = |reason: &Reason| {
         matches!(
@@ -176,23 +176,23 @@ fn is_bowed(line: &Calibration) -> bool {
     line.best_fit().curvatures.iter().any(|bow| bow_m(bow) > BOWED_M)
 }
 
-/// Of an arc the parabola is too sure: that it is one is nowhere said, and what the curve leaves open is open. A line that fits is refused for what the scan
-/// does not show, and no curve shows that.
+/// The parabola underestimates the uncertainty of an arc. Whatever the curve leaves open is therefore open. A line that fits is refused for
+/// unobservable directions, and a curve does not make these observable.
 fn is_better(line: &Calibration, answer: &Answered) -> bool {
-    // In one pass a curve follows a lag, a laser plane, a robot that errs. It is a seam of its own where it is plainly none of a straight one.
+    // In one pass a curve can follow a lag, a wrong laser plane or robot errors. It counts only if it clearly bends.
     if answer.curve.is_one_pass && bends_m(&answer.curve.points_m) < BOWED_M {
         return false;
     }
     if !is_refused(line) {
         return true;
     }
-    // Of a gross mistake in the data a curve of another size makes something, and explains nothing.
+    // With a gross mistake in the data the curve changes its size and explains nothing.
     let [length_m, before_m] =
         [answer.curve.length_m, answer.curve.collapsed_from_m.unwrap_or(answer.curve.length_m)];
     let is_of_size = length_m.max(before_m) < ANOTHER_SIZE * length_m.min(before_m);
     let (own, best) = (alone(line), others_leave(&line.findings).fold(f64::INFINITY, f64::min));
     if BY_FAR * best < own {
-        // The line that a bad guess led to is no measure of a curve: the best line is.
+        // The best line is the reference. The line from a bad guess is not.
         return is_of_size && answer.finished.factor < SMALLER * best;
     }
     let explains_more = line.findings.outliers().share() > answer.share_off() + MORE_OF_IT;
@@ -213,14 +213,14 @@ fn with_curve_refused(mut line: Calibration, answer: &Answered) -> Calibration {
     line
 }
 
-/// A scan as an estimate of a curve takes it.
+/// A scan as input of a curve estimate.
 struct Scan {
     observations: Observations,
     readings: Readings,
-    /// Variance of the time offset that the stamps add to it, s².
+    /// Variance that the stamps add to the time offset, s².
     stamps_s2: f64,
     levels: SystematicLevels,
-    /// How well the rates of the stamps' clocks are known, parts per million.
+    /// Standard deviation of the stamp clocks' rates, parts per million.
     rate_sigma_ppm: f64,
 }
 
@@ -238,7 +238,8 @@ impl Scan {
         let stamps_s = sampling.phase_sigma_s(dejittered).hypot(observations.robot.late_sigma_s);
         let knowledge = ShapeKnowledge::of(recording, &observations);
         let levels = SystematicLevels::of(recording, config, &knowledge, true);
-        // Over a line what is assumed is estimated too, and hardly widens the ±. A curve only considers it: there nothing is assumed that nobody states.
+        // For a line the assumed levels are estimated too and hardly widen the uncertainty. A curve only considers them, so only stated levels are
+        // used.
         let is_stated = config.feature_bias_px != Config::default().feature_bias_px;
         let levels = SystematicLevels {
             held_shape: levels.held_shape.filter(|_| knowledge.stated),
@@ -249,7 +250,7 @@ impl Scan {
         Some(Self { observations, readings, stamps_s2: stamps_s.powi(2), levels, rate_sigma_ppm })
     }
 
-    /// The same with readings that were dated again, if they were.
+    /// The same with re-dated readings, if there are any.
     fn dated(mut self, readings: Option<Readings>) -> Self {
         if let Some(readings) = readings {
             for (observation, reading) in self.observations.list.iter_mut().zip(&readings.list) {
@@ -373,7 +374,7 @@ impl Scan {
         (list, skipped)
     }
 
-    /// The error of a seam point, as along a line that touches the curve in its middle.
+    /// The error of a seam point along the tangent at the middle of the curve.
     fn seam_error(&self, answer: &Answered, findings: &Findings) -> Option<SeamError> {
         let points = &answer.curve.points_m;
         let middle = points.len() / 2;

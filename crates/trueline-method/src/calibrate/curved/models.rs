@@ -1,11 +1,11 @@
-//! The models that were tried of a scan over a curve.
+//! Records of the models that were tried for a scan over a curve.
 
 use crate::assess::seam_error::{Share, ShareOf};
 use crate::curve::answer::Answered;
 use crate::findings::Findings;
 use crate::models::{Because, Block, ModelTried, Role, SeamModel};
 
-/// That of a curve beside a line's.
+/// The record of the curve, from that of the line.
 #[must_use]
 pub(crate) fn of_curve(line: &ModelTried, answer: &Answered, because: Because) -> ModelTried {
     ModelTried {
@@ -31,7 +31,7 @@ fn role_beside_curve(block: Block, answer: &Answered) -> Role {
     if answer.shares.iter().any(is_considered) { Role::Considered } else { Role::Held }
 }
 
-/// All of them, that of the curve first.
+/// All models, the curve first.
 #[must_use]
 pub(crate) fn models(findings: &Findings, answer: &Answered) -> Vec<ModelTried> {
     let lines = findings.models_tried.iter();

@@ -1,4 +1,4 @@
-//! Where four bowed seams meet their sheets: two steps of Newton's from where the straight lines do. The scalar form is
+//! Intersections of four bowed seams with their sheets: two Newton steps from those of the straight lines. The scalar form is
 //! [`trueline_model::SeamInSheet`].
 
 use super::displacement_rows::InSheetRows;
@@ -8,7 +8,7 @@ use trueline_model::Curvature;
 use trueline_model::curvature::MEAN_SQUARE;
 use trueline_model::sheet_residual::MIN_SINE;
 
-/// What a bow does to a sample.
+/// Effect of a bow on a sample.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bowed<const FUSED: bool> {
     /// φ at the intersection.
@@ -18,7 +18,7 @@ pub(crate) struct Bowed<const FUSED: bool> {
 }
 
 impl<const FUSED: bool> Bowed<FUSED> {
-    /// A straight line's.
+    /// For a straight line.
     #[inline(always)]
     pub(super) fn none() -> Self {
         let zero = Lanes::splat(0.0);
@@ -26,7 +26,7 @@ impl<const FUSED: bool> Bowed<FUSED> {
     }
 }
 
-/// Moves what was located on straight lines to their bowed seams.
+/// Moves the intersections of straight lines to those of bowed seams.
 #[inline(always)]
 pub(super) fn bend<const FUSED: bool>(
     straight: Located<FUSED, InSheetRows<FUSED>>,
@@ -69,7 +69,7 @@ fn form_at<const FUSED: bool>(along: Lanes<FUSED>, bow: &Curvature) -> (Lanes<FU
     (Lanes::splat(-MEAN_SQUARE).plus_product(relative, relative), (relative + relative) * inverse)
 }
 
-/// Along the seam to where it is `height` above its anchor; `slopes` are the heights of u₁ and of the bow.
+/// Moves along the seam to the point at `height` above its anchor. `slopes` are the heights of u₁ and of the bow.
 #[inline(always)]
 fn newton_step<const FUSED: bool>(
     along: Lanes<FUSED>,
@@ -82,7 +82,7 @@ fn newton_step<const FUSED: bool>(
     along - (reached - height) / guarded(direction.plus_product(slope, bend)).0
 }
 
-/// The sine of the angle between seam and sheet, 1 where there is no intersection, and whether there is one.
+/// The sine of the angle between seam and sheet, 1 without an intersection, and whether there is one.
 #[inline(always)]
 fn guarded<const FUSED: bool>(mut sine: Lanes<FUSED>) -> (Lanes<FUSED>, [bool; WIDTH]) {
     let mut met = [true; WIDTH];

@@ -1,7 +1,7 @@
-//! How a residual follows displacements in S: its two rows b₁, b₂, plain and whitened.
+//! Derivative of a residual by displacements in S: its two rows b₁, b₂, plain and whitened.
 //!
-//! A residual in the sheet moves by one with a displacement along one of the sheet's axes and by none with one along the other; what
-//! is one or zero is not multiplied by.
+//! A residual in the sheet has derivative one by a displacement along its own axis of the sheet and zero along the other. Multiplications by one or
+//! zero are skipped.
 
 use super::lanes::{Lanes, Vectors};
 
@@ -10,7 +10,7 @@ pub(crate) trait DisplacementRows<const FUSED: bool>: Copy {
     /// The same, whitened.
     type Whitened: WhitenedRows<FUSED>;
 
-    /// What a displacement adds to the residual.
+    /// Effect of a displacement on the residual.
     fn of(&self, displacement: Vectors<FUSED>) -> [Lanes<FUSED>; 2];
 
     /// b₁·b₁, b₁·b₂ and b₂·b₂.
@@ -22,20 +22,20 @@ pub(crate) trait DisplacementRows<const FUSED: bool>: Copy {
 
 /// The whitened rows of a residual.
 pub(crate) trait WhitenedRows<const FUSED: bool>: Copy {
-    /// What a displacement adds to the whitened residual.
+    /// Effect of a displacement on the whitened residual.
     fn of(&self, displacement: Vectors<FUSED>) -> [Lanes<FUSED>; 2];
 
-    /// What a displacement along each axis adds.
+    /// Effect of a displacement along each axis.
     fn along_axes(&self) -> [[Lanes<FUSED>; 2]; 3];
 
-    /// What a turn about each axis adds, with this lever: a × b.
+    /// Effect of a rotation about each axis, with this lever: a × b.
     fn about_axes(&self, lever: Vectors<FUSED>) -> [[Lanes<FUSED>; 2]; 3];
 }
 
-/// (1, 0, −slope₁) and (0, 1, −slope₂): where a line meets the sheet z = 0.
+/// (1, 0, −slope₁) and (0, 1, −slope₂): the intersection of a line with the sheet z = 0.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct InSheetRows<const FUSED: bool> {
-    /// How far the intersection moves along each of the sheet's axes for a rise of the line by one.
+    /// Motion of the intersection along each of the sheet's axes when the line rises by one.
     pub slopes: [Lanes<FUSED>; 2],
 }
 
@@ -137,7 +137,7 @@ impl<const FUSED: bool> WhitenedRows<FUSED> for FullRows<FUSED> {
 mod tests {
     use super::*;
 
-    /// Rows of the sheet against the same written out, plain and whitened.
+    /// Rows of the sheet against the full rows, plain and whitened.
     fn alike<const FUSED: bool>() {
         let lanes = |seed: f64| Lanes::<FUSED>([1.0, 2.0, 3.0, 4.0].map(|k: f64| (k * seed).sin()));
         let in_sheet = InSheetRows { slopes: [lanes(0.7), lanes(1.9)] };

@@ -1,4 +1,4 @@
-//! What a sensor of some shape reports of four predicted points. The scalar form, with the derivation, is
+//! The points that a sensor with a shape reports for four predicted points. The scalar form, with the derivation, is
 //! [`trueline_model::SheetShape::reported`].
 
 use super::displacement_rows::{FullRows, InSheetRows};
@@ -6,7 +6,7 @@ use super::lanes::{Lanes, Vectors};
 use super::located::Located;
 use trueline_model::SheetShape;
 
-/// Puts the report in the place of the predicted point: its residual, its rows; and d r / d h.
+/// Replaces the predicted point by the reported one in the residual and its rows. Returns d r / d h.
 #[inline(always)]
 pub(super) fn distort<const FUSED: bool>(
     located: Located<FUSED, InSheetRows<FUSED>>,

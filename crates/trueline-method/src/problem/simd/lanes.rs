@@ -1,16 +1,15 @@
 //! Four numbers at once.
 //!
-//! Plain arrays, every lane written out: inside a function that is compiled for AVX2 four of a kind become one
-//! instruction, elsewhere whatever the processor has. (Loops over the lanes would become the same, but there are
-//! thousands of them in one sweep, and a compiler takes minutes to find that out.) The two kinds differ in how they multiply and add. No closures here:
-//! one that is not inlined is compiled for the plain processor, where a fused product is a call into a library.
+//! Plain arrays, with every lane written out. In a function compiled for AVX2 four equal operations become one instruction. (Loops over the lanes
+//! would compile to the same, but a sweep has thousands of them and they take minutes to compile.) The two kinds differ in how they multiply and
+//! add. Closures are not used here: one that is not inlined is compiled for the plain processor, where a fused product is a library call.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Samples side by side.
 pub(super) const WIDTH: usize = 4;
 
-/// Four numbers; `FUSED` where the processor multiplies and adds in one instruction.
+/// Four numbers. `FUSED` if the processor multiplies and adds in one instruction.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub(crate) struct Lanes<const FUSED: bool>(pub [f64; WIDTH]);
@@ -22,7 +21,7 @@ impl<const FUSED: bool> Lanes<FUSED> {
         Self([value; WIDTH])
     }
 
-    /// a · b + self, in one rounding where the processor can.
+    /// a · b + self, with one rounding if the processor can.
     #[inline(always)]
     pub(crate) fn plus_product(self, a: Self, b: Self) -> Self {
         let ([a0, a1, a2, a3], [b0, b1, b2, b3], [c0, c1, c2, c3]) = (a.0, b.0, self.0);
@@ -33,7 +32,7 @@ impl<const FUSED: bool> Lanes<FUSED> {
         }
     }
 
-    /// A function of each number, one by one.
+    /// Applies a function to each number.
     #[inline(always)]
     pub(crate) fn map(self, function: impl Fn(f64) -> f64) -> Self {
         let [a, b, c, d] = self.0;
@@ -47,14 +46,14 @@ impl<const FUSED: bool> Lanes<FUSED> {
         Self([a.sqrt(), b.sqrt(), c.sqrt(), d.sqrt()])
     }
 
-    /// The largest; none may be NaN.
+    /// The largest. None may be NaN.
     #[inline(always)]
     pub(crate) fn max(self) -> f64 {
         let larger = |a: f64, b: f64| if a > b { a } else { b };
         larger(larger(self.0[0], self.0[1]), larger(self.0[2], self.0[3]))
     }
 
-    /// The smallest; none may be NaN.
+    /// The smallest. None may be NaN.
     #[inline(always)]
     pub(crate) fn min(self) -> f64 {
         let smaller = |a: f64, b: f64| if a < b { a } else { b };
@@ -185,8 +184,7 @@ impl<const FUSED: bool> Rotations<FUSED> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Quaternions<const FUSED: bool>(pub [Lanes<FUSED>; 4]);
 
-/// Half angles (squared) up to which the series of sine and cosine are exact: the first omitted settings are
-/// x⁵/10! and x⁵/11!, 3e-17 at 0.1 rad.
+/// Squared half angles up to which the series of sine and cosine are exact: the first omitted terms are x⁵/10! and x⁵/11!, 3e-17 at 0.1 rad.
 const SERIES_SQUARED: f64 = 0.01;
 
 impl<const FUSED: bool> Quaternions<FUSED> {
@@ -252,7 +250,7 @@ fn series<const FUSED: bool>(x: Lanes<FUSED>, coefficients: [f64; 5]) -> Lanes<F
     sum
 }
 
-/// The same for turns that no robot makes between two samples, but a recording may hold.
+/// The same for rotations larger than any robot makes between two samples, which a recording may still contain.
 #[cold]
 fn long_turn<const FUSED: bool>(x: Lanes<FUSED>) -> (Lanes<FUSED>, Lanes<FUSED>) {
     let sine_over_angle =
@@ -266,7 +264,7 @@ mod tests {
     use nalgebra::{Quaternion, UnitQuaternion, Vector3};
     use trueline_geometry::so3;
 
-    // Numbers of few bits, whose sums and products are exact however they are rounded.
+    // Numbers of few bits, whose sums and products are exact for any rounding.
     const A: [f64; WIDTH] = [1.5, -2.0, 0.25, 3.0];
     const B: [f64; WIDTH] = [2.0, 4.0, -8.0, 0.5];
     const C: [f64; WIDTH] = [0.125, -1.0, 6.0, 2.5];
@@ -324,7 +322,7 @@ mod tests {
         let after = Quaternions::splat(&start).times(&found);
         let inverse = after.inverse_matrices().0;
         for (k, angle) in half_angles.into_iter().enumerate() {
-            // To a few eps of each number's own size: of a tiny turn the sine as well.
+            // To a few eps of each number's own size, including the sine of a tiny rotation.
             let [w, x, y, z] = found.0.map(|part| part.0[k]);
             let sine = axis * angle.sin();
             assert!((w - angle.cos()).abs() < 4e-16, "cosine of {angle}");

@@ -4,7 +4,7 @@ use super::displacement_rows::{FullRows, InSheetRows};
 use super::lanes::{Lanes, Vectors, WIDTH};
 use trueline_model::sheet_residual::MIN_SINE;
 
-/// A residual with what its derivatives need; `B` are its rows.
+/// A residual with the inputs of its derivatives. `B` are its rows.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Located<const FUSED: bool, B> {
     pub rows: B,
@@ -14,7 +14,7 @@ pub(crate) struct Located<const FUSED: bool, B> {
     pub usable: [bool; WIDTH],
 }
 
-/// Measured against predicted point in the sheet.
+/// Measured minus predicted point in the sheet.
 #[inline(always)]
 pub(super) fn in_sheet<const FUSED: bool>(
     measured: Vectors<FUSED>,
@@ -27,7 +27,7 @@ pub(super) fn in_sheet<const FUSED: bool>(
     if (sine * sine).min() < MIN_SINE * MIN_SINE {
         for lane in 0..WIDTH {
             usable[lane] = sine.0[lane].abs() >= MIN_SINE;
-            // Where there is no intersection the numbers mean nothing, but they must be numbers.
+            // Without an intersection the numbers are meaningless, but they must be finite.
             sine.0[lane] = if usable[lane] { sine.0[lane] } else { 1.0 };
         }
     }

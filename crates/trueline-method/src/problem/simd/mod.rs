@@ -1,7 +1,6 @@
 //! The inner loop: four samples of a line side by side.
 //!
-//! `problem` defines the computation, one sample at a time; here the same is computed fast. The tests hold the two
-//! together to 1e-12.
+//! `problem` defines the computation, one sample at a time. This module computes the same fast. The tests require agreement to 1e-12.
 #![allow(clippy::needless_range_loop, reason = "a lane is the same index in several arrays")]
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the wide instructions")]
 

@@ -1,4 +1,4 @@
-//! Whitened residuals and Jacobians of samples that were seen four side by side, for who needs each by itself.
+//! Whitened residuals and Jacobians of single samples, computed four side by side.
 
 use super::lanes::Lanes;
 use super::samples::Samples;
@@ -9,7 +9,7 @@ use crate::input::noise_levels::Whitener;
 use crate::problem::unknowns::{LOCAL_ALL, ROTATION, TRANSLATION};
 use nalgebra::{Matrix3, SMatrix, Vector2};
 
-/// A whitened residual and its Jacobian by the local unknowns; columns of what is not modelled are zero.
+/// A whitened residual and its Jacobian by the local unknowns. Columns of unmodelled unknowns are zero.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WhitenedRow {
     /// The residual.
@@ -18,7 +18,7 @@ pub(crate) struct WhitenedRow {
     pub jacobian: SMatrix<f64, 2, LOCAL_ALL>,
 }
 
-/// Collects them; `None` for what cannot be evaluated.
+/// Collects them. `None` for observations that cannot be evaluated.
 pub(crate) struct Rows<'a> {
     whiteners: &'a [Whitener],
     sheet_from_tool: Matrix3<f64>,
@@ -26,7 +26,7 @@ pub(crate) struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    /// Of as many observations as there are whiteners; `sheet_from_tool` turns sheet into tool axes.
+    /// For one observation per whitener. `sheet_from_tool` rotates sheet into tool axes.
     pub(crate) fn new(
         whiteners: &'a [Whitener],
         sheet_from_tool: Matrix3<f64>,

@@ -1,22 +1,21 @@
-//! Observations of a line and the robot's motion about each, four side by side: what the inner loop reads.
+//! Observations of a line with the robot's motion at each, four side by side: the input of the inner loop.
 //!
-//! Gathering them from the recording is half of the work of a sweep, so a problem that is swept again and again keeps them
-//! ([`crate::problem::packing`]). They hold for every time offset that leaves each stamp in its segment; where one has left
-//! it, its four are gathered anew.
+//! Gathering them from the recording is half of the work of a sweep, so a problem that is swept repeatedly keeps them ([`crate::problem::packing`]).
+//! They hold for every time offset that leaves each stamp in its segment. If a stamp leaves its segment, its group of four is gathered again.
 
 use super::lanes::{Lanes, WIDTH};
 use crate::input::observations::{Observation, Observations};
 use trueline_geometry::{Segment, Trajectory};
 
-/// Up to four measurements of one line, and the robot's motion about each.
+/// Up to four measurements of one line, with the robot's motion at each.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(32))]
 pub(crate) struct Samples {
     /// The stamps of the measurements, s.
     stamp_s: [f64; WIDTH],
-    /// When the segments of the robot's path begin, s; NaN where there is none.
+    /// Start of each segment of the robot's path, s. NaN without a segment.
     start_s: [f64; WIDTH],
-    /// And end.
+    /// End of each segment, s.
     end_s: [f64; WIDTH],
     /// `base_from_tool` at the segment's beginning, w x y z.
     pub rotation: [[f64; WIDTH]; 4],
@@ -32,12 +31,12 @@ pub(crate) struct Samples {
     pub index: [u32; WIDTH],
     /// The line.
     pub line: u32,
-    /// How many there are; the others repeat the first.
+    /// Number of measurements. The other lanes repeat the first.
     pub count: u32,
 }
 
 impl Samples {
-    /// Of no measurement yet.
+    /// No measurement.
     fn none(line: u32) -> Self {
         let (one, three) = ([0.0; WIDTH], [[0.0; WIDTH]; 3]);
         Self {
@@ -55,13 +54,13 @@ impl Samples {
         }
     }
 
-    /// Time since the segments began, with this time offset, s.
+    /// Time since the start of each segment, at this time offset, s.
     #[inline(always)]
     pub(super) fn elapsed<const FUSED: bool>(&self, time_offset_s: f64) -> Lanes<FUSED> {
         Lanes(self.stamp_s) - Lanes::splat(time_offset_s) - Lanes(self.start_s)
     }
 
-    /// Whether every stamp is in its segment with this time offset.
+    /// Whether every stamp is in its segment at this time offset.
     #[inline(always)]
     pub(super) fn hold_with(&self, time_offset_s: f64) -> bool {
         let mut hold = true;
@@ -72,7 +71,7 @@ impl Samples {
         hold
     }
 
-    /// The same measurements with the motion about them with this time offset, and the indices of those without.
+    /// The same measurements with the motion at this time offset, and the indices of those without motion.
     #[cold]
     #[inline(never)]
     pub(super) fn moved(
@@ -108,7 +107,7 @@ impl Samples {
         self.count += 1;
     }
 
-    /// A measurement that has no motion about it.
+    /// Adds a measurement without motion.
     fn push_unplaced(&mut self, index: u32, o: &Observation) {
         let lane = self.count as usize;
         self.set(lane, index, o);
@@ -123,7 +122,7 @@ impl Samples {
         set(&mut self.point, lane, o.point_in_camera.data.0[0]);
     }
 
-    /// Lanes without a sample repeat the first, so that they hold numbers.
+    /// Unused lanes repeat the first sample, so that they hold finite numbers.
     fn fill(&mut self) {
         for lane in (self.count as usize).max(1)..WIDTH {
             self.index[lane] = self.index[0];
@@ -163,21 +162,21 @@ impl Unplaced {
     }
 }
 
-/// Gathers samples of a list, each line's own four: their sums go to the same unknowns.
+/// Gathers samples of a list in groups of four of one line, because their sums go to the same unknowns.
 pub(crate) struct Gathering<'a> {
     trajectory: &'a Trajectory,
     list: &'a [Observation],
     time_offset_s: f64,
     next: usize,
     samples: Vec<Samples>,
-    /// Of each line, which of the samples are not four yet.
+    /// For each line, the index of its incomplete group.
     open: Vec<Option<usize>>,
-    /// Those of them that were not full when the last samples were handed out.
+    /// The incomplete groups when the last samples were handed out.
     waiting: Vec<Samples>,
 }
 
 impl<'a> Gathering<'a> {
-    /// Of a list with a time offset.
+    /// For a list at a time offset.
     #[must_use]
     pub(crate) fn new(
         observations: &'a Observations,
@@ -197,10 +196,10 @@ impl<'a> Gathering<'a> {
         self.samples
     }
 
-    /// The next samples, some of no count among them; none at the end.
+    /// The next samples, some of them empty. None at the end.
     pub(crate) fn next_samples(&mut self, most: usize) -> &[Samples] {
         self.samples.clear();
-        // Each line may have one that is not full, before and after.
+        // Each line may have one incomplete group, before and after.
         self.samples.reserve(most.min(self.list.len().div_ceil(WIDTH)) + 2 * self.open.len());
         for waiting in self.waiting.drain(..) {
             self.open[waiting.line as usize] = Some(self.samples.len());

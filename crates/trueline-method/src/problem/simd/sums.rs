@@ -11,8 +11,8 @@ use crate::problem::usable::UNUSABLE_SQUARED;
 use nalgebra::{Matrix3, SMatrix, SVector};
 use trueline_lsq::{Loss, NormalEquations};
 
-/// Sums of one line over its N local unknowns, lane by lane; rotation and translation in the sheet's axes. Of the symmetric
-/// matrix only the upper half is used.
+/// Sums of one line over its N local unknowns, lane by lane. Rotation and translation are in the sheet's axes. Only the upper half of the symmetric
+/// matrix is used.
 #[derive(Clone)]
 struct LineSums<const N: usize> {
     hessian: [[[f64; WIDTH]; N]; N],
@@ -44,7 +44,7 @@ impl<const N: usize> LineSums<N> {
     }
 }
 
-/// The whiteners of four samples; zero for lanes that have none, or no intersection.
+/// The whiteners of four samples. Zero for lanes without one, or without an intersection.
 #[inline(always)]
 pub(super) fn whiteners_of<const FUSED: bool>(
     whiteners: &[Whitener],
@@ -74,7 +74,7 @@ pub(super) fn whiteners_of<const FUSED: bool>(
     [Lanes(w11), Lanes(w21), Lanes(w22)]
 }
 
-/// Lanes that hold a sample without an intersection.
+/// Number of lanes with a sample without an intersection.
 #[inline(always)]
 pub(super) fn unusable(samples: &Samples, usable: &[bool; WIDTH]) -> usize {
     usable[..samples.count as usize].iter().filter(|usable| !**usable).count()
@@ -89,12 +89,12 @@ pub(crate) struct Equations<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> Equations<'a, N> {
-    /// Nothing yet.
+    /// Zero sums.
     pub(crate) fn new(whiteners: &'a [Whitener], loss: Loss, lines: usize) -> Self {
         Self { whiteners, loss, sums: vec![LineSums::ZERO; lines], without: 0 }
     }
 
-    /// Adds the sums to the equations of these unknowns; `sheet_from_tool` turns them back into the tool frame.
+    /// Adds the sums to the equations of these unknowns. `sheet_from_tool` rotates them back into the tool frame.
     pub(crate) fn add_to(
         &self,
         equations: &mut NormalEquations,
@@ -158,7 +158,7 @@ impl<const N: usize> Visit for Equations<'_, N> {
 
         let sums = &mut self.sums[line];
         sums.cost = (Lanes::<FUSED>(sums.cost) + value).0;
-        // A length that the compiler knows for each row: it then writes the loops out.
+        // Each row has a length known at compile time, so that the compiler unrolls the loops.
         sums.add_row::<FUSED, 0>(&columns, &residual);
         sums.add_row::<FUSED, 1>(&columns, &residual);
         sums.add_row::<FUSED, 2>(&columns, &residual);
@@ -194,7 +194,7 @@ pub(crate) struct Cost<'a> {
 }
 
 impl<'a> Cost<'a> {
-    /// Nothing yet.
+    /// Zero sums.
     pub(crate) fn new(whiteners: &'a [Whitener], loss: Loss) -> Self {
         Self { whiteners, loss, sum: [0.0; WIDTH], without: 0 }
     }
@@ -225,7 +225,7 @@ impl Visit for Cost<'_> {
     }
 }
 
-/// Squared whitened residuals; zero for lanes without one.
+/// Squared whitened residuals. Zero for lanes without one.
 #[inline(always)]
 fn squared<const FUSED: bool, B>(
     whiteners: &[Whitener],
@@ -239,12 +239,12 @@ fn squared<const FUSED: bool, B>(
 /// Collects the squared whitened residuals.
 pub(crate) struct Squared<'a> {
     whiteners: &'a [Whitener],
-    /// Of each observation; NaN where it cannot be evaluated.
+    /// One for each observation. NaN where it cannot be evaluated.
     pub values: Vec<f64>,
 }
 
 impl<'a> Squared<'a> {
-    /// Nothing yet.
+    /// No values yet.
     pub(crate) fn new(whiteners: &'a [Whitener]) -> Self {
         Self { whiteners, values: vec![f64::NAN; whiteners.len()] }
     }
@@ -270,7 +270,7 @@ impl Visit for Squared<'_> {
     fn unplaced(&mut self, _index: usize) {}
 }
 
-/// Adds up squared residuals as they are, in m².
+/// Adds up squared residuals in m², not whitened.
 #[derive(Default)]
 pub(crate) struct SquaredLengths {
     sum: [f64; WIDTH],
@@ -278,7 +278,7 @@ pub(crate) struct SquaredLengths {
 }
 
 impl SquaredLengths {
-    /// Root mean square, m.
+    /// RMS, m.
     pub(crate) fn root_mean(&self) -> f64 {
         let sum = (self.sum[0] + self.sum[1]) + (self.sum[2] + self.sum[3]);
         (sum / self.count.max(1) as f64).sqrt()

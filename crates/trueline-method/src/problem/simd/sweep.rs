@@ -10,7 +10,7 @@ use crate::parallel;
 use crate::problem::parameters::Parameters;
 use crate::problem::unknowns::Model;
 
-/// What is swept: a list of observations, seen with some parameters.
+/// A list of observations with some parameters.
 #[derive(Clone, Copy)]
 pub(crate) struct Scan<'a> {
     /// Trajectory and sheet.
@@ -23,7 +23,7 @@ pub(crate) struct Scan<'a> {
     pub residual: ResidualKind,
 }
 
-/// What is done with each four. A visitor that never meets a model says so, and no sweep is generated for the pair.
+/// Processes each group of four. A visitor may exclude models, for which then no sweep is compiled.
 pub(crate) trait Visit {
     /// Whether it meets straight lines and an exact sensor in the sheet.
     const STRAIGHT: bool = true;
@@ -46,7 +46,7 @@ pub(crate) trait Visit {
     fn unplaced(&mut self, index: usize);
 }
 
-/// Samples that are gathered at once: they stay in a near cache.
+/// Samples gathered at once, so that they stay in a near cache.
 const GATHERED: usize = 64;
 
 /// Gathers the samples of a scan and sweeps them.
@@ -62,11 +62,11 @@ pub(crate) fn sweep(scan: &Scan<'_>, visit: &mut impl Visit) {
     }
 }
 
-/// Sweeps samples of a scan with the widest instructions that the processor has.
+/// Sweeps samples of a scan with the widest instructions of the processor.
 pub(crate) fn sweep_samples(scan: &Scan<'_>, samples: &[Samples], visit: &mut impl Visit) {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
-        // SAFETY: the function asks for AVX2 and FMA, and the processor has just said that it has both.
+        // SAFETY: the function requires AVX2 and FMA, and the processor was just tested for both.
         #[expect(unsafe_code, reason = "the only way to call a function for a processor found at run time")]
         unsafe {
             sweep_avx2(scan, samples, visit);
@@ -76,12 +76,10 @@ pub(crate) fn sweep_samples(scan: &Scan<'_>, samples: &[Samples], visit: &mut im
     sweep_with::<false, _>(scan, samples, visit);
 }
 
-/// Observations that are swept in one go: their sums are added to those of the next in this order, whoever computes
-/// them, so that the result is the same to the last bit.
+/// Observations in one chunk. Sums of chunks are added in a fixed order, independent of threads, so that the result is identical to the last bit.
 pub(crate) const CHUNK: usize = 16_384;
 
-/// Sweeps chunk by chunk, on so many threads, or by the samples of a scan of one chunk if they were kept; what each chunk's visitor
-/// has seen, in order.
+/// Sweeps chunk by chunk on a number of threads, or from kept samples if the scan has one chunk. Returns the visitor of each chunk, in order.
 pub(crate) fn sweep_chunks<V: Visit + Send>(
     scan: &Scan<'_>,
     kept: Option<&[Samples]>,
@@ -120,7 +118,7 @@ fn sweep_with<const FUSED: bool, V: Visit>(scan: &Scan<'_>, samples: &[Samples],
         (ResidualKind::Sheet, Model::Shaped) if V::SHAPED => {
             sweep_model::<FUSED, ShapedSheet>(scan, samples, visit);
         }
-        // The paper's residual is the paper's: a straight line, an exact sensor.
+        // The paper's residual supports a straight line and an exact sensor only.
         (ResidualKind::PointToLine, _) if V::TO_LINE => {
             sweep_model::<FUSED, DistanceFromLines>(scan, samples, visit);
         }

@@ -1,17 +1,17 @@
-//! The measurement in the frame of the laser sheet, where it is shortest.
+//! The measurement in the frame of the laser sheet, where the formulas are shortest.
 //!
-//! Frame S: x and y the sheet's axes, z = x × y, origin the sheet's. A line with anchor c and axes u₁ u₂ u₃ seen from
-//! there meets the sheet (z = 0) at q = c + α u₁ with α = −c_z / u₁_z. Both residuals are two rows b₁, b₂ of numbers per
-//! displacement, and the point x at which displacements are taken:
+//! Frame S: x and y are the sheet's axes, z = x × y, and the origin is the sheet's. In S a line with anchor c and axes u₁ u₂ u₃ meets the sheet (z =
+//! 0) at q = c + α u₁ with α = −c_z / u₁_z. Both residuals have two rows b₁, b₂ of derivatives by a displacement, and a point x at which
+//! displacements are taken:
 //!
 //! | | b₁, b₂ | x | residual |
 //! |---|---|---|---|
 //! | sheet | (1, 0, −u_x/u_z), (0, 1, −u_y/u_z) | q | s − q |
 //! | point to line | u₂, u₃ | s | b·(s − c) |
 //!
-//! with s the measured point. Then the derivatives are, with a the lever from the camera and l that from the tool,
-//! b·(l × ω − v) for the time offset, a × b for the rotation, b for the translation, and
-//! (α b·u₃, −α b·u₂, −b·u₂, −b·u₃) for the line. The scalar form is `trueline_model::{sheet_residual, point_to_line}`.
+//! with s the measured point. With a the lever from the camera and l that from the tool, the derivatives are b·(l × ω − v) for the time offset, a ×
+//! b for the rotation, b for the translation, and (α b·u₃, −α b·u₂, −b·u₂, −b·u₃) for the line. The scalar form is `trueline_model::{sheet_residual,
+//! point_to_line}`.
 
 use super::bend::{Bowed, bend};
 use super::displacement_rows::{DisplacementRows, FullRows, InSheetRows, WhitenedRows};
@@ -25,7 +25,7 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3};
 use trueline_geometry::Line;
 use trueline_model::{Curvature, LaserSheet, SheetShape};
 
-/// Where the sheet is in the tool frame: what all samples share.
+/// Pose of the sheet in the tool frame, shared by all samples.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mounting {
     /// `tool_from_sheet` rotation.
@@ -38,12 +38,12 @@ pub(crate) struct Mounting {
     pub from_camera: Vector3<f64>,
     /// From the tool's origin to the sheet's, in S, m.
     pub from_tool: Vector3<f64>,
-    /// How much later than the robot's the camera's stamps are, s.
+    /// Image stamps minus robot stamps, s.
     pub time_offset_s: f64,
 }
 
 impl Mounting {
-    /// Of a sheet on a tool.
+    /// For a sheet on a tool.
     pub(crate) fn new(sheet: &LaserSheet, at: &Parameters) -> Self {
         let (x, y) = (sheet.axes().column(0).into_owned(), sheet.axes().column(1).into_owned());
         let camera_from_sheet = Matrix3::from_columns(&[x, y, x.cross(&y)]);
@@ -63,8 +63,8 @@ impl Mounting {
     }
 }
 
-/// Derivatives of four samples by the line and the unknowns; `B` are the residual's rows. What a scan does not model is zero, and costs
-/// nothing: what a visitor does not use is not computed.
+/// Derivatives of four samples by the line and the unknowns. `B` are the residual's rows. Unmodelled parts are zero, and unused parts are not
+/// computed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen<const FUSED: bool, B> {
     /// Residual, m.
@@ -109,7 +109,7 @@ impl<const FUSED: bool, B: DisplacementRows<FUSED>> Seen<FUSED, B> {
         let zero = Lanes::splat(0.0);
         let (mut bow, mut shape) = ([[zero; 2]; 2], [[zero; 2]; SheetShape::DIMENSION]);
         if M::BOWED {
-            // u₂ × (α u₁ + φ (κ₂ u₂ + κ₃ u₃)) = −α u₃ + φ κ₃ u₁, and likewise for u₃; b·u₁ is no longer zero.
+            // u₂ × (α u₁ + φ (κ₂ u₂ + κ₃ u₃)) = −α u₃ + φ κ₃ u₁, and likewise for u₃. b·u₁ is not zero here.
             let [a1, b1] = rows.of(self.axes[0]);
             let Bowed { form, offset: [offset_2, offset_3] } = self.bowed;
             line_turns[0] = [line_turns[0][0] - offset_3 * a1, line_turns[0][1] - offset_3 * b1];
@@ -153,7 +153,7 @@ pub(super) fn whiten<const FUSED: bool>(
     [w[0] * column[0], (w[1] * column[0]).plus_product(w[2], column[1])]
 }
 
-/// What is modelled, as a type, so that no loop asks.
+/// The model, as a type, so that the loops have no branches.
 pub(crate) trait Modelled {
     /// Rows of its residual.
     type Rows<const FUSED: bool>: DisplacementRows<FUSED>;
@@ -171,7 +171,7 @@ pub(crate) trait Modelled {
     ) -> Modelling<FUSED, Self::Rows<FUSED>>;
 }
 
-/// What was located, with its bow and what the sensor's shape makes of it.
+/// Intersections with their bows and the effect of the sensor's shape.
 pub(crate) struct Modelling<const FUSED: bool, B> {
     located: Located<FUSED, B>,
     bowed: Bowed<FUSED>,
@@ -189,7 +189,7 @@ impl<const FUSED: bool, B> Modelling<FUSED, B> {
 pub(crate) struct StraightLines;
 /// Lines that may bow.
 pub(crate) struct BowedLines;
-/// The same, and a sensor whose sheet has a shape.
+/// Lines that may bow, and a sensor whose sheet has a shape.
 pub(crate) struct ShapedSheet;
 /// Straight lines and the distance of the measured point from them.
 pub(crate) struct DistanceFromLines;
@@ -264,14 +264,14 @@ impl Modelled for DistanceFromLines {
     }
 }
 
-/// One line as the samples are held against it.
+/// One line with its models.
 #[derive(Clone, Copy)]
 pub(crate) struct Seam<'a> {
     /// The straight part.
     pub line: &'a Line,
-    /// Its bow, where that is modelled.
+    /// Its bow, if modelled.
     pub bow: Option<&'a Curvature>,
-    /// The sensor's shape, where that is modelled.
+    /// The sensor's shape, if modelled.
     pub shape: Option<&'a SheetShape>,
 }
 

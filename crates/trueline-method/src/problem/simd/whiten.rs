@@ -1,4 +1,4 @@
-//! The whiteners of all observations for some noise.
+//! The whiteners of all observations for given noise levels.
 
 use super::displacement_rows::DisplacementRows;
 use super::lanes::{Lanes, WIDTH};
@@ -8,16 +8,16 @@ use super::view::{Modelled, Seen};
 use crate::input::noise_levels::{NoiseLevels, Whitener};
 use crate::input::observations::Observation;
 
-/// Collects whiteners: those of [`NoiseLevels::covariance`], four at once.
+/// Collects whiteners of [`NoiseLevels::covariance`], four at once.
 pub(crate) struct Whitening<'a> {
     list: &'a [Observation],
     noise: NoiseLevels,
-    /// Of each observation; the coarse one where it cannot be placed.
+    /// One for each observation. The coarse one if it cannot be placed.
     pub whiteners: Vec<Whitener>,
 }
 
 impl<'a> Whitening<'a> {
-    /// Nothing yet.
+    /// No values yet.
     pub(crate) fn new(list: &'a [Observation], noise: &NoiseLevels) -> Self {
         let whiteners = vec![Whitener([0.0; 3]); list.len()];
         Self { list, noise: *noise, whiteners }
