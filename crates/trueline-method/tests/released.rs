@@ -138,7 +138,7 @@ fn guess_off(scan: &Recording, late_s: f64, shift_m: f64) -> trueline_dataset::G
 fn what_fix_holds_wrongly_is_the_only_thing_to_be_named() {
     let scan = recording(None, 3);
     for (hold, late_s, shift_m) in
-        [(Hold::TimeOffset, 1e-3, 0.0), (Hold::TimeOffset, -10e-3, 0.0), (Hold::HandEye, 0.0, 5e-3)]
+        [(Hold::TimeOffset, 2e-3, 0.0), (Hold::TimeOffset, -10e-3, 0.0), (Hold::HandEye, 0.0, 5e-3)]
     {
         let held = Config { hold: vec![hold], ..Config::default() };
         let c = calibrate(&scan, Some(&guess_off(&scan, late_s, shift_m)), &held).unwrap();
@@ -149,6 +149,6 @@ fn what_fix_holds_wrongly_is_the_only_thing_to_be_named() {
     // A stated uncertainty that covers the error: nothing is contradicted.
     let held_sigma = HeldSigma { time_s: Some(1e-3), ..HeldSigma::default() };
     let held = Config { hold: vec![Hold::TimeOffset], held_sigma, ..Config::default() };
-    let c = calibrate(&scan, Some(&guess_off(&scan, 1e-3, 0.0)), &held).unwrap();
+    let c = calibrate(&scan, Some(&guess_off(&scan, 2e-3, 0.0)), &held).unwrap();
     assert!(!codes(&c).0.contains(&"held-off"), "{:?}", codes(&c));
 }

@@ -102,7 +102,11 @@ pub fn of(report: &PoseReport<'_>) -> ResultFile {
         stamps: Stamps { robot_noise_mm: report.robot_noise_m * MM_PER_M, ..Stamps::default() },
         checks: Checks { runner_up: runner_up(fit), ..Checks::default() },
         mounted: report.beside_robot.then(|| "fixed".to_owned()),
-        sensor: SensorEntry { file: sensor_file(report), ..SensorEntry::default() },
+        sensor: SensorEntry {
+            kind: Some("poses".to_owned()),
+            file: sensor_file(report),
+            ..SensorEntry::default()
+        },
         options: report.options.clone(),
         termination: "poses".to_owned(),
         inputs: report.inputs.clone(),

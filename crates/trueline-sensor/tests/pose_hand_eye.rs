@@ -131,3 +131,44 @@ fn too_few_sightings_and_streams_without_common_time_are_refused() {
         assert!(fit.rms_m > 5e-3 || 2 * used < fit.used.len(), "{} {used}", fit.rms_m);
     }
 }
+
+/// Sightings whose world drifts at random, as that of visual odometry does: E ← E · T exp(n) T⁻¹ with the camera at T.
+fn drifting(scan: &SightingScan, turn_rad: f64, shift_m: f64, seed: u64) -> trueline_sim::Sighted {
+    let mut cast = scan.cast();
+    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+    // The sum of twelve even numbers is normal enough.
+    let mut normal = || {
+        let mut even = || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        (0..12).map(|_| even()).sum::<f64>() - 6.0
+    };
+    let mut error = trueline_geometry::Pose::identity();
+    for sighting in &mut cast.sightings {
+        let target_from_camera = sighting.camera_from_target.inverse();
+        let [a, b, c, x, y, z] = std::array::from_fn(|_| normal());
+        let step = trueline_geometry::se3::from_parts(
+            trueline_geometry::so3::exp(&(nalgebra::Vector3::new(a, b, c) * turn_rad)),
+            nalgebra::Vector3::new(x, y, z) * shift_m,
+        );
+        error = error * target_from_camera * step * target_from_camera.inverse();
+        sighting.camera_from_target = (error * target_from_camera).inverse();
+    }
+    cast
+}
+
+#[test]
+fn sightings_at_stops_that_drift_have_a_wider_uncertainty() {
+    for seed in 31..35 {
+        let scan = SightingScan { count: 60, ..SightingScan::at_stops(seed) };
+        let cast = drifting(&scan, 2e-3, 1e-3, seed);
+        let fit = sighted::calibrated_cast(&cast, &PoseOptions::default()).unwrap();
+        // A walk of 60 steps is alike over a third of them.
+        assert!(fit.lasting > 2.0, "seed {seed}: {}", fit.lasting);
+        let still = calibrated(&scan, &PoseOptions::default()).unwrap();
+        assert!(still.lasting < 1.5, "seed {seed}: {}", still.lasting);
+    }
+}

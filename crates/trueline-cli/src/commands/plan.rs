@@ -66,9 +66,6 @@ pub(crate) fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
     if let Some([name, text]) = &urdf {
         output::file(&at(name), text)?;
     }
-    if let Some(joints) = &made.plan.joints {
-        output::file(&at(JOINTS), &joints.csv())?;
-    }
     write(whole.path(), &source, &ask.goal)?;
     let programs = programs(args, &made.plan)?;
     for file in &programs {
@@ -143,6 +140,9 @@ fn write(folder: &Path, source: &plan_source::Source<'_>, goal: &Goal) -> Result
     robot_csv::write(&mut path, &source.plan.samples())
         .map_err(|error| Failure::cannot_write(&file, &error))?;
     output::file(&file, &path)?;
+    if let Some(joints) = &source.plan.joints {
+        output::file(&folder.join(JOINTS), &joints.csv())?;
+    }
     output::file(&folder.join("plan.json"), &format!("{:#}", plan_summary::json(source, goal)))?;
     output::file(&folder.join("sigma_over_time.csv"), &plan_summary::over_time_csv(source.over_time))?;
     output::file(&folder.join("report.html"), &plan_page::html(source))

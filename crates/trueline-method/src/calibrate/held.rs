@@ -49,7 +49,8 @@ pub(crate) fn freed(config: &Config, as_stated: &Calibration) -> Option<Config> 
 
 /// What is held against the same scan with it released; what the scan contradicts leaves no accuracy to be claimed.
 pub(crate) fn compare(config: &Config, held: &Parameters, checks: &mut Checks, released: &Calibration) {
-    checks.held_sensor = held_sensor(config, released);
+    let is_released = config.sensor != released.findings.config.sensor;
+    checks.held_sensor = held_sensor(config, released).filter(|_| is_released);
     checks.confounded_causes = released.findings.checks.confounded_causes.clone();
     checks.held_off = held_off(config, held, released);
     checks.drawn_line_shifts = shifted_lines(config, released);

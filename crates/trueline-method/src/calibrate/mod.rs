@@ -117,11 +117,12 @@ fn over_time(recording: &Recording, guess: Option<&Guess>, config: &Config) -> R
         let held = Config { sensor: SensorMode::Fixed, ..config.clone() };
         return Ok(over_time(recording, guess, &held)?.with_sensor_of_its_own_scan());
     }
-    if let Some(released) = released_of(recording, guess, config) {
-        let held = with_stated_lens(recording, guess, config, released.as_ref())?;
-        return Ok(with_models_of(held, released.as_ref()));
+    let test = released_of(recording, guess, config);
+    let as_stated = with_stated_lens(recording, guess, config, test.as_ref())?;
+    if released(config, recording).is_some() {
+        return Ok(with_models_of(as_stated, test.as_ref()));
     }
-    let as_stated = with_stated_lens(recording, guess, config, None)?;
+    let as_stated = with_models_of(as_stated, test.as_ref());
     // An adjusted answer estimates a sensor that is further off than its file states. The warning reports by how much.
     let is_adjusted = as_stated.findings.fit.amplitudes.is_some();
     let freed = freed(config, &as_stated).filter(|_| !is_adjusted);
@@ -138,12 +139,12 @@ fn over_time(recording: &Recording, guess: Option<&Guess>, config: &Config) -> R
 
 /// The same scan with what is held released; `None` where nothing is held that can be. A release of --fix counts only if the scan shows
 /// everything without it.
-fn released_of(recording: &Recording, guess: Option<&Guess>, config: &Config) -> Option<Option<Calibration>> {
+fn released_of(recording: &Recording, guess: Option<&Guess>, config: &Config) -> Option<Calibration> {
     // What holds nothing of these is not released again.
     let with = |config: Config| over_time(recording, guess, &config).ok();
     let shows_all = |found: &Calibration| found.findings.unknowns.observability.shows_all();
     let all = all_released(config, recording).and_then(with).filter(shows_all);
-    all.map(Some).or_else(|| released(config, recording).map(with))
+    all.or_else(|| released(config, recording).and_then(with))
 }
 
 /// With the models of a calibration that tested what was held.

@@ -42,12 +42,13 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     warnings.extend(decided_by_user(f));
     warnings.extend(f.uncertainty_ignored.then_some(Warning::UncertaintyNotApplied));
     warnings.extend(f.sensor_of_its_own_scan.then_some(Warning::SensorOfItsOwnScan));
-    warnings.extend(f.curve_untried.map(|why| Warning::CurveUntried { why }));
+    let is_contradicted = f.checks.contradict_what_is_held();
+    warnings.extend(f.curve_untried.filter(|_| !is_contradicted).map(|why| Warning::CurveUntried { why }));
     if let Some(curve) = &f.curve {
         warnings.extend(of_curve(f, curve));
         return warnings;
     }
-    if f.checks.contradict_what_is_held() {
+    if is_contradicted {
         // Warnings that do not depend on the fit.
         warnings.extend(f.stripes.as_ref().into_iter().flat_map(of_stripes));
         warnings.extend(stamps(f));

@@ -311,7 +311,7 @@ impl Scan<'_> {
             (0..sightings.len()).filter(|k| problem.used[*k]).filter_map(|k| residuals[k]).collect();
         let freedom = (6 * counting.len()) as f64 - (SIZE - problem.held().len()) as f64;
         let squares_per_freedom = 2.0 * equations.cost / freedom;
-        let lasting = if self.robot.stamps_s().is_empty() { 1.0 } else { lasting(&counting, Vector6::dot) };
+        let lasting = lasting(&counting, Vector6::dot);
         let factor = squares_per_freedom.max(1.0) * lasting;
         let information = SMatrix::<f64, SIZE, SIZE>::from_fn(|i, j| equations.hessian[(i, j)] / factor);
         let of_time = lasting_motion::time_information(&problem, &state) / factor;
