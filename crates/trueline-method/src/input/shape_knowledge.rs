@@ -54,6 +54,15 @@ impl ShapeKnowledge {
         }
     }
 
+    /// Of a profiler, or a sensor that reports points; what is not stated beside something that is, is exact.
+    #[must_use]
+    pub fn of_profiler(uncertainty: Option<&SensorUncertainty>) -> Self {
+        Self {
+            covariance: uncertainty.map_or_else(|| diagonal(ASSUMED_SIGMA), of_profiler) + least_covariance(),
+            stated: uncertainty.is_some(),
+        }
+    }
+
     /// The prior of a fit; `None` where the sensor is held.
     #[must_use]
     pub fn prior(&self, config: &Config) -> Option<ShapePrior> {
