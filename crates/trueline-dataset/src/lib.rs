@@ -73,6 +73,7 @@ pub mod reference_file;
 pub mod result_file;
 pub mod robot_csv;
 mod rotation_columns;
+pub mod round_folder;
 mod rows;
 mod sensor_covariance;
 pub mod sensor_setup;

@@ -112,7 +112,7 @@ pub fn write(
 }
 
 /// The poses of stops, numbered from 1, without their stamps.
-fn write_stops(out: &mut Vec<u8>, robot: &[RobotSample]) -> std::io::Result<()> {
+pub(crate) fn write_stops(mut out: impl Write, robot: &[RobotSample]) -> std::io::Result<()> {
     let mut stamped = Vec::new();
     robot_csv::write(&mut stamped, robot)?;
     for (row, line) in String::from_utf8_lossy(&stamped).lines().enumerate() {

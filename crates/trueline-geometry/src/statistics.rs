@@ -1,5 +1,8 @@
 //! Medians and related statistics, robust against a minority of outliers.
 
+/// Part of all values over which their correlation is computed.
+const LAG_PART: f64 = 0.25;
+
 /// The median (upper of the middle two). `None` without values.
 #[must_use]
 pub fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
@@ -22,6 +25,26 @@ pub fn mad_sigma(values: &[f64]) -> f64 {
     let middle = median(values.iter().copied()).unwrap_or(0.0);
     // The median of |N(0, 1)| is 0.67449.
     median(values.iter().map(|v| (v - middle).abs())).unwrap_or(0.0) / 0.674_49
+}
+
+/// Ratio of the variance of a mean to that of independent values: 1 + 2 Σ ρ over the lags up to the first that may be chance
+/// \[Geyer1992\].
+#[must_use]
+pub fn lasting<T>(values: &[T], product: impl Fn(&T, &T) -> f64) -> f64 {
+    let squares: f64 = values.iter().map(|value| product(value, value)).sum();
+    // Two standard deviations of a correlation of numbers without any; of six each there are six times as many.
+    let chance = 2.0 / (values.len() as f64).sqrt();
+    let most = (LAG_PART * values.len() as f64) as usize;
+    let mut factor = 1.0;
+    for lag in 1..=most {
+        let sum: f64 = values.iter().zip(&values[lag..]).map(|(a, b)| product(a, b)).sum();
+        let correlation = sum / squares;
+        if correlation.is_nan() || correlation <= chance {
+            break;
+        }
+        factor += 2.0 * correlation;
+    }
+    factor
 }
 
 #[cfg(test)]

@@ -62,6 +62,8 @@ pub mod sensor_page;
 #[cfg(feature = "sensor")]
 pub mod sensor_text;
 pub mod several_sensors;
+#[cfg(feature = "sensor")]
+mod sphere_result;
 mod stripes;
 pub mod summary;
 pub mod terminal_text;

@@ -2,6 +2,7 @@
 
 use crate::export::time_offset;
 use crate::number::{positive_w, with_sigma};
+pub use crate::sphere_result::SphereReport;
 use crate::summary::AT_STOPS;
 use nalgebra::{SMatrix, Vector3};
 use serde_json::{Value, json};
@@ -42,6 +43,8 @@ pub struct PoseReport<'a> {
     pub estimates_offset: bool,
     /// Whether the camera stands beside the robot, which carries the target.
     pub beside_robot: bool,
+    /// The sphere, if that is the target.
+    pub sphere: Option<SphereReport<'a>>,
     /// The options of the command.
     pub options: Options,
     /// SHA-256 of the inputs, by name.
@@ -49,7 +52,7 @@ pub struct PoseReport<'a> {
 }
 
 impl PoseReport<'_> {
-    fn used(&self) -> usize {
+    pub(crate) fn used(&self) -> usize {
         self.fit.used.iter().filter(|used| **used).count()
     }
 
@@ -72,7 +75,7 @@ impl PoseReport<'_> {
         }
     }
 
-    fn is_target_known(&self, first: usize, limit: f64) -> bool {
+    pub(crate) fn is_target_known(&self, first: usize, limit: f64) -> bool {
         (first..first + 3).all(|k| self.covariance[(k, k)] <= limit * limit)
     }
 }
@@ -93,22 +96,26 @@ pub fn of(report: &PoseReport<'_>) -> ResultFile {
         time_offset_s,
         time_offset_use: time_offset_s.filter(|_| is_accepted).map(time_offset_use),
         tool_from_camera: hand_eye(report),
-        base_from_target: Some(target(report)),
+        base_from_target: report.sphere.is_none().then(|| target(report)),
+        sphere: report.sphere.as_ref().map(|of| of.entry(report)),
         sigma: sigma(report, &report.covariance),
         sigma_noise: sigma(report, &fit.covariance),
         covariance: covariance(report),
         observability: observability(fit),
         residuals: residuals(report),
         stamps: Stamps { robot_noise_mm: report.robot_noise_m * MM_PER_M, ..Stamps::default() },
-        checks: Checks { runner_up: runner_up(fit), ..Checks::default() },
+        checks: Checks {
+            runner_up: runner_up(fit),
+            held_out: report.sphere.as_ref().and_then(SphereReport::held_out),
+            ..Checks::default()
+        },
         mounted: report.beside_robot.then(|| "fixed".to_owned()),
         sensor: SensorEntry {
-            kind: Some("poses".to_owned()),
             file: sensor_file(report),
-            ..SensorEntry::default()
+            ..report.sphere.as_ref().map_or_else(poses, SphereReport::sensor)
         },
         options: report.options.clone(),
-        termination: "poses".to_owned(),
+        termination: if report.sphere.is_some() { "sphere" } else { "poses" }.to_owned(),
         inputs: report.inputs.clone(),
         ..ResultFile::default()
     }
@@ -134,6 +141,7 @@ fn values(remark: &SightingRemark) -> Value {
         SightingRemark::AmbiguousTimeOffset { time_offsets_s, z } => {
             json!({ "time_offsets_s": time_offsets_s, "z": z })
         }
+        SightingRemark::AmbiguousHandEye { turn_rad, z } => json!({ "turn_rad": turn_rad, "z": z }),
         SightingRemark::FewSightings { count, of } | SightingRemark::SightingsLeftOut { count, of } => {
             json!({ "count": count, "of": of })
         }
@@ -230,7 +238,7 @@ fn residuals(report: &PoseReport<'_>) -> Residuals {
     let skipped = (fit.unplaced > 0).then(|| ("no-robot-pose".to_owned(), fit.unplaced));
     Residuals {
         rms_mm: Some(fit.rms_m * MM_PER_M),
-        rms_deg: Some(fit.rms_rad.to_degrees()),
+        rms_deg: report.sphere.is_none().then(|| fit.rms_rad.to_degrees()),
         inliers: report.used(),
         outliers: placed.saturating_sub(report.used()),
         used: placed,
@@ -276,7 +284,10 @@ pub fn text(report: &PoseReport<'_>) -> String {
     let _ = writeln!(out, "\n  {:<18} {}", "time offset", offset_text(report));
     let _ = writeln!(out, "  {carrier}:");
     write_hand_eye(&mut out, report);
-    write_target(&mut out, report);
+    match &report.sphere {
+        Some(sphere) => sphere.write(&mut out, report),
+        None => write_target(&mut out, report),
+    }
     out
 }
 
@@ -343,4 +354,9 @@ fn write_target(out: &mut String, report: &PoseReport<'_>) {
     if fit.unplaced > 0 {
         let _ = writeln!(out, "  {} sightings are outside the robot's recording", fit.unplaced);
     }
+}
+
+/// The sensor of pose sightings, which has no file of its own.
+fn poses() -> SensorEntry {
+    SensorEntry { kind: Some("poses".to_owned()), ..SensorEntry::default() }
 }

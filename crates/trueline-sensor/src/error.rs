@@ -20,6 +20,16 @@ pub enum Error {
         /// The fewest that will do.
         needed: usize,
     },
+    /// Too few profiles show a sphere.
+    #[error("the arc of a sphere was found in {found} of {profiles} profiles; {needed} are needed")]
+    TooFewArcs {
+        /// Profiles with an arc.
+        found: usize,
+        /// Profiles in all.
+        profiles: usize,
+        /// The fewest that will do.
+        needed: usize,
+    },
     /// Too few corners for the unknowns.
     #[error("{found} corners were found; {needed} are needed")]
     TooFewCorners {
@@ -96,6 +106,10 @@ impl Error {
             Self::TooFewSightings { .. } => {
                 "check that each row is camera_from_target and robot.csv is base_from_tool, of one target in \
                 one recording. Take 20 or more sightings"
+            }
+            Self::TooFewArcs { .. } => {
+                "sweep the laser over the upper half of the sphere, so that each profile shows 40 degrees of its arc or more; \
+                 check --radius-mm"
             }
             Self::TooFewCorners { .. } => "use a board with more squares, or more pictures",
             Self::NoPose => {

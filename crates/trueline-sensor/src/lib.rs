@@ -40,6 +40,7 @@ pub mod pose_verdict;
 pub mod projection;
 pub mod sheet;
 pub mod sheet_tilt;
+pub mod sphere;
 pub mod stripe_residual;
 pub mod verdict;
 

@@ -2,6 +2,7 @@
 
 use crate::board_hand_eye::PoseFit;
 use crate::board_hand_eye::joint::{HAND_EYE, SIZE, TIME_OFFSET};
+use crate::board_hand_eye::poses::{ONE_OFFSET_S, OtherOffset};
 use crate::verdict::{
     LEAST_BOARD_PICTURES, MOST_DISAGREEMENT, MOST_ROTATION_SIGMA_RAD, MOST_TIME_OFFSET_SIGMA_S,
     MOST_TRANSLATION_SIGMA_M, USUAL_DISAGREEMENT,
@@ -33,6 +34,13 @@ pub enum SightingRemark {
     AmbiguousTimeOffset {
         /// The answer's and the other, s.
         time_offsets_s: [f64; 2],
+        /// How clearly the answer is better, in standard deviations.
+        z: f64,
+    },
+    /// Another hand-eye transform explains the readings as well.
+    AmbiguousHandEye {
+        /// How far it is turned from the answer, rad.
+        turn_rad: f64,
         /// How clearly the answer is better, in standard deviations.
         z: f64,
     },
@@ -173,6 +181,7 @@ impl SightingRemark {
         match self {
             Self::Unobservable(_) | Self::AtStops { .. } => "unobservable",
             Self::AmbiguousTimeOffset { .. } => "ambiguous-time-offset",
+            Self::AmbiguousHandEye { .. } => "ambiguous-hand-eye",
             Self::FewSightings { .. } => "few-sightings",
             Self::SightingsLeftOut { .. } => "sightings-left-out",
             Self::LargerThanStated { .. } => "noise-larger-than-stated",
@@ -198,6 +207,12 @@ impl fmt::Display for SightingRemark {
                  --offset-within, or move less regularly",
                 other * 1e3,
                 one * 1e3
+            ),
+            Self::AmbiguousHandEye { turn_rad, z } => write!(
+                f,
+                "a hand-eye transform that is turned by {:.0} degrees explains the readings as well ({z:.1} σ apart). \
+                 Give a guess with --initial, or tilt the tool by 15 degrees about two axes",
+                turn_rad.to_degrees()
             ),
             Self::FewSightings { count, of } => write!(
                 f,
@@ -245,10 +260,7 @@ pub fn of_poses(
     let (mut reasons, mut warnings) = (Vec::new(), Vec::new());
     reasons.extend(Unshown::of(fit).into_iter().map(SightingRemark::Unobservable));
     judge_sightings(fit, &mut reasons, &mut warnings);
-    if let Some(other) = fit.runner_up.filter(|other| !other.is_decided() && !fit.hidden.time_offset) {
-        let time_offsets_s = [fit.unknowns.time_offset_s, other.time_offset_s];
-        reasons.push(SightingRemark::AmbiguousTimeOffset { time_offsets_s, z: other.z });
-    }
+    reasons.extend(fit.runner_up.filter(|other| !other.is_decided()).and_then(|other| rival(fit, &other)));
     let sigma = |k: usize| covariance[(k, k)].max(0.0).sqrt();
     let largest = |first: usize| (first..first + 3).map(sigma).fold(0.0, f64::max);
     // Undetermined directions are reported above.
@@ -263,6 +275,15 @@ pub fn of_poses(
         reasons.push(SightingRemark::TimeOffsetUncertain { sigma_s: sigma(TIME_OFFSET) });
     }
     (reasons, warnings)
+}
+
+/// Another answer that is not decided against; one at another time offset says nothing where that is hidden anyway.
+fn rival(fit: &PoseFit, other: &OtherOffset) -> Option<SightingRemark> {
+    let time_offsets_s = [fit.unknowns.time_offset_s, other.time_offset_s];
+    if (time_offsets_s[0] - time_offsets_s[1]).abs() < ONE_OFFSET_S {
+        return Some(SightingRemark::AmbiguousHandEye { turn_rad: other.turn_rad, z: other.z });
+    }
+    (!fit.hidden.time_offset).then_some(SightingRemark::AmbiguousTimeOffset { time_offsets_s, z: other.z })
 }
 
 fn judge_sightings(fit: &PoseFit, reasons: &mut Vec<SightingRemark>, warnings: &mut Vec<SightingRemark>) {

@@ -28,6 +28,7 @@ pub mod plates;
 pub mod presets;
 pub mod production;
 pub mod random_cell;
+pub mod round_target;
 pub mod scenario;
 pub mod shop;
 pub mod shutter;
@@ -46,11 +47,12 @@ pub use plates::{
 };
 pub use presets::Preset;
 pub use random_cell::random_cell;
+pub use round_target::{RoundScan, RoundScanned, RoundTarget};
 pub use scenario::{
     Between, Cell, Disturbance, Progress, Scan, Scenario, SensorModel, Sine, Timing, TrackedIn,
 };
 pub use shutter::{Exposed, Shutter};
-pub use sightings::{PoseMotion, Sighted, SightingNoise, SightingScan};
+pub use sightings::{PoseMotion, Sighted, SightingNoise, SightingScan, ViewSize};
 pub use simulate::{on_the_wall, simulate, simulate_along, simulate_sensors, simulate_with_faults};
 pub use weave::Weave;
 pub use weld::{KnownScan, Weld, WeldScan, scan_weld};

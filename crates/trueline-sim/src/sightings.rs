@@ -16,20 +16,8 @@ use trueline_geometry::{Pose, se3};
 const START_NS: i64 = 1_000_000_000;
 /// The robot is recorded so long before the first exposure and after the last, s.
 const BEFORE_S: f64 = 0.3;
-/// Usual distance of the target from the camera, m.
-const DISTANCE_M: f64 = 0.45;
-/// How far it swings across and along the view, m.
-const SWING_M: [f64; 3] = [0.06, 0.05, 0.08];
-/// How far it turns about each axis of the camera, rad.
-const SWING_RAD: [f64; 3] = [0.35, 0.35, 0.45];
 /// Bounds of the frequencies of a swing, Hz.
 const HERTZ: [f64; 2] = [0.12, 0.45];
-/// Turning rate and speed of even motion, rad/s and m/s.
-const EVEN_RAD_S: f64 = 0.08;
-const EVEN_M_S: f64 = 0.01;
-/// A wrong sighting is off by up to this turn, rad, and shift, m.
-const WRONG_RAD: f64 = 1.5;
-const WRONG_M: f64 = 0.3;
 /// How far a camera is from its tool, m.
 const MOUNT_M: f64 = 0.15;
 /// Distance of the target from the robot's base, or of a camera beside the robot, m.
@@ -46,6 +34,35 @@ pub enum PoseMotion {
     Shifts,
     /// Turns about one axis and shifts along one, both at an even rate.
     Even,
+}
+
+/// How far the target is from the camera, and how far it moves before it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ViewSize {
+    /// Usual distance, m.
+    pub distance_m: f64,
+    /// How far the target swings along each axis of the camera, m.
+    pub swing_m: [f64; 3],
+    /// How far it turns about each, rad.
+    pub swing_rad: [f64; 3],
+    /// Speed of even motion along each axis, m/s.
+    pub even_m_s: [f64; 3],
+    /// Turning rate of even motion about the camera's z axis, rad/s.
+    pub even_rad_s: f64,
+    /// A wrong sighting is off by up to this turn, rad, and shift, m.
+    pub wrong: [f64; 2],
+}
+
+impl ViewSize {
+    /// Of a marker of 100 mm before a camera.
+    pub const MARKER: Self = Self {
+        distance_m: 0.45,
+        swing_m: [0.06, 0.05, 0.08],
+        swing_rad: [0.35, 0.35, 0.45],
+        even_m_s: [0.01, 0.0, 0.0],
+        even_rad_s: 0.08,
+        wrong: [1.5, 0.3],
+    };
 }
 
 /// Standard deviations of a sighting, per axis: across the view and along it.
@@ -88,6 +105,8 @@ pub struct SightingScan {
     pub at_stops: bool,
     /// How the target moves in view.
     pub motion: PoseMotion,
+    /// How far it is away, and moves.
+    pub view: ViewSize,
     /// Noise of a sighting.
     pub noise: SightingNoise,
     /// Whether the noise is stated in the recording: it then has to be even.
@@ -130,6 +149,7 @@ impl SightingScan {
             mounted: Mounted::Tool,
             at_stops: false,
             motion: PoseMotion::Full,
+            view: ViewSize::MARKER,
             noise: SightingNoise::MARKER,
             states_noise: false,
             robot_noise: [0.02e-3, 2e-5],
@@ -160,7 +180,7 @@ impl SightingScan {
             carrier_from_camera,
             target_from,
             mounted: self.mounted,
-            view: View::drawn(self.motion, &mut draw),
+            view: View::drawn(self.motion, self.view, &mut draw),
         };
         let exposures_s: Vec<f64> =
             (0..self.count).map(|k| BEFORE_S + self.period_s * f64::from(k)).collect();
@@ -191,7 +211,8 @@ impl SightingScan {
                 se3::from_parts(turned_by(&turn) * true_view.rotation, true_view.translation.vector + shift);
             wrong.push(gross.happens(self.outliers));
             let off = |gross: &mut Noise, most: f64| Vector3::from_fn(|_, _| gross.uniform(-most, most));
-            let (turn, shift) = (off(&mut gross, WRONG_RAD), off(&mut gross, WRONG_M));
+            let [most_rad, most_m] = self.view.wrong;
+            let (turn, shift) = (off(&mut gross, most_rad), off(&mut gross, most_m));
             if wrong[k] {
                 seen = se3::from_parts(turned_by(&turn) * seen.rotation, seen.translation.vector + shift);
             }
@@ -280,14 +301,16 @@ impl Swing {
 /// The target before the camera over time.
 struct View {
     motion: PoseMotion,
+    size: ViewSize,
     turns: [Swing; 3],
     shifts: [Swing; 3],
 }
 
 impl View {
-    fn drawn(motion: PoseMotion, draw: &mut Noise) -> Self {
+    fn drawn(motion: PoseMotion, size: ViewSize, draw: &mut Noise) -> Self {
         Self {
             motion,
+            size,
             turns: [(); 3].map(|()| Swing::drawn(draw)),
             shifts: [(); 3].map(|()| Swing::drawn(draw)),
         }
@@ -296,15 +319,15 @@ impl View {
     fn camera_from_target(&self, time_s: f64) -> Pose {
         let swung =
             |swings: &[Swing; 3], sizes: [f64; 3]| Vector3::from_fn(|k, _| sizes[k] * swings[k].at(time_s));
-        let middle = Vector3::z() * DISTANCE_M;
+        let ViewSize { distance_m, swing_m, swing_rad, even_m_s, even_rad_s, .. } = self.size;
+        let middle = Vector3::z() * distance_m;
         let about_z = |angle: f64| Vector3::z() * angle;
+        let shifts = || swung(&self.shifts, swing_m);
         let (turn, shift) = match self.motion {
-            PoseMotion::Full => (swung(&self.turns, SWING_RAD), swung(&self.shifts, SWING_M)),
-            PoseMotion::OneAxis => {
-                (about_z(SWING_RAD[2] * self.turns[2].at(time_s)), swung(&self.shifts, SWING_M))
-            }
-            PoseMotion::Shifts => (Vector3::zeros(), swung(&self.shifts, SWING_M)),
-            PoseMotion::Even => (about_z(EVEN_RAD_S * time_s), Vector3::x() * (EVEN_M_S * time_s)),
+            PoseMotion::Full => (swung(&self.turns, swing_rad), shifts()),
+            PoseMotion::OneAxis => (about_z(swing_rad[2] * self.turns[2].at(time_s)), shifts()),
+            PoseMotion::Shifts => (Vector3::zeros(), shifts()),
+            PoseMotion::Even => (about_z(even_rad_s * time_s), Vector3::from(even_m_s) * time_s),
         };
         se3::from_parts(turned_by(&turn), middle + shift)
     }

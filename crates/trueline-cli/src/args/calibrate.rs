@@ -43,6 +43,7 @@ const CAD_TOLERANCE_MM: f64 = 0.2;
   trueline calibrate board-scan --target board --board chessboard:9x6:25 --json reference.json
   trueline calibrate board-stops --target board --board chessboard:9x6:25 --at-stops
   trueline calibrate marker-scan --json -                      # sightings.csv: poses of a marker
+  trueline calibrate ball --target sphere --radius-mm 20 --at-stops
 
 How to use the time offset: true exposure = stamp - time offset. Interpolate the robot's pose at that time \
 between the two samples around it, and multiply:
@@ -57,12 +58,15 @@ pub(crate) struct CalibrateArgs {
     /// Dataset folder, recording.mcap or rosbag2; several of one sensor are calibrated together
     #[arg(required = true)]
     pub(crate) datasets: Vec<PathBuf>,
-    /// Target of the scan: a seam, or a chessboard in pictures without laser (a reference)
+    /// Target of the scan: a seam, a sphere, or a chessboard in pictures without laser (a reference)
     #[arg(long, value_enum, default_value_t = TargetName::Seam, requires_if("board", "board"))]
     pub(crate) target: TargetName,
     /// The board of --target board: chessboard:COLUMNSxROWS:SQUARE_MM
     #[arg(long, value_parser = board, requires = "target", conflicts_with_all = OF_SEAMS)]
     pub(crate) board: Option<Board>,
+    /// Radius of the sphere of --target sphere, mm; without it the radius is estimated
+    #[arg(long, value_name = "MM", value_parser = above_zero, requires = "target")]
+    pub(crate) radius_mm: Option<f64>,
     /// Initial guess, instead of the dataset's initial.toml
     #[arg(long)]
     pub(crate) initial: Option<PathBuf>,
@@ -200,7 +204,7 @@ impl CalibrateArgs {
             target: match self.target {
                 TargetName::Line => Target::Line,
                 TargetName::Curve => Target::Curve,
-                TargetName::Seam | TargetName::Board | TargetName::Poses => Target::Seam,
+                TargetName::Seam | TargetName::Board | TargetName::Poses | TargetName::Sphere => Target::Seam,
             },
             measurements: self.measurements.unwrap_or_default(),
             residual: self.residual,
@@ -236,8 +240,8 @@ impl CalibrateArgs {
         }
     }
 
-    /// The first option that was given and does not apply to pose sightings.
-    pub(crate) fn not_of_poses(&self) -> Option<&'static str> {
+    /// The options that were given and do not apply to pose sightings.
+    pub(crate) fn not_of_poses(&self) -> impl Iterator<Item = &'static str> {
         let defaults = Config::default();
         let given = [
             ("--target board", self.target == TargetName::Board || self.board.is_some()),
@@ -269,7 +273,7 @@ impl CalibrateArgs {
             ("--align-clocks", self.align_clocks),
             ("--report", self.report.is_some()),
         ];
-        given.into_iter().find(|(_, is_given)| *is_given).map(|(option, _)| option)
+        given.into_iter().filter(|(_, is_given)| *is_given).map(|(option, _)| option)
     }
 
     fn drawn_lines(&self) -> Vec<DrawnLine> {
@@ -323,6 +327,8 @@ pub(crate) enum TargetName {
     Board,
     /// A marker or another target with poses in sightings.csv; the default if sensor.toml has `kind = "poses"`
     Poses,
+    /// A sphere in whole profiles, or in points; see --radius-mm
+    Sphere,
 }
 
 /// Pages and JSON are distinguished by their names.

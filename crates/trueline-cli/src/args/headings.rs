@@ -125,7 +125,10 @@ const LAYOUTS: &[Layout] = &[
             ),
             ("Profiles", &["parquet", "profile-look"]),
             ("Curved seams", &["seam", "seam-passes", "seam-tilt-deg", "seam-weave-hz"]),
-            ("Sightings of a target's pose", &["sightings", "sighting-count", "stops", "state-noise"]),
+            (
+                "Sightings of a target's pose",
+                &["sightings", "target", "radius-mm", "motion", "sighting-count", "stops", "state-noise"],
+            ),
             ("Welds of a production", &["production", "layout", "change"]),
             (
                 "Pictures",

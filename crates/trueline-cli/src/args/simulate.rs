@@ -14,7 +14,7 @@ use clap::Args;
 use std::path::PathBuf;
 use trueline_sim::curves::CurveScan;
 use trueline_sim::faults::{FAULT_NAMES, FaultName};
-use trueline_sim::{Fault, Joint, Look, Preset, SightingScan};
+use trueline_sim::{Fault, Joint, Look, Preset, RoundScan, SightingScan};
 
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -36,6 +36,7 @@ use trueline_sim::{Fault, Joint, Look, Preset, SightingScan};
   trueline simulate --random-cell --axis table=rotary,part,swing:30@0.1 --out table   # the part swings on a table
   trueline simulate --sightings --outliers 0.3 --out marker    # poses of a marker, three of ten wrong
   trueline simulate --sightings --stops --wall --out stops     # a camera beside the robot, which stops
+  trueline simulate --target sphere --out ball                 # profiles of a sphere of 20 mm radius
   trueline simulate --boards chessboard:9x6:20 --out bench     # pictures for `sensor` and `calibrate --target board`",
     after_long_help = faults_help())]
 pub(crate) struct SimulateArgs {
@@ -161,14 +162,23 @@ impl SimulateArgs {
 
     /// The sightings of a target that are asked for, if they are.
     pub(crate) fn sighting_scan(&self) -> Option<SightingScan> {
-        self.sightings.scan(&Shared {
+        self.sightings.scan(&self.shared())
+    }
+
+    /// The profiles of a round target that are asked for, if they are.
+    pub(crate) fn round_scan(&self) -> Option<RoundScan> {
+        self.sightings.round_scan(&self.shared())
+    }
+
+    fn shared(&self) -> Shared {
+        Shared {
             seed: self.seed,
             noise_free: self.noise_free,
             time_offset_s: self.time_offset_ms.map(|ms| ms * 1e-3),
             outliers: self.outliers,
             robot_noise_m: self.robot_noise_mm.map(|mm| mm * 1e-3),
             jitter_s: self.stamp_jitter_ms.map(|ms| ms * 1e-3),
-        })
+        }
     }
 }
 

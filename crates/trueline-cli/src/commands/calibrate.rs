@@ -1,6 +1,6 @@
 //! `trueline calibrate`.
 
-use super::{calibrate_board, calibrate_poses, calibrate_sensors};
+use super::{calibrate_board, calibrate_poses, calibrate_sensors, calibrate_sphere};
 use crate::args::hints;
 use crate::args::{CalibrateArgs, TargetName};
 use crate::clocks;
@@ -35,6 +35,15 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
         return Err(Failure::new(
             "--target poses needs a dataset with `kind = \"poses\"` in its sensor.toml",
             "write the target's poses as sightings.csv, or leave --target out",
+        ));
+    }
+    if args.target == TargetName::Sphere {
+        return calibrate_sphere::run(args);
+    }
+    if args.radius_mm.is_some() {
+        return Err(Failure::new(
+            "--radius-mm belongs to --target sphere",
+            "add --target sphere, or leave it out",
         ));
     }
     check_sensor(args)?;

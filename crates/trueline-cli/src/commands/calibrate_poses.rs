@@ -6,9 +6,9 @@ use crate::failure::Failure;
 use crate::{output, progress};
 use std::path::Path;
 use std::process::ExitCode;
-use trueline_dataset::pose_folder::{self, PoseDataset};
+use trueline_dataset::pose_folder;
 use trueline_dataset::result_file::Options;
-use trueline_dataset::sensor_setup::Mounted;
+use trueline_dataset::sensor_setup::{Mounted, SensorSetup};
 use trueline_method::Hold;
 use trueline_method::input::stops::Stops;
 use trueline_report::pose_result::{self, PoseReport};
@@ -34,7 +34,7 @@ pub(crate) fn dataset(args: &CalibrateArgs) -> Result<Option<&Path>, Failure> {
 
 /// Runs the command.
 pub(crate) fn run(args: &CalibrateArgs, dataset: &Path) -> Result<ExitCode, Failure> {
-    if let Some(option) = args.not_of_poses() {
+    if let Some(option) = args.not_of_poses().next() {
         return Err(Failure::new(
             format!(
                 "`{option}` does not apply to pose sightings: {} has `kind = \"poses\"`",
@@ -71,7 +71,8 @@ pub(crate) fn run(args: &CalibrateArgs, dataset: &Path) -> Result<ExitCode, Fail
         at_stops: scan.stops.is_some(),
         estimates_offset: scan.estimates_offset,
         beside_robot: read.setup.mounted == Mounted::Fixed,
-        options: stated(args, &read, scan.stops.is_some()),
+        sphere: None,
+        options: stated(args, &read.setup, scan.stops.is_some()),
         inputs: &inputs,
     };
     if let Some(file) = &args.json {
@@ -86,8 +87,8 @@ pub(crate) fn run(args: &CalibrateArgs, dataset: &Path) -> Result<ExitCode, Fail
 }
 
 /// The options, as the result states them.
-fn stated(args: &CalibrateArgs, read: &PoseDataset, at_stops: bool) -> Options {
-    let accuracy_mm = args.robot_accuracy_mm.or(read.setup.robot_accuracy_m.map(|m| m * 1e3));
+pub(crate) fn stated(args: &CalibrateArgs, setup: &SensorSetup, at_stops: bool) -> Options {
+    let accuracy_mm = args.robot_accuracy_mm.or(setup.robot_accuracy_m.map(|m| m * 1e3));
     Options {
         at_stops,
         fix: args.fix.iter().map(|hold| hold.name().to_owned()).collect(),

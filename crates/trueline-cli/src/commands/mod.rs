@@ -5,6 +5,7 @@ pub(crate) mod calibrate;
 pub(crate) mod calibrate_board;
 pub(crate) mod calibrate_poses;
 pub(crate) mod calibrate_sensors;
+mod calibrate_sphere;
 #[cfg(feature = "gige")]
 pub(crate) mod camera_sim;
 pub(crate) mod cloud;

@@ -25,6 +25,9 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
     if let Some(scan) = args.sighting_scan() {
         return simulate_sightings::run(args, &scan);
     }
+    if let Some(scan) = args.round_scan() {
+        return simulate_sightings::run_round(args, &scan);
+    }
     if let Some(scan) = args.curve_scan() {
         return simulate_curve::run(args, &scan);
     }

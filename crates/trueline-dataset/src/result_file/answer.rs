@@ -32,6 +32,26 @@ pub struct TargetEntry {
     pub noise_stated: bool,
 }
 
+/// A sphere that was scanned.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct SphereEntry {
+    /// Its centre in base, or with `mounted` fixed in the tool; null where it is not observable.
+    pub center_mm: [Option<f64>; 3],
+    /// One standard deviation of it along each axis.
+    pub sigma_center_mm: [Option<f64>; 3],
+    /// Its radius: stated, or estimated.
+    pub radius_mm: f64,
+    /// One standard deviation of the radius; null where it is stated.
+    pub sigma_radius_mm: Option<f64>,
+    /// Noise of the circle in a profile: of its centre along the stripe and in depth, and of its radius.
+    pub sigma_circle_mm: [f64; 3],
+    /// Profiles that were read.
+    pub profiles: usize,
+    /// Profiles in which an arc was found.
+    pub arcs: usize,
+}
+
 /// A line in base.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

@@ -53,6 +53,15 @@ impl ShapeKnowledge {
         }
     }
 
+    /// Knowledge of a profiler, or of a sensor that reports points. If something is stated, everything that is not stated is exact.
+    #[must_use]
+    pub fn of_profiler(uncertainty: Option<&SensorUncertainty>) -> Self {
+        Self {
+            covariance: uncertainty.map_or_else(|| diagonal(ASSUMED_SIGMA), of_profiler) + least_covariance(),
+            stated: uncertainty.is_some(),
+        }
+    }
+
     /// The prior of a fit. `None` if the sensor is held.
     #[must_use]
     pub fn prior(&self, config: &Config) -> Option<ShapePrior> {

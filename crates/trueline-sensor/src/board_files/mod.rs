@@ -6,6 +6,7 @@
 //! pictures of a plate, with poses ─plate_stops──▶ stops ──▶ trueline_sensor::laser_plane::plate
 //! dataset folder with pictures ─moving_scan──▶ time offset and hand-eye transform
 //! dataset folder of sightings ─────pose_scan──▶ time offset, hand-eye transform and target
+//! dataset folder with a sphere ───sphere_scan──▶ time offset, hand-eye transform and sphere
 //! what was found ──────────────sensor_file──▶ sensor.toml
 //! ```
 //!
@@ -37,6 +38,7 @@ pub mod pictures;
 pub mod plate_stops;
 pub mod pose_scan;
 pub mod sensor_file;
+pub mod sphere_scan;
 pub mod striped;
 
 pub use error::BoardError;

@@ -105,7 +105,7 @@ pub fn calibrate(
     })
 }
 
-fn carried(mounted: Mounted) -> Carried {
+pub(super) fn carried(mounted: Mounted) -> Carried {
     match mounted {
         Mounted::Tool => Carried::Camera,
         Mounted::Fixed => Carried::Target,
@@ -113,13 +113,13 @@ fn carried(mounted: Mounted) -> Carried {
 }
 
 /// The pose of the camera's carrier at each sighting of a scan at stops.
-fn poses_at(scan: &Recording, stamps_ns: &[i64]) -> Vec<Pose> {
+pub(super) fn poses_at(scan: &Recording, stamps_ns: &[i64]) -> Vec<Pose> {
     let at = |stamp_ns: &i64| scan.robot.partition_point(|sample| sample.stamp_ns < *stamp_ns);
     stamps_ns.iter().filter_map(|stamp| Some(scan.lines_from_carrier(scan.robot.get(at(stamp))?))).collect()
 }
 
 /// Effect on the estimate of a robot error that changes slowly with the pose.
-fn of_robot(fit: &PoseFit, path: RobotPath<'_>, sigmas: RobotSigmas) -> SMatrix<f64, SIZE, SIZE> {
+pub(super) fn of_robot(fit: &PoseFit, path: RobotPath<'_>, sigmas: RobotSigmas) -> SMatrix<f64, SIZE, SIZE> {
     let pose = |k: usize| Some(path.at(k, fit.unknowns.time_offset_s)?.base_from_tool);
     let placed: Vec<(Pose, &SMatrix<f64, SIZE, 6>)> =
         fit.d_robot.iter().enumerate().filter_map(|(k, d)| Some((pose(k)?, d.as_ref()?))).collect();
@@ -144,14 +144,14 @@ fn of_robot(fit: &PoseFit, path: RobotPath<'_>, sigmas: RobotSigmas) -> SMatrix<
 }
 
 /// A robot that moved while its target was seen.
-struct Moved {
-    motion: RobotMotion,
+pub(super) struct Moved {
+    pub(super) motion: RobotMotion,
     stamps_s: Vec<f64>,
-    noise: ErrorModel,
+    pub(super) noise: ErrorModel,
 }
 
 impl Moved {
-    fn of(scan: &Recording, stamps_ns: &[i64], carries: Carried) -> Result<Self, BoardError> {
+    pub(super) fn of(scan: &Recording, stamps_ns: &[i64], carries: Carried) -> Result<Self, BoardError> {
         let origin_ns = origin_ns(scan);
         let sampling = Sampling::of(scan, origin_ns);
         let (config, as_recorded) = (Config::default(), Dejittered::default());
@@ -164,7 +164,7 @@ impl Moved {
         Ok(Self { motion, stamps_s, noise })
     }
 
-    fn path(&self, offset_is_known: bool) -> RobotPath<'_> {
+    pub(super) fn path(&self, offset_is_known: bool) -> RobotPath<'_> {
         let (trajectory, stamps_s) = (&self.motion.trajectory, &self.stamps_s[..]);
         if offset_is_known {
             RobotPath::MovingAtKnownOffset { trajectory, stamps_s }

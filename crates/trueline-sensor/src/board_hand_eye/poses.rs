@@ -20,6 +20,7 @@ use super::start::{self, Few};
 use crate::error::Error;
 use nalgebra::{SMatrix, Vector6};
 use trueline_geometry::Pose;
+use trueline_geometry::statistics::lasting;
 use trueline_lsq::{LeastSquares, NormalEquations};
 
 /// Range of the search for the time offset, s.
@@ -33,11 +34,9 @@ const FEW: usize = 60;
 /// The noise is found once it changes by less than this part.
 const SETTLED: f64 = 2e-3;
 /// Answers with offsets closer than this are one, s.
-const ONE_OFFSET_S: f64 = 0.03;
+pub(crate) const ONE_OFFSET_S: f64 = 0.03;
 /// Beyond this z the better of two offsets is better by more than chance.
 const DECISIVE_Z: f64 = 5.0;
-/// Part of all sightings over which the correlation of residuals is computed.
-const LAG_PART: f64 = 0.25;
 
 /// The prior.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,15 +87,17 @@ pub struct PoseFit {
     pub rms_m: f64,
     /// Root mean square angle, rad.
     pub rms_rad: f64,
-    /// The next best time offset.
+    /// The next best answer.
     pub runner_up: Option<OtherOffset>,
 }
 
-/// A time offset that explains the sightings less well.
+/// Another answer, which explains the sightings less well.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OtherOffset {
     /// The offset, s.
     pub time_offset_s: f64,
+    /// How far its hand-eye transform is turned from the best, rad.
+    pub turn_rad: f64,
     /// Part of the sightings that it explains.
     pub explains: f64,
     /// The same of the best.
@@ -281,20 +282,16 @@ impl Scan<'_> {
 
     fn other_offset(&self, best: &Candidate, other: &Candidate) -> Option<OtherOffset> {
         let differences = self.differences(best, other);
-        let count = differences.len() as f64;
-        let sum: f64 = differences.iter().sum();
-        let deviations: Vec<f64> = differences.iter().map(|d| d - sum / count).collect();
-        let variance: f64 = deviations.iter().map(|d| d * d).sum();
-        let lasting = lasting(&deviations, |a, b| a * b);
         let explained = |candidate: &Candidate| {
             let all = self.capped(&candidate.state, &best.sigma);
             all.iter().flatten().filter(|s| **s < OUTLIER_SQUARED).count() as f64 / all.len() as f64
         };
-        (count > 0.0).then(|| OtherOffset {
+        Some(OtherOffset {
             time_offset_s: other.state.time_offset_s,
+            turn_rad: best.state.tool_from_camera.rotation.angle_to(&other.state.tool_from_camera.rotation),
             explains: explained(other),
             best_explains: explained(best),
-            z: sum / (variance * lasting).sqrt().max(f64::MIN_POSITIVE),
+            z: paired_z(&differences)?,
         })
     }
 
@@ -360,21 +357,12 @@ impl Scan<'_> {
     }
 }
 
-/// Ratio of the variance of a mean to that of independent values: 1 + 2 Σ ρ over the lags up to the first that may be chance
-/// \[Geyer1992\].
-fn lasting<T>(values: &[T], product: impl Fn(&T, &T) -> f64) -> f64 {
-    let squares: f64 = values.iter().map(|value| product(value, value)).sum();
-    // Two standard deviations of a correlation of numbers without any; of six each there are six times as many.
-    let chance = 2.0 / (values.len() as f64).sqrt();
-    let most = (LAG_PART * values.len() as f64) as usize;
-    let mut factor = 1.0;
-    for lag in 1..=most {
-        let sum: f64 = values.iter().zip(&values[lag..]).map(|(a, b)| product(a, b)).sum();
-        let correlation = sum / squares;
-        if correlation.is_nan() || correlation <= chance {
-            break;
-        }
-        factor += 2.0 * correlation;
-    }
-    factor
+/// The sum of differences in its standard deviations. `None` without differences. Correlated neighbours count as fewer.
+pub(crate) fn paired_z(differences: &[f64]) -> Option<f64> {
+    let count = differences.len() as f64;
+    let sum: f64 = differences.iter().sum();
+    let deviations: Vec<f64> = differences.iter().map(|d| d - sum / count).collect();
+    let variance: f64 = deviations.iter().map(|d| d * d).sum();
+    let lasting = lasting(&deviations, |a, b| a * b);
+    (count > 0.0).then(|| sum / (variance * lasting).sqrt().max(f64::MIN_POSITIVE))
 }

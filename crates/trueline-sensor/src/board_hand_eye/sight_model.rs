@@ -7,14 +7,14 @@ use nalgebra::{Matrix6, SMatrix, Vector6};
 use trueline_geometry::{Pose, se3, so3};
 
 /// The target as the camera should see it: P = X⁻¹ T⁻¹ B.
-pub(super) fn predicted(tool: &ToolState, at: &Unknowns) -> Pose {
+pub(crate) fn predicted(tool: &ToolState, at: &Unknowns) -> Pose {
     at.tool_from_camera.inverse() * tool.base_from_tool.inverse() * at.base_from_target
 }
 
 /// d (Log(R_C R_Pᵀ), t_C − t_P) / d unknowns.
 ///
 /// A rotation of the prediction, R_P ← Exp(ε) R_P, changes Log(R_C R_Pᵀ) = δ by −V⁻¹(−δ) ε.
-pub(super) fn derivative(seen: &Pose, tool: &ToolState, at: &Unknowns) -> SMatrix<f64, 6, SIZE> {
+pub(crate) fn derivative(seen: &Pose, tool: &ToolState, at: &Unknowns) -> SMatrix<f64, 6, SIZE> {
     let camera_from_tool = at.tool_from_camera.rotation.inverse().to_rotation_matrix().into_inner();
     let tool_from_base = tool.base_from_tool.rotation.inverse().to_rotation_matrix().into_inner();
     let camera_from_base = camera_from_tool * tool_from_base;
@@ -39,7 +39,7 @@ pub(super) fn derivative(seen: &Pose, tool: &ToolState, at: &Unknowns) -> SMatri
 }
 
 /// W with WᵀW the inverse covariance of a residual: sighting, robot and stamp err together.
-pub(super) fn whitening(
+pub(crate) fn whitening(
     seen: &impl Sighting,
     tool: &ToolState,
     noise: &ErrorModel,
@@ -61,7 +61,7 @@ pub(super) fn whitening(
 }
 
 /// d (turn, shift of the target as the camera sees it) / d (turn of the tool about its origin, its shift), in the carrier's axes.
-pub(super) fn robot_derivative(tool: &ToolState, carries: Carried, at: &Unknowns) -> Matrix6<f64> {
+pub(crate) fn robot_derivative(tool: &ToolState, carries: Carried, at: &Unknowns) -> Matrix6<f64> {
     let predicted = predicted(tool, at);
     let camera_from_tool = at.tool_from_camera.rotation.inverse().to_rotation_matrix().into_inner();
     // The tool turned about its origin and shifted, in axes of its own, moves the target as the camera sees it.
