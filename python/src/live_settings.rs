@@ -153,6 +153,7 @@ impl LiveSettings {
             camera: cell.stamp_meaning(),
             estimate: cell.estimate(),
             welds: cell.welds(),
+            listener: cell.listener(),
         }
     }
 

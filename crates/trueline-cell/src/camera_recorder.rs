@@ -2,6 +2,7 @@
 
 use crate::camera_counts::CameraCounts;
 use crate::camera_source::{self, CameraChoice, CameraSettings};
+use crate::cell_listener::CellListener;
 use crate::entries;
 use crate::error::CellError;
 use crate::frame_stamper::{FrameStamper, StampChoice};
@@ -208,6 +209,8 @@ pub struct SeamPoints<'a> {
     pub estimate: Option<&'a LiveEstimate>,
     /// Divider of the points into welds, if any.
     pub welds: Option<&'a LiveWelds>,
+    /// Who hears of them, if anybody does.
+    pub listener: Option<&'a dyn CellListener>,
     /// Pictures are counted there.
     pub counts: &'a Mutex<CameraCounts>,
 }
@@ -232,6 +235,9 @@ impl Sink<'_> {
 
     fn give(&self, seam: Option<Feature>) {
         let Some(seam) = seam else { return };
+        if let Some(listener) = self.goal.listener {
+            listener.seam(&seam);
+        }
         if let Some(estimate) = self.goal.estimate {
             estimate.add_feature(seam);
         }

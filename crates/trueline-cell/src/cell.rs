@@ -3,6 +3,7 @@
 
 use crate::camera_counts::CameraCounts;
 use crate::camera_recorder::{CameraRecorder, SeamPoints};
+use crate::cell_listener::CellListener;
 use crate::live_estimate::{LiveEstimate, Progress};
 use crate::live_picture::LivePicture;
 use crate::live_welds::LiveWelds;
@@ -22,6 +23,7 @@ pub struct Cell {
     camera: Option<CameraRecorder>,
     estimate: Option<Arc<LiveEstimate>>,
     welds: Option<Arc<LiveWelds>>,
+    listener: Option<Arc<dyn CellListener>>,
     counts: Mutex<CameraCounts>,
 }
 
@@ -57,13 +59,25 @@ impl Cell {
     /// A robot with a camera, an estimate, both or neither beside it.
     #[must_use]
     pub fn new(camera: Option<CameraRecorder>, estimate: Option<Arc<LiveEstimate>>) -> Self {
-        Self { camera, estimate, welds: None, counts: Mutex::default() }
+        Self { camera, estimate, welds: None, listener: None, counts: Mutex::default() }
     }
 
     /// The same, with its seam points cut into welds.
     #[must_use]
     pub fn with_welds(self, welds: Arc<LiveWelds>) -> Self {
         Self { welds: Some(welds), ..self }
+    }
+
+    /// The same, with a listener for all recorded entries.
+    #[must_use]
+    pub fn heard_by(self, listener: Arc<dyn CellListener>) -> Self {
+        Self { listener: Some(listener), ..self }
+    }
+
+    /// The listener for all recorded entries.
+    #[must_use]
+    pub fn listener(&self) -> Option<Arc<dyn CellListener>> {
+        self.listener.clone()
     }
 
     /// Source of the pictures and meaning of their stamps, in the words of the recording.
@@ -104,9 +118,9 @@ impl Cell {
         robot: impl FnOnce(&AtomicBool) -> T + Send,
         mut observe: impl FnMut(&CellState),
     ) -> CellOutcome<T> {
-        let Self { camera, estimate, welds, counts } = self;
+        let Self { camera, estimate, welds, listener, counts } = self;
         let (counts, estimate, has_camera) = (&*counts, estimate.as_deref(), camera.is_some());
-        let goal = SeamPoints { estimate, welds: welds.as_deref(), counts };
+        let goal = SeamPoints { estimate, welds: welds.as_deref(), listener: listener.as_deref(), counts };
         let (over, blind) = (&AtomicBool::new(false), &AtomicBool::new(false));
         thread::scope(|scope| {
             let leading = scope.spawn(move || {

@@ -1,5 +1,6 @@
 //! Writes the robot's messages, the answers and the clocks of this PC into `recording.mcap`.
 
+use crate::cell_listener::CellListener;
 use crate::entries;
 use crate::error::CellError;
 use crate::input_watch::InputWatch;
@@ -13,7 +14,7 @@ use trueline_dataset::RobotSample;
 use trueline_live::guide::Answer;
 use trueline_live::host_clock::StepWatch;
 use trueline_live::{HostClock, RobotAnswer, RobotPacket, StreamWatch};
-use trueline_mcap::{About, Entry, NoteEntry, NoteLevel, RecordError, Recorder, RecorderHandle};
+use trueline_mcap::{About, Entry, Listener, NoteEntry, NoteLevel, RecordError, Recorder, RecorderHandle};
 
 /// Name of the recording in its folder.
 pub const RECORDING: &str = "recording.mcap";
@@ -69,6 +70,8 @@ pub struct RecordingSettings<'a> {
     pub estimate: Option<Arc<LiveEstimate>>,
     /// The watch, which divides them into welds.
     pub welds: Option<Arc<LiveWelds>>,
+    /// Who hears of everything that is recorded.
+    pub listener: Option<Arc<dyn CellListener>>,
 }
 
 /// Result of a recording.
@@ -137,15 +140,25 @@ impl CellRecording {
     /// # Errors
     /// A folder or file that cannot be written, or a recording that already exists.
     pub fn create(settings: RecordingSettings<'_>, clock: HostClock) -> Result<Self, CellError> {
-        let RecordingSettings { folder, sensor_toml, tool, robot, command, camera, estimate, welds } =
-            settings;
+        let RecordingSettings {
+            folder,
+            sensor_toml,
+            tool,
+            robot,
+            command,
+            camera,
+            estimate,
+            welds,
+            listener,
+        } = settings;
         fs::create_dir_all(folder).map_err(|why| CellError::Folder { folder: folder.to_owned(), why })?;
         let file = folder.join(RECORDING);
         let robot = format!("robot: {robot}, by a steady clock; device: the controller's");
         let stamp_meaning =
             camera.map_or_else(|| robot.clone(), |camera| format!("{robot}. camera: {camera}"));
         let about = About { sensor_toml, stamp_meaning, command, tool: tool.to_owned() };
-        let recorder = Recorder::create(&file, &about)?;
+        let listener = listener.map(|listener| -> Arc<dyn Listener> { listener });
+        let recorder = Recorder::create_heard(&file, &about, listener)?;
         Ok(Self {
             file,
             handle: recorder.handle(),

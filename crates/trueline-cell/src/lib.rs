@@ -13,6 +13,7 @@
 //! | record the robot | datagrams and answers → recording | [`CellRecording`] |
 //! | record the camera | pictures → recording, seam points → estimate | [`CameraRecorder`] |
 //! | estimate | all so far → [`Progress`] | [`LiveEstimate`] |
+//! | place | profiles, seam points and poses → points in base | [`LivePlacer`] |
 //! | run | camera, estimate and robot, a thread each | [`Cell`] |
 //! | record | a robot that its own program drives → recording | [`record_robot`] |
 //! | guide | a robot that follows a path → recording | [`guide_scan`] |
@@ -42,6 +43,7 @@ mod camera_counts;
 mod camera_recorder;
 mod camera_source;
 mod cell;
+mod cell_listener;
 mod cell_recording;
 #[cfg(feature = "gige")]
 mod drawing_time;
@@ -53,6 +55,9 @@ mod guided_scan;
 mod input_watch;
 mod live_estimate;
 mod live_picture;
+mod live_placer;
+#[cfg(feature = "live-view")]
+mod live_scene;
 mod live_welds;
 mod progress_text;
 mod robot_brief;
@@ -70,12 +75,16 @@ pub use camera_counts::CameraCounts;
 pub use camera_recorder::CameraRecorder;
 pub use camera_source::{CameraChoice, CameraSettings};
 pub use cell::{Cell, CellOutcome, CellState};
+pub use cell_listener::CellListener;
 pub use cell_recording::{ARRIVAL, CellRecording, FinishedRecording, READING, RECORDING, RecordingSettings};
 pub use error::CellError;
 pub use frame_stamper::{FrameStamper, StampChoice};
 pub use guided_scan::{EndedScan, ScanState, guide_scan};
 pub use live_estimate::{Estimated, LiveEstimate, Progress};
 pub use live_picture::{LivePicture, SmallPicture};
+pub use live_placer::{LivePlacer, PlacedKind, PlacedPoints};
+#[cfg(feature = "live-view")]
+pub use live_scene::LiveScene;
 pub use live_welds::LiveWelds;
 pub use robot_brief::RobotBrief;
 pub use robot_recorder::{Until, record_robot};

@@ -238,6 +238,7 @@ fn scan(scenario: &Scenario, network: NetworkSettings, folder: &Path) -> u64 {
         camera: Some("arrival of the first packet".to_owned()),
         estimate: None,
         welds: None,
+        listener: None,
     };
     let mut pc = Pc {
         filter: FrameFilter::new(Some(robot().ip())),

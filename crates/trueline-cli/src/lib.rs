@@ -6,13 +6,19 @@ mod args;
 mod clocks;
 mod cloud_file;
 mod commands;
+#[cfg(feature = "foxglove")]
+mod estimate_json;
 mod failure;
+#[cfg(feature = "live")]
+mod foxglove_view;
 #[cfg(feature = "live")]
 mod interrupt;
 #[cfg(feature = "live")]
 mod live_cell;
 #[cfg(feature = "live")]
 mod live_page;
+#[cfg(feature = "foxglove")]
+mod live_placing;
 #[cfg(feature = "live")]
 mod live_screen;
 #[cfg(feature = "live")]

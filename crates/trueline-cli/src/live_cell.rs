@@ -66,6 +66,12 @@ impl LiveCell {
         Some(welds)
     }
 
+    /// The sensor and the text of its file, if one is named.
+    #[cfg(feature = "foxglove")]
+    pub(crate) fn sensor(&self) -> Option<(&SensorFile, &str)> {
+        self.sensor.as_ref().zip(self.sensor_toml.as_deref())
+    }
+
     /// Purpose of a recording of it.
     pub(crate) fn recording<'a>(
         &self,
@@ -82,6 +88,7 @@ impl LiveCell {
             camera: self.cell.stamp_meaning(),
             estimate: self.cell.estimate(),
             welds: self.cell.welds(),
+            listener: self.cell.listener(),
         }
     }
 

@@ -2,6 +2,7 @@
 
 use crate::args::RecordArgs;
 use crate::failure::Failure;
+use crate::foxglove_view::FoxgloveView;
 use crate::live_cell::LiveCell;
 use crate::output;
 use crate::wrong_file;
@@ -47,11 +48,13 @@ pub(crate) fn told(
     name: &str,
     recording: Recording,
     quiet: bool,
+    view: &FoxgloveView,
 ) -> Result<String, Failure> {
     if watcher.meets_another_sensor(&recording) {
         output::words(&format!("warning: {}", weld_text::OTHER_SENSOR));
     }
     let line = watcher.one(name, recording)?;
+    view.weld(&line);
     if !quiet {
         output::words(&weld_text::of(&line));
     }
@@ -71,13 +74,18 @@ pub(crate) struct LiveWatch<'a> {
     welds: Arc<LiveWelds>,
     watcher: Watcher,
     args: &'a RecordArgs,
+    view: &'a FoxgloveView,
     number: usize,
     failed: usize,
 }
 
 impl<'a> LiveWatch<'a> {
     /// Divides a cell's recording into welds, if requested.
-    pub(crate) fn of(args: &'a RecordArgs, cell: &mut LiveCell) -> Result<Option<Self>, Failure> {
+    pub(crate) fn of(
+        args: &'a RecordArgs,
+        cell: &mut LiveCell,
+        view: &'a FoxgloveView,
+    ) -> Result<Option<Self>, Failure> {
         let (Some(state), Some(calibration)) = (&args.watch, &args.calibration) else { return Ok(None) };
         let Some(welds) = cell.cut_into_welds(args.weld_pause_s) else {
             return Err(Failure::new(
@@ -93,7 +101,7 @@ impl<'a> LiveWatch<'a> {
             tolerance_m: None,
         })?;
         warn_of_calibration(&watcher, calibration);
-        Ok(Some(Self { welds, watcher, args, number: 0, failed: 0 }))
+        Ok(Some(Self { welds, watcher, args, view, number: 0, failed: 0 }))
     }
 
     /// Watches the welds that have ended; `is_over`: nothing more will come. One that cannot be watched ends nothing.
@@ -101,7 +109,7 @@ impl<'a> LiveWatch<'a> {
         for recording in self.welds.take_ended(is_over) {
             let name = format!("{}#{}", self.args.out.display(), self.number);
             self.number += 1;
-            if let Err(failure) = told(&mut self.watcher, &name, recording, self.args.quiet) {
+            if let Err(failure) = told(&mut self.watcher, &name, recording, self.args.quiet, self.view) {
                 output::words(&failure.to_string());
                 self.failed += 1;
             }

@@ -129,6 +129,7 @@ fn measured(name: &str, scan: &Recording, late_s: f64, folder: &Path) -> Measure
         camera: Some("a number".to_owned()),
         estimate: None,
         welds: None,
+        listener: None,
     };
     let mut recording = CellRecording::create(settings, HostClock::start()).unwrap();
     stream(name, scan, &inputs, &mut recording);

@@ -2,7 +2,8 @@
 //!
 //! | folder | type in → out | names |
 //! |---|---|---|
-//! | `write` | [`Entry`] → file, while it happens | [`Recorder`], [`log_writer`] |
+//! | `write` | [`Entry`] → file, while it happens; a [`Listener`] hears of it | [`Recorder`], [`log_writer`] |
+//! | `live` | the same messages → viewers, by the Foxglove WebSocket (feature `live-view`) | `live::LiveView` |
 //! | `wire` | [`Entry`] ↔ the messages of trueline's own topics | [`About`] |
 //! | `read` | .mcap, rosbag2 folder, .db3, .db3.zstd, cut off or damaged → messages and [`Damage`] | [`Bag`], [`LogReader`], [`survey()`] |
 //! | [`message`] | schema and bytes → [`Content`] | [`message::decode`] |
@@ -28,6 +29,8 @@
 
 mod import;
 mod import_error;
+#[cfg(feature = "live-view")]
+pub mod live;
 pub mod message;
 mod read;
 mod wire;
@@ -53,6 +56,7 @@ pub use write::entry::{
     AnswerEntry, COMPLETE, ClockEntry, Entry, FeaturesEntry, FrameEntry, InputsEntry, NoteEntry, NoteLevel,
     ProfileEntry, RejectedEntry, RobotEntry,
 };
+pub use write::listener::Listener;
 pub use write::log_writer;
 pub use write::record_error::RecordError;
 pub use write::recorder::{Recorded, Recorder, RecorderHandle, RecorderState};

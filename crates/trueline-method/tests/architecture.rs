@@ -45,6 +45,7 @@ const ALLOWED: [(&str, &[&str]); 21] = [
             "trueline-live",
             "trueline-mcap",
             "trueline-method",
+            "trueline-rt",
             "trueline-sim",
             "trueline-vision",
         ],

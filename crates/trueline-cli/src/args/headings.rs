@@ -22,7 +22,7 @@ const LAST: usize = 900;
 const CAMERA: Section =
     ("Camera", &["camera", "replay", "exposure-us", "fps", "trigger", "pixel-format", "laser", "stamp"]);
 /// Outputs during a recording.
-const LIVE: Section = ("Live estimate and page", &["joint", "want", "serve", "serve-name"]);
+const LIVE: Section = ("Live estimate and page", &["joint", "want", "serve", "serve-name", "foxglove"]);
 /// Signals between simulated devices.
 const WIRING: Section =
     ("Signals", &["input-from", "input-delay-ms", "output-to", "output-every-mm", "output-every-ms"]);
@@ -212,7 +212,7 @@ const LAYOUTS: &[Layout] = &[
         everyday: &["state", "calibration", "folder", "json", "tolerance"],
         sections: &[
             ("Alarms", &["tell", "repaired"]),
-            ("Live page", &["serve", "serve-name", "also"]),
+            ("Live page", &["serve", "serve-name", "also", "foxglove"]),
             ("Run", &["once", "keep-days"]),
         ],
     },

@@ -19,6 +19,8 @@ mod drawn_line;
 mod evaluate;
 pub(crate) mod export;
 mod features;
+#[cfg(feature = "live")]
+mod foxglove;
 mod global;
 mod headings;
 pub(crate) mod hints;
@@ -79,6 +81,8 @@ pub(crate) use diff::DiffArgs;
 pub(crate) use evaluate::{EvaluateArgs, ReproduceArgs};
 pub(crate) use export::ExportArgs;
 pub(crate) use features::FeaturesArgs;
+#[cfg(feature = "live")]
+pub(crate) use foxglove::FoxgloveArgs;
 pub(crate) use global::GlobalArgs;
 #[cfg(feature = "live")]
 pub(crate) use history::HistoryArgs;

@@ -3,11 +3,12 @@
 use crate::args::camera_address::CameraAddress;
 use crate::args::choice::{Choice, one_of};
 use crate::args::features::{JOINTS, JointChoice};
+use crate::args::foxglove::FoxgloveArgs;
 use crate::args::number;
 use crate::args::protocol::LinkArgs;
 use crate::args::requirement;
 use crate::args::serve::ServeArgs;
-use clap::Args;
+use clap::{ArgGroup, Args};
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -118,6 +119,7 @@ static STAMPS: [Choice<StampChoice>; 3] = [
 ];
 
 #[derive(Args)]
+#[command(group(ArgGroup::new("uses_calibration").multiple(true)))]
 #[command(after_help = "Examples:
   trueline record --bind 192.168.125.10:6510 --sensor sensor.toml --out scan --for-s 60
   trueline robot-sim --pc 127.0.0.1:6510 --path plan &
@@ -148,10 +150,10 @@ pub(crate) struct RecordArgs {
     #[arg(long, default_value = "tool0")]
     pub(crate) tool: String,
     /// Watch every weld when it ends, with the cell's state file, as `trueline watch` does
-    #[arg(long, value_name = "STATE", requires_all = ["calibration", "sensor"])]
+    #[arg(long, value_name = "STATE", requires_all = ["calibration", "sensor"], group = "uses_calibration")]
     pub(crate) watch: Option<PathBuf>,
-    /// With --watch: the calibration in use
-    #[arg(long, requires = "watch")]
+    /// The calibration in use: with --watch to compare the welds with, with --foxglove to show points in base
+    #[arg(long, requires_all = ["uses_calibration", "sensor"])]
     pub(crate) calibration: Option<PathBuf>,
     /// With --watch: receiver of alarms, as for `trueline watch`
     #[arg(long, value_name = "URL", requires = "watch")]
@@ -161,6 +163,8 @@ pub(crate) struct RecordArgs {
     pub(crate) weld_pause_s: Duration,
     #[command(flatten)]
     pub(crate) serve: ServeArgs,
+    #[command(flatten)]
+    pub(crate) foxglove: FoxgloveArgs,
     /// How long, s [default: until Ctrl-C, or until the robot has been silent for 5 s]
     #[arg(long, value_parser = number::duration)]
     pub(crate) for_s: Option<Duration>,
@@ -229,6 +233,8 @@ pub(crate) struct ScanArgs {
     pub(crate) armed_s: Duration,
     #[command(flatten)]
     pub(crate) serve: ServeArgs,
+    #[command(flatten)]
+    pub(crate) foxglove: FoxgloveArgs,
     /// Print nothing but errors and the question
     #[arg(long)]
     pub(crate) quiet: bool,

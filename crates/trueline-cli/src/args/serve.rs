@@ -16,7 +16,7 @@ pub(crate) struct ServeArgs {
 }
 
 /// A port of this PC alone, or an address and a port.
-fn address(text: &str) -> Result<SocketAddr, String> {
+pub(super) fn address(text: &str) -> Result<SocketAddr, String> {
     if let Ok(port) = text.parse::<u16>() {
         return Ok(SocketAddr::from((Ipv4Addr::LOCALHOST, port)));
     }

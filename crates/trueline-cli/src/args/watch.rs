@@ -1,5 +1,6 @@
 //! `trueline watch`.
 
+use crate::args::foxglove::FoxgloveArgs;
 use crate::args::number;
 use crate::args::requirement::length_m;
 use crate::args::serve::ServeArgs;
@@ -77,6 +78,8 @@ pub(crate) struct WatchArgs {
     pub(crate) keep_days: Option<Duration>,
     #[command(flatten)]
     pub(crate) serve: ServeArgs,
+    #[command(flatten)]
+    pub(crate) foxglove: FoxgloveArgs,
     /// Show this cell too, by its state file; may be repeated
     #[arg(long, value_name = "STATE", requires = "serve")]
     pub(crate) also: Vec<PathBuf>,

@@ -2,6 +2,7 @@
 
 use crate::args::RecordArgs;
 use crate::failure::Failure;
+use crate::foxglove_view::FoxgloveView;
 use crate::live_cell::{self, LiveCell};
 use crate::live_page::CellPage;
 use crate::live_screen::LiveScreen;
@@ -19,7 +20,9 @@ pub(crate) fn run(args: &RecordArgs) -> Result<ExitCode, Failure> {
     interrupt::watch()?;
     let clock = HostClock::start();
     let mut cell = LiveCell::open(&args.camera, args.sensor.as_deref(), clock, true)?;
-    let mut watched = LiveWatch::of(args, &mut cell)?;
+    let view = FoxgloveView::of(&args.foxglove, "trueline record")?;
+    view.hear(&mut cell, args.calibration.as_deref())?;
+    let mut watched = LiveWatch::of(args, &mut cell, &view)?;
     let page = CellPage::of(&args.serve, "trueline record", &cell.cell)?;
     let mut link = args.link.open(clock)?;
     let mut recording =
@@ -39,6 +42,7 @@ pub(crate) fn run(args: &RecordArgs) -> Result<ExitCode, Failure> {
             let robot = brief.to_string();
             screen.show(&robot, state);
             page.show(&robot, brief, state);
+            view.show(&brief, state);
             if rounds.have_grown() {
                 service.alive();
             }

@@ -2,6 +2,7 @@
 
 use crate::args::ScanArgs;
 use crate::failure::Failure;
+use crate::foxglove_view::FoxgloveView;
 use crate::live_cell::{self, LiveCell};
 use crate::live_page::CellPage;
 use crate::live_screen::LiveScreen;
@@ -142,6 +143,8 @@ fn sensor(args: &ScanArgs) -> Option<PathBuf> {
 fn guide(mut endpoint: Endpoint, gate: Gate, out: &Path, args: &ScanArgs) -> Result<ExitCode, Failure> {
     let sensor = sensor(args);
     let mut cell = LiveCell::open(&args.camera, sensor.as_deref(), endpoint.clock(), false)?;
+    let view = FoxgloveView::of(&args.foxglove, "trueline scan")?;
+    view.hear(&mut cell, None)?;
     let recording = CellRecording::create(cell.recording(out, &args.tool, ARRIVAL), endpoint.clock())?;
     endpoint
         .discard_waiting()
@@ -158,6 +161,7 @@ fn guide(mut endpoint: Endpoint, gate: Gate, out: &Path, args: &ScanArgs) -> Res
         let robot = scan.to_string();
         screen.show(&robot, state);
         page.show(&robot, scan.robot, state);
+        view.show(&scan.robot, state);
     });
     drop(screen);
     let Some(ended) = ended else {

@@ -2,6 +2,7 @@
 
 use crate::args::WatchArgs;
 use crate::failure::Failure;
+use crate::foxglove_view::FoxgloveView;
 use crate::live_page::WatchPage;
 use crate::live_watch::{tell_who_was_not_told, told, warn_of_calibration};
 use crate::service::Service;
@@ -39,7 +40,8 @@ pub(crate) fn run(args: &WatchArgs) -> Result<ExitCode, Failure> {
     })?;
     warn_of_calibration(&watcher, calibration);
     let _page = WatchPage::of(&args.serve, states(args))?;
-    let mut session = Welds { args, watcher, failed: 0, repaired_before: None };
+    let view = FoxgloveView::of(&args.foxglove, "trueline watch")?;
+    let mut session = Welds { args, watcher, view, failed: 0, repaired_before: None };
     session.repaired()?;
     match &args.folder {
         Some(folder) => session.fills(folder)?,
@@ -100,6 +102,7 @@ fn until_interrupted() -> Result<(), Failure> {
 struct Welds<'a> {
     args: &'a WatchArgs,
     watcher: Watcher,
+    view: FoxgloveView,
     failed: usize,
     /// A weld that is still to come, and follows a repair.
     repaired_before: Option<PathBuf>,
@@ -170,7 +173,8 @@ impl Welds<'_> {
         if self.repaired_before.take_if(|path| path == weld).is_some() {
             self.note_repair(None)?;
         }
-        let line = told(&mut self.watcher, &weld.display().to_string(), recording, self.args.quiet)?;
+        let line =
+            told(&mut self.watcher, &weld.display().to_string(), recording, self.args.quiet, &self.view)?;
         match &self.args.json {
             Some(path) if path == Path::new("-") => output::json(path, &line)?,
             Some(path) => json_lines::append(path, &line)?,

@@ -75,7 +75,12 @@ pub(crate) static TOPICS: LazyLock<Vec<Topic>> = LazyLock::new(|| {
     ]
 });
 
-fn standard<T: Encode>(id: u16, name: &'static str) -> Topic {
+/// The name of a topic by its number; empty for one that is none of ours.
+pub(crate) fn name(id: u16) -> &'static str {
+    TOPICS.iter().find(|topic| topic.id == id).map_or("", |topic| topic.name)
+}
+
+pub(crate) fn standard<T: Encode>(id: u16, name: &'static str) -> Topic {
     let (schema, descriptors) =
         T::get_schema().map_or_else(Default::default, |schema| (schema.name, schema.data));
     Topic { id, name, schema, descriptors }

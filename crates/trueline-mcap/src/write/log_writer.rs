@@ -2,8 +2,9 @@
 
 use crate::wire::about::{ABOUT_RECORD, About, SENSOR_ATTACHMENT};
 use crate::wire::encode::{Outgoing, messages};
-use crate::wire::topics::{ENCODING, PROFILE, TOPICS};
+use crate::wire::topics::{self, ENCODING, PROFILE, TOPICS};
 use crate::write::entry::Entry;
+use crate::write::listener::Heard;
 use crate::write::sink::{SharedSink, Sink};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, Compression, McapError, WriteOptions};
@@ -17,6 +18,7 @@ const CHUNK_BYTES: u64 = 256 * 1024;
 pub struct LogWriter<S: Sink> {
     writer: mcap::Writer<SharedSink<S>>,
     sink: SharedSink<S>,
+    heard: Heard,
 }
 
 impl<S: Sink> LogWriter<S> {
@@ -27,7 +29,7 @@ impl<S: Sink> LogWriter<S> {
     pub fn new(sink: S, about: &About) -> Result<Self, McapError> {
         let sink = SharedSink::new(sink);
         let writer = options().create(sink.other_owner())?;
-        let mut log = Self { writer, sink };
+        let mut log = Self { writer, sink, heard: Heard::default() };
         log.write_about(about)?;
         for topic in TOPICS.iter() {
             log.writer.add_schema_with_id(topic.id, &topic.schema, ENCODING, &topic.descriptors)?;
@@ -38,12 +40,19 @@ impl<S: Sink> LogWriter<S> {
         Ok(log)
     }
 
+    /// The same, heard by a listener as well.
+    pub(crate) fn heard(self, heard: Heard) -> Self {
+        Self { heard, ..self }
+    }
+
     /// Adds an entry; it is with the operating system after the next [`LogWriter::flush`].
     ///
     /// # Errors
     /// Error of the sink.
     pub fn write(&mut self, entry: Entry) -> Result<(), McapError> {
+        self.heard.entry(&entry);
         for Outgoing { topic, sequence, log_ns, publish_ns, bytes } in messages(entry) {
+            self.heard.message(topics::name(topic), log_ns, &bytes);
             // The bits are kept: a stamp before 1970 is a mistake somewhere else, and must be seen as it was.
             let header = MessageHeader {
                 channel_id: topic,

@@ -3,6 +3,7 @@
 pub(crate) mod cloud;
 pub(crate) mod entry;
 mod entry_queue;
+pub(crate) mod listener;
 pub mod log_writer;
 pub(crate) mod record_error;
 pub(crate) mod recorder;

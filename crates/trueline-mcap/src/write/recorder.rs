@@ -3,6 +3,7 @@
 use crate::wire::about::About;
 use crate::write::entry::Entry;
 use crate::write::entry_queue::{EntryQueue, Next};
+use crate::write::listener::{Heard, Listener};
 use crate::write::log_writer::{LogWriter, words};
 use crate::write::record_error::RecordError;
 use crate::write::sink::Sink;
@@ -69,6 +70,18 @@ impl Recorder {
     /// # Errors
     /// A file that is there already, or that cannot be written.
     pub fn create(path: &Path, about: &About) -> Result<Self, RecordError> {
+        Self::create_heard(path, about, None)
+    }
+
+    /// Begins a recording in a new file; a listener hears of every entry in the thread that writes.
+    ///
+    /// # Errors
+    /// A file that is there already, or that cannot be written.
+    pub fn create_heard(
+        path: &Path,
+        about: &About,
+        listener: Option<Arc<dyn Listener>>,
+    ) -> Result<Self, RecordError> {
         let file = OpenOptions::new().write(true).create_new(true).open(path).map_err(|error| {
             let file = path.to_owned();
             match error.kind() {
@@ -76,7 +89,7 @@ impl Recorder {
                 _ => RecordError::Create { file, why: error.to_string() },
             }
         })?;
-        let recorder = Self::onto(file, path, about);
+        let recorder = Self::begin(file, path, about, Heard::by(listener));
         match &recorder {
             Ok(_) => keep_name(path),
             // It holds nothing. If it cannot be removed, the first error is still the reported one.
@@ -90,8 +103,17 @@ impl Recorder {
     /// # Errors
     /// A sink that cannot be written, or no thread to be had.
     pub fn onto<S: Sink + 'static>(sink: S, name: &Path, about: &About) -> Result<Self, RecordError> {
+        Self::begin(sink, name, about, Heard::default())
+    }
+
+    fn begin<S: Sink + 'static>(
+        sink: S,
+        name: &Path,
+        about: &About,
+        heard: Heard,
+    ) -> Result<Self, RecordError> {
         let refused = |why: String| RecordError::Create { file: name.to_owned(), why };
-        let log = LogWriter::new(sink, about).map_err(|error| refused(words(&error)))?;
+        let log = LogWriter::new(sink, about).map_err(|error| refused(words(&error)))?.heard(heard);
         let queue = Arc::new(EntryQueue::new());
         queue.flushed(log.bytes());
         let of_thread = Arc::clone(&queue);
