@@ -14,7 +14,7 @@ use trueline::rt::{Carrier, PlacerCalibration, SensorModel, Settings};
 use trueline_cell::{CellListener, LivePlacer, LiveScene};
 use trueline_dataset::Sensor;
 use trueline_mcap::live::{LiveView, LogLevel};
-use trueline_mcap::{Entry, Listener, PacketEntry, SEAM_TOPIC};
+use trueline_mcap::{Entry, Listener, RobotEntry, SEAM_TOPIC};
 use trueline_sim::{Preset, simulate};
 use viewer::Viewer;
 
@@ -65,8 +65,10 @@ fn distance_m(wrong_by_s: f64) -> f64 {
         while let Some(feature) = features.next_if(|feature| feature.stamp_ns <= sample.stamp_ns) {
             scene.seam(feature);
         }
-        scene.entry(&Entry::Packet(PacketEntry {
-            packet: Vec::new(),
+        scene.entry(&Entry::Robot(RobotEntry {
+            is_egm: false,
+            ptp_ns: None,
+            datagram: Vec::new(),
             from: SocketAddr::from(([127, 0, 0, 1], 1)),
             steady_ns: sample.stamp_ns,
             kernel_wall_ns: None,
