@@ -35,6 +35,7 @@ pub mod curve;
 mod curved;
 mod curved_checks;
 mod curved_models;
+mod curved_scan;
 pub mod diagnose;
 pub mod error;
 pub mod evaluate;
