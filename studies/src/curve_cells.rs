@@ -4,6 +4,8 @@
 //! [--cad=MM]` prints a row for each kind of curve, and why scans were refused. With `--cells` it prints a line for each
 //! cell as well. With `--curve` a curve is fitted even if a line explains the scan. With `--cad` it is fitted with a drawing
 //! of the seam, at any pose, from which the seam deviates at each knot.
+//! `--sensor=PER_MILLE` draws scales, shear and keystone of each sensor, `--stated` writes that into its file, `--held` holds the sensor,
+//! `--bow=MM` bends its laser sheet. `--unseen=PART` leaves out the readings of that part of the curve.
 
 use crate::arguments::number;
 use nalgebra::{SMatrix, SVector, UnitQuaternion, Vector3};
@@ -12,11 +14,13 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use std::collections::BTreeMap;
 use std::time::Instant;
+use trueline_dataset::sensor_setup::{KEYSTONE_REACH_M, SensorUncertainty};
 use trueline_dataset::{Guess, Measured, Recording, Truth};
 use trueline_geometry::{Polyline, se3, so3};
 use trueline_method::order_statistics::median;
-use trueline_method::{Calibration, Config, SeamCad, Status, Target, calibrate};
-use trueline_sim::curves::{CurveKind, CurveScan, scan_curve};
+use trueline_method::{Calibration, Config, SeamCad, SensorMode, Status, Target, calibrate};
+use trueline_model::LaserSheet;
+use trueline_sim::curves::{CurveKind, CurveScan, SensorError, scan_curve};
 
 /// Cells of each kind, unless stated.
 const CELLS: u64 = 60;
@@ -55,6 +59,9 @@ struct Answer {
     /// Error over the sheet ±30 mm, RMS, m, and its stated ±.
     seam_m: f64,
     said_seam_m: f64,
+    /// The same over the field that the scan visited, with the sensor as it is and as it is corrected; NaN where nothing is said.
+    field_m: f64,
+    said_field_m: f64,
 }
 
 /// Options of each scan.
@@ -64,6 +71,46 @@ struct Asked {
     tolerance_m: Option<f64>,
     /// Whether a curve is required.
     is_forced: bool,
+    /// How far the sensors are off.
+    sensors: Sensors,
+    /// Part of each curve of which there are no readings.
+    unseen: f64,
+}
+
+/// How far the sensors of the cells are off.
+#[derive(Clone, Copy)]
+struct Sensors {
+    /// Standard deviation of scales and shear, and of keystone over 30 mm, as a part.
+    sigma: f64,
+    /// Whether the sensor's file states that.
+    is_stated: bool,
+    /// Standard deviation of how far the laser sheet bends at ±30 mm, m.
+    bow_m: f64,
+    /// Whether the scan may improve it.
+    mode: SensorMode,
+}
+
+impl Sensors {
+    fn error(self, seed: u64) -> SensorError {
+        let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x5E45);
+        let mut part = |sigma: f64| sigma * random.sample::<f64, _>(StandardNormal);
+        SensorError {
+            width: part(self.sigma),
+            depth: part(self.sigma),
+            shear: part(self.sigma),
+            keystone_per_m: [part(self.sigma / KEYSTONE_REACH_M), part(self.sigma / KEYSTONE_REACH_M)],
+            bow_m: part(self.bow_m),
+        }
+    }
+
+    fn stated(self) -> Option<SensorUncertainty> {
+        self.is_stated.then(|| SensorUncertainty {
+            scale: Some(self.sigma),
+            shear_rad: Some(self.sigma),
+            keystone: Some(self.sigma),
+            ..SensorUncertainty::default()
+        })
+    }
 }
 
 /// A drawing of a curve in a frame of its own, off by a tolerance every 5 mm.
@@ -122,9 +169,39 @@ fn seam(
     (own.sqrt(), said.sqrt())
 }
 
+/// Error of what the sensor reports of the field that the scan visited, in the tool, RMS, m.
+fn field(found: &Calibration, truth: &Guess, recording: &Recording, sensor: &SensorError) -> f64 {
+    let places = |axis: usize| {
+        let of = |feature: &trueline_dataset::Feature| match feature.measured {
+            Measured::Profile(place) => Some(place[axis]),
+            _ => None,
+        };
+        let mut places: Vec<f64> = recording.features.iter().filter_map(of).collect();
+        places.sort_by(f64::total_cmp);
+        let last = places.len() - 1;
+        [places[last / 50], places[last - last / 50]]
+    };
+    let (across, deep, at) = (places(0), places(1), found.best_fit());
+    let mut sum = 0.0;
+    for (x, z) in across.into_iter().flat_map(|x| deep.into_iter().map(move |z| (x, z))) {
+        let [own_x, own_z] = sensor.reported([x, z]);
+        let reported = Vector3::new(own_x, 0.0, own_z);
+        let there = nalgebra::Point3::from(at.corrected(&LaserSheet::of_profiler(), &reported));
+        let truly = truth.tool_from_camera * nalgebra::Point3::new(x, sensor.out_of_plane_m(x), z);
+        sum += (at.tool_from_camera * there - truly).norm_squared() / 4.0;
+    }
+    sum.sqrt()
+}
+
 fn rms(values: impl Iterator<Item = f64>) -> f64 {
     let (count, sum) = values.fold((0, 0.0), |(count, sum), value| (count + 1, sum + value * value));
     (sum / f64::from(count.max(1))).sqrt()
+}
+
+/// A number behind an option; 0 without it.
+fn part(options: &[String], name: &str) -> Result<f64, String> {
+    let stated = options.iter().find_map(|option| option.strip_prefix(name));
+    stated.map_or(Ok(0.0), |number| number.parse().map_err(|error| format!("{name} {error}")))
 }
 
 pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
@@ -142,13 +219,24 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
             .transpose()
             .map_err(|error| format!("--cad: {error}"))?,
         is_forced: options.iter().any(|option| option == "--curve"),
+        sensors: Sensors {
+            sigma: part(&options, "--sensor=")? * 1e-3,
+            is_stated: options.iter().any(|option| option == "--stated"),
+            bow_m: part(&options, "--bow=")? * 1e-3,
+            mode: if options.iter().any(|option| option == "--held") {
+                SensorMode::Fixed
+            } else {
+                SensorMode::Prior
+            },
+        },
+        unseen: part(&options, "--unseen=")?,
     };
     let is_wanted = |kind: &CurveKind| kinds.is_empty() || kinds.iter().any(|name| name == kind.name());
     println!("Right: time offset within 4 of its ± and 1 ms; wrong: accepted, and beyond 6 of its ±.\n");
     println!(
-        "| curve | accepted | as a curve | as a line | right | offset wrong | any of the seven wrong | NEES/7 | t_d in 95 % | t_d true (said) ms | seam true (said) mm | median s | refused for |"
+        "| curve | accepted | as a curve | as a line | right | offset wrong | any of the seven wrong | NEES/7 | t_d in 95 % | t_d true (said) ms | seam true (said) mm | field true (said) mm | median s | refused for |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     for kind in CurveKind::ALL.into_iter().filter(is_wanted) {
         let outcome = |seed: u64| {
             let outcome = Outcome::of(kind, seed, asked);
@@ -164,10 +252,14 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
 
 impl Outcome {
     fn of(kind: CurveKind, seed: u64, asked: Asked) -> Self {
-        let (recording, _) = scan_curve(&CurveScan::good(kind), seed);
+        let sensor = asked.sensors.error(seed);
+        let scan = CurveScan { sensor, unseen: asked.unseen, ..CurveScan::good(kind) };
+        let (mut recording, _) = scan_curve(&scan, seed);
+        recording.setup.uncertainty = asked.sensors.stated();
         // The simulated robot has noise, and no error that lasts.
         let config = Config {
             robot_accuracy_m: Some(0.0),
+            sensor: asked.sensors.mode,
             target: if asked.is_forced { Target::Curve } else { Target::Seam },
             seam_cad: asked.tolerance_m.and_then(|tolerance_m| drawn(kind, tolerance_m, seed)),
             ..Config::default()
@@ -181,7 +273,7 @@ impl Outcome {
                 seconds,
                 accepted: found.status() == Status::Accepted,
                 reasons: found.reasons().iter().map(|reason| reason.code().to_owned()).collect(),
-                answer: recording.truth.as_ref().map(|truth| Answer::of(&found, truth, &recording)),
+                answer: recording.truth.as_ref().map(|truth| Answer::of(&found, truth, &recording, &sensor)),
             },
         }
     }
@@ -208,7 +300,7 @@ impl Outcome {
 }
 
 impl Answer {
-    fn of(found: &Calibration, truth: &Truth, recording: &Recording) -> Self {
+    fn of(found: &Calibration, truth: &Truth, recording: &Recording, sensor: &SensorError) -> Self {
         let truth = &truth.parameters;
         let (turn, shift) = se3::difference_decoupled(found.file_tool_from_camera(), &truth.tool_from_camera);
         let offset_s = found.best_fit().time_offset_s - truth.time_offset_s;
@@ -220,6 +312,8 @@ impl Answer {
         Self {
             seam_m,
             said_seam_m,
+            field_m: field(found, truth, recording, sensor),
+            said_field_m: found.findings.checks.seam_error.map_or(f64::NAN, |error| error.rms_m),
             said_s: covariance[(0, 0)].sqrt(),
             is_curve: found.findings.curve.is_some(),
             offset_s,
@@ -246,7 +340,7 @@ fn print_row(kind: CurveKind, outcomes: &[Outcome]) {
     }
     let refused: Vec<String> = refused.iter().map(|(code, count)| format!("{code} {count}")).collect();
     println!(
-        "| {} | {} of {} | {curves} | {} | {} | {} | {} | {:.2} (1 ± {deviation:.2}) | {:.0} % | {:.3} ({:.3}) | {:.3} ({:.3}) | {:.2} | {} |",
+        "| {} | {} of {} | {curves} | {} | {} | {} | {} | {:.2} (1 ± {deviation:.2}) | {:.0} % | {:.3} ({:.3}) | {:.3} ({:.3}) | {:.3} ({:.3}) | {:.2} | {} |",
         kind.name(),
         taken.len(),
         outcomes.len(),
@@ -260,6 +354,8 @@ fn print_row(kind: CurveKind, outcomes: &[Outcome]) {
         rms(taken.iter().map(|answer| answer.said_s)) * 1e3,
         rms(taken.iter().map(|answer| answer.seam_m)) * 1e3,
         rms(taken.iter().map(|answer| answer.said_seam_m)) * 1e3,
+        rms(taken.iter().map(|answer| answer.field_m)) * 1e3,
+        rms(taken.iter().map(|answer| answer.said_field_m)) * 1e3,
         median(outcomes.iter().map(|outcome| outcome.seconds)).unwrap_or(f64::NAN),
         refused.join(", ")
     );

@@ -19,8 +19,8 @@ use trueline_geometry::{Axis, Line, Polyline, Pose, se3};
 pub struct KnownCalibration {
     /// Time offset, hand-eye transform and lines.
     pub known: Truth,
-    /// The curve in base, m, if the seam is not straight and the file states its place.
-    pub curve: Option<Polyline>,
+    /// The curve of each seam in base, m, if the seams are not straight and the file states their places.
+    pub curves: Vec<Polyline>,
     /// Largest standard deviations of hand-eye rotation (rad) and translation (m), if the file states them.
     pub hand_eye_sigma: Option<[f64; 2]>,
     /// Covariance of time offset (s), hand-eye rotation (rad) and translation (m), in this order, if the file states it.
@@ -93,7 +93,7 @@ fn parse(file: &Path, text: &str) -> Result<KnownCalibration, Error> {
     }
     Ok(KnownCalibration {
         known: known_toml::parse_truth(file, text)?,
-        curve: None,
+        curves: Vec::new(),
         hand_eye_sigma: None,
         links_covariance: None,
         line_sigma: None,
@@ -156,7 +156,7 @@ fn known(file: &Path, result: &ResultFile) -> Result<KnownCalibration, Error> {
         .and_then(|rotation| Some([rotation, largest(sigma.translation_mm)? / MM_PER_M]));
     Ok(KnownCalibration {
         known: Truth { parameters, lines: lines.collect() },
-        curve: result.curves.first().and_then(curve),
+        curves: result.curves.iter().map(curve).collect::<Option<_>>().unwrap_or_default(),
         hand_eye_sigma,
         links_covariance: links_covariance(&result.covariance),
         line_sigma: line_sigma(&result.covariance),

@@ -20,7 +20,7 @@ use crate::assess::seam_point_error::SeamPointError;
 use crate::assess::sensor_shape::SensorShape;
 use crate::axes::finding::AxisFinding;
 use crate::config::{Config, Measurements};
-use crate::curve::answer::CurveEstimate;
+use crate::curve::estimate::CurveEstimate;
 use crate::hypotheses::ambiguity::Ambiguity;
 use crate::hypotheses::drift_and_step::{Drift, Step};
 use crate::hypotheses::feature_bias::FeatureBias;

@@ -13,6 +13,7 @@ use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::Line;
 use trueline_method::adjustment::answer::Amplitudes;
 use trueline_method::assess::observability::{Group, RANK_THRESHOLD, Unobservable};
+use trueline_method::curve::estimate::{CurveEstimate, SeamOfCurve};
 use trueline_method::hypotheses::ambiguity::RivalAnswer;
 use trueline_method::models::{Block, ModelTried, Role};
 use trueline_method::problem::parameters::{self, ROTATION, TIME_OFFSET, TRANSLATION};
@@ -40,7 +41,7 @@ pub fn of(c: &Calibration) -> ResultFile {
         lines: (0..c.best_fit().lines.len()).map(|k| line(c, k)).collect(),
         base_from_target: None,
         sphere: None,
-        curves: curve(c).into_iter().collect(),
+        curves: curves(c),
         axes: c.findings.axes.iter().map(axes::entry).collect(),
         sensors: Vec::new(),
         between: Vec::new(),
@@ -113,16 +114,20 @@ fn tool_from_camera(c: &Calibration) -> PoseEntry {
     }
 }
 
-/// The curve; placed only if time offset and hand-eye transform are determined.
-fn curve(c: &Calibration) -> Option<CurveEntry> {
-    let found = c.findings.curve.as_ref()?;
+/// The curve of each seam; placed only if time offset and hand-eye transform are determined.
+fn curves(c: &Calibration) -> Vec<CurveEntry> {
+    let found = c.findings.curve.iter();
+    found.flat_map(|found| found.seams.iter().map(|seam| curve(c, found, seam))).collect()
+}
+
+fn curve(c: &Calibration, found: &CurveEstimate, seam: &SeamOfCurve) -> CurveEntry {
     let is_placed = (TIME_OFFSET..parameters::LINES).all(|component| c.is_known(component));
-    let points = found.points_m.iter().map(|point| (point * MM_PER_M).into());
-    let sigma = found.sigma_m.iter().map(|sigma_m| sigma_m * MM_PER_M);
-    Some(CurveEntry {
-        label: "0".to_owned(),
+    let points = found.points_m[seam.points.clone()].iter().map(|point| (point * MM_PER_M).into());
+    let sigma = found.sigma_m[seam.points.clone()].iter().map(|sigma_m| sigma_m * MM_PER_M);
+    CurveEntry {
+        label: seam.label.to_string(),
         closed: found.closed,
-        length_mm: found.length_m * MM_PER_M,
+        length_mm: seam.length_m * MM_PER_M,
         knots: found.knots,
         spacing_mm: found.spacing_m * MM_PER_M,
         s3_mm: found.s3_m * MM_PER_M,
@@ -144,7 +149,7 @@ fn curve(c: &Calibration) -> Option<CurveEntry> {
                 angle_deg: symmetry.angle_rad.map(f64::to_degrees),
             }),
         }),
-    })
+    }
 }
 
 fn line(c: &Calibration, number: usize) -> LineEntry {

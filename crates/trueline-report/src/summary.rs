@@ -221,7 +221,11 @@ fn line(c: &Calibration, k: usize) -> String {
 /// Length, knots and uncertainty of a curve.
 fn curve(c: &Calibration) -> Option<String> {
     let found = c.findings.curve.as_ref()?;
-    let closed = if found.closed { "closed" } else { "open" };
+    let closed = match found.seams.len() {
+        ..2 if found.closed => "closed".to_owned(),
+        ..2 => "open".to_owned(),
+        several => format!("{several} seams"),
+    };
     let squares: f64 = found.sigma_m.iter().map(|sigma_m| sigma_m * sigma_m).sum();
     let rms_mm = (squares / found.sigma_m.len().max(1) as f64).sqrt() * MM_PER_M;
     let is_placed = (TIME_OFFSET..LINES).all(|component| c.is_known(component));

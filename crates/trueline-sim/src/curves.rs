@@ -27,12 +27,22 @@ pub enum CurveKind {
     Wavy,
     /// A curve in space.
     Free,
+    /// A closed figure eight, 140 mm long, that crosses itself at 90°.
+    Eight,
 }
 
 impl CurveKind {
     /// All of them.
-    pub const ALL: [Self; 7] =
-        [Self::Straight, Self::Arc, Self::Pipe, Self::Saddle, Self::Corner, Self::Wavy, Self::Free];
+    pub const ALL: [Self; 8] = [
+        Self::Straight,
+        Self::Arc,
+        Self::Pipe,
+        Self::Saddle,
+        Self::Corner,
+        Self::Wavy,
+        Self::Free,
+        Self::Eight,
+    ];
 
     /// The name.
     #[must_use]
@@ -45,13 +55,14 @@ impl CurveKind {
             Self::Corner => "corner",
             Self::Wavy => "wavy",
             Self::Free => "free",
+            Self::Eight => "eight",
         }
     }
 
     /// Whether its end is its beginning.
     #[must_use]
     pub fn is_closed(self) -> bool {
-        matches!(self, Self::Pipe | Self::Saddle)
+        matches!(self, Self::Pipe | Self::Saddle | Self::Eight)
     }
 
     /// The point at a place s, 0 to 1, m, in the part's own frame.
@@ -78,6 +89,7 @@ impl CurveKind {
                 let a = 2.2 * m;
                 Vector3::new(0.11 * a, 0.05 * a * a - 0.02 * a.powi(3), 0.025 * (1.9 * a).sin())
             }
+            Self::Eight => Vector3::new(turn.sin(), turn.sin() * turn.cos(), 0.0) * 0.07,
         }
     }
 }
@@ -115,6 +127,45 @@ pub struct CurveScan {
     pub robot_noise_m: f64,
     /// Part of the readings that are anywhere within 8 mm.
     pub outliers: f64,
+    /// Part of the curve, in its middle, of which there are no readings.
+    pub unseen: f64,
+    /// How far the sensor is off.
+    pub sensor: SensorError,
+}
+
+/// A profiler that reports something else than what is there.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SensorError {
+    /// Too wide by this part.
+    pub width: f64,
+    /// Too deep by this part.
+    pub depth: f64,
+    /// Shifted along x by this part of the depth.
+    pub shear: f64,
+    /// Larger by this part for each metre of x and of depth.
+    pub keystone_per_m: [f64; 2],
+    /// How far the laser sheet bends out of its plane at ±30 mm, m.
+    pub bow_m: f64,
+}
+
+/// Depth about which a sensor is off, m.
+const MIDDLE_M: f64 = 0.16;
+
+impl SensorError {
+    /// What is reported of a point, x and z in m.
+    #[must_use]
+    pub fn reported(&self, [x, z]: [f64; 2]) -> [f64; 2] {
+        let deep = z - MIDDLE_M;
+        let larger = 1.0 + self.keystone_per_m[0] * x + self.keystone_per_m[1] * deep;
+        [(x * (1.0 + self.width) + self.shear * deep) * larger, MIDDLE_M + deep * (1.0 + self.depth) * larger]
+    }
+
+    /// How far the sheet is out of its plane at a place x, both m.
+    #[must_use]
+    pub fn out_of_plane_m(&self, x: f64) -> f64 {
+        const REACH_M: f64 = 0.03;
+        self.bow_m * (x / REACH_M).powi(2)
+    }
 }
 
 impl CurveScan {
@@ -131,6 +182,8 @@ impl CurveScan {
             noise_m: 0.04e-3,
             robot_noise_m: 0.02e-3,
             outliers: 0.02,
+            unseen: 0.0,
+            sensor: SensorError::default(),
         }
     }
 
@@ -241,20 +294,27 @@ impl Cell {
             camera_from_base.rotation * self.point(s) + camera_from_base.translation.vector
         };
         let middle = self.place(time_s);
+        if (middle - 0.5).abs() < 0.5 * self.scan.unseen {
+            return None;
+        }
+        let out = |s: f64| {
+            let there = seen(s);
+            there.y - self.scan.sensor.out_of_plane_m(there.x)
+        };
         let at = |k: i32| middle + REACH * f64::from(k) / f64::from(STEPS);
         let inside = |s: f64| self.scan.kind.is_closed() || (0.0..=1.0).contains(&s);
         let crosses = |k: &i32| {
             let (from, to) = (at(*k), at(*k + 1));
-            inside(from) && inside(to) && seen(from).y * seen(to).y <= 0.0
+            inside(from) && inside(to) && out(from) * out(to) <= 0.0
         };
         let nearest = (-STEPS..STEPS).filter(crosses).min_by_key(|k| k.abs())?;
         let (mut from, mut to) = (at(nearest), at(nearest + 1));
         for _ in 0..60 {
             let half = 0.5 * (from + to);
-            if seen(from).y * seen(half).y <= 0.0 { to = half } else { from = half }
+            if out(from) * out(half) <= 0.0 { to = half } else { from = half }
         }
         let point = seen(0.5 * (from + to));
-        (point.z > 0.0).then_some([point.x, point.z])
+        (point.z > 0.0).then(|| self.scan.sensor.reported([point.x, point.z]))
     }
 }
 

@@ -24,7 +24,7 @@ pub(crate) struct CurveArgs {
     pub(crate) seam_weave_hz: Option<f64>,
 }
 
-static FORMS: [Choice<CurveKind>; 7] = [
+static FORMS: [Choice<CurveKind>; 8] = [
     ("straight", "A line, 220 mm long", CurveKind::Straight),
     ("arc", "An arc of 60°, radius 280 mm", CurveKind::Arc),
     ("pipe", "A whole pipe, radius 50 mm", CurveKind::Pipe),
@@ -32,6 +32,7 @@ static FORMS: [Choice<CurveKind>; 7] = [
     ("corner", "Two lines and a corner of radius 12 mm", CurveKind::Corner),
     ("wavy", "A line with waves of 6 mm", CurveKind::Wavy),
     ("free", "A curve in space", CurveKind::Free),
+    ("eight", "A closed figure eight that crosses itself", CurveKind::Eight),
 ];
 
 /// Options of scans of a straight seam that do not apply to a curve.

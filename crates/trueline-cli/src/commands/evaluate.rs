@@ -89,7 +89,9 @@ fn references(
         (None, Some(stops)) => Some(through(stops)?),
         // No form that is fitted is that of a curve: the calibration's own is.
         (None, None) if args.fit == Form::Auto => {
-            calibration.curve.clone().map(|curve| vec![ReferenceCurve::Curve(curve)])
+            let curves: Vec<ReferenceCurve> =
+                calibration.curves.iter().cloned().map(ReferenceCurve::Curve).collect();
+            (!curves.is_empty()).then_some(curves)
         }
         (None, None) => None,
     })

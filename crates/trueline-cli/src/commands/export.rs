@@ -136,6 +136,17 @@ fn curve(args: &ExportArgs, file: &Path, form: &CurveForm) -> Result<ExitCode, F
             return Err(Failure::new(format!("{}: {why}", file.display()), hint));
         }
     };
+    if result.curves.len() > 1 {
+        return Err(Failure::new(
+            format!(
+                "{}: the result has {} curves, and `--as {}` writes one",
+                file.display(),
+                result.curves.len(),
+                form.name
+            ),
+            "their points are in the result: `jq .curves result.json`",
+        ));
+    }
     output::data(&form.text(CurvePoints { points_mm: &found.points_mm, sigma_mm: &found.sigma_mm }))?;
     if !args.quiet {
         output::words(&format!("{}: {}", form.title, form.convention));

@@ -4,78 +4,31 @@ use crate::assess::seam_error::{Share, ShareOf};
 use crate::config::known_of_cell::KnownOfCell;
 use crate::curve::arrow::SHARED;
 use crate::curve::considered::{Considered, Errors, of_shared};
-use crate::curve::equations::{Known, State};
+use crate::curve::equations::Known;
+use crate::curve::estimate::{CurveEstimate, estimate};
 use crate::curve::joint::Rough;
+use crate::curve::order::{Obstacle, obstacle};
 use crate::curve::passes::Course;
-use crate::curve::registration::Symmetry;
 use crate::curve::rivals::{Rival, compared, find};
+use crate::curve::sensor::{WithShape, with_shape};
+use crate::curve::sight::in_base;
 #[cfg(test)]
 use crate::curve::sight::step_between;
 use crate::curve::solve::{Finished, Search, finish};
-use crate::curve::spline::Basis;
 use crate::curve::starts::{Candidate, offsets_s, sifted_by};
 use crate::problem::parameters::Parameters;
 use nalgebra::{DMatrix, SMatrix, Vector3};
 use trueline_dataset::Guess;
-use trueline_geometry::Pose;
+use trueline_model::SheetShape;
 
-/// The curve may become this many times as long in the joint fit: it may not shrink, and before the fit it cuts corners.
-const LENGTH_WITHIN: [f64; 2] = [0.8, 1.5];
 /// Standard deviation of a hand-eye transform with a prior, rad and m.
 const KNOWN_TO: (f64, f64) = (2.0 * std::f64::consts::PI / 180.0, 10e-3);
 /// Held, it is known to this part of it.
 const HELD: f64 = 1e-3;
 /// With knots that do not follow the weave the residuals may be larger by this, or the curve is no such curve.
 const WORSE: f64 = 1.5;
-/// Least distance of the points of the curve, m, and their largest number.
-const POINTS: (f64, usize) = (2e-3, 200);
-
-/// A curve that a scan went over.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CurveEstimate {
-    /// Whether its end is its beginning.
-    pub closed: bool,
-    /// Its length, m.
-    pub length_m: f64,
-    /// Number of knots.
-    pub knots: usize,
-    /// Their distance, m.
-    pub spacing_m: f64,
-    /// Standard deviation of the third differences of its control points, m, by restricted maximum likelihood.
-    pub s3_m: f64,
-    /// Effective number of unknowns of curve, clock and hand-eye transform.
-    pub effective_unknowns: f64,
-    /// Points of it in base, m, in the order of the scan.
-    pub points_m: Vec<Vector3<f64>>,
-    /// Standard deviation of each of them square to the curve, root mean square of both directions, m.
-    pub sigma_m: Vec<f64>,
-    /// Whether no place of it was seen twice.
-    pub is_one_pass: bool,
-    /// Length of one weave period, m; `None` without a weave.
-    pub weave_m: Option<f64>,
-    /// Whether the curve needs knots that follow the weave: then weave and curve cannot be separated.
-    pub is_near_weave: bool,
-    /// Its length before the joint fit, m, where it shrank or grew too much to be believed.
-    pub collapsed_from_m: Option<f64>,
-    /// Restricted log likelihood of the curve, and of one without any third difference.
-    pub log_evidence: [f64; 2],
-    /// The drawing of the part that it was estimated with.
-    pub cad: Option<CadEstimate>,
-}
-
-/// A drawing where the scan found it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CadEstimate {
-    /// Whether the answer is that with the drawing: it is surer than the one without.
-    pub used: bool,
-    /// Where the part is.
-    pub base_from_part: Pose,
-    /// Root mean square distance of the curve from the drawing, m.
-    pub rms_m: f64,
-    /// A turn after which the drawing lies on itself: the place about it is chosen, not measured.
-    pub symmetry: Option<Symmetry>,
-}
-
+/// Windows explain the scan where they explain more of it than this.
+const EXPLAINED_BY_WINDOWS: f64 = 0.5;
 /// The request.
 #[derive(Clone, Copy)]
 pub(crate) struct Asked<'a> {
@@ -101,6 +54,8 @@ pub(crate) struct Answered {
     pub noise: SMatrix<f64, SHARED, SHARED>,
     /// By everything else.
     pub shares: Vec<Share>,
+    /// The correction of the sensor's sheet; `None` where its shape is held.
+    pub shape: Option<SheetShape>,
     /// Other answers, the most dangerous first.
     pub rivals: Vec<Rival>,
     /// How the scan went along the curve.
@@ -129,11 +84,32 @@ impl Answered {
 }
 
 impl Asked<'_> {
-    /// The answer; `None` where no curve explains most of the scan.
-    #[must_use]
-    pub(crate) fn answer(&self) -> Option<Answered> {
+    /// The answer.
+    ///
+    /// # Errors
+    /// Where no curve explains most of the scan, with what keeps the seam points from being one, if that can be said.
+    pub(crate) fn answer(&self) -> Result<Answered, Option<Obstacle>> {
+        let found = self.search.find();
+        match found.best.as_ref().filter(|best| best.is_good()) {
+            Some(best) => self.of_rough(best.clone()).ok_or(None),
+            None => Err(found.nearest.and_then(|candidate| self.obstacle(&candidate))),
+        }
+    }
+
+    /// Why windows find their way and no curve does.
+    fn obstacle(&self, nearest: &Candidate) -> Option<Obstacle> {
+        if 1.0 - nearest.cost < EXPLAINED_BY_WINDOWS {
+            return None;
+        }
+        let readings = self.search.readings.searched();
+        let place = |reading| in_base(&readings, reading, &nearest.at);
+        let points: Vec<Vector3<f64>> = readings.list.iter().filter_map(place).collect();
+        obstacle(&points)
+    }
+
+    /// The answer from a rough one.
+    fn of_rough(&self, best: Rough) -> Option<Answered> {
         let readings = self.search.readings;
-        let best = self.search.find().filter(Rough::is_good)?;
         let searched = readings.searched();
         let course = Course::of(&searched, &best.first);
         if let Some(guess) = self.search.guess.filter(|_| course.is_one_pass) {
@@ -214,10 +190,19 @@ impl Asked<'_> {
         (is_near_weave, held_at): (bool, Option<&Guess>),
     ) -> Answered {
         let readings = self.search.readings;
-        let considered = self.errors.at(readings, &finished.fitted);
-        let share = |one: &Considered| one.share(&finished.fitted, &finished.root);
-        let of_all: Vec<Share> = considered.iter().map(share).collect();
-        let curve = estimate(&finished, &of_all, course, is_near_weave);
+        let is_whole = held_at.is_none() && !course.is_one_pass;
+        let with_shape = with_shape(readings, &finished, &self.errors).filter(|_| is_whole);
+        let (finished, of_all, shape) = match with_shape {
+            Some(WithShape { finished, shares, shape }) => (finished, shares, Some(shape)),
+            None => {
+                let considered = self.errors.at(readings, &finished.fitted);
+                let share = |one: &Considered| one.share(&finished.fitted, &finished.root);
+                let of_all: Vec<Share> = considered.iter().map(share).collect();
+                (finished, of_all, None)
+            }
+        };
+        let labels = readings.labels();
+        let curve = estimate((&finished, &labels), &of_all, course, is_near_weave);
         let is_collapsed = curve.collapsed_from_m.is_some();
         let mut components = finished.seen.components;
         if course.is_one_pass || is_collapsed {
@@ -240,7 +225,7 @@ impl Asked<'_> {
         }
         shares.push(Share { of: ShareOf::Held, columns: held, shape: None });
         let is_held = held_at.is_some();
-        Answered { curve, components, is_held, noise, shares, rivals, finished, course: *course }
+        Answered { curve, components, is_held, noise, shares, rivals, finished, shape, course: *course }
     }
 }
 
@@ -303,68 +288,6 @@ fn time_alone(finished: &Finished) -> (SMatrix<f64, SHARED, SHARED>, DMatrix<f64
         held[(0, k - 1)] = -information[(0, k)] / own * size;
     }
     (noise, held)
-}
-
-fn estimate(finished: &Finished, shares: &[Share], course: &Course, is_near_weave: bool) -> CurveEstimate {
-    let state = &finished.fitted.state;
-    let spline = &state.spline;
-    let length_m = spline.length_m();
-    let count = ((length_m / POINTS.0).ceil() as usize).clamp(2, POINTS.1);
-    let inverse = finished.root.inverse() * finished.variance;
-    // The curve is that of the points that are seen, whatever the radius of their edge.
-    let of_curve = || shares.iter().filter(|share| share.of != ShareOf::EdgeRadius);
-    let (mut points_m, mut sigma_m) = (Vec::new(), Vec::new());
-    for k in 0..=count {
-        let basis = spline.basis(spline.span_m() * k as f64 / count as f64);
-        points_m.push(spline.at(&basis).0);
-        let mut variance = 0.0;
-        for weights in &across(state, &basis) {
-            for (i, a) in weights {
-                for (j, b) in weights {
-                    let own = |share: &Share| share.columns.row(*i).dot(&share.columns.row(*j));
-                    variance += a * b * (inverse[(*i, *j)] + of_curve().map(own).sum::<f64>());
-                }
-            }
-        }
-        sigma_m.push((0.5 * variance).max(0.0).sqrt());
-    }
-    let change = length_m / finished.first_length_m;
-    let is_kept = (LENGTH_WITHIN[0]..LENGTH_WITHIN[1]).contains(&change);
-    CurveEstimate {
-        closed: spline.closed,
-        length_m,
-        knots: (spline.span_m() / spline.spacing_m).round() as usize + usize::from(!spline.closed),
-        spacing_m: spline.spacing_m,
-        s3_m: finished.s3_m,
-        effective_unknowns: finished.effective,
-        points_m,
-        sigma_m,
-        is_one_pass: course.is_one_pass,
-        weave_m: course.weave_m(length_m),
-        is_near_weave,
-        collapsed_from_m: (!is_kept).then_some(finished.first_length_m),
-        log_evidence: finished.evidence,
-        cad: None,
-    }
-}
-
-/// How a point of the curve moves with every unknown, in its two normals: index and size.
-fn across(state: &State, basis: &Basis) -> [Vec<(usize, f64)>; 2] {
-    let spline = &state.spline;
-    let control = |m: usize| spline.index(basis.first + m);
-    let normals = state.normals()[control(1)];
-    [0, 1].map(|side| {
-        let of_form = (0..4).map(|m| (2 * control(m) + side, basis.value[m]));
-        let mut weights: Vec<(usize, f64)> = of_form.collect();
-        if let Some(placed) = &state.placed {
-            let (normal, first) = (normals[side], 2 * spline.control.len());
-            let lever = spline.at(basis).0 - placed.middle();
-            let turn = lever.cross(&normal);
-            let of_place = normal.iter().chain(turn.iter()).copied().chain([normal.dot(&lever)]);
-            weights.extend(of_place.enumerate().map(|(k, size)| (first + k, size)));
-        }
-        weights
-    })
 }
 
 /// How far two states are apart, in units of a covariance of the second: for tests.

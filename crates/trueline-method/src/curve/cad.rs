@@ -2,10 +2,11 @@
 //! unknowns again with the curve as drawn, to within a tolerance.
 
 use crate::config::SeamCad;
-use crate::curve::answer::{Answered, Asked, CadEstimate, held_at};
+use crate::curve::answer::{Answered, Asked, held_at};
 use crate::curve::equations::{Known, State};
+use crate::curve::estimate::CadEstimate;
 use crate::curve::fit::{Fitted, Terms, Weighing};
-use crate::curve::joint::{BEYOND, MOST_CONTROL};
+use crate::curve::knots::{BEYOND, MOST_CONTROL};
 use crate::curve::placed::Placed;
 use crate::curve::registration::{Evenly, Laid, laid};
 use crate::curve::seen::Seen;

@@ -55,14 +55,20 @@ pub(crate) struct ShapeError {
     pub covariance: ShapeCovariance,
     /// The point of the sheet about which they are counted, m.
     pub origin_m: Vector2<f64>,
+    /// Whether the scan may improve it.
+    pub is_estimated: bool,
+    /// Whether somebody states it; else it is assumed, and counts only where the scan improves it.
+    pub is_stated: bool,
 }
 
 /// One of them at a fit.
 pub(crate) struct Considered {
-    of: ShareOf,
+    /// Which error.
+    pub of: ShareOf,
     /// How it moves the readings.
     pub moves: Moves,
-    shape: Option<DMatrix<f64>>,
+    /// How the sensor's shape is off by each of its columns (5 × columns), where it is that.
+    pub shape: Option<DMatrix<f64>>,
 }
 
 impl Considered {
@@ -83,12 +89,18 @@ impl Errors<'_> {
         detector: None,
     };
 
+    /// The same with what is assumed of the sensor as if it were stated.
+    #[must_use]
+    pub(crate) fn with_assumed(self) -> Self {
+        Self { shape: self.shape.map(|shape| ShapeError { is_stated: true, ..shape }), ..self }
+    }
+
     /// All of them at a fit.
     #[must_use]
     pub(crate) fn at(&self, readings: &Readings, fitted: &Fitted) -> Vec<Considered> {
         let moves = robot::moves(readings, fitted, self.robot);
         let robot = Considered { of: ShareOf::Robot, moves, shape: None };
-        let shape = self.shape.as_ref().and_then(|shape| shape.at(readings));
+        let shape = self.shape.as_ref().filter(|shape| shape.is_stated).and_then(|shape| shape.at(readings));
         let edge = (self.edge.radius_m > 0.0).then(|| self.edge.at(readings, fitted));
         let detector = self.detector.as_ref().map(|detector| detector.at(fitted));
         std::iter::once(robot).chain(shape).chain(edge).chain(detector).collect()
@@ -109,7 +121,11 @@ impl EdgeError {
             Some((k, Matrix2xX::from_column_slice((seen.by_point * square * self.radius_m).as_slice())))
         };
         let list = readings.list.iter().enumerate().filter_map(by_reading).collect();
-        Considered { of: ShareOf::EdgeRadius, moves: Moves { errors: 1, readings: list }, shape: None }
+        Considered {
+            of: ShareOf::EdgeRadius,
+            moves: Moves { errors: 1, readings: list, every: 1 },
+            shape: None,
+        }
     }
 }
 
@@ -125,7 +141,11 @@ impl DetectorError<'_> {
             Some((k, Matrix2xX::from_column_slice(by.as_slice())))
         };
         let list = places.iter().enumerate().filter_map(by_reading).collect();
-        Considered { of: ShareOf::Detector, moves: Moves { errors: BIAS, readings: list }, shape: None }
+        Considered {
+            of: ShareOf::Detector,
+            moves: Moves { errors: BIAS, readings: list, every: 1 },
+            shape: None,
+        }
     }
 }
 
@@ -141,7 +161,7 @@ impl ShapeError {
         let list = readings.list.iter().enumerate().filter_map(by_reading).collect();
         Some(Considered {
             of: ShareOf::Sensor,
-            moves: Moves { errors: half.ncols(), readings: list },
+            moves: Moves { errors: half.ncols(), readings: list, every: 1 },
             shape: Some(DMatrix::from_column_slice(5, 5, half.as_slice())),
         })
     }

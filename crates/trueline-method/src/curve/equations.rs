@@ -168,7 +168,7 @@ pub(crate) fn bends(spline: &Spline) -> Vec<Vector2<f64>> {
         let [one, other] = middle_normals(spline, &normals, m);
         Vector2::new(one.dot(&third), other.dot(&third))
     };
-    (0..spline.third_differences()).map(bend).collect()
+    spline.third_differences().into_iter().map(bend).collect()
 }
 
 fn third_difference(spline: &Spline, m: usize) -> Vector3<f64> {
@@ -195,7 +195,7 @@ pub(crate) fn add_prior(equations: &mut Arrow, state: &State) {
     }
     let normals = spline.normals();
     let mut entries = [(0, 0.0); 8];
-    for (m, bend) in bends(spline).iter().enumerate() {
+    for (m, bend) in spline.third_differences().into_iter().zip(&bends(spline)) {
         for (row, normal) in middle_normals(spline, &normals, m).iter().enumerate() {
             for (i, part) in THIRD.iter().enumerate() {
                 let k = spline.index(m + i);

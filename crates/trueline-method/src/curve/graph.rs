@@ -1,7 +1,7 @@
 //! Points near each other as a graph: connected parts, and distances along it.
 
 use crate::order_statistics::median;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// The radius is this many times the distance of the neighbour of this rank, in the median …
 const RADIUS: (f64, usize) = (3.0, 6);
@@ -14,8 +14,14 @@ const LEAST_DEGREE: f64 = 0.35;
 const LEAST_PART: f64 = 0.08;
 /// Parts are one curve if the gap between their ends is less than this part of the shorter of them …
 const SHORT_GAP: f64 = 0.3;
+/// … or less than the longer of them where the sensor went across it: one reading is at this side, the next at that.
+const CROSSED_GAP: f64 = 1.0;
 /// … and both ends lead into it (cosine): the ends of two seams side by side do not.
 const FACING: f64 = 0.5;
+/// A neighbour is on one side if it is so far along, in radii.
+pub(crate) const ASIDE: f64 = 0.3;
+/// A reading is at an end within so many radii.
+const AT_END: f64 = 2.0;
 
 /// A connected part.
 struct Part {
@@ -34,10 +40,12 @@ pub(crate) struct Graph {
     pub radius_m: f64,
     /// Which points are left.
     pub kept: Vec<bool>,
+    /// Where the sensor went at each point, where the curve crosses itself; else empty.
+    along: Vec<Vector3<f64>>,
 }
 
 impl Graph {
-    /// Of points, m, without outliers; `None` of too few.
+    /// Of points in the order of time, m, without outliers; `None` of too few.
     #[must_use]
     pub(crate) fn of(points: &[Vector3<f64>]) -> Option<Self> {
         let count = points.len();
@@ -57,7 +65,55 @@ impl Graph {
         let edges: Vec<Vec<(usize, f64)>> = (0..count).map(|i| neighbours(i).collect()).collect();
         let least = LEAST_DEGREE * median(edges.iter().map(|e| e.len() as f64))?;
         let kept = edges.iter().map(|e| e.len() as f64 >= least).collect();
-        Some(Self { edges, radius_m, kept })
+        Some(Self { edges, radius_m, kept, along: Vec::new() })
+    }
+
+    /// The same where points of two branches that cross are no neighbours.
+    #[must_use]
+    pub(crate) fn parted(mut self, points: &[Vector3<f64>]) -> Self {
+        let along = directions(points);
+        if !self.crosses(points, &along) {
+            return self;
+        }
+        for (k, edges) in self.edges.iter_mut().enumerate() {
+            edges.retain(|(other, _)| are_alike(&along[k], &along[*other]));
+        }
+        self.along = along;
+        self
+    }
+
+    /// Whether branches that cross were parted.
+    #[must_use]
+    pub(crate) fn is_parted(&self) -> bool {
+        !self.along.is_empty()
+    }
+
+    /// Whether two points may be on one branch.
+    #[must_use]
+    pub(crate) fn are_on_one_branch(&self, one: usize, other: usize) -> bool {
+        self.along.is_empty() || are_alike(&self.along[one], &self.along[other])
+    }
+
+    /// Whether there is a place where the points go on in two directions, to both sides of it in each.
+    #[must_use]
+    fn crosses(&self, points: &[Vector3<f64>], along: &[Vector3<f64>]) -> bool {
+        /// A crossing has this part of the neighbours on each branch, and to each side this part of those.
+        const LEAST: (f64, f64) = (0.25, 0.2);
+        let goes_on = |at: usize, branch: &[usize]| {
+            let Some(first) = branch.first().map(|k| along[*k]) else { return false };
+            let aside = |sign: f64| {
+                let side = |k: &&usize| sign * first.dot(&(points[**k] - points[at])) > ASIDE * self.radius_m;
+                branch.iter().filter(side).count() as f64
+            };
+            aside(1.0).min(aside(-1.0)) > LEAST.1 * branch.len() as f64
+        };
+        let is_crossing = |at: &usize| {
+            let (own, other): (Vec<usize>, Vec<usize>) =
+                self.neighbours(*at).partition(|k| are_alike(&along[*at], &along[*k]));
+            let least = LEAST.0 * (own.len() + other.len()) as f64;
+            own.len().min(other.len()) as f64 > least && goes_on(*at, &own) && goes_on(*at, &other)
+        };
+        (0..points.len()).filter(|k| self.kept[*k]).any(|at| is_crossing(&at))
     }
 
     /// The same with every point, for tests of what leaving some out is good for.
@@ -80,6 +136,7 @@ impl Graph {
     /// The shortest gap that may be bridged.
     fn bridge(&self, points: &[Vector3<f64>]) -> Option<(usize, usize, f64)> {
         let parts = self.parts(points);
+        let crossed = self.crossings(points);
         let mut best: Option<(usize, usize, f64)> = None;
         for (k, one) in parts.iter().enumerate() {
             for other in &parts[k + 1..] {
@@ -87,7 +144,15 @@ impl Graph {
                     for (to, leads_to) in &other.ends {
                         let gap = points[*to] - points[*from];
                         let length_m = gap.norm();
-                        let is_short = length_m < SHORT_GAP * one.length_m.min(other.length_m);
+                        let at =
+                            |k: usize, end: usize| (points[k] - points[end]).norm() < AT_END * self.radius_m;
+                        let goes = |(a, b): &(usize, usize)| {
+                            (at(*a, *from) && at(*b, *to)) || (at(*a, *to) && at(*b, *from))
+                        };
+                        let [shorter_m, longer_m] =
+                            [one.length_m.min(other.length_m), one.length_m.max(other.length_m)];
+                        let is_short = length_m < SHORT_GAP * shorter_m
+                            || (length_m < CROSSED_GAP * longer_m && crossed.iter().any(goes));
                         let faces = leads_from.dot(&gap) > FACING * length_m
                             && -leads_to.dot(&gap) > FACING * length_m;
                         if is_short && faces && best.is_none_or(|(_, _, best_m)| length_m < best_m) {
@@ -98,6 +163,13 @@ impl Graph {
             }
         }
         best
+    }
+
+    /// Readings one after the other that are no neighbours.
+    fn crossings(&self, points: &[Vector3<f64>]) -> Vec<(usize, usize)> {
+        let kept: Vec<usize> = (0..points.len()).filter(|k| self.kept[*k]).collect();
+        let steps = kept.windows(2).map(|pair| (pair[0], pair[1]));
+        steps.filter(|(a, b)| (points[*a] - points[*b]).norm() > self.radius_m).collect()
     }
 
     /// The connected parts that are no heaps of outliers.
@@ -195,4 +267,32 @@ impl Graph {
         let farthest = reached.max_by(|a, b| distances_m[*a].total_cmp(&distances_m[*b]))?;
         Some((farthest, distances_m))
     }
+}
+
+/// Where the sensor went at each of some points in the order of time: the principal direction of the unit vectors between the points about it, which
+/// outliers hardly turn.
+#[must_use]
+pub(crate) fn directions(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    /// So many points before and after.
+    const ABOUT: usize = 4;
+    let about = |k: usize| &points[k.saturating_sub(ABOUT)..(k + ABOUT + 1).min(points.len())];
+    let direction = |k: usize| {
+        let mut spread = Matrix3::zeros();
+        let near = about(k);
+        for (i, one) in near.iter().enumerate() {
+            for other in &near[i + 1..] {
+                let along = (other - one).try_normalize(0.0).unwrap_or_default();
+                spread += along * along.transpose();
+            }
+        }
+        let eigen = spread.symmetric_eigen();
+        eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned()
+    };
+    (0..points.len()).map(direction).collect()
+}
+
+/// Whether two directions may be those of one branch: up to 37° apart.
+fn are_alike(one: &Vector3<f64>, other: &Vector3<f64>) -> bool {
+    const COSINE: f64 = 0.8;
+    one.dot(other).abs() > COSINE
 }

@@ -2,17 +2,15 @@
 
 use crate::curve::equations::{Known, State};
 use crate::curve::fit::{Fitted, Terms, Weighing};
+use crate::curve::knots::{MOST_CONTROL, Piece, joined, reknotted, spacing_for};
 use crate::curve::order::curve_through;
 use crate::curve::readings::Readings;
 use crate::curve::seen::Seen;
 use crate::curve::sight::{in_base, moving};
 use crate::curve::smoothness::{Parts, loosest_m};
-use crate::curve::spline::Spline;
 use nalgebra::Vector3;
 use trueline_dataset::Guess;
 
-/// Control points at most: a bad candidate asks for ninety thousand.
-pub(crate) const MOST_CONTROL: usize = 120;
 /// The curve is at most this multiple of the robot's path.
 const MOST_LENGTH: f64 = 3.0;
 /// Knots of the search, m. Coarser ones, or a growth from few knots, shrink the curve and take the lever with it.
@@ -27,8 +25,6 @@ const HOPEFUL: (f64, f64) = (0.25, 2e-3);
 pub(crate) const GOOD: (f64, f64) = (0.62, 0.5e-3);
 /// Readings of the search at most.
 const MOST_READINGS: usize = 700;
-/// An open curve goes on beyond its readings by this part of a knot.
-pub(crate) const BEYOND: f64 = 0.25;
 /// Directions with less than this share of the required information from the first curve are held meanwhile.
 const HELD_MEANWHILE: f64 = 0.6;
 
@@ -82,17 +78,30 @@ impl Readings {
     }
 }
 
-/// The curve that goes with an answer of the windows, and where each reading is on it.
+/// The curve that goes with an answer of the windows, and where each reading is on it; each line of the readings is a piece of it.
 #[must_use]
 pub(crate) fn first_curve(readings: &Readings, at: &Guess) -> Option<State> {
-    let placed: Vec<Option<Vector3<f64>>> =
-        readings.list.iter().map(|reading| in_base(readings, reading, at)).collect();
-    let points: Vec<Vector3<f64>> = placed.iter().flatten().copied().collect();
     let spacing_m = STAGES[0].0 * SEARCH_KNOTS_M;
     let most_m = MOST_LENGTH * readings.path_m(at);
-    let (spline, known_u_m) = curve_through(&points, spacing_m, MOST_CONTROL, most_m)?;
-    let mut next = known_u_m.into_iter();
-    let u_m = placed.iter().map(|point| point.and_then(|_| next.next()).unwrap_or(0.0)).collect();
+    let labels = readings.labels();
+    let mut pieces = Vec::with_capacity(labels.len());
+    for label in &labels {
+        let own: Vec<usize> = readings.of_line(*label).collect();
+        let placed: Vec<Option<Vector3<f64>>> =
+            own.iter().map(|k| in_base(readings, &readings.list[*k], at)).collect();
+        let points: Vec<Vector3<f64>> = placed.iter().flatten().copied().collect();
+        let ends = (labels.len() == 1, MOST_CONTROL);
+        let (spline, known_u_m) = curve_through(&points, spacing_m, ends, most_m)?;
+        let mut next = known_u_m.into_iter();
+        let u_m = placed.iter().map(|point| point.and_then(|_| next.next()).unwrap_or(0.0)).collect();
+        pieces.push(Piece { spline, u_m, readings: own });
+    }
+    if pieces.len() == 1 {
+        let Piece { spline, u_m, .. } = pieces.pop()?;
+        return Some(State { at: *at, spline, u_m, placed: None });
+    }
+    let all_count = vec![true; readings.list.len()];
+    let (spline, u_m) = joined(&pieces, spacing_m, &all_count)?;
     Some(State { at: *at, spline, u_m, placed: None })
 }
 
@@ -148,61 +157,4 @@ impl Known {
             *self = Self { centre: *at, information: self.information + information };
         }
     }
-}
-
-/// The spacing of the knots of a curve that has at most [`MOST_CONTROL`] of them, m.
-#[must_use]
-pub(crate) fn spacing_for(spline: &Spline, wanted_m: f64) -> f64 {
-    wanted_m.max(spline.length_m() / (MOST_CONTROL - 4) as f64)
-}
-
-/// The same state with other knots; an open curve is cut where its readings end, those that count if requested.
-#[must_use]
-pub(crate) fn reknotted(state: &State, spacing_m: f64, counts: Option<&[f64]>) -> Option<State> {
-    const PER_KNOT: usize = 16;
-    let old = &state.spline;
-    let lengths_m = old.arc_lengths(PER_KNOT);
-    let step_m = old.spacing_m / PER_KNOT as f64;
-    let arc_at = |u_m: f64| {
-        let place = (u_m / step_m).clamp(0.0, (lengths_m.len() - 1) as f64);
-        let before = (place as usize).min(lengths_m.len() - 2);
-        let part = place - before as f64;
-        lengths_m[before] * (1.0 - part) + lengths_m[before + 1] * part
-    };
-    let length_m = *lengths_m.last()?;
-    let (from_m, to_m) = if old.closed {
-        (0.0, length_m)
-    } else {
-        let counted = |k: &usize| counts.is_none_or(|weights| weights[*k] > 0.0);
-        let places = || (0..state.u_m.len()).filter(counted).map(|k| arc_at(state.u_m[k]));
-        let (least, most) =
-            (places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max));
-        (least - BEYOND * spacing_m, most + BEYOND * spacing_m)
-    };
-    if to_m <= from_m || !(to_m - from_m).is_finite() {
-        return None;
-    }
-    // Of a curve that leads anywhere beyond its readings no more is looked at than its knots can follow.
-    let count = ((to_m - from_m) / step_m).ceil().clamp(8.0, (2 * PER_KNOT * MOST_CONTROL) as f64) as usize;
-    let sample = |k: usize| {
-        let along_m = (to_m - from_m) * k as f64 / count as f64;
-        let at_m = from_m + along_m;
-        let point = if old.closed || (0.0..=length_m).contains(&at_m) {
-            old.point(Spline::u_of_arc_length(&lengths_m, step_m, at_m))
-        } else {
-            beyond(old, at_m, length_m)
-        };
-        (along_m, point, 1.0)
-    };
-    let samples: Vec<_> = (0..=count).map(sample).collect();
-    let spline = Spline::through(&samples, to_m - from_m, spacing_m, old.closed, MOST_CONTROL)?;
-    let u_m = state.u_m.iter().map(|u_m| arc_at(*u_m) - from_m).collect();
-    Some(State { at: state.at, spline, u_m, placed: None })
-}
-
-/// A point beyond an end of an open curve, straight on, m.
-fn beyond(spline: &Spline, at_m: f64, length_m: f64) -> Vector3<f64> {
-    let (end_u_m, over_m) = if at_m < 0.0 { (0.0, at_m) } else { (spline.span_m(), at_m - length_m) };
-    let (point, tangent) = spline.at(&spline.basis(end_u_m));
-    point + tangent.normalize() * over_m
 }

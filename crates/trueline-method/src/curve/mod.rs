@@ -8,15 +8,17 @@
 //! third differences whose size restricted maximum likelihood picks. A curve shows less than it seems to: rank and ± are those
 //! of `seen`, never those of the posterior.
 
-pub mod answer;
+pub(crate) mod answer;
 pub(crate) mod arrow;
 pub(crate) mod cad;
 pub(crate) mod considered;
 pub(crate) mod drift;
 pub(crate) mod equations;
+pub mod estimate;
 pub(crate) mod fit;
 pub(crate) mod graph;
 pub(crate) mod joint;
+pub(crate) mod knots;
 pub(crate) mod motion;
 pub(crate) mod moved;
 pub(crate) mod order;
@@ -27,6 +29,7 @@ pub mod registration;
 pub(crate) mod rivals;
 pub(crate) mod robot;
 pub(crate) mod seen;
+pub(crate) mod sensor;
 pub(crate) mod sight;
 pub(crate) mod smoothness;
 pub(crate) mod solve;

@@ -13,8 +13,16 @@ const GRID_S: f64 = 0.004;
 pub(crate) struct Motion {
     trajectory: Trajectory,
     start_s: f64,
+    grid: Vec<Node>,
+}
+
+/// The robot at a time of the grid.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    /// Attitude and position; `None` in gaps.
+    pose: Option<(Matrix3<f64>, Vector3<f64>)>,
     /// Body rate in the tool, rad/s, and velocity in base, m/s.
-    rates: Vec<[Vector3<f64>; 2]>,
+    rates: [Vector3<f64>; 2],
 }
 
 /// The robot at a time.
@@ -36,8 +44,42 @@ impl Motion {
     pub(crate) fn new(trajectory: &Trajectory) -> Self {
         let (start_s, end_s) = trajectory.span();
         let count = ((end_s - start_s) / GRID_S).ceil() as usize + 1;
-        let rates = (0..count).map(|k| rates(trajectory, start_s + k as f64 * GRID_S)).collect();
-        Self { trajectory: trajectory.clone(), start_s, rates }
+        let node = |k: usize| {
+            let time_s = start_s + k as f64 * GRID_S;
+            let pose = trajectory.segment_at(time_s).map(|segment| segment.pose_at(time_s));
+            let pose =
+                pose.map(|pose| (pose.rotation.to_rotation_matrix().into_inner(), pose.translation.vector));
+            Node { pose, rates: rates(trajectory, time_s) }
+        };
+        Self { trajectory: trajectory.clone(), start_s, grid: (0..count).map(node).collect() }
+    }
+
+    /// The nodes about a time, s, and how far it is from the first to the second.
+    #[inline]
+    fn about(&self, time_s: f64) -> (&Node, &Node, f64) {
+        let place = (time_s - self.start_s) / GRID_S;
+        let before = (place.max(0.0) as usize).min(self.grid.len() - 1);
+        let after = (before + 1).min(self.grid.len() - 1);
+        (&self.grid[before], &self.grid[after], (place - before as f64).clamp(0.0, 1.0))
+    }
+
+    /// The same to within a few micrometres, several times as quickly: between two times of the grid all goes straight.
+    #[must_use]
+    #[inline]
+    pub(crate) fn nearly_at(&self, time_s: f64) -> Option<Moving> {
+        let end_s = self.start_s + (self.grid.len() - 1) as f64 * GRID_S;
+        if !(self.start_s..=end_s).contains(&time_s) {
+            return None;
+        }
+        let (before, after, part) = self.about(time_s);
+        let ((from, at_m), (to, then_m)) = (before.pose?, after.pose?);
+        let between = |k: usize| before.rates[k] * (1.0 - part) + after.rates[k] * part;
+        Some(Moving {
+            attitude: from * (1.0 - part) + to * part,
+            position: at_m * (1.0 - part) + then_m * part,
+            body_rate: between(0),
+            velocity: between(1),
+        })
     }
 
     /// At a time, s; `None` outside of the recording and in gaps.
@@ -45,11 +87,8 @@ impl Motion {
     #[inline]
     pub(crate) fn at(&self, time_s: f64) -> Option<Moving> {
         let pose = self.trajectory.segment_at(time_s)?.pose_at(time_s);
-        let place = (time_s - self.start_s) / GRID_S;
-        let before = (place.max(0.0) as usize).min(self.rates.len() - 1);
-        let after = (before + 1).min(self.rates.len() - 1);
-        let part = (place - before as f64).clamp(0.0, 1.0);
-        let between = |k: usize| self.rates[before][k] * (1.0 - part) + self.rates[after][k] * part;
+        let (before, after, part) = self.about(time_s);
+        let between = |k: usize| before.rates[k] * (1.0 - part) + after.rates[k] * part;
         Some(Moving {
             attitude: pose.rotation.to_rotation_matrix().into_inner(),
             position: pose.translation.vector,

@@ -13,12 +13,30 @@ pub(crate) struct Moves {
     pub errors: usize,
     /// A column for each error, of some readings.
     pub readings: Vec<(usize, Matrix2xX<f64>)>,
+    /// One in so many readings stands for the others.
+    pub every: usize,
 }
 
 impl Moves {
     /// How far each error moves all unknowns: one column each.
     #[must_use]
     pub(crate) fn columns(&self, fitted: &Fitted, root: &ArrowRoot) -> DMatrix<f64> {
+        self.solved(self.sums(fitted), root)
+    }
+
+    /// The columns of sums.
+    #[must_use]
+    pub(crate) fn solved(&self, mut sums: DMatrix<f64>, root: &ArrowRoot) -> DMatrix<f64> {
+        for mut column in sums.column_iter_mut() {
+            let solved = root.solve(&DVector::from_column_slice(column.as_slice()));
+            column.copy_from(&solved);
+        }
+        sums
+    }
+
+    /// Jᵀ W Z: one column for each error.
+    #[must_use]
+    pub(crate) fn sums(&self, fitted: &Fitted) -> DMatrix<f64> {
         let state = &fitted.state;
         let normals = state.normals();
         let size = 2 * state.spline.control.len() + state.of_place() + SHARED;
@@ -33,10 +51,6 @@ impl Moves {
                     sums[(*index, column)] += own.dot(&moved);
                 }
             }
-        }
-        for mut column in sums.column_iter_mut() {
-            let solved = root.solve(&DVector::from_column_slice(column.as_slice()));
-            column.copy_from(&solved);
         }
         sums
     }

@@ -1,6 +1,6 @@
 //! Points in base in their order along a curve, open or closed, and the spline through them.
 
-use crate::curve::graph::Graph;
+use crate::curve::graph::{ASIDE, Graph, directions};
 use crate::curve::spline::Spline;
 use nalgebra::Vector3;
 use trueline_lsq::Loss;
@@ -9,9 +9,7 @@ use trueline_lsq::Loss;
 const MOST_POINTS: usize = 500;
 /// The curve must connect this part of the points.
 const LEAST_CONNECTED: f64 = 0.6;
-/// A neighbour is on one side if it is so far along, in radii …
-const ASIDE: f64 = 0.3;
-/// … and an end has less than this part of its neighbours on one of them.
+/// An end has less than this part of its neighbours on one side.
 const LEAST_SIDE: f64 = 0.2;
 /// The spline is fitted with a loss of this scale, m.
 const SCALE_M: f64 = 3e-3;
@@ -32,11 +30,38 @@ pub(crate) struct Ordered {
 /// The order of points, m; `None` where they are no one curve.
 #[must_use]
 pub(crate) fn ordered(points: &[Vector3<f64>]) -> Option<Ordered> {
-    let graph = Graph::of(points)?.bridged(points).largest_part();
+    let graph = Graph::of(points)?.parted(points).bridged(points).largest_part();
     if (graph.size() as f64) < LEAST_CONNECTED * points.len() as f64 {
         return None;
     }
     ordered_by(&graph, points)
+}
+
+/// What keeps points from being one curve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Obstacle {
+    /// The curve crosses itself.
+    Crosses,
+    /// They are on several pieces.
+    InPieces,
+}
+
+/// What keeps points in the order of time, m, from being one curve, if that can be said.
+#[must_use]
+pub(crate) fn obstacle(points: &[Vector3<f64>]) -> Option<Obstacle> {
+    let some = thinned(points);
+    let graph = Graph::of(&some)?.parted(&some).bridged(&some);
+    if graph.is_parted() {
+        return Some(Obstacle::Crosses);
+    }
+    let all = graph.size() as f64;
+    ((graph.largest_part().size() as f64) < LEAST_CONNECTED * all).then_some(Obstacle::InPieces)
+}
+
+/// One in several points, so that they are not too many.
+fn thinned(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    let every = points.len().div_ceil(MOST_POINTS).max(1);
+    points.iter().step_by(every).copied().collect()
 }
 
 /// The same by a graph.
@@ -45,7 +70,8 @@ pub(crate) fn ordered_by(graph: &Graph, points: &[Vector3<f64>]) -> Option<Order
     let start = graph.kept.iter().position(|kept| *kept)?;
     let (end, _) = graph.farthest(start)?;
     if let Some(direction) = through(graph, points, end) {
-        let near = |k: usize| (points[k] - points[end]).norm() < graph.radius_m;
+        let near =
+            |k: usize| (points[k] - points[end]).norm() < graph.radius_m && graph.are_on_one_branch(k, end);
         let cut = graph.without(near);
         if let Some(closed) = closed_at(graph, &cut, points, end, &direction) {
             return Some(closed);
@@ -89,8 +115,10 @@ fn closed_at(
     /// Range of the search for the beginning around the cut, in radii.
     const BESIDE: f64 = 2.5;
     let off = |k: usize| points[k] - points[at];
-    let ahead =
-        |k: &usize| cut.kept[*k] && direction.dot(&off(*k)) > 0.0 && off(*k).norm() < BESIDE * graph.radius_m;
+    let ahead = |k: &usize| {
+        let is_near = off(*k).norm() < BESIDE * graph.radius_m;
+        cut.kept[*k] && is_near && direction.dot(&off(*k)) > 0.0 && graph.are_on_one_branch(*k, at)
+    };
     let begin = (0..points.len()).filter(ahead).min_by(|a, b| off(*a).norm().total_cmp(&off(*b).norm()))?;
     let (last, distances_m) = cut.farthest(begin)?;
     let reached = distances_m.iter().filter(|d| d.is_finite()).count();
@@ -110,17 +138,17 @@ fn closed_at(
 }
 
 /// The curve through points in base, m, with knots of about a spacing, and where on it each of them is; `None` where they are no
-/// one curve, or it is longer than `most_length_m`.
+/// one curve, or it is longer than `most_length_m`. A closed one that may not be is cut where it begins.
 #[must_use]
 pub(crate) fn curve_through(
     points: &[Vector3<f64>],
     spacing_m: f64,
-    most_control: usize,
+    (may_close, most_control): (bool, usize),
     most_length_m: f64,
 ) -> Option<(Spline, Vec<f64>)> {
-    let every = points.len().div_ceil(MOST_POINTS).max(1);
-    let some: Vec<Vector3<f64>> = points.iter().step_by(every).copied().collect();
+    let some = thinned(points);
     let Ordered { along_m, length_m, closed } = ordered(&some)?;
+    let closed = closed && may_close;
     if length_m > most_length_m {
         return None;
     }
@@ -140,17 +168,36 @@ pub(crate) fn curve_through(
         }
         spline = Spline::through(&samples, *lengths_m.last()?, spacing_m, closed, most_control)?;
     }
-    let u_m = points.iter().map(|point| nearest(&spline, point)).collect();
+    let u_m = places_on(&spline, points);
     Some((spline, u_m))
+}
+
+/// u of each of some points in the order of time, m: the nearest place of the curve, and where it crosses itself one that goes where they go.
+#[must_use]
+pub(crate) fn places_on(spline: &Spline, points: &[Vector3<f64>]) -> Vec<f64> {
+    if !spline.meets_itself() {
+        return points.iter().map(|point| nearest(spline, point)).collect();
+    }
+    let along = directions(points);
+    points.iter().zip(&along).map(|(point, along)| nearest_along(spline, point, Some(along))).collect()
 }
 
 /// u of the sample of a curve that is nearest to a point, m.
 #[must_use]
 pub(crate) fn nearest(spline: &Spline, point: &Vector3<f64>) -> f64 {
+    nearest_along(spline, point, None)
+}
+
+/// The same; a sample where the curve goes elsewhere than `along` is as far as a knot farther.
+fn nearest_along(spline: &Spline, point: &Vector3<f64>, along: Option<&Vector3<f64>>) -> f64 {
     const PER_KNOT: usize = 3;
     let step_m = spline.spacing_m / PER_KNOT as f64;
     let steps = (spline.span_m() / step_m).round() as usize;
-    let squared = |k: &usize| (spline.point(*k as f64 * step_m) - point).norm_squared();
+    let squared = |k: &usize| {
+        let (place, tangent) = spline.at(&spline.basis(*k as f64 * step_m));
+        let aside = along.map_or(0.0, |along| 1.0 - along.dot(&tangent).powi(2) / tangent.norm_squared());
+        (place - point).norm_squared() + aside * spline.spacing_m.powi(2)
+    };
     let best = (0..=steps).min_by(|a, b| squared(a).total_cmp(&squared(b))).unwrap_or(0);
     best as f64 * step_m
 }

@@ -4,7 +4,7 @@ use crate::curve::motion::Motion;
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::Observations;
 use nalgebra::{Vector2, Vector3};
-use trueline_model::LaserSheet;
+use trueline_model::{LaserSheet, SheetShape};
 
 /// A seam point that was measured.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +19,8 @@ pub(crate) struct Reading {
     pub covariance: [f64; 3],
     /// Row of the feature in the recording, from 0.
     pub row: u32,
+    /// Which line.
+    pub line: u32,
 }
 
 /// All of a scan.
@@ -44,6 +46,7 @@ impl Readings {
             in_sheet: observations.sheet.coordinates(&o.point_in_camera),
             covariance: o.covariance,
             row: o.row,
+            line: o.line,
         });
         Self {
             list: list.collect(),
@@ -51,6 +54,32 @@ impl Readings {
             sheet: observations.sheet,
             noise: NoiseLevels { factor: 1.0, ..noise },
         }
+    }
+
+    /// The lines that were seen, rising.
+    #[must_use]
+    pub(crate) fn labels(&self) -> Vec<u32> {
+        let mut labels: Vec<u32> = self.list.iter().map(|reading| reading.line).collect();
+        labels.sort_unstable();
+        labels.dedup();
+        labels
+    }
+
+    /// The readings of a line, by their places in the list.
+    pub(crate) fn of_line(&self, label: u32) -> impl Iterator<Item = usize> {
+        self.list.iter().enumerate().filter(move |(_, reading)| reading.line == label).map(|(k, _)| k)
+    }
+
+    /// The same where the sheet has a shape.
+    #[must_use]
+    pub(crate) fn corrected(&self, shape: &SheetShape) -> Self {
+        let mut corrected = self.clone();
+        for reading in &mut corrected.list {
+            let there = shape.corrected(&reading.in_sheet).0;
+            reading.point += self.sheet.axes() * (there - reading.in_sheet);
+            reading.in_sheet = there;
+        }
+        corrected
     }
 
     /// How long the scan lasts, s.

@@ -31,7 +31,8 @@ pub(crate) fn moves(readings: &Readings, fitted: &Fitted, sigmas: RobotSigmas) -
         }
         Some((*k, by))
     };
-    Moves { errors: 6 * field.modes(), readings: poses.iter().filter_map(by_pose).collect() }
+    let readings = poses.iter().filter_map(by_pose).collect();
+    Moves { errors: 6 * field.modes(), readings, every }
 }
 
 /// One in several readings that carry weight, with the robot's pose at each.

@@ -118,6 +118,7 @@ impl View<'_> {
     fn crossing(&self, from_u_m: f64) -> Option<f64> {
         let (normal, offset_m) = (self.sheet.plane().normal(), self.sheet.plane().offset());
         let most_m = MOST_KNOTS * self.spline.spacing_m;
+        let [from_m, to_m] = self.spline.ends_m(from_u_m);
         let mut u_m = from_u_m;
         for _ in 0..STEPS {
             let (point, tangent) = self.curve(&self.spline.basis(u_m));
@@ -129,7 +130,7 @@ impl View<'_> {
             u_m += step_m.clamp(-most_m, most_m);
             if !self.spline.closed {
                 // One knot beyond the ends the last segment still is a curve.
-                u_m = u_m.clamp(-self.spline.spacing_m, self.spline.span_m() + self.spline.spacing_m);
+                u_m = u_m.clamp(from_m - self.spline.spacing_m, to_m + self.spline.spacing_m);
             }
             if step_m.abs() < CONVERGED_M {
                 let u_m = self.spline.wrapped(u_m);

@@ -27,6 +27,7 @@ pub(crate) fn loosest_m(spacing_m: f64) -> f64 {
 }
 
 /// The equations at a state, by their parts.
+#[derive(Clone, Debug)]
 pub(crate) struct Parts {
     data: Arrow,
     prior: Arrow,

@@ -3,14 +3,16 @@
 use crate::curve::arrow::ArrowRoot;
 use crate::curve::equations::{Known, State, sights};
 use crate::curve::fit::{Fitted, Terms, Weighing};
-use crate::curve::joint::{Rough, reknotted, rough, spacing_for};
-use crate::curve::order::nearest;
+use crate::curve::joint::{Rough, rough};
+use crate::curve::knots::{reknotted, spacing_for};
+use crate::curve::order::places_on;
 use crate::curve::readings::Readings;
 use crate::curve::seen::Seen;
 use crate::curve::sight::in_base;
 use crate::curve::smoothness::{Parts, likeliest, loosest_m};
 use crate::curve::starts::{Candidate, SEARCHES, everywhere, offsets_s, sifted};
 use crate::parallel;
+use nalgebra::Vector3;
 use trueline_dataset::Guess;
 
 /// Knots of the answer, m …
@@ -43,12 +45,25 @@ pub(crate) struct Search<'a> {
     pub threads: usize,
 }
 
-impl Search<'_> {
+/// What a search found.
+pub(crate) struct Found {
     /// The best rough answer; `None` where no start leads to a curve.
+    pub best: Option<Rough>,
+    /// What windows explain best.
+    pub nearest: Option<Candidate>,
+}
+
+/// The better of one and the first of some candidates.
+fn nearer(before: Option<Candidate>, candidates: &[Candidate]) -> Option<Candidate> {
+    before.into_iter().chain(candidates.first().copied()).min_by(|a, b| a.cost.total_cmp(&b.cost))
+}
+
+impl Search<'_> {
+    /// The best rough answer.
     #[must_use]
-    pub(crate) fn find(&self) -> Option<Rough> {
+    pub(crate) fn find(&self) -> Found {
         let readings = self.readings.searched();
-        let mut best: Option<Rough> = None;
+        let (mut best, mut nearest) = (None, None);
         let guessed = self.guess.map(|guess| {
             let start = |time_offset_s: f64| Guess { time_offset_s, ..*guess };
             // The guess first: what else explains the scan is asked afterwards.
@@ -57,6 +72,7 @@ impl Search<'_> {
             sifted(&readings, &starts, GUESSED_WINDOW_S, self.threads)
         });
         if let Some(candidates) = guessed {
+            nearest = nearer(nearest, &candidates);
             best = self.first_good(&readings, &candidates, best);
         }
         for breadth in SEARCHES {
@@ -65,9 +81,10 @@ impl Search<'_> {
             }
             let starts = everywhere(self.within_s, breadth.attitudes);
             let candidates = sifted(&readings, &starts, breadth.window_s, self.threads);
+            nearest = nearer(nearest, &candidates);
             best = self.first_good(&readings, &candidates, best);
         }
-        best
+        Found { best, nearest }
     }
 
     /// The first good answer among candidates, or the best of all.
@@ -120,9 +137,17 @@ pub(crate) struct Finished {
 
 /// The same state with all readings.
 pub(crate) fn of_all(readings: &Readings, state: &State) -> State {
-    let place =
-        |reading| in_base(readings, reading, &state.at).map_or(0.0, |point| nearest(&state.spline, &point));
-    State { u_m: readings.list.iter().map(place).collect(), ..state.clone() }
+    let mut u_m = vec![0.0; readings.list.len()];
+    for (label, control) in readings.labels().into_iter().zip(state.spline.pieces()) {
+        let place = |k: usize| Some((k, in_base(readings, &readings.list[k], &state.at)?));
+        let (own, points): (Vec<usize>, Vec<Vector3<f64>>) =
+            readings.of_line(label).filter_map(place).unzip();
+        let first_m = control.start as f64 * state.spline.spacing_m;
+        for (k, place_m) in own.into_iter().zip(places_on(&state.spline.piece(control), &points)) {
+            u_m[k] = first_m + place_m;
+        }
+    }
+    State { u_m, ..state.clone() }
 }
 
 /// Knots of an answer, m: fine, but with enough readings each.

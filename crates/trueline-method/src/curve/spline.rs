@@ -1,9 +1,11 @@
 //! A uniform cubic B-spline in base, open or closed.
 //!
 //! c(u) = Σ B_k(u) C_k with u ≈ arc length in m. On the segment j = ⌊u/h⌋ four control points count: j … j + 3, of a closed
-//! spline modulo their number.
+//! spline modulo their number. Several open curves are one spline in pieces: between the control points a … b of a piece and the next there are
+//! three segments, (b − 3) h < u < b h, that are no curve.
 
 use nalgebra::{DMatrix, Vector3, Vector4};
+use std::ops::Range;
 
 /// The least number of control points: of a closed curve each must differ from the three before and the three behind it.
 pub(crate) const LEAST_CONTROL: usize = 8;
@@ -17,6 +19,8 @@ pub(crate) struct Spline {
     pub spacing_m: f64,
     /// Whether its end is its beginning.
     pub closed: bool,
+    /// The first control point of each piece but the first.
+    pub breaks: Vec<usize>,
 }
 
 /// Where u is on a spline: its segment's first control point, and the four weights of value and slope.
@@ -57,18 +61,51 @@ impl Spline {
         if self.closed { u_m.rem_euclid(self.span_m()) } else { u_m }
     }
 
+    /// The control points of each piece.
+    pub(crate) fn pieces(&self) -> impl Iterator<Item = Range<usize>> {
+        let ends = self.breaks.iter().copied().chain(std::iter::once(self.control.len()));
+        std::iter::once(0).chain(self.breaks.iter().copied()).zip(ends).map(|(from, to)| from..to)
+    }
+
+    /// The control points of the piece that u is on, or nearest to.
+    #[must_use]
+    #[inline]
+    fn piece_at(&self, u_m: f64) -> Range<usize> {
+        // Of the three segments between two pieces each has a half.
+        let is_before = |first: &usize| u_m / self.spacing_m < *first as f64 - 1.5;
+        let next = self.breaks.iter().position(is_before).unwrap_or(self.breaks.len());
+        let from = if next == 0 { 0 } else { self.breaks[next - 1] };
+        from..self.breaks.get(next).copied().unwrap_or(self.control.len())
+    }
+
+    /// From where to where the piece of an open spline goes that u is on, or nearest to, m.
+    #[must_use]
+    pub(crate) fn ends_m(&self, u_m: f64) -> [f64; 2] {
+        let piece = self.piece_at(u_m);
+        [piece.start, piece.end - 3].map(|knot| knot as f64 * self.spacing_m)
+    }
+
+    /// A piece alone.
+    #[must_use]
+    pub(crate) fn piece(&self, control: Range<usize>) -> Self {
+        Self { control: self.control[control].to_vec(), breaks: Vec::new(), ..*self }
+    }
+
     /// Whether u is on the spline.
     #[must_use]
     pub(crate) fn holds(&self, u_m: f64) -> bool {
-        self.closed || (0.0..=self.span_m()).contains(&u_m)
+        let [from_m, to_m] = self.ends_m(u_m);
+        self.closed || (from_m..=to_m).contains(&u_m)
     }
 
     /// The weights at u; beyond the ends of an open spline the last segment goes on.
     #[must_use]
     pub(crate) fn basis(&self, u_m: f64) -> Basis {
-        let segments = if self.closed { self.control.len() } else { self.control.len() - 3 };
-        let place = self.wrapped(u_m) / self.spacing_m;
-        let first = (place.floor().max(0.0) as usize).min(segments - 1);
+        let u_m = self.wrapped(u_m);
+        let piece = self.piece_at(u_m);
+        let last = if self.closed { piece.end - 1 } else { piece.end - 4 };
+        let place = u_m / self.spacing_m;
+        let first = (place.floor().max(0.0) as usize).clamp(piece.start, last);
         let s = place - first as f64;
         let (s2, s3) = (s * s, s * s * s);
         let value = Vector4::new(
@@ -115,7 +152,9 @@ impl Spline {
                 let (previous, next) = if self.closed {
                     ((k + count - 1) % count, (k + 1) % count)
                 } else {
-                    (k.saturating_sub(1), (k + 1).min(count - 1))
+                    let from = self.breaks.iter().rev().copied().find(|first| *first <= k).unwrap_or(0);
+                    let end = self.breaks.iter().copied().find(|first| *first > k).unwrap_or(count);
+                    (k.max(from + 1) - 1, (k + 1).min(end - 1))
                 };
                 let normals = square_to(&(self.control[next] - self.control[previous]), before.as_ref());
                 before = Some(normals);
@@ -124,13 +163,33 @@ impl Spline {
             .collect()
     }
 
+    /// Whether two places of it are nearer than a knot in space, and not along it.
+    #[must_use]
+    pub(crate) fn meets_itself(&self) -> bool {
+        /// Places that are so many knots apart are not near along the curve.
+        const APART: usize = 4;
+        let count = (self.span_m() / self.spacing_m).round() as usize;
+        let points: Vec<Vector3<f64>> = (0..=count).map(|k| self.point(k as f64 * self.spacing_m)).collect();
+        let apart = |i: usize, j: usize| {
+            let steps = j - i;
+            if self.closed { steps.min(count - steps) } else { steps }
+        };
+        let mut pairs = (0..=count).flat_map(|i| (i + APART..=count).map(move |j| (i, j)));
+        pairs.any(|(i, j)| apart(i, j) >= APART && (points[i] - points[j]).norm() < self.spacing_m)
+    }
+
     /// Length of the curve, m: that of its chords, four a knot.
     #[must_use]
     pub(crate) fn length_m(&self) -> f64 {
-        self.arc_lengths(4).last().copied().unwrap_or(0.0)
+        let own = |spline: &Self| spline.arc_lengths(4).last().copied().unwrap_or(0.0);
+        if self.breaks.is_empty() {
+            own(self)
+        } else {
+            self.pieces().map(|piece| own(&self.piece(piece))).sum()
+        }
     }
 
-    /// Arc length from the beginning at every 1/`per_knot` of a knot, m.
+    /// Arc length of a single piece from the beginning at every 1/`per_knot` of a knot, m.
     #[must_use]
     pub(crate) fn arc_lengths(&self, per_knot: usize) -> Vec<f64> {
         let steps = (self.span_m() / self.spacing_m).round() as usize * per_knot;
@@ -172,7 +231,8 @@ impl Spline {
         let segments = Self::segments(length_m, spacing_m, closed).min(most);
         let count = if closed { segments } else { segments + 3 };
         let spacing_m = length_m / segments as f64;
-        let mut spline = Self { control: vec![Vector3::zeros(); count], spacing_m, closed };
+        let breaks = Vec::new();
+        let mut spline = Self { control: vec![Vector3::zeros(); count], spacing_m, closed, breaks };
         let (mut hessian, mut right) = (DMatrix::<f64>::zeros(count, count), DMatrix::<f64>::zeros(count, 3));
         for (u_m, point, weight) in samples {
             let basis = spline.basis(*u_m);
@@ -186,7 +246,7 @@ impl Spline {
                 }
             }
         }
-        for m in 0..spline.third_differences() {
+        for m in spline.third_differences() {
             for (i, a) in THIRD.iter().enumerate() {
                 for (j, b) in THIRD.iter().enumerate() {
                     hessian[(spline.index(m + i), spline.index(m + j))] += SMOOTH * a * b;
@@ -200,10 +260,13 @@ impl Spline {
         spline.control.iter().all(|c| c.iter().all(|x| x.is_finite())).then_some(spline)
     }
 
-    /// Number of third differences of the control points.
+    /// Where the third differences of the control points begin: none goes from one piece to the next.
     #[must_use]
-    pub(crate) fn third_differences(&self) -> usize {
-        if self.closed { self.control.len() } else { self.control.len() - 3 }
+    pub(crate) fn third_differences(&self) -> Vec<usize> {
+        if self.closed {
+            return (0..self.control.len()).collect();
+        }
+        self.pieces().flat_map(|piece| piece.start..piece.end - 3).collect()
     }
 }
 
@@ -242,7 +305,7 @@ mod tests {
                 Vector3::new(0.1 * a.cos(), 0.1 * a.sin(), 0.02 * (2.0 * a).sin())
             })
             .collect();
-        Spline { control, spacing_m: 0.045, closed }
+        Spline { control, spacing_m: 0.045, closed, breaks: Vec::new() }
     }
 
     #[test]

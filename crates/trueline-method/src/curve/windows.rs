@@ -6,7 +6,7 @@
 
 use crate::curve::arrow::SHARED;
 use crate::curve::readings::Readings;
-use crate::curve::sight::{HandEye, moved, moving};
+use crate::curve::sight::{HandEye, moved};
 use nalgebra::{Matrix2x3, Matrix3, SMatrix, SVector, Vector2, Vector3};
 use trueline_dataset::Guess;
 use trueline_geometry::so3;
@@ -37,16 +37,19 @@ impl Windows {
     #[must_use]
     pub(crate) fn of(readings: &Readings, lasts_s: f64, rate_hz: f64) -> Self {
         let mut spans: Vec<Vec<usize>> = Vec::new();
-        let (mut begun, mut taken) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
-        for (k, reading) in readings.list.iter().enumerate() {
-            if reading.stamp_s - begun >= lasts_s {
-                begun = reading.stamp_s;
-                spans.push(Vec::new());
-            }
-            if reading.stamp_s - taken >= 1.0 / rate_hz - 1e-9 {
-                taken = reading.stamp_s;
-                if let Some(span) = spans.last_mut() {
-                    span.push(k);
+        for label in readings.labels() {
+            let (mut begun, mut taken) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+            for k in readings.of_line(label) {
+                let stamp_s = readings.list[k].stamp_s;
+                if stamp_s - begun >= lasts_s {
+                    begun = stamp_s;
+                    spans.push(Vec::new());
+                }
+                if stamp_s - taken >= 1.0 / rate_hz - 1e-9 {
+                    taken = stamp_s;
+                    if let Some(span) = spans.last_mut() {
+                        span.push(k);
+                    }
                 }
             }
         }
@@ -78,21 +81,30 @@ impl Windows {
             let sums = if only_time { sums.of_time() } else { sums };
             at = moved(&at, &sums.step(&at)?);
         }
-        let last_m = *scales_m.last()?;
-        Some((at, self.sums(readings, &at, last_m, true).cost))
+        Some((at, self.cost(readings, &at, *scales_m.last()?)))
+    }
+
+    /// Mean loss with a scale, m, where the points give the directions: 0 to 1.
+    fn cost(&self, readings: &Readings, at: &Guess, scale_m: f64) -> f64 {
+        let (mut placed, mut explained) = (Vec::new(), 0.0);
+        for span in &self.spans {
+            place(readings, at, span, &mut placed);
+            let frame = Frame::of(&placed, true).filter(|_| placed.len() >= LEAST_READINGS);
+            let parabola = frame.and_then(|frame| Parabola::of(&frame, scale_m));
+            explained += parabola.map_or(0.0, |parabola| parabola.explained);
+        }
+        1.0 - explained / self.count.max(1) as f64
     }
 
     fn sums(&self, readings: &Readings, at: &Guess, scale_m: f64, by_points: bool) -> Sums {
         let mut sums = Sums::default();
         let mut placed = Vec::new();
-        let mut explained = 0.0;
         for span in &self.spans {
             place(readings, at, span, &mut placed);
             if placed.len() >= LEAST_READINGS {
-                explained += sums.add(&placed, scale_m, by_points);
+                sums.add(&placed, scale_m, by_points);
             }
         }
-        sums.cost = 1.0 - explained / self.count.max(1) as f64;
         sums
     }
 }
@@ -111,7 +123,7 @@ fn place(readings: &Readings, at: &Guess, span: &[usize], placed: &mut Vec<Place
     let normal_in_tool = hand_eye.rotation * readings.sheet.plane().normal().into_inner();
     for k in span {
         let reading = &readings.list[*k];
-        let Some(moving) = moving(readings, reading, at) else { continue };
+        let Some(moving) = readings.motion.nearly_at(reading.stamp_s - at.time_offset_s) else { continue };
         let turned = hand_eye.rotation * reading.point;
         let lever = turned + hand_eye.translation;
         let mut by_shared = SMatrix::<f64, 3, SHARED>::zeros();
@@ -128,24 +140,18 @@ fn place(readings: &Readings, at: &Guess, span: &[usize], placed: &mut Vec<Place
 }
 
 /// The equations of all windows.
+#[derive(Default)]
 struct Sums {
     hessian: Shared,
     gradient: SVector<f64, SHARED>,
-    cost: f64,
-}
-
-impl Default for Sums {
-    fn default() -> Self {
-        Self { hessian: Shared::zeros(), gradient: SVector::zeros(), cost: 1.0 }
-    }
 }
 
 impl Sums {
-    /// Adds a window; the part of its readings that its parabola explains, as a sum of 1 − loss.
-    fn add(&mut self, placed: &[Placed], scale_m: f64, by_points: bool) -> f64 {
-        let Some(frame) = Frame::of(placed, by_points) else { return 0.0 };
-        let Some(parabola) = Parabola::of(&frame, scale_m) else { return 0.0 };
-        let Some(inverse) = parabola.moments.try_inverse() else { return 0.0 };
+    /// Adds a window.
+    fn add(&mut self, placed: &[Placed], scale_m: f64, by_points: bool) {
+        let Some(frame) = Frame::of(placed, by_points) else { return };
+        let Some(parabola) = Parabola::of(&frame, scale_m) else { return };
+        let Some(inverse) = parabola.moments.try_inverse() else { return };
         let mut cross = [SMatrix::<f64, 3, SHARED>::zeros(); 2];
         for (k, placed) in placed.iter().enumerate() {
             let (powers, weight) = (frame.powers(k), parabola.weights[k] / scale_m.powi(2));
@@ -163,7 +169,6 @@ impl Sums {
         for cross in &cross {
             self.hessian -= cross.tr_mul(&(inverse * cross)) * scale_m.powi(2);
         }
-        parabola.explained
     }
 
     /// The same with the hand-eye transform held.
@@ -255,6 +260,7 @@ struct Parabola {
     coefficients: SMatrix<f64, 3, 2>,
     moments: Matrix3<f64>,
     weights: Vec<f64>,
+    /// What of the readings it explains, as a sum of 1 − loss.
     explained: f64,
 }
 

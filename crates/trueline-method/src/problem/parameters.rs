@@ -21,7 +21,7 @@ pub struct Parameters {
     pub lines: Vec<Line>,
     /// The bow of each line; empty where lines are straight.
     pub curvatures: Vec<Curvature>,
-    /// The sensor's shape; `None` where it is exact. Only together with bows.
+    /// The sensor's shape; `None` where it is exact. Only together with bows, or without lines.
     pub shape: Option<SheetShape>,
 }
 
@@ -42,6 +42,7 @@ impl Parameters {
     #[must_use]
     pub fn unknowns(&self) -> Unknowns {
         let model = match (self.curvatures.is_empty(), &self.shape) {
+            (true, Some(_)) if self.lines.is_empty() => Model::Shaped,
             (true, _) => Model::Straight,
             (false, None) => Model::Bowed,
             (false, Some(_)) => Model::Shaped,

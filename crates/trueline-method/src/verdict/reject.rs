@@ -14,7 +14,7 @@ use crate::assess::profile_likelihood;
 use crate::assess::seam_error::SeamError;
 use crate::assess::sensor_shape::SensorShape;
 use crate::config::{CONSIDERED_CEILING_M, Hold, SEAM_ERROR_CEILING_M, SensorMode};
-use crate::curve::answer::CurveEstimate;
+use crate::curve::estimate::CurveEstimate;
 use crate::findings::Findings;
 use crate::hypotheses::drift_and_step::Step;
 use crate::hypotheses::search::Mirrored;

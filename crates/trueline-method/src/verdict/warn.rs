@@ -16,7 +16,7 @@ use crate::assess::cross_validation::HeldOut;
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
 use crate::axes::finding::{AxisFinding, AxisPart};
 use crate::config::Measurements;
-use crate::curve::answer::CurveEstimate;
+use crate::curve::estimate::CurveEstimate;
 use crate::findings::Findings;
 use crate::hypotheses::ambiguity::RivalAnswer;
 use crate::hypotheses::search::Mirrored;

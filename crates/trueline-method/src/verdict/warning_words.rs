@@ -342,7 +342,7 @@ pub(super) fn knots_near_weave(spacing_m: f64, weave_m: f64) -> String {
 
 /// A curve was not tried.
 pub(super) fn curve_untried(why: &str) -> String {
-    format!("no straight line explains the scan; a curve was not tried, because {why}")
+    format!("no straight line explains the scan, and there is no curve instead: {why}")
 }
 
 /// Options that a curve does not use.

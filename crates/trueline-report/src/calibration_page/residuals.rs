@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_dataset::{Measured, Sensor};
 use trueline_method::assess::residuals::FeatureResidual;
-use trueline_method::curve::answer::CurveEstimate;
+use trueline_method::curve::estimate::CurveEstimate;
 use trueline_method::order_statistics::median;
 
 pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
@@ -99,12 +99,20 @@ fn over_time(shown: &Shown<'_>, columns: &mut Columns) -> Chart {
     }
 }
 
-/// Place of the curve's point that is nearest, along the curve, mm.
+/// Place of the curve's point that is nearest, along the curve, mm; of several seams one after the other.
 fn along_curve_mm(curve: &CurveEstimate, point: &Vector3<f64>) -> f64 {
     let squared = |k: &usize| (curve.points_m[*k] - point).norm_squared();
-    let nearest = (0..curve.points_m.len()).min_by(|a, b| squared(a).total_cmp(&squared(b)));
-    let steps = curve.points_m.len().saturating_sub(1).max(1);
-    nearest.unwrap_or(0) as f64 / steps as f64 * curve.length_m * MM_PER_M
+    let nearest = (0..curve.points_m.len()).min_by(|a, b| squared(a).total_cmp(&squared(b))).unwrap_or(0);
+    let mut before_m = 0.0;
+    for seam in &curve.seams {
+        if seam.points.contains(&nearest) {
+            let steps = seam.points.len().saturating_sub(1).max(1);
+            before_m += (nearest - seam.points.start) as f64 / steps as f64 * seam.length_m;
+            break;
+        }
+        before_m += seam.length_m;
+    }
+    before_m * MM_PER_M
 }
 
 /// Words of a line, and of a curve that is unrolled.

@@ -108,7 +108,13 @@ fn fitted(shown: &Shown<'_>, seam: &[Vector3<f64>], columns: &mut Columns) -> Ve
         let name = if lines.len() > 1 { format!("line {k}") } else { "line".to_owned() };
         parts.push(part(name, ends(line, seam)));
     }
-    parts.extend(c.findings.curve.as_ref().map(|curve| part("curve".to_owned(), curve.points_m.clone())));
+    if let Some(curve) = &c.findings.curve {
+        for seam in &curve.seams {
+            let name =
+                if curve.seams.len() > 1 { format!("curve {}", seam.label) } else { "curve".to_owned() };
+            parts.push(part(name, curve.points_m[seam.points.clone()].to_vec()));
+        }
+    }
     parts
 }
 

@@ -2,41 +2,25 @@
 
 mod checks;
 mod models;
+mod scan;
 
-use crate::assess::file_frame::{FileFrame, HandEyeOfFile};
-use crate::assess::levels::SystematicLevels;
-use crate::assess::residuals::{self, FeatureResidual};
-use crate::assess::seam_error::{self, SeamError, Share, SharedError};
-use crate::calibrate::curved::checks::{ambiguity, observability};
-use crate::calibrate::curved::models::{models, of_curve};
+use crate::calibrate::curved::models::of_curve;
+use crate::calibrate::curved::scan::Scan;
 use crate::calibration::Calibration;
 use crate::config::{Config, Measurements, ResidualKind, SensorMode, Target};
-use crate::curve::answer::{Answered, Asked};
-use crate::curve::considered::{DetectorError, EdgeError, Errors, ShapeError};
-use crate::curve::fit::{CONVERGED, TUKEY_SIGMAS};
+use crate::curve::answer::Answered;
+use crate::curve::order::Obstacle;
 use crate::curve::readings::Readings;
 use crate::curve::registration::bends_m;
-use crate::curve::sight::{in_base, moving};
-use crate::curve::solve::{READINGS_PER_KNOT, Search};
-use crate::curve::spline::{LEAST_CONTROL, square_to};
+use crate::curve::solve::READINGS_PER_KNOT;
+use crate::curve::spline::LEAST_CONTROL;
 use crate::error::Error;
-use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Unknowns};
+use crate::findings::{ClockFindings, Findings};
 use crate::hypotheses::drift_and_step::Drift;
-use crate::hypotheses::search::Mirrored;
-use crate::input::noise_levels::NoiseLevels;
-use crate::input::observations::{Observations, observe_by, origin_ns};
-use crate::input::shape_knowledge::ShapeKnowledge;
-use crate::input::skip::Skip;
-use crate::input::timestamps::{Dejittered, Sampling};
 use crate::models::Because;
-use crate::problem::parameters::{LINES, Parameters, TIME_OFFSET};
 use crate::verdict::mistake::others_leave;
 use crate::verdict::{self, Reason};
-use nalgebra::{DMatrix, UnitVector3, Vector2};
-use std::collections::BTreeMap;
 use trueline_dataset::{Guess, Recording};
-use trueline_geometry::Line;
-use trueline_lsq::{Loss, Termination};
 
 /// A line that bows by more than this at its visible ends may be an arc, m. The parabola underestimates the uncertainty of an arc.
 const BOWED_M: f64 = 5e-3;
@@ -83,9 +67,11 @@ pub(crate) fn answered(
         return if is_forced { Err(Error::NoCurve { why }) } else { Ok(line) };
     }
     let _stage = tracing::debug_span!("curve").entered();
-    let Some(answer) = scan.asked(guess, config).answer() else {
-        const WHY: &str = "no curve explains most of the seam points to within half a millimetre";
-        return if is_forced { Err(Error::NoCurve { why: WHY }) } else { Ok(line) };
+    let answer = match scan.asked(guess, config).answer() {
+        Ok(answer) => answer,
+        Err(obstacle) if is_forced => return Err(Error::NoCurve { why: why_none(obstacle) }),
+        Err(Some(obstacle)) => return Ok(untried(line, why_none(Some(obstacle)))),
+        Err(None) => return Ok(line),
     };
     let free = scan.asked(guess, config).without_drift(answer, scan.rate_sigma_ppm);
     let scan = scan.dated(free.readings);
@@ -101,6 +87,19 @@ pub(crate) fn answered(
     let mut answer = scan.calibration(recording, guess, (line, clock), &answer);
     answer.findings.unused_on_curve = unused.iter().map(|(option, _)| *option).collect();
     Ok(Calibration { verdict: verdict::of(&answer.findings), ..answer })
+}
+
+/// Why there is no curve.
+fn why_none(obstacle: Option<Obstacle>) -> &'static str {
+    match obstacle {
+        Some(Obstacle::Crosses) => {
+            "the seam crosses itself, and the scan does not tell its branches apart there: scan each branch alone"
+        }
+        Some(Obstacle::InPieces) => {
+            "the seam points lie on several pieces, and the sensor never went on from one to the next: scan each piece alone"
+        }
+        None => "no curve explains most of the seam points to within half a millimetre",
+    }
 }
 
 fn clock(drift: Option<Drift>, drifted: Option<Drift>) -> ClockFindings {
@@ -139,8 +138,8 @@ fn unsupported(config: &Config, line: &Calibration) -> Option<&'static str> {
         Some("a quantity is held fixed that a curve does not have")
     } else if line.findings.stripes.as_ref().is_some_and(|stripes| stripes.used != Measurements::Seam) {
         Some("whole stripes support straight seams only")
-    } else if line.best_fit().lines.len() != 1 {
-        Some("the features name several lines")
+    } else if line.best_fit().lines.len() != 1 && config.seam_cad.is_some() {
+        Some("the features name several lines, and a drawing has one seam")
     } else {
         None
     }
@@ -211,229 +210,4 @@ fn with_curve_refused(mut line: Calibration, answer: &Answered) -> Calibration {
         line.findings.models_tried.push(of_curve(&first, answer, Because::CurveNoBetter));
     }
     line
-}
-
-/// A scan as input of a curve estimate.
-struct Scan {
-    observations: Observations,
-    readings: Readings,
-    /// Variance that the stamps add to the time offset, s².
-    stamps_s2: f64,
-    levels: SystematicLevels,
-    /// Standard deviation of the stamp clocks' rates, parts per million.
-    rate_sigma_ppm: f64,
-}
-
-impl Scan {
-    fn of(recording: &Recording, config: &Config) -> Option<Self> {
-        let sampling = Sampling::of(recording, origin_ns(recording));
-        let dejittered: Dejittered = sampling.of_arrival(config);
-        let observations = observe_by(dejittered, recording, &sampling, config).ok()?;
-        let noise = NoiseLevels {
-            robot_sigma_m: config.robot_sigma_m.unwrap_or(observations.robot.noise_m),
-            stamp_sigma_s: sampling.stamp_sigma_s(config, dejittered),
-            factor: 1.0,
-        };
-        let readings = Readings::of(&observations, noise);
-        let stamps_s = sampling.phase_sigma_s(dejittered).hypot(observations.robot.late_sigma_s);
-        let knowledge = ShapeKnowledge::of(recording, &observations);
-        let levels = SystematicLevels::of(recording, config, &knowledge, true);
-        // For a line the assumed levels are estimated too and hardly widen the uncertainty. A curve only considers them, so only stated levels are
-        // used.
-        let is_stated = config.feature_bias_px != Config::default().feature_bias_px;
-        let levels = SystematicLevels {
-            held_shape: levels.held_shape.filter(|_| knowledge.stated),
-            feature_bias_px: if is_stated { levels.feature_bias_px } else { 0.0 },
-            ..levels
-        };
-        let rate_sigma_ppm = sampling.rate_sigma_ppm(dejittered);
-        Some(Self { observations, readings, stamps_s2: stamps_s.powi(2), levels, rate_sigma_ppm })
-    }
-
-    /// The same with re-dated readings, if there are any.
-    fn dated(mut self, readings: Option<Readings>) -> Self {
-        if let Some(readings) = readings {
-            for (observation, reading) in self.observations.list.iter_mut().zip(&readings.list) {
-                observation.stamp_s = reading.stamp_s;
-            }
-            self.readings = readings;
-        }
-        self
-    }
-
-    fn asked<'a>(&'a self, guess: Option<&'a Guess>, config: &'a Config) -> Asked<'a> {
-        let (within_s, threads) = (config.offset_search_s, config.threads);
-        let search = Search { readings: &self.readings, within_s, guess, threads };
-        Asked { search, errors: self.errors(), known: &config.known }
-    }
-
-    fn errors(&self) -> Errors<'_> {
-        let origin_m = self.observations.shape_origin_m.into();
-        let shape = self.levels.held_shape.map(|covariance| ShapeError { covariance, origin_m });
-        let SystematicLevels { robot, edge_radius_m, feature_bias_px: px, .. } = self.levels;
-        let edge = EdgeError { radius_m: edge_radius_m, from_origin: self.observations.are_pixels };
-        let detector = DetectorError { px, observations: &self.observations };
-        Errors { robot, shape, edge, detector: (px > 0.0).then_some(detector) }
-    }
-
-    /// The calibration, with the streams of the line's calibration.
-    fn calibration(
-        &self,
-        recording: &Recording,
-        guess: Option<&Guess>,
-        (line, clock): (Calibration, ClockFindings),
-        answer: &Answered,
-    ) -> Calibration {
-        let mut findings = line.findings;
-        findings.unknowns = self.unknowns(answer);
-        let (features, skipped) = self.residuals(answer);
-        let stamp_of = |f: &FeatureResidual| recording.features[f.row as usize].stamp_ns;
-        findings.fit = FitFindings {
-            residuals: residuals::summarise(&features, skipped),
-            feature_stamps_ns: features.iter().map(stamp_of).collect(),
-            noise_factor: answer.finished.factor,
-            structure: crate::assess::correlated_noise::Structure::Unknown,
-            amplitudes: None,
-            widened_by: None,
-            covariance_model_share: 1.0,
-            termination: Termination::CostConverged { decrease: CONVERGED, threshold: CONVERGED },
-            iterations: Vec::new(),
-            sheet_fit_rms_m: self.observations.sheet_fit_rms_m,
-            features,
-        };
-        let is_seen = answer.components.iter().all(|seen| *seen);
-        let seam_error = is_seen.then(|| self.seam_error(answer, &findings)).flatten();
-        findings.checks = self.checks(answer, guess, &findings, seam_error);
-        findings.clock = clock;
-        findings.stripes = None;
-        findings.models_tried = models(&findings, answer);
-        findings.curve = Some(answer.curve.clone());
-        Calibration { verdict: verdict::of(&findings), findings }
-    }
-
-    fn unknowns(&self, answer: &Answered) -> Unknowns {
-        let parameters = Parameters::straight(&answer.at(), Vec::new());
-        let mut noise = DMatrix::from_fn(LINES, LINES, |i, j| answer.noise[(i, j)]);
-        noise[(TIME_OFFSET, TIME_OFFSET)] += self.stamps_s2;
-        let own = |columns: &DMatrix<f64>| columns * columns.transpose();
-        let covariance = answer.shares.iter().fold(noise.clone(), |sum, share| sum + own(&share.columns));
-        let of_file = HandEyeOfFile::of(FileFrame::of_estimate(), &parameters, &covariance, &noise);
-        Unknowns {
-            observability: observability(answer, &parameters),
-            parameters,
-            covariance,
-            noise_covariance: noise,
-            sensor: None,
-            corrected: None,
-            stated: None,
-            written: None,
-            of_file,
-            estimated: vec![true; LINES],
-            held_at_guess: false,
-            has_time_offset: true,
-        }
-    }
-
-    fn residuals(&self, answer: &Answered) -> (Vec<FeatureResidual>, BTreeMap<Skip, usize>) {
-        let fitted = &answer.finished.fitted;
-        let loss = Loss::Tukey { scale: TUKEY_SIGMAS };
-        let mut skipped = self.observations.skipped.clone();
-        let mut list = Vec::with_capacity(self.readings.list.len());
-        for (k, reading) in self.readings.list.iter().enumerate() {
-            let at = &fitted.state.at;
-            let (Some(seen), Some(place), Some(robot)) = (
-                &fitted.sights[k],
-                in_base(&self.readings, reading, at),
-                moving(&self.readings, reading, at),
-            ) else {
-                *skipped.entry(Skip::AlongPlane).or_insert(0) += 1;
-                continue;
-            };
-            let base_from_sheet = robot.attitude
-                * at.tool_from_camera.rotation.to_rotation_matrix().into_inner()
-                * self.readings.sheet.axes();
-            let off = base_from_sheet * seen.residual;
-            let across = square_to(&seen.tangent, None);
-            let whitened = fitted.whiteners[k] * seen.residual / answer.finished.variance.sqrt();
-            let observation = &self.observations.list[k];
-            let to_px = || Some(observation.sheet_per_px().try_inverse()? * seen.residual);
-            list.push(FeatureResidual {
-                row: reading.row,
-                line: 0,
-                stamp_s: reading.stamp_s,
-                point_in_base: place,
-                offset_m: Vector2::new(across[0].dot(&off), across[1].dot(&off)),
-                residual_px: self.observations.are_pixels.then(to_px).flatten(),
-                in_sheet_m: Some(seen.residual),
-                crossing_m_s: Some(seen.by_shared.column(0).into_owned()),
-                whitened,
-                normalised: whitened.norm(),
-                weight: loss.weight(whitened.norm_squared()),
-            });
-        }
-        (list, skipped)
-    }
-
-    /// The error of a seam point along the tangent at the middle of the curve.
-    fn seam_error(&self, answer: &Answered, findings: &Findings) -> Option<SeamError> {
-        let points = &answer.curve.points_m;
-        let middle = points.len() / 2;
-        let ahead = points.get(middle + 1)? - points.get(middle)?;
-        let line = Line::new(points[middle], &UnitVector3::try_new(ahead, f64::EPSILON)?);
-        let at = Parameters::straight(&answer.at(), vec![line]);
-        let size = at.dimension();
-        let noise =
-            DMatrix::from_fn(
-                size,
-                size,
-                |i, j| {
-                    if i < LINES && j < LINES { answer.noise[(i, j)] } else { 0.0 }
-                },
-            );
-        let with_line = |share: &Share| Share {
-            columns: share.columns.clone().resize_vertically(size, 0.0),
-            ..share.clone()
-        };
-        let shares: Vec<Share> = answer.shares.iter().map(with_line).collect();
-        seam_error::of_shares(
-            &self.observations,
-            &self.observations.list,
-            &at,
-            &SharedError {
-                noise: &noise,
-                stamps_variance_s2: self.stamps_s2,
-                shares: &shares,
-                levels: self.levels,
-                speed_m_s: findings.config.used_at.speed_m_s,
-            },
-        )
-    }
-
-    fn checks(
-        &self,
-        answer: &Answered,
-        guess: Option<&Guess>,
-        findings: &Findings,
-        seam_error: Option<SeamError>,
-    ) -> Checks {
-        Checks {
-            mirrored: Mirrored::ToldApart,
-            ambiguity: ambiguity(answer, guess, &findings.config),
-            better: None,
-            held_out: None,
-            outlier_segments: Vec::new(),
-            seam_error,
-            held_sensor: None,
-            confounded_causes: Vec::new(),
-            held_off: Vec::new(),
-            drawn_line_shifts: Vec::new(),
-            better_without_drawing_m: None,
-            cause: None,
-            lens: None,
-            robot_taken: self.levels.robot,
-            robot_seems: None,
-            feature_bias: None,
-            seam_point_error: None,
-        }
-    }
 }

@@ -27,6 +27,9 @@ fn role_beside_curve(block: Block, answer: &Answered) -> Role {
         Block::Detector => ShareOf::Detector,
         Block::EdgeRadius => ShareOf::EdgeRadius,
     };
+    if of == ShareOf::Sensor && answer.shape.is_some() {
+        return Role::Estimated;
+    }
     let is_considered = |share: &Share| share.of == of && share.columns.ncols() > 0;
     if answer.shares.iter().any(is_considered) { Role::Considered } else { Role::Held }
 }

@@ -28,8 +28,8 @@ fn a_sensor_that_is_off_moves_the_answer_as_its_column_says() {
     let places = || readings.list.iter().map(|reading| reading.in_sheet);
     let origin_m = places().sum::<Vector2<f64>>() / readings.list.len() as f64;
     let sigmas = SVector::<f64, 5>::from([1e-3, 1e-3, 1e-3, 0.03, 0.03]);
-    let shape =
-        Some(ShapeError { covariance: nalgebra::Matrix5::from_diagonal(&sigmas.map(|s| s * s)), origin_m });
+    let covariance = nalgebra::Matrix5::from_diagonal(&sigmas.map(|s| s * s));
+    let shape = Some(ShapeError { covariance, origin_m, is_estimated: false, is_stated: true });
     let exact = answered_with(&readings, &truth, Errors { shape, ..Errors::NONE });
     let expected = columns(&exact, ShareOf::Sensor);
     let moved_by = |answer: &Answered| step_between(&exact.at(), &answer.at());
@@ -55,6 +55,41 @@ fn a_sensor_that_is_off_moves_the_answer_as_its_column_says() {
             assert!(off < size + least, "{error} {from}: {moved} {expected}");
         }
     }
+}
+
+/// A shape of one standard deviation is found from readings without noise, and with it the answer is where it is with an exact sensor.
+#[test]
+fn a_shape_that_the_scan_shows_is_taken_out() {
+    let (recording, _) = scan_curve(&CurveScan::good(CurveKind::Pipe), 3);
+    let (readings, truth) = readings(&recording, false);
+    let places = || readings.list.iter().map(|reading| reading.in_sheet);
+    let origin_m = places().sum::<Vector2<f64>>() / readings.list.len() as f64;
+    let sigmas = SVector::<f64, 5>::from([5e-3, 5e-3, 5e-3, 0.15, 0.15]);
+    let covariance = nalgebra::Matrix5::from_diagonal(&sigmas.map(|s| s * s));
+    let held = ShapeError { covariance, origin_m, is_estimated: false, is_stated: true };
+    let estimated = ShapeError { is_estimated: true, is_stated: false, ..held };
+    let mut spoilt = readings.clone();
+    let step = SVector::<f64, 5>::from([5e-3, -5e-3, 4e-3, 0.1, -0.1]);
+    let true_shape = SheetShape::exact_about(&origin_m).retract(&step);
+    for reading in &mut spoilt.list {
+        reading.in_sheet = true_shape.reported(&reading.in_sheet).reported;
+        reading.point = Vector3::new(reading.in_sheet.x, 0.0, reading.in_sheet.y);
+    }
+    let with = |shape| answered_with(&spoilt, &truth, Errors { shape: Some(shape), ..Errors::NONE });
+    let (held, found) = (with(held), with(estimated));
+    let shape = found.shape.unwrap();
+    assert!(held.shape.is_none());
+    let squares = |columns: &nalgebra::DMatrix<f64>| columns.norm_squared();
+    let share = found.shares.iter().find(|share| share.of == ShareOf::Sensor).unwrap();
+    // It is found within 4 of its standard deviations, which are smaller than those before.
+    let sigma = share.shape.as_ref().unwrap();
+    for k in 0..5 {
+        let own = sigma.row(k).norm();
+        assert!(own < sigmas[k], "{k}: {own}");
+        assert!((shape.h[k] - step[k]).abs() < 4.0 * own, "{k}: {} {own}", shape.h[k]);
+    }
+    assert!(squares(&share.columns) < 0.5 * squares(&columns(&held, ShareOf::Sensor)));
+    assert!(found.finished.factor < held.finished.factor);
 }
 
 /// A sensor that is nearer by the radius sees the same: along its range, and only there.
