@@ -153,6 +153,6 @@ fn real_profiles_of_a_sphere_at_stops_hold_out_as_their_uncertainty_says() {
     assert_eq!(result["sphere"]["arcs"], 15, "{result:#}");
     let held_out = &result["checks"]["held_out"];
     let [rms_mm, expected_mm] = ["rms_mm", "expected_rms_mm"].map(|key| held_out[key].as_f64().unwrap());
-    println!("{result:#}");
-    assert!(rms_mm < 0.8 && rms_mm < 1.3 * expected_mm, "{held_out}");
+    // Three numbers a profile, less nine that are estimated: the RMS of 36 is known to 1/√72 of itself, and three of these are 0.35.
+    assert!(rms_mm < 0.8 && rms_mm < (1.0 + 3.0 / 72f64.sqrt()) * expected_mm, "{held_out}");
 }

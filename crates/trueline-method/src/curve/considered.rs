@@ -57,8 +57,6 @@ pub(crate) struct ShapeError {
     pub origin_m: Vector2<f64>,
     /// Whether the scan may improve it.
     pub is_estimated: bool,
-    /// Whether somebody states it; else it is assumed, and counts only where the scan improves it.
-    pub is_stated: bool,
 }
 
 /// One of them at a fit.
@@ -89,18 +87,12 @@ impl Errors<'_> {
         detector: None,
     };
 
-    /// The same with what is assumed of the sensor as if it were stated.
-    #[must_use]
-    pub(crate) fn with_assumed(self) -> Self {
-        Self { shape: self.shape.map(|shape| ShapeError { is_stated: true, ..shape }), ..self }
-    }
-
     /// All of them at a fit.
     #[must_use]
     pub(crate) fn at(&self, readings: &Readings, fitted: &Fitted) -> Vec<Considered> {
         let moves = robot::moves(readings, fitted, self.robot);
         let robot = Considered { of: ShareOf::Robot, moves, shape: None };
-        let shape = self.shape.as_ref().filter(|shape| shape.is_stated).and_then(|shape| shape.at(readings));
+        let shape = self.shape.as_ref().and_then(|shape| shape.at(readings));
         let edge = (self.edge.radius_m > 0.0).then(|| self.edge.at(readings, fitted));
         let detector = self.detector.as_ref().map(|detector| detector.at(fitted));
         std::iter::once(robot).chain(shape).chain(edge).chain(detector).collect()

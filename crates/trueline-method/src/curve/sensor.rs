@@ -91,7 +91,7 @@ impl Beside {
 pub(crate) fn with_shape(readings: &Readings, finished: &Finished, errors: &Errors<'_>) -> Option<WithShape> {
     let is_seen = finished.seen.components.iter().all(|seen| *seen);
     let ShapeError { origin_m, .. } = errors.shape.filter(|shape| is_seen && shape.is_estimated)?;
-    let considered = errors.with_assumed().at(readings, &finished.fitted);
+    let considered = errors.at(readings, &finished.fitted);
     let at = considered.iter().position(|one| one.of == ShareOf::Sensor)?;
     let half = considered[at].shape.as_ref()?;
     if considered.iter().any(|one| one.moves.every > 1) {

@@ -13,14 +13,10 @@ const OFFSET_STEP_S: f64 = 0.1;
 const FIRST_M: [f64; 4] = [60e-3, 30e-3, 30e-3, 10e-3];
 /// … then for the better half …
 const SECOND_M: [f64; 4] = [10e-3, 10e-3, 5e-3, 5e-3];
-/// … for the best …
-const THIRD_M: [f64; 3] = [5e-3, 3e-3, 2e-3];
-/// … and for the best of those, of all readings.
-const LAST_M: [f64; 4] = [1e-3, 1e-3, 0.5e-3, 0.5e-3];
-/// Starts that are followed on …
+/// … and for the best of all readings.
+const LAST_M: [f64; 7] = [5e-3, 3e-3, 2e-3, 1e-3, 1e-3, 0.5e-3, 0.5e-3];
+/// Starts that are followed to their end.
 const FOLLOWED: usize = 60;
-/// … and to their end: at 2 mm the right ones are far ahead of all others.
-const FOLLOWED_TO_END: usize = 24;
 /// Readings that are looked at until then, 1/s.
 const RATE_HZ: f64 = 10.0;
 /// … and then.
@@ -110,8 +106,7 @@ pub(crate) fn sifted_by(
     };
     let first = follow(&thin, starts, &FIRST_M, 0);
     let second = follow(&thin, &states(&first, first.len().div_ceil(2)), &SECOND_M, FIRST_M.len());
-    let third = follow(&thin, &states(&second, FOLLOWED), &THIRD_M, FIRST_M.len());
-    let last = follow(&dense, &states(&third, FOLLOWED_TO_END), &LAST_M, FIRST_M.len());
+    let last = follow(&dense, &states(&second, FOLLOWED), &LAST_M, FIRST_M.len());
     different(last, DIFFERENT)
 }
 

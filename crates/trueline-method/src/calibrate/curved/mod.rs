@@ -151,7 +151,7 @@ fn too_little(readings: &Readings) -> Option<&'static str> {
     few.then_some("a curve has at least eight knots and needs five seam points for each: there are fewer")
 }
 
-/// Whether the line is refused for its structure: it does not fit, or not with one attitude.
+/// Whether the line is refused for its structure: it does not fit, or not with one attitude or offset. The other side of a corner looks like another offset.
 fn is_refused(line: &Calibration) -> bool {
     let of_structure = |reason: &Reason| {
         matches!(
@@ -164,6 +164,7 @@ fn is_refused(line: &Calibration) -> bool {
                 | Reason::TooFewUsed { .. }
                 | Reason::SeamErrorTooLarge { .. }
                 | Reason::WrongTimeOffset { .. }
+                | Reason::OtherTimeOffset { .. }
                 | Reason::WorseMinimum { .. }
         )
     };

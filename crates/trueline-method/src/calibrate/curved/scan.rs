@@ -61,11 +61,11 @@ impl Scan {
         let stamps_s = sampling.phase_sigma_s(dejittered).hypot(observations.robot.late_sigma_s);
         let knowledge = ShapeKnowledge::of(recording, &observations);
         let levels = SystematicLevels::of(recording, config, &knowledge, true);
-        let improves_sensor = config.sensor == SensorMode::Prior;
+        // An assumed shape is far larger than most sensors' and a curve hardly improves it: a sensor without a statement counts as exact.
+        let improves_sensor = config.sensor == SensorMode::Prior && knowledge.stated;
         let is_stated = config.feature_bias_px != Config::default().feature_bias_px;
         let levels = SystematicLevels {
-            // What is assumed of a sensor is far more than it is off by: only where the scan improves it is it of any use.
-            held_shape: levels.held_shape.filter(|_| knowledge.stated || improves_sensor),
+            held_shape: levels.held_shape.filter(|_| knowledge.stated),
             feature_bias_px: if is_stated { levels.feature_bias_px } else { 0.0 },
             ..levels
         };
@@ -104,7 +104,6 @@ impl Scan {
             covariance,
             origin_m,
             is_estimated: self.improves_sensor,
-            is_stated: self.knowledge.stated,
         });
         let SystematicLevels { robot, edge_radius_m, feature_bias_px: px, .. } = self.levels;
         let edge = EdgeError { radius_m: edge_radius_m, from_origin: self.observations.are_pixels };

@@ -29,7 +29,7 @@ fn a_sensor_that_is_off_moves_the_answer_as_its_column_says() {
     let origin_m = places().sum::<Vector2<f64>>() / readings.list.len() as f64;
     let sigmas = SVector::<f64, 5>::from([1e-3, 1e-3, 1e-3, 0.03, 0.03]);
     let covariance = nalgebra::Matrix5::from_diagonal(&sigmas.map(|s| s * s));
-    let shape = Some(ShapeError { covariance, origin_m, is_estimated: false, is_stated: true });
+    let shape = Some(ShapeError { covariance, origin_m, is_estimated: false });
     let exact = answered_with(&readings, &truth, Errors { shape, ..Errors::NONE });
     let expected = columns(&exact, ShareOf::Sensor);
     let moved_by = |answer: &Answered| step_between(&exact.at(), &answer.at());
@@ -66,8 +66,8 @@ fn a_shape_that_the_scan_shows_is_taken_out() {
     let origin_m = places().sum::<Vector2<f64>>() / readings.list.len() as f64;
     let sigmas = SVector::<f64, 5>::from([5e-3, 5e-3, 5e-3, 0.15, 0.15]);
     let covariance = nalgebra::Matrix5::from_diagonal(&sigmas.map(|s| s * s));
-    let held = ShapeError { covariance, origin_m, is_estimated: false, is_stated: true };
-    let estimated = ShapeError { is_estimated: true, is_stated: false, ..held };
+    let held = ShapeError { covariance, origin_m, is_estimated: false };
+    let estimated = ShapeError { is_estimated: true, ..held };
     let mut spoilt = readings.clone();
     let step = SVector::<f64, 5>::from([5e-3, -5e-3, 4e-3, 0.1, -0.1]);
     let true_shape = SheetShape::exact_about(&origin_m).retract(&step);
