@@ -4,7 +4,7 @@ use crate::progress;
 use std::time::Duration;
 use trueline_dataset::Recording;
 use trueline_method::diagnose::doctor::diagnose;
-use trueline_method::{Calibration, Config, Reason};
+use trueline_method::{Calibration, Config, Reason, Target};
 
 /// After this no further mistake is tried: `trueline doctor` has more time.
 const LONGEST: Duration = Duration::from_secs(5);
@@ -18,7 +18,10 @@ pub(crate) fn found(
     quiet: bool,
 ) -> Option<String> {
     let first = calibration.reasons().first()?;
-    if !matches!(first, Reason::ResidualsTooLarge { .. } | Reason::TooManyOutliers { .. }) {
+    let is_misfit = matches!(first, Reason::ResidualsTooLarge { .. } | Reason::TooManyOutliers { .. });
+    // A curve can follow data with a mistake in them. A straight line that fits without the mistake explains them better.
+    let is_curve = calibration.findings.curve.is_some() && config.target != Target::Curve;
+    if !is_misfit && !is_curve {
         return None;
     }
     let look = || diagnose(recording, config, Some(LONGEST), |_| {});

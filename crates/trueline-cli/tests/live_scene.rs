@@ -12,11 +12,28 @@ use std::thread;
 use std::time::Duration;
 use trueline::rt::{Carrier, PlacerCalibration, SensorModel, Settings};
 use trueline_cell::{CellListener, LivePlacer, LiveScene};
+use trueline_dataset::RobotSample;
 use trueline_dataset::Sensor;
 use trueline_mcap::live::{LiveView, LogLevel};
 use trueline_mcap::{Entry, Listener, RobotEntry, SEAM_TOPIC};
 use trueline_sim::{Preset, simulate};
 use viewer::Viewer;
+
+/// A pose of the robot as it is recorded.
+fn pose(sequence: u32, sample: &RobotSample) -> Entry {
+    Entry::Robot(RobotEntry {
+        is_egm: false,
+        ptp_ns: None,
+        datagram: Vec::new(),
+        from: SocketAddr::from(([127, 0, 0, 1], 1)),
+        steady_ns: sample.stamp_ns,
+        kernel_wall_ns: None,
+        read_wall_ns: 0,
+        sequence,
+        device_ns: 0,
+        base_from_tool: sample.base_from_tool,
+    })
+}
 
 /// Root mean square distance of what a viewer saw from the true seam, m, where the time offset is off by so much.
 fn distance_m(wrong_by_s: f64) -> f64 {
@@ -65,18 +82,7 @@ fn distance_m(wrong_by_s: f64) -> f64 {
         while let Some(feature) = features.next_if(|feature| feature.stamp_ns <= sample.stamp_ns) {
             scene.seam(feature);
         }
-        scene.entry(&Entry::Robot(RobotEntry {
-            is_egm: false,
-            ptp_ns: None,
-            datagram: Vec::new(),
-            from: SocketAddr::from(([127, 0, 0, 1], 1)),
-            steady_ns: sample.stamp_ns,
-            kernel_wall_ns: None,
-            read_wall_ns: 0,
-            sequence,
-            device_ns: 0,
-            base_from_tool: sample.base_from_tool,
-        }));
+        scene.entry(&pose(sequence, sample));
     }
     channels.log(0, LogLevel::Info, "the end");
     let squares = watching.join().unwrap();

@@ -47,12 +47,9 @@ fn reason_values(reason: &Reason) -> Value {
         Reason::WorseMinimum { better_time_offset_s } => {
             json!({ "better_time_offset_s": better_time_offset_s })
         }
-        Reason::WrongTimeOffset { time_offset_s, better_time_offset_s, explains, better_explains } => json!({
-            "time_offset_s": time_offset_s,
-            "better_time_offset_s": better_time_offset_s,
-            "explains": explains,
-            "better_explains": better_explains,
-        }),
+        Reason::WrongTimeOffset { time_offset_s, better_time_offset_s, explains, better_explains } => {
+            offset_values([time_offset_s, better_time_offset_s], [explains, better_explains])
+        }
         Reason::CurveCollapsed { length_m, before_m } => {
             json!({ "length_mm": length_m * MM_PER_M, "before_mm": before_m * MM_PER_M })
         }
@@ -70,19 +67,11 @@ fn reason_values(reason: &Reason) -> Value {
             facts["beyond_stated"] = json!(beyond_stated);
             facts
         }
-        Reason::HeldOff { off: HeldOff::TimeOffset { held_s, found_s, sigma_s } } => {
-            json!({ "held": "time-offset", "held_s": held_s, "found_s": found_s, "sigma_s": sigma_s })
-        }
-        Reason::HeldOff { off: HeldOff::HandEye { turned_rad, shifted_m, sigmas } } => json!({
-            "held": "hand-eye", "turned_deg": turned_rad.to_degrees(), "shifted_mm": shifted_m * MM_PER_M, "sigmas": sigmas,
-        }),
+        Reason::HeldOff { off } => held_off(off),
         Reason::DrawnLineOff { shift } => drawn_line_off(shift),
-        Reason::TooFewUsed { used, features, mostly, mostly_count } => json!({
-            "used": used,
-            "features": features,
-            "mostly": mostly.code(),
-            "mostly_count": mostly_count,
-        }),
+        Reason::TooFewUsed { used, features, mostly, mostly_count } => {
+            json!({ "used": used, "features": features, "mostly": mostly.code(), "mostly_count": mostly_count })
+        }
         Reason::CoarseRobotStamps { repeated, rows } => json!({ "repeated": repeated, "rows": rows }),
         Reason::StripesContradict { sigmas, apart } => apart_values(*sigmas, apart),
         Reason::TooManyOutliers { outliers } => {
@@ -104,6 +93,28 @@ fn reason_values(reason: &Reason) -> Value {
         Reason::RequirementUnobservable { quantity, required_si } => {
             measured(*quantity, &[("required", *required_si)])
         }
+    }
+}
+
+/// Two time offsets, and the part of the features that each explains.
+fn offset_values([own_s, better_s]: [&f64; 2], [explains, better_explains]: [&f64; 2]) -> Value {
+    json!({
+        "time_offset_s": own_s,
+        "better_time_offset_s": better_s,
+        "explains": explains,
+        "better_explains": better_explains,
+    })
+}
+
+/// A held quantity that the scan contradicts.
+fn held_off(off: &HeldOff) -> Value {
+    match off {
+        HeldOff::TimeOffset { held_s, found_s, sigma_s } => {
+            json!({ "held": "time-offset", "held_s": held_s, "found_s": found_s, "sigma_s": sigma_s })
+        }
+        HeldOff::HandEye { turned_rad, shifted_m, sigmas } => json!({
+            "held": "hand-eye", "turned_deg": turned_rad.to_degrees(), "shifted_mm": shifted_m * MM_PER_M, "sigmas": sigmas,
+        }),
     }
 }
 

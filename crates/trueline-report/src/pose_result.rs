@@ -2,6 +2,7 @@
 
 use crate::export::time_offset;
 use crate::number::{positive_w, with_sigma};
+use crate::sphere_result::Shared;
 pub use crate::sphere_result::SphereReport;
 use crate::summary::AT_STOPS;
 use nalgebra::{SMatrix, Vector3};
@@ -52,7 +53,7 @@ pub struct PoseReport<'a> {
 }
 
 impl PoseReport<'_> {
-    pub(crate) fn used(&self) -> usize {
+    fn used(&self) -> usize {
         self.fit.used.iter().filter(|used| **used).count()
     }
 
@@ -75,7 +76,7 @@ impl PoseReport<'_> {
         }
     }
 
-    pub(crate) fn is_target_known(&self, first: usize, limit: f64) -> bool {
+    fn is_target_known(&self, first: usize, limit: f64) -> bool {
         (first..first + 3).all(|k| self.covariance[(k, k)] <= limit * limit)
     }
 }
@@ -97,7 +98,7 @@ pub fn of(report: &PoseReport<'_>) -> ResultFile {
         time_offset_use: time_offset_s.filter(|_| is_accepted).map(time_offset_use),
         tool_from_camera: hand_eye(report),
         base_from_target: report.sphere.is_none().then(|| target(report)),
-        sphere: report.sphere.as_ref().map(|of| of.entry(report)),
+        sphere: report.sphere.as_ref().map(|of| of.entry(&of_sphere(report))),
         sigma: sigma(report, &report.covariance),
         sigma_noise: sigma(report, &fit.covariance),
         covariance: covariance(report),
@@ -285,7 +286,7 @@ pub fn text(report: &PoseReport<'_>) -> String {
     let _ = writeln!(out, "  {carrier}:");
     write_hand_eye(&mut out, report);
     match &report.sphere {
-        Some(sphere) => sphere.write(&mut out, report),
+        Some(sphere) => sphere.write(&mut out, &of_sphere(report)),
         None => write_target(&mut out, report),
     }
     out
@@ -353,6 +354,18 @@ fn write_target(out: &mut String, report: &PoseReport<'_>) {
     );
     if fit.unplaced > 0 {
         let _ = writeln!(out, "  {} sightings are outside the robot's recording", fit.unplaced);
+    }
+}
+
+/// The part of a report that a sphere's own part needs.
+fn of_sphere(report: &PoseReport<'_>) -> Shared {
+    let is_known = report.is_target_known(TARGET + 3, hidden::MOST_SHIFT_M);
+    let sigma_m = |k: usize| report.covariance[(TARGET + 3 + k, TARGET + 3 + k)].max(0.0).sqrt();
+    Shared {
+        center_sigma_m: is_known.then(|| [0, 1, 2].map(sigma_m)),
+        in_tool: report.beside_robot,
+        used: report.used(),
+        robot_noise_m: report.robot_noise_m,
     }
 }
 

@@ -1,13 +1,10 @@
 //! The part of a calibration's result that is of a sphere.
 
 use crate::number::with_sigma;
-use crate::pose_result::PoseReport;
 use std::fmt::Write;
 use trueline_dataset::result_file::{CrossValidation, SensorEntry, SphereEntry};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::SensorMode;
-use trueline_sensor::board_hand_eye::hidden;
-use trueline_sensor::board_hand_eye::joint::TARGET;
 use trueline_sensor::sphere::SphereFit;
 
 /// A sphere as a calibration's target.
@@ -20,15 +17,26 @@ pub struct SphereReport<'a> {
     pub mode: SensorMode,
 }
 
+/// The part of a calibration that a sphere shares with other targets.
+pub(crate) struct Shared {
+    /// Standard deviation of the centre's coordinates, m; `None` if it is not determined.
+    pub center_sigma_m: Option<[f64; 3]>,
+    /// Whether the robot carries the sphere: the centre is in the tool, not in base.
+    pub in_tool: bool,
+    /// Number of profiles in use.
+    pub used: usize,
+    /// Noise of a recorded position of the robot, per axis, m.
+    pub robot_noise_m: f64,
+}
+
 impl SphereReport<'_> {
     /// The sphere in the file of a result.
-    pub(crate) fn entry(&self, report: &PoseReport<'_>) -> SphereEntry {
+    pub(crate) fn entry(&self, shared: &Shared) -> SphereEntry {
         let center = &self.sphere.pose.unknowns.base_from_target.translation.vector;
-        let known = report.is_target_known(TARGET + 3, hidden::MOST_SHIFT_M);
-        let sigma = |k: usize| report.covariance[(TARGET + 3 + k, TARGET + 3 + k)].max(0.0).sqrt();
+        let sigma_m = |k: usize| shared.center_sigma_m.map(|sigma_m| sigma_m[k]);
         SphereEntry {
-            center_mm: [0, 1, 2].map(|k| known.then(|| center[k] * MM_PER_M)),
-            sigma_center_mm: [0, 1, 2].map(|k| known.then(|| sigma(k) * MM_PER_M)),
+            center_mm: [0, 1, 2].map(|k| sigma_m(k).map(|_| center[k] * MM_PER_M)),
+            sigma_center_mm: [0, 1, 2].map(|k| sigma_m(k).map(|m| m * MM_PER_M)),
             radius_mm: self.sphere.radius_m * MM_PER_M,
             sigma_radius_mm: self.sphere.radius_sigma_m.map(|m| m * MM_PER_M),
             sigma_circle_mm: [3, 4, 5].map(|k| self.sphere.pose.sigma[k] * MM_PER_M),
@@ -61,9 +69,9 @@ impl SphereReport<'_> {
     }
 
     /// The sphere in a few lines.
-    pub(crate) fn write(&self, out: &mut String, report: &PoseReport<'_>) {
-        let entry = self.entry(report);
-        let frame = if report.beside_robot { "the tool" } else { "base" };
+    pub(crate) fn write(&self, out: &mut String, shared: &Shared) {
+        let entry = self.entry(shared);
+        let frame = if shared.in_tool { "the tool" } else { "base" };
         // Writing to a String cannot fail.
         let _ = writeln!(out, "\n  sphere in {frame}:");
         for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
@@ -84,11 +92,11 @@ impl SphereReport<'_> {
              and {depth:.3} mm in depth, its radius {of_radius:.3} mm; robot {:.4} mm",
             "radius",
             "used",
-            report.used(),
+            shared.used,
             entry.arcs,
             entry.profiles,
             "noise",
-            report.robot_noise_m * MM_PER_M,
+            shared.robot_noise_m * MM_PER_M,
         );
         if let Some(held_out) = self.sphere.held_out {
             let _ = writeln!(

@@ -28,23 +28,8 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     if let Some(board) = &args.board {
         return calibrate_board::run(args, board);
     }
-    if let Some(dataset) = calibrate_poses::dataset(args)? {
-        return calibrate_poses::run(args, dataset);
-    }
-    if args.target == TargetName::Poses {
-        return Err(Failure::new(
-            "--target poses needs a dataset with `kind = \"poses\"` in its sensor.toml",
-            "write the target's poses as sightings.csv, or leave --target out",
-        ));
-    }
-    if args.target == TargetName::Sphere {
-        return calibrate_sphere::run(args);
-    }
-    if args.radius_mm.is_some() {
-        return Err(Failure::new(
-            "--radius-mm belongs to --target sphere",
-            "add --target sphere, or leave it out",
-        ));
+    if let Some(code) = without_seam(args)? {
+        return Ok(code);
     }
     check_sensor(args)?;
     check_seam(args)?;
@@ -83,6 +68,29 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     let mistake = mistake::found(&opened.recording, &calibration, &config, args.quiet);
     write_results(args, &opened, &calibration, mistake.as_deref())?;
     Ok(exit_code(&calibration))
+}
+
+/// A calibration without a seam: on poses of a target, or on a sphere. `None` if the target is a seam.
+fn without_seam(args: &CalibrateArgs) -> Result<Option<ExitCode>, Failure> {
+    if let Some(dataset) = calibrate_poses::dataset(args)? {
+        return calibrate_poses::run(args, dataset).map(Some);
+    }
+    if args.target == TargetName::Poses {
+        return Err(Failure::new(
+            "--target poses needs a dataset with `kind = \"poses\"` in its sensor.toml",
+            "write the target's poses as sightings.csv, or leave --target out",
+        ));
+    }
+    if args.target == TargetName::Sphere {
+        return calibrate_sphere::run(args).map(Some);
+    }
+    if args.radius_mm.is_some() {
+        return Err(Failure::new(
+            "--radius-mm belongs to --target sphere",
+            "add --target sphere, or leave it out",
+        ));
+    }
+    Ok(None)
 }
 
 /// Takes the guess of a file that is named, and the names of all files beside the datasets.

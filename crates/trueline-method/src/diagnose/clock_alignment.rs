@@ -196,7 +196,9 @@ fn nanoseconds(seconds: f64) -> i64 {
 /// Typical residual over expected noise, for a scan that fits.
 fn residual(calibration: &Calibration) -> Option<f64> {
     let fit = &calibration.findings.fit;
-    (fit.noise_factor < FITS && fit.residuals.inlier_share() > 0.5)
+    // In one pass a curve follows readings of any other motion as well.
+    let follows_anything = calibration.findings.curve.as_ref().is_some_and(|curve| curve.is_one_pass);
+    (fit.noise_factor < FITS && fit.residuals.inlier_share() > 0.5 && !follows_anything)
         .then(|| fit.noise_factor / fit.residuals.inlier_share())
 }
 

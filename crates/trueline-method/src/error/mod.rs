@@ -291,23 +291,13 @@ impl Error {
     pub fn hint(&self) -> &'static str {
         match self {
             Self::Trajectory(_) => "was robot.csv recorded over the whole scan?",
-            Self::LaserPlaneBehind { .. } => {
-                "the sign of `offset_mm` is probably wrong: n·p = offset in the camera frame, z forward, y down"
-            }
-            Self::LaserPlaneInLens { .. } => {
-                "`offset_mm` is the distance of the plane from the camera's centre in mm: it is zero or in another unit here"
-            }
+            Self::LaserPlaneBehind { .. }
+            | Self::LaserPlaneInLens { .. }
+            | Self::SheetUndefined
+            | Self::PointsNotInSheet { .. }
+            | Self::PointsOffStatedPlane { .. } => self.hint_of_sheet(),
             Self::TooFewFeatures { .. } => "record a longer scan, or check why features were skipped",
             Self::LineMissing { .. } => "number the lines 0, 1, 2, … in the column `line`",
-            Self::SheetUndefined => {
-                "give the laser plane in sensor.toml, or sweep the feature through the field of view"
-            }
-            Self::PointsNotInSheet { .. } => {
-                "are all points measured by the same laser plane, in the camera frame?"
-            }
-            Self::PointsOffStatedPlane { .. } => {
-                "correct its [laser_plane], or leave it out to fit it to the points"
-            }
             Self::NoOverlap { .. } => "both streams must be stamped by the same clock, up to the time offset",
             Self::TooFewStops { .. } => "add stops, with the sensor tilted and turned differently at each",
             Self::TooFewImages { .. } => {
@@ -351,6 +341,27 @@ impl Error {
             Self::NoStart => {
                 "does the laser stripe cross the line, are the frames of the poses right, and does robot.csv cover the features' time?"
             }
+        }
+    }
+
+    fn hint_of_sheet(&self) -> &'static str {
+        match self {
+            Self::LaserPlaneBehind { .. } => {
+                "the sign of `offset_mm` is probably wrong: n·p = offset in the camera frame, z forward, y down"
+            }
+            Self::LaserPlaneInLens { .. } => {
+                "`offset_mm` is the distance of the plane from the camera's centre in mm: it is zero or in another unit here"
+            }
+            Self::SheetUndefined => {
+                "give the laser plane in sensor.toml, or sweep the feature through the field of view"
+            }
+            Self::PointsNotInSheet { .. } => {
+                "are all points measured by the same laser plane, in the camera frame?"
+            }
+            Self::PointsOffStatedPlane { .. } => {
+                "correct its [laser_plane], or leave it out to fit it to the points"
+            }
+            _ => "",
         }
     }
 
