@@ -7,7 +7,7 @@
 //! | `refine` | all unknowns of the best of them, by a robust fit |
 //! | `finding` | the estimate of an axis |
 //!
-//! [`crate::calibrate`] calibrates about these axes, and repeats until they no longer move.
+//! [`crate::calibrate()`] calibrates about these axes, and repeats until they no longer move.
 
 pub mod finding;
 pub(crate) mod refine;
