@@ -139,7 +139,7 @@ def test_a_drawn_seam_is_held_likewise(tmp_path: Path) -> None:
         "calibrate", str(folder), "--drawn-line", text, "--drawn-line-sigma-mm", "0.05", "--json", "-", "--quiet"
     )
     assert held.json().strip() == done.stdout.strip(), done.stderr
-    with pytest.raises(trueline.TruelineError, match="how well"):
+    with pytest.raises(trueline.TruelineError, match="uncertainty"):
         trueline.calibrate(folder, drawn_line=[points])
     with pytest.raises(trueline.TruelineError, match="no line"):
         trueline.calibrate(folder, drawn_line_sigma_mm=0.05)

@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn utf16_is_read_with_and_without_a_mark_and_latin1_as_such() {
+    fn utf16_is_read_with_and_without_a_mark_and_windows_1252_as_such() {
         let text = "zeit;X\n0;1,5\n1;2,5\n";
         let expected = "zeit,X\n0,1.5\n1,2.5\n";
         for (mark, bytes_of) in [
@@ -324,8 +324,19 @@ mod tests {
             assert_eq!((csv.as_str(), said.contains("UTF-16")), (expected, true));
         }
         let (csv, said) = plain(b"A [\xb0];X\n1;2\n");
-        assert_eq!((csv.as_str(), said.contains("Latin-1")), ("A [°],X\n1,2\n", true));
+        assert_eq!((csv.as_str(), said.contains("Windows-1252")), ("A [°],X\n1,2\n", true));
+        // 0x80 is the sign of the euro there, and a control character in Latin-1.
+        assert_eq!(plain(b"\x80,X\xe4\n1,2\n").0, "€,Xä\n1,2\n");
         assert!(plain_csv(Path::new("f"), vec![0xff, 0xfe, 0x41, 0x00, 0x42], None).is_err());
+    }
+
+    #[test]
+    fn text_of_a_japanese_controller_is_recognised() {
+        // "とき" (time) and "位置" (position).
+        let (csv, said) = plain(b"\x82\xc6\x82\xab,\x88\xca\x92u\n1,2\n");
+        assert_eq!((csv.as_str(), said.contains("Shift JIS")), ("とき,位置\n1,2\n", true));
+        // Half a character is none of Shift JIS.
+        assert!(plain(b"\x82\xc6\x82,X\n1,2\n").1.contains("Windows-1252"));
     }
 
     #[test]

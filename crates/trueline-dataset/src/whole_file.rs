@@ -17,7 +17,7 @@ pub fn write(path: &Path, content: &[u8]) -> io::Result<()> {
     if fs::metadata(path).is_ok_and(|meta| !meta.is_file()) {
         return fs::write(path, content);
     }
-    let path = followed(path);
+    let path = followed(path)?;
     let unfinished = unfinished(&path);
     let written = write_to_disk(&unfinished, content)
         .and_then(|()| keep_permissions(&path, &unfinished))
@@ -37,13 +37,13 @@ fn write_to_disk(path: &Path, content: &[u8]) -> io::Result<()> {
 }
 
 /// The file that a chain of links names; it need not be there.
-fn followed(path: &Path) -> PathBuf {
+fn followed(path: &Path) -> io::Result<PathBuf> {
     let mut at = path.to_owned();
     for _ in 0..MOST_LINKS {
-        let Ok(named) = fs::read_link(&at) else { break };
+        let Ok(named) = fs::read_link(&at) else { return Ok(at) };
         at = at.parent().map_or_else(|| named.clone(), |folder| folder.join(&named));
     }
-    at
+    Err(io::Error::other("its links lead in a circle"))
 }
 
 /// Gives a new file the permissions of the one that it replaces.
@@ -69,7 +69,7 @@ impl Unfinished {
         if fs::metadata(path).is_ok_and(|meta| !meta.is_file()) {
             return Err(io::Error::new(io::ErrorKind::InvalidInput, "only a file can be written in parts"));
         }
-        let path = followed(path);
+        let path = followed(path)?;
         let at = unfinished(&path);
         let file = fs::File::options().read(true).write(true).create(true).truncate(true).open(&at)?;
         Ok(Self { file, at, path, is_finished: false })

@@ -7,6 +7,8 @@ use crate::recording::RobotSample;
 const FURTHEST_M: f64 = 100.0;
 /// No tool stays so near to the origin of its base all the while, m.
 const NEAREST_M: f64 = 0.01;
+/// A log of fewer poses is no scan; it may be of any place.
+const LEAST_POSES: usize = 20;
 
 /// Refuses positions that no robot has.
 ///
@@ -15,9 +17,13 @@ const NEAREST_M: f64 = 0.01;
 pub(super) fn check(robot: &[RobotSample]) -> Result<(), LogProblem> {
     let distance = |sample: &RobotSample| sample.base_from_tool.translation.vector.norm();
     let furthest_m = robot.iter().map(distance).fold(0.0, f64::max);
-    let is_usual = (NEAREST_M..=FURTHEST_M).contains(&furthest_m);
+    let is_near = robot.len() >= LEAST_POSES && furthest_m < NEAREST_M;
     // A robot that is not measured at all says zero.
-    if is_usual || furthest_m == 0.0 { Ok(()) } else { Err(LogProblem::Reach { furthest_m }) }
+    if furthest_m == 0.0 || !is_near && furthest_m <= FURTHEST_M {
+        Ok(())
+    } else {
+        Err(LogProblem::Reach { furthest_m })
+    }
 }
 
 #[cfg(test)]
@@ -25,9 +31,9 @@ mod tests {
     use super::*;
     use trueline_geometry::Pose;
 
-    fn at(x_m: f64) -> [RobotSample; 1] {
+    fn at(x_m: f64) -> [RobotSample; LEAST_POSES] {
         let base_from_tool = Pose::translation(x_m, 0.0, 0.0);
-        [RobotSample { stamp_ns: 0, device_ns: None, base_from_tool }]
+        [RobotSample { stamp_ns: 0, device_ns: None, base_from_tool }; LEAST_POSES]
     }
 
     #[test]
