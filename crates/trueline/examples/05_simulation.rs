@@ -16,6 +16,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     // Along the line the time offset cannot be seen: there is no number to read, but advice.
     let blind = simulate(&Preset::AlongLine.scenario(), 5).ok_or("no seam in view")?;
     let missing = Recording::from(blind).calibrate()?.time_offset().err().ok_or("it was observable")?;
-    assert!(missing.to_string().contains("sweep the sensor across the line"), "{missing}");
+    assert!(missing.to_string().contains("Sweep the sensor across the line"), "{missing}");
     Ok(())
 }
