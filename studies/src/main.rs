@@ -91,7 +91,7 @@ const STUDIES: [Study; 17] = [
     Study {
         name: "shop_cells",
         arguments: "[CELLS A LEVEL] [LEVEL] [FIRST SEED] [--cells] [--stated] [--strict] [--plates]",
-        about: "Whole cells in which everything errs at once: accepted, and true to the stated error?",
+        about: "Whole cells with all errors of a shop: are they accepted, and are the stated errors true?",
         run: shop_cells::run,
     },
     Study {

@@ -154,7 +154,7 @@ fn global_options_stand_in_the_help_of_the_program_alone() {
     assert!(
         of_command
             .trim_end()
-            .ends_with("Global options, as --quiet, --verbose and --log-file: `trueline --help`")
+            .ends_with("Global options, such as --quiet, --verbose and --log-file: `trueline --help`")
     );
     assert!(!of_command.contains("  -v, --verbose"), "{of_command}");
 }

@@ -230,7 +230,10 @@ fn a_mended_fault_is_over_and_stays_so() {
     let history = trueline(dir.path(), &["history", "--state", "cell.sqlite", "--report", "history.html"]);
     assert!(words(&history).contains("no change seen"), "{}", words(&history));
     let page = std::fs::read_to_string(dir.path().join("history.html")).unwrap();
-    assert!(page.contains("over at weld 8 (good/weld-0006)") && page.contains(text), "the alarm and its end");
+    assert!(
+        page.contains("cleared at weld 8 (good/weld-0006)") && page.contains(text),
+        "the alarm and its end"
+    );
 }
 
 /// Below the tolerance a change is told everywhere, and is no alarm; above it is one.

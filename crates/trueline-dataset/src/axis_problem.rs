@@ -24,7 +24,7 @@ pub enum AxisProblem {
     BesideSensor,
     /// An axis that goes too far from one value to the next.
     #[error(
-        "the axis jumps by {step} within {in_s} s: values in the wrong unit, or a turn that begins anew?"
+        "the axis jumps by {step} within {in_s} s: values in the wrong unit, or an angle that wraps around?"
     )]
     Jumps {
         /// How far, with its unit.

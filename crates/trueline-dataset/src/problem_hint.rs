@@ -232,7 +232,7 @@ impl Problem {
                 "the order must be w, x, y, z; check for x, y, z, w, or Euler angles"
             }
             Self::AmbiguousAngles => {
-                "Yaskawa: euler_xyz_fixed_1_deg, _2_deg, _3_deg; Staubli: euler_xyz_intrinsic_1_deg, …; a rotation vector is in rad"
+                "Yaskawa: euler_xyz_fixed_1_deg, _2_deg, _3_deg; Stäubli: euler_xyz_intrinsic_1_deg, …; a rotation vector is in rad"
             }
             Self::NoRotationMatrix { .. } => {
                 "rows are r11 r12 r13, …; columns are the axes of the tool in base"

@@ -22,7 +22,7 @@ impl PlannedError {
     pub fn hint(&self) -> &'static str {
         match self {
             Self::Plan(error) => error.hint(),
-            Self::Sensor(_) => "the simulator knows camera_laser and profiler",
+            Self::Sensor(_) => "the simulator supports camera_laser and profiler",
         }
     }
 }

@@ -57,17 +57,17 @@ impl fmt::Display for Termination {
         match self {
             Self::NoSolution => f.write_str("the scan does not determine every unknown"),
             Self::StepConverged { step, threshold } => {
-                write!(f, "converged: last step {step:.1e} sigma, below {threshold:.0e}")
+                write!(f, "converged: last step {step:.1e} σ, below {threshold:.0e}")
             }
             Self::CostConverged { decrease, threshold } => {
                 write!(f, "converged: relative cost change {decrease:.1e}, below {threshold:.0e}")
             }
             Self::NoFurtherDecrease { damping, threshold, step } => write!(
                 f,
-                "no further decrease: damping {damping:.0e} passed {threshold:.0e}, step left over {step:.1e} sigma"
+                "no further decrease: damping {damping:.0e} passed {threshold:.0e}, step left over {step:.1e} σ"
             ),
-            Self::IterationLimit { iterations, threshold } => {
-                write!(f, "not converged: {iterations} of {threshold} iterations used up")
+            Self::IterationLimit { threshold, .. } => {
+                write!(f, "stopped at the limit of {threshold} iterations")
             }
         }
     }

@@ -220,7 +220,7 @@ fn each_end_has_its_sentence() {
     let sentences = [
         (
             Termination::StepConverged { step: 3.2e-9, threshold: 1e-7 },
-            "converged: last step 3.2e-9 sigma, below 1e-7",
+            "converged: last step 3.2e-9 σ, below 1e-7",
         ),
         (
             Termination::CostConverged { decrease: 4.5e-15, threshold: 1e-14 },
@@ -228,12 +228,9 @@ fn each_end_has_its_sentence() {
         ),
         (
             Termination::NoFurtherDecrease { damping: 4e12, threshold: 1e12, step: 5.25 },
-            "no further decrease: damping 4e12 passed 1e12, step left over 5.2e0 sigma",
+            "no further decrease: damping 4e12 passed 1e12, step left over 5.2e0 σ",
         ),
-        (
-            Termination::IterationLimit { iterations: 4, threshold: 4 },
-            "not converged: 4 of 4 iterations used up",
-        ),
+        (Termination::IterationLimit { iterations: 4, threshold: 4 }, "stopped at the limit of 4 iterations"),
     ];
     for (end, sentence) in sentences {
         assert_eq!(end.to_string(), sentence);

@@ -41,7 +41,7 @@ use trueline_lsq::Termination;
 pub struct Findings {
     /// The kind of sensor, as in `sensor.toml`.
     pub sensor_kind: &'static str,
-    /// The unknowns, and what the scan shows of them.
+    /// The unknowns, and how well the scan determines them.
     pub unknowns: Unknowns,
     /// The fit of the model.
     pub fit: FitFindings,
@@ -258,8 +258,8 @@ pub struct Checks {
 }
 
 impl Checks {
-    /// Whether the scan contradicts what was held: then the residuals, and all that follows from them, are
-    /// those of that error.
+    /// Whether the scan contradicts a held quantity: then the residuals, and all conclusions from them, are
+    /// due to that error.
     #[must_use]
     pub(crate) fn contradict_what_is_held(&self) -> bool {
         !self.held_off.is_empty()

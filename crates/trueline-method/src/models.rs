@@ -66,7 +66,7 @@ pub enum Because {
     ResidualsShowLens,
     /// It is a straight line with a bow. A curve explains the scan better.
     LineRefused,
-    /// It is a curve and explains what no line explains. It is the answer.
+    /// It is a curve and explains a scan that no line explains. It is the answer.
     CurveExplains,
     /// It is a curve and no likelier than the line.
     CurveNoBetter,

@@ -2,7 +2,7 @@
 
 /// Digits after the point that show two digits of `sigma`.
 #[must_use]
-pub(crate) fn digits_for(sigma: f64) -> usize {
+pub fn digits_for(sigma: f64) -> usize {
     if !(sigma.is_finite() && sigma > 0.0) {
         return 3;
     }
@@ -14,7 +14,7 @@ pub(crate) fn digits_for(sigma: f64) -> usize {
 
 /// `value ± sigma unit`; without a sigma, the value alone.
 #[must_use]
-pub(crate) fn with_sigma(value: f64, sigma: Option<f64>, unit: &str) -> String {
+pub fn with_sigma(value: f64, sigma: Option<f64>, unit: &str) -> String {
     match sigma {
         Some(sigma) => {
             let digits = digits_for(sigma);
@@ -22,6 +22,13 @@ pub(crate) fn with_sigma(value: f64, sigma: Option<f64>, unit: &str) -> String {
         }
         None => format!("{value:.4} {unit} (held)"),
     }
+}
+
+/// A change with its sign: `+value ± sigma unit`.
+#[must_use]
+pub fn change_with_sigma(value: f64, sigma: f64, unit: &str) -> String {
+    let digits = digits_for(sigma);
+    format!("{value:+.digits$} ± {sigma:.digits$} {unit}")
 }
 
 /// A rotation as \[w, x, y, z\] with w ≥ 0: of the two quaternions that mean it, always the same one.
@@ -44,5 +51,6 @@ mod tests {
         assert_eq!(with_sigma(0.5, Some(0.0998), "mm"), "0.50 ± 0.10 mm");
         assert_eq!(with_sigma(0.5, Some(0.0994), "mm"), "0.500 ± 0.099 mm");
         assert_eq!(with_sigma(5.0, None, "ms"), "5.0000 ms (held)");
+        assert_eq!(change_with_sigma(0.08012, 3.1e-4, "mm"), "+0.08012 ± 0.00031 mm");
     }
 }

@@ -116,7 +116,7 @@ fn convergence(r: &Reproduction, columns: &mut Columns) -> Vec<Block> {
             "From the paper's start: time offset 0, φ₀ = [0.169084, −0.000782, 0.0197593, 1152.86 mm], hand-eye 3.7 mm and 1.7° off. \
              The paper prints no end of φ; the simulated line is 6.5° and 16 mm from φ₀, as theirs, and the points begin {first_mm:.1} mm \
              from it. The joint solve moves all unknowns together and asks for no line: its first step puts one through the points. \
-             The public program moves five blocks one beside the other; it is shown as it stops, after {} steps. Solid: the first scan; \
+             The public program moves five blocks at the same time; it is shown as it stops, after {} steps. Solid: the first scan; \
              dashed: least and largest of {} scans.",
             r.settings.iterations, r.settings.repeats
         )),

@@ -1,6 +1,6 @@
 //! Error of a seam point that is measured later: two numbers, their sources, and a remedy for each part.
 
-use crate::number::digits_for;
+use crate::number::{digits_for, with_sigma};
 use trueline_dataset::result_file::{
     BudgetEntry, FieldEntry, RigidPartEntry, SeamErrorEntry, SensorEntry, SensorFileEntry,
 };
@@ -232,11 +232,11 @@ fn sensor_state(shape: &SensorShape) -> String {
     } else if shape.wald > WALD_LIMIT {
         format!("not the sensor: the cause named above makes the fit suggest that {words}")
     } else if words.is_empty() {
-        "not seen".to_owned()
+        "cannot be determined from this scan".to_owned()
     } else if shape.clearest() > DOUBTFUL {
         format!("perhaps off: {words}")
     } else {
-        format!("no fault seen: {words}")
+        format!("no fault detected; largest deviation: {words}")
     }
 }
 
@@ -270,7 +270,10 @@ pub(crate) fn straightness(c: &Calibration) -> Vec<(String, String)> {
             String::new()
         };
         let verdict = if size > 2.0 * sigma { "bowed" } else { "straight" };
-        let text = format!("{verdict} over {length_mm:.0} mm: {} ± {}{direction}", mm(size), mm(sigma));
+        let text = format!(
+            "{verdict} over {length_mm:.0} mm: bow {}{direction}",
+            with_sigma(size * MM_PER_M, Some(sigma * MM_PER_M), "mm")
+        );
         Some((format!("seam {k}"), text))
     };
     lines.filter_map(row).collect()

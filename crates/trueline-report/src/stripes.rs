@@ -203,21 +203,21 @@ fn side_by_side(c: &Calibration, estimate: &StripeEstimate) -> String {
     };
     let error = |answer: &Answer| match &answer.seam_error {
         Some(error) => format!("± {}", mm(error.scan_alone_m())),
-        None => "not seen".to_owned(),
+        None => "not determined".to_owned(),
     };
     let turn = |answer: &Answer| match rotation(answer) {
         Some(deg) => format!("± {deg:.0$}°", digits_for(deg)),
-        None => "not seen".to_owned(),
+        None => "not determined".to_owned(),
     };
     let offset_ms = |answer: &Answer| {
         let seen = answer.observability.observable_components[TIME_OFFSET];
         let ms = c.in_recorded_stamps_s(answer.parameters.time_offset_s) * 1e3;
-        if seen { format!("{ms:.3} ms") } else { "not seen".to_owned() }
+        if seen { format!("{ms:.3} ms") } else { "not determined".to_owned() }
     };
     let apart = match estimate.sigmas_apart {
         // The statistic states how rare a difference is: for an ordinary one it is 0.
         Some(sigmas) if sigmas < 1.0 => "less than 1 σ apart".to_owned(),
-        Some(sigmas) => format!("{sigmas:.1} sigma apart"),
+        Some(sigmas) => format!("{sigmas:.1} σ apart"),
         None => "they cannot be compared".to_owned(),
     };
     format!(

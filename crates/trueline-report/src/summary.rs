@@ -17,21 +17,28 @@ use trueline_method::{Calibration, Hold, Reason, Status};
 
 const MS_PER_S: f64 = 1e3;
 
-/// The verdict in one sentence.
-#[must_use]
-pub fn verdict(c: &Calibration) -> String {
+/// The verdict. A refusal leads with the missing motion, which explains the reasons below it.
+fn verdict(c: &Calibration) -> String {
     match c.status() {
         Status::Accepted => "accepted".to_owned(),
-        Status::NotAccepted => format!("NOT accepted, for {} reason(s)", c.reasons().len()),
+        Status::NotAccepted => match leading_motion(c) {
+            Some(motion) => format!("NOT accepted: {motion}"),
+            None => "NOT accepted:".to_owned(),
+        },
     }
+}
+
+/// The missing motion, if the first reason is an undetermined quantity.
+fn leading_motion(c: &Calibration) -> Option<String> {
+    let is_unseen = matches!(c.reasons().first(), Some(Reason::Unobservable(_)));
+    is_unseen.then(|| missing_motion(&c.findings.unknowns.observability.unobservable)).flatten()
 }
 
 /// The verdict and the main answer in one sentence.
 #[must_use]
 pub fn sentence(c: &Calibration) -> String {
     if let (Status::NotAccepted, Some(reason)) = (c.status(), c.reasons().first()) {
-        let unobservable = &c.findings.unknowns.observability.unobservable;
-        if let (Reason::Unobservable(_), Some(motion)) = (reason, missing_motion(unobservable)) {
+        if let Some(motion) = leading_motion(c) {
             return format!("Not accepted: {motion}");
         }
         let more = c.reasons().len() - 1;
@@ -122,10 +129,10 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
         rows.push(("to use it".to_owned(), rule(c)));
     }
     for (k, axis) in ["x", "y", "z"].iter().enumerate() {
-        rows.push((format!("translation {axis}"), translation(c, k)));
+        rows.push((format!("hand-eye translation {axis}"), translation(c, k)));
     }
-    rows.push(("rotation (w x y z)".to_owned(), rotation(c)));
-    rows.push(("rotation uncertainty".to_owned(), rotation_sigma(c)));
+    rows.push(("hand-eye rotation".to_owned(), rotation(c)));
+    rows.extend(rotation_sigma(c).map(|text| ("  uncertainty".to_owned(), text)));
     for k in 0..c.best_fit().lines.len() {
         rows.push((format!("line {k}"), line(c, k)));
     }
@@ -157,7 +164,7 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
     rows.push((
         "solver".to_owned(),
         format!(
-            "{} steps; {}{}",
+            "{} steps in all; {}{}",
             c.findings.fit.iterations.len(),
             c.findings.fit.termination,
             stripes::of_seam_points(c)
@@ -197,15 +204,18 @@ fn rotation(c: &Calibration) -> String {
         return UNSEEN.to_owned();
     }
     let [w, x, y, z] = crate::number::positive_w(&c.file_tool_from_camera().rotation);
-    format!("{w:.6} {x:.6} {y:.6} {z:.6}")
+    format!(
+        "{w:.6} {x:.6} {y:.6} {z:.6}  (quaternion w, x, y, z; `trueline export` writes your robot's angles)"
+    )
 }
 
-fn rotation_sigma(c: &Calibration) -> String {
+fn rotation_sigma(c: &Calibration) -> Option<String> {
     let axis = |k: usize| {
         let degrees = c.sigma(ROTATION + k).map(f64::to_degrees);
         degrees.map_or_else(|| "–".to_owned(), |deg| format!("± {deg:.0$}°", digits_for(deg)))
     };
-    format!("{}  {}  {}  about tool x, y, z", axis(0), axis(1), axis(2))
+    let is_known = (ROTATION..TRANSLATION).any(|k| c.sigma(k).is_some());
+    is_known.then(|| format!("{}  {}  {}  about the tool's x, y, z", axis(0), axis(1), axis(2)))
 }
 
 fn line(c: &Calibration, k: usize) -> String {
@@ -327,11 +337,11 @@ fn features(c: &Calibration) -> String {
 fn held_out(check: &HeldOut) -> String {
     let parts = if check.passes { "passes" } else { "blocks of time" };
     if check.parts.iter().all(|p| p.sigmas.amax() == 0.0) {
-        return "cross-validation not possible: no parameter is observable".to_owned();
+        return "not possible: the scan does not determine anything".to_owned();
     }
     let disagreement = check.parts.iter().map(|p| p.sigmas.amax()).fold(0.0, f64::max);
     format!(
-        "{:.4} mm predicted, {:.4} mm fitted; {} {parts} agree to {disagreement:.1} sigma",
+        "{:.4} mm RMS predicted, {:.4} mm fitted; {} {parts} agree within {disagreement:.1} σ",
         check.rms_m * MM_PER_M,
         check.fitted_rms_m * MM_PER_M,
         check.parts.len()
@@ -353,11 +363,11 @@ fn at_torch(torch: &SeamPointError) -> String {
 fn runner_up(c: &Calibration) -> String {
     match &c.findings.checks.ambiguity.runner_up {
         Some(other) => format!(
-            "{:.1} ms (fits {:.0} % of the points; the best fits {:.0} %): {}, z = {:.0}",
+            "time offset {:.1} ms: {} (fits {:.0} % of the points, the best {:.0} %; z = {:.0})",
             c.in_recorded_stamps_s(other.time_offset_s) * MS_PER_S,
+            if other.test.decided() { "clearly worse" } else { "cannot be separated" },
             100.0 * other.test.explains,
             100.0 * other.test.best_explains,
-            if other.test.decided() { "clearly worse" } else { "cannot be separated" },
             other.test.z
         ),
         None if c.findings.config.hold.contains(&Hold::TimeOffset) => {
@@ -368,7 +378,7 @@ fn runner_up(c: &Calibration) -> String {
 }
 
 fn robot(c: &Calibration) -> String {
-    let treated = if c.findings.streams.robot_smoothed { ", removed by a local fit" } else { "" };
+    let treated = if c.findings.streams.robot_smoothed { ", smoothed by a local fit" } else { "" };
     format!(
         "{}; position noise {:.4} mm{treated}",
         stream(&c.findings.streams.robot),
@@ -387,7 +397,7 @@ fn stream(s: &StampReport) -> String {
         0 => String::new(),
         n => format!(", with {n} longer gaps"),
     };
-    let used = if s.dejittered { "stamps dejittered" } else { "stamps as recorded" };
+    let used = if s.dejittered { "stamps smoothed" } else { "stamps as recorded" };
     format!(
         "{:.4} ms period, jitter {:.3} ms{}, {} missing{silences}{}; {used}",
         period_s * MS_PER_S,

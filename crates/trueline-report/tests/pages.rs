@@ -115,7 +115,7 @@ fn the_error_of_a_seam_point_comes_first_with_its_budget_and_the_numbers_add_up(
         panic!("{:?}", page.sections[0].blocks)
     };
     assert_eq!(cards[0].name, "Error of a seam point");
-    assert!(cards[0].values[0].ends_with("from the scan alone") && cards[0].values[1].ends_with("in all"));
+    assert!(cards[0].values[0].ends_with("from the scan alone") && cards[0].values[1].ends_with("in total"));
     let number = |text: &str| text.trim_matches(|c: char| !c.is_ascii_digit()).parse::<f64>().unwrap();
     let sizes: Vec<f64> = table.rows.iter().map(|row| number(&row.cells[1])).collect();
     assert!(sizes.is_sorted_by(|a, b| a >= b), "{sizes:?}");

@@ -5,6 +5,7 @@ use crate::detect::sensor_axes::IN_WORDS;
 use crate::parameters::Kind;
 use crate::told::{State, Told};
 use crate::words::{millimetres, numbered, what_changed};
+use trueline_report::number::digits_for;
 
 /// Both sentences.
 #[must_use]
@@ -17,7 +18,8 @@ pub fn headline(told: &Told) -> String {
             let offset_ms = told.alarm.change.value[0].unwrap_or(0.0) * 1e3;
             let direction = if offset_ms < 0.0 { "earlier" } else { "later" };
             let effect = size.map(|size| format!(", seam points are {size}")).unwrap_or_default();
-            format!("Pictures arrive {:.3} ms {direction} {since}{effect}", offset_ms.abs())
+            let digits = told.alarm.change.sigma[0].map_or(3, |sigma_s| digits_for(sigma_s * 1e3));
+            format!("Pictures arrive {:.digits$} ms {direction} {since}{effect}", offset_ms.abs())
         }
         (Kind::Bracket, Some(size)) => format!("Seam points are {size} {since}"),
         (Kind::Sensor, Some(size)) => {

@@ -7,6 +7,7 @@ use crate::store::{AlarmRow, HistoryRow};
 use crate::told::State;
 use crate::words::{RAREST_SHOWN, hidden, how_rarely, numbered, what_changed};
 use std::ops::Range;
+use trueline_report::number::with_sigma;
 use trueline_report::page::render::render;
 use trueline_report::page::{
     Axis, Block, Chart, Colour, Columns, Drawn, Mark, Page, Section, Series, Table, TableRow, Tone, Verdict,
@@ -82,7 +83,7 @@ fn words(history: &[HistoryRow], alarm: &AlarmRow) -> String {
     alarm.text.clone().unwrap_or_else(|| {
         let since = numbered(alarm.since, name_of(history, alarm.since));
         let size = alarm.seam_error.map_or_else(String::new, |[value, sigma]| {
-            format!(", seam points are {:.3} ± {:.3} mm off", value * 1e3, sigma * 1e3)
+            format!(", seam points are {} off", with_sigma(value * 1e3, Some(sigma * 1e3), "mm"))
         });
         format!("Since {since}: {}{size}.", said(&alarm.kind))
     })
@@ -106,13 +107,13 @@ fn alarms(history: &[HistoryRow]) -> Table {
         let Some(alarm) = &last.alarm else { continue };
         let after = history.iter().find(|row| row.number > last.number);
         let until = match after.map(|row| (row, row.alarm.is_none())) {
-            Some((row, true)) => format!("over at {}", numbered(row.number, &row.name)),
-            Some((row, false)) => format!("another at {}", numbered(row.number, &row.name)),
-            None => "stands".to_owned(),
+            Some((row, true)) => format!("cleared at {}", numbered(row.number, &row.name)),
+            Some((row, false)) => format!("replaced at {}", numbered(row.number, &row.name)),
+            None => "active".to_owned(),
         };
         let size = alarm.seam_error.map_or_else(
             || "not determined".to_owned(),
-            |[value, sigma]| format!("{:.3} ± {:.3} mm", value * 1e3, sigma * 1e3),
+            |[value, sigma]| with_sigma(value * 1e3, Some(sigma * 1e3), "mm"),
         );
         rows.push(TableRow::plain(vec![
             numbered(first.number, &first.name),
@@ -131,7 +132,7 @@ fn alarms(history: &[HistoryRow]) -> Table {
             "what changed, and the remedy",
             "seam points off",
             "until",
-            "without a change",
+            "false-alarm rate",
         ]
         .map(str::to_owned)
         .to_vec(),
@@ -350,7 +351,7 @@ mod tests {
         let history = [row(0, None), row(1, Some("timing")), row(2, None)];
         let page = html(&history, None, "cell", "trueline history");
         assert!(page.contains("\"limits\":[0.1,20.0]"), "no 1 in 10 to the 464");
-        assert!(page.contains("over at weld 2 (weld-2)"));
+        assert!(page.contains("cleared at weld 2 (weld-2)"));
         assert!(html(&history[..2], Some(2), "cell", "").contains("A repair before weld 2 is reported"));
     }
 }

@@ -34,7 +34,7 @@ pub struct Told {
     pub since_number: i64,
     /// Its name.
     pub since: String,
-    /// Number and name of the first weld that was not at the calibration, with none since then that was.
+    /// Number and name of the weld from which on all welds contradict the calibration.
     pub out_since: (i64, String),
     /// How far it moves seam points.
     pub seam_error: SeamError,

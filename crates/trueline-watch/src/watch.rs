@@ -140,7 +140,7 @@ pub fn watch(
     line.blindness_is_news = is_news(store.last_line(id)?, &line.blind_to, now_s);
     line.stamps_treated_alike = weld.stamps_as(reference.dejittered);
     let now = line.alarm.as_ref().map(|told| standing_of(told, judgement.is_another));
-    // A receiver of another calibration's alarm since then receives this one's again.
+    // A receiver that has received another calibration's alarm in the meantime receives this one's again.
     let is_same = line.history == HistoryOf::Same;
     line.event = Event::between(standing.as_ref().filter(|_| is_same), now.as_ref());
     if let Some(replaced) = before.filter(|_| !is_same) {

@@ -9,6 +9,7 @@ use crate::told::{State, Told};
 use crate::weld_line::{HistoryOf, Learning, WeldLine};
 use crate::words::{false_alarm, numbered, what_changed, where_to_look};
 use std::cmp::Ordering;
+use trueline_report::number::change_with_sigma;
 
 /// Report on a weld.
 #[must_use]
@@ -157,7 +158,7 @@ pub fn not_told(receiver: &ReceiverRow) -> String {
 /// Displacement of seam points by a change.
 fn seam_error_text(error: &SeamError) -> String {
     let one = |(name, axis): (&&str, &Option<[f64; 2]>)| match axis {
-        Some([value, sigma]) => format!("{name} {:+.3} ± {:.3} mm", value * 1e3, sigma * 1e3),
+        Some([value, sigma]) => format!("{name} {}", change_with_sigma(value * 1e3, sigma * 1e3, "mm")),
         None => format!("{name} cannot be determined"),
     };
     let all: Vec<String> = AXES.iter().zip(&error.by_axis).map(one).collect();
@@ -176,7 +177,7 @@ fn noun(kind: Kind) -> &'static str {
 /// Every number with its ±.
 fn numbers(change: &Change) -> Vec<String> {
     let one = |k: usize, factor: f64, unit: &str| match (change.value[k], change.sigma[k]) {
-        (Some(value), Some(sigma)) => format!("{:+.3} ± {:.3} {unit}", value * factor, sigma * factor),
+        (Some(value), Some(sigma)) => change_with_sigma(value * factor, sigma * factor, unit),
         _ => "cannot be determined".to_owned(),
     };
     let is_shown = |first: usize| (first..first + 3).any(|k| change.value[k].is_some());

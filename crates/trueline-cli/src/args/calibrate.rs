@@ -70,7 +70,7 @@ pub(crate) struct CalibrateArgs {
     /// Initial guess, instead of the dataset's initial.toml
     #[arg(long)]
     pub(crate) initial: Option<PathBuf>,
-    /// Measurement to use: seam points or stripes; by default whole stripes if present and in agreement with the seam points
+    /// Measurement to use; by default whole stripes if present and in agreement with the seam points, else seam points
     #[arg(long = "use", value_name = "WHAT", value_parser = one_of(&MEASUREMENTS))]
     pub(crate) measurements: Option<Measurements>,
     /// Residual to minimise: the point in the laser plane (default), or the paper's distance from the line
@@ -99,19 +99,19 @@ pub(crate) struct CalibrateArgs {
         requires = "drawn_line_sigma_mm"
     )]
     pub(crate) drawn_line: Vec<[Vector3<f64>; 2]>,
-    /// Uncertainty of each of these points, one sigma in each direction, mm
+    /// Uncertainty of each point of --drawn-line, one sigma in each direction, mm
     #[arg(long, value_name = "MM", value_parser = above_zero, requires = "drawn_line")]
     pub(crate) drawn_line_sigma_mm: Option<f64>,
     /// Drawing of a curved seam, CSV (x_mm,y_mm,z_mm) or DXF, in the part's own frame: the position of the part is estimated
     #[arg(long, value_name = "FILE")]
     pub(crate) seam_cad: Option<PathBuf>,
-    /// Deviation of the seam from that drawing, one sigma in each direction for each 5 mm, mm
+    /// Deviation of the seam from that drawing, one sigma in each direction, for each 5 mm of seam, mm
     #[arg(long, value_name = "MM", default_value_t = CAD_TOLERANCE_MM, value_parser = above_zero, requires = "seam_cad")]
     pub(crate) cad_tolerance_mm: f64,
     /// Expected noise of a feature in a picture if features.csv does not state it, px
     #[arg(long, value_parser = above_zero)]
     pub(crate) feature_sigma_px: Option<f64>,
-    /// The same for a profiler or for points, mm
+    /// Expected noise of a feature of a profiler, or of a point in mm, if features.csv does not state it, mm
     #[arg(long, value_parser = above_zero)]
     pub(crate) feature_sigma_mm: Option<f64>,
     /// Noise of the robot's position, mm; the default measures it
@@ -126,7 +126,7 @@ pub(crate) struct CalibrateArgs {
     /// Write the corrected sensor file, if the calibration is accepted
     #[arg(long, value_name = "FILE")]
     pub(crate) write_sensor: Option<PathBuf>,
-    /// Write a certificate of the sensor: who, when, what, figures with their uncertainty, checks; .json or a page, .html
+    /// Write a certificate of the sensor, .json or .html (a page): date, person, figures with their uncertainty, checks
     #[arg(long, value_name = "FILE", value_parser = certificate)]
     pub(crate) certificate: Option<PathBuf>,
     /// Name of the person responsible for the certificate
@@ -139,11 +139,11 @@ pub(crate) struct CalibrateArgs {
     /// hold for a torch on the same robot
     #[arg(long)]
     pub(crate) strict: bool,
-    /// Bias of the features for each 10 degrees of tilt, px; 0 is none
+    /// Bias of the features for each 10° of tilt, px; 0 is none
     #[arg(long, value_name = "PX", default_value_t = FEATURE_BIAS_PX, value_parser = zero_or_more)]
     pub(crate) feature_bias_px: f64,
-    /// Radius of the seam's edge, mm: the detector finds its outermost point. 0 is a sharp edge, or a point where two
-    /// lines cross. The default is taken from sensor.toml, else 0.3
+    /// Radius of the seam's edge, mm; the detector reports the outermost point of the rounding. 0 is a sharp edge, or a point
+    /// where two lines cross. The default is taken from sensor.toml, else 0.3
     #[arg(long, value_name = "MM", value_parser = of_a_seam_mm)]
     pub(crate) edge_radius_mm: Option<f64>,
     /// Waviness of the seam beyond a bow, RMS, mm; 0 is a perfectly straight seam. The default is taken from sensor.toml, else 0.06,
@@ -153,11 +153,12 @@ pub(crate) struct CalibrateArgs {
     /// Time stamps to use: those that fit the data better, those recorded, or those of the sender's clock
     #[arg(long, value_parser = one_of(&STAMPS), default_value = "auto")]
     pub(crate) stamps: Stamps,
-    /// Required accuracy, else exit 1: time=0.1ms,translation=0.1mm,rotation=0.05deg,seam=0.5mm (one sigma, any of them). Without a
-    /// limit for the seam it is 1 mm, and 10 mm where robot errors are not estimated: at stops, or with a seam stated to be exact
+    /// Required accuracy, one sigma, any of: time=0.1ms,translation=0.1mm,rotation=0.05deg,seam=0.5mm. A scan that misses it
+    /// exits with 1. The default for the seam is 1 mm, or 10 mm where robot errors are not estimated: at stops, or with a seam
+    /// stated to be exact
     #[arg(long, value_name = "WHAT=LIMIT,…", value_parser = requirement::parse)]
     pub(crate) require: Option<Requirement>,
-    /// If the scan alone is ambiguous: the time offset is within plus and minus this, s
+    /// If the scan alone is ambiguous: the time offset is within ± this, s
     #[arg(long, value_name = "SECONDS", value_parser = above_zero)]
     pub(crate) offset_within: Option<f64>,
     /// If the scan alone is ambiguous: the sensor looks along this axis of the tool, within 60 degrees
@@ -169,7 +170,7 @@ pub(crate) struct CalibrateArgs {
     /// Speed along the seam at which the seam error is predicted, mm/s
     #[arg(long, default_value_t = SPEED_MM_S, value_parser = zero_or_more)]
     pub(crate) speed_mm_s: f64,
-    /// Distance of the seam from the sensor there, mm; the default is the scan's own
+    /// Distance of the seam from the sensor at which the seam error is predicted, mm; the default is the scan's own
     #[arg(long, value_parser = above_zero)]
     pub(crate) stand_off_mm: Option<f64>,
     /// Joint type, for a dataset with pictures and no features
@@ -376,7 +377,7 @@ static LOSSES: [Choice<Loss>; 5] = [
     ("squared", "Ordinary least squares", Loss::Squared),
     ("huber", "Linear beyond 3 sigma", Loss::Huber { scale: 3.0 }),
     ("cauchy", "Logarithmic beyond 3 sigma", Loss::Cauchy { scale: 3.0 }),
-    ("geman-mc-clure", "Saturates", Loss::GemanMcClure { scale: 4.0 }),
+    ("geman-mc-clure", "Saturates: a distant point adds a constant", Loss::GemanMcClure { scale: 4.0 }),
     ("tukey", "Ignores points beyond 8 sigma", Loss::Tukey { scale: 8.0 }),
 ];
 

@@ -17,7 +17,7 @@ use trueline_sim::{Joint, Look};
   trueline-testbench robot-sim --pc 127.0.0.1:6510 --path plan --truth-to 127.0.0.1:7001
   trueline record --bind 127.0.0.1:6510 --camera 127.0.0.1 --sensor plan/sensor.toml --out cell
 
-A GigE Vision camera at --address, or a profiler that sends range data (Coord3D_C16) where the plan's sensor is one: what it sees is drawn from where `robot-sim` truly is at each exposure, with hand-eye and line \
+A GigE Vision camera at --address, or a profiler that sends range data (Coord3D_C16) where the plan's sensor is one: its pictures are drawn from where `robot-sim` truly is at each exposure, with hand-eye and line \
 off the plan's guess as far as the plan allows for. Its own clock stamps the start of each exposure. The first \
 packet leaves exposure, readout and latency later; drawing has to be done by then, else the picture is dropped. \
 The true time offset of first-packet stamps is half the exposure + readout + latency (+ some 0.05 ms of network).")]

@@ -8,7 +8,7 @@ pub(crate) const HEADING: &str = "Global options";
 
 /// The words below the help of every command about these options.
 pub(super) fn where_explained(program: &str) -> String {
-    format!("Global options, as --quiet, --verbose and --log-file: `{program} --help`")
+    format!("Global options, such as --quiet, --verbose and --log-file: `{program} --help`")
 }
 
 #[derive(Args)]

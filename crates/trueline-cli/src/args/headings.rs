@@ -33,7 +33,10 @@ const LAYOUTS: &[Layout] = &[
         command: "calibrate",
         everyday: &["json", "report", "initial", "require"],
         sections: &[
-            ("Target", &["target", "board", "at-stops", "joint", "use", "seam-cad", "cad-tolerance-mm"]),
+            (
+                "Target",
+                &["target", "board", "radius-mm", "at-stops", "joint", "use", "seam-cad", "cad-tolerance-mm"],
+            ),
             (
                 "Prior knowledge",
                 &[
@@ -57,6 +60,9 @@ const LAYOUTS: &[Layout] = &[
                     "robot-accuracy-mm",
                     "feature-bias-px",
                     "feature-bias-mm",
+                    "edge-radius-mm",
+                    "waviness-mm",
+                    "strict",
                 ],
             ),
             ("Clocks", &["stamps", "align-clocks"]),

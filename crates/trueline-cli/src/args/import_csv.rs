@@ -136,7 +136,7 @@ pub(crate) struct ImportCsvArgs {
         value_name = "NAME=COLUMN",
         long_help = "An external axis in a column of the robot file: table_deg=E1, track_mm=E2,robot; may be repeated, in the order of the chain. \
                      The unit stands in our name or in theirs. What it carries follows a comma: part, robot or sensor; a cell.toml beside \
-                     the robot file may say it instead. Written to axes.csv and cell.toml"
+                     the robot file may state it instead. Written to axes.csv and cell.toml"
     )]
     pub(crate) axes: Vec<AxisColumn>,
     /// Robot and sensor were stamped by unrelated clocks: estimate the shift between them

@@ -177,11 +177,18 @@ fn without_global(command: clap::Command, program: &str) -> clap::Command {
     let note = global::where_explained(program);
     let with_note = |text: &clap::builder::StyledStr| format!("{text}\n\n{note}");
     let end = command.get_after_help().map_or_else(|| note.clone(), with_note);
-    let command = match command.get_after_long_help().map(with_note) {
-        Some(end) => command.after_long_help(end),
-        None => command,
+    let long_end = command.get_after_long_help().map_or_else(|| end.clone(), with_note);
+    // `-h` shows the options for everybody only.
+    let has_more = command.get_arguments().any(clap::Arg::is_hide_short_help_set);
+    let end = match command.get_bin_name().filter(|_| has_more) {
+        Some(name) => end.replace(&note, &format!("All options: `{name} --help`\n{note}")),
+        None => end,
     };
-    command.after_help(end).mut_args(hidden).mut_subcommands(|sub| without_global(sub, program))
+    command
+        .after_help(end)
+        .after_long_help(long_end)
+        .mut_args(hidden)
+        .mut_subcommands(|sub| without_global(sub, program))
 }
 
 /// The command that words name, with its parts, `import csv`; the first word is the program.

@@ -14,7 +14,7 @@ use trueline_live::rapid::RapidCell;
 
 stream: the robot follows the path by its own program, and `trueline record` listens. Try this first. \
 guidance: `trueline scan --enable-motion` guides the robot.
-No real controller has compiled these modules here; they say so themselves.")]
+No real controller has compiled these modules here; a comment in each states this.")]
 pub(crate) struct RapidArgs {
     /// A plan's folder, or a robot.csv with the path
     pub(crate) path: PathBuf,

@@ -16,7 +16,7 @@ use trueline_live::robot_program::{Language, ProgramFile, Waypoints};
 
 kuka: the program streams the robot's poses by RSI to `trueline record --protocol kuka-rsi` while it moves. The RSI context \
 only sends: nothing that a PC answers can move the robot. abb is `trueline rapid` without EGM; ur and fanuc stream without a program.
-No real controller has run these programs; they say so themselves.")]
+No real controller has run these programs; a comment in each states this.")]
 pub(crate) struct RobotProgramArgs {
     /// Whose robot
     #[arg(value_parser = one_of(&ROBOTS))]

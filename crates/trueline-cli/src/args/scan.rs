@@ -183,9 +183,9 @@ pub(crate) struct RecordArgs {
 
 The robot runs the module of `trueline rapid --mode guidance`. Ctrl-C stops it smoothly along the path; a second Ctrl-C falls \
 silent at once, and the controller stops by its own timeout. These limits are not safety-rated: fence, enabling \
-device and emergency stop protect people, and EGM itself knows no password: keep its network apart.
+device and emergency stop protect people, and EGM itself has no password: keep its network apart.
 
-Exit code: 0 travelled to the end, 1 ended otherwise (said why), 2 could not run.")]
+Exit code: 0 travelled to the end, 1 ended otherwise (reason printed), 2 could not run.")]
 pub(crate) struct ScanArgs {
     /// A plan's folder, or a robot.csv with the path
     pub(crate) path: PathBuf,

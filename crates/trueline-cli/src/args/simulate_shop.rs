@@ -7,15 +7,13 @@ use trueline_sim::shop::{ErrorRow, Level, Shop, ShopError, TABLE};
 
 #[derive(Args)]
 #[group(id = "of_shops")]
-#[command(
-    next_help_heading = "A whole cell of a shop in which everything errs at once (instead of a preset)"
-)]
+#[command(next_help_heading = "A whole cell with all errors of a shop (instead of a preset)")]
 pub(crate) struct ShopArgs {
-    /// Write a cell of such a shop, and its check pass in OUT/check: readings without noise, and in truth.json where they belong. The
-    /// seed draws arm, sensor, seam, motion and errors. With --plates a camera or a profiler measures whole stripes as well
+    /// Write such a cell, and a check pass in OUT/check: readings without noise, with their true places in truth.json. The seed
+    /// draws arm, sensor, seam, motion and errors. With --plates a camera or a profiler measures whole stripes as well
     #[arg(long, value_name = "LEVEL", value_parser = one_of(&LEVELS), conflicts_with_all = not_of_shops())]
     pub(crate) shop: Option<Level>,
-    /// Keep only these errors, in the size that the shop gives them; `none` keeps none (--help lists them)
+    /// Keep only these errors, in their size in this cell; `none` keeps none (--help lists them)
     #[arg(long, value_name = "ERROR[,ERROR]", value_parser = only, requires = "shop")]
     pub(crate) only: Option<OnlyErrors>,
 }
@@ -46,7 +44,7 @@ const DRAWN_PLATES: [&str; 11] = [
 
 static LEVELS: [Choice<Level>; 3] = [
     ("calm", "Errors of 0.6 times the size; occasional ones are half as frequent", Level::Calm),
-    ("ordinary", "Errors as the list at the end of --help has them", Level::Ordinary),
+    ("ordinary", "Errors as in the list at the end of --help", Level::Ordinary),
     ("rough", "Both 1.7 times as large", Level::Rough),
 ];
 

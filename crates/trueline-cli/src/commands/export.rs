@@ -95,7 +95,7 @@ fn axes(args: &ExportArgs, file: &Path, form: &AxisForm) -> Result<ExitCode, Fai
     let result = ResultFile::read(file)?;
     if result.axes.is_empty() {
         let why = format!("{}: the result has no external axes", file.display());
-        return Err(Failure::new(why, "cell.toml and axes.csv beside robot.csv say which there are"));
+        return Err(Failure::new(why, "cell.toml and axes.csv beside robot.csv name them"));
     }
     let text = |axis: &AxisEntry| {
         form.text(axis).map_err(|why| {

@@ -109,7 +109,7 @@ pub(super) const MAKERS: [Maker; 18] = [
     },
     Maker {
         name: "staubli",
-        words: "Staubli: x, y, z in mm; rx, ry, rz in degrees, about x, then the new y, then the new z",
+        words: "Stäubli: x, y, z in mm; rx, ry, rz in degrees, about x, then the new y, then the new z",
         columns: millimetres!(
             (&["rx"], "euler_xyz_intrinsic_1", "_deg"),
             (&["ry"], "euler_xyz_intrinsic_2", "_deg"),

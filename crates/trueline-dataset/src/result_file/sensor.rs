@@ -61,7 +61,7 @@ pub struct SensorFileEntry {
     pub corrected: bool,
 }
 
-/// A rigid motion in the laser sheet, q ↦ R q + s in the coordinates (a, b) of the sheet, and where these lie in the camera frame.
+/// A rigid motion in the laser plane, q ↦ R q + s in the coordinates (a, b) of the plane, and where these lie in the camera frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]

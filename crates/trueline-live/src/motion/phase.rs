@@ -31,7 +31,7 @@ pub enum EndReason {
     #[error("the controller did not begin to be guided in time")]
     NeverBegan,
     /// The controller began another session.
-    #[error("the controller began anew")]
+    #[error("the controller restarted")]
     Restarted,
     /// A reference would have been outside the limits.
     #[error("a reference would have been outside the limits")]

@@ -89,7 +89,7 @@ fn transform(base_from_tool: &Pose, steady_ns: i64) -> FrameTransform {
 
 fn robot_messages(robot: RobotEntry) -> [Outgoing; 2] {
     let pose = transform(&robot.base_from_tool, robot.steady_ns);
-    // A `RobotPacket` is the same as long as no IEEE 1588 time is told.
+    // A `RobotPacket` is the same as long as it has no IEEE 1588 time.
     let topic = if robot.is_egm { ROBOT } else { PACKET };
     let datagram = proto::RobotDatagram {
         robot: robot.datagram,

@@ -49,7 +49,7 @@ impl Entry {
 /// A datagram or packet of the robot, and the pose in it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotEntry {
-    /// Whether it is EGM's, which viewers are told the fields of. What another robot speaks is told by a note.
+    /// Whether it is EGM's, whose fields a schema describes to viewers. A note describes other protocols.
     pub is_egm: bool,
     /// As it came.
     pub datagram: Vec<u8>,

@@ -34,7 +34,7 @@ pub enum HeldOff {
 }
 
 impl HeldOff {
-    /// Compares what is held at `held` with the free fit at `found`, whose covariance by components is `covariance`. `None` where the two
+    /// Compares the quantities held at `held` with the free fit at `found`, whose covariance by components is `covariance`. `None` where the two
     /// agree within the uncertainty of both.
     pub(crate) fn of(
         hold: Hold,

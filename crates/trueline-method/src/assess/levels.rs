@@ -20,7 +20,7 @@ pub struct SystematicLevels {
     pub edge_is_stated: bool,
     /// Bias of the feature per 10° of tilt, along and across the picture's rows, px.
     pub feature_bias_px: f64,
-    /// Whether the bias was estimated, with that as what was known of it beforehand.
+    /// Whether the bias was estimated, with this value as the prior.
     pub bias_is_estimated: bool,
     /// Covariance of the shape of a sensor that is held; `None` where it is estimated, or exact.
     pub held_shape: Option<ShapeCovariance>,

@@ -125,14 +125,14 @@ impl SensorShape {
         let reach_mm = REACH_M * 1e3;
         match k {
             0 | 1 => format!(
-                "{} are {percent} too {longer}: {off_mm:.2} mm at {reach_mm:.0} mm from the middle",
+                "{} are {percent} too {longer} ({off_mm:.2} mm at {reach_mm:.0} mm from the middle)",
                 ["widths", "depths"][k]
             ),
             2 => format!(
-                "width shifts with depth by {percent}: {off_mm:.2} mm at {reach_mm:.0} mm from the middle"
+                "width shifts with depth by {percent} ({off_mm:.2} mm at {reach_mm:.0} mm from the middle)"
             ),
             _ => format!(
-                "the scale changes by {percent} over {reach_mm:.0} mm {}: {off_mm:.2} mm there",
+                "the scale changes by {percent} over {reach_mm:.0} mm {} ({off_mm:.2} mm there)",
                 ["along the stripe", "of depth"][k - 3]
             ),
         }

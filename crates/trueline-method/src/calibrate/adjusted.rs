@@ -29,7 +29,7 @@ use trueline_geometry::trajectory::TrajectoryError;
 use trueline_geometry::{Trajectory, lag};
 use trueline_lsq::Termination;
 
-/// An adjusted answer and what a seam point owes to it.
+/// An adjusted answer and the seam error that follows from it.
 struct Adjusted {
     /// The answer.
     pub answer: Answer,

@@ -1,4 +1,4 @@
-//! The record of the model that a user asked for.
+//! The record of the requested model.
 
 use crate::assess::levels::SystematicLevels;
 use crate::config::HeldSigma;

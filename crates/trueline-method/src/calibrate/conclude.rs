@@ -27,7 +27,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     judged(from, findings, (&problem, &errors))
 }
 
-/// With every error adjusted, with what the stripes say, and the verdict.
+/// Adjusts all errors, adds the stripes and the verdict.
 fn judged(
     from: &Concluded<'_>,
     mut findings: Findings,

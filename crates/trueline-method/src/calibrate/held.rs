@@ -14,7 +14,7 @@ use crate::verdict::Status;
 use nalgebra::Matrix4;
 use trueline_dataset::Recording;
 
-/// The same options with what --fix holds released too; `None` where it holds nothing that this scan has.
+/// The same options with everything released, also the quantities of --fix; `None` if --fix holds nothing that this scan has.
 pub(crate) fn all_released(config: &Config, recording: &Recording) -> Option<Config> {
     let is_absent = |hold: &Hold| config.at_stops && *hold == Hold::TimeOffset;
     let (absent, held): (Vec<Hold>, Vec<Hold>) = config.hold.iter().copied().partition(is_absent);
@@ -47,7 +47,7 @@ pub(crate) fn freed(config: &Config, as_stated: &Calibration) -> Option<Config> 
     is_doubted.then(|| Config { sensor: SensorMode::Free, ..config.clone() })
 }
 
-/// What is held against the same scan with it released; what the scan contradicts leaves no accuracy to be claimed.
+/// Compares held quantities with the same scan with them released. No accuracy is claimed for a quantity that the scan contradicts.
 pub(crate) fn compare(config: &Config, held: &Parameters, checks: &mut Checks, released: &Calibration) {
     let is_released = config.sensor != released.findings.config.sensor;
     checks.held_sensor = held_sensor(config, released).filter(|_| is_released);
@@ -91,7 +91,7 @@ fn held_off(config: &Config, held: &Parameters, released: &Calibration) -> Vec<H
     config.hold.iter().filter(is_free).filter_map(off).collect()
 }
 
-/// The lines that are not where they were drawn, by what the scan shows without the drawing.
+/// Lines whose estimate without the drawing contradicts the drawing.
 fn shifted_lines(held: &Config, released: &Calibration) -> Vec<DrawnLineShift> {
     let shift = |drawn: &DrawnLine| {
         let (found, first) = (released.best_fit().lines.get(drawn.line)?, line_index(drawn.line));

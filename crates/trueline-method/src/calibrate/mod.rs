@@ -137,17 +137,17 @@ fn over_time(recording: &Recording, guess: Option<&Guess>, config: &Config) -> R
     })
 }
 
-/// The same scan with what is held released; `None` where nothing is held that can be. A release of --fix counts only if the scan shows
+/// The same scan with the held quantities released; `None` if there are none. A release of --fix is used only if the scan determines
 /// everything without it.
 fn released_of(recording: &Recording, guess: Option<&Guess>, config: &Config) -> Option<Calibration> {
-    // What holds nothing of these is not released again.
+    // A calibration of the released options releases nothing further.
     let with = |config: Config| over_time(recording, guess, &config).ok();
     let shows_all = |found: &Calibration| found.findings.unknowns.observability.shows_all();
     let all = all_released(config, recording).and_then(with).filter(shows_all);
     all.or_else(|| released(config, recording).and_then(with))
 }
 
-/// With the models of a calibration that tested what was held.
+/// With the models of a calibration that tested held quantities.
 fn with_models_of(mut answer: Calibration, test: Option<&Calibration>) -> Calibration {
     let models = test.map_or(&[][..], |test| &test.findings.models_tried);
     answer.findings.models_tried.extend(beside(models, Because::TestsWhatIsHeld));

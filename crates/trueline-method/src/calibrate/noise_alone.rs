@@ -1,4 +1,4 @@
-//! Findings of the fit that takes every residual for noise.
+//! Findings of the fit that treats all residuals as noise.
 
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::confounded_causes::{self, ConfoundedCause};
@@ -29,19 +29,19 @@ use crate::solve::solver::Solver;
 use nalgebra::{DMatrix, SVector};
 use trueline_dataset::Sensor;
 
-/// The findings of the fit of noise alone, and the errors that its answer owes to noise and to what is not.
+/// The findings of the fit that treats all residuals as noise, and the errors of its answer.
 pub(crate) struct NoiseAlone {
     /// The findings.
     pub findings: Findings,
-    /// The effect of each error on the fit.
+    /// Effect of each systematic error on the fit.
     pub sums: SystematicSums,
-    /// The errors of the answer that are not noise.
+    /// Systematic errors of the answer.
     pub systematic: Systematic,
-    /// The covariance by noise.
+    /// Covariance from noise.
     pub noise: DMatrix<f64>,
 }
 
-/// Concludes from the fit of noise alone.
+/// Concludes from the fit that treats all residuals as noise.
 pub(crate) fn of(from: &Concluded<'_>, problem: &LineProblem<'_>) -> NoiseAlone {
     let (config, fit) = (from.settings.config, &from.assessed.drift_free.fit);
     let (uncertainty, widening) = by_noise(from, problem);
@@ -92,7 +92,7 @@ pub(crate) fn of(from: &Concluded<'_>, problem: &LineProblem<'_>) -> NoiseAlone 
     NoiseAlone { findings, sums, systematic, noise: uncertainty.covariance }
 }
 
-/// What the fit of noise alone left.
+/// Residuals, noise and convergence of that fit.
 fn fit_findings(
     from: &Concluded<'_>,
     residuals: ResidualSummary,
@@ -128,13 +128,13 @@ fn confounded_causes(
     let at = &unknowns.parameters;
     let patterns = Patterns::of(from.recording, problem, at, from.assessed.information.covariance_root());
     let mut instead = confounded_causes::find(&patterns, &shape, at, &unknowns.covariance);
-    // What has no picture has no two halves of one.
+    // A bias with opposite signs in the two halves of a picture needs a picture.
     let has_picture = matches!(from.recording.sensor, Sensor::CameraLaser { .. });
     instead.retain(|cause| has_picture || cause.kind != CauseKind::SideBias);
     instead
 }
 
-/// The covariance by noise, and how it was widened where a quadratic does not hold.
+/// Covariance from noise, widened where the likelihood is not quadratic.
 fn by_noise(from: &Concluded<'_>, problem: &LineProblem<'_>) -> (Uncertainty, Option<Widening>) {
     let _stage = tracing::debug_span!("covariance").entered();
     let (fit, observations) = (&from.assessed.drift_free.fit, &from.assessed.drift_free.observations);
@@ -205,7 +205,7 @@ fn checks(
     let predict = || seam_point_error::predict(observations, list, at, &unknowns.covariance, &config.used_at);
     Checks {
         mirrored: from.mirrored,
-        // Other answers of a scan that shows neither time offset nor rotation mean nothing.
+        // If a scan determines neither time offset nor rotation, its rival answers are meaningless.
         ambiguity: if [Group::TimeOffset, Group::Rotation].iter().any(|group| observability.shows(*group)) {
             from.ambiguity.clone()
         } else {

@@ -1,4 +1,4 @@
-//! The answer of whole stripes, where it is the one that is used.
+//! Replaces the answer of the seam points by that of the whole stripes, if that is selected.
 
 use crate::assess::seam_point_error;
 use crate::assess::systematic::{Systematic, SystematicSums};
@@ -15,21 +15,21 @@ use nalgebra::DMatrix;
 
 /// Noise and systematic errors of the estimate from seam points.
 pub(crate) struct SeamErrors<'a> {
-    /// The effect of each error on the fit.
+    /// Effect of each systematic error on the fit.
     pub sums: &'a SystematicSums,
-    /// The errors that are not noise.
+    /// Systematic errors of the answer.
     pub systematic: &'a Systematic,
-    /// The covariance by noise.
+    /// Covariance from noise.
     pub noise: &'a DMatrix<f64>,
-    /// Sizes of the errors that stripes share.
+    /// Amplitudes of the errors shared with the stripes.
     pub amplitudes: SharedAmplitudes,
 }
 
-/// Looks at whole stripes, and takes their answer where it is the one that is used. The residuals of the seam points stay those about
-/// their own seam: on bent plates their crossing is no point of it.
+/// Estimates from whole stripes, and replaces the answer if the stripes are selected. The residuals of the seam points remain those from
+/// their own seam, because on bent plates the crossing of two stripes is not a point of the seam.
 ///
 /// # Errors
-/// Stripes that are asked for and cannot be used.
+/// Fails if stripes were requested and cannot be used.
 pub(crate) fn add_stripes(
     from: &Concluded<'_>,
     findings: &mut Findings,

@@ -61,7 +61,7 @@ impl EulerMistake {
             [0, 1, 2] => String::new(),
             order => format!(" in columns {}", order.map(|k| (k + 1).to_string()).join(" ")),
         };
-        format!("Euler angles {}{order} taken for {}{beyond}", self.written, self.composed)
+        format!("Euler angles {}{order} read as {}{beyond}", self.written, self.composed)
     }
 
     /// The probable mistake and its remedy.

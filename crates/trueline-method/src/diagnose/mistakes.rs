@@ -70,7 +70,7 @@ pub(crate) const MISTAKES: &[Mistake] = &[
         },
     },
     Mistake {
-        name: "radians taken for degrees",
+        name: "radians read as degrees",
         says: "the attitude turns 57.3 times too little: its angles were radians and were converted as degrees",
         mend: |r| Some(with_rotations(r, |p| scaled_angles(&p.base_from_tool.rotation, 1f64.to_degrees()))),
     },

@@ -10,13 +10,13 @@ use trueline_geometry::so3;
 /// Mistakes in the poses, the most frequent first.
 pub(crate) const POSE_MISTAKES: &[Mistake] = &[
     Mistake {
-        name: "Euler angles ZYX taken for XYZ",
+        name: "Euler angles ZYX read as XYZ",
         says: "the attitude was made from Euler angles in the wrong order: they are about z, then the new y, then the new x \
                (ZYX, as KUKA's A, B, C), and were composed as XYZ",
         mend: |r| Some(with_rotations(r, |p| zyx(xyz_angles(&p.base_from_tool.rotation)))),
     },
     Mistake {
-        name: "Euler angles XYZ taken for ZYX",
+        name: "Euler angles XYZ read as ZYX",
         says: "the attitude was made from Euler angles in the wrong order: they are about x, then the new y, then the new z \
                (XYZ), and were composed as ZYX",
         mend: |r| Some(with_rotations(r, |p| xyz(zyx_angles(&p.base_from_tool.rotation)))),
@@ -33,13 +33,13 @@ pub(crate) const POSE_MISTAKES: &[Mistake] = &[
         },
     },
     Mistake {
-        name: "rotation vector taken for Euler angles",
+        name: "rotation vector read as Euler angles",
         says: "the attitude was made from a rotation vector (UR's rx, ry, rz) that was read as Euler angles \
             about x, y and z",
         mend: |r| Some(with_rotations(r, |p| so3::exp(&zyx_angles(&p.base_from_tool.rotation).into()))),
     },
     Mistake {
-        name: "rotation vector taken for Euler angles, beyond 90°",
+        name: "rotation vector read as Euler angles, beyond 90°",
         says: "the attitude was made from a rotation vector (UR's rx, ry, rz) that was read as Euler angles \
             about x, y and z",
         mend: |r| {
@@ -49,7 +49,7 @@ pub(crate) const POSE_MISTAKES: &[Mistake] = &[
         },
     },
     Mistake {
-        name: "Euler angles taken for a rotation vector",
+        name: "Euler angles read as a rotation vector",
         says: "the attitude was made from Euler angles about x, y and z that were read as a rotation vector",
         mend: |r| Some(with_rotations(r, |p| zyx(so3::log(&p.base_from_tool.rotation).into()))),
     },

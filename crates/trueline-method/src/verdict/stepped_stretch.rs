@@ -8,7 +8,7 @@ use crate::input::timestamps::StampReport;
 
 /// A stretch of fewer features than this part explains no refusal of the whole scan.
 const LEAST_PART: f64 = 0.2;
-/// Two answers that share the features between them explain at most so many, in parts of all; an alias explains them twice.
+/// Largest sum of the shares of features that two answers explain if they divide the features between them. An alias explains them twice.
 const SHARED: f64 = 1.2;
 /// A gap in the stamps is the step if it differs by less than this part.
 const ALIKE: f64 = 0.1;
@@ -43,7 +43,7 @@ fn stretch(f: &Findings) -> Option<Reason> {
     Some(Reason::OtherTimeOffset { span_s, step_s, clock: clock(f, segment, step_s) })
 }
 
-/// Change of the time offset in a stretch, s: by itself, or by a rival that explains what the answer does not.
+/// Change of the time offset in a stretch, s: of the stretch itself, or of a rival that explains the other features.
 fn step(f: &Findings, segment: &OutlierSegment) -> Option<f64> {
     if let Cause::ClockStep(step_s) = segment.cause {
         return Some(step_s);

@@ -270,7 +270,7 @@ fn sensor_pose(
     made.ok_or_else(|| {
         wrong(
             "attitude.approach",
-            "a direction across the seam, and a laser sheet oblique to the camera's axis",
+            "a direction across the seam, and a laser plane oblique to the camera's axis",
             "neither or one",
         )
     })

@@ -186,6 +186,9 @@ fn held_out(shown: &Shown<'_>) -> Option<Chart> {
     let c = shown.calibration;
     // Undetermined quantities have nothing to move.
     let known: Vec<usize> = (0..LINES).filter(|k| c.sigma(*k).is_some()).collect();
+    if known.is_empty() {
+        return None;
+    }
     let all = names(0);
     let columns = known.iter().map(|k| all[*k].clone()).collect();
     let values = check.parts.iter().flat_map(|part| known.iter().map(|k| part.sigmas[*k])).collect();

@@ -18,29 +18,7 @@ pub(super) fn blocks(c: &Calibration, probable_cause: Option<&str>) -> Vec<Block
     let cause =
         |words: &str| Block::Notice { heading: "Probable cause", items: vec![words.to_owned()], bad: true };
     let mut blocks: Vec<Block> = probable_cause.map(cause).into_iter().collect();
-    if !c.reasons().is_empty() {
-        // Undetermined quantities have a box of their own.
-        let others = c.reasons().iter().filter(|reason| !matches!(reason, Reason::Unobservable(_)));
-        let items: Vec<String> = others.map(ToString::to_string).collect();
-        if !items.is_empty() {
-            blocks.push(Block::Notice { heading: "Why it is not accepted", items, bad: true });
-        }
-    }
-    let advice: Vec<String> =
-        c.findings.unknowns.observability.unobservable.iter().map(ToString::to_string).collect();
-    // Data with a mistake in them make this meaningless.
-    let is_of_data = matches!(c.reasons().first(), Some(Reason::ResidualsTooLarge { .. }));
-    if !advice.is_empty() && !is_of_data {
-        blocks.push(Block::Notice {
-            heading: "Not determined, and the motion that determines it",
-            items: advice,
-            bad: true,
-        });
-        if c.findings.unknowns.observability.unobservable.iter().any(|what| what.group == Group::Translation)
-        {
-            blocks.push(Block::Drawing(TILT));
-        }
-    }
+    blocks.extend(against(c));
     blocks.push(Block::Cards(vec![seam_error_card(c), offset(c, offset_s), hand_eye(c)]));
     blocks.extend(c.findings.checks.seam_error.as_ref().map(|error| Block::Table(budget(c, error))));
     if !c.warnings().is_empty() {
@@ -56,19 +34,48 @@ pub(super) fn blocks(c: &Calibration, probable_cause: Option<&str>) -> Vec<Block
     blocks
 }
 
+/// Reasons against the result, the one that explains the others first.
+fn against(c: &Calibration) -> Vec<Block> {
+    // Undetermined quantities have a box of their own.
+    let others = c.reasons().iter().filter(|reason| !matches!(reason, Reason::Unobservable(_)));
+    let items: Vec<String> = others.map(ToString::to_string).collect();
+    let reasons =
+        |heading| (!items.is_empty()).then(|| Block::Notice { heading, items: items.clone(), bad: true });
+    let unobservable = &c.findings.unknowns.observability.unobservable;
+    // Data with a mistake in them make this meaningless.
+    let is_of_data = matches!(c.reasons().first(), Some(Reason::ResidualsTooLarge { .. }));
+    if unobservable.is_empty() || is_of_data {
+        return reasons("Why it is not accepted").into_iter().collect();
+    }
+    let missing = Block::Notice {
+        heading: "Not determined, and the motion that determines it",
+        items: unobservable.iter().map(ToString::to_string).collect(),
+        bad: true,
+    };
+    let is_of_tilt = unobservable.iter().any(|what| what.group == Group::Translation);
+    let drawing = is_of_tilt.then_some(Block::Drawing(TILT));
+    let motion = [Some(missing), drawing].into_iter().flatten();
+    // Only an undetermined quantity that is the first reason explains the others.
+    if matches!(c.reasons().first(), Some(Reason::Unobservable(_))) {
+        motion.chain(reasons("Other reasons")).collect()
+    } else {
+        reasons("Why it is not accepted").into_iter().chain(motion).collect()
+    }
+}
+
 /// Text to copy from an accepted result.
 fn to_use(c: &Calibration, offset_s: Option<f64>) -> Vec<Block> {
     let mut blocks: Vec<Block> = offset_s.into_iter().flat_map(use_of_offset).collect();
     if (ROTATION..LINES).all(|k| c.is_known(k)) {
         let forms = forms(&Mounting::new(*c.file_tool_from_camera(), offset_s));
-        blocks.push(Block::Choice { label: "The hand-eye transform, to copy", forms });
+        blocks.push(Block::Choice { label: "Hand-eye transform: text to copy", forms });
     }
     blocks
 }
 
 /// Use of the time offset.
 fn use_of_offset(offset_s: f64) -> [Block; 2] {
-    let label = "How to use the time offset, to copy";
+    let label = "Time offset: code to copy";
     let snippet = |snippet: time_offset::Snippet| Form {
         name: snippet.language,
         convention: "Interpolates the pose at the true exposure and transforms a seam point into base.",
@@ -113,6 +120,10 @@ fn offset(c: &Calibration, offset_s: Option<f64>) -> Card {
 }
 
 fn hand_eye(c: &Calibration) -> Card {
+    let name = "Hand-eye transform";
+    if c.rotation().is_err() && (TRANSLATION..LINES).all(|k| !c.is_known(k)) {
+        return Card { name, values: vec![UNSEEN.to_owned()], meaning: "From camera to tool.".to_owned() };
+    }
     let mut values: Vec<String> = ["x", "y", "z"]
         .iter()
         .enumerate()
@@ -125,7 +136,7 @@ fn hand_eye(c: &Calibration) -> Card {
         .collect();
     values.extend(rotation(c));
     Card {
-        name: "Hand-eye transform",
+        name,
         values,
         meaning:
             "From camera to tool. The rotation is about z, then the new y, then the new x; its ± are about the tool's x, y, z."
@@ -141,12 +152,10 @@ fn rotation(c: &Calibration) -> Vec<String> {
     let sigmas: Option<Vec<f64>> = (ROTATION..TRANSLATION).map(|k| c.sigma(k).map(f64::to_degrees)).collect();
     let finest = sigmas.iter().flatten().copied().fold(f64::INFINITY, f64::min);
     let digits = digits_for(finest);
+    let with_two_digits = |deg: &f64| format!("± {deg:.0$}°", digits_for(*deg));
     let [z, y, x] = ZYX_INTRINSIC.angles(&c.file_tool_from_camera().rotation).map(f64::to_degrees);
     let known = match &sigmas {
-        Some(sigmas) => {
-            let each: Vec<String> = sigmas.iter().map(|deg| format!("{deg:.digits$}")).collect();
-            format!("± {}°", each.join(", "))
-        }
+        Some(sigmas) => sigmas.iter().map(with_two_digits).collect::<Vec<_>>().join(", "),
         None => "held".to_owned(),
     };
     vec![format!("x {x:.digits$}°, y {y:.digits$}°, z {z:.digits$}°"), known]
@@ -161,8 +170,8 @@ fn seam_error_card(c: &Calibration) -> Card {
     };
     let mut values = vec![format!("± {} from the scan alone", mm(error.scan_alone_m()))];
     let assumed = seam_error::assumed(c, error).map(|with| {
-        values.push(format!("± {} in all", mm(error.rms_m)));
-        format!(" In all: including {with}.")
+        values.push(format!("± {} in total", mm(error.rms_m)));
+        format!(" The total includes {with}.")
     });
     let meaning = format!(
         "One standard deviation in space at {:.0} mm/s, over the scanned part of the laser plane.{} Each single point adds \

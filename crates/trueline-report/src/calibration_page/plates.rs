@@ -38,7 +38,7 @@ fn side_by_side(estimate: &StripeEstimate) -> Table {
         let [seam, stripe] = [&estimate.seam, &estimate.stripe].map(of);
         let said = |sigma: Option<f64>| match sigma.map(|sigma| sigma * scale) {
             Some(sigma) => format!("± {sigma:.0$}{unit}", digits_for(sigma)),
-            None => "not seen".to_owned(),
+            None => "not determined".to_owned(),
         };
         let gain = match seam.zip(stripe) {
             Some((seam, stripe)) if stripe > 0.0 => format!("{:.1} ×", seam / stripe),

@@ -337,7 +337,7 @@ fn histogram(shown: &Shown<'_>) -> Chart {
         title: "Residuals compared with the expected noise",
         explanation: format!(
             "Both components of every residual in standard deviations, with the expected normal \
-            distribution. {beyond} of {all} are beyond ±{REACH} σ and not drawn."
+            distribution. Not drawn: {beyond} of {all}, beyond ±{REACH} σ."
         ),
         alternative: "Histogram of residuals in standard deviations, with the expected normal curve"
             .to_owned(),
@@ -381,7 +381,7 @@ fn over_speed(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
         explanation: "Residual of each point in the direction in which the seam crosses the laser plane. A \
             slope means a wrong time offset; a widening cloud means time-stamp jitter."
             .to_owned(),
-        alternative: "Residual in the direction of motion in mm over the speed at which the seam crosses the laser sheet in mm/s".to_owned(),
+        alternative: "Residual in the direction of motion in mm over the speed at which the seam crosses the laser plane in mm/s".to_owned(),
         wide: false,
         drawn: Drawn::Plot {
             x: Axis::of("speed across the laser plane (mm/s)"),

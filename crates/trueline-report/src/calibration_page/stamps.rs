@@ -51,7 +51,7 @@ fn about_the_clock(report: &StampReport) -> String {
         return "No constant sampling period was found.".to_owned();
     };
     let used =
-        if report.dejittered { "the regular stamps were used" } else { "the stamps were used as recorded" };
+        if report.dejittered { "smoothed stamps were used" } else { "the stamps were used as recorded" };
     let latest_s = report.lateness_s.map_or(0.0, |[_, most_s]| most_s);
     format!(
         "The sampling period is {:.4} ms with a jitter of {:.3} ms; the largest delay is {:.2} ms; {used}.",

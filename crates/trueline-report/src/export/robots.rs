@@ -124,7 +124,7 @@ pub(crate) const YASKAWA: Format = Format {
 pub(crate) const STAUBLI: Format = Format {
     name: "staubli",
     aliases: &["val3"],
-    title: "Staubli",
+    title: "Stäubli",
     group: Group::Robot,
     convention: "VAL3 tool in a .dtx file: mm; rx, ry, rz in degrees about x, then the new y, then the new z. Not the angles of FANUC or Yaskawa.",
     write: |mounting| {

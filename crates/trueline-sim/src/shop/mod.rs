@@ -1,4 +1,4 @@
-//! Whole cells of an ordinary shop, in which everything errs at once.
+//! Whole cells of an ordinary shop, with all errors at once.
 //!
 //! A [`Shop`] has a level and a seed; [`Shop::cast`] draws arm, sensor, mounting, seam and motion, then the size of every
 //! error of the [table](error_table::TABLE), and casts the scan forward. Each error is a file of its own. With the scan

@@ -1,6 +1,7 @@
 //! An alarm's numbers in words, from the report of its weld.
 
 use serde_json::Value;
+use trueline_report::number::change_with_sigma;
 use trueline_watch::Kind;
 use trueline_watch::words::{numbered, what_changed, where_to_look};
 
@@ -55,7 +56,7 @@ fn all_numbers(alarm: &Value) -> Vec<Row> {
     let change = &alarm["change"];
     let sigma = &change["sigma"];
     let one = |value: &Value, sigma: &Value, factor: f64, unit: &str| match (value.as_f64(), sigma.as_f64()) {
-        (Some(value), Some(sigma)) => Some(format!("{:+.3} ± {:.3} {unit}", value * factor, sigma * factor)),
+        (Some(value), Some(sigma)) => Some(change_with_sigma(value * factor, sigma * factor, unit)),
         _ => None,
     };
     let list = |key: &str, names: &[&'static str], factor: f64, unit: &str| -> Vec<Row> {
@@ -116,12 +117,12 @@ mod tests {
         let rows = numbers(&bracket);
         assert_eq!(rows[0], ("seam point across", "+0.300 ± 0.020 mm".to_owned()));
         assert_eq!(rows[2], ("shift x", "+0.100 ± 0.010 mm".to_owned()));
-        assert_eq!(rows[4], ("turn z", "+0.050 ± 0.004 °".to_owned()));
+        assert_eq!(rows[4], ("turn z", "+0.0500 ± 0.0040 °".to_owned()));
         assert_eq!(rows[5].1, "seam point along, shift y, turn x, turn y");
         assert_eq!(since(&bracket), "2.2 s into weld 3 (weld-3)");
         let sensor = json!({ "kind": "sensor", "change": {
             "shape": [0.003, 0.0, 0.0, 1e-4, 0.0], "sigma": { "shape": [1e-4, 1e-4, 1e-4, 1e-5, 1e-5] } } });
         assert_eq!(numbers(&sensor)[0], ("width", "+0.300 ± 0.010 %".to_owned()));
-        assert_eq!(numbers(&sensor)[3], ("keystone across", "+0.010 ± 0.001 % per mm".to_owned()));
+        assert_eq!(numbers(&sensor)[3], ("keystone across", "+0.0100 ± 0.0010 % per mm".to_owned()));
     }
 }

@@ -124,12 +124,12 @@ fn alarm_card(line: &Value, at_s: i64, now_s: i64, state: State) -> String {
     let p = alarm["p_log10"].as_f64().unwrap_or(0.0);
     let [what, look_at] = evidence::what(alarm);
     let mut rows = vec![
-        ("what", what.to_owned()),
-        ("in short", evidence::text(alarm)),
-        ("look at", look_at.to_owned()),
+        ("cause", what.to_owned()),
+        ("summary", evidence::text(alarm)),
+        ("check", look_at.to_owned()),
         ("since", evidence::since(alarm)),
-        ("told at", format!("{}, {}", evidence::weld(line, "number", "weld"), ago(now_s - at_s))),
-        ("without a change", how_rarely(p)),
+        ("reported at", format!("{}, {}", evidence::weld(line, "number", "weld"), ago(now_s - at_s))),
+        ("false-alarm rate", how_rarely(p)),
     ];
     rows.extend(evidence::numbers(alarm));
     let others = evidence::words(&alarm["not_told_apart"]);

@@ -126,7 +126,7 @@ impl ProfileFormat {
                 "Keyence LJ-V: X in the first column, one profile in each further one, 0.01 µm; -524288 … -524285 and less than -2147483640 are no point"
             }
             Self::KeyenceLjX => {
-                "Keyence LJ-X: one row a profile, mm; -99.9999 and what is below -999 are no point"
+                "Keyence LJ-X: one row a profile, mm; -99.9999 and values below -999 mean no point"
             }
             Self::ScanControl => {
                 "scanCONTROL: one row a point, x and z in mm; z = 0 is no point; a profile ends where x steps back"
