@@ -18,16 +18,20 @@ change with trueline.
 
 import argparse
 import json
+import os
 import subprocess
 import sys
 import tempfile
 import time
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 # The module has this file's own name: its folder must not come first.
 sys.path = [entry for entry in sys.path if Path(entry or ".").resolve() != Path(__file__).resolve().parent]
+
+# A solver's matrices have a few rows: threads within one cost more than they save.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np  # noqa: E402
 import pandas as pd  # noqa: E402
@@ -142,16 +146,16 @@ def theirs(sequence: Sequence) -> list[Row]:
     return [row | {"track": track(sequence)} for row in found]
 
 
-def their_rows(sequences: list[Sequence], kept: Path | None) -> pd.DataFrame:
+def their_rows(sequences: list[Sequence], kept: Path | None, workers: int) -> pd.DataFrame:
     """The benchmark's solvers on all sequences. Results in the file are not computed again; each
     new sequence is added to it at once."""
     known = pd.read_csv(kept, low_memory=False) if kept and kept.exists() else pd.DataFrame({"sequence_id": []})
-    for sequence in sequences:
-        if (known.sequence_id == sequence.id).any():
-            continue
-        known = pd.concat([known, pd.DataFrame(theirs(sequence))])
-        if kept:
-            known.to_csv(kept, index=False)
+    there = set(known.sequence_id)
+    with ProcessPoolExecutor(workers) as pool:
+        for found in pool.map(theirs, [sequence for sequence in sequences if sequence.id not in there]):
+            known = pd.concat([known, pd.DataFrame(found)])
+            if kept:
+                known.to_csv(kept, index=False)
     return known[known.sequence_id.isin([sequence.id for sequence in sequences])]
 
 
@@ -249,7 +253,7 @@ def main() -> None:
     sequences = list(by_id.values())
     with ThreadPoolExecutor(args.workers) as pool:
         ours = list(pool.map(lambda sequence: run(args.program, sequence, accuracy_mm), sequences))
-    results = pd.concat([pd.DataFrame(ours), their_rows(sequences, args.solvers)])
+    results = pd.concat([pd.DataFrame(ours), their_rows(sequences, args.solvers, args.workers)])
     if args.out:
         results.to_csv(args.out, index=False)
     print(summary(results))

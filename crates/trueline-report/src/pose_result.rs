@@ -146,6 +146,7 @@ fn values(remark: &SightingRemark) -> Value {
         SightingRemark::FewSightings { count, of } | SightingRemark::SightingsLeftOut { count, of } => {
             json!({ "count": count, "of": of })
         }
+        SightingRemark::OtherScale { factor, sigma } => json!({ "factor": factor, "sigma": sigma }),
         SightingRemark::LargerThanStated { factor } | SightingRemark::LastingResiduals { factor } => {
             json!({ "factor": factor })
         }
@@ -186,6 +187,8 @@ fn target(report: &PoseReport<'_>) -> TargetEntry {
         sighting_rotation_deg: [0, 1, 2].map(|k| noise[k].to_degrees()),
         sighting_translation_mm: [3, 4, 5].map(|k| noise[k] * MM_PER_M),
         noise_stated: report.fit.sigma_is_stated,
+        scale: report.fit.scale.as_ref().map(|scale| scale.factor),
+        sigma_scale: report.fit.scale.as_ref().map(|scale| scale.sigma),
     }
 }
 
@@ -352,6 +355,10 @@ fn write_target(out: &mut String, report: &PoseReport<'_>) {
         fit.rms_m * MM_PER_M,
         fit.rms_rad.to_degrees(),
     );
+    if let Some(scale) = &fit.scale {
+        let value = with_sigma(scale.factor, Some(scale.sigma), "");
+        let _ = writeln!(out, "  {:<18} {} times the reported lengths", "scale", value.trim_end());
+    }
     if fit.unplaced > 0 {
         let _ = writeln!(out, "  {} sightings are outside the robot's recording", fit.unplaced);
     }

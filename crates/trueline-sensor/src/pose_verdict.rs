@@ -58,6 +58,13 @@ pub enum SightingRemark {
         /// Total number.
         of: usize,
     },
+    /// The sightings have another scale.
+    OtherScale {
+        /// Length over reported length.
+        factor: f64,
+        /// Its standard deviation.
+        sigma: f64,
+    },
     /// Residuals are larger than the stated noise makes them.
     LargerThanStated {
         /// By how many times.
@@ -184,6 +191,7 @@ impl SightingRemark {
             Self::AmbiguousHandEye { .. } => "ambiguous-hand-eye",
             Self::FewSightings { .. } => "few-sightings",
             Self::SightingsLeftOut { .. } => "sightings-left-out",
+            Self::OtherScale { .. } => "sighting-scale",
             Self::LargerThanStated { .. } => "noise-larger-than-stated",
             Self::LastingResiduals { .. } => "lasting-residuals",
             Self::HandEyeUncertain { .. } => "hand-eye-uncertain",
@@ -223,6 +231,11 @@ impl fmt::Display for SightingRemark {
             Self::SightingsLeftOut { count, of } => {
                 write!(f, "{count} of {of} sightings are outliers and were left out")
             }
+            Self::OtherScale { factor, sigma } => write!(
+                f,
+                "the sightings' lengths are wrong: they must be multiplied by {factor:.4} ± {sigma:.4}. The answer is in the robot's lengths. \
+                 Probable cause: another size of the marker, another unit, or a single camera that measures its own path"
+            ),
             Self::LargerThanStated { factor } => write!(
                 f,
                 "residuals are {factor:.1} times larger than the stated noise; the uncertainties assume this \
@@ -301,6 +314,9 @@ fn judge_sightings(fit: &PoseFit, reasons: &mut Vec<SightingRemark>, warnings: &
         reasons.push(SightingRemark::LargerThanStated { factor });
     } else if factor > USUAL_DISAGREEMENT {
         warnings.push(SightingRemark::LargerThanStated { factor });
+    }
+    if let Some(scale) = &fit.scale {
+        warnings.push(SightingRemark::OtherScale { factor: scale.factor, sigma: scale.sigma });
     }
     if fit.lasting > LASTING {
         warnings.push(SightingRemark::LastingResiduals { factor: fit.lasting });

@@ -1,9 +1,10 @@
 //! Time offset, hand-eye transform and target from poses that somebody else's detector reports.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+#![allow(clippy::print_stdout, reason = "figures of the statistics, shown by --nocapture")]
 
 mod sighted;
 
-use sighted::{calibrated, off, sigma_of};
+use sighted::{calibrated, calibrated_cast, off, sigma_of};
 use trueline_dataset::sensor_setup::Mounted;
 use trueline_sensor::Error;
 use trueline_sensor::board_hand_eye::PoseFit;
@@ -171,4 +172,52 @@ fn sightings_at_stops_that_drift_have_a_wider_uncertainty() {
         let still = calibrated(&scan, &PoseOptions::default()).unwrap();
         assert!(still.lasting < 1.5, "seed {seed}: {}", still.lasting);
     }
+}
+
+/// The scan with lengths of sightings that must be multiplied by `factor`.
+fn shrunk(scan: &SightingScan, factor: f64) -> trueline_sim::Sighted {
+    let mut cast = scan.cast();
+    for sighting in &mut cast.sightings {
+        sighting.camera_from_target.translation.vector /= factor;
+        sighting.sigma = sighting.sigma.map(|[turn, shift]| [turn, shift / factor]);
+    }
+    cast
+}
+
+#[test]
+fn exact_sightings_of_a_marker_of_another_size_or_unit_give_the_truth_and_the_factor() {
+    for (seed, factor) in [(1, 1.37), (2, 0.6), (3, 25.4), (4, 1e-3)] {
+        for scan in [SightingScan::usual(seed), SightingScan::at_stops(seed)] {
+            let scan = SightingScan { noise: SightingNoise::NONE, robot_noise: [0.0; 2], ..scan };
+            let at_stops = scan.at_stops;
+            let fit = calibrated_cast(&shrunk(&scan, factor), &PoseOptions::default()).unwrap();
+            let found = fit.scale.as_ref().map_or(1.0, |scale| scale.factor);
+            // Exact to the last step of the scale, a part of its ±.
+            assert!((found / factor - 1.0).abs() < 1e-4, "{found} for {factor}");
+            let off = off(&fit, &scan.cast().truth);
+            assert!(off.fixed_rows::<6>(1).norm() < 2e-4, "{factor}, at stops {at_stops}: {off}");
+        }
+    }
+}
+
+#[test]
+fn a_scale_is_as_uncertain_as_stated_and_nobody_hears_of_one_that_is_right() {
+    const SCANS: u64 = 100;
+    let (mut of_scale, mut of_hand_eye) = (0.0, 0.0);
+    for seed in 100..100 + SCANS {
+        let scan = SightingScan::at_stops(seed);
+        let fit = calibrated(&scan, &PoseOptions::default()).unwrap();
+        assert_eq!(fit.scale, None, "seed {seed}");
+        let fit = calibrated_cast(&shrunk(&scan, 1.2), &PoseOptions::default()).unwrap();
+        let scale = fit.scale.as_ref().expect("a scale of 1.2 is certain");
+        of_scale += ((scale.factor - 1.2) / scale.sigma).powi(2) / SCANS as f64;
+        let off = off(&fit, &scan.cast().truth).fixed_rows::<6>(1).into_owned();
+        let inverse = fit.covariance.fixed_view::<6, 6>(1, 1).into_owned().cholesky().unwrap().inverse();
+        of_hand_eye += (off.transpose() * inverse * off)[(0, 0)] / (6.0 * SCANS as f64);
+    }
+    println!("NEES of the scale {of_scale:.2}, of the hand-eye transform {of_hand_eye:.2}");
+    // Means of 100 squares have a standard deviation of 0.14, those of 6 each 0.06: three of them. The noise is estimated from 144 numbers, which
+    // adds 1/12 to a relative variance.
+    assert!((0.58..1.5).contains(&of_scale), "{of_scale}");
+    assert!((0.82..1.26).contains(&of_hand_eye), "{of_hand_eye}");
 }

@@ -30,6 +30,12 @@ pub struct TargetEntry {
     pub sighting_translation_mm: [f64; 3],
     /// Whether the sightings state it.
     pub noise_stated: bool,
+    /// Length over reported length of the sightings, where that is certainly not one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scale: Option<f64>,
+    /// One standard deviation of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sigma_scale: Option<f64>,
 }
 
 /// A sphere that was scanned.

@@ -88,6 +88,7 @@ pub fn calibrate(
         let noise = ErrorModel { carries, ..at_stops_noise(accuracy_m) };
         let path = RobotPath::Stops(&poses);
         let fit = poses::calibrate(&reported, path, &noise, &sought).map_err(failed)?;
+        let fit = with_robot_on_scale(fit, path, field);
         // The residuals contain the differences from stop to stop, but not the common error of neighbouring stops.
         let covariance = fit.covariance + of_robot(&fit, path, field);
         let robot_noise_m = noise.position_m;
@@ -96,6 +97,7 @@ pub fn calibrate(
     let moved = Moved::of(&scan, &stamps_ns, carries)?;
     let path = moved.path(options.holds_offset);
     let fit = poses::calibrate(&reported, path, &moved.noise, &sought).map_err(failed)?;
+    let fit = with_robot_on_scale(fit, path, field);
     Ok(PoseScan {
         covariance: fit.covariance + of_robot(&fit, path, field),
         fit,
@@ -120,9 +122,28 @@ pub(super) fn poses_at(scan: &Recording, stamps_ns: &[i64]) -> Vec<Pose> {
 
 /// Effect on the estimate of a robot error that changes slowly with the pose.
 pub(super) fn of_robot(fit: &PoseFit, path: RobotPath<'_>, sigmas: RobotSigmas) -> SMatrix<f64, SIZE, SIZE> {
-    let pose = |k: usize| Some(path.at(k, fit.unknowns.time_offset_s)?.base_from_tool);
-    let placed: Vec<(Pose, &SMatrix<f64, SIZE, 6>)> =
-        fit.d_robot.iter().enumerate().filter_map(|(k, d)| Some((pose(k)?, d.as_ref()?))).collect();
+    of_robot_on(&fit.d_robot, fit.unknowns.time_offset_s, path, sigmas)
+}
+
+/// The fit with the same effect on its scale.
+fn with_robot_on_scale(mut fit: PoseFit, path: RobotPath<'_>, sigmas: RobotSigmas) -> PoseFit {
+    if let Some(scale) = &mut fit.scale {
+        let of_robot = of_robot_on(&scale.d_robot, fit.unknowns.time_offset_s, path, sigmas);
+        scale.sigma = scale.sigma.hypot(of_robot[(0, 0)].sqrt());
+    }
+    fit
+}
+
+/// The same on any numbers, by their derivatives by an error at each sighting.
+fn of_robot_on<const N: usize>(
+    derivatives: &[Option<SMatrix<f64, N, 6>>],
+    time_offset_s: f64,
+    path: RobotPath<'_>,
+    sigmas: RobotSigmas,
+) -> SMatrix<f64, N, N> {
+    let pose = |k: usize| Some(path.at(k, time_offset_s)?.base_from_tool);
+    let placed: Vec<(Pose, &SMatrix<f64, N, 6>)> =
+        derivatives.iter().enumerate().filter_map(|(k, d)| Some((pose(k)?, d.as_ref()?))).collect();
     let poses: Vec<Pose> = placed.iter().map(|(pose, _)| *pose).collect();
     let Some(field) = RobotField::new(sigmas, &poses) else { return SMatrix::zeros() };
     let (turn, shift) = (sigmas.attitude_rad, sigmas.position_m);
@@ -131,16 +152,16 @@ pub(super) fn of_robot(fit: &PoseFit, path: RobotPath<'_>, sigmas: RobotSigmas) 
     for (pose, d_robot) in &placed {
         let modes = field.at(pose);
         for component in 0..6 {
-            let column: SVector<f64, SIZE> = d_robot.column(component) * sizes[component];
-            let of_modes = DMatrix::from_column_slice(SIZE, 1, column.as_slice()) * modes.transpose();
+            let column: SVector<f64, N> = d_robot.column(component) * sizes[component];
+            let of_modes = DMatrix::from_column_slice(N, 1, column.as_slice()) * modes.transpose();
             match columns.get_mut(component) {
                 Some(sum) => *sum += of_modes,
                 None => columns.push(of_modes),
             }
         }
     }
-    let sum = columns.iter().fold(DMatrix::zeros(SIZE, SIZE), |sum, c| sum + c * c.transpose());
-    SMatrix::<f64, SIZE, SIZE>::from_fn(|i, j| sum[(i, j)])
+    let sum = columns.iter().fold(DMatrix::zeros(N, N), |sum, c| sum + c * c.transpose());
+    SMatrix::<f64, N, N>::from_fn(|i, j| sum[(i, j)])
 }
 
 /// A robot that moved while its target was seen.

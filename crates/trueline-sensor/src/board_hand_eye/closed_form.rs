@@ -5,7 +5,9 @@
 //! \[Tsai1989\] (modified Rodrigues vectors), \[Park1994\] (logarithms), \[Daniilidis1999\] (dual quaternions, rotation
 //! and translation at once).
 
-use nalgebra::{DMatrix, DVector, Matrix3, Quaternion, SVD, UnitQuaternion, Vector3, Vector4};
+use nalgebra::{
+    DMatrix, DVector, Matrix3, Matrix3x4, Matrix4, Quaternion, SVD, UnitQuaternion, Vector3, Vector4,
+};
 use trueline_geometry::{Pose, se3, so3};
 
 /// A motion of the tool, and that of the camera which it carries.
@@ -66,6 +68,30 @@ impl ClosedForm {
             Self::Daniilidis => daniilidis(pairs),
         }
     }
+}
+
+/// Rotation of \[Park1994\], with the translation and the scale k of the camera's lengths from (R_A − 1) t − k R_X t_B = −t_A by least squares
+/// \[Andreff2001\]; `None` where the motions do not fix them, or where k is not positive.
+pub(crate) fn with_scale(pairs: &[MotionPair]) -> Option<(Pose, f64)> {
+    let rotation = park_rotation(pairs)?;
+    let (mut normal, mut right) = (Matrix4::zeros(), Vector4::zeros());
+    for pair in pairs {
+        let turned = pair.tool.rotation.to_rotation_matrix().into_inner() - Matrix3::identity();
+        let mut row = Matrix3x4::zeros();
+        row.fixed_columns_mut::<3>(0).copy_from(&turned);
+        row.column_mut(3).copy_from(&-(rotation * pair.camera.translation.vector));
+        normal += row.transpose() * row;
+        right -= row.transpose() * pair.tool.translation.vector;
+    }
+    // Angles and lengths differ by orders: scaled to a unit diagonal first.
+    let size = normal.diagonal().map(|v: f64| 1.0 / v.sqrt());
+    let unit = Matrix4::from_fn(|i, j| normal[(i, j)] * size[i] * size[j]);
+    if unit.symmetric_eigenvalues().min() < 1e-9 {
+        return None;
+    }
+    let found = unit.cholesky()?.solve(&right.component_mul(&size)).component_mul(&size);
+    let shift: Vector3<f64> = found.fixed_rows::<3>(0).into();
+    (found[3] > 0.0).then(|| (se3::from_parts(rotation, shift), found[3]))
 }
 
 /// (R_A − 1) t = R_X t_B − t_A, by least squares.

@@ -124,6 +124,11 @@ impl<'a, S: Sighting> TargetProblem<'a, S> {
         &self.whitening[k]
     }
 
+    /// One sighting.
+    pub(crate) fn sighting(&self, k: usize) -> &S {
+        &self.sightings[k]
+    }
+
     /// The problem with the noise as it acts at `at`; pictures without a robot pose there do not count.
     #[must_use]
     pub fn whitened(sightings: &'a [S], robot: RobotPath<'a>, noise: &ErrorModel, at: &Unknowns) -> Self {
@@ -262,13 +267,14 @@ impl<'a, S: Sighting> TargetProblem<'a, S> {
         at: &Unknowns,
         covariance: &SMatrix<f64, SIZE, SIZE>,
     ) -> Option<SMatrix<f64, SIZE, 6>> {
-        if !self.used[k] {
-            return None;
-        }
-        let tool = self.robot.at(k, at.time_offset_s)?;
         let (_, jacobian) = self.linearized(k, at)?;
-        let d_robot = robot_derivative(&tool, self.carries, at);
-        Some(covariance * jacobian.transpose() * self.whitening[k] * d_robot)
+        Some(covariance * jacobian.transpose() * self.whitened_robot(k, at)?)
+    }
+
+    /// What an error of the robot's pose at a sighting adds to the prediction, whitened; `None` if the sighting does not count.
+    pub(crate) fn whitened_robot(&self, k: usize, at: &Unknowns) -> Option<Matrix6<f64>> {
+        let tool = self.robot.at(k, at.time_offset_s).filter(|_| self.used[k])?;
+        Some(self.whitening[k] * robot_derivative(&tool, self.carries, at))
     }
 }
 

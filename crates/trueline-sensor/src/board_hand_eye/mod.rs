@@ -8,7 +8,7 @@
 //! At standstill the time offset cannot be determined. While the robot moves ([`moving`]), all three are estimated together:
 //! a reference for calibrations without a board. Poses of any other detector or tracker ([`poses`]) use the same joint
 //! estimate. If their noise is not stated it is estimated, and directions that the motion does not determine are named
-//! ([`hidden`]).
+//! ([`hidden`]). Sightings whose lengths are all wrong by one factor are answered with it ([`scale`]).
 
 pub mod closed_form;
 pub mod hidden;
@@ -19,6 +19,7 @@ pub(crate) mod noise_of_sightings;
 pub mod pose_sighting;
 pub mod poses;
 pub mod robot_path;
+pub mod scale;
 pub(crate) mod sight_model;
 pub(crate) mod sighting;
 pub(crate) mod start;
@@ -28,4 +29,5 @@ pub use joint::{BoardFit, Carried, ErrorModel, Unknowns};
 pub use pose_sighting::{PoseSighting, ReportedPose, Sighting};
 pub use poses::{PoseFit, PoseOptions};
 pub use robot_path::RobotPath;
+pub use scale::Scale;
 pub use sighting::{BoardSighting, Sightings};

@@ -16,9 +16,10 @@ use super::lasting_motion;
 use super::noise_of_sightings::{Groups, at_start, estimated};
 use super::pose_sighting::{PoseSighting, ReportedPose};
 use super::robot_path::RobotPath;
+use super::scale::{self, Scale, Step};
 use super::start::{self, Few};
 use crate::error::Error;
-use nalgebra::{SMatrix, Vector6};
+use nalgebra::{RowVector6, SMatrix, Vector6};
 use trueline_geometry::Pose;
 use trueline_geometry::statistics::lasting;
 use trueline_lsq::{LeastSquares, NormalEquations};
@@ -31,6 +32,8 @@ const CANDIDATES: usize = 4;
 const ROUNDS: [usize; 2] = [4, 25];
 /// Number of sightings for the choice between starts.
 const FEW: usize = 60;
+/// Steps of the scale: it enters the residuals linearly, so the second is only as long as the noise changed.
+const MOST_SCALES: usize = 20;
 /// The noise is found once it changes by less than this part.
 const SETTLED: f64 = 2e-3;
 /// Answers with offsets closer than this are one, s.
@@ -89,6 +92,30 @@ pub struct PoseFit {
     pub rms_rad: f64,
     /// The next best answer.
     pub runner_up: Option<OtherOffset>,
+    /// Scale of the sightings, where it is certainly not one. The answer is in the robot's lengths.
+    pub scale: Option<Scale>,
+}
+
+impl PoseFit {
+    /// The same with the scale estimated beside everything else.
+    fn beside_scale(
+        mut self,
+        factor: f64,
+        step: &Step,
+        d_robot: impl Fn(usize) -> Option<RowVector6<f64>>,
+    ) -> Self {
+        let widened = self.squares_per_freedom.max(1.0) * self.lasting;
+        self.covariance += step.follows * step.follows.transpose() * (step.variance * widened);
+        let by_robot: Vec<Option<RowVector6<f64>>> = (0..self.d_robot.len()).map(d_robot).collect();
+        for (all, of_scale) in self.d_robot.iter_mut().zip(&by_robot) {
+            if let (Some(all), Some(of_scale)) = (all, of_scale) {
+                *all += step.follows * of_scale;
+            }
+        }
+        let d_robot = by_robot.into_iter().map(|row| row.map(|row| row * factor)).collect();
+        self.scale = Some(Scale { factor, sigma: factor * (step.variance * widened).sqrt(), d_robot });
+        self
+    }
 }
 
 /// Another answer, which explains the sightings less well.
@@ -115,7 +142,7 @@ impl OtherOffset {
 }
 
 /// Estimates all unknowns from sightings (in the order of the path's stamps) of a fixed target. If the robot carries the
-/// target before a fixed camera, the path is `tool_from_base`.
+/// target before a fixed camera, the path is `tool_from_base`. The scale of the sightings is estimated too where it is certainly not one.
 ///
 /// # Errors
 /// Too few sightings, streams without time in common, or poses that have nothing to do with each other.
@@ -129,24 +156,15 @@ pub fn calibrate(
     if reported.len() < FEWEST {
         return Err(Error::TooFewSightings { found: reported.len(), needed: FEWEST });
     }
-    let mut candidates: Vec<Candidate> = Vec::new();
-    let mut why = Error::NoPose;
-    for offset_s in scan.offsets_s(options)? {
-        match scan.candidate(offset_s, options.guess) {
-            Ok(candidate) => candidates.push(candidate),
-            Err(error) => why = error,
-        }
-    }
-    let Some(best) = candidates.iter().copied().reduce(|a, b| if scan.is_better(&b, &a) { b } else { a })
-    else {
-        return Err(why);
+    let as_reported = scan.best(options);
+    let offset_s = match &as_reported {
+        Ok((best, _)) => best.state.time_offset_s,
+        Err(_) => scan.offsets_s(options)?.first().copied().unwrap_or(0.0),
     };
-    let best = scan.settled(best.state, Some(best.sigma), ROUNDS[1])?;
-    let others = candidates
-        .iter()
-        .filter(|other| (other.state.time_offset_s - best.state.time_offset_s).abs() > ONE_OFFSET_S);
-    let runner_up =
-        others.filter_map(|other| scan.other_offset(&best, other)).min_by(|a, b| a.z.total_cmp(&b.z));
+    if let Some(fit) = scan.with_scale(offset_s, options) {
+        return Ok(fit);
+    }
+    let (best, runner_up) = as_reported?;
     Ok(PoseFit { runner_up, ..scan.concluded(&best)? })
 }
 
@@ -157,6 +175,7 @@ struct Candidate {
     sigma: Vector6<f64>,
 }
 
+#[derive(Clone, Copy)]
 struct Scan<'a> {
     reported: &'a [ReportedPose],
     robot: RobotPath<'a>,
@@ -164,6 +183,51 @@ struct Scan<'a> {
 }
 
 impl Scan<'_> {
+    /// The best answer, and the next best at another time offset.
+    fn best(&self, options: &PoseOptions) -> Result<(Candidate, Option<OtherOffset>), Error> {
+        let mut candidates: Vec<Candidate> = Vec::new();
+        let mut why = Error::NoPose;
+        for offset_s in self.offsets_s(options)? {
+            match self.candidate(offset_s, options.guess) {
+                Ok(candidate) => candidates.push(candidate),
+                Err(error) => why = error,
+            }
+        }
+        let better = |a, b| if self.is_better(&b, &a) { b } else { a };
+        let best = candidates.iter().copied().reduce(better).ok_or(why)?;
+        let best = self.settled(best.state, Some(best.sigma), ROUNDS[1])?;
+        let is_other =
+            |other: &&Candidate| (other.state.time_offset_s - best.state.time_offset_s).abs() > ONE_OFFSET_S;
+        let others = candidates.iter().filter(is_other);
+        let runner_up =
+            others.filter_map(|other| self.other_offset(&best, other)).min_by(|a, b| a.z.total_cmp(&b.z));
+        Ok((best, runner_up))
+    }
+
+    /// The answer with another scale of the sightings; `None` if it is not certain that they have one.
+    fn with_scale(&self, offset_s: f64, options: &PoseOptions) -> Option<PoseFit> {
+        let few = Few::of(&self.sightings(&Vector6::repeat(1.0)), &self.robot, offset_s);
+        let mut factor = few.scale().filter(|factor| scale::is_worth_a_fit(*factor))?;
+        let reported = scale::scaled(self.reported, factor);
+        let (mut best, runner_up) = Scan { reported: &reported, ..*self }.best(options).ok()?;
+        for _ in 0..MOST_SCALES {
+            let reported = scale::scaled(self.reported, factor);
+            let scan = Scan { reported: &reported, ..*self };
+            best = scan.settled(best.state, Some(best.sigma), ROUNDS[1]).ok()?;
+            let sightings = scan.sightings(&best.sigma);
+            let (state, problem) =
+                converged(&sightings, self.robot, &self.noise, best.state, &ROUND_MARGINS_S[3..]).ok()?;
+            let step = scale::step(&problem, &state)?;
+            if step.by.abs() < SETTLED * step.variance.sqrt() {
+                let fit = PoseFit { runner_up, ..scan.concluded(&best).ok()? };
+                let fit = fit.beside_scale(factor, &step, |k| scale::d_robot(&problem, &state, &step, k));
+                return fit.scale.as_ref().is_some_and(Scale::is_certain).then_some(fit);
+            }
+            factor *= step.by.exp();
+        }
+        None
+    }
+
     fn is_stated(&self) -> bool {
         self.reported.iter().all(|reported| reported.sigma.is_some())
     }
@@ -339,6 +403,7 @@ impl Scan<'_> {
             rms_m,
             rms_rad,
             runner_up: None,
+            scale: None,
             used: problem.used,
         })
     }

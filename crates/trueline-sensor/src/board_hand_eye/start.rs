@@ -3,7 +3,7 @@
 //!
 //! Angles do not depend on how the camera is mounted. The best offsets are all tried: a motion that repeats itself has several.
 
-use super::closed_form::{ClosedForm, MotionPair, pairs};
+use super::closed_form::{ClosedForm, MotionPair, pairs, with_scale};
 use super::pose_sighting::Sighting;
 use super::robot_path::RobotPath;
 use super::unknowns::Unknowns;
@@ -165,16 +165,47 @@ impl Few {
     /// The start that a closed form gives over all of them or over a few, whichever explains most; `None` where the motion fixes no
     /// hand-eye transform.
     pub(crate) fn by_closed_form(&self) -> Option<Unknowns> {
-        let all: Vec<usize> = (0..self.seen.len()).collect();
-        let mut draw = Draw(1);
-        let drawn = (0..DRAWS * SIZES.len()).map(|k| draw.set(SIZES[k % SIZES.len()], self.seen.len()));
-        let tried = std::iter::once(all).chain(drawn).filter_map(|set| {
-            let (tools, seen): (Vec<Pose>, Vec<Pose>) =
-                set.iter().map(|k| (self.tools[*k], self.seen[*k])).unzip();
-            let tool_from_camera = ClosedForm::Park.solve(&pairs(&tools, &seen))?;
+        let tried = self.sets().filter_map(|set| {
+            let tool_from_camera = ClosedForm::Park.solve(&self.motions(&set))?;
             self.best_anchor(&set, tool_from_camera)
         });
         tried.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, start)| start)
+    }
+
+    /// The factor of the sightings' lengths that explains most in the same way; `None` where the motion fixes none.
+    pub(crate) fn scale(&self) -> Option<f64> {
+        let tried = self.sets().filter_map(|set| {
+            let (tool_from_camera, factor) = with_scale(&self.motions(&set))?;
+            let (off, _) = self.scaled(factor).best_anchor(&set, tool_from_camera)?;
+            Some((off, factor))
+        });
+        tried.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, factor)| factor)
+    }
+
+    /// All sightings, and sets of few that are drawn.
+    fn sets(&self) -> impl Iterator<Item = Vec<usize>> {
+        let count = self.seen.len();
+        let mut draw = Draw(1);
+        let drawn = (0..DRAWS * SIZES.len()).map(move |k| draw.set(SIZES[k % SIZES.len()], count));
+        std::iter::once((0..count).collect()).chain(drawn)
+    }
+
+    /// Motions between the sightings of a set.
+    fn motions(&self, set: &[usize]) -> Vec<MotionPair> {
+        let (tools, seen): (Vec<Pose>, Vec<Pose>) =
+            set.iter().map(|k| (self.tools[*k], self.seen[*k])).unzip();
+        pairs(&tools, &seen)
+    }
+
+    /// The same with all lengths multiplied by a factor.
+    fn scaled(&self, factor: f64) -> Self {
+        let scaled = |pose: &Pose| se3::from_parts(pose.rotation, pose.translation.vector * factor);
+        Self {
+            tools: self.tools.clone(),
+            seen: self.seen.iter().map(scaled).collect(),
+            lever_m: self.lever_m * factor,
+            time_offset_s: self.time_offset_s,
+        }
     }
 
     /// The start with a hand-eye transform that is given; the target is where most sightings agree that it is.

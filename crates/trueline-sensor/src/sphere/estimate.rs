@@ -259,6 +259,7 @@ fn concluded(
         rms_m: held_out.map_or(0.0, |held_out| held_out.fitted_rms_m),
         rms_rad: 0.0,
         runner_up: None,
+        scale: None,
         used: problem.used,
     };
     Ok(SphereFit {
