@@ -87,6 +87,25 @@ def test_what_is_not_known_is_refused_in_words() -> None:
     assert placer.place(0.517, [[0.0, 0.2]]).refused is None
 
 
+def test_stamps_that_jump_give_no_wrong_point() -> None:
+    placer = heard(trueline.Placer(result_of(), trueline.Profiler()))
+    # A gap of half a second, then the poses go on.
+    later_s = 1.5 + np.arange(0.0, 0.5, PERIOD_S)
+    placer.push_pose(later_s, poses(later_s))
+    gap = placer.place(1.25 + OFFSET_S, [[0.0, 0.2]])
+    assert gap.refused is not None and np.isnan(gap.points_m).all() and np.isinf(gap.sigma_m).all()
+    back_s = -60.0
+    with pytest.raises(trueline.TruelineError, match="went back"):
+        placer.push_pose(back_s, poses(np.array([back_s]))[0])
+    # The poses of the clock before are forgotten, those of the new one count.
+    assert placer.place(0.517, [[0.0, 0.2]]).refused is not None
+    new_s = back_s + np.arange(PERIOD_S, 1.0, PERIOD_S)
+    placer.push_pose(new_s, poses(new_s))
+    placed = placer.place(back_s + 0.517, [[0.0, 0.2]])
+    assert placed.refused is None
+    np.testing.assert_allclose(placed.points_m[0], [0.8 + 0.1 * (back_s + 0.5), 0, 0.2], atol=1e-9)
+
+
 def test_a_part_on_a_table_is_placed_in_its_own_frame() -> None:
     placer = heard(trueline.Placer(result_of(axes=[TABLE]), trueline.Profiler()))
     assert placer.axes == ["table"]

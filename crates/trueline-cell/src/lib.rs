@@ -63,6 +63,12 @@ mod progress_text;
 mod robot_brief;
 mod robot_recorder;
 #[cfg(feature = "ros2")]
+mod ros2_dds;
+#[cfg(feature = "ros2")]
+mod ros2_messages;
+#[cfg(feature = "ros2")]
+mod ros2_node;
+#[cfg(feature = "ros2")]
 mod ros2_source;
 mod seam_finder;
 #[cfg(feature = "gige")]
@@ -88,6 +94,8 @@ pub use live_scene::LiveScene;
 pub use live_welds::LiveWelds;
 pub use robot_brief::RobotBrief;
 pub use robot_recorder::{Until, record_robot};
+#[cfg(feature = "ros2")]
+pub use ros2_node::{Placing, Ros2Node, Ros2NodeCounts, Ros2NodeSettings};
 #[cfg(feature = "ros2")]
 pub use ros2_source::{Ros2Source, Ros2Topic, TRANSFORMS};
 pub use seam_finder::SeamFinder;

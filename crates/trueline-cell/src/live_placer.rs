@@ -117,8 +117,14 @@ impl LivePlacer {
         self.news.take()
     }
 
+    /// When a frame with this stamp was exposed, ns by the clock of the poses.
+    #[must_use]
+    pub fn exposed_ns(&self, stamp_ns: i64) -> i64 {
+        stamp_ns.saturating_sub(self.time_offset_ns)
+    }
+
     fn is_due(&self, frame: &Frame) -> bool {
-        frame.stamp_ns.saturating_sub(self.time_offset_ns) <= self.last_pose_ns
+        self.exposed_ns(frame.stamp_ns) <= self.last_pose_ns
     }
 
     fn take(&mut self, frame: Frame, mut placed: impl FnMut(PlacedPoints<'_>)) {

@@ -6,20 +6,16 @@
 //! in another is composed. Static ones (`/tf_static`) are requested, as they were published before.
 
 use crate::frame_tree::{FrameTree, TreeError};
-use rustdds::dds::adapters::no_key::{Decode, DefaultDecoder, DeserializerAdapter};
-use rustdds::no_key::SimpleDataReader;
+use crate::ros2_dds::{PATIENCE, Reader, Unpark, other, participant, reader};
 use rustdds::policy::{Durability, Reliability};
-use rustdds::{
-    DomainParticipant, DomainParticipantBuilder, GUID, QosPolicyBuilder, RepresentationIdentifier, TopicKind,
-};
-use std::convert::Infallible;
+use rustdds::{DomainParticipant, GUID, QosPolicyBuilder, RTPSEntity};
 use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
-use std::task::{Wake, Waker};
-use std::thread::Thread;
+use std::task::Waker;
 use std::time::{Duration, Instant};
 use std::{io, thread};
 use trueline_geometry::Pose;
+use trueline_geometry::arm::urdf::Chain;
 use trueline_live::frame_filter::PacketError;
 use trueline_live::robot_source::{
     PoseMeaning, RobotPacket, RobotPose, RobotSource, RobotStatus, SourceAbout, SourceError,
@@ -27,7 +23,7 @@ use trueline_live::robot_source::{
 use trueline_live::stamped_socket::Arrival;
 use trueline_live::{HostClock, SequenceStatus};
 use trueline_mcap::Content;
-use trueline_mcap::message::{Kind, decode, kind};
+use trueline_mcap::message::{JointStates, Kind, decode, kind};
 
 /// Which topic, and where.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -36,8 +32,10 @@ pub struct Ros2Topic {
     pub topic: String,
     /// Type of its messages, `package/msg/Name`: one that holds one pose, or transforms.
     pub message: String,
-    /// Of transforms: the frame of the robot's base and that of the tool.
+    /// The frame of the robot's base and that of the tool: of transforms, and of joints where the URDF has more than one chain.
     pub frames: Option<[String; 2]>,
+    /// Of joint states: the text of the robot's URDF.
+    pub urdf: Option<String>,
     /// ROS_DOMAIN_ID of the driver.
     pub domain: u16,
     /// Address of this PC on the robot's network; 127.0.0.1 for a driver on this PC. Other networks are neither asked nor told
@@ -45,15 +43,8 @@ pub struct Ros2Topic {
     pub network: IpAddr,
 }
 
-/// Domains above take ports that the system uses for itself.
-const LARGEST_DOMAIN: u16 = 232;
-
 /// Messages that hold transforms.
 pub const TRANSFORMS: &str = "tf2_msgs/msg/TFMessage";
-/// A writer is waited for so long before it may drop a message.
-const PATIENCE: rustdds::Duration = rustdds::Duration::from_millis(100);
-
-type Reader = SimpleDataReader<Vec<u8>, AsItCame>;
 
 /// Transforms, and their use.
 struct Transforms {
@@ -73,7 +64,10 @@ pub struct Ros2Source {
     writers: usize,
     frame: Option<String>,
     unstamped: bool,
+    arm: Option<Chain>,
     transforms: Option<Transforms>,
+    /// This program in the domain.
+    own: GUID,
     // The last field: it ends when no reader is left.
     _participant: DomainParticipant,
 }
@@ -84,8 +78,23 @@ impl Ros2Source {
     /// # Errors
     /// A message without a single pose; a domain that DDS does not have; error of the operating system.
     pub fn open(topic: Ros2Topic, clock: HostClock) -> io::Result<Self> {
+        let participant = participant(topic.domain, topic.network)?;
+        Self::of(&participant, topic, clock)
+    }
+
+    /// The same, by a participant that has other topics too.
+    pub(crate) fn of(
+        participant: &DomainParticipant,
+        topic: Ros2Topic,
+        clock: HostClock,
+    ) -> io::Result<Self> {
         match (kind(&topic.message, "cdr"), &topic.frames) {
             (Kind::Pose, None) | (Kind::Transforms, Some(_)) => {}
+            (Kind::JointStates, _) if topic.urdf.is_some() => {}
+            (Kind::JointStates, _) => {
+                let hint = "name the robot's URDF";
+                return Err(io::Error::other(format!("{} holds angles of joints: {hint}", topic.message)));
+            }
             (Kind::Transforms, None) => {
                 let hint = "name the frames of the base and of the tool";
                 return Err(io::Error::other(format!("{} holds many frames: {hint}", topic.message)));
@@ -94,34 +103,27 @@ impl Ros2Source {
                 return Err(io::Error::other(format!("{} states its frame itself", topic.message)));
             }
             _ => {
-                let hint = "PoseStamped, PoseWithCovarianceStamped and Odometry hold one, TFMessage holds transforms";
+                let hint = "PoseStamped, PoseWithCovarianceStamped and Odometry hold one, TFMessage holds transforms, JointState angles";
                 return Err(io::Error::other(format!(
                     "{} holds no pose of one thing: {hint}",
                     topic.message
                 )));
             }
         }
-        if topic.domain > LARGEST_DOMAIN {
-            return Err(io::Error::other(format!("ROS_DOMAIN_ID is 0 to {LARGEST_DOMAIN}")));
-        }
-        let participant = DomainParticipantBuilder::new(topic.domain)
-            .with_only_networks([topic.network])
-            .same_host_loopback(topic.network.is_loopback())
-            .build()
-            .map_err(other)?;
         let qos = QosPolicyBuilder::new().reliability(Reliability::BestEffort).build();
-        let reader = reader(&participant, &topic.topic, &topic.message, &qos)?;
+        let reader = reader(participant, &topic.topic, &topic.message, &qos)?;
+        let arm = topic.urdf.as_deref().map(|urdf| arm(urdf, topic.frames.as_ref())).transpose()?;
         let transforms = match &topic.frames {
-            None => None,
-            Some([base, tool]) => {
+            Some([base, tool]) if arm.is_none() => {
                 let qos = QosPolicyBuilder::new()
                     .reliability(Reliability::Reliable { max_blocking_time: PATIENCE })
                     .durability(Durability::TransientLocal)
                     .build();
                 let named = format!("{}_static", topic.topic);
-                let statics = self::reader(&participant, &named, &topic.message, &qos)?;
+                let statics = crate::ros2_dds::reader(participant, &named, &topic.message, &qos)?;
                 Some(Transforms { statics, tree: FrameTree::new(base, tool), sequence: 0, refused: None })
             }
+            _ => None,
         };
         Ok(Self {
             topic,
@@ -132,8 +134,10 @@ impl Ros2Source {
             writers: 0,
             frame: None,
             unstamped: false,
+            arm,
             transforms,
-            _participant: participant,
+            own: participant.guid(),
+            _participant: participant.clone(),
         })
     }
 
@@ -147,14 +151,9 @@ impl Ros2Source {
         self.reader.drain_read_notifications();
         self.reader.set_waker(Some(self.waker.clone()));
         loop {
-            let taken = self
-                .reader
-                .try_take_one()
-                .map_err(|error| SourceError::Refused { address: self.address(), why: error.to_string() })?;
+            let taken = self.reader.try_take_one().map_err(|error| unheard(self.address(), error))?;
             let Some(change) = taken else { return Ok(count) };
-            let read = self.clock.read();
-            let arrival =
-                Arrival { steady_ns: read.steady_ns, is_of_reading: false, kernel_wall_ns: None, read };
+            let arrival = arrived(&self.clock);
             let sent_ns = change.source_timestamp().map(|stamp| ns_of_ticks(stamp.to_ticks()));
             let number = i64::from(change.sequence_number);
             let status = self.place(change.writer_guid, number);
@@ -182,20 +181,22 @@ impl Ros2Source {
     /// Of transforms the static ones first: poses of the moving ones stand on them.
     fn take_transforms(&mut self, each: &mut dyn FnMut(&RobotPacket<'_>)) -> Result<usize, SourceError> {
         let (address, message) = (self.address(), self.topic.message.clone());
-        let Self { reader, transforms: Some(transforms), clock, waker, .. } = self else { return Ok(0) };
+        let Self { reader, transforms: Some(transforms), clock, waker, own, .. } = self else {
+            return Ok(0);
+        };
         let Transforms { statics, tree, sequence, refused } = transforms;
         let mut count = 0;
         for (reader, is_static) in [(statics, true), (reader, false)] {
             reader.drain_read_notifications();
             reader.set_waker(Some(waker.clone()));
             loop {
-                let taken = reader.try_take_one();
-                let taken =
-                    taken.map_err(|error| SourceError::Refused { address, why: error.to_string() })?;
+                let taken = reader.try_take_one().map_err(|error| unheard(address, error))?;
                 let Some(change) = taken else { break };
-                let read = clock.read();
-                let mut arrival =
-                    Arrival { steady_ns: read.steady_ns, is_of_reading: false, kernel_wall_ns: None, read };
+                // The node's own: another calibration is not another robot.
+                if change.writer_guid.prefix == own.prefix {
+                    continue;
+                }
+                let mut arrival = arrived(clock);
                 let bytes = &change.sample;
                 let mut tell = |arrival, judged: Result<_, PacketError>| {
                     let judged = judged.map_err(Into::into);
@@ -259,15 +260,19 @@ impl Ros2Source {
     /// The driver's stamp, ns, and the pose; where the driver does not stamp, when it published.
     fn pose(&mut self, bytes: &[u8], sent_ns: Option<i64>) -> Result<(i64, Pose), PacketError> {
         let content = decode(&self.topic.message, "cdr", bytes);
-        let Ok(Content::Pose(stamped)) = content else {
-            return Err(PacketError::Text("not such a message, or an invalid pose"));
+        let (stamp_ns, pose) = match (content, &self.arm) {
+            (Ok(Content::Pose(stamped)), None) => {
+                self.frame = Some(stamped.frame);
+                (stamped.stamp_ns, stamped.pose)
+            }
+            (Ok(Content::JointStates(states)), Some(arm)) => (states.stamp_ns, of_joints(arm, &states)?),
+            _ => return Err(PacketError::Text("not such a message, or an invalid pose")),
         };
-        self.frame = Some(stamped.frame);
-        self.unstamped |= stamped.stamp_ns == 0;
-        let stamp_ns = if stamped.stamp_ns == 0 { sent_ns } else { Some(stamped.stamp_ns) };
+        self.unstamped |= stamp_ns == 0;
+        let stamp_ns = if stamp_ns == 0 { sent_ns } else { Some(stamp_ns) };
         let stamp_ns =
             stamp_ns.ok_or(PacketError::Text("neither a stamp in it nor one of its publication"))?;
-        Ok((stamp_ns, stamped.pose))
+        Ok((stamp_ns, pose))
     }
 
     fn address(&self) -> SocketAddr {
@@ -324,16 +329,33 @@ impl RobotSource for Ros2Source {
     }
 }
 
-fn reader(
-    participant: &DomainParticipant,
-    topic: &str,
-    message: &str,
-    qos: &rustdds::QosPolicies,
-) -> io::Result<Reader> {
-    let named = format!("rt/{}", topic.trim_start_matches('/'));
-    let dds = participant.create_topic(named, dds_type(message), qos, TopicKind::NoKey).map_err(other)?;
-    let subscriber = participant.create_subscriber(qos).map_err(other)?;
-    subscriber.create_simple_datareader_no_key(&dds, Some(qos.clone())).map_err(other)
+/// The arrival of a message that is read now.
+fn arrived(clock: &HostClock) -> Arrival {
+    let read = clock.read();
+    Arrival { steady_ns: read.steady_ns, is_of_reading: false, kernel_wall_ns: None, read }
+}
+
+/// What DDS says of a topic.
+fn unheard(address: SocketAddr, error: impl ToString) -> SourceError {
+    SourceError::Refused { address, why: error.to_string() }
+}
+
+fn arm(urdf: &str, frames: Option<&[String; 2]>) -> io::Result<Chain> {
+    let [base, tool] = frames.map_or([None; 2], |frames| frames.each_ref().map(|name| Some(name.as_str())));
+    Chain::of(urdf, base, tool).map_err(other)
+}
+
+/// Where the tool is at the joints' positions. Of the fingers of a gripper there may be messages of their own.
+fn of_joints(arm: &Chain, states: &JointStates) -> Result<Pose, PacketError> {
+    let position = |name: &str| {
+        let known = states.names.iter().zip(&states.positions).find(|(known, _)| known.as_str() == name);
+        known.map(|(_, position)| *position).filter(|position| position.is_finite())
+    };
+    match arm.base_from_tool(position) {
+        Ok(Some(pose)) => Ok(pose),
+        Ok(None) => Err(PacketError::NotNeeded("joints of something else")),
+        Err(_) => Err(PacketError::Text("a joint of the robot is missing, or its position is no number")),
+    }
 }
 
 /// Ticks of RTPS are 2⁻³² s.
@@ -341,53 +363,31 @@ fn ns_of_ticks(ticks: u64) -> i64 {
     ((u128::from(ticks) * 1_000_000_000) >> 32) as i64
 }
 
-fn other(error: impl std::fmt::Display) -> io::Error {
-    io::Error::other(error.to_string())
-}
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
 
-/// `geometry_msgs/msg/PoseStamped` is `geometry_msgs::msg::dds_::PoseStamped_`.
-fn dds_type(message: &str) -> String {
-    let (package, name) = message.split_once('/').unwrap_or((message, ""));
-    format!("{package}::msg::dds_::{}_", name.trim_start_matches("msg/"))
-}
+    const URDF: &str = r#"<robot name="two"><link name="base"/><link name="arm"/><link name="tool"/>
+        <joint name="turn" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/></joint>
+        <joint name="reach" type="prismatic"><parent link="arm"/><child link="tool"/><origin xyz="0.5 0 0"/><axis xyz="1 0 0"/></joint>
+        </robot>"#;
 
-struct Unpark(Thread);
-
-impl Wake for Unpark {
-    fn wake(self: Arc<Self>) {
-        self.0.unpark();
-    }
-}
-
-/// A message's bytes with the head that states their encoding, as in a bag.
-struct AsItCame;
-
-impl DeserializerAdapter<Vec<u8>> for AsItCame {
-    type Error = Infallible;
-    type Decoded = Vec<u8>;
-
-    fn supported_encodings() -> &'static [RepresentationIdentifier] {
-        &[RepresentationIdentifier::CDR_LE, RepresentationIdentifier::CDR_BE]
+    fn states(named: &[(&str, f64)]) -> JointStates {
+        let (names, positions) = named.iter().map(|(name, at)| ((*name).to_owned(), *at)).unzip();
+        JointStates { stamp_ns: 1, names, positions }
     }
 
-    fn transform_decoded(decoded: Vec<u8>) -> Vec<u8> {
-        decoded
-    }
-}
-
-impl DefaultDecoder<Vec<u8>> for AsItCame {
-    type Decoder = WithHead;
-    const DECODER: WithHead = WithHead;
-}
-
-#[derive(Clone)]
-struct WithHead;
-
-impl Decode<'_, Vec<u8>> for WithHead {
-    type Error = Infallible;
-
-    fn decode_bytes(self, bytes: &[u8], encoding: RepresentationIdentifier) -> Result<Vec<u8>, Infallible> {
-        let little = u8::from(encoding == RepresentationIdentifier::CDR_LE);
-        Ok([&[0, little, 0, 0], bytes].concat())
+    #[test]
+    fn joints_give_the_pose_of_the_tool_and_what_is_missing_is_refused() {
+        let arm = arm(URDF, None).unwrap();
+        // A quarter turn, and 0.1 m more of reach: 0.6 m along y.
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let pose = of_joints(&arm, &states(&[("reach", 0.1), ("finger", 7.0), ("turn", quarter)])).unwrap();
+        assert!((pose.translation.vector - nalgebra::Vector3::new(0.0, 0.6, 0.0)).norm() < 1e-12);
+        assert!(matches!(of_joints(&arm, &states(&[("finger", 1.0)])), Err(PacketError::NotNeeded(_))));
+        assert!(matches!(of_joints(&arm, &states(&[("turn", 1.0)])), Err(PacketError::Text(_))));
+        let no_number = states(&[("turn", f64::NAN), ("reach", 0.0)]);
+        assert!(matches!(of_joints(&arm, &no_number), Err(PacketError::Text(_))));
     }
 }

@@ -43,7 +43,7 @@ impl Failure {
         let message = format!(
             "`trueline {command}` is not in this program: it was built without the feature `{feature}`"
         );
-        Some(Self::new(message, left_out::how_to_build()))
+        Some(Self::new(message, left_out::how_to_have(feature)))
     }
 
     /// An option with a wrong value; its reader states the right form.

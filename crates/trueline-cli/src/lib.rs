@@ -17,7 +17,7 @@ mod interrupt;
 mod live_cell;
 #[cfg(feature = "live")]
 mod live_page;
-#[cfg(feature = "foxglove")]
+#[cfg(any(feature = "foxglove", feature = "ros2"))]
 mod live_placing;
 #[cfg(feature = "live")]
 mod live_screen;
@@ -180,6 +180,8 @@ fn execute(arguments: &Arguments) -> Outcome {
         Command::History(args) => commands::history::run(args),
         #[cfg(feature = "serve")]
         Command::Serve(args) => commands::serve::run(args),
+        #[cfg(feature = "ros2")]
+        Command::Ros2Node(args) => commands::ros2_node::run(args),
         Command::Reproduce(args) => commands::reproduce::run(args),
         #[cfg(feature = "live")]
         Command::Listen(args) => commands::listen::run(args),

@@ -76,6 +76,20 @@ fn the_first_scan_shows_each_step_its_command_line_and_what_is_done() {
     assert!(text(&site, "/first-scan/").contains("result.json cannot be read"));
 }
 
+/// A scan that was recorded elsewhere leaves no traces of the steps before it.
+#[test]
+fn steps_before_a_scan_that_is_there_are_skipped() {
+    let folder = tempfile::tempdir().unwrap();
+    let site = FolderSite::of(folder.path().to_owned(), "");
+    let is_at = |words: [&str; 6]| assert_eq!(progress(&text(&site, "/first-scan/")), words);
+    write_old(&folder.path().join("sensor.toml"), "kind = \"profiler\"");
+    is_at(["next", "done", "later", "later", "later", "later"]);
+    write_old(&folder.path().join("scan/robot.csv"), "time_s");
+    is_at(["skipped", "done", "skipped", "done", "next", "later"]);
+    write_old(&folder.path().join("result.json"), &result("accepted", ""));
+    is_at(["skipped", "done", "skipped", "done", "done", "next"]);
+}
+
 #[test]
 fn recordings_are_listed_and_one_that_grows_is_said_to() {
     let folder = tempfile::tempdir().unwrap();
@@ -129,7 +143,14 @@ fn behind_a_proxy_every_link_leads_somewhere() {
             assert_eq!(asked(&server, "GET", path).0, 200, "{path}");
         }
     }
-    assert_eq!(asked(&server, "GET", "/cells/8/").0, 404);
+    // Typed without the last slash.
+    for path in ["/cells/7", "/cells/7/watch", "/watch", "/cells/7/first-scan"] {
+        assert_eq!(asked(&server, "GET", path).0, 200, "{path}");
+    }
+    assert!(asked(&server, "GET", "/cells/7/history").1.contains("<title>History"));
+    for path in ["/cells/8/", "/cells/77", "/cells", "/cells/7/nothing"] {
+        assert_eq!(asked(&server, "GET", path).0, 404, "{path}");
+    }
 }
 
 /// No request changes anything in the folder.
@@ -157,7 +178,7 @@ fn no_request_changes_anything() {
         LiveServer::start(SocketAddr::from(([127, 0, 0, 1], 0)), &[], Limits::default(), site).unwrap();
     for path in ["/", "/first-scan/", "/recordings/", "/watch/", "/history/", "/metrics"] {
         assert_eq!(asked(&server, "GET", path).0, 200, "{path}");
-        for method in ["POST", "PUT", "DELETE", "PATCH"] {
+        for method in ["POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE", "PROPFIND"] {
             assert_eq!(asked(&server, method, path).0, 405, "{method} {path}");
         }
     }

@@ -15,7 +15,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use trueline_cli::serve::http::Reply;
-use trueline_cli::serve::{Limits, LiveServer, Site, WatchSite};
+use trueline_cli::serve::{FolderSite, Limits, LiveServer, Prefix, Site, WatchSite};
 
 /// The page as it is after some seconds, when its script has looked three times, and what the browser said meanwhile.
 fn opened(browser: &Path, folder: &Path, server: &LiveServer, width_px: u32) -> [String; 2] {
@@ -78,4 +78,44 @@ fn live_pages_draw_what_changes_and_nothing_is_blocked() {
     let points =
         |page: &str| page.split("seam points</th><td>").nth(1)?.split('<').next()?.parse::<u32>().ok();
     assert!(points(&page) > points(&first), "it did not grow: {:?} {:?}", points(&first), points(&page));
+}
+
+/// A cell with something on every page: link and sensor, a finished recording, a result, and welds with an alarm.
+fn cell(folder: &Path) {
+    state_with_an_alarm(folder);
+    std::fs::write(folder.join("link.json"), "{}").unwrap();
+    std::fs::write(folder.join("sensor.toml"), "kind = \"profiler\"\n").unwrap();
+    std::fs::create_dir(folder.join("scan")).unwrap();
+    std::fs::write(folder.join("scan/robot.csv"), "time_s\n").unwrap();
+}
+
+/// As a phone and a desktop show them, by day and by night: no page is wider than the window, and nothing is blocked.
+#[test]
+fn the_pages_of_a_cell_fit_phones_and_desktops_by_day_and_by_night() {
+    let Some(browser) = chromium::browser("pages of a cell") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    cell(folder.path());
+    let prefix = Prefix::new("/cells/7").unwrap();
+    let site = Arc::new(FolderSite::of(folder.path().to_owned(), prefix.text()));
+    let address = SocketAddr::from(([127, 0, 0, 1], 0));
+    let server = LiveServer::start_under(&prefix, address, &[], Limits::default(), site).unwrap();
+    let scratch = tempfile::tempdir().unwrap();
+    for (page, width_px, is_dark) in [
+        ("", 400, true),
+        ("first-scan/", 400, false),
+        ("recordings/", 400, true),
+        ("watch/", 400, false),
+        ("history/", 400, true),
+        ("first-scan/", 1400, true),
+        ("history/", 1400, false),
+    ] {
+        let url = format!("http://{}/cells/7/{page}", server.address());
+        let mut more = vec!["--virtual-time-budget=9000", "--dump-dom"];
+        if is_dark {
+            more.push("--force-dark-mode");
+        }
+        let [shown, said] = chromium::opened(&browser, scratch.path(), &url, width_px, &more);
+        is_well(&shown, &said);
+        assert!(shown.contains("read-only"), "{shown}");
+    }
 }

@@ -173,7 +173,8 @@ pub(crate) fn plain_csv_below(
     // A separator at the end of the header makes no column.
     let ends_with_separator = names.len() > 1 && names.last().is_some_and(String::is_empty);
     let is_plain = separator == Separator::Character(',') && !ends_with_separator && start.names.is_none();
-    if is_plain && !text.contains(GROUPS) {
+    // One character at a time is found with vector instructions, several are not.
+    if is_plain && !GROUPS.iter().any(|bracket| text.contains(*bracket)) {
         return Ok((text.into_bytes(), dialect));
     }
     let columns = names.len() - usize::from(ends_with_separator);

@@ -268,8 +268,9 @@ impl Rows<'_> {
                 (value >= 0.0 && value.fract() == 0.0 && value < 9e15).then_some(value as u64)
             }
         };
-        let text = number.real().to_string();
-        count.map(Some).ok_or_else(|| self.error(FRAME, Problem::NotACount { text }))
+        count
+            .map(Some)
+            .ok_or_else(|| self.error(FRAME, Problem::NotACount { text: number.real().to_string() }))
     }
 }
 

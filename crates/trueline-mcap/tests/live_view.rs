@@ -8,7 +8,8 @@ use peak_alloc::PeakAlloc;
 use prost::Message;
 use serde_json::Value;
 use std::net::{SocketAddr, TcpStream};
-use std::sync::Arc;
+use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 use trueline_geometry::Pose;
@@ -130,6 +131,35 @@ fn a_viewer_that_stalls_delays_nobody_and_takes_a_bounded_memory() {
     channels.log(1, LogLevel::Info, "still here");
     assert_eq!(looks.message().0, "/log");
     drop(stalls);
+}
+
+/// Hangs at its first entry until the other end of the channel is gone.
+struct Hangs(Mutex<Receiver<()>>);
+
+impl Listener for Hangs {
+    fn entry(&self, _: &Entry) {
+        let _released = self.0.lock().unwrap().recv();
+    }
+
+    fn message(&self, _: &str, _: i64, _: &[u8]) {}
+}
+
+#[test]
+fn a_listener_that_hangs_delays_no_pose_and_costs_none() {
+    /// A minute at 250 Hz.
+    const POSES: i64 = 15_000;
+    let folder = tempfile::tempdir().unwrap();
+    let (release, hangs) = channel();
+    let listener = Arc::new(Hangs(Mutex::new(hangs)));
+    let file = folder.path().join("recording.mcap");
+    let recorder = Recorder::create_heard(&file, &About::default(), Some(listener)).unwrap();
+    let handle = recorder.handle();
+    // A source that waited for the listener would wait for ever.
+    assert!((0..POSES).all(|k| handle.offer(packet(k))));
+    assert_eq!(handle.state().written, 0);
+    drop(release);
+    let recorded = recorder.finish().unwrap();
+    assert_eq!((recorded.of_cell, recorded.refused), (POSES as u64, 0));
 }
 
 #[cfg(target_os = "linux")]

@@ -15,7 +15,7 @@ pub use axis::{
     trueline_placer_push_axis,
 };
 pub use placer::{
-    trueline_placer_free, trueline_placer_health, trueline_placer_new, trueline_placer_place,
+    PlacerHandle, trueline_placer_free, trueline_placer_health, trueline_placer_new, trueline_placer_place,
     trueline_placer_push_pose, trueline_rt_abi, trueline_settings_default,
 };
 pub use plain::{

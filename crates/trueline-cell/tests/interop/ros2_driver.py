@@ -114,7 +114,7 @@ def transforms(seconds, topic, fault):
         if fault == "loop":
             told.append(transform(now, "wrist", "base", 1.0, 0.0, 0.0))
         writer.write(TFMessage(told))
-        if fault == "changed" and k == 300:
+        if fault == "changed" and k == 800:
             statics.write(TFMessage([transform(stamp(), "wrist", "tool0", 0.0, 0.0, 0.126)]))
         k += 1
         time.sleep(max(0.0, begun + 0.01 * k - time.time()))
@@ -135,7 +135,8 @@ def main(seconds, topic):
     print(k)
 
 
-if len(sys.argv) > 3:
-    transforms(float(sys.argv[1]), sys.argv[2], sys.argv[3])
-else:
-    main(float(sys.argv[1]), sys.argv[2])
+if __name__ == "__main__":
+    if len(sys.argv) > 3:
+        transforms(float(sys.argv[1]), sys.argv[2], sys.argv[3])
+    else:
+        main(float(sys.argv[1]), sys.argv[2])

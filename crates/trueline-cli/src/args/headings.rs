@@ -223,6 +223,14 @@ const LAYOUTS: &[Layout] = &[
         ],
     },
     Layout {
+        command: "ros2-node",
+        everyday: &["calibration", "sensor", "poses", "profiles", "frames"],
+        sections: &[
+            ("Messages", &["poses-type", "urdf", "profiles-type", "sensor-frame"]),
+            ("Node", &["name", "domain", "network", "for-s"]),
+        ],
+    },
+    Layout {
         command: "rapid",
         everyday: &["out", "pc", "tool", "work-object", "pace"],
         sections: &[

@@ -6,10 +6,13 @@ use std::ffi::OsString;
 /// Builds the program with everything that a release has.
 pub(crate) const FULL_BUILD: &str = "cargo build --release --bin trueline --features full";
 
+/// Builds it with ROS 2, which no release has: it takes minutes more.
+const ROS2_BUILD: &str = "cargo build --release --bin trueline --features full,ros2";
+
 /// A command, the feature that it needs, and whether this build has that.
 type Needs = (&'static str, &'static str, bool);
 
-const NEEDS: [Needs; 9] = [
+const NEEDS: [Needs; 10] = [
     ("watch", "live", cfg!(feature = "live")),
     ("history", "live", cfg!(feature = "live")),
     ("listen", "live", cfg!(feature = "live")),
@@ -19,6 +22,7 @@ const NEEDS: [Needs; 9] = [
     ("stream-sim", "live", cfg!(feature = "live")),
     ("camera-sim", "gige", cfg!(feature = "gige")),
     ("serve", "serve", cfg!(feature = "serve")),
+    ("ros2-node", "ros2", cfg!(feature = "ros2")),
 ];
 
 /// The command line with the names of the parts left out: with any arguments they are understood, and then refused.
@@ -29,6 +33,16 @@ pub(crate) fn named(command: Command) -> Command {
 /// The feature that a command needs, where this build has it not.
 pub(crate) fn feature_of(command: &str) -> Option<&'static str> {
     left_out(&NEEDS).into_iter().find(|(name, _)| *name == command).map(|(_, feature)| feature)
+}
+
+/// The command line that builds the program with a feature.
+fn build_with(feature: &str) -> &'static str {
+    if feature == "ros2" { ROS2_BUILD } else { FULL_BUILD }
+}
+
+/// The remedy for a command that needs a feature.
+pub(crate) fn how_to_have(feature: &str) -> String {
+    if feature == "ros2" { format!("from the source: `{ROS2_BUILD}`") } else { how_to_build() }
 }
 
 /// The remedy.
@@ -44,20 +58,26 @@ fn with_names(mut command: Command, names: &[(&'static str, &'static str)]) -> C
     if names.is_empty() {
         return command;
     }
-    let list = names.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
-    let note = format!("Not in this build: {list}; for them: {FULL_BUILD}");
-    let end = command.get_after_help().map(|text| format!("{text}\n\n{note}")).unwrap_or(note);
+    // The list names commands of releases only.
+    let of_releases = names.iter().filter(|(_, feature)| build_with(feature) == FULL_BUILD);
+    let list = of_releases.map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+    if !list.is_empty() {
+        let note = format!("Not in this build: {list}; for them: {FULL_BUILD}");
+        let end = command.get_after_help().map(|text| format!("{text}\n\n{note}")).unwrap_or(note);
+        command = command.after_help(end);
+    }
     for (name, feature) in names {
         let words = Arg::new("words")
             .num_args(0..)
             .trailing_var_arg(true)
             .allow_hyphen_values(true)
             .value_parser(clap::value_parser!(OsString));
-        let about = format!("Not in this build, which has not the feature `{feature}`: {FULL_BUILD}");
+        let build = build_with(feature);
+        let about = format!("Not in this build, which has not the feature `{feature}`: {build}");
         command = command
             .subcommand(Command::new(*name).about(about).hide(true).disable_help_flag(true).arg(words));
     }
-    command.after_help(end)
+    command
 }
 
 #[cfg(test)]

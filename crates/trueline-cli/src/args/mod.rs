@@ -43,6 +43,8 @@ mod requirement;
 mod robot_program;
 #[cfg(feature = "live")]
 mod robot_sim;
+#[cfg(feature = "ros2")]
+mod ros2_node;
 #[cfg(feature = "live")]
 mod scan;
 mod seam_scan_options;
@@ -100,6 +102,8 @@ pub(crate) use rapid::{Mode, RapidArgs};
 pub(crate) use robot_program::RobotProgramArgs;
 #[cfg(feature = "live")]
 pub(crate) use robot_sim::RobotSimArgs;
+#[cfg(feature = "ros2")]
+pub(crate) use ros2_node::Ros2NodeArgs;
 #[cfg(feature = "live")]
 pub(crate) use scan::{CameraArgs, RecordArgs, ScanArgs};
 pub(crate) use sensor::{IntrinsicsArgs, LaserPlaneArgs, SensorArgs, SensorCommand};
@@ -268,6 +272,9 @@ pub(crate) enum Command {
     /// Show a cell in the browser: the first scan step by step, recordings, watch and history
     #[cfg(feature = "serve")]
     Serve(ServeCellArgs),
+    /// Place profiles of ROS 2 in the robot's base while it runs, as a node
+    #[cfg(feature = "ros2")]
+    Ros2Node(Ros2NodeArgs),
     /// Repeat the paper's experiments in simulation: tables, CSV and a report
     Reproduce(ReproduceArgs),
     /// Listen to a robot and report its stream: sender, regularity, errors

@@ -156,12 +156,12 @@ impl Ros2Args {
         let (topic, frames) = (self.topic.clone()?, self.frames.clone());
         let usual = if frames.is_some() { TRANSFORMS } else { "geometry_msgs/msg/PoseStamped" };
         let message = self.message.clone().unwrap_or_else(|| usual.to_owned());
-        Some(Ros2Topic { topic, message, frames, domain: self.domain, network: self.network })
+        Some(Ros2Topic { topic, message, frames, urdf: None, domain: self.domain, network: self.network })
     }
 }
 
 #[cfg(feature = "ros2")]
-fn frames(text: &str) -> Result<[String; 2], String> {
+pub(crate) fn frames(text: &str) -> Result<[String; 2], String> {
     let (base, tool) = text
         .split_once(':')
         .filter(|(base, tool)| !base.is_empty() && !tool.is_empty())

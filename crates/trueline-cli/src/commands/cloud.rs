@@ -51,10 +51,13 @@ pub(crate) fn run(args: &CloudArgs) -> Result<ExitCode, Failure> {
     let mut cloud = Cloud::new(&calibration, noise, args.thickness || args.report.is_some());
     let unfinished =
         Unfinished::create(&args.out).map_err(|error| Failure::cannot_write(&args.out, &error))?;
+    let stage = tracing::info_span!("place", points = tracing::field::Empty).entered();
     form.write(unfinished.file(), columns, &mut |sink| {
         scans.iter().try_for_each(|measured| cloud.place(measured, sink))
     })
     .map_err(|error: Unwritten| error.told(&args.out))?;
+    stage.record("points", cloud.points);
+    drop(stage);
     if cloud.points == 0 {
         return Err(Failure::new(
             format!("none of {} frames can be placed", cloud.frames),

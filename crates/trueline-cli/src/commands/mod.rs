@@ -31,6 +31,8 @@ pub(crate) mod reproduce;
 pub(crate) mod robot_program;
 #[cfg(feature = "live")]
 pub(crate) mod robot_sim;
+#[cfg(feature = "ros2")]
+pub(crate) mod ros2_node;
 #[cfg(feature = "live")]
 pub(crate) mod scan;
 pub(crate) mod sensor_intrinsics;

@@ -7,6 +7,9 @@ use crate::serve::html::{block, escape, facts, list};
 use std::path::Path;
 use trueline_dataset::result_file::{ResultFile, Status};
 
+/// Places of steps in their order, from 0.
+const RECORD: usize = 3;
+const CALIBRATE: usize = 4;
 /// Milliseconds in a second.
 const MS_PER_S: f64 = 1e3;
 /// Links to robots, with the options of `listen` for each.
@@ -20,7 +23,10 @@ const LINKS: [(&str, &str); 4] = [
 /// The blocks of the page.
 pub(super) fn blocks(folder: &Path, contents: &Contents) -> String {
     let steps = steps(folder, contents);
-    let next = steps.iter().position(|step| !step.is_done);
+    // A scan may come from elsewhere: the steps before it are not missing then.
+    let begun = [CALIBRATE, RECORD].into_iter().find(|k| steps.get(*k).is_some_and(|step| step.is_done));
+    let begun = begun.unwrap_or(0);
+    let next = steps.iter().enumerate().position(|(k, step)| k >= begun && !step.is_done);
     let cards: String = steps
         .iter()
         .enumerate()
@@ -28,6 +34,7 @@ pub(super) fn blocks(folder: &Path, contents: &Contents) -> String {
             let progress = match next {
                 _ if step.is_done => Progress::Done,
                 Some(next) if next == k => Progress::Next,
+                _ if k < begun => Progress::Skipped,
                 _ => Progress::Later,
             };
             block(&format!("step-{k}"), &step.card(k + 1, progress))

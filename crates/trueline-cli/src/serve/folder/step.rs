@@ -10,6 +10,8 @@ pub(super) enum Progress {
     Done,
     /// It is the next one.
     Next,
+    /// A later step was done without it.
+    Skipped,
     /// Others come before.
     Later,
 }
@@ -35,6 +37,7 @@ impl Step {
         let (class, word) = match progress {
             Progress::Done => ("good", "done"),
             Progress::Next => ("mind", "next"),
+            Progress::Skipped => ("", "skipped"),
             Progress::Later => ("", "later"),
         };
         let commands: String = self

@@ -26,9 +26,9 @@ impl Prefix {
         &self.0
     }
 
-    /// A path without it; unchanged if it does not have it.
+    /// A path without it, empty if nothing follows; unchanged if it does not have it.
     pub(super) fn taken_off<'a>(&self, path: &'a str) -> &'a str {
-        path.strip_prefix(&self.0).filter(|rest| rest.starts_with('/')).unwrap_or(path)
+        path.strip_prefix(&self.0).filter(|rest| rest.is_empty() || rest.starts_with('/')).unwrap_or(path)
     }
 }
 
@@ -50,13 +50,9 @@ mod tests {
     #[test]
     fn only_a_whole_prefix_is_taken_off() {
         let prefix = Prefix::new("/cell").unwrap();
-        for (path, wanted) in [
-            ("/cell/", "/"),
-            ("/cell/watch/", "/watch/"),
-            ("/cells/", "/cells/"),
-            ("/", "/"),
-            ("/cell", "/cell"),
-        ] {
+        for (path, wanted) in
+            [("/cell/", "/"), ("/cell/watch/", "/watch/"), ("/cells/", "/cells/"), ("/", "/"), ("/cell", "")]
+        {
             assert_eq!(prefix.taken_off(path), wanted);
         }
     }

@@ -18,6 +18,7 @@ use axum::routing::get;
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
+use std::collections::BTreeSet;
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -138,11 +139,14 @@ struct Served {
 }
 
 fn router(served: Arc<Served>, names: Arc<HostNames>) -> Router {
-    let plain = served.site.paths().iter().map(|path| (*path).to_owned());
     let prefix = served.prefix.text();
-    let prefixed = served.site.paths().iter().map(|path| format!("{prefix}{path}"));
-    let all = plain.chain(prefixed.filter(|_| !prefix.is_empty()));
-    let routed = all.fold(Router::new(), |router, path| router.route(&path, get(answer)));
+    // As it is, and as somebody types it: without the slash at its end.
+    let typed = served.site.paths().iter().flat_map(|path| [*path, path.trim_end_matches('/')]);
+    let all: BTreeSet<String> = typed
+        .flat_map(|path| [path.to_owned(), format!("{prefix}{path}")])
+        .filter(|path| !path.is_empty())
+        .collect();
+    let routed = all.iter().fold(Router::new(), |router, path| router.route(path, get(answer)));
     routed.with_state(served).layer(middleware::from_fn_with_state(names, guarded))
 }
 
@@ -160,7 +164,9 @@ async fn guarded(State(names): State<Arc<HostNames>>, request: Request, next: Ne
 }
 
 async fn answer(State(served): State<Arc<Served>>, request: Request) -> Response {
-    let path = served.prefix.taken_off(request.uri().path()).to_owned();
+    let asked = served.prefix.taken_off(request.uri().path());
+    let is_known = |path: &str| served.site.paths().contains(&path);
+    let path = if is_known(asked) { asked.to_owned() } else { format!("{asked}/") };
     match tokio::task::spawn_blocking(move || served.site.reply(&path)).await {
         Ok(Ok(Reply { media, body })) => {
             ([(header::CONTENT_TYPE, media.content_type())], body).into_response()

@@ -1,0 +1,298 @@
+//! A node of ROS 2: poses and profiles in, points in base out, each at its true exposure.
+//!
+//! The node is made by `ros2-client`, so that `ros2 node list` shows it; what it listens to is read by [`Ros2Source`] and as raw bytes. All
+//! stamps are those in the headers, as they are where a bag was calibrated.
+
+use crate::live_placer::{LivePlacer, PlacedPoints};
+use crate::ros2_dds::{Reader, Unpark, other, participant, reader};
+use crate::ros2_messages::{DiagnosticArray, Header, Level, PointCloud2, TfMessage, Time};
+use crate::ros2_source::{Ros2Source, Ros2Topic};
+use ros2_client::qos::{Durability, History, WhenFull};
+use ros2_client::{Context, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher, QosProfile};
+use rustdds::QosPolicyBuilder;
+use rustdds::policy::Reliability;
+use serde::Serialize;
+use std::future::Future;
+use std::io;
+use std::pin::pin;
+use std::sync::Arc;
+use std::task::{Poll, Waker};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+use trueline_geometry::Pose;
+use trueline_live::HostClock;
+use trueline_live::robot_source::RobotSource;
+use trueline_mcap::message::{decode, kind};
+use trueline_mcap::{Content, Kind, ProfileEntry};
+
+/// Between looks at the profiles.
+const LOOK: Duration = Duration::from_millis(2);
+/// Between diagnoses.
+const DIAGNOSE_EVERY: Duration = Duration::from_secs(1);
+/// Poses that are silent for so long have ended.
+const SILENCE: Duration = Duration::from_secs(1);
+
+/// What a node listens to, and how it is called.
+#[derive(Clone, Debug)]
+pub struct Ros2NodeSettings {
+    /// The node's name, which is before its topics as well.
+    pub name: String,
+    /// Where the robot is; domain and network are the node's.
+    pub poses: Ros2Topic,
+    /// The topic of profiles.
+    pub profiles: String,
+    /// Type of its messages: PointCloud2 or LaserScan.
+    pub profiles_type: String,
+    /// Names of the frames of base, tool and sensor.
+    pub frames: [String; 3],
+}
+
+/// What a node places with.
+pub struct Placing {
+    /// Places.
+    pub placer: LivePlacer,
+    /// Where the sensor is on the tool; `None` of a sensor that stands beside the robot.
+    pub tool_from_sensor: Option<Pose>,
+}
+
+/// Messages so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Ros2NodeCounts {
+    /// Poses.
+    pub poses: u64,
+    /// Profiles.
+    pub profiles: u64,
+    /// Profiles of which points were published in base.
+    pub placed: u64,
+    /// Messages that are not what they should be.
+    pub unreadable: u64,
+}
+
+/// A node that is known in its domain.
+pub struct Ros2Node {
+    settings: Ros2NodeSettings,
+    placing: Placing,
+    poses: Ros2Source,
+    profiles: Reader,
+    out: Publishers,
+    counts: Ros2NodeCounts,
+    last_pose: Option<Instant>,
+    trouble: Option<String>,
+    clock: HostClock,
+    spinner: Option<JoinHandle<()>>,
+    node: Node,
+}
+
+struct Publishers {
+    cloud: Publisher<PointCloud2>,
+    profile: Publisher<PointCloud2>,
+    transform: Publisher<TfMessage>,
+    diagnostics: Publisher<DiagnosticArray>,
+}
+
+impl Ros2Node {
+    /// Makes the node known, and publishes where the sensor is.
+    ///
+    /// # Errors
+    /// Topics that hold something else, a domain that DDS does not have, a name that ROS does not allow, and what the operating system says.
+    pub fn open(settings: Ros2NodeSettings, placing: Placing) -> io::Result<Self> {
+        if kind(&settings.profiles_type, "cdr") != Kind::Profile {
+            let hint = "PointCloud2 and LaserScan hold one";
+            return Err(io::Error::other(format!("{} holds no profile: {hint}", settings.profiles_type)));
+        }
+        let clock = HostClock::start();
+        let participant = participant(settings.poses.domain, settings.poses.network)?;
+        let context = Context::from_domain_participant(participant.clone()).map_err(other)?;
+        let name = NodeName::new("/", &settings.name).map_err(other)?;
+        let mut node = context.new_node(name, NodeOptions::new()).map_err(other)?;
+        let latest = QosProfile::publisher_default()
+            .reliability_reliable(WhenFull::Fail)
+            .history(History::KeepLast { depth: 10 });
+        let kept = latest.clone().durability(Durability::TransientLocal);
+        let own = |topic: &str| format!("/{}/{topic}", settings.name);
+        let out = Publishers {
+            cloud: publisher(&mut node, &own("points"), ("sensor_msgs", "PointCloud2"), &latest)?,
+            profile: publisher(&mut node, &own("profile"), ("sensor_msgs", "PointCloud2"), &latest)?,
+            transform: publisher(&mut node, "/tf_static", ("tf2_msgs", "TFMessage"), &kept)?,
+            diagnostics: publisher(
+                &mut node,
+                "/diagnostics",
+                ("diagnostic_msgs", "DiagnosticArray"),
+                &latest,
+            )?,
+        };
+        let spin = node.spinner().map_err(other)?.spin();
+        let spinner = thread::Builder::new().name("ros2-node".to_owned()).spawn(move || {
+            // What it says at its end is that there is no node any more.
+            let _ended = wait_for(spin);
+        })?;
+        let qos = QosPolicyBuilder::new().reliability(Reliability::BestEffort).build();
+        let profiles = reader(&participant, &settings.profiles, &settings.profiles_type, &qos)?;
+        let poses = Ros2Source::of(&participant, settings.poses.clone(), clock)?;
+        let node = Self {
+            settings,
+            placing,
+            poses,
+            profiles,
+            out,
+            counts: Ros2NodeCounts::default(),
+            last_pose: None,
+            trouble: None,
+            clock,
+            spinner: Some(spinner),
+            node,
+        };
+        node.tell_sensor();
+        Ok(node)
+    }
+
+    /// Messages so far.
+    #[must_use]
+    pub fn counts(&self) -> Ros2NodeCounts {
+        self.counts
+    }
+
+    /// Places with another calibration from now on.
+    pub fn place_with(&mut self, placing: Placing) {
+        self.placing = placing;
+        self.tell_sensor();
+    }
+
+    /// Places what comes for so long. Whatever happened that a user should know is handed to `tell`.
+    ///
+    /// # Errors
+    /// A tree of transforms that contradicts itself, and what DDS says.
+    pub fn run_for(&mut self, time: Duration, tell: &mut dyn FnMut(&str)) -> io::Result<()> {
+        let until = Instant::now() + time;
+        let mut diagnosed = Instant::now();
+        while Instant::now() < until {
+            self.hear_poses()?;
+            self.hear_profiles()?;
+            if let Some(news) = self.placing.placer.news() {
+                tell(&news);
+                self.trouble = (news != LivePlacer::AGAIN).then_some(news);
+            }
+            if diagnosed.elapsed() >= DIAGNOSE_EVERY {
+                diagnosed = Instant::now();
+                self.diagnose();
+            }
+        }
+        self.diagnose();
+        Ok(())
+    }
+
+    fn hear_poses(&mut self) -> io::Result<()> {
+        let Self { poses, placing, out, settings, counts, last_pose, .. } = self;
+        let heard = poses.receive(LOOK, &mut |packet| match &packet.judged {
+            Ok((pose, _)) => {
+                counts.poses += 1;
+                *last_pose = Some(Instant::now());
+                let publish = |points: PlacedPoints<'_>| publish(out, settings, counts, points);
+                placing.placer.pose(pose.device_ns, &pose.base_from_tool, publish);
+            }
+            Err(why) => counts.unreadable += u64::from(!why.is_needless()),
+        });
+        heard.map_err(other)
+    }
+
+    fn hear_profiles(&mut self) -> io::Result<()> {
+        let Self { profiles, placing, out, settings, counts, .. } = self;
+        while let Some(change) = profiles.try_take_one().map_err(other)? {
+            let Ok(Content::Profile(profile)) = decode(&settings.profiles_type, "cdr", &change.sample) else {
+                counts.unreadable += 1;
+                continue;
+            };
+            counts.profiles += 1;
+            let exposed = Time::of(placing.placer.exposed_ns(profile.stamp_ns));
+            let header = Header { stamp: exposed, frame_id: settings.frames[2].clone() };
+            let points = profile.points.iter().map(|[x_m, z_m]| [*x_m, 0.0, *z_m]);
+            // As with the points in base.
+            let _sent = out.profile.publish(PointCloud2::of(header, ["x", "y", "z"], points));
+            let columns = profile.points.into_iter().map(Some).collect();
+            let profile = ProfileEntry { profile: counts.profiles, stamp_ns: profile.stamp_ns, columns };
+            placing.placer.profile(&profile, |points| publish(out, settings, counts, points));
+        }
+        Ok(())
+    }
+
+    fn tell_sensor(&self) {
+        let Some(tool_from_sensor) = &self.placing.tool_from_sensor else { return };
+        let [_, tool, sensor] = &self.settings.frames;
+        let header = self.header(tool);
+        // One that is not sent is sent with the next calibration; the queue of this topic is never full.
+        let _sent = self.out.transform.publish(TfMessage::of(header, sensor, tool_from_sensor));
+    }
+
+    fn header(&self, frame: &str) -> Header {
+        Header { stamp: Time::of(self.clock.read().steady_ns), frame_id: frame.to_owned() }
+    }
+
+    fn diagnose(&self) {
+        let silent = self.last_pose.map(|at| at.elapsed());
+        let (level, message) = match (silent, &self.trouble) {
+            (None, _) => (Level::Stale, "no pose has come".to_owned()),
+            (Some(silent), _) if silent > SILENCE => {
+                (Level::Stale, format!("no pose for {:.1} s", silent.as_secs_f64()))
+            }
+            (Some(_), Some(trouble)) => (Level::Warn, trouble.clone()),
+            (Some(_), None) => (Level::Ok, "points are placed".to_owned()),
+        };
+        let Ros2NodeCounts { poses, profiles, placed, unreadable } = self.counts;
+        let values = [
+            ("poses", poses.to_string()),
+            ("profiles", profiles.to_string()),
+            ("profiles placed", placed.to_string()),
+            ("unreadable messages", unreadable.to_string()),
+        ];
+        let name = format!("{}: points in base", self.settings.name);
+        let array = DiagnosticArray::of(self.header(""), &name, level, message, &values);
+        // Nobody may listen.
+        let _sent = self.out.diagnostics.publish(array);
+    }
+}
+
+impl Drop for Ros2Node {
+    fn drop(&mut self) {
+        self.node.stop_spinner();
+        if let Some(spinner) = self.spinner.take() {
+            let _panicked = spinner.join();
+        }
+    }
+}
+
+fn publish(
+    out: &Publishers,
+    settings: &Ros2NodeSettings,
+    counts: &mut Ros2NodeCounts,
+    points: PlacedPoints<'_>,
+) {
+    counts.placed += 1;
+    let header = Header { stamp: Time::of(points.exposed_ns), frame_id: settings.frames[0].clone() };
+    // Where nobody listens, or somebody stalls, the next cloud is worth more than this one.
+    let numbers = points.in_base_m.iter().zip(points.sigma_m).map(|([x, y, z], sigma)| [*x, *y, *z, *sigma]);
+    let _sent = out.cloud.publish(PointCloud2::of(header, ["x", "y", "z", "sigma"], numbers));
+}
+
+fn publisher<M: Serialize>(
+    node: &mut Node,
+    topic: &str,
+    (package, message): (&str, &str),
+    qos: &QosProfile,
+) -> io::Result<Publisher<M>> {
+    let name = Name::parse(topic).map_err(other)?;
+    let topic = node.create_topic(&name, MessageTypeName::new(package, message), qos).map_err(other)?;
+    node.create_publisher(&topic, None).map_err(other)
+}
+
+/// Runs a future in this thread.
+fn wait_for<F: Future>(future: F) -> F::Output {
+    let waker = Waker::from(Arc::new(Unpark(thread::current())));
+    let mut context = std::task::Context::from_waker(&waker);
+    let mut future = pin!(future);
+    loop {
+        match future.as_mut().poll(&mut context) {
+            Poll::Ready(output) => return output,
+            Poll::Pending => thread::park(),
+        }
+    }
+}
