@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use std::path::Path;
+use trueline_dataset::unit::MM_PER_M;
 use trueline_dataset::{Problem, cad_file, robot_csv, source_file};
 use trueline_experiments::planned;
 use trueline_plan::{Cell, CellFiles, cell_toml};
@@ -23,6 +24,13 @@ pub(crate) fn read_files(file: &Path) -> Result<CellFiles, Failure> {
     let text = read_text(file)?;
     let sensor_text = read_text(&file.with_file_name(cell_toml::sensor_name(file, &text)?))?;
     Ok(CellFiles::of(file, text, sensor_text)?)
+}
+
+/// Points of a curve, m, as a table in mm.
+pub(crate) fn curve_csv(points: impl Iterator<Item = [f64; 3]>) -> String {
+    let rows = points.map(|point| point.map(|metres| metres * MM_PER_M));
+    let rows: String = rows.map(|[x, y, z]| format!("{x:.6},{y:.6},{z:.6}\n")).collect();
+    format!("x_mm,y_mm,z_mm\n{rows}")
 }
 
 /// Replaces the seam of a cell by the curve in a file.

@@ -1,6 +1,5 @@
 //! `trueline plan`.
 
-use super::simulate_curve;
 use crate::args::PlanArgs;
 use crate::failure::Failure;
 use crate::planned_scan::{self, CELL, CURVE, PATH};
@@ -161,7 +160,10 @@ fn write(folder: &Path, source: &plan_source::Source<'_>, goal: &Goal) -> Result
         .map_err(|error| Failure::cannot_write(&file, &error))?;
     output::file(&file, &path)?;
     if let Some(course) = &source.cell.course {
-        output::file(&folder.join(CURVE), &simulate_curve::curve_csv(course.drawn().points()))?;
+        output::file(
+            &folder.join(CURVE),
+            &planned_scan::curve_csv(course.drawn().points().iter().map(|point| (*point).into())),
+        )?;
     }
     if let Some(joints) = &source.plan.joints {
         output::file(&folder.join(JOINTS), &joints.csv())?;

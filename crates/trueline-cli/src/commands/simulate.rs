@@ -97,7 +97,11 @@ fn follow(args: &SimulateArgs, planned: PlannedScan) -> Result<ExitCode, Failure
     let recording = simulate_along(&scenario, &|time_s| path.base_from_tool(time_s), args.seed);
     match &scenario.cell.curve {
         Some(curve) if !recording.features.is_empty() => {
-            simulate_curve::write(args, &recording, curve.points())?;
+            simulate_curve::write(
+                args,
+                &recording,
+                &planned_scan::curve_csv(curve.points().iter().map(|point| (*point).into())),
+            )?;
             told(args, &recording);
             Ok(ExitCode::SUCCESS)
         }
