@@ -186,7 +186,7 @@ fn seam_points(cell: &Cell, sights: &Sights, seen_by: &[SeenBy]) -> Evidence<2, 
 /// A curved seam of unknown form: each piece has a place of its own instead of line and bow.
 fn of_a_bent_seam(frame: &mut FrameRows<2, LOCAL_ALL>, sights: &Sights, along: &UnitVector3<f64>) {
     /// Length of a piece, m: between the knots of the estimator's answer, 5 mm, and those of a curve of 10 mm without a prior, which has nearly its ±.
-    /// Scans of a ring and a corner state 1.0 to 1.3 times what is promised.
+    /// Three passes over a ring and a corner state 1.0 to 1.3 times what is promised.
     const PIECE_M: f64 = 7e-3;
     /// Number of the piece in the middle. No seam has more pieces to either side.
     const MOST: f64 = 1e6;
