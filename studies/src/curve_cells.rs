@@ -19,7 +19,7 @@ use trueline_dataset::{Guess, Measured, Recording, Truth};
 use trueline_geometry::{Polyline, se3, so3};
 use trueline_method::order_statistics::median;
 use trueline_method::{Calibration, Config, SeamCad, SensorMode, Status, Target, calibrate};
-use trueline_model::LaserSheet;
+use trueline_model::{LaserSheet, SheetField};
 use trueline_sim::curves::{CurveKind, CurveScan, SensorError, scan_curve};
 
 /// Cells of each kind, unless stated.
@@ -169,7 +169,7 @@ fn seam(
     (own.sqrt(), said.sqrt())
 }
 
-/// Error of what the sensor reports of the field that the scan visited, in the tool, RMS, m.
+/// Error of what the sensor reports of the field that the scan visited, in the tool, RMS over the field as in the stated seam error, m.
 fn field(found: &Calibration, truth: &Guess, recording: &Recording, sensor: &SensorError) -> f64 {
     let places = |axis: usize| {
         let of = |feature: &trueline_dataset::Feature| match feature.measured {
@@ -181,16 +181,17 @@ fn field(found: &Calibration, truth: &Guess, recording: &Recording, sensor: &Sen
         let last = places.len() - 1;
         [places[last / 50], places[last - last / 50]]
     };
-    let (across, deep, at) = (places(0), places(1), found.best_fit());
+    let (seen, at) = (SheetField { width_m: places(0), depth_m: places(1) }, found.best_fit());
     let mut sum = 0.0;
-    for (x, z) in across.into_iter().flat_map(|x| deep.into_iter().map(move |z| (x, z))) {
+    for place in seen.grid() {
+        let [x, z] = [place.x, place.y];
         let [own_x, own_z] = sensor.reported([x, z]);
         let reported = Vector3::new(own_x, 0.0, own_z);
         let there = nalgebra::Point3::from(at.corrected(&LaserSheet::of_profiler(), &reported));
         let truly = truth.tool_from_camera * nalgebra::Point3::new(x, sensor.out_of_plane_m(x), z);
-        sum += (at.tool_from_camera * there - truly).norm_squared() / 4.0;
+        sum += (at.tool_from_camera * there - truly).norm_squared();
     }
-    sum.sqrt()
+    (sum / seen.grid().count() as f64).sqrt()
 }
 
 fn rms(values: impl Iterator<Item = f64>) -> f64 {

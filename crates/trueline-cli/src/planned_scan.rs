@@ -2,7 +2,8 @@
 
 use crate::failure::Failure;
 use std::path::Path;
-use trueline_dataset::{Problem, robot_csv, source_file};
+use trueline_dataset::unit::MM_PER_M;
+use trueline_dataset::{Problem, cad_file, robot_csv, source_file};
 use trueline_experiments::planned;
 use trueline_plan::{Cell, CellFiles, cell_toml};
 use trueline_sim::{FollowedPath, Scenario};
@@ -12,6 +13,9 @@ pub(crate) const PATH: &str = "path.csv";
 /// Prior knowledge of the cell.
 pub(crate) const CELL: &str = "cell.toml";
 
+/// Points of the curve that the scan follows instead of the cell's straight seam.
+pub(crate) const CURVE: &str = "curve.csv";
+
 /// Reads a cell and the files beside it.
 ///
 /// # Errors
@@ -20,6 +24,22 @@ pub(crate) fn read_files(file: &Path) -> Result<CellFiles, Failure> {
     let text = read_text(file)?;
     let sensor_text = read_text(&file.with_file_name(cell_toml::sensor_name(file, &text)?))?;
     Ok(CellFiles::of(file, text, sensor_text)?)
+}
+
+/// Points of a curve, m, as a table in mm.
+pub(crate) fn curve_csv(points: impl Iterator<Item = [f64; 3]>) -> String {
+    let rows = points.map(|point| point.map(|metres| metres * MM_PER_M));
+    let rows: String = rows.map(|[x, y, z]| format!("{x:.6},{y:.6},{z:.6}\n")).collect();
+    format!("x_mm,y_mm,z_mm\n{rows}")
+}
+
+/// Replaces the seam of a cell by the curve in a file.
+///
+/// # Errors
+/// A file that cannot be read, and curves that cannot be scanned.
+pub(crate) fn follow_curve(cell: &mut Cell, file: &Path) -> Result<(), Failure> {
+    let curve = cad_file::read(file)?;
+    cell.follow(curve.points()).map_err(|why| Failure::new(format!("{}: {why}", file.display()), why.hint()))
 }
 
 /// The text of a file.
@@ -51,7 +71,11 @@ pub(crate) struct PlannedScan {
 /// # Errors
 /// Files that are missing or cannot be used.
 pub(crate) fn read(folder: &Path, exact_guess: bool, seed: u64) -> Result<PlannedScan, Failure> {
-    let cell = read_files(&folder.join(CELL))?.cell;
+    let mut cell = read_files(&folder.join(CELL))?.cell;
+    let curve = folder.join(CURVE);
+    if curve.exists() {
+        follow_curve(&mut cell, &curve)?;
+    }
     let file = folder.join(PATH);
     let poses = robot_csv::read_file(&file)?;
     let times_s = poses.iter().map(|p| (p.stamp_ns - poses[0].stamp_ns) as f64 * 1e-9).collect();

@@ -1,8 +1,9 @@
 //! The cell of a plan as a scenario to simulate.
 
-use nalgebra::UnitVector3;
+use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 use trueline_dataset::Sensor;
-use trueline_plan::{Cell, Joint, NoJoint, PlanError, View};
+use trueline_geometry::Polyline;
+use trueline_plan::{Cell, Joint, NoJoint, PlanError, Seam, View};
 use trueline_sim::{Between, Disturbance, PlatePair, Plates, Preset, Scenario, SensorModel, Timing};
 
 /// Why a plan cannot be simulated.
@@ -41,6 +42,7 @@ pub fn scenario(cell: &Cell, duration_s: f64, off_guess: Option<u64>) -> Result<
     scenario.cell.sensor = sensor_model(cell)?;
     scenario.cell.tool_from_camera = tool_from_camera;
     scenario.cell.lines = vec![seam.line().ok_or(PlanError::NoSeam)?];
+    scenario.cell.curve = cell.course.as_ref().and_then(|course| moved(course.drawn(), &cell.seam, &seam));
     scenario.timing = Timing {
         duration_s,
         robot_period_s: cell.robot_period_s,
@@ -85,6 +87,14 @@ pub fn plates(cell: &Cell, scenario: &mut Scenario) -> Result<Plates, NoJoint> {
         edge_sigma_px: cell.noise.feature_px,
         ..Plates::default()
     })
+}
+
+/// A curve that moves as its tangent line does.
+fn moved(curve: &Polyline, from: &Seam, to: &Seam) -> Option<Polyline> {
+    let middle = |seam: &Seam| 0.5 * (seam.from_m + seam.to_m);
+    let turn = UnitQuaternion::rotation_between_axis(&from.direction()?, &to.direction()?)?;
+    let place = |point: &Vector3<f64>| turn * (point - middle(from)) + middle(to);
+    Polyline::new(curve.points().iter().map(place).collect())
 }
 
 fn sensor_model(cell: &Cell) -> Result<SensorModel, PlannedError> {

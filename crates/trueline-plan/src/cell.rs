@@ -1,5 +1,6 @@
 //! Prior knowledge of a scan: sensor, rough mounting, rough line, limits, noise.
 
+use crate::course::{Course, NoCourse};
 use crate::guess_error::GuessError;
 use crate::limits::Limits;
 use crate::mounted_arm::MountedArm;
@@ -7,7 +8,8 @@ use crate::seam::Seam;
 use crate::sensor_pose::SensorPose;
 use crate::surroundings::Surroundings;
 use crate::view::View;
-use nalgebra::Vector3;
+use nalgebra::{UnitVector3, Vector3};
+use std::sync::Arc;
 use trueline_dataset::{KnownCalibration, Sensor, Truth};
 use trueline_geometry::Pose;
 use trueline_model::LaserSheet;
@@ -46,6 +48,8 @@ pub struct Cell {
     pub tool_from_camera: Pose,
     /// Rough line.
     pub seam: Seam,
+    /// Curved seam; `seam` is then its tangent in the middle. `None` for a straight seam.
+    pub course: Option<Arc<Course>>,
     /// Pose of the sensor over the seam without tilt.
     pub sensor_pose: SensorPose,
     /// How rough the guess is.
@@ -86,6 +90,24 @@ pub enum NotThisCell {
 }
 
 impl Cell {
+    /// Replaces the straight seam by a curve through points in base, m, with the same approach.
+    ///
+    /// # Errors
+    /// [`NoCourse`] if no scan over it is possible.
+    pub fn follow(&mut self, points: &[Vector3<f64>]) -> Result<(), NoCourse> {
+        let approach = UnitVector3::new_normalize(self.sensor_pose.range_in_base());
+        let course = Course::along(points, approach)?;
+        let before = self.seam.direction();
+        self.seam = course.straight();
+        if let Some((before, along)) = before.zip(self.seam.direction()) {
+            let turned = self.sensor_pose.turned(&before, &along);
+            // No course runs along its approach.
+            self.sensor_pose = turned.ok_or(NoCourse::Steep { at_mm: 0.0 })?;
+        }
+        self.course = Some(Arc::new(course));
+        Ok(())
+    }
+
     /// Takes over a calibration's hand-eye, and of its lines the one that the seam is nearest to. The camera stands as it
     /// did: the nominal attitude is that of the sheet.
     ///

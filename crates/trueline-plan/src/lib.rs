@@ -28,6 +28,7 @@ pub mod cell;
 pub mod cell_files;
 pub mod cell_toml;
 pub mod constraints;
+pub mod course;
 pub mod criterion;
 pub mod design;
 mod evenly_swung;
@@ -62,6 +63,7 @@ pub mod wrong_cells;
 
 pub use cell::{Cell, ExpectedNoise, NotThisCell};
 pub use cell_files::CellFiles;
+pub use course::{Course, NoCourse};
 pub use criterion::{Criterion, Goal};
 pub use guess_error::GuessError;
 pub use joint::{Joint, NoJoint};

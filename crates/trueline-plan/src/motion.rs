@@ -1,11 +1,13 @@
 //! A design as motion: smooth from rest to rest.
 
 use crate::cell::Cell;
+use crate::course::Course;
 use crate::design::{Design, Sweep};
 use crate::evenly_swung::EvenlySwung;
 use crate::sensor_pose::{SensorPose, Station};
 use crate::shape::Shape;
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
+use std::sync::Arc;
 use trueline_geometry::{Pose, so3};
 use trueline_model::Placement;
 
@@ -16,6 +18,10 @@ pub struct Motion {
     sensor_pose: SensorPose,
     middle: Vector3<f64>,
     scanned: Vector3<f64>,
+    /// Curve of a curved seam.
+    course: Option<Arc<Course>>,
+    /// Middle of the scanned part from the middle of the seam, and its length, m.
+    along_m: [f64; 2],
     /// Time in which the sensor is spun between two passes, s; 0 without a spin.
     spin_s: f64,
 }
@@ -40,6 +46,8 @@ impl Motion {
             middle: 0.5 * (cell.seam.from_m + cell.seam.to_m)
                 + (cell.seam.to_m - cell.seam.from_m) * design.centre,
             scanned: (cell.seam.to_m - cell.seam.from_m) * design.length_share,
+            course: cell.course.clone(),
+            along_m: [design.centre, design.length_share].map(|part| part * cell.seam.length_m()),
             design,
             spin_s: 0.0,
         };
@@ -109,7 +117,7 @@ impl Motion {
         &self.design
     }
 
-    /// Wanted place of the seam at a time, s, and attitude of the sensor then.
+    /// Wanted place of the seam at a time, s, and attitude of the sensor then; along the tangent line of a curved seam.
     #[must_use]
     pub fn station(&self, time_s: f64) -> Station {
         let (eased_s, spun_rad) = self.eased_and_spun(time_s);
@@ -131,10 +139,25 @@ impl Motion {
         }
     }
 
+    /// The transform of the straight seam onto the curve at an eased time, s; `None` for a straight seam.
+    fn bend(&self, eased_s: f64) -> Option<Pose> {
+        let [middle_m, scanned_m] = self.along_m;
+        let done = eased_s / self.eased_total_s();
+        Some(self.course.as_ref()?.bend(middle_m + scanned_m * self.design.shape.progress(done)))
+    }
+
+    /// The wanted point of the seam in base, m, at a time, s.
+    #[must_use]
+    pub fn seam_point(&self, time_s: f64) -> Vector3<f64> {
+        let (point, bend) = (self.station(time_s).seam_point, self.bend(self.eased_and_spun(time_s).0));
+        bend.map_or(point, |bend| (bend * Point3::from(point)).coords)
+    }
+
     /// Pose of the tool at a time, s; before the start and after the end it rests.
     #[must_use]
     pub fn base_from_tool(&self, time_s: f64) -> Pose {
-        self.sensor_pose.base_from_tool(&self.station(time_s))
+        let straight = self.sensor_pose.base_from_tool(&self.station(time_s));
+        self.bend(self.eased_and_spun(time_s).0).map_or(straight, |bend| bend * straight)
     }
 
     /// The point in the camera frame where the seam is expected, m.
@@ -143,7 +166,8 @@ impl Motion {
         self.sensor_pose.point_in_camera(&self.station(time_s))
     }
 
-    /// Pose of the tool at times, s, that are mostly a step apart, and how it moves; the camera sits where a hand-eye transform has it.
+    /// Pose of the tool at times, s, that are mostly a step apart, and its motion, in axes that turn with a curved seam. A hand-eye transform
+    /// places the camera.
     pub(crate) fn placements(
         &self,
         times_s: impl Iterator<Item = f64>,
@@ -154,7 +178,10 @@ impl Motion {
         let mut after = self.evenly(step_s);
         let tool_from_camera = *tool_from_camera;
         times_s.map(move |time_s| {
-            let (now, after) = (now(time_s), after(time_s + STEP_S));
+            let ((now, bend), (mut after, bend_after)) = (now(time_s), after(time_s + STEP_S));
+            if let Some((bend, bend_after)) = bend.zip(bend_after) {
+                after = bend.inverse() * bend_after * after;
+            }
             let placement = Placement {
                 base_from_tool: now,
                 tool_from_camera,
@@ -165,12 +192,13 @@ impl Motion {
         })
     }
 
-    /// Pose of the tool at one time, s, after another; fast if they are a step apart.
-    fn evenly(&self, step_s: f64) -> impl FnMut(f64) -> Pose + '_ {
+    /// Pose of the tool over the straight seam at one time, s, after another, and the transform onto a curved seam; fast if they are a step apart.
+    fn evenly(&self, step_s: f64) -> impl FnMut(f64) -> (Pose, Option<Pose>) + '_ {
         let mut swung = EvenlySwung::new(self.design.sweeps(), step_s);
         move |time_s| {
             let (eased_s, spun_rad) = self.eased_and_spun(time_s);
-            self.sensor_pose.base_from_tool(&self.station_of(eased_s, spun_rad, swung.at(eased_s)))
+            let station = self.station_of(eased_s, spun_rad, swung.at(eased_s));
+            (self.sensor_pose.base_from_tool(&station), self.bend(eased_s))
         }
     }
 
@@ -179,7 +207,8 @@ impl Motion {
     pub fn sampled(&self, period_s: f64) -> Vec<Pose> {
         let count = (self.design.duration_s / period_s - 1e-9).ceil() as usize + 1;
         let mut pose = self.evenly(period_s);
-        (0..count).map(|k| pose(k as f64 * period_s)).collect()
+        let carried = |(straight, bend): (Pose, Option<Pose>)| bend.map_or(straight, |bend| bend * straight);
+        (0..count).map(|k| carried(pose(k as f64 * period_s))).collect()
     }
 }
 

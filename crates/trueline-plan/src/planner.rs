@@ -8,6 +8,7 @@ use crate::mounted_arm::{JointPath, NoStance, Stance};
 use crate::pattern;
 use crate::plan::{DURATION_S, PATH_PERIOD_S, Plan, PlanError, PlanRequest};
 
+use crate::seam::Seam;
 use crate::search::Minimiser;
 use crate::shape::Shape;
 use crate::sights::Sights;
@@ -221,8 +222,11 @@ impl<'a> Place<'a> {
 /// The configuration of the arm; `None` without an arm.
 fn stance(cell: &Cell) -> Result<Option<Stance>, PlanError> {
     let [near, far] = cell.limits.stand_off_m;
+    // The straight seam has other ends than the curve. The whole path is checked later.
+    let middle_m = 0.5 * (cell.seam.from_m + cell.seam.to_m);
+    let seam = if cell.course.is_some() { Seam { from_m: middle_m, to_m: middle_m } } else { cell.seam };
     let found = (cell.arm.as_ref())
-        .map(|mounted| mounted.stance(&cell.seam, &cell.sensor_pose, 0.5 * (near + far)))
+        .map(|mounted| mounted.stance(&seam, &cell.sensor_pose, 0.5 * (near + far)))
         .transpose();
     found.map_err(|why| PlanError::OutOfReach { middle: why == NoStance::Middle })
 }

@@ -243,6 +243,7 @@ impl<const R: usize, const N: usize> Rows<R, N> {
             by_px: lower.solve_lower_triangular(&self.by_px)?,
             by_shift: lower.solve_lower_triangular(&self.by_shift)?,
             by_turn: lower.solve_lower_triangular(&self.by_turn)?,
+            piece: None,
         })
     }
 }

@@ -82,6 +82,14 @@ impl SensorPose {
         Some(Self::new(camera_from_sheet, base_from_camera * camera_from_sheet, plane, tool_from_camera))
     }
 
+    /// The same over a seam of another direction, looked at along the same one; `None` where the two are one.
+    #[must_use]
+    pub(crate) fn turned(&self, from: &UnitVector3<f64>, to: &UnitVector3<f64>) -> Option<Self> {
+        let approach = UnitVector3::new_normalize(self.range_in_base());
+        let backward = (self.base_from_sheet * Vector3::y()).dot(from) < 0.0;
+        Self::looking(self.plane, &self.camera_from_tool.inverse(), to, &approach, backward)
+    }
+
     /// The same sheet on another mounting.
     #[must_use]
     pub(crate) fn carried_by(&self, tool_from_camera: &Pose) -> Self {

@@ -18,8 +18,10 @@ use trueline_model::{Camera, Curvature, LaserSheet, Placement, SheetShape};
 pub struct Sight {
     /// When it is exposed, s.
     pub time_s: f64,
-    /// Pose and motion of the sensor.
+    /// Pose and motion of the sensor, in axes that turn with a curved seam.
     pub placement: Placement,
+    /// Place along the seam from its middle, m.
+    pub along_m: f64,
     /// The point of the seam in the camera, m.
     pub point_in_camera: Vector3<f64>,
     /// Derivatives of the sheet residual by all unknowns.
@@ -140,9 +142,9 @@ impl Met {
         columns.fixed_columns_mut::<4>(LINES).copy_from(&found.straight.d_line);
         columns.fixed_columns_mut::<2>(LOCAL_STRAIGHT).copy_from(&found.d_curvature);
         columns.fixed_columns_mut::<5>(LOCAL_BOWED).copy_from(&found.d_shape);
-        let Self { time_s, placement, point_in_camera, .. } = self;
+        let Self { time_s, placement, point_in_camera, along_m } = self;
         let (onto_sheet, by_turn) = (found.straight.by_shift(), found.straight.by_turn());
-        Some(Sight { time_s, placement, point_in_camera, columns, onto_sheet, by_turn })
+        Some(Sight { time_s, placement, along_m, point_in_camera, columns, onto_sheet, by_turn })
     }
 }
 

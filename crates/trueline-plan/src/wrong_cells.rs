@@ -61,7 +61,12 @@ impl WrongCell {
             sheet_offset_m: cell.sheet.plane().offset() + normal_in_tool.dot(&camera_origin),
             middle: 0.5 * (seam.from_m + seam.to_m),
             direction: seam.direction()?.into_inner(),
-            half_length_m: 0.5 * seam.length_m(),
+            // A closed seam has no end.
+            half_length_m: if cell.course.as_ref().is_some_and(|course| course.closed) {
+                f64::INFINITY
+            } else {
+                0.5 * seam.length_m()
+            },
             tool_from_camera,
             seam,
         })

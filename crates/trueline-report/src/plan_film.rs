@@ -28,7 +28,7 @@ pub(crate) fn block(cell: &Cell, plan: &Plan, columns: &mut Columns) -> Block {
     let moving = vec![
         filmed("tool and camera", Colour::A, true, &|_, pose| tool(cell, pose)),
         filmed("view", Colour::B, true, &|_, pose| fan(cell, &(pose * cell.tool_from_camera))),
-        filmed("seam point", Colour::Bad, false, &|t, _| vec![plan.motion.station(t).seam_point]),
+        filmed("seam point", Colour::Bad, false, &|t, _| vec![plan.motion.seam_point(t)]),
     ];
     let arm = cell.arm.as_ref().zip(plan.joints.as_ref()).map(|(mounted, joints)| {
         filmed(&mounted.name, Colour::Soft, true, &|t, _| bones(mounted, joints, t))
@@ -77,12 +77,17 @@ fn paths(cell: &Cell, plan: &Plan, columns: &mut Columns) -> Vec<Part> {
             poses().map(|pose| (pose * cell.tool_from_camera).translation.vector).collect(),
             Colour::D,
         ),
-        part("seam", vec![cell.seam.from_m, cell.seam.to_m], Colour::C),
+        part("seam", seam(cell), Colour::C),
     ];
     if let Some(corners) = &cell.limits.workspace_m {
         parts.push(part("workspace of the tool", edges(corners), Colour::Soft));
     }
     parts
+}
+
+/// The seam.
+fn seam(cell: &Cell) -> Vec<Vector3<f64>> {
+    cell.course.as_ref().map_or_else(|| vec![cell.seam.from_m, cell.seam.to_m], |course| course.points())
 }
 
 /// The tool's axes, and a line to the camera; gaps between them.

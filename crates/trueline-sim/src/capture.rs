@@ -3,7 +3,7 @@
 use crate::scenario::SensorModel;
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 use trueline_dataset::Measured;
-use trueline_geometry::{Line, Pose};
+use trueline_geometry::{Line, Polyline, Pose};
 
 /// The sheet's own axes in the camera frame and the point that the scan aims at.
 pub struct SheetAxes {
@@ -88,6 +88,28 @@ pub(crate) fn point_on_sheet_beside(
 
 /// Rounds of the search for a displaced seam.
 const BESIDE_ROUNDS: usize = 6;
+
+/// The sensor's report of a curve in base without noise: of its visible crossings with the sheet, the one nearest to the middle of the
+/// view. `None` without a visible crossing.
+#[must_use]
+pub(crate) fn measured_of_curve(
+    sensor: &SensorModel,
+    sheet: &SheetAxes,
+    base_from_camera: &Pose,
+    curve: &Polyline,
+) -> Option<Measured> {
+    let camera_from_base = base_from_camera.inverse();
+    let in_camera = |point: &Vector3<f64>| (camera_from_base * Point3::from(*point)).coords;
+    let points: Vec<Vector3<f64>> = curve.points().iter().map(in_camera).collect();
+    let off = |point: &Vector3<f64>| sheet.normal.dot(point) - sheet.offset;
+    let crossings = points.windows(2).filter_map(|pair| {
+        let (from, to) = (off(&pair[0]), off(&pair[1]));
+        (from * to <= 0.0 && from != to).then(|| pair[0].lerp(&pair[1], from / (from - to)))
+    });
+    let visible =
+        crossings.filter_map(|point| Some(((point - sheet.middle).norm(), measure(sensor, &point)?)));
+    visible.min_by(|one, other| one.0.total_cmp(&other.0)).map(|(_, measured)| measured)
+}
 
 /// The sensor's report of a point without noise, or `None` if it is out of view.
 #[must_use]

@@ -131,6 +131,8 @@ pub struct CurveScan {
     pub unseen: f64,
     /// How far the sensor is off.
     pub sensor: SensorError,
+    /// How far the part moves between passes: standard deviations of shift, m, and turn, rad, about each axis.
+    pub part_moves: [f64; 2],
 }
 
 /// A profiler that reports something else than what is there.
@@ -184,6 +186,7 @@ impl CurveScan {
             outliers: 0.02,
             unseen: 0.0,
             sensor: SensorError::default(),
+            part_moves: [0.0; 2],
         }
     }
 
@@ -203,10 +206,20 @@ const WEAVE_M: f64 = 3e-3;
 /// The robot is recorded for so long before and after, s.
 const MARGIN_S: f64 = 1.3;
 
+/// A part that is shifted, and turned about its own origin, by these standard deviations, m and rad.
+fn off_place(base_from_part: &Pose, random: &mut Noise, [shift_m, turn_rad]: [f64; 2]) -> Pose {
+    let mut three = |sigma: f64| Vector3::from_fn(|_, _| random.normal(sigma));
+    let (shift, turn) = (three(shift_m), so3::exp(&three(turn_rad)));
+    let about = base_from_part.translation.vector;
+    se3::from_parts(turn, about - turn * about + shift)
+}
+
 /// Quantities drawn once for a cell.
 struct Cell {
     scan: CurveScan,
     base_from_part: Pose,
+    /// How far the part lies off the place that the robot was taught, in base, in each pass.
+    off_place: Vec<Pose>,
     guess: Guess,
     stand_off_m: f64,
     phases: [f64; 5],
@@ -226,9 +239,17 @@ impl Cell {
             time_offset_s: random.uniform(-0.5, 0.5),
             tool_from_camera: se3::from_parts(hand_eye, shift),
         };
+        let base_from_part = se3::from_parts(part, Vector3::new(0.7, 0.05, 0.3));
+        let mut of_part = Noise::new(seed, 35);
+        // The first pass is where the robot was taught.
+        let passes = 1..scan.passes.ceil() as usize;
+        let off_place = std::iter::once(Pose::identity())
+            .chain(passes.map(|_| off_place(&base_from_part, &mut of_part, scan.part_moves)))
+            .collect();
         Self {
             scan,
-            base_from_part: se3::from_parts(part, Vector3::new(0.7, 0.05, 0.3)),
+            base_from_part,
+            off_place,
             guess,
             stand_off_m: random.uniform(0.12, 0.2),
             phases: std::array::from_fn(|_| random.uniform(0.0, TAU)),
@@ -289,9 +310,12 @@ impl Cell {
         const STEPS: i32 = 160;
         const REACH: f64 = 0.3;
         let camera_from_base = self.base_from_camera(time_s).inverse();
+        let pass = (self.scan.passes * time_s / self.scan.lasts_s) as usize;
+        let pass = pass.min(self.off_place.len() - 1);
         let seen = |s: f64| {
             let s = if self.scan.kind.is_closed() { s.rem_euclid(1.0) } else { s };
-            camera_from_base.rotation * self.point(s) + camera_from_base.translation.vector
+            let there = self.off_place[pass] * nalgebra::Point3::from(self.point(s));
+            (camera_from_base * there).coords
         };
         let middle = self.place(time_s);
         if (middle - 0.5).abs() < 0.5 * self.scan.unseen {
@@ -318,10 +342,45 @@ impl Cell {
     }
 }
 
+/// A production over a curved seam: one program, and parts that lie a little elsewhere each time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurveProduction {
+    /// What is done to each part.
+    pub scan: CurveScan,
+    /// How far the parts lie off their place, standard deviation of each axis, m …
+    pub off_m: f64,
+    /// … and rad.
+    pub turned_rad: f64,
+    /// Which cell: program, hand-eye transform and clocks.
+    pub seed: u64,
+}
+
+impl CurveProduction {
+    /// The recording of a part, with images stamped late by `late_s`.
+    #[must_use]
+    pub fn piece(&self, number: u64, late_s: f64) -> Recording {
+        let mut cell = Cell::drawn(self.scan, self.seed);
+        let seed = self.seed.wrapping_mul(1_000_003).wrapping_add(number);
+        let mut random = Noise::new(seed, 34);
+        let own = off_place(&cell.base_from_part, &mut random, [self.off_m, self.turned_rad]);
+        cell.off_place.iter_mut().for_each(|off| *off = own * *off);
+        let mut recording = recorded(&cell, seed).0;
+        for feature in &mut recording.features {
+            feature.stamp_ns += (late_s * 1e9).round() as i64;
+        }
+        recording
+    }
+}
+
 /// A scan of a curve with its truth, and points of the curve in base, m.
 #[must_use]
 pub fn scan_curve(scan: &CurveScan, seed: u64) -> (Recording, Vec<Vector3<f64>>) {
-    let cell = Cell::drawn(*scan, seed);
+    recorded(&Cell::drawn(*scan, seed), seed)
+}
+
+/// The recording of a cell with noise of a seed, and its curve.
+fn recorded(cell: &Cell, seed: u64) -> (Recording, Vec<Vector3<f64>>) {
+    let scan = &cell.scan;
     let mut noise = Noise::new(seed, 32);
     let ns = |time_s: f64| ((time_s + 100.0) * 1e9).round() as i64;
     let mut three = |sigma: f64| Vector3::from_fn(|_, _| noise.normal(sigma));

@@ -141,6 +141,7 @@ fn paper_cell() -> Cell {
             Vector3::new(1.150, 0.080, 0.120),
             &UnitVector3::new_normalize(Vector3::new(0.98, 0.17, 0.01)),
         )],
+        curve: None,
         approach: -Vector3::z_axis(),
     }
 }

@@ -1,7 +1,7 @@
 //! Settings of a simulation, all in SI units.
 
 use nalgebra::{UnitVector3, Vector3};
-use trueline_geometry::{Line, Plane, Pose};
+use trueline_geometry::{Line, Plane, Polyline, Pose};
 use trueline_model::Camera;
 
 /// A whole simulated scan.
@@ -26,6 +26,8 @@ pub struct Cell {
     pub tool_from_camera: Pose,
     /// Lines in base; the scan follows the first.
     pub lines: Vec<Line>,
+    /// Curve in base that the seam follows instead of the first line; `None` for straight seams.
+    pub curve: Option<Polyline>,
     /// Direction in base from which the sensor looks at the line, square to it.
     pub approach: UnitVector3<f64>,
 }

@@ -1,6 +1,6 @@
 //! A scenario and a seed in, a recording with its truth out.
 
-use crate::capture::{SheetAxes, measure, point_on_sheet, point_on_sheet_beside};
+use crate::capture::{SheetAxes, measure, measured_of_curve, point_on_sheet, point_on_sheet_beside};
 use crate::faults::{Fault, FeatureErrors, RobotErrors, SeamForms, line_beside};
 use crate::motion::Motion;
 use crate::noise::Noise;
@@ -95,7 +95,9 @@ fn record(
     let robot = RobotErrors::new(scenario, base_from_tool, faults, seed)?;
     let samples = robot_samples(scenario, &|time_s| robot.reported(time_s), seed);
     let features = features(scenario, &|time_s| robot.actual(time_s), faults, seed);
-    let truth = Some(Truth { parameters, lines: scenario.cell.lines.clone() });
+    // A curve is no line: the truth of its form is in its own file.
+    let lines = if scenario.cell.curve.is_some() { Vec::new() } else { scenario.cell.lines.clone() };
+    let truth = Some(Truth { parameters, lines });
     let sensor = sensor(&scenario.cell.sensor);
     Some(Recording { truth, ..Recording::new(sensor, setup(), samples, features) })
 }
@@ -219,13 +221,20 @@ impl View<'_> {
 
     fn seen_at(&self, line: &Line, time_s: f64, shift: &Vector3<f64>) -> Option<(Measured, Pose)> {
         let base_from_camera = (self.base_from_tool)(time_s) * self.scenario.cell.tool_from_camera;
+        let sensor = &self.scenario.cell.sensor;
+        if let Some(curve) = &self.scenario.cell.curve {
+            return Some((
+                measured_of_curve(sensor, self.sheet, &base_from_camera, curve)?,
+                base_from_camera,
+            ));
+        }
         let point = if self.forms.is_straight() && *shift == Vector3::zeros() {
             point_on_sheet(self.sheet, &base_from_camera, line)?
         } else {
             let beside = |along_m: f64| self.forms.displacement(along_m) + shift;
             point_on_sheet_beside(self.sheet, &base_from_camera, line, &beside)?
         };
-        Some((measure(&self.scenario.cell.sensor, &point)?, base_from_camera))
+        Some((measure(sensor, &point)?, base_from_camera))
     }
 }
 

@@ -108,8 +108,9 @@ pub fn watch(
         return Ok(WeldLine::again(weld_number(row), line));
     }
     let reference = calibration.reference(origin_m);
-    let weld = Weld::of(recording, &reference)?;
     let mut parts = store.parts(id)?;
+    let known: Vec<Part> = parts.iter().map(|stored| stored.part.clone()).collect();
+    let weld = Weld::of_known(recording, &reference, &known)?;
     let own = own_part(store, id, &mut parts, weld.seams())?;
     let evidence = weld.evidence(&parts[own].part, &reference)?;
     let pieces = store.pieces(id)?;

@@ -106,9 +106,22 @@ fn blindness_text(blind_to: &[String]) -> String {
     format!(
         "  blind to {}: welds like these cannot detect that change, however many. A 5 s scan over a fixed \
          edge detects timing, bracket and sensor: plan it with `trueline plan cell.toml --calibration RESULT \
-         --duration-s 5 --out check-scan`, and watch it with its own --state\n",
-        blind_to.join(", ")
+         --duration-s 5 --out check-scan`, and watch it with its own --state{}\n",
+        blind_to.join(", "),
+        advice(blind_to)
     )
+}
+
+/// What a weld program can do: seams that are welded with one attitude to themselves say the same two numbers, and a weave shows the time offset.
+fn advice(blind_to: &[String]) -> &'static str {
+    let is_blind = |kind: Kind| blind_to.iter().any(|what| what.starts_with(kind.name()));
+    match (is_blind(Kind::Timing), is_blind(Kind::Bracket)) {
+        (true, _) => ". A weave detects timing",
+        (false, true) => {
+            ". Welds detect more of the bracket if one seam of the part is welded with 10° more push angle"
+        }
+        (false, false) => "",
+    }
 }
 
 /// A change that was reported in full at an earlier weld.

@@ -95,7 +95,8 @@ fn jacobians_are_the_differences_of_the_residual() {
         }
         // A bow is an offset that depends on the place along the seam alone.
         let predicted = f.placement.point_in_base(&(f.point_in_camera - of.sheet.axes() * one.residual));
-        let along = seam.line.direction().dot(&(predicted - seam.line.anchor())) / seam.half_length_m;
+        let along =
+            seam.line.direction().dot(&(predicted - seam.line.anchor())) / seam.curvature.half_length_m;
         let offsets = one.jacobian.fixed_columns::<2>(SEAM + 2) * (along * along - 1.0 / 3.0);
         assert!((offsets - one.jacobian.fixed_columns::<2>(BOW)).norm() < 1e-12);
         // The shape moves the measured point of the sheet; its Jacobian is taken at the best estimate of it.

@@ -204,7 +204,7 @@ const LAYOUTS: &[Layout] = &[
         command: "plan",
         everyday: &["out", "calibration", "duration-s", "want", "example"],
         sections: &[
-            ("Path", &["longest-s", "shape", "use", "criterion", "program"]),
+            ("Path", &["longest-s", "shape", "use", "seam-cad", "criterion", "program"]),
             ("Run", &["tries", "seed", "threads"]),
         ],
     },

@@ -19,6 +19,7 @@ use trueline_plan::{Criterion, Goal, PlanRequest, Shape, cell_toml};
   trueline plan --example --use stripe --out stripes && trueline simulate --plan stripes --plates --out stripe-scan
   trueline plan cell.toml --out cell --program krl,ls      # programs for KUKA and FANUC beside path.csv
   trueline plan cell.toml --calibration result.json --out second   # a scan with a good guess shows more
+  trueline plan cell.toml --seam-cad ring.csv --out ring           # a scan over a curve
   trueline simulate --plan plan --out scan && trueline calibrate scan
 
 Written to the folder: path.csv (poses of the tool at the robot's rate, to be followed by `trueline scan` or any \
@@ -71,6 +72,10 @@ pub(crate) struct PlanArgs {
     /// A calibration whose hand-eye and line replace the cell's guess, with five times their sigma as its error
     #[arg(long)]
     pub(crate) calibration: Option<PathBuf>,
+    /// Curve to scan instead of the straight seam of the cell's file: CSV (x_mm,y_mm,z_mm) or DXF in the robot's base frame, such as the result of
+    /// `trueline export --as curve-dxf`. The plan takes its form as unknown
+    #[arg(long, value_name = "FILE", conflicts_with = "calibration")]
+    pub(crate) seam_cad: Option<PathBuf>,
     /// Seed of the search
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,

@@ -2,7 +2,7 @@
 
 use crate::args::PlanArgs;
 use crate::failure::Failure;
-use crate::planned_scan::{self, CELL, PATH};
+use crate::planned_scan::{self, CELL, CURVE, PATH};
 use crate::{output, progress};
 use std::path::Path;
 use std::process::ExitCode;
@@ -36,6 +36,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
             "leave out --criterion, or --want",
         ));
     }
+    follow_curve(args, &mut cell)?;
     let (mut ask, fixed) = (args.request(), args.has_fixed_duration());
     ask.seam = args.want.and_then(|want| want.seam_m).and_then(|m| SeamGoal::of(&cell, &setup, m));
     check_plates(args, &cell)?;
@@ -81,6 +82,24 @@ pub(crate) fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
     }
     let reached = args.want.is_none() || plan_summary::missed(&source, &ask.goal).is_empty();
     Ok(if reached { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+/// Replaces the straight seam by the requested curve.
+fn follow_curve(args: &PlanArgs, cell: &mut Cell) -> Result<(), Failure> {
+    let Some(file) = &args.seam_cad else { return Ok(()) };
+    if args.measurements != Measurements::Seam {
+        return Err(Failure::new(
+            "`--use stripe` cannot be combined with `--seam-cad`: whole stripes support straight seams only",
+            "leave out --use",
+        ));
+    }
+    if args.want.is_some_and(|want| want.seam_m.is_some()) {
+        return Err(Failure::new(
+            "`--want seam=…` cannot be combined with `--seam-cad`: the seam error of a curve is that of the rehearsal",
+            "ask for translation, rotation and time",
+        ));
+    }
+    planned_scan::follow_curve(cell, file)
 }
 
 /// Plans, with a progress bar.
@@ -140,6 +159,12 @@ fn write(folder: &Path, source: &plan_source::Source<'_>, goal: &Goal) -> Result
     robot_csv::write(&mut path, &source.plan.samples())
         .map_err(|error| Failure::cannot_write(&file, &error))?;
     output::file(&file, &path)?;
+    if let Some(course) = &source.cell.course {
+        output::file(
+            &folder.join(CURVE),
+            &planned_scan::curve_csv(course.drawn().points().iter().map(|point| (*point).into())),
+        )?;
+    }
     if let Some(joints) = &source.plan.joints {
         output::file(&folder.join(JOINTS), &joints.csv())?;
     }

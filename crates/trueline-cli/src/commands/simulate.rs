@@ -94,7 +94,19 @@ fn check_options(args: &SimulateArgs, scenario: &Scenario) -> Result<(), Failure
 fn follow(args: &SimulateArgs, planned: PlannedScan) -> Result<ExitCode, Failure> {
     let PlannedScan { mut scenario, path, .. } = planned;
     args.adapt(&mut scenario);
-    write(args, &simulate_along(&scenario, &|time_s| path.base_from_tool(time_s), args.seed))
+    let recording = simulate_along(&scenario, &|time_s| path.base_from_tool(time_s), args.seed);
+    match &scenario.cell.curve {
+        Some(curve) if !recording.features.is_empty() => {
+            simulate_curve::write(
+                args,
+                &recording,
+                &planned_scan::curve_csv(curve.points().iter().map(|point| (*point).into())),
+            )?;
+            told(args, &recording);
+            Ok(ExitCode::SUCCESS)
+        }
+        _ => write(args, &recording),
+    }
 }
 
 fn write(args: &SimulateArgs, recording: &Recording) -> Result<ExitCode, Failure> {
@@ -102,14 +114,19 @@ fn write(args: &SimulateArgs, recording: &Recording) -> Result<ExitCode, Failure
         return Err(Failure::new("the sensor never sees the line", "scan longer, tilt less or drop less"));
     }
     output::former_folder(&args.out, folder::write_whole(&args.out, recording, args.force)?);
-    if !args.quiet {
-        output::words(&format!(
-            "{}: {} robot poses, {} features, time offset {} ms",
-            args.out.display(),
-            recording.robot.len(),
-            recording.features.len(),
-            recording.truth.as_ref().map_or(0.0, |truth| truth.parameters.time_offset_s) * 1e3,
-        ));
-    }
+    told(args, recording);
     Ok(ExitCode::SUCCESS)
+}
+
+fn told(args: &SimulateArgs, recording: &Recording) {
+    if args.quiet {
+        return;
+    }
+    output::words(&format!(
+        "{}: {} robot poses, {} features, time offset {} ms",
+        args.out.display(),
+        recording.robot.len(),
+        recording.features.len(),
+        recording.truth.as_ref().map_or(0.0, |truth| truth.parameters.time_offset_s) * 1e3,
+    ));
 }

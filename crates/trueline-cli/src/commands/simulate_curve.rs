@@ -3,26 +3,27 @@
 use crate::args::SimulateArgs;
 use crate::failure::Failure;
 use crate::output;
-use std::fs;
+use crate::planned_scan::curve_csv;
 use std::process::ExitCode;
-use trueline_dataset::unit::MM_PER_M;
-use trueline_dataset::{WholeFolder, folder};
+use trueline_dataset::{Recording, WholeFolder, folder};
 use trueline_sim::curves::{CurveScan, scan_curve};
 
 /// Points of the true curve in the folder of a scan, mm in base.
 const CURVE: &str = "truth_curve.csv";
 
+/// Writes a scan and points of its true curve, a table.
+pub(super) fn write(args: &SimulateArgs, recording: &Recording, curve: &str) -> Result<(), Failure> {
+    let whole = WholeFolder::begin(&args.out, args.force)?;
+    folder::write(whole.path(), recording)?;
+    output::file(&whole.path().join(CURVE), curve)?;
+    output::former_folder(&args.out, whole.finish()?);
+    Ok(())
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &SimulateArgs, scan: &CurveScan) -> Result<ExitCode, Failure> {
     let (recording, points) = scan_curve(scan, args.seed);
-    let whole = WholeFolder::begin(&args.out, args.force)?;
-    folder::write(whole.path(), &recording)?;
-    let rows = points.iter().map(|point| point * MM_PER_M);
-    let rows: String = rows.map(|p| format!("{:.6},{:.6},{:.6}\n", p.x, p.y, p.z)).collect();
-    let file = whole.path().join(CURVE);
-    fs::write(&file, format!("x_mm,y_mm,z_mm\n{rows}"))
-        .map_err(|error| Failure::cannot_write(&file, &error))?;
-    output::former_folder(&args.out, whole.finish()?);
+    write(args, &recording, &curve_csv(points.iter().map(|point| (*point).into())))?;
     if !args.quiet {
         output::words(&format!(
             "{0}: {1}, {2} times in {3} s: {4} robot poses, {5} features, time offset {6:.2} ms; the true curve is in {CURVE}\nnext: \

@@ -201,6 +201,7 @@ fn cell_from(wire: CellFile, sensor: Sensor, urdf: Option<&str>) -> Result<Cell,
     ];
     let guess_error = guess_error(&wire.guess_error)?;
     Ok(Cell {
+        course: None,
         view,
         arm: wire.arm.as_ref().map(|arm| arm_table::mounted(arm, urdf)).transpose()?,
         surroundings: surroundings(&wire, &seam, &guess_error)?,

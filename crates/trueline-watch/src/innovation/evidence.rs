@@ -7,9 +7,9 @@
 use super::linearized::{Seam, linearized};
 use super::plate_rows::plate_rows;
 use super::row::{Row, SHARED};
-use super::seam_fit::{LEAST_FEATURES, SeamFit, bow_sigma_m, in_chart};
+use super::seam_fit::{SeamFit, in_chart};
 use super::unknowns::Unknowns;
-use super::weld_error::WeldError;
+use super::weld_error::{LEAST_FEATURES, WeldError};
 use super::weld_statistic::WeldStatistic;
 use crate::parameters::{CALIBRATION, UNITS};
 use crate::quadratic::Quadratic;
@@ -111,8 +111,10 @@ const ROLL_SIGMA_RAD: f64 = 1.0;
 fn bow_prior(seams: &[Seam], unknowns: Unknowns) -> Quadratic {
     let mut prior = Quadratic::nothing(unknowns.size());
     for (k, seam) in seams.iter().enumerate() {
-        for column in unknowns.bow(k)..unknowns.bow(k) + 2 {
-            prior.matrix[(column, column)] = bow_sigma_m(seam.half_length_m).powi(-2);
+        for (column, bow_m) in (unknowns.bow(k)..).zip(seam.curvature.bow_m) {
+            let known = seam.bow_sigma_m.powi(-2);
+            prior.matrix[(column, column)] = known;
+            prior.vector[column] = -known * bow_m;
         }
     }
     for roll in unknowns.rolls() {

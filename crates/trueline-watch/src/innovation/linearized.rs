@@ -15,7 +15,8 @@ use crate::parameters::{CALIBRATION, SHAPE, TIME_OFFSET};
 use nalgebra::{Matrix2, Matrix2x4, SMatrix, Vector2};
 use trueline_geometry::Line;
 use trueline_method::evaluate::placed_features::{PlacedFeature, PlacedFeatures};
-use trueline_model::{LaserSheet, sheet_residual};
+use trueline_model::sheet_residual::{SeamInSheet, SeamJacobian};
+use trueline_model::{Curvature, LaserSheet};
 
 /// First local column of the seam.
 pub const SEAM: usize = CALIBRATION;
@@ -29,8 +30,19 @@ pub const LOCAL: usize = BOW + 2;
 pub struct Seam {
     /// The line.
     pub line: Line,
-    /// Half the length that is seen, m.
-    pub half_length_m: f64,
+    /// Its bow, about the line's anchor.
+    pub curvature: Curvature,
+    /// Prior standard deviation of the bow, m.
+    pub bow_sigma_m: f64,
+}
+
+impl Seam {
+    /// A straight seam with half of its length, m; it may bow as seams do.
+    #[must_use]
+    pub fn straight(line: Line, half_length_m: f64) -> Self {
+        let curvature = Curvature { bow_m: [0.0; 2], half_length_m, middle_m: 0.0 };
+        Self { line, curvature, bow_sigma_m: curvature.prior_sigma_m() }
+    }
 }
 
 /// A feature's residual and its derivatives.
@@ -70,9 +82,10 @@ pub fn linearized(
     shape_origin_m: [f64; 2],
 ) -> Option<Linearized> {
     let sheet: &LaserSheet = &of.sheet;
-    let parts = sheet_residual::linearize(&feature.placement, sheet, &feature.point_in_camera, &seam.line)?;
+    let in_sheet = SeamInSheet { line: &seam.line, curvature: &seam.curvature, shape: None };
+    let SeamJacobian { straight: parts, d_curvature, .. } =
+        in_sheet.linearize(&feature.placement, sheet, &feature.point_in_camera)?;
     let (onto_sheet, links) = (parts.by_shift(), parts.by_links(&feature.placement));
-    let predicted_in_camera = feature.point_in_camera - sheet.axes() * parts.residual;
     let mut shared = Matrix2x4::zeros();
     shared.fixed_columns_mut::<3>(0).copy_from(&(onto_sheet * of.noise.robot_sigma_m));
     shared.fixed_columns_mut::<1>(3).copy_from(&(links.column(TIME_OFFSET) * of.noise.stamp_sigma_s));
@@ -85,11 +98,6 @@ pub fn linearized(
         .fixed_columns_mut::<5>(SHAPE)
         .copy_from(&d_point_d_shape(&(best - Vector2::from(shape_origin_m))));
     jacobian.fixed_columns_mut::<4>(SEAM).copy_from(&parts.d_line);
-    let axes = seam.line.axes();
-    let in_base = feature.placement.point_in_base(&predicted_in_camera);
-    let along = axes.column(0).dot(&(in_base - seam.line.anchor())) / seam.half_length_m;
-    let across = axes.fixed_columns::<2>(1);
-    // The seam's own shift by dl moves q, so r by −B dl.
-    jacobian.fixed_columns_mut::<2>(BOW).copy_from(&(-onto_sheet * across * (along * along - 1.0 / 3.0)));
+    jacobian.fixed_columns_mut::<2>(BOW).copy_from(&d_curvature);
     Some(Linearized { residual: parts.residual, jacobian, covariance: feature.covariance, shared })
 }

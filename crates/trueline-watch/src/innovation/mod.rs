@@ -2,9 +2,10 @@
 
 pub mod evidence;
 pub mod linearized;
+pub(crate) mod pieces;
 pub(crate) mod plate_rows;
 pub(crate) mod row;
-pub(crate) mod seam_fit;
+mod seam_fit;
 pub(crate) mod unknowns;
 pub mod weld;
 pub(crate) mod weld_error;

@@ -10,8 +10,8 @@
 
 use super::linearized::{LOCAL, SEAM, Seam, d_point_d_shape};
 use super::row::{Row, SHARED};
-use super::seam_fit::LEAST_FEATURES;
 use super::unknowns::LOCAL_OF_STRIPE;
+use super::weld_error::LEAST_FEATURES;
 use crate::parameters::{SHAPE, TIME_OFFSET};
 use nalgebra::{Matrix2, SMatrix, SVector, UnitVector3, Vector2, Vector3};
 use std::f64::consts::{PI, TAU};

@@ -1,12 +1,13 @@
 //! The seams of one weld by the stored calibration: robust, straight except for a small bow.
 
 use super::linearized::{BOW, LOCAL, Linearized, SEAM, Seam, linearized};
-use super::weld_error::WeldError;
+use super::weld_error::{LEAST_FEATURES, WeldError};
 use nalgebra::{SMatrix, SVector, Vector2, Vector3, Vector4};
 use trueline_geometry::{Line, fit};
 use trueline_lsq::Loss;
 use trueline_method::evaluate::placed_features::{PlacedFeature, PlacedFeatures};
 use trueline_method::solve::noise_scale::noise_factor;
+use trueline_model::Curvature;
 
 /// A seam as fitted.
 #[derive(Clone, Copy, Debug)]
@@ -15,15 +16,6 @@ pub struct SeamFit {
     pub seam: Seam,
     /// Noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
-}
-
-/// Fewest features of a seam: two numbers each, for six unknowns of its own and a check.
-pub(crate) const LEAST_FEATURES: usize = 20;
-
-/// Prior size of a seam's bow at its ends: 0.3 mm and 1 mm per metre.
-#[must_use]
-pub(crate) fn bow_sigma_m(half_length_m: f64) -> f64 {
-    0.3e-3 + 1e-3 * 2.0 * half_length_m
 }
 
 /// Fits every seam of a weld with the calibration held.
@@ -39,17 +31,58 @@ pub fn fitted_seams(of: &PlacedFeatures, shape_origin_m: [f64; 2]) -> Result<Vec
 }
 
 fn fitted(of: &PlacedFeatures, number: u32, shape_origin_m: [f64; 2]) -> Result<SeamFit, WeldError> {
-    let own: Vec<&PlacedFeature> = of.list.iter().filter(|f| f.line == number).collect();
-    if own.len() < LEAST_FEATURES {
-        return Err(WeldError::TooFewFeatures { line: number, usable: own.len(), needed: LEAST_FEATURES });
-    }
-    let points: Vec<Vector3<f64>> =
-        own.iter().map(|f| f.placement.point_in_base(&f.point_in_camera)).collect();
-    let mut seam = first(&points).ok_or(WeldError::NoLine { line: number })?;
+    let (own, seam) = begun(of, number)?;
+    let points: Vec<Vector3<f64>> = own.iter().map(|feature| in_base(feature)).collect();
     let off_m = third_off_m(&points, &seam.line);
     if off_m > CURVED_M {
         return Err(WeldError::Curved { line: number, off_m });
     }
+    settled(of, (&own, number), seam, shape_origin_m)
+}
+
+/// Fits a piece of a curved seam, which is a parabola about the point of it that is nearest to `anchor` (base, m).
+///
+/// # Errors
+/// As [`fitted_seams`].
+pub(crate) fn fitted_piece(
+    of: &PlacedFeatures,
+    number: u32,
+    anchor: &Vector3<f64>,
+    shape_origin_m: [f64; 2],
+) -> Result<SeamFit, WeldError> {
+    let (own, seam) = begun(of, number)?;
+    let curvature = Curvature { half_length_m: PIECE_M, ..seam.curvature };
+    // A piece may be a half circle: its bow is as good as free.
+    let seam = Seam { line: seam.line.anchored_near(anchor), curvature, bow_sigma_m: PIECE_M };
+    settled(of, (&own, number), seam, shape_origin_m)
+}
+
+/// Length at which the bow of a piece is counted, m: one for all pieces, so that they compare from weld to weld.
+const PIECE_M: f64 = 20e-3;
+
+pub(crate) fn in_base(feature: &PlacedFeature) -> Vector3<f64> {
+    feature.placement.point_in_base(&feature.point_in_camera)
+}
+
+/// The features of a seam and the line through them.
+fn begun(of: &PlacedFeatures, number: u32) -> Result<(Vec<&PlacedFeature>, Seam), WeldError> {
+    let own: Vec<&PlacedFeature> = of.list.iter().filter(|f| f.line == number).collect();
+    if own.len() < LEAST_FEATURES {
+        return Err(WeldError::TooFewFeatures { line: number, usable: own.len(), needed: LEAST_FEATURES });
+    }
+    let points: Vec<Vector3<f64>> = own.iter().map(|feature| in_base(feature)).collect();
+    let seam = first(&points).ok_or(WeldError::NoLine { line: number })?;
+    Ok((own, seam))
+}
+
+/// The optimum from a line.
+fn settled(
+    of: &PlacedFeatures,
+    (own, number): (&[&PlacedFeature], u32),
+    mut seam: Seam,
+    shape_origin_m: [f64; 2],
+) -> Result<SeamFit, WeldError> {
+    let is_piece = seam.bow_sigma_m > seam.curvature.prior_sigma_m();
     let mut factor = f64::INFINITY;
     for _ in 0..ROUNDS {
         let all: Vec<Linearized> =
@@ -60,6 +93,10 @@ fn fitted(of: &PlacedFeatures, number: u32, shape_origin_m: [f64; 2]) -> Result<
         let step = step(&all, &seam, factor).ok_or(WeldError::NoLine { line: number })?;
         factor = noise_factor(&squared(&all, &step));
         seam.line = seam.line.retract(&Vector4::new(step[0], step[1], step[2], step[3]));
+        if is_piece {
+            // The small bow of a straight seam is linear; that of a piece turns its tangent.
+            seam.curvature = seam.curvature.retract(&Vector2::new(step[4], step[5]));
+        }
     }
     Ok(SeamFit { seam, noise_factor: factor })
 }
@@ -94,7 +131,7 @@ fn first(points: &[Vector3<f64>]) -> Option<Seam> {
     let forward = mean(&along[half..]) >= mean(&along[..half]);
     let line = if forward { line } else { line.reversed() };
     let half_length_m = 0.5 * (high - low);
-    (half_length_m > 1e-6).then(|| Seam { line: line.anchored_near(&middle), half_length_m })
+    (half_length_m > 1e-6).then(|| Seam::straight(line.anchored_near(&middle), half_length_m))
 }
 
 type Own = SVector<f64, 6>;
@@ -120,9 +157,10 @@ fn step(all: &[Linearized], seam: &Seam, factor: f64) -> Option<Own> {
             hessian += jacobian.transpose() * jacobian * weight;
             gradient += jacobian.transpose() * residual * weight;
         }
-        let bow = bow_sigma_m(seam.half_length_m).powi(-2);
-        for k in BOW - SEAM..LOCAL - SEAM {
-            hessian[(k, k)] += bow;
+        let known = seam.bow_sigma_m.powi(-2);
+        for (k, bow_m) in (BOW - SEAM..LOCAL - SEAM).zip(seam.curvature.bow_m) {
+            hessian[(k, k)] += known;
+            gradient[k] += known * bow_m;
         }
         at = -hessian.cholesky()?.solve(&gradient);
     }

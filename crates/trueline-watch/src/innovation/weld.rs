@@ -1,6 +1,7 @@
 //! A recording of a weld → its evidence, in the chart of its part.
 
 use super::evidence::{Evidence, collected};
+use super::pieces::fitted_pieces;
 use super::seam_fit::{SeamFit, fitted_seams};
 use super::weld_error::WeldError;
 use crate::reference::{Part, Reference};
@@ -24,8 +25,22 @@ impl Weld {
     /// # Errors
     /// A recording that cannot be used, or a seam without enough features.
     pub fn of(recording: &Recording, reference: &Reference) -> Result<Self, WeldError> {
-        let features = placed(recording, &reference.guess, reference.dejittered)?;
-        let fits = fitted_seams(&features, reference.shape_origin_m)?;
+        Self::of_known(recording, reference, &[])
+    }
+
+    /// The same; a curved seam is cut into pieces as that of the part it is one of.
+    ///
+    /// # Errors
+    /// As [`Weld::of`].
+    pub fn of_known(recording: &Recording, reference: &Reference, parts: &[Part]) -> Result<Self, WeldError> {
+        let mut features = placed(recording, &reference.guess, reference.dejittered)?;
+        let fits = match fitted_seams(&features, reference.shape_origin_m) {
+            Err(WeldError::Curved { line, off_m }) => {
+                fitted_pieces(&mut features, parts, reference.shape_origin_m)
+                    .map_err(|_| WeldError::Curved { line, off_m })?
+            }
+            fits => fits?,
+        };
         Ok(Self { features, fits })
     }
 

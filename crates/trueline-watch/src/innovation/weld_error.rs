@@ -1,5 +1,8 @@
 //! Why a weld cannot be used.
 
+/// Fewest features of a seam: two numbers each, for six unknowns of its own and a check.
+pub(crate) const LEAST_FEATURES: usize = 20;
+
 /// Why a weld cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum WeldError {
@@ -16,9 +19,10 @@ pub enum WeldError {
         /// How many are needed.
         needed: usize,
     },
-    /// The seam is not straight.
+    /// The seam is not straight, and its pieces have too few points.
     #[error(
-        "seam {line} is curved: a third of its points are more than {:.0} mm off a straight line, and only straight seams can be watched",
+        "seam {line} is curved: a third of its points are more than {:.0} mm off a straight line; its pieces of 40 mm or half a radian have fewer \
+         than {LEAST_FEATURES} points each",
         off_m * 1e3
     )]
     Curved {
@@ -42,9 +46,7 @@ impl WeldError {
         match self {
             Self::Recording(error) => error.hint(),
             Self::TooFewFeatures { .. } => "record the robot and the sensor over the whole weld",
-            Self::Curved { .. } => {
-                "watch a straight seam of the part, or a check scan over a straight edge: `trueline plan CELL --calibration RESULT --duration-s 5`"
-            }
+            Self::Curved { .. } => "record more frames or weld slower; or watch a straight seam of the part",
             Self::NoLine { .. } => {
                 "check that the calibration belongs to this sensor; `trueline evaluate WELD --calibration \
                 RESULT` shows the points"
