@@ -3,7 +3,7 @@
 use crate::cell::Cell;
 use crate::motion::{Motion, PATH_PERIOD_S};
 use crate::mounted_arm::{JointPath, MountedArm};
-use crate::wrong_cells::Loss;
+use crate::robustness_to_guess::Loss;
 use nalgebra::Vector3;
 use trueline_geometry::{Pose, so3};
 

@@ -8,14 +8,14 @@ use crate::mounted_arm::{JointPath, NoStance, Stance};
 use crate::pattern;
 use crate::plan::{DURATION_S, PATH_PERIOD_S, Plan, PlanError, PlanRequest};
 
+use crate::predicted_frames::PredictedFrames;
+use crate::robustness_to_guess::{SeenBy, Views, WrongCells};
 use crate::seam::Seam;
 use crate::search::Minimiser;
 use crate::shape::Shape;
-use crate::sights::Sights;
 use crate::stand_off::stand_offs_in_view;
 use crate::target::Target;
 use crate::truth::Truth;
-use crate::wrong_cells::{SeenBy, Views, WrongCells};
 use nalgebra::DVector;
 use rayon::prelude::*;
 use trueline_geometry::Pose;
@@ -212,7 +212,7 @@ impl<'a> Place<'a> {
     }
 
     /// View of wrong cells in some frames.
-    fn look(&self, cells: &WrongCells, sights: &Sights, stride: usize) -> Views {
+    fn look(&self, cells: &WrongCells, sights: &PredictedFrames, stride: usize) -> Views {
         let some = sights.list.iter().step_by(stride);
         let poses = some.map(|sight| sight.placement.base_from_tool);
         cells.look(self.cell, self.target.joint(), poses)
@@ -335,7 +335,7 @@ impl Designs<'_> {
         if excess > 0.0 {
             return BROKEN * (10.0 + excess);
         }
-        let Some(sights) = Sights::of(cell, motion, &self.place.truth, *stride) else {
+        let Some(sights) = PredictedFrames::of(cell, motion, &self.place.truth, *stride) else {
             return 100.0 * BROKEN;
         };
         let rooms = sights.list.iter().map(|sight| cell.view.room(&sight.point_in_camera));
@@ -371,7 +371,7 @@ impl Designs<'_> {
     fn finished(&self, motion: Motion, point: DVector<f64>) -> Option<Plan> {
         let Place { cell, ask, truth, target, stride, judged, .. } = self.place;
         let (motion, demand) = paced(cell, motion, PATH_PERIOD_S, 1.0);
-        let sights = Sights::of(cell, &motion, truth, 1)?;
+        let sights = PredictedFrames::of(cell, &motion, truth, 1)?;
         let views = self.place.look(judged, &sights, *stride);
         let loss = views.loss();
         let seen_by: Vec<SeenBy> = (0..sights.list.len()).map(|k| views.seen_by[k / stride]).collect();

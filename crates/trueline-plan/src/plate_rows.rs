@@ -7,10 +7,10 @@
 use crate::cell::Cell;
 use crate::evidence::{Evidence, FrameRows};
 use crate::joint::Joint;
-use crate::sights::{NoiseLeft, Sight, Sights, feature_px, sheet_per_px};
+use crate::predicted_frames::{NoiseLeft, PredictedFrame, PredictedFrames, feature_px, sheet_per_px};
+use crate::robustness_to_guess::SeenBy;
 use crate::stripes_ahead::{Stripe, ends, stripe};
 use crate::truth::Truth;
-use crate::wrong_cells::SeenBy;
 use nalgebra::{Matrix2, SMatrix, UnitVector3, Vector2, Vector3};
 use trueline_method::problem::parameters::TIME_OFFSET;
 use trueline_method::stripe::frame_residual::{EDGE_ROW, ROWS};
@@ -39,7 +39,7 @@ const NOT_THERE_M: f64 = 1e3;
 pub(crate) fn stripes<const R: usize, const N: usize>(
     cell: &Cell,
     (truth, joint): (&Truth, &Joint),
-    sights: &Sights,
+    sights: &PredictedFrames,
     seen_by: &[SeenBy],
 ) -> Evidence<R, N> {
     let ahead = JointAhead::of(truth, joint, sights);
@@ -93,7 +93,7 @@ struct JointAhead {
 
 impl JointAhead {
     /// If the line differs from the guess, its plates are turned and moved with it.
-    fn of(truth: &Truth, joint: &Joint, sights: &Sights) -> Option<Self> {
+    fn of(truth: &Truth, joint: &Joint, sights: &PredictedFrames) -> Option<Self> {
         let along = truth.line.direction();
         let middle = truth.line.anchor() + along * sights.middle_m();
         let joint = joint.about(&along);
@@ -124,7 +124,7 @@ struct Rows<const R: usize, const N: usize> {
 
 impl<const R: usize, const N: usize> Rows<R, N> {
     /// The stripes where the plates cut the sheet, in view or not, and the edge point; `None` where a plate lies along the sheet.
-    fn of(cell: &Cell, ahead: &JointAhead, sight: &Sight) -> Option<Self> {
+    fn of(cell: &Cell, ahead: &JointAhead, sight: &PredictedFrame) -> Option<Self> {
         let camera_from_base = sight.placement.base_from_camera().rotation.inverse();
         let in_camera = |direction: &Vector3<f64>| camera_from_base * direction;
         let mut rows = Self {
@@ -158,7 +158,7 @@ impl<const R: usize, const N: usize> Rows<R, N> {
         &mut self,
         cell: &Cell,
         (row, number): (usize, usize),
-        (ahead, sight, found): (&JointAhead, &Sight, &StripeJacobian),
+        (ahead, sight, found): (&JointAhead, &PredictedFrame, &StripeJacobian),
         (place, noise): (&Vector3<f64>, f64),
     ) -> Option<()> {
         self.add((row, number), (ahead, sight, found), 1.0);
@@ -170,7 +170,7 @@ impl<const R: usize, const N: usize> Rows<R, N> {
         &mut self,
         cell: &Cell,
         on: usize,
-        (ahead, sight): (&JointAhead, &Sight),
+        (ahead, sight): (&JointAhead, &PredictedFrame),
         places: &[Vector3<f64>; 2],
     ) -> Option<()> {
         let point = &sight.point_in_camera;
@@ -190,7 +190,7 @@ impl<const R: usize, const N: usize> Rows<R, N> {
     fn add(
         &mut self,
         (row, number): (usize, usize),
-        (ahead, sight, found): (&JointAhead, &Sight, &StripeJacobian),
+        (ahead, sight, found): (&JointAhead, &PredictedFrame, &StripeJacobian),
         share: f64,
     ) {
         let unknowns = &ahead.unknowns;

@@ -8,8 +8,8 @@ use crate::cell::Cell;
 use crate::design::{DIMENSION, from_unit_box};
 use crate::joint::Joint;
 use crate::motion::Motion;
+use crate::predicted_frames::{PredictedFrame, PredictedFrames};
 use crate::shape::Shape;
-use crate::sights::{Sight, Sights};
 use crate::stripes_ahead::stripes_of;
 use crate::truth::Truth;
 use nalgebra::Vector3;
@@ -106,7 +106,7 @@ fn cast(cell: &Cell, setup: &SensorSetup, measurements: Measurements, motion: &M
     let mut random = ChaCha8Rng::seed_from_u64(SEED);
     let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
     let (truth, along) = (Truth::guessed(cell)?, cell.seam.direction()?);
-    let sights = Sights::of(cell, motion, &truth, 1)?;
+    let sights = PredictedFrames::of(cell, motion, &truth, 1)?;
     let nanoseconds = |time_s: f64| (time_s * 1e9).round() as i64;
     let robot = motion.sampled(cell.robot_period_s).into_iter().enumerate().map(|(k, mut pose)| {
         let off = Vector3::from_fn(|_, _| normal() * cell.noise.robot_m);
@@ -143,7 +143,7 @@ fn cast(cell: &Cell, setup: &SensorSetup, measurements: Measurements, motion: &M
 }
 
 /// The sensor's report of a sight; `None` if its camera does not see the point.
-fn measured(cell: &Cell, sight: &Sight, normal: [f64; 2]) -> Option<Measured> {
+fn measured(cell: &Cell, sight: &PredictedFrame, normal: [f64; 2]) -> Option<Measured> {
     let at = sight.point_in_camera;
     let in_sheet = at + cell.sheet.axes() * nalgebra::Vector2::from(normal) * cell.noise.feature_m;
     match &cell.sensor {

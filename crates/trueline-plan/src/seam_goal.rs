@@ -9,8 +9,8 @@
 
 use crate::cell::Cell;
 use crate::evidence::{Evidence, FrameRows, HELD, add_square};
+use crate::predicted_frames::PredictedFrames;
 use crate::rehearsal::knowledge;
-use crate::sights::Sights;
 use nalgebra::{SMatrix, SVector, Vector2, Vector3};
 use trueline_dataset::{Sensor, SensorSetup};
 use trueline_geometry::so3;
@@ -62,7 +62,7 @@ impl SeamGoal {
     pub(crate) fn left_m<const ROWS: usize, const N: usize, const A: usize>(
         &self,
         cell: &Cell,
-        sights: &Sights,
+        sights: &PredictedFrames,
         evidence: &Evidence<ROWS, N>,
         bias_left: Option<BiasLeft>,
     ) -> Option<f64> {
@@ -86,7 +86,7 @@ impl SeamGoal {
     fn by_edge<const ROWS: usize, const N: usize, const A: usize>(
         &self,
         cell: &Cell,
-        sights: &Sights,
+        sights: &PredictedFrames,
         evidence: &Evidence<ROWS, N>,
         seen: &[Seen<ROWS, A>],
         spread: &SMatrix<f64, A, A>,
@@ -115,7 +115,7 @@ impl SeamGoal {
     /// Remaining variance of the bias with seam points; `None` if something is not determined at all.
     pub(crate) fn bias_left<const ROWS: usize, const N: usize, const A: usize>(
         &self,
-        sights: &Sights,
+        sights: &PredictedFrames,
         points: &Evidence<ROWS, N>,
     ) -> Option<BiasLeft> {
         let mut information = self.told(points, &self.seen::<ROWS, N, A>(sights, points))?;
@@ -150,7 +150,7 @@ impl SeamGoal {
     /// Whitened derivatives by all unknowns and the bias.
     fn seen<const ROWS: usize, const N: usize, const A: usize>(
         &self,
-        sights: &Sights,
+        sights: &PredictedFrames,
         evidence: &Evidence<ROWS, N>,
     ) -> Vec<Seen<ROWS, A>> {
         let poses: Vec<_> = sights.list.iter().map(|sight| sight.placement.base_from_tool).collect();
@@ -212,7 +212,7 @@ impl SeamGoal {
     fn field<const ROWS: usize, const N: usize, const A: usize>(
         &self,
         cell: &Cell,
-        sights: &Sights,
+        sights: &PredictedFrames,
         evidence: &Evidence<ROWS, N>,
     ) -> Option<SMatrix<f64, A, A>> {
         let seen = evidence.frames.iter().map(|frame| &sights.list[frame.sight].point_in_camera);

@@ -6,7 +6,7 @@
 
 use crate::cell::Cell;
 use crate::joint::Joint;
-use crate::sights::Sight;
+use crate::predicted_frames::PredictedFrame;
 use nalgebra::{Vector2, Vector3};
 use trueline_dataset::{Measured, PlateStripe, Sensor};
 
@@ -66,7 +66,7 @@ pub(crate) fn stripe(cell: &Cell, [from, to]: &[Vector3<f64>; 2]) -> Option<Stri
 pub(crate) fn stripes_of(
     cell: &Cell,
     (joint, along): (&Joint, &Vector3<f64>),
-    sight: &Sight,
+    sight: &PredictedFrame,
     stamp_ns: i64,
     normal: &mut impl FnMut() -> f64,
 ) -> Vec<PlateStripe> {
@@ -121,8 +121,8 @@ mod tests {
     use crate::cell_toml;
     use crate::design::{DIMENSION, from_unit_box};
     use crate::motion::Motion;
+    use crate::predicted_frames::PredictedFrames;
     use crate::shape::Shape;
-    use crate::sights::Sights;
     use crate::truth::Truth;
     use std::path::Path;
     use trueline_dataset::{Recording, sensor_toml};
@@ -182,7 +182,7 @@ mod tests {
         let box_point = [0.6; DIMENSION];
         let design = from_unit_box((&cell.limits, &cell.seam), Shape::TwoPasses, DURATION_S, &box_point);
         let motion = Motion::new(cell, design);
-        let sights = Sights::of(cell, &motion, &Truth::guessed(cell).unwrap(), 1).unwrap();
+        let sights = PredictedFrames::of(cell, &motion, &Truth::guessed(cell).unwrap(), 1).unwrap();
         let seen = simulated(cell, &motion, pair, edge_on);
         let mut compared = 0;
         for sight in &sights.list {

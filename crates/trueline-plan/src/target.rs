@@ -5,11 +5,11 @@ use crate::criterion::SensorCovariance;
 use crate::evidence::{Evidence, FrameRows};
 use crate::joint::{Joint, NoJoint};
 use crate::plate_rows::{self, EDGED_ALL, EDGED_FORM, EDGED_ROWS, MEETING_ALL, MEETING_FORM, MEETING_ROWS};
+use crate::predicted_frames::{NoiseLeft, PredictedFrames};
 use crate::prediction::Prediction;
+use crate::robustness_to_guess::SeenBy;
 use crate::seam_goal::SeamGoal;
-use crate::sights::{NoiseLeft, Sights};
 use crate::truth::Truth;
-use crate::wrong_cells::SeenBy;
 use nalgebra::{Matrix3x2, UnitVector3, Vector3};
 use trueline_method::Measurements;
 use trueline_method::assess::tilt_bias::BIAS;
@@ -78,7 +78,7 @@ impl Target {
         &self,
         cell: &Cell,
         truth: &Truth,
-        sights: &Sights,
+        sights: &PredictedFrames,
         seen_by: &[SeenBy],
     ) -> Measured {
         match self {
@@ -122,7 +122,7 @@ impl Measured {
         &self,
         goal: &SeamGoal,
         cell: &Cell,
-        sights: &Sights,
+        sights: &PredictedFrames,
         seen_by: &[SeenBy],
     ) -> Option<f64> {
         let bias_left = || {
@@ -150,7 +150,7 @@ impl Measured {
 }
 
 /// Seam points; a frame without a visible seam has no information.
-fn seam_points(cell: &Cell, sights: &Sights, seen_by: &[SeenBy]) -> Evidence<2, LOCAL_ALL> {
+fn seam_points(cell: &Cell, sights: &PredictedFrames, seen_by: &[SeenBy]) -> Evidence<2, LOCAL_ALL> {
     let left = NoiseLeft::of(cell);
     let rows = sights.list.iter().zip(seen_by).enumerate().filter(|(_, (_, seen))| seen.seam > 0.0);
     let frames = rows.filter_map(|(k, (sight, seen))| {
@@ -184,7 +184,7 @@ fn seam_points(cell: &Cell, sights: &Sights, seen_by: &[SeenBy]) -> Evidence<2, 
 }
 
 /// A curved seam of unknown form: each piece has a place of its own instead of line and bow.
-fn of_a_bent_seam(frame: &mut FrameRows<2, LOCAL_ALL>, sights: &Sights, along: &UnitVector3<f64>) {
+fn of_a_bent_seam(frame: &mut FrameRows<2, LOCAL_ALL>, sights: &PredictedFrames, along: &UnitVector3<f64>) {
     /// Length of a piece, m: between the knots of the estimator's answer, 5 mm, and those of a curve of 10 mm without a prior, which has nearly its ±.
     /// Three passes over a ring and a corner state 1.0 to 1.3 times what is promised.
     const PIECE_M: f64 = 7e-3;

@@ -12,7 +12,7 @@ use crate::plan_summary;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_plan::constraints::Constraint;
-use trueline_plan::sights::exposures;
+use trueline_plan::predicted_frames::exposures;
 use trueline_plan::{Cell, Plan, Prediction};
 
 /// Times at which the motion is drawn.

@@ -14,7 +14,7 @@ use trueline_plan::rehearsed_plan::{
 };
 use trueline_plan::shortest::shortest;
 use trueline_plan::{
-    Cell, CellFiles, Criterion, Goal, Plan, PlanRequest, SeamGoal, Target, cell_toml, outlook, plan,
+    Cell, CellFiles, Criterion, Goal, Plan, PlanRequest, SeamGoal, Target, cell_toml, expected_accuracy, plan,
 };
 use trueline_report::verdict_colours::coloured;
 use trueline_report::{plan_page, plan_source, plan_summary};
@@ -51,8 +51,8 @@ pub(crate) fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
         plan: &made.plan,
         rehearsal: made.rehearsal.as_ref(),
         asked,
-        wrong_guess: &outlook::wrong_guesses(&cell, &made.plan),
-        over_time: &outlook::over_time(&cell, &made.plan, TIMES),
+        wrong_guess: &expected_accuracy::wrong_guesses(&cell, &made.plan),
+        over_time: &expected_accuracy::over_time(&cell, &made.plan, TIMES),
         longer: &made.longer,
         better_robots: &better_robots,
         command: &output::command_line(),

@@ -153,7 +153,7 @@ fn cell(plates: &str) -> Cell {
 /// of the stripe.
 type Place = (usize, usize, Vector2<f64>, Option<Vector2<f64>>);
 
-fn places(cell: &Cell, ahead: &JointAhead, sight: &Sight) -> Vec<Place> {
+fn places(cell: &Cell, ahead: &JointAhead, sight: &PredictedFrame) -> Vec<Place> {
     let camera_from_base = sight.placement.base_from_camera().rotation.inverse();
     let turned = |direction: &Vector3<f64>| camera_from_base * direction;
     let stripes = ends(cell, (&ahead.joint, &ahead.along), turned, &sight.point_in_camera);
@@ -173,7 +173,7 @@ fn rows_move_as_the_forward_model_does<const R: usize, const N: usize>(plates: &
     let box_point = [0.6; DIMENSION];
     let design = from_unit_box((&cell.limits, &cell.seam), Shape::TwoPasses, 10.0, &box_point);
     let motion = Motion::new(&cell, design);
-    let sights = Sights::of(&cell, &motion, &truth, 1).unwrap();
+    let sights = PredictedFrames::of(&cell, &motion, &truth, 1).unwrap();
     let ahead = JointAhead::of(&truth, &joint, &sights).unwrap();
     assert_eq!(N, ahead.unknowns.dimension());
     let forward = Forward { cell: &cell, motion: &motion, ahead: &ahead, truth: &truth };

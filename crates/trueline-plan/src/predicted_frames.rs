@@ -15,7 +15,7 @@ use trueline_model::{Camera, Curvature, LaserSheet, Placement, SheetShape};
 
 /// One frame: the place of the seam, and its derivatives.
 #[derive(Clone, Debug)]
-pub struct Sight {
+pub struct PredictedFrame {
     /// When it is exposed, s.
     pub time_s: f64,
     /// Pose and motion of the sensor, in axes that turn with a curved seam.
@@ -34,9 +34,9 @@ pub struct Sight {
 
 /// The frames of a scan.
 #[derive(Clone, Debug)]
-pub struct Sights {
+pub struct PredictedFrames {
     /// Each.
-    pub list: Vec<Sight>,
+    pub list: Vec<PredictedFrame>,
     /// Number of frames that each represents.
     stride: usize,
     bow_sigma_m: f64,
@@ -46,7 +46,7 @@ pub struct Sights {
     origin: Vector2<f64>,
 }
 
-impl Sights {
+impl PredictedFrames {
     /// Every `stride`-th frame of a motion; `None` if the seam runs along the sheet somewhere.
     #[must_use]
     pub fn of(cell: &Cell, motion: &Motion, truth: &Truth, stride: usize) -> Option<Self> {
@@ -135,7 +135,7 @@ impl Met {
         })
     }
 
-    fn seen(self, sheet: &LaserSheet, seam: &SeamInSheet<'_>) -> Option<Sight> {
+    fn seen(self, sheet: &LaserSheet, seam: &SeamInSheet<'_>) -> Option<PredictedFrame> {
         let found = seam.linearize(&self.placement, sheet, &self.point_in_camera)?;
         let mut columns = SMatrix::<f64, 2, LOCAL_ALL>::zeros();
         columns.fixed_columns_mut::<LINES>(0).copy_from(&found.straight.by_links(&self.placement));
@@ -144,11 +144,11 @@ impl Met {
         columns.fixed_columns_mut::<5>(LOCAL_BOWED).copy_from(&found.d_shape);
         let Self { time_s, placement, point_in_camera, along_m } = self;
         let (onto_sheet, by_turn) = (found.straight.by_shift(), found.straight.by_turn());
-        Some(Sight { time_s, placement, along_m, point_in_camera, columns, onto_sheet, by_turn })
+        Some(PredictedFrame { time_s, placement, along_m, point_in_camera, columns, onto_sheet, by_turn })
     }
 }
 
-impl Sight {
+impl PredictedFrame {
     /// Whitener of its residual, and the size of a pixel in the sheet, m; `None` if no camera sees the point.
     pub(crate) fn whitener(&self, cell: &Cell, left: &NoiseLeft) -> Option<(Matrix2<f64>, Matrix2<f64>)> {
         let sheet_per_px = sheet_per_px(cell, &self.point_in_camera)?;

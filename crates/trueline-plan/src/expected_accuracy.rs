@@ -2,17 +2,17 @@
 
 use crate::cell::Cell;
 use crate::plan::Plan;
+use crate::predicted_frames::{PredictedFrames, exposures};
 use crate::prediction::Prediction;
-use crate::sights::{Sights, exposures};
+use crate::robustness_to_guess::{SeenBy, WrongCells};
 use crate::truth::Truth;
-use crate::wrong_cells::{SeenBy, WrongCells};
 use trueline_method::problem::parameters::LINES;
 
 /// The prediction in the course of the scan: time (s) and the knowledge until then, at `times` times.
 #[must_use]
 pub fn over_time(cell: &Cell, plan: &Plan, times: usize) -> Vec<(f64, Prediction)> {
     let truth = Truth::guessed(cell);
-    let sights = truth.and_then(|truth| Some((truth, Sights::of(cell, &plan.motion, &truth, 1)?)));
+    let sights = truth.and_then(|truth| Some((truth, PredictedFrames::of(cell, &plan.motion, &truth, 1)?)));
     let Some((truth, sights)) = sights else { return Vec::new() };
     let measured = plan.target.measured(cell, &truth, &sights, &plan.seen_by);
     let every = sights.list.len().div_ceil(times).max(1);
@@ -30,7 +30,7 @@ pub fn wrong_guesses(cell: &Cell, plan: &Plan) -> [f64; LINES] {
         .iter()
         .map(|wrong| {
             let promised = wrong.truth().and_then(|truth| {
-                let sights = Sights::of(cell, &plan.motion, &truth, stride)?;
+                let sights = PredictedFrames::of(cell, &plan.motion, &truth, stride)?;
                 let sees = |pose| wrong.sees(cell, joint, pose);
                 let seen: Vec<SeenBy> =
                     sights.list.iter().map(|sight| sees(&sight.placement.base_from_tool)).collect();
