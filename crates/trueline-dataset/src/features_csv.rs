@@ -1,9 +1,10 @@
 //! `features.csv`: seam features in pixels, in points or from a profiler.
 
+use crate::encoder_log;
 use crate::error::{Error, Problem};
 use crate::recording::{Feature, LAST_LINE, MOST_CORRELATION, Measured, Sensor};
 use crate::stamp;
-use crate::stop_poses::{RowKey, StopPoses};
+use crate::stop_poses::{Pairing, RowKey};
 use crate::table::{self, ColumnSpec, Header, Table, optional, required};
 use crate::unit::{MM_PER_M, Quantity};
 use std::io::Write;
@@ -53,7 +54,7 @@ fn columns(sensor: &Sensor, key: RowKey<'_>) -> Vec<ColumnSpec<'static>> {
 /// Whether a name is that of a column of a sensor's file.
 #[must_use]
 pub(crate) fn is_column(name: &str, sensor: &Sensor) -> bool {
-    table::is_one_of(name, &columns(sensor, RowKey::Stamp))
+    name == encoder_log::COLUMN || table::is_one_of(name, &columns(sensor, RowKey::Stamp))
 }
 
 /// Reads the features of a sensor.
@@ -61,21 +62,21 @@ pub(crate) fn is_column(name: &str, sensor: &Sensor) -> bool {
 /// # Errors
 /// Any text but a clean table of that sensor's columns with rising stamps.
 pub fn read(file: &Path, bytes: &[u8], sensor: &Sensor) -> Result<Vec<Feature>, Error> {
-    read_at(file, bytes, sensor, None)
+    read_at(file, bytes, sensor, Pairing::default())
 }
 
-/// The same if the robot stood at stops, which rows name in place of a stamp.
+/// The same if rows name a stop, or the count of an encoder, in place of a stamp.
 ///
 /// # Errors
-/// As [`read`], and a stop without a pose.
+/// As [`read`], and a stop without a pose, or a count beyond the encoder's log.
 pub(crate) fn read_at(
     file: &Path,
     bytes: &[u8],
     sensor: &Sensor,
-    stops: Option<&StopPoses>,
+    pairing: Pairing<'_>,
 ) -> Result<Vec<Feature>, Error> {
     let header = Header::read(file, bytes)?;
-    let key = RowKey::of(&header, stops)?;
+    let key = RowKey::of(&header, pairing)?;
     let mut table = header.find(&columns(sensor, key))?;
     let mut features: Vec<Feature> = table.room();
     while table.next_row()? {

@@ -1,6 +1,7 @@
 //! The dataset folder: `sensor.toml`, `robot.csv`, `features.csv` and their optional companions.
 
 use crate::dialect::plain_csv;
+use crate::encoder_log::EncoderLog;
 use crate::error::{Error, Problem};
 pub use crate::folder_writing::{
     replace_features, replace_stripes, write, write_profiles, write_sensors, write_whole,
@@ -14,7 +15,7 @@ use crate::sensor_setup::{RegionOfInterest, SensorSetup};
 use crate::sensor_toml::SensorFile;
 use crate::several_sensors::{self, robot_folder};
 use crate::source_file;
-use crate::stop_poses::{self, StopPoses};
+use crate::stop_poses::{self, Pairing, StopPoses};
 use crate::stripes_csv;
 use crate::{axes_folder, features_csv, known_toml, robot_csv, sensor_toml};
 use std::collections::{BTreeMap, BTreeSet};
@@ -66,6 +67,8 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
     let robot_file = robot_folder(folder).join(ROBOT);
     let sensor_text = sensor_text(folder, &mut inputs)?;
     let robot_text = if stops.is_some() { None } else { Some(required(&robot_file, ROBOT, &mut inputs)?) };
+    let encoder = EncoderLog::of(robot_folder(folder), &mut inputs)?;
+    let pairing = Pairing { stops: stops.as_ref(), encoder: encoder.as_ref() };
     let mut load = |name: &str| load(&folder.join(name), name, &mut inputs);
     let features_text = if found.is_none() { load("features.csv")? } else { None };
     let look_at_profiles = found.is_none() && features_text.is_none() && !folder.join("stripes.csv").exists();
@@ -90,12 +93,12 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
         (None, Some(file)) => {
             check_is_profiler(&sensor_path, &sensor)?;
             inputs.insert(file.form.file_name().to_owned(), sha256(&file.bytes));
-            profiles = file.read(&mut notes, stops.as_ref())?;
+            profiles = file.read(&mut notes, pairing)?;
             FoundSeams::default()
         }
         (None, None) => {
             let tables = Tables { folder, features_text, stripes_text };
-            tables.read(&sensor, stops.as_ref(), &mut notes)?
+            tables.read(&sensor, pairing, &mut notes)?
         }
     };
     let initial = parsed(&path("initial.toml"), initial_text, known_toml::parse_guess)?;
@@ -135,11 +138,11 @@ struct Tables<'a> {
 }
 
 impl Tables<'_> {
-    /// Their content. Rows name a stop if the robot stood at stops.
+    /// Their content. Rows may name a stop, or the count of an encoder.
     fn read(
         self,
         sensor: &Sensor,
-        stops: Option<&StopPoses>,
+        pairing: Pairing<'_>,
         notes: &mut Vec<String>,
     ) -> Result<FoundSeams, Error> {
         let path = |name: &str| self.folder.join(name);
@@ -152,12 +155,12 @@ impl Tables<'_> {
         let mut found = FoundSeams::default();
         if let Some(text) = self.features_text {
             let text = plain(&features_file, text, notes)?;
-            found.features = features_csv::read_at(&features_file, &text, sensor, stops)?;
+            found.features = features_csv::read_at(&features_file, &text, sensor, pairing)?;
         }
         if let Some(text) = self.stripes_text {
             let text = plain(&stripes_file, text, notes)?;
             let lines = found.features.iter().map(|feature| feature.line + 1).max().unwrap_or(1);
-            found.stripes = stripes_csv::read_of_lines(&stripes_file, &text, sensor, lines, stops)?;
+            found.stripes = stripes_csv::read_of_lines(&stripes_file, &text, sensor, lines, pairing)?;
         }
         Ok(found)
     }
@@ -285,7 +288,9 @@ pub fn refuse_what_is_not_applied(file: &Path, setup: &SensorSetup) -> Result<()
 pub fn read_profiles(folder: &Path) -> Result<Option<Vec<Profile>>, Error> {
     let Some(file) = ProfileFile::of(folder)? else { return Ok(None) };
     check_is_profiler(&folder.join("sensor.toml"), &read_sensor(folder)?)?;
-    file.read(&mut Vec::new(), StopPoses::of(folder)?.as_ref()).map(Some)
+    let (stops, encoder) =
+        (StopPoses::of(folder)?, EncoderLog::of(robot_folder(folder), &mut BTreeMap::new())?);
+    file.read(&mut Vec::new(), Pairing { stops: stops.as_ref(), encoder: encoder.as_ref() }).map(Some)
 }
 
 /// Profiles need a profiler.

@@ -28,6 +28,7 @@ mod camera_yaml;
 pub mod decoded_picture;
 pub mod dialect;
 mod dxf;
+mod encoder_log;
 pub mod error;
 pub mod feature_cache;
 pub mod features_csv;

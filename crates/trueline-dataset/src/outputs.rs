@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Files of a scan's folder that commands read from it, wherever in it they lie.
-const READ_FROM_SCANS: [&str; 15] = [
+const READ_FROM_SCANS: [&str; 16] = [
     "sensor.toml",
     "cell.toml",
     "robot.csv",
     "axes.csv",
+    "encoder.csv",
     "poses.csv",
     "features.csv",
     "sightings.csv",

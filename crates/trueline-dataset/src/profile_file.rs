@@ -3,7 +3,7 @@
 use crate::dialect::plain_csv;
 use crate::error::{Error, Problem};
 use crate::profile::Profile;
-use crate::stop_poses::StopPoses;
+use crate::stop_poses::Pairing;
 use crate::{no_return, profiles_csv, source_file};
 use std::path::{Path, PathBuf};
 
@@ -76,21 +76,17 @@ impl ProfileFile {
     ///
     /// # Errors
     /// Unusable content.
-    pub(crate) fn read(
-        self,
-        notes: &mut Vec<String>,
-        stops: Option<&StopPoses>,
-    ) -> Result<Vec<Profile>, Error> {
+    pub(crate) fn read(self, notes: &mut Vec<String>, pairing: Pairing<'_>) -> Result<Vec<Profile>, Error> {
         let path = self.path.clone();
-        let mut profiles = self.read_any(notes, stops)?;
+        let mut profiles = self.read_any(notes, pairing)?;
         let origins = no_return::take_out_origins(&mut profiles);
         notes.extend(origins.map(|said| format!("{}: {said}", path.display())));
         no_return::check(&profiles).map_err(|problem| Error::in_file(&path, problem))?;
         Ok(profiles)
     }
 
-    fn read_any(self, notes: &mut Vec<String>, stops: Option<&StopPoses>) -> Result<Vec<Profile>, Error> {
-        if self.form == ProfileForm::Parquet && stops.is_some() {
+    fn read_any(self, notes: &mut Vec<String>, pairing: Pairing<'_>) -> Result<Vec<Profile>, Error> {
+        if self.form == ProfileForm::Parquet && pairing.stops.is_some() {
             let hint = "write profiles.csv in its place, with a column `stop`";
             return Err(Error::unreadable(&self.path, "a Parquet file beside poses.csv", hint));
         }
@@ -101,7 +97,7 @@ impl ProfileFile {
         if !dialect.is_plain() {
             notes.push(format!("{}: {dialect}", self.path.display()));
         }
-        profiles_csv::read_at(&self.path, csv.as_slice(), stops)
+        profiles_csv::read_at(&self.path, csv.as_slice(), pairing)
     }
 }
 

@@ -5,10 +5,11 @@
 //! | long | `time_s`, `x_mm`, `z_mm`; optional `frame`, `intensity`; rows with the same stamp and frame are one profile |
 //! | wide | `time_s`, `x0_mm`, `dx_mm`, `z0_mm`, `z1_mm`, …; optional `frame`; an empty cell is no return |
 
+use crate::encoder_log;
 use crate::error::{Error, Problem};
 use crate::profile::{Profile, ProfilePoint};
 use crate::stamp;
-use crate::stop_poses::{RowKey, StopPoses};
+use crate::stop_poses::{Pairing, RowKey};
 use crate::table::{self, ColumnSpec, Header, optional, required};
 use crate::unit::{MM_PER_M, Quantity};
 use std::collections::BTreeSet;
@@ -36,6 +37,7 @@ const WIDE: [ColumnSpec<'static>; 2] = [required("x0", Quantity::Length), requir
 pub(crate) fn is_column(name: &str) -> bool {
     [&SHARED[..], &LONG, &WIDE].iter().any(|specs| table::is_one_of(name, specs))
         || height_number(name).is_some()
+        || name == encoder_log::COLUMN
 }
 
 /// Which height of a row a column is: `z12_mm` → 12.
@@ -53,16 +55,16 @@ fn height_number(name: &str) -> Option<usize> {
 /// # Errors
 /// Anything that is not a clean table with rising stamps.
 pub fn read(file: &Path, bytes: &[u8]) -> Result<Vec<Profile>, Error> {
-    read_at(file, bytes, None)
+    read_at(file, bytes, Pairing::default())
 }
 
-/// The same if the robot stood at stops, which rows name in place of a stamp.
+/// The same if rows name a stop, or the count of an encoder, in place of a stamp.
 ///
 /// # Errors
-/// As [`read`], and a stop without a pose.
-pub(crate) fn read_at(file: &Path, bytes: &[u8], stops: Option<&StopPoses>) -> Result<Vec<Profile>, Error> {
+/// As [`read`], and a stop without a pose, or a count beyond the encoder's log.
+pub(crate) fn read_at(file: &Path, bytes: &[u8], pairing: Pairing<'_>) -> Result<Vec<Profile>, Error> {
     let header = Header::read(file, bytes)?;
-    let key = RowKey::of(&header, stops)?;
+    let key = RowKey::of(&header, pairing)?;
     let heights = header.names().iter().filter(|name| height_number(name).is_some()).count();
     let mut profiles = if heights > 0 { read_wide(header, heights, key)? } else { read_long(header, key)? };
     profiles.sort_by_key(|profile| profile.stamp_ns);

@@ -2,6 +2,7 @@
 //! inside, stop number k has the stamp k + 1 s, which only pairs it with its readings.
 
 use crate::dialect::{plain_file, quoted};
+use crate::encoder_log::{self, EncoderLog};
 use crate::error::{Error, Problem};
 use crate::hash::sha256;
 use crate::picture_poses_csv::{self, PicturePose, is_same};
@@ -168,11 +169,28 @@ fn stamp_of(number: usize) -> i64 {
     (number as i64 + 1) * APART_NS
 }
 
+/// What pairs the readings of a dataset with its robot, beside stamps.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Pairing<'a> {
+    /// The stops of a robot that stood at each reading.
+    pub stops: Option<&'a StopPoses>,
+    /// The encoder that triggered them.
+    pub encoder: Option<&'a EncoderLog>,
+}
+
+impl<'a> From<Option<&'a StopPoses>> for Pairing<'a> {
+    fn from(stops: Option<&'a StopPoses>) -> Self {
+        Self { stops, encoder: None }
+    }
+}
+
 /// Key that pairs the rows of a table with the robot.
 #[derive(Clone, Copy)]
 pub(crate) enum RowKey<'a> {
     /// Their stamp.
     Stamp,
+    /// The count of an encoder, which was first reached at their stamp.
+    Encoder(&'a EncoderLog),
     /// The name of their stop, in this column.
     Stop { stops: &'a StopPoses, column: &'static str },
 }
@@ -181,8 +199,18 @@ impl<'a> RowKey<'a> {
     /// The key of a table, by its header.
     ///
     /// # Errors
-    /// Rows that name stops without poses, and rows that name none where only stops have poses.
-    pub(crate) fn of(header: &Header<'_>, stops: Option<&'a StopPoses>) -> Result<Self, Error> {
+    /// Rows that name stops without poses, and rows that name none where only stops have poses; counts of an encoder without its log.
+    pub(crate) fn of(header: &Header<'_>, pairing: impl Into<Pairing<'a>>) -> Result<Self, Error> {
+        let Pairing { stops, encoder } = pairing.into();
+        if header.names().iter().any(|name| name == encoder_log::COLUMN) {
+            let expected = "encoder.csv beside robot.csv, with time_s,encoder, and no poses.csv";
+            let found = "no such pair".to_owned();
+            let problem = Problem::Value { key: encoder_log::COLUMN, expected, found };
+            let log = encoder.filter(|_| stops.is_none());
+            return log
+                .map(Self::Encoder)
+                .ok_or_else(|| header.error(problem).in_column(encoder_log::COLUMN));
+        }
         let named = picture_poses_csv::COLUMNS_OF_NAMES
             .into_iter()
             .find(|column| header.names().iter().any(|name| name == column));
@@ -204,13 +232,14 @@ impl<'a> RowKey<'a> {
 
     /// Whether it does not fall from one row to the next.
     pub(crate) fn rises(self) -> bool {
-        matches!(self, Self::Stamp)
+        matches!(self, Self::Stamp | Self::Encoder(_))
     }
 
     /// The column that it is in.
     pub(crate) fn spec(self) -> ColumnSpec<'static> {
         match self {
             Self::Stamp => required("time", Quantity::Time),
+            Self::Encoder(_) => required(encoder_log::COLUMN, Quantity::Plain),
             Self::Stop { column, .. } => required(column, Quantity::Text),
         }
     }
@@ -230,7 +259,10 @@ impl<'a> RowKey<'a> {
             };
             return stops.stamp_ns(name).ok_or_else(unknown);
         }
-        let stamp_ns = table.stamp_ns(column)?;
+        let stamp_ns = match self {
+            Self::Encoder(log) => counted_ns(log, table, column)?,
+            _ => table.stamp_ns(column)?,
+        };
         match last_ns {
             Some(last_ns) if stamp_ns < last_ns => {
                 let (previous_s, this_s) = (stamp::seconds(last_ns), stamp::seconds(stamp_ns));
@@ -239,4 +271,14 @@ impl<'a> RowKey<'a> {
             _ => Ok(stamp_ns),
         }
     }
+}
+
+/// The stamp of a row with an encoder's count, ns.
+fn counted_ns(log: &EncoderLog, table: &Table<'_>, column: usize) -> Result<i64, Error> {
+    let count = table.required_number(column)?;
+    log.stamp_ns(count).ok_or_else(|| {
+        let expected = "a count within encoder.csv";
+        let found = format!("{count}; encoder.csv has {}", log.range());
+        table.error_in(column, Problem::Value { key: encoder_log::COLUMN, expected, found })
+    })
 }

@@ -10,7 +10,7 @@
 use crate::error::{Error, Problem};
 use crate::recording::{Measured, PlateStripe, Sensor};
 use crate::stamp;
-use crate::stop_poses::{RowKey, StopPoses};
+use crate::stop_poses::{Pairing, RowKey};
 use crate::table::{ColumnSpec, Header, Table, optional, required};
 use crate::unit::{MM_PER_M, Quantity};
 use std::collections::BTreeSet;
@@ -53,10 +53,10 @@ const LEAST_Y: f64 = 0.05;
 /// Anything that is not a clean table of these columns with rising stamps, plates 0 and 1, positive sigmas and two points
 /// that are not the same.
 pub fn read(file: &Path, bytes: &[u8], sensor: &Sensor) -> Result<Vec<PlateStripe>, Error> {
-    read_of_lines(file, bytes, sensor, 1, None)
+    read_of_lines(file, bytes, sensor, 1, Pairing::default())
 }
 
-/// The same for several lines: plates 2k and 2k + 1 are those of line k. If the robot stood at stops, rows name them.
+/// The same for several lines: plates 2k and 2k + 1 are those of line k. Rows may name a stop, or the count of an encoder.
 ///
 /// # Errors
 /// As [`read`].
@@ -65,12 +65,12 @@ pub(crate) fn read_of_lines(
     bytes: &[u8],
     sensor: &Sensor,
     lines: u32,
-    stops: Option<&StopPoses>,
+    pairing: Pairing<'_>,
 ) -> Result<Vec<PlateStripe>, Error> {
     let last_plate = 2 * lines.max(1) - 1;
     let own = if matches!(sensor, Sensor::CameraLaser { .. }) { PIXELS } else { LENGTHS };
     let header = Header::read(file, bytes)?;
-    let key = RowKey::of(&header, stops)?;
+    let key = RowKey::of(&header, pairing)?;
     let columns: Vec<ColumnSpec<'static>> = [key.spec()].into_iter().chain(SHARED).chain(own).collect();
     let mut table = header.find(&columns)?;
     let mut stripes: Vec<PlateStripe> = Vec::new();
@@ -162,6 +162,7 @@ pub fn write(mut out: impl Write, stripes: &[PlateStripe]) -> std::io::Result<()
 mod tests {
     use super::{read, read_of_lines, write};
     use crate::recording::{Measured, PlateStripe, Sensor};
+    use crate::stripes_csv::Pairing;
     use std::path::Path;
     use trueline_geometry::Plane;
 
@@ -222,7 +223,13 @@ mod tests {
     fn plates_of_several_lines_are_those_lines_and_no_others() {
         let text = format!("{HEADER}\n0,0,2,1,1,2,2,0.1\n0,0,3,1,1,2,2,0.1\n");
         let of = |text: &str, lines| {
-            read_of_lines(Path::new("stripes.csv"), text.as_bytes(), &Sensor::Profiler, lines, None)
+            read_of_lines(
+                Path::new("stripes.csv"),
+                text.as_bytes(),
+                &Sensor::Profiler,
+                lines,
+                Pairing::default(),
+            )
         };
         assert_eq!(of(&text, 2).unwrap().iter().map(|stripe| stripe.plate).collect::<Vec<_>>(), [2, 3]);
         let refused = of(&text.replace("0,0,3", "0,0,4"), 2).unwrap_err().to_string();

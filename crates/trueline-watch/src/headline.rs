@@ -45,6 +45,9 @@ pub fn what_to_do(told: &Told) -> String {
         (State::WithinTolerance, Some(tolerance), _) => {
             format!("This is within the tolerance of {tolerance}.")
         }
+        _ if told.is_of_axis() => {
+            "Look at the axis that carries the part: foot, bearing, zero. Calibrate it again.".to_owned()
+        }
         (_, _, Kind::Timing) => {
             "Look at exposure, driver, network and clocks, or calibrate again.".to_owned()
         }

@@ -1,6 +1,6 @@
 //! A reported change: with the names of welds, its size and the tolerance.
 
-use crate::detect::{Alarm, SeamError};
+use crate::detect::{Alarm, Link, SeamError};
 
 /// State after a weld.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +44,8 @@ pub struct Told {
     pub is_within: bool,
     /// Whether the user reported a repair just there.
     pub was_claimed: bool,
+    /// Name of the axis that carries the part, or of several; `None` without one.
+    pub axis: Option<String>,
 }
 
 /// A change is within the tolerance if it is by this number of standard deviations.
@@ -67,7 +69,32 @@ impl Told {
         let is_within = tolerance_m.zip(whole).is_some_and(|(tolerance_m, [error_m, sigma_m])| {
             error_m + SURELY * sigma_m <= tolerance_m || was_within && error_m <= tolerance_m
         });
-        Self { alarm, since_number, since, out_since, seam_error, tolerance_m, is_within, was_claimed: false }
+        Self {
+            alarm,
+            since_number,
+            since,
+            out_since,
+            seam_error,
+            tolerance_m,
+            is_within,
+            was_claimed: false,
+            axis: None,
+        }
+    }
+
+    /// The links of the cell that may have moved, by the names that a user knows.
+    #[must_use]
+    pub fn links(&self) -> Vec<String> {
+        let name = |link: &Link| match (link, &self.axis) {
+            (Link::Axis, Some(axis)) => format!("{} {axis}", link.name()),
+            _ => link.name().to_owned(),
+        };
+        self.alarm.links.iter().map(name).collect()
+    }
+
+    /// Whether only the axis under the part has moved.
+    pub(crate) fn is_of_axis(&self) -> bool {
+        self.alarm.links == [Link::Axis]
     }
 
     /// Whether it is an alarm.

@@ -20,6 +20,7 @@ use crate::weld_content::content;
 use crate::weld_line::{HistoryOf, Learning, WeldLine};
 use nalgebra::{Matrix3, Vector3};
 use std::time::{SystemTime, UNIX_EPOCH};
+use trueline_dataset::axes::Carries;
 use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::{Guess, Recording, Sensor};
 use trueline_geometry::Line;
@@ -125,7 +126,8 @@ pub fn watch(
     let movement = Movement::of(weld.features(), &axes, origin_m);
     let number = weld_number(next_row);
     let lists = Lists { pieces: &pieces, parts: &parts, next_row };
-    let seen = Seen { reference: &reference, lists, own, evidence: &evidence };
+    let axis = axis_under_part(recording);
+    let seen = Seen { reference: &reference, lists, own, evidence: &evidence, axis };
     let (judgement, information) = seen.judged(&lists.places(&kept));
     let tolerance = (calibration.tolerance_m, standing.as_ref().is_some_and(|change| change.is_within));
     let mut line = seen.line((number, name), &judgement, blindness::blind_to(&information, &axes));
@@ -238,6 +240,7 @@ struct Seen<'a> {
     lists: Lists<'a>,
     own: usize,
     evidence: &'a Evidence,
+    axis: Option<String>,
 }
 
 impl Seen<'_> {
@@ -276,7 +279,7 @@ impl Seen<'_> {
     ) -> Told {
         let welds = [alarm.since.piece, alarm.out_since].map(|place| self.weld(place, own));
         let error = movement.by(&alarm.change, &self.lists.parts[alarm.part].part);
-        Told::of(alarm.clone(), welds, error, tolerance)
+        Told { axis: self.axis.clone(), ..Told::of(alarm.clone(), welds, error, tolerance) }
     }
 
     fn line(&self, own: (i64, &str), judgement: &Judgement, blind_to: Vec<String>) -> WeldLine {
@@ -347,6 +350,13 @@ fn estimates(piece: &PieceInformation) -> Vec<Option<[f64; 2]>> {
         own.value.into_iter().zip(own.sigma).map(|(value, sigma)| Some([value?, sigma?])).collect::<Vec<_>>()
     });
     (0..CALIBRATION).map(alone).chain(by_kind).collect()
+}
+
+/// Names of the axes that carry the part.
+fn axis_under_part(recording: &Recording) -> Option<String> {
+    let axes = recording.axes.iter().filter(|axis| axis.carries == Carries::Part);
+    let names: Vec<&str> = axes.map(|axis| axis.name.as_str()).collect();
+    (!names.is_empty()).then(|| names.join(", "))
 }
 
 /// The sensor's axes in the tool frame.

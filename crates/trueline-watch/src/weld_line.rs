@@ -191,6 +191,7 @@ fn told_json(told: &Told) -> Value {
         "text": headline(told),
         "change": change,
         "p_log10": alarm.change.p_log10,
+        "links": told.links(),
         "not_told_apart": alarm.not_told_apart.iter().map(|kind| kind.name()).collect::<Vec<_>>(),
         "in_spite_of_repair": told.was_claimed,
     })

@@ -1,7 +1,7 @@
 //! Report on a weld as text for the operator.
 
 use crate::detect::sensor_axes::AXES;
-use crate::detect::{Change, SeamError};
+use crate::detect::{Change, Link, SeamError};
 use crate::headline::headline;
 use crate::parameters::Kind;
 use crate::store::ReceiverRow;
@@ -133,17 +133,21 @@ fn standing_text(weld: &str, told: &Told) -> String {
 fn alarm_text(weld: &str, told: &Told) -> String {
     let Told { alarm, seam_error, .. } = told;
     let kind = alarm.change.kind;
+    let (cause, check) = if told.is_of_axis() { OF_AXIS } else { (what_changed(kind), where_to_look(kind)) };
     let word = if told.is_within { "CHANGED WITHIN THE TOLERANCE" } else { "ALARM" };
     let mut text = format!("{weld}: {word}: {}\n", headline(told));
     if told.was_claimed {
         text += "  The repair reported before this weld did not clear it.\n";
     }
-    text += &format!("  cause: {}\n  check: {}\n", what_changed(kind), where_to_look(kind));
+    text += &format!("  cause: {cause}\n  check: {check}\n");
     let moved = (kind != Kind::Seam).then(|| seam_error_text(seam_error));
     for part in moved.into_iter().chain(numbers(&alarm.change)) {
         text += &format!("  {part}\n");
     }
     text += &format!("  false-alarm probability: {}\n", false_alarm(alarm.change.p_log10));
+    if alarm.links.contains(&Link::Axis) {
+        text += &axis_text(told);
+    }
     if !alarm.not_told_apart.is_empty() {
         let others: Vec<&str> = alarm.not_told_apart.iter().map(|kind| noun(*kind)).collect();
         text += &format!(
@@ -153,6 +157,23 @@ fn alarm_text(weld: &str, told: &Told) -> String {
     }
     text + "  after a repair: `trueline watch --repaired`; after a new calibration: --calibration with its \
         file\n"
+}
+
+/// Cause and remedy of a moved axis.
+const OF_AXIS: (&str, &str) = (
+    "the axis that carries the part has moved",
+    "the foot and the bearing of the axis, and the zero of its encoder; then calibrate it again",
+);
+
+/// The links that may have moved, the axis among them.
+fn axis_text(told: &Told) -> String {
+    let links = told.links().join(" or ");
+    if told.is_of_axis() {
+        return format!("  link: {links}. The parts are displaced in base, and not on the axis\n");
+    }
+    format!(
+        "  link: {links}. More welds, at three or more angles of the axis, can separate fixture and axis\n"
+    )
 }
 
 /// Warning about a receiver that did not receive alarms.

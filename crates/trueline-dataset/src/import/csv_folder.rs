@@ -11,6 +11,7 @@ use super::tables_of_programs::as_text;
 use crate::axes::AxisRecord;
 use crate::axes_folder;
 use crate::dialect;
+use crate::encoder_log::EncoderLog;
 use crate::error::{Error, Problem};
 use crate::images::{self, FrameFile};
 use crate::log_problem::LogProblem;
@@ -21,6 +22,7 @@ use crate::recording::{Feature, PlateStripe, Recording, RobotSample, Sensor};
 use crate::sensor_setup::SensorSetup;
 use crate::sensor_toml::{CameraFile, SensorFile};
 use crate::source_file;
+use crate::stop_poses::Pairing;
 use crate::{features_csv, folder, profile_file, profiles_csv, robot_csv, sensor_toml, stripes_csv};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -235,7 +237,9 @@ impl CsvFolder {
             let renaming =
                 Renaming { map: &self.features_map, layout: None, is_ours: &profiles_csv::is_column };
             let table = self.table(&source.file, &self.features_form, &renaming, notes)?;
-            let profiles = profiles_csv::read(&source.file, table.csv.as_slice())
+            let log = self.encoder()?;
+            let pairing = Pairing { encoder: log.as_ref(), stops: None };
+            let profiles = profiles_csv::read_at(&source.file, table.csv.as_slice(), pairing)
                 .map_err(|error| in_their_words(error, &table))?;
             return Ok((profiles, table.clock));
         };
@@ -284,14 +288,23 @@ impl CsvFolder {
         if !dialect.is_plain() {
             notes.push(format!("{}: {dialect}", file.display()));
         }
-        stripes_csv::read(&file, csv.as_slice(), sensor)
+        let log = self.encoder()?;
+        let pairing = Pairing { encoder: log.as_ref(), stops: None };
+        stripes_csv::read_of_lines(&file, csv.as_slice(), sensor, 1, pairing)
+    }
+
+    /// The log of the encoder beside the robot's table, by the robot's clock.
+    fn encoder(&self) -> Result<Option<EncoderLog>, Error> {
+        self.robot.parent().map_or(Ok(None), |folder| EncoderLog::of(folder, &mut BTreeMap::new()))
     }
 
     fn read_features(&self, sensor: &Sensor, notes: &mut Vec<String>) -> Result<Seen, Error> {
         let is_ours = |name: &str| features_csv::is_column(name, sensor);
         let renaming = Renaming { map: &self.features_map, layout: None, is_ours: &is_ours };
         let table = self.table(&self.features, &self.features_form, &renaming, notes)?;
-        let features = features_csv::read(&self.features, table.csv.as_slice(), sensor)
+        let log = self.encoder()?;
+        let pairing = Pairing { encoder: log.as_ref(), stops: None };
+        let features = features_csv::read_at(&self.features, table.csv.as_slice(), sensor, pairing)
             .map_err(|error| in_their_words(error, &table))?;
         Ok(Seen { features, clock: table.clock, ..Seen::default() })
     }

@@ -95,7 +95,7 @@ impl CsvFolder {
         let is_ours = |name: &str| features_csv::is_column(name, sensor) || COLUMNS_OF_NAMES.contains(&name);
         let renaming = Renaming { map: &self.features_map, layout: None, is_ours: &is_ours };
         let table: ForeignTable = self.table(&self.features, &self.features_form, &renaming, notes)?;
-        let features = features_csv::read_at(&self.features, &table.csv, sensor, Some(stops))
+        let features = features_csv::read_at(&self.features, &table.csv, sensor, Some(stops).into())
             .map_err(|error| in_their_words(error, &table))?;
         let stamps_ns = features.iter().map(|feature| feature.stamp_ns).collect();
         Ok((without_lines(&table.csv, &BTreeSet::new()), stamps_ns))

@@ -8,8 +8,9 @@
 use super::change::Change;
 use super::history::{ALARM_P_LOG10, History, Stretch, near};
 use super::inside::{self, CutWeld};
+use super::links::{self, BeforeAndAfter, Link};
 use super::over;
-use super::regime::{Fault, Regime, out_since};
+use super::regime::{Fault, Regime, is_good, out_since};
 use super::windows::WINDOWS;
 use crate::parameters::Kind;
 
@@ -52,6 +53,8 @@ pub struct Alarm {
     pub part: usize,
     /// Kinds that would explain it nearly as well.
     pub not_told_apart: Vec<Kind>,
+    /// The links of the cell that may have moved, one or more.
+    pub links: Vec<Link>,
 }
 
 /// State after a weld.
@@ -152,7 +155,18 @@ impl<'a> Judging<'a> {
     fn alarm(&self, change: Change, since: Since, not_told_apart: Vec<Kind>) -> Alarm {
         let out_since = out_since(&self.regimes).unwrap_or(since.piece);
         let part = self.regimes.last().and_then(|regime| regime.fault).map_or(0, |fault| fault.part);
-        Alarm { change, since, out_since, part, not_told_apart }
+        let named: Vec<Kind> = not_told_apart.iter().copied().chain([change.kind]).collect();
+        // A part that an axis displaces is elsewhere at each angle: the detector may take that for one change after another.
+        let first = out_since + usize::from(out_since == since.piece && since.inside_s.is_some());
+        let good = (0..first).filter(|weld| is_good(&self.regimes, *weld));
+        let welds = BeforeAndAfter {
+            before: good.map(|weld| &self.history.pieces[weld]).collect(),
+            after: &self.history.pieces[first.min(self.last())..],
+            prior: self.history.prior,
+            part,
+        };
+        let links = links::of(&welds, &named, |kind| self.history.dispersion(part, kind), TOLD_APART);
+        Alarm { change, since, out_since, part, not_told_apart, links }
     }
 
     /// A change that stands, with one weld more. Its start is at most as long before the first sign as the detection took,

@@ -1,11 +1,12 @@
 //! One piece as the detector sees it: 18 numbers and their information.
 
+use super::links::part_from_axis;
 use super::scatter::Scatter;
 use crate::innovation::WeldStatistic;
 use crate::parameters::{ALL, CALIBRATION, UNITS};
 use crate::quadratic::Quadratic;
 use crate::reference::Part;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Matrix6};
 
 /// Evidence of a piece about θ and about the mean place ψ of its part, in [`UNITS`].
 #[derive(Clone, Debug)]
@@ -18,6 +19,8 @@ pub struct PieceInformation {
     pub within: Quadratic,
     /// Degrees of freedom of its noise level.
     pub freedom: f64,
+    /// How a displacement of the axis under the part displaces the part; `None` without such an axis.
+    pub part_from_axis: Option<Matrix6<f64>>,
 }
 
 impl PieceInformation {
@@ -27,7 +30,8 @@ impl PieceInformation {
         let within = statistic.evidence.marginal(CALIBRATION).in_units(&UNITS[..CALIBRATION]);
         let with_place = scatter.and_then(|scatter| with_scatter(statistic, part, scatter));
         let evidence = with_place.unwrap_or_else(|| padded(&within));
-        Self { part: part_index, evidence, within, freedom: statistic.freedom() }
+        let part_from_axis = statistic.base_from_part.map(|pose| part_from_axis(part, &pose));
+        Self { part: part_index, evidence, within, freedom: statistic.freedom(), part_from_axis }
     }
 }
 

@@ -84,6 +84,7 @@ pub fn collected(
         outliers: counted - used,
         noise_factor: level.factor,
         correlation: level.correlation,
+        base_from_part: None,
     };
     Ok(Evidence { statistic, chunks, bow_prior })
 }

@@ -6,8 +6,9 @@ use super::seam_fit::{SeamFit, fitted_seams};
 use super::weld_error::WeldError;
 use crate::reference::{Part, Reference};
 use nalgebra::Vector2;
+use trueline_dataset::axes::{AxisRecord, Carries};
 use trueline_dataset::{Guess, Recording};
-use trueline_geometry::Line;
+use trueline_geometry::{Line, Pose};
 use trueline_method::Config;
 use trueline_method::evaluate::placed_features::{PlacedFeatures, place_with_stripes};
 use trueline_method::input::timestamps::Dejittered;
@@ -17,6 +18,7 @@ use trueline_method::input::timestamps::Dejittered;
 pub struct Weld {
     features: PlacedFeatures,
     fits: Vec<SeamFit>,
+    base_from_part: Option<Pose>,
 }
 
 impl Weld {
@@ -41,7 +43,7 @@ impl Weld {
             }
             fits => fits?,
         };
-        Ok(Self { features, fits })
+        Ok(Self { features, fits, base_from_part: base_from_part(recording) })
     }
 
     /// The seams.
@@ -67,8 +69,23 @@ impl Weld {
     /// # Errors
     /// A seam with too few points left.
     pub fn evidence(&self, part: &Part, reference: &Reference) -> Result<Evidence, WeldError> {
-        collected(&self.features, &self.fits, part, reference)
+        let mut evidence = collected(&self.features, &self.fits, part, reference)?;
+        evidence.statistic.base_from_part = self.base_from_part;
+        Ok(evidence)
     }
+}
+
+/// Where the axes that carry the part had it in the middle of the readings; `None` without such an axis at a known place.
+fn base_from_part(recording: &Recording) -> Option<Pose> {
+    let middle_ns = recording.features.get(recording.features.len() / 2)?.stamp_ns;
+    let carries_part = |axis: &&AxisRecord| axis.carries == Carries::Part && axis.known.is_some();
+    let mut axes = recording.axes.iter().filter(carries_part).peekable();
+    axes.peek()?;
+    axes.try_fold(Pose::identity(), |pose, axis| {
+        let at = axis.values.partition_point(|value| value.stamp_ns < middle_ns);
+        let value = axis.values.get(at).or(axis.values.last())?.value;
+        Some(pose * axis.known.as_ref()?.motion(value))
+    })
 }
 
 fn placed(recording: &Recording, by: &Guess, dejittered: Dejittered) -> Result<PlacedFeatures, WeldError> {

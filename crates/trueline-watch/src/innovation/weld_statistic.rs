@@ -2,6 +2,7 @@
 
 use crate::parameters::CALIBRATION;
 use crate::quadratic::Quadratic;
+use trueline_geometry::Pose;
 
 /// Evidence of one weld about the calibration and its own seams.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,6 +17,8 @@ pub struct WeldStatistic {
     pub noise_factor: f64,
     /// Correlation of neighbouring residuals, which reduces the information if it is positive.
     pub correlation: f64,
+    /// Where the axes under the part had it, on average; `None` without such an axis.
+    pub base_from_part: Option<Pose>,
 }
 
 impl WeldStatistic {

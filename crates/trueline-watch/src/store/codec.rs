@@ -4,8 +4,8 @@ use crate::detect::Scatter;
 use crate::innovation::WeldStatistic;
 use crate::quadratic::Quadratic;
 use crate::reference::Part;
-use nalgebra::{DMatrix, DVector, UnitVector3, Vector3};
-use trueline_geometry::Line;
+use nalgebra::{DMatrix, DVector, Quaternion, UnitQuaternion, UnitVector3, Vector3};
+use trueline_geometry::{Line, Pose, se3};
 
 fn bytes(numbers: impl IntoIterator<Item = f64>) -> Vec<u8> {
     numbers.into_iter().flat_map(f64::to_le_bytes).collect()
@@ -34,23 +34,49 @@ fn symmetric(size: usize, triangle: &[f64]) -> DMatrix<f64> {
 pub(super) fn statistic_bytes(of: &WeldStatistic) -> Vec<u8> {
     let head =
         [of.evidence.size() as f64, of.used as f64, of.outliers as f64, of.noise_factor, of.correlation];
-    bytes(head.into_iter().chain(of.evidence.vector.iter().copied()).chain(triangle(&of.evidence.matrix)))
+    let pose = of.base_from_part.iter().flat_map(pose_numbers);
+    bytes(
+        head.into_iter()
+            .chain(of.evidence.vector.iter().copied())
+            .chain(triangle(&of.evidence.matrix))
+            .chain(pose),
+    )
+}
+
+/// Number of [`pose_numbers`].
+const POSE: usize = 7;
+
+fn pose_numbers(pose: &Pose) -> [f64; POSE] {
+    let (p, q) = (pose.translation.vector, pose.rotation.quaternion());
+    [p.x, p.y, p.z, q.w, q.i, q.j, q.k]
+}
+
+fn pose([x, y, z, w, i, j, k]: &[f64; POSE]) -> Pose {
+    let rotation = UnitQuaternion::from_quaternion(Quaternion::new(*w, *i, *j, *k));
+    se3::from_parts(rotation, Vector3::new(*x, *y, *z))
 }
 
 pub(super) fn statistic(from: &[u8]) -> Option<WeldStatistic> {
     let all = numbers(from)?;
     let (&[size, used, outliers, noise_factor, correlation], rest) = all.split_first_chunk::<5>()?;
     let n = size as usize;
-    if n > MOST || rest.len() != n + n * (n + 1) / 2 {
+    if n > MOST || rest.len() < n + n * (n + 1) / 2 {
         return None;
     }
-    let (vector, matrix) = rest.split_at(n);
+    let (vector, rest) = rest.split_at(n);
+    let (matrix, rest) = rest.split_at(n * (n + 1) / 2);
+    // Statistics of welds without an axis under the part end here.
+    let base_from_part = match rest {
+        [] => None,
+        rest => Some(pose(rest.try_into().ok()?)),
+    };
     Some(WeldStatistic {
         evidence: Quadratic { matrix: symmetric(n, matrix), vector: DVector::from_column_slice(vector) },
         used: used as usize,
         outliers: outliers as usize,
         noise_factor,
         correlation,
+        base_from_part,
     })
 }
 
@@ -116,7 +142,19 @@ mod tests {
         let matrix = DMatrix::from_fn(n, n, |i, j| 1.0 / (1.0 + (i + j) as f64));
         let vector = DVector::from_fn(n, |i, _| i as f64);
         let evidence = Quadratic { matrix: matrix.clone(), vector };
-        let known = WeldStatistic { evidence, used: 660, outliers: 3, noise_factor: 1.1, correlation: -0.02 };
+        let turned = UnitQuaternion::from_scaled_axis(Vector3::new(0.1, -0.2, 0.3));
+        let on_table = WeldStatistic {
+            evidence,
+            used: 660,
+            outliers: 3,
+            noise_factor: 1.1,
+            correlation: -0.02,
+            base_from_part: Some(se3::from_parts(turned, Vector3::new(1.0, 2.0, 3.0))),
+        };
+        let read = statistic(&statistic_bytes(&on_table)).unwrap();
+        let [one, other] = [&read, &on_table].map(|of| of.base_from_part.unwrap());
+        assert!((one.inverse() * other).to_homogeneous().is_identity(1e-15));
+        let known = WeldStatistic { base_from_part: None, ..on_table };
         let bytes = statistic_bytes(&known);
         assert_eq!(statistic(&bytes).unwrap(), known);
         assert!(statistic(&bytes[..bytes.len() - 8]).is_none());

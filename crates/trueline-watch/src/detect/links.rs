@@ -1,0 +1,178 @@
+//! Which link of the cell a change is of: clock, bracket, sensor, fixture, or the axis that carries the fixture.
+//!
+//! A fixture that has moved on its table is at another place of the table, at every angle. A table that has moved, or leans, is at another place
+//! of base: the part on it is then displaced by an amount that turns with the table. With D the displacement in base and A(q) the table at the
+//! angle q of a weld, the part is displaced by A(q)⁻¹ D A(q) on the table. Welds at one angle cannot tell the two apart, and both are named.
+
+use super::change::VISIBLE;
+use super::piece::PieceInformation;
+use crate::parameters::{ALL, CALIBRATION, Kind, UNITS};
+use crate::quadratic::Quadratic;
+use crate::reference::Part;
+use nalgebra::{DMatrix, DVector, Matrix6};
+use trueline_geometry::{Pose, so3};
+
+/// A part of the cell that can move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Link {
+    /// The time offset.
+    Clock,
+    /// What the sensor is mounted on.
+    Bracket,
+    /// The sensor itself.
+    Sensor,
+    /// What the part is mounted on.
+    Fixture,
+    /// The axis that carries the fixture.
+    Axis,
+}
+
+impl Link {
+    /// The link that a kind of change is of.
+    #[must_use]
+    pub fn of(kind: Kind) -> Self {
+        match kind {
+            Kind::Timing => Self::Clock,
+            Kind::Bracket => Self::Bracket,
+            Kind::Sensor => Self::Sensor,
+            Kind::Seam => Self::Fixture,
+        }
+    }
+
+    /// The word in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Clock => "clock",
+            Self::Bracket => "bracket",
+            Self::Sensor => "sensor",
+            Self::Fixture => "fixture",
+            Self::Axis => "axis",
+        }
+    }
+
+    fn kind(self) -> Kind {
+        match self {
+            Self::Clock => Kind::Timing,
+            Self::Bracket => Kind::Bracket,
+            Self::Sensor => Kind::Sensor,
+            Self::Fixture | Self::Axis => Kind::Seam,
+        }
+    }
+}
+
+/// How a displacement of the axis in base, about the part's middle with the axis at zero, displaces the part on it: both as translation and
+/// rotation, in [`UNITS`].
+#[must_use]
+pub fn part_from_axis(part: &Part, base_from_part: &Pose) -> Matrix6<f64> {
+    let into_part = base_from_part.rotation.inverse().to_rotation_matrix().into_inner();
+    let middle = part.middle();
+    let lever = base_from_part.rotation * middle + base_from_part.translation.vector - middle;
+    let mut map = Matrix6::zeros();
+    map.fixed_view_mut::<3, 3>(0, 0).copy_from(&into_part);
+    map.fixed_view_mut::<3, 3>(0, 3).copy_from(&-(into_part * so3::hat(&lever)));
+    map.fixed_view_mut::<3, 3>(3, 3).copy_from(&into_part);
+    let units = &UNITS[CALIBRATION..];
+    Matrix6::from_fn(|i, j| map[(i, j)] * units[j] / units[i])
+}
+
+/// Welds before and after a change.
+pub(crate) struct BeforeAndAfter<'a> {
+    /// Good ones before it.
+    pub before: Vec<&'a PieceInformation>,
+    /// All since then.
+    pub after: &'a [PieceInformation],
+    /// Uncertainty of the calibration itself.
+    pub prior: &'a Quadratic,
+    /// The part whose fixture may have moved.
+    pub part: usize,
+}
+
+/// The links that explain some welds about as well as the best, of those that the detector names and the axis. `variance` is that of single pieces
+/// relative to their evidence, by kind.
+#[must_use]
+pub(crate) fn of(
+    welds: &BeforeAndAfter<'_>,
+    named: &[Kind],
+    variance: impl Fn(Kind) -> f64,
+    told_apart: f64,
+) -> Vec<Link> {
+    let mut candidates: Vec<Link> = named.iter().map(|kind| Link::of(*kind)).collect();
+    if welds.after.iter().all(|piece| piece.part_from_axis.is_none()) {
+        return sorted(candidates);
+    }
+    let changes = welds.changes();
+    if changes.is_empty() {
+        // Nothing is known of where the part was.
+        candidates.extend(candidates.contains(&Link::Fixture).then_some(Link::Axis));
+        return sorted(candidates);
+    }
+    let worth = |link: Link| worth(&changes, link, welds.part) / variance(link.kind());
+    let all: Vec<(Link, f64)> =
+        candidates.into_iter().chain([Link::Axis]).map(|link| (link, worth(link))).collect();
+    let best = all.iter().map(|(_, worth)| *worth).fold(f64::NEG_INFINITY, f64::max);
+    sorted(all.into_iter().filter(|(_, worth)| *worth > best - told_apart).map(|(link, _)| link).collect())
+}
+
+fn sorted(mut links: Vec<Link>) -> Vec<Link> {
+    links.sort_unstable();
+    links.dedup();
+    links
+}
+
+impl<'a> BeforeAndAfter<'a> {
+    /// The welds after the change, with evidence counted from the usual state of their part; parts without a good weld are left out.
+    fn changes(&self) -> Vec<(&'a PieceInformation, Quadratic)> {
+        let changed = |piece: &'a PieceInformation| {
+            let usual = self.usual(piece.part)?;
+            let Quadratic { matrix, vector } = &piece.evidence;
+            Some((piece, Quadratic { matrix: matrix.clone(), vector: vector - matrix * usual }))
+        };
+        self.after.iter().filter_map(changed).collect()
+    }
+
+    /// Error of the calibration and mean place of a part before the change, in [`UNITS`].
+    fn usual(&self, part: usize) -> Option<DVector<f64>> {
+        let mut own = self.before.iter().filter(|piece| piece.part == part).peekable();
+        own.peek()?;
+        let mut sum = Quadratic::nothing(ALL);
+        own.for_each(|piece| sum.add(&piece.evidence));
+        let mut calibration = sum.matrix.view_mut((0, 0), (CALIBRATION, CALIBRATION));
+        calibration += &self.prior.matrix;
+        let mut calibration = sum.vector.rows_mut(0, CALIBRATION);
+        calibration += &self.prior.vector;
+        let directions = shown(&sum, 1.0);
+        Some(directions.iter().fold(DVector::zeros(ALL), |at, (direction, information)| {
+            at + direction * (direction.dot(&sum.vector) / information)
+        }))
+    }
+}
+
+/// Directions that some pieces show, with the information on them.
+fn shown(sum: &Quadratic, pieces: f64) -> Vec<(DVector<f64>, f64)> {
+    let eigen = sum.matrix.clone().symmetric_eigen();
+    let pairs = eigen.eigenvalues.iter().enumerate().filter(|(_, value)| **value > VISIBLE * pieces);
+    pairs.map(|(k, value)| (eigen.eigenvectors.column(k).into_owned(), *value)).collect()
+}
+
+/// The sum of squares that a change of a link explains, less its dimensions.
+fn worth(changes: &[(&PieceInformation, Quadratic)], link: Link, part: usize) -> f64 {
+    let columns = link.kind().columns();
+    let mut sum = Quadratic::nothing(columns.len());
+    for (piece, evidence) in changes {
+        let mut map = DMatrix::zeros(ALL, columns.len());
+        match (link, &piece.part_from_axis) {
+            (Link::Axis, Some(by_axis)) => map.view_mut((CALIBRATION, 0), (6, 6)).copy_from(by_axis),
+            (Link::Axis, None) => continue,
+            // Another part's fixture may stay.
+            (Link::Fixture, _) if piece.part != part => continue,
+            _ => map.view_mut((columns.start, 0), (columns.len(), columns.len())).fill_with_identity(),
+        }
+        sum.add(&evidence.of_unknowns(&map));
+    }
+    let directions = shown(&sum, changes.len() as f64);
+    directions
+        .iter()
+        .map(|(direction, information)| direction.dot(&sum.vector).powi(2) / information - 1.0)
+        .sum()
+}
