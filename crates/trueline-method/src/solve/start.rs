@@ -36,7 +36,7 @@ impl Breadth {
     /// If the usual search found nothing good. In a scan of a few seconds a wrong attitude can fit for a while.
     pub const WIDE: Self = Self { offset_step_s: 0.2, survivors: 100, finalists: 12 };
     /// For a standing robot. With a dozen readings hundreds of wrong attitudes leave small residuals, and solving from each takes a millisecond.
-    pub const STOPS: Self = Self { offset_step_s: 0.2, survivors: 1_000, finalists: 100 };
+    pub(crate) const STOPS: Self = Self { offset_step_s: 0.2, survivors: 1_000, finalists: 100 };
 }
 
 /// Observations of a line used to choose between the finalists.

@@ -1,8 +1,14 @@
-//! How what a cut is off by follows the unknowns and the robot, and its whitening.
+//! What a cut should be, how that follows the unknowns and the robot, and the whitening of what it is off by.
+//!
+//! With c the sphere's centre in the camera, (e₁, e₂, n) the sheet's axes, and (a, b, ρ) measured:
+//!
+//! ```text
+//! r = (a − e₁·c, b − e₂·c, (ρ² + (n·c)² − R²) / 2ρ)
+//! ```
+//!
+//! The third is ρ − √(R² − (n·c)²) to first order, and is defined also where a start lays the sheet beside the sphere.
 
 use super::cut::Cut;
-use super::look::Look;
-use super::target::{ROWS, Rows, Square};
 use crate::board_hand_eye::robot_path::ToolState;
 use crate::board_hand_eye::sight_model::{derivative, predicted, robot_derivative};
 use crate::board_hand_eye::unknowns::{self, ErrorModel, HAND_EYE, TARGET, TIME_OFFSET, Unknowns};
@@ -15,13 +21,13 @@ pub const SIZE: usize = unknowns::SIZE + 1 + SheetShape::DIMENSION;
 pub const RADIUS: usize = unknowns::SIZE;
 /// First index of the shape.
 pub const SHAPE: usize = RADIUS + 1;
-/// An error of a cut acts at least by this part: where a start has the sheet along a cylinder, it would not act at all.
-const LEAST_SEEN: f64 = 0.3;
+/// A sphere looks the same however it is turned: its attitude is held.
+pub const ATTITUDE: [usize; 3] = [TARGET, TARGET + 1, TARGET + 2];
 
 /// What is sought.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RoundState {
-    /// Time offset, hand-eye transform and the target's pose. Steps of the pose are in the target's own axes.
+pub struct SphereState {
+    /// Time offset, hand-eye transform, and the sphere's centre as the target's place.
     pub unknowns: Unknowns,
     /// Radius, m.
     pub radius_m: f64,
@@ -65,9 +71,19 @@ impl SheetFrame {
     }
 }
 
-/// Measured less predicted, m.
-pub(super) fn difference(cut: &Cut, sheet: &SheetFrame, tool: &ToolState, at: &RoundState) -> Rows {
-    Look::of(cut, sheet, &predicted(tool, &at.unknowns), at).off_m
+/// Measured less predicted, m: centre and radius.
+pub(super) fn difference(cut: &Cut, sheet: &SheetFrame, tool: &ToolState, at: &SphereState) -> Vector3<f64> {
+    let center = sheet.coordinates(&predicted(tool, &at.unknowns).translation.vector);
+    let seen = cut.measured() + cut.d_shape * at.shape;
+    let radius = (seen.z.powi(2) + center.z.powi(2) - at.radius_m.powi(2)) / (2.0 * seen.z);
+    Vector3::new(seen.x - center.x, seen.y - center.y, radius)
+}
+
+/// d difference / d centre in the camera frame.
+pub(super) fn d_center(cut: &Cut, sheet: &SheetFrame, tool: &ToolState, at: &SphereState) -> Matrix3<f64> {
+    let center = sheet.coordinates(&predicted(tool, &at.unknowns).translation.vector);
+    let seen = cut.measured() + cut.d_shape * at.shape;
+    Matrix3::from_diagonal(&Vector3::new(-1.0, -1.0, center.z / seen.z)) * sheet.axes.transpose()
 }
 
 /// d difference / d unknowns.
@@ -75,21 +91,20 @@ pub(super) fn jacobian(
     cut: &Cut,
     sheet: &SheetFrame,
     tool: &ToolState,
-    at: &RoundState,
-) -> SMatrix<f64, ROWS, SIZE> {
-    let seen = predicted(tool, &at.unknowns);
-    let look = Look::of(cut, sheet, &seen, at);
+    at: &SphereState,
+) -> SMatrix<f64, 3, SIZE> {
+    let seen = cut.measured() + cut.d_shape * at.shape;
+    let center = predicted(tool, &at.unknowns);
     // What moves a sighted target's residual moves its prediction the other way.
-    let mut moves = -derivative(&seen, tool, &at.unknowns);
-    let own_axes = at.unknowns.base_from_target.rotation.to_rotation_matrix().into_inner();
-    for first in [TARGET, TARGET + 3] {
-        let turned = moves.fixed_columns::<3>(first) * own_axes;
-        moves.fixed_columns_mut::<3>(first).copy_from(&turned);
-    }
-    let mut jacobian = SMatrix::<f64, ROWS, SIZE>::zeros();
-    jacobian.fixed_columns_mut::<{ unknowns::SIZE }>(0).copy_from(&(look.d_target * moves));
-    jacobian.set_column(RADIUS, &look.d_radius);
-    jacobian.fixed_columns_mut::<5>(SHAPE).copy_from(&look.d_shape);
+    let moves = -derivative(&center, tool, &at.unknowns).fixed_rows::<3>(3).into_owned();
+    let radius = difference(cut, sheet, tool, at).z;
+    // d (ρ² + n² − R²)/2ρ / dρ = 1 − r/ρ.
+    let d_seen = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 1.0 - radius / seen.z));
+    let mut jacobian = SMatrix::<f64, 3, SIZE>::zeros();
+    let by_center = d_center(cut, sheet, tool, at) * moves;
+    jacobian.fixed_columns_mut::<{ unknowns::SIZE }>(0).copy_from(&by_center);
+    jacobian[(2, RADIUS)] = -at.radius_m / seen.z;
+    jacobian.fixed_columns_mut::<5>(SHAPE).copy_from(&(d_seen * cut.d_shape));
     jacobian
 }
 
@@ -99,10 +114,10 @@ pub(super) fn d_robot(
     sheet: &SheetFrame,
     tool: &ToolState,
     noise: &ErrorModel,
-    at: &RoundState,
-) -> SMatrix<f64, ROWS, 6> {
-    let look = Look::of(cut, sheet, &predicted(tool, &at.unknowns), at);
-    look.d_target * robot_derivative(tool, noise.carries, &at.unknowns)
+    at: &SphereState,
+) -> SMatrix<f64, 3, 6> {
+    let moves = robot_derivative(tool, noise.carries, &at.unknowns);
+    d_center(cut, sheet, tool, at) * moves.fixed_rows::<3>(3)
 }
 
 /// W with WᵀW the inverse covariance of a residual: cut, robot and stamp err together.
@@ -111,26 +126,22 @@ pub(super) fn whitening(
     sheet: &SheetFrame,
     tool: &ToolState,
     noise: &ErrorModel,
-    at: &RoundState,
-) -> Option<Square> {
+    at: &SphereState,
+) -> Option<Matrix3<f64>> {
     let d_robot = d_robot(cut, sheet, tool, noise, at);
     let (turn, shift) = (noise.rotation_rad.powi(2), noise.position_m.powi(2));
     let robot = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, shift, shift, shift));
     let by_time = jacobian(cut, sheet, tool, at).column(TIME_OFFSET) * noise.stamp_s;
-    let look = Look::of(cut, sheet, &predicted(tool, &at.unknowns), at);
-    let d_seen = Square::from_diagonal(&look.d_seen.map(|d| d.abs().max(LEAST_SEEN)));
-    let of_cut = d_seen * cut.covariance * d_seen;
-    let covariance = of_cut + d_robot * robot * d_robot.transpose() + by_time * by_time.transpose();
+    let covariance = cut.covariance + d_robot * robot * d_robot.transpose() + by_time * by_time.transpose();
     covariance.cholesky()?.l().try_inverse()
 }
 
 /// The state moved by a step.
-pub(super) fn moved(state: &RoundState, step: &SVector<f64, SIZE>) -> RoundState {
+pub(super) fn moved(state: &SphereState, step: &SVector<f64, SIZE>) -> SphereState {
     use trueline_geometry::se3;
     let part = |first: usize| -> Vector3<f64> { step.fixed_rows::<3>(first).into() };
     let of = &state.unknowns;
-    let own_axes = of.base_from_target.rotation;
-    RoundState {
+    SphereState {
         unknowns: Unknowns {
             time_offset_s: of.time_offset_s + step[TIME_OFFSET],
             tool_from_camera: se3::retract_decoupled(
@@ -138,11 +149,7 @@ pub(super) fn moved(state: &RoundState, step: &SVector<f64, SIZE>) -> RoundState
                 &part(HAND_EYE),
                 &part(HAND_EYE + 3),
             ),
-            base_from_target: se3::retract_decoupled(
-                &of.base_from_target,
-                &(own_axes * part(TARGET)),
-                &(own_axes * part(TARGET + 3)),
-            ),
+            base_from_target: se3::retract_decoupled(&of.base_from_target, &part(TARGET), &part(TARGET + 3)),
         },
         radius_m: state.radius_m + step[RADIUS],
         shape: state.shape + step.fixed_rows::<5>(SHAPE),

@@ -1,25 +1,26 @@
 //! The cuts of a scan as a least-squares problem, whitened at one estimate.
 
 use super::cut::Cut;
-use super::model::{self, RADIUS, RoundState, SHAPE, SIZE, SheetFrame};
-use super::target::{ROWS, Row, Rows, Square};
+use super::model::{self, ATTITUDE, RADIUS, SHAPE, SIZE, SheetFrame, SphereState};
 use crate::board_hand_eye::joint::ROUND_MARGINS_S;
 use crate::board_hand_eye::robot_path::{RobotPath, ToolState};
 use crate::board_hand_eye::unknowns::{ErrorModel, TIME_OFFSET};
 use crate::error::Error;
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
 use trueline_geometry::statistics::median;
 use trueline_lsq::{LeastSquares, NormalEquations, SolveOptions, solve};
 use trueline_method::input::shape_prior::ShapePrior;
 
+/// Median of the squared length of three whitened numbers.
+const MEDIAN_SQUARED: f64 = 2.366;
+/// A cut is left out beyond this squared length: by chance one of 300,000.
+pub(super) const OUTLIER_SQUARED: f64 = 28.0;
 /// The fewest cuts that leave something over to check.
 pub(crate) const FEWEST: usize = 6;
 
-/// What a scan has seen of a target, and what is known beforehand.
+/// What a scan has seen of a sphere, and what is known beforehand.
 #[derive(Clone, Copy)]
 pub(super) struct Scan<'a> {
-    /// The target.
-    pub(super) row: &'static Row,
     pub(super) cuts: &'a [Cut],
     pub(super) sheet: &'a SheetFrame,
     pub(super) robot: RobotPath<'a>,
@@ -36,39 +37,39 @@ impl Scan<'_> {
         let time = (!self.robot.has_time_offset()).then_some(TIME_OFFSET);
         let radius = self.radius_m.map(|_| RADIUS);
         let shape = (SHAPE..SIZE).filter(|_| self.shape.is_none());
-        self.row.held.iter().copied().chain(time).chain(radius).chain(shape).collect()
+        ATTITUDE.into_iter().chain(time).chain(radius).chain(shape).collect()
     }
 
-    pub(super) fn tool(&self, k: usize, at: &RoundState) -> Option<ToolState> {
+    pub(super) fn tool(&self, k: usize, at: &SphereState) -> Option<ToolState> {
         self.robot.at(k, at.unknowns.time_offset_s)
     }
 
     /// Measured less predicted, m; `None` where the robot's pose is not known.
-    pub(super) fn difference(&self, k: usize, at: &RoundState) -> Option<Rows> {
+    pub(super) fn difference(&self, k: usize, at: &SphereState) -> Option<Vector3<f64>> {
         Some(model::difference(&self.cuts[k], self.sheet, &self.tool(k, at)?, at))
     }
 }
 
 /// The problem.
 #[derive(Clone)]
-pub(super) struct RoundProblem<'a> {
+pub(super) struct SphereProblem<'a> {
     pub(super) scan: Scan<'a>,
     /// Which cuts count.
     pub(super) used: Vec<bool>,
-    pub(super) whitening: Vec<Square>,
+    pub(super) whitening: Vec<Matrix3<f64>>,
 }
 
 /// The estimate from a start, and the problem at it with the cuts that count, after a round for each margin, s.
 pub(super) fn converged<'a>(
     scan: &Scan<'a>,
-    start: RoundState,
+    start: SphereState,
     margins_s: &[f64],
-) -> Result<(RoundState, RoundProblem<'a>), Error> {
+) -> Result<(SphereState, SphereProblem<'a>), Error> {
     let mut state = start;
     let mut scale = f64::INFINITY;
     let mut used = vec![true; scan.cuts.len()];
     for &margin_s in margins_s {
-        let problem = RoundProblem::whitened(scan, &state).within(margin_s, &state);
+        let problem = SphereProblem::whitened(scan, &state).within(margin_s, &state);
         (used, scale) = problem.fitting(&state, scale);
         let problem = problem.keeping(&used);
         used.clone_from(&problem.used);
@@ -79,7 +80,7 @@ pub(super) fn converged<'a>(
         let solved = solve(&problem, state, &scan.held(), &SolveOptions::default());
         state = solved.map_err(|_| Error::HandEyeNotFixed)?.state;
     }
-    Ok((state, RoundProblem::whitened(scan, &state).keeping(&used)))
+    Ok((state, SphereProblem::whitened(scan, &state).keeping(&used)))
 }
 
 /// All rounds of a fit from a start, s.
@@ -87,11 +88,11 @@ pub(super) fn rounds() -> &'static [f64] {
     &ROUND_MARGINS_S
 }
 
-impl<'a> RoundProblem<'a> {
+impl<'a> SphereProblem<'a> {
     /// The problem with the noise as it acts at `at`; cuts without a robot pose there do not count.
-    pub(super) fn whitened(scan: &Scan<'a>, at: &RoundState) -> Self {
+    pub(super) fn whitened(scan: &Scan<'a>, at: &SphereState) -> Self {
         let of = |k: usize| model::whitening(&scan.cuts[k], scan.sheet, &scan.tool(k, at)?, scan.noise, at);
-        let whitening: Vec<Option<Square>> = (0..scan.cuts.len()).map(of).collect();
+        let whitening: Vec<Option<Matrix3<f64>>> = (0..scan.cuts.len()).map(of).collect();
         Self {
             scan: *scan,
             used: whitening.iter().map(Option::is_some).collect(),
@@ -107,7 +108,7 @@ impl<'a> RoundProblem<'a> {
     }
 
     /// Without the cuts whose robot pose is not known everywhere within a margin, s, of the offset.
-    fn within(mut self, margin_s: f64, at: &RoundState) -> Self {
+    fn within(mut self, margin_s: f64, at: &SphereState) -> Self {
         if self.scan.robot.has_time_offset() {
             for (k, used) in self.used.iter_mut().enumerate() {
                 let known = |s: f64| self.scan.robot.at(k, at.unknowns.time_offset_s + s).is_some();
@@ -118,27 +119,31 @@ impl<'a> RoundProblem<'a> {
     }
 
     /// Which cuts fit, and the scale of their squares; the scale only falls from round to round.
-    fn fitting(&self, at: &RoundState, last_scale: f64) -> (Vec<bool>, f64) {
+    fn fitting(&self, at: &SphereState, last_scale: f64) -> (Vec<bool>, f64) {
         let squares: Vec<f64> = (0..self.used.len())
             .map(|k| self.residual(k, at).map_or(f64::INFINITY, |r| r.norm_squared()))
             .collect();
         let scale = self.scale(at).min(last_scale);
-        (squares.iter().map(|s| *s <= self.scan.row.outlier_squared * scale).collect(), scale)
+        (squares.iter().map(|s| *s <= OUTLIER_SQUARED * scale).collect(), scale)
     }
 
     /// The scale of squared residuals by their median: one if the noise is as it was taken, or less.
-    pub(super) fn scale(&self, at: &RoundState) -> f64 {
+    pub(super) fn scale(&self, at: &SphereState) -> f64 {
         let squares = self.counting().filter_map(|k| Some(self.residual(k, at)?.norm_squared()));
-        (median(squares).unwrap_or(0.0) / self.scan.row.median_squared).max(1.0)
+        (median(squares).unwrap_or(0.0) / MEDIAN_SQUARED).max(1.0)
     }
 
     /// Measured less predicted, whitened; `None` where the robot's pose is not known.
-    pub(super) fn residual(&self, k: usize, at: &RoundState) -> Option<Rows> {
+    pub(super) fn residual(&self, k: usize, at: &SphereState) -> Option<Vector3<f64>> {
         Some(self.whitening[k] * self.scan.difference(k, at)?)
     }
 
     /// Whitened residual of a cut and its derivative.
-    pub(super) fn linearized(&self, k: usize, at: &RoundState) -> Option<(Rows, SMatrix<f64, ROWS, SIZE>)> {
+    pub(super) fn linearized(
+        &self,
+        k: usize,
+        at: &SphereState,
+    ) -> Option<(Vector3<f64>, SMatrix<f64, 3, SIZE>)> {
         let tool = self.scan.tool(k, at)?;
         let jacobian = model::jacobian(&self.scan.cuts[k], self.scan.sheet, &tool, at);
         Some((self.residual(k, at)?, self.whitening[k] * jacobian))
@@ -149,28 +154,28 @@ impl<'a> RoundProblem<'a> {
         (0..self.used.len()).filter(|k| self.used[*k])
     }
 
-    fn of_shape(&self, at: &RoundState) -> f64 {
+    fn of_shape(&self, at: &SphereState) -> f64 {
         self.scan.shape.map_or(0.0, |prior| 0.5 * at.shape.dot(&(prior.information * at.shape)))
     }
 }
 
-impl LeastSquares for RoundProblem<'_> {
-    type State = RoundState;
+impl LeastSquares for SphereProblem<'_> {
+    type State = SphereState;
 
     fn dimension(&self) -> usize {
         SIZE
     }
 
-    fn retract(&self, state: &RoundState, step: &DVector<f64>) -> RoundState {
+    fn retract(&self, state: &SphereState, step: &DVector<f64>) -> SphereState {
         model::moved(state, &SVector::<f64, SIZE>::from_column_slice(step.as_slice()))
     }
 
-    fn cost(&self, state: &RoundState) -> f64 {
+    fn cost(&self, state: &SphereState) -> f64 {
         let of = |k| self.residual(k, state).map_or(f64::INFINITY, |r| 0.5 * r.norm_squared());
         self.counting().map(of).sum::<f64>() + self.of_shape(state)
     }
 
-    fn linearize(&self, state: &RoundState, equations: &mut NormalEquations) {
+    fn linearize(&self, state: &SphereState, equations: &mut NormalEquations) {
         let (mut hessian, mut gradient) =
             (SMatrix::<f64, SIZE, SIZE>::zeros(), SVector::<f64, SIZE>::zeros());
         for k in self.counting() {
@@ -201,9 +206,8 @@ mod tests {
     use super::*;
     use crate::board_hand_eye::Carried;
     use crate::board_hand_eye::unknowns::Unknowns;
-    use crate::round::cut::Circle;
-    use crate::round::target::RoundTarget;
-    use nalgebra::{UnitQuaternion, Vector2, Vector3};
+    use crate::sphere::cut::Circle;
+    use nalgebra::{UnitQuaternion, Vector2};
     use trueline_geometry::{Pose, Trajectory, se3};
     use trueline_model::LaserSheet;
 
@@ -213,25 +217,16 @@ mod tests {
         se3::from_parts(UnitQuaternion::from_scaled_axis(turn), shift)
     }
 
-    fn cut(target: RoundTarget, k: usize) -> Cut {
+    fn cut(k: usize) -> Cut {
         let k = k as f64;
         let circle = Circle {
             center_m: Vector2::new(0.01 * k.sin(), 0.13 + 0.01 * k.cos()),
             radius_m: 0.014 + 0.003 * (2.0 * k).sin(),
         };
-        let factor = Square::from_fn(|i, j| if i < j { 0.0 } else { ((i * j) as f64 + 1.0).cos() });
-        let support = |j: usize| {
-            let angle = k + j as f64;
-            let normal = Vector2::new(angle.cos(), angle.sin());
-            [circle.center_m + normal * circle.radius_m, normal]
-        };
         Cut {
-            target,
             circle,
-            supports: [0, 1, 2, 3, 4].map(support),
-            covariance: (factor * factor.transpose() + Square::identity()) * 1e-10,
-            d_shape: SMatrix::<f64, ROWS, 5>::from_fn(|i, j| 1e-3 * ((i + 2 * j) as f64 + k).sin()),
-            middle_m: circle.center_m,
+            covariance: Matrix3::new(4.0, 1.0, 0.5, 1.0, 3.0, -1.0, 0.5, -1.0, 5.0) * 1e-10,
+            d_shape: SMatrix::<f64, 3, 5>::from_fn(|i, j| 1e-3 * ((i + 2 * j) as f64 + k).sin()),
             points: 100,
             rms_m: 1e-5,
         }
@@ -243,13 +238,10 @@ mod tests {
         let poses: Vec<Pose> = times.iter().map(|t| pose(*t)).collect();
         let trajectory = Trajectory::new(times, &poses).unwrap();
         let stamps_s: Vec<f64> = (0..8).map(|k| 1.013 + 0.7 * f64::from(k)).collect();
+        let cuts: Vec<Cut> = (0..8).map(cut).collect();
         let prior = ShapePrior { information: SMatrix::<f64, 5, 5>::identity() * 4e4 };
-        let both = [RoundTarget::Sphere, RoundTarget::Cylinder];
-        let cases = both.into_iter().flat_map(|t| [Carried::Camera, Carried::Target].map(|c| (t, c)));
-        for (target, carries) in cases {
-            let cuts: Vec<Cut> = (0..8).map(|k| cut(target, k)).collect();
+        for carries in [Carried::Camera, Carried::Target] {
             let scan = Scan {
-                row: target.row(),
                 cuts: &cuts,
                 sheet: &SheetFrame::of(&LaserSheet::of_profiler()),
                 robot: RobotPath::Moving { trajectory: &trajectory, stamps_s: &stamps_s },
@@ -257,7 +249,7 @@ mod tests {
                 radius_m: None,
                 shape: Some(prior),
             };
-            let state = RoundState {
+            let state = SphereState {
                 unknowns: Unknowns {
                     time_offset_s: 0.004,
                     tool_from_camera: se3::from_parts(
@@ -265,14 +257,14 @@ mod tests {
                         Vector3::new(0.05, -0.08, 0.12),
                     ),
                     base_from_target: se3::from_parts(
-                        UnitQuaternion::from_scaled_axis(Vector3::new(-0.5, 0.2, 0.9)),
+                        UnitQuaternion::identity(),
                         Vector3::new(1.0, 0.0, 0.7),
                     ),
                 },
                 radius_m: 0.02,
                 shape: SVector::<f64, 5>::new(1e-3, -2e-3, 5e-4, 0.02, -0.01),
             };
-            let problem = RoundProblem::whitened(&scan, &state);
+            let problem = SphereProblem::whitened(&scan, &state);
             let mut equations = NormalEquations::zeros(SIZE);
             problem.linearize(&state, &mut equations);
             for k in 0..SIZE {
@@ -286,7 +278,7 @@ mod tests {
                 // A sphere's attitude moves nothing. Costs of some 10⁷ are known to 10⁻⁹: their differences over 10⁻⁶ to 10⁻³.
                 let scale = equations.hessian[(k, k)].sqrt().max(1e3);
                 let off = (numerical - equations.gradient[k]).abs() / scale;
-                assert!(off < 1e-5, "{target:?} {carries:?} {k}: {numerical} {}", equations.gradient[k]);
+                assert!(off < 1e-5, "{carries:?} {k}: {numerical} {}", equations.gradient[k]);
             }
         }
     }

@@ -1,9 +1,7 @@
-//! The arc in which the sheet cuts a round target: fitted to points, with its covariance.
+//! The circle in which the sheet cuts a sphere: fitted to points, with its covariance.
 
-use super::conic::Conic;
-use super::target::{ROWS, RoundTarget, Rows, Square};
 use nalgebra::{Matrix3, SMatrix, Vector2, Vector3};
-use trueline_geometry::statistics::{lasting, mad_sigma};
+use trueline_geometry::statistics::lasting;
 use trueline_model::SheetShape;
 
 /// Steps of the fit; each gains digits as Newton's do.
@@ -12,8 +10,6 @@ const STEPS: usize = 20;
 const SMALL_STEP_M: f64 = 1e-12;
 /// A circle is never known better than this, m: it keeps the covariance of exact points invertible.
 const LEAST_SIGMA_M: f64 = 1e-9;
-/// Points further off an ellipse than so many times their scatter are not of it.
-const ON_CONIC: f64 = 5.0;
 /// Points that a circle and its scatter need.
 pub const FEWEST_POINTS: usize = 8;
 
@@ -92,25 +88,18 @@ impl Circle {
     }
 }
 
-/// What a profile shows of a round target.
+/// What a profile shows of a sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cut {
-    /// What was cut.
-    pub target: RoundTarget,
-    /// The circle of the arc; of a cylinder it is not quite the arc.
+    /// The circle.
     pub circle: Circle,
-    /// Points of a cylinder's arc, m, and the unit normals there, outward. Unused of a sphere.
-    pub supports: [[Vector2<f64>; 2]; ROWS],
-    /// Covariance, m²: of a sphere's circle, its centre (two coordinates of the sheet) and its radius; of a cylinder's points along their
-    /// normals.
-    pub covariance: Square,
-    /// How these follow the sensor's shape h₁ … h₅, the report being what it is.
-    pub d_shape: SMatrix<f64, ROWS, 5>,
-    /// The middle of the arc, m.
-    pub middle_m: Vector2<f64>,
+    /// Covariance of its centre (two coordinates of the sheet) and its radius, m².
+    pub covariance: Matrix3<f64>,
+    /// How centre and radius follow the sensor's shape h₁ … h₅, the report being what it is.
+    pub d_shape: SMatrix<f64, 3, 5>,
     /// Points on it.
     pub points: usize,
-    /// Root mean square distance of the points from the arc, m.
+    /// Root mean square distance of the points from the circle, m.
     pub rms_m: f64,
 }
 
@@ -118,19 +107,14 @@ impl Cut {
     /// The cut of points in the order of their columns (sheet coordinates, m); `shape` is that of a sensor that reports what is there.
     /// The scatter of the points gives their noise. Neighbours whose noise is shared count as fewer.
     #[must_use]
-    pub fn of(target: RoundTarget, points: &[Vector2<f64>], shape: &SheetShape) -> Option<Self> {
+    pub fn of(points: &[Vector2<f64>], shape: &SheetShape) -> Option<Self> {
         if points.len() < FEWEST_POINTS {
             return None;
         }
-        match target {
-            RoundTarget::Sphere => Self::of_circle(points, shape),
-            RoundTarget::Cylinder => Self::of_ellipse(points, shape),
-        }
-    }
-
-    fn of_circle(points: &[Vector2<f64>], shape: &SheetShape) -> Option<Self> {
         let circle = Circle::of(points)?;
-        let noise = Noise::of(points, RoundTarget::Sphere, |point| circle.off(point));
+        let off: Vec<f64> = points.iter().map(|point| circle.off(point)).collect();
+        let squares: f64 = off.iter().map(|off| off * off).sum();
+        let variance = squares / (points.len() - 3) as f64 * lasting(&off, |a, b| a * b);
         let (mut information, mut pull) = (Matrix3::zeros(), SMatrix::<f64, 3, 5>::zeros());
         for point in points {
             let row = circle.derivative(point);
@@ -139,87 +123,24 @@ impl Cut {
             pull += row * (outward.transpose() * shape.d_corrected_d_shape(point)?);
         }
         let inverse = information.cholesky()?.inverse();
-        let (mut covariance, mut d_shape) = (Square::identity(), SMatrix::<f64, ROWS, 5>::zeros());
-        let of_circle = inverse * noise.variance + Matrix3::identity() * LEAST_SIGMA_M.powi(2);
-        covariance.fixed_view_mut::<3, 3>(0, 0).copy_from(&of_circle);
-        d_shape.fixed_rows_mut::<3>(0).copy_from(&(-inverse * pull));
         Some(Self {
-            target: RoundTarget::Sphere,
             circle,
-            supports: [[Vector2::zeros(); 2]; ROWS],
-            covariance,
-            d_shape,
-            middle_m: middle(points),
+            covariance: inverse * variance + Matrix3::identity() * LEAST_SIGMA_M.powi(2),
+            d_shape: -inverse * pull,
             points: points.len(),
-            rms_m: noise.rms_m,
+            rms_m: (squares / points.len() as f64).sqrt(),
         })
     }
 
-    fn of_ellipse(points: &[Vector2<f64>], shape: &SheetShape) -> Option<Self> {
-        let conic = Conic::of(points)?;
-        let off_m: Vec<f64> = points.iter().map(|point| conic.off_m(point)).collect();
-        let limit_m = ON_CONIC * mad_sigma(&off_m).max(LEAST_SIGMA_M);
-        let on = points.iter().zip(&off_m).filter(|(_, off_m)| off_m.abs() < limit_m);
-        let points: Vec<Vector2<f64>> = on.map(|(point, _)| *point).collect();
-        if points.len() < FEWEST_POINTS {
-            return None;
-        }
-        let conic = Conic::of(&points)?;
-        let noise = Noise::of(&points, RoundTarget::Cylinder, |point| conic.off_m(point));
-        let found = conic.supports(&points)?;
-        let mut d_shape = SMatrix::<f64, ROWS, 5>::zeros();
-        for (k, [point, normal]) in found.points.iter().enumerate() {
-            // The points go where the shape takes the surface there.
-            d_shape.set_row(k, &(normal.transpose() * shape.d_corrected_d_shape(point)?));
-        }
-        Some(Self {
-            target: RoundTarget::Cylinder,
-            circle: Circle::of(&points)?,
-            supports: found.points,
-            covariance: found.covariance * noise.variance + Square::identity() * LEAST_SIGMA_M.powi(2),
-            d_shape,
-            middle_m: middle(&points),
-            points: points.len(),
-            rms_m: noise.rms_m,
-        })
-    }
-
-    /// Centre and radius of the circle, m.
+    /// Centre and radius, m.
     #[must_use]
     pub fn measured(&self) -> Vector3<f64> {
         Vector3::new(self.circle.center_m.x, self.circle.center_m.y, self.circle.radius_m)
     }
 
-    /// Standard deviations, m: of a sphere's circle, its centre and its radius; of a cylinder's arc, its ends and its middle.
+    /// Standard deviations of centre and radius, m.
     #[must_use]
     pub fn sigma_m(&self) -> Vector3<f64> {
-        let of: Rows = self.covariance.diagonal().map(f64::sqrt);
-        match self.target {
-            RoundTarget::Sphere => Vector3::new(of[0], of[1], of[2]),
-            RoundTarget::Cylinder => Vector3::new(of[0].max(of[4]), of[2], of[0].max(of[4])),
-        }
-    }
-}
-
-fn middle(points: &[Vector2<f64>]) -> Vector2<f64> {
-    points.iter().sum::<Vector2<f64>>() / points.len() as f64
-}
-
-/// How points scatter about their arc.
-struct Noise {
-    /// Variance of a point, m², raised by what neighbours share.
-    variance: f64,
-    rms_m: f64,
-}
-
-impl Noise {
-    fn of(points: &[Vector2<f64>], target: RoundTarget, off_m: impl Fn(&Vector2<f64>) -> f64) -> Self {
-        let off: Vec<f64> = points.iter().map(off_m).collect();
-        let squares: f64 = off.iter().map(|off| off * off).sum();
-        let freedom = (points.len() - target.row().rows) as f64;
-        Self {
-            variance: squares / freedom * lasting(&off, |a, b| a * b),
-            rms_m: (squares / points.len() as f64).sqrt(),
-        }
+        self.covariance.diagonal().map(f64::sqrt)
     }
 }

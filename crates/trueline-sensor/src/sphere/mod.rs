@@ -1,31 +1,23 @@
-//! Time offset, hand-eye transform and a sphere or cylinder, from the arcs that it leaves in profiles.
+//! Time offset, hand-eye transform and the centre of a sphere, from the arcs that it leaves in profiles.
 //!
 //! ```text
-//! points of a profile ──arc──▶ points of the target ──cut──▶ circle, or five points of an ellipse, with their covariance
+//! points of a profile ──arc──▶ points of the sphere ──cut──▶ circle: centre and radius in the sheet, with their covariance
 //!                                                              │
 //!              offsets × attitudes ──start──▶ starts ──problem─┴──▶ the best, its rival, what is hidden ([`estimate`])
 //! ```
 //!
 //! The sheet cuts a sphere of radius R in a circle. Its centre is the sphere's, laid into the sheet. Its radius ρ gives the distance of the
 //! sphere's centre from the sheet, √(R² − ρ²), but not the side. The residual of ρ holds for both sides, and the motion decides.
-//!
-//! It cuts a cylinder in an ellipse, which tells where the axis pierces the sheet and how the two lean to each other. A [`target`] is a row of a
-//! table.
-//!
 //! All else is that of pose sightings ([`crate::board_hand_eye`]): chain, robot noise, hidden directions.
 
 pub mod arc;
-mod conic;
 pub mod cut;
 pub mod estimate;
 pub mod held_out;
-mod look;
 pub mod model;
 pub(crate) mod problem;
 mod start;
-pub mod target;
 
 pub use cut::Cut;
-pub use estimate::{RoundFit, RoundOptions, calibrate};
-pub use model::RoundState;
-pub use target::RoundTarget;
+pub use estimate::{SphereFit, SphereOptions, calibrate};
+pub use model::SphereState;

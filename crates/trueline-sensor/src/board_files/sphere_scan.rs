@@ -1,7 +1,5 @@
-//! A dataset of profiles, or points, of a sphere or a cylinder: time offset, hand-eye transform and target, with a sensor on the robot or
-//! beside it.
+//! A dataset of profiles, or points, of a sphere: time offset, hand-eye transform and sphere, with a sensor on the robot or beside it.
 
-use crate::board_files::axis_start;
 use crate::board_files::error::BoardError;
 use crate::board_files::moving_scan::{at_stops_noise, stamped};
 use crate::board_files::pose_scan::{Moved, SightingOptions, carried, of_robot, poses_at};
@@ -9,9 +7,9 @@ use crate::board_hand_eye::poses::REACH_S;
 use crate::board_hand_eye::unknowns;
 use crate::board_hand_eye::{ErrorModel, RobotPath};
 use crate::error::Error;
-use crate::round::model::SheetFrame;
-use crate::round::problem::FEWEST;
-use crate::round::{Cut, RoundFit, RoundOptions, RoundTarget, arc, calibrate as fitted};
+use crate::sphere::model::SheetFrame;
+use crate::sphere::problem::FEWEST;
+use crate::sphere::{Cut, SphereFit, SphereOptions, arc, calibrate as fitted};
 use nalgebra::{SMatrix, Vector2, Vector3};
 use std::path::Path;
 use trueline_dataset::{Measured, Profile, Recording, Sensor};
@@ -23,24 +21,22 @@ use trueline_method::input::stops::{self, Stops};
 use trueline_method::{Config, Hold, SensorMode};
 use trueline_model::{LaserSheet, SheetShape};
 
-/// What is known of a scan of a round target beforehand.
+/// What is known of a scan of a sphere beforehand.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct RoundCalibrationOptions {
-    /// What was scanned.
-    pub target: RoundTarget,
+pub struct SphereScanOptions {
     /// The same as of sightings.
     pub scan: SightingOptions,
-    /// Radius of the target, m; `None` estimates it.
+    /// Radius of the sphere, m; `None` estimates it.
     pub radius_m: Option<f64>,
     /// How the sensor's own calibration is treated.
     pub sensor: SensorMode,
 }
 
-/// A calibration from a sphere or a cylinder.
+/// A calibration from a sphere.
 #[derive(Clone, Debug)]
-pub struct RoundCalibration {
+pub struct SphereScan {
     /// What was found.
-    pub round: RoundFit,
+    pub sphere: SphereFit,
     /// Covariance of all modelled errors: noise, and position errors of the robot.
     pub covariance: SMatrix<f64, { unknowns::SIZE }, { unknowns::SIZE }>,
     /// Noise of a recorded position of the robot, per axis, m.
@@ -54,10 +50,10 @@ pub struct RoundCalibration {
 }
 
 /// Profiles with an arc.
-pub(super) struct Arcs {
-    pub(super) stamps_ns: Vec<i64>,
-    pub(super) cuts: Vec<Cut>,
-    pub(super) sheet: SheetFrame,
+struct Arcs {
+    stamps_ns: Vec<i64>,
+    cuts: Vec<Cut>,
+    sheet: SheetFrame,
     profiles: usize,
 }
 
@@ -69,10 +65,10 @@ pub fn calibrate(
     dataset: &Path,
     recording: &Recording,
     profiles: &[Profile],
-    options: &RoundCalibrationOptions,
-) -> Result<RoundCalibration, BoardError> {
+    options: &SphereScanOptions,
+) -> Result<SphereScan, BoardError> {
     let failed = |error| BoardError::Calibration { dataset: dataset.to_owned(), error, why: String::new() };
-    let arcs = Arcs::of(recording, profiles, options).map_err(failed)?;
+    let arcs = Arcs::of(recording, profiles, options.radius_m).map_err(failed)?;
     let scan = Recording {
         at_stops: recording.at_stops,
         setup: recording.setup.clone(),
@@ -85,27 +81,29 @@ pub fn calibrate(
         sensor: if recording.is_in_its_sensors_uncertainty() { SensorMode::Fixed } else { options.sensor },
         ..Config::default()
     };
+    let known = ShapeKnowledge::of_profiler(recording.setup.uncertainty.as_ref());
+    let is_held = config.sensor == SensorMode::Fixed;
+    let sought = SphereOptions {
+        reach_s: options.scan.offset_within_s.unwrap_or(REACH_S),
+        guess: options.scan.guess.map(|guess| (guess.time_offset_s, guess.tool_from_camera)),
+        radius_m: options.radius_m,
+        shape: known.prior(&config),
+        held_shape: if is_held && known.stated { known.covariance } else { SMatrix::zeros() },
+    };
     let accuracy_m = options.scan.robot_accuracy_m.or(recording.setup.robot_accuracy_m);
     let accuracy_m = accuracy_m.unwrap_or(ASSUMED_ROBOT_ACCURACY_M);
     let field = RobotSigmas::of_accuracy(accuracy_m);
     let carries = carried(recording.setup.mounted);
-    let start = |scan: &Recording, stops: bool| -> Result<RoundOptions, BoardError> {
-        let starts = match options.target {
-            RoundTarget::Sphere => Vec::new(),
-            RoundTarget::Cylinder => axis_start::starts(scan, &arcs, options, stops)?,
-        };
-        Ok(RoundOptions { starts, ..sought(recording, options, &config) })
-    };
     let concluded = |path: RobotPath<'_>,
                      noise: &ErrorModel,
                      robot_noise_m: f64,
-                     (stops, sought): (Option<Stops>, RoundOptions)|
-     -> Result<RoundCalibration, BoardError> {
-        let round = fitted(&arcs.cuts, &arcs.sheet, path, noise, &sought).map_err(failed)?;
-        Ok(RoundCalibration {
+                     stops: Option<Stops>|
+     -> Result<SphereScan, BoardError> {
+        let sphere = fitted(&arcs.cuts, &arcs.sheet, path, noise, &sought).map_err(failed)?;
+        Ok(SphereScan {
             // The residuals have what differs from reading to reading, and not what neighbours share.
-            covariance: round.pose.covariance + round.of_sensor + of_robot(&round.pose, path, field),
-            round,
+            covariance: sphere.pose.covariance + sphere.of_sensor + of_robot(&sphere.pose, path, field),
+            sphere,
             robot_noise_m,
             stops,
             estimates_offset: path.has_time_offset(),
@@ -115,38 +113,17 @@ pub fn calibrate(
     if let Some((scan, stops)) = stops::of(&scan, &config)? {
         let poses: Vec<Pose> = poses_at(&scan, &arcs.stamps_ns);
         let noise = ErrorModel { carries, ..at_stops_noise(accuracy_m) };
-        let sought = start(&scan, true)?;
-        return concluded(RobotPath::Stops(&poses), &noise, noise.position_m, (Some(stops), sought));
+        return concluded(RobotPath::Stops(&poses), &noise, noise.position_m, Some(stops));
     }
     let moved = Moved::of(&scan, &arcs.stamps_ns, carries)?;
     let path = moved.path(options.scan.holds_offset);
-    concluded(path, &moved.noise, moved.motion.recorded_noise_m, (None, start(&scan, false)?))
-}
-
-/// What is sought, but for where a cylinder's fit starts.
-fn sought(recording: &Recording, options: &RoundCalibrationOptions, config: &Config) -> RoundOptions {
-    let known = ShapeKnowledge::of_profiler(recording.setup.uncertainty.as_ref());
-    let is_held = config.sensor == SensorMode::Fixed;
-    RoundOptions {
-        target: options.target,
-        starts: Vec::new(),
-        reach_s: options.scan.offset_within_s.unwrap_or(REACH_S),
-        guess: options.scan.guess.map(|guess| (guess.time_offset_s, guess.tool_from_camera)),
-        radius_m: options.radius_m,
-        shape: known.prior(config),
-        held_shape: if is_held && known.stated { known.covariance } else { SMatrix::zeros() },
-    }
+    concluded(path, &moved.noise, moved.motion.recorded_noise_m, None)
 }
 
 impl Arcs {
-    fn of(
-        recording: &Recording,
-        profiles: &[Profile],
-        options: &RoundCalibrationOptions,
-    ) -> Result<Self, Error> {
-        let (target, radius_m) = (options.target, options.radius_m);
+    fn of(recording: &Recording, profiles: &[Profile], radius_m: Option<f64>) -> Result<Self, Error> {
         let (sheet, stamped) = if profiles.is_empty() {
-            points_of_features(recording, target)?
+            points_of_features(recording)?
         } else {
             let of = |profile: &Profile| {
                 (profile.stamp_ns, profile.points.iter().map(|p| Vector2::new(p.x_m, p.z_m)).collect())
@@ -161,18 +138,16 @@ impl Arcs {
             .iter()
             .filter_map(|(stamp_ns, points)| {
                 let points: Vec<Vector2<f64>> = points.iter().map(corrected).collect();
-                Some((*stamp_ns, arc::arc(&points, target, radius_m)?))
+                Some((*stamp_ns, arc::arc(&points, radius_m)?))
             })
             .collect();
         if arcs.len() < FEWEST {
-            let (found, profiles) = (arcs.len(), stamped.len());
-            return Err(Error::TooFewArcs { target: target.row().name, found, profiles, needed: FEWEST });
+            return Err(Error::TooFewArcs { found: arcs.len(), profiles: stamped.len(), needed: FEWEST });
         }
         let all = || arcs.iter().flat_map(|(_, points)| points);
         let middle = all().sum::<Vector2<f64>>() / all().count() as f64;
         let shape = SheetShape::exact_about(&middle);
-        let cuts =
-            arcs.iter().filter_map(|(stamp_ns, points)| Some((*stamp_ns, Cut::of(target, points, &shape)?)));
+        let cuts = arcs.iter().filter_map(|(stamp_ns, points)| Some((*stamp_ns, Cut::of(points, &shape)?)));
         let (stamps_ns, cuts) = cuts.unzip();
         Ok(Self { stamps_ns, cuts, sheet: SheetFrame::of(&sheet), profiles: stamped.len() })
     }
@@ -181,8 +156,8 @@ impl Arcs {
 /// Points of one stamp each, in the sheet's coordinates, m.
 type Stamped = Vec<(i64, Vec<Vector2<f64>>)>;
 
-/// The sheet and the points of a recording whose readings are points of a target, several of each stamp.
-fn points_of_features(recording: &Recording, target: RoundTarget) -> Result<(LaserSheet, Stamped), Error> {
+/// The sheet and the points of a recording whose readings are points of a sphere, several of each stamp.
+fn points_of_features(recording: &Recording) -> Result<(LaserSheet, Stamped), Error> {
     let points: Vec<(i64, Vector3<f64>)> = recording
         .features
         .iter()
@@ -197,8 +172,7 @@ fn points_of_features(recording: &Recording, target: RoundTarget) -> Result<(Las
     };
     let all: Vec<Vector3<f64>> = points.iter().map(|(_, point)| *point).collect();
     let plane = stated.or_else(|| Some(fit::plane(&all)?.plane));
-    let no_points =
-        Error::TooFewArcs { target: target.row().name, found: 0, profiles: points.len(), needed: FEWEST };
+    let no_points = Error::TooFewArcs { found: 0, profiles: points.len(), needed: FEWEST };
     let sheet = LaserSheet::from_plane(plane.ok_or(no_points)?);
     let mut stamped: Stamped = Vec::new();
     for (stamp_ns, point) in points {
