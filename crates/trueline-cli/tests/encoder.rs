@@ -104,7 +104,7 @@ fn counts_that_say_no_time_are_refused_with_file_and_line() {
     };
     refused("no log", &["features.csv", "encoder.csv beside robot.csv"]);
     write_log(&scan, &log[..log.len() / 2]);
-    refused("a log that ends early", &["features.csv:", "a count within encoder.csv"]);
+    refused("a log that ends early", &["features.csv, line", "a count within encoder.csv"]);
     let mut back = log.clone();
     back[40][1] += 100.0;
     write_log(&scan, &back);

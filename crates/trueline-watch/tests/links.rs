@@ -10,7 +10,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use trueline_geometry::{Axis, AxisKind, Pose, se3, so3};
 use trueline_sim::production::Layout;
-use trueline_watch::detect::links::part_from_axis;
+use trueline_watch::detect::moved_axis::part_from_axis;
 use trueline_watch::detect::{Alarm, History, Link, judge};
 use trueline_watch::parameters::{CALIBRATION, UNITS};
 use trueline_watch::{PieceInformation, Scatter};

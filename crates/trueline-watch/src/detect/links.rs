@@ -6,11 +6,9 @@
 
 use super::change::VISIBLE;
 use super::piece::PieceInformation;
-use crate::parameters::{ALL, CALIBRATION, Kind, UNITS};
+use crate::parameters::{ALL, CALIBRATION, Kind};
 use crate::quadratic::Quadratic;
-use crate::reference::Part;
-use nalgebra::{DMatrix, DVector, Matrix6};
-use trueline_geometry::{Pose, so3};
+use nalgebra::{DMatrix, DVector};
 
 /// A part of the cell that can move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -59,21 +57,6 @@ impl Link {
             Self::Fixture | Self::Axis => Kind::Seam,
         }
     }
-}
-
-/// How a displacement of the axis in base, about the part's middle with the axis at zero, displaces the part on it: both as translation and
-/// rotation, in [`UNITS`].
-#[must_use]
-pub fn part_from_axis(part: &Part, base_from_part: &Pose) -> Matrix6<f64> {
-    let into_part = base_from_part.rotation.inverse().to_rotation_matrix().into_inner();
-    let middle = part.middle();
-    let lever = base_from_part.rotation * middle + base_from_part.translation.vector - middle;
-    let mut map = Matrix6::zeros();
-    map.fixed_view_mut::<3, 3>(0, 0).copy_from(&into_part);
-    map.fixed_view_mut::<3, 3>(0, 3).copy_from(&-(into_part * so3::hat(&lever)));
-    map.fixed_view_mut::<3, 3>(3, 3).copy_from(&into_part);
-    let units = &UNITS[CALIBRATION..];
-    Matrix6::from_fn(|i, j| map[(i, j)] * units[j] / units[i])
 }
 
 /// Welds before and after a change.

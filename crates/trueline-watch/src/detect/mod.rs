@@ -6,6 +6,7 @@ pub mod history;
 pub mod inside;
 pub mod judgement;
 pub mod links;
+pub mod moved_axis;
 mod over;
 pub mod piece;
 pub mod regime;

@@ -1,6 +1,6 @@
 //! One piece as the detector sees it: 18 numbers and their information.
 
-use super::links::part_from_axis;
+use super::moved_axis::part_from_axis;
 use super::scatter::Scatter;
 use crate::innovation::WeldStatistic;
 use crate::parameters::{ALL, CALIBRATION, UNITS};
