@@ -106,7 +106,8 @@ fn clock(drift: Option<Drift>, drifted: Option<Drift>) -> ClockFindings {
     ClockFindings { drift, drifted, step: None, stepped: None, noise_factor_without_step: None }
 }
 
-/// The line's answer, with the reason that no curve was tried. A motion that is insufficient for a line is insufficient for a curve.
+/// The line's answer, with the reason that no curve was tested. A motion that is insufficient for a line is insufficient for a
+/// curve.
 pub(crate) fn untried(line: Calibration, why: &'static str) -> Calibration {
     let is_misfit =
         |reason: &Reason| matches!(reason, Reason::ResidualsTooLarge { .. } | Reason::TooManyOutliers { .. });
