@@ -1,40 +1,40 @@
 //! The arc of a sphere or a cylinder among the points of a profile.
 //!
-//! From each of some short stretches a circle grows over its neighbours, so far as they lie on it. Of all arcs that turn far enough and are
-//! no larger than the target the one with the most points is taken.
+//! A profile is divided into short stretches. From each a circle grows over the neighbouring points while they lie on it. Of all
+//! arcs that turn far enough and are no larger than the target, the one with the most points is used.
 
 use super::cut::{Circle, FEWEST_POINTS};
 use super::target::RoundTarget;
 use nalgebra::Vector2;
 use trueline_geometry::statistics::{mad_sigma, median, quantile};
 
-/// Stretches that a profile is divided into; an arc grows from each.
+/// Number of stretches of a profile; an arc grows from each.
 const STRETCHES: usize = 16;
-/// A point lies on a circle within so many times the scatter.
+/// A point lies on a circle within this multiple of the scatter.
 const ON_CIRCLE: f64 = 5.0;
-/// Points of a profile that an arc is looked for among, at the most; then it takes all that lie on it.
+/// Maximum number of points in the search for an arc; the arc then gets all points that lie on it.
 const FEW: usize = 240;
-/// An arc grows by this part of its length at a time.
+/// Growth of an arc at a time, as a fraction of its length.
 const GROWS: f64 = 0.2;
-/// It goes on while at least this part of the new points lies on it.
+/// The growth continues while at least this fraction of the new points lies on the circle.
 const MOST: f64 = 0.7;
-/// Points further from their neighbour than this many columns begin another surface.
+/// A point farther from its neighbour than this many columns begins another surface.
 const COLUMNS_APART: f64 = 12.0;
-/// An arc turns by this at the least, rad: 40°. A flat face turns by its noise alone.
+/// Least turn of an arc, rad: 40°. A flat face turns only by its noise.
 const LEAST_TURN_RAD: f64 = 0.7;
-/// Length of the arc that [`super::target::Row::off_circle`] is of, rad.
+/// Length of the arc for [`super::target::Row::off_circle`], rad.
 const LONG_RAD: f64 = 2.1;
-/// Of a profile at least this part is smooth.
+/// At least this fraction of a profile is smooth.
 const SMOOTH: f64 = 0.3;
-/// Points scatter about an arc by no more than this multiple of the noise: neighbours share some of it.
+/// Largest scatter of points about an arc, as a multiple of the noise: neighbours share some of the noise.
 const LOOSE: f64 = 10.0;
 /// Noise below which a profile is exact, m.
 const EXACT_M: f64 = 1e-8;
-/// Points that are left out at either end, in parts of the arc: there the laser spot runs over the edge of what is seen.
+/// Fraction of the arc's points that is left out at either end, where the laser spot runs over the visible edge.
 const ENDS: f64 = 0.01;
 
-/// The points of a target's arc, in the order of the profile (sheet coordinates, m); `None` where there is none. Without a radius (m) any
-/// arc counts.
+/// The points of a target's arc, in the order of the profile (sheet coordinates, m); `None` without an arc. Without a radius (m)
+/// any arc counts.
 #[must_use]
 pub fn arc(points: &[Vector2<f64>], target: RoundTarget, radius_m: Option<f64>) -> Option<Vec<Vector2<f64>>> {
     let limits = Limits { noise_m: noise_m(points), off_circle: target.row().off_circle };
@@ -61,16 +61,16 @@ pub fn arc(points: &[Vector2<f64>], target: RoundTarget, radius_m: Option<f64>) 
     (on.len() >= FEWEST_POINTS + 2 * end).then(|| on[end..on.len() - end].to_vec())
 }
 
-/// How far the points of an arc are off their circle.
+/// Limits of the distance between an arc's points and its circle.
 struct Limits {
     /// Noise of a point, m.
     noise_m: f64,
-    /// Of an arc of [`LONG_RAD`], in radii.
+    /// Distance of an arc of [`LONG_RAD`] from its circle, in radii.
     off_circle: f64,
 }
 
 impl Limits {
-    /// How far an arc is off its circle because it is none, m.
+    /// Distance of an elliptical arc from its circle, m.
     fn off_m(&self, circle: &Circle, points: &[Vector2<f64>]) -> f64 {
         if self.off_circle == 0.0 {
             return 0.0;
@@ -79,7 +79,7 @@ impl Limits {
     }
 }
 
-/// A stretch of points on a circle, and how far these are off it at the most, m.
+/// A stretch of points on a circle, and their largest distance from it, m.
 struct Grown {
     first: usize,
     last: usize,
@@ -87,7 +87,8 @@ struct Grown {
     limit_m: f64,
 }
 
-/// Noise of a point along the range, m: of third differences, which a smooth surface hardly has, in the smoother stretches of the profile.
+/// Noise of a point along the range, m. It comes from third differences in the smoother stretches of the profile: a smooth
+/// surface has hardly any.
 fn noise_m(points: &[Vector2<f64>]) -> f64 {
     let third = |p: &[Vector2<f64>]| p[3].y - 3.0 * p[2].y + 3.0 * p[1].y - p[0].y;
     let of = |stretch: &[Vector2<f64>]| mad_sigma(&stretch.windows(4).map(third).collect::<Vec<f64>>());
@@ -96,7 +97,7 @@ fn noise_m(points: &[Vector2<f64>]) -> f64 {
     (noise_m.unwrap_or(0.0) / 20_f64.sqrt()).max(EXACT_M)
 }
 
-/// The points on the circle through a stretch, from it as far as they go.
+/// The points on the circle through a stretch, as far as they continue from it.
 fn grown(points: &[Vector2<f64>], stretch: [usize; 2], limits: &Limits) -> Option<Grown> {
     let [mut first, mut last] = stretch;
     let column_m = median(points.windows(2).map(|p| (p[1].x - p[0].x).abs()))?;
@@ -126,7 +127,7 @@ fn grown(points: &[Vector2<f64>], stretch: [usize; 2], limits: &Limits) -> Optio
     Some(Grown { first, last, circle, limit_m })
 }
 
-/// The circle through most of some points, and how far these are off it at the most, m. `Some(None)` of points that scatter too much.
+/// The circle through most of some points, and their largest distance from it, m. `Some(None)` if the points scatter too much.
 fn settled(points: &[Vector2<f64>], limits: &Limits) -> Option<Option<(Circle, f64)>> {
     let mut circle = Circle::of(points)?;
     for _ in 0..2 {

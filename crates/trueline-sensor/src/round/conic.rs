@@ -1,4 +1,4 @@
-//! The ellipse in which the sheet cuts a cylinder: fitted to an arc, and told as five points of it with their covariance.
+//! The ellipse in which the sheet cuts a cylinder: fitted to an arc, and represented by five points of it with their covariance.
 //!
 //! About the circle of the arc, with u the distance from its centre in radii, the conic is
 //!
@@ -6,8 +6,8 @@
 //! g(u) = u·u − 1 + α (u₁² − u₂²) + 2 β u₁ u₂ + γ u₁ + δ u₂ + ε = 0
 //! ```
 //!
-//! and a point is g/|∇g| off it \[Sampson1982\]. A short arc hardly shows its five numbers, but it does show where it runs itself:
-//! that is what the points say, whatever the ellipse.
+//! and the distance of a point from it is g/|∇g| \[Sampson1982\]. A short arc hardly determines the five coefficients, but it
+//! determines its own course. The five points represent this course, whatever the ellipse.
 
 use super::cut::Circle;
 use super::target::{ROWS, Rows, Square};
@@ -17,11 +17,11 @@ use nalgebra::{SMatrix, Vector2};
 const STEPS: usize = 12;
 /// The fit ends with a step below this.
 const SMALL_STEP: f64 = 1e-11;
-/// Beforehand the five numbers are about this large: cut 45° askew an ellipse has α = 1/3.
+/// Prior size of the five coefficients: an ellipse cut at 45° has α = 1/3.
 const USUAL: f64 = 0.3;
 /// Scatter below which an arc is exact, in radii.
 const EXACT: f64 = 1e-10;
-/// Places of the points between the ends of the arc, −1 to 1: Chebyshev's, which five numbers are best told at.
+/// Places of the points between the ends of the arc, −1 to 1: Chebyshev nodes, which determine the five coefficients best.
 const PLACES: [f64; ROWS] = [-0.951_057, -0.587_785, 0.0, 0.587_785, 0.951_057];
 
 /// A conic near a circle.
@@ -31,7 +31,7 @@ pub(super) struct Conic {
     numbers: Rows,
 }
 
-/// Five points of an arc, and what is known of them.
+/// Five points of an arc, with their covariance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Supports {
     /// The points, m, and the unit normals there, outward.
@@ -41,7 +41,7 @@ pub(super) struct Supports {
 }
 
 impl Conic {
-    /// The conic of least squared distances from points; `None` where they are no arc.
+    /// The conic of least squared distances from points; `None` if they are not an arc.
     pub(super) fn of(points: &[Vector2<f64>]) -> Option<Self> {
         let circle = Circle::of(points)?;
         let mut conic = Self { circle, numbers: Rows::zeros() };
@@ -63,13 +63,13 @@ impl Conic {
         Some(conic)
     }
 
-    /// How far a point is outside, m.
+    /// Distance of a point outside the conic, m.
     pub(super) fn off_m(&self, point: &Vector2<f64>) -> f64 {
         let (value, slope) = self.value(&self.scaled(point));
         value / slope.norm() * self.circle.radius_m
     }
 
-    /// Five points of the arc. The last step is free of what was taken beforehand, which only led to the place where the arc is looked at.
+    /// Five points of the arc. The last step has no prior: the prior only led to the point of linearisation.
     pub(super) fn supports(&self, points: &[Vector2<f64>]) -> Option<Supports> {
         let (information, pull) = self.normal_equations(points);
         let inverse = information.cholesky()?.inverse();
@@ -136,7 +136,7 @@ impl Conic {
         (root > 0.0 && a > 0.0).then(|| (root.sqrt() - b) / (2.0 * a))
     }
 
-    /// Of distances in radii.
+    /// Normal equations of distances in radii.
     fn normal_equations(&self, points: &[Vector2<f64>]) -> (Square, Rows) {
         let (mut information, mut pull) = (Square::zeros(), Rows::zeros());
         for point in points {

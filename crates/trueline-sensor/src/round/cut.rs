@@ -6,15 +6,15 @@ use nalgebra::{Matrix3, SMatrix, Vector2, Vector3};
 use trueline_geometry::statistics::{lasting, mad_sigma};
 use trueline_model::SheetShape;
 
-/// Steps of the fit; each gains digits as Newton's do.
+/// Maximum number of steps; the fit converges quadratically.
 const STEPS: usize = 20;
 /// The fit ends with a step below this, m.
 const SMALL_STEP_M: f64 = 1e-12;
-/// A circle is never known better than this, m: it keeps the covariance of exact points invertible.
+/// Least standard deviation of a circle, m: it keeps the covariance of exact points invertible.
 const LEAST_SIGMA_M: f64 = 1e-9;
-/// Points further off an ellipse than so many times their scatter are not of it.
+/// Points farther from an ellipse than this multiple of their scatter do not belong to it.
 const ON_CONIC: f64 = 5.0;
-/// Points that a circle and its scatter need.
+/// Least number of points for a circle and its scatter.
 pub const FEWEST_POINTS: usize = 8;
 
 /// A circle in the sheet.
@@ -27,13 +27,13 @@ pub struct Circle {
 }
 
 impl Circle {
-    /// How far a point is outside, m.
+    /// Distance of a point outside the circle, m.
     #[must_use]
     pub fn off(&self, point: &Vector2<f64>) -> f64 {
         (point - self.center_m).norm() - self.radius_m
     }
 
-    /// The circle of least squared distances from points, m; `None` of points on a line.
+    /// The circle of least squared distances from points, m; `None` for points on a line.
     #[must_use]
     pub fn of(points: &[Vector2<f64>]) -> Option<Self> {
         let mut circle = Self::algebraic(points)?;
@@ -76,7 +76,7 @@ impl Circle {
         Vector3::new(-outward.x, -outward.y, -1.0)
     }
 
-    /// The angle between the outermost points as seen from the centre, rad, where all lie on less than a full turn.
+    /// The angle between the outermost points as seen from the centre, rad, if all lie on less than a full turn.
     #[must_use]
     pub fn extent_rad(&self, points: &[Vector2<f64>]) -> f64 {
         let mean = points.iter().map(|p| p - self.center_m).sum::<Vector2<f64>>();
@@ -92,31 +92,31 @@ impl Circle {
     }
 }
 
-/// What a profile shows of a round target.
+/// The cut of a round target in a profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cut {
-    /// What was cut.
+    /// The target.
     pub target: RoundTarget,
-    /// The circle of the arc; of a cylinder it is not quite the arc.
+    /// The circle of the arc; for a cylinder it is an approximation.
     pub circle: Circle,
-    /// Points of a cylinder's arc, m, and the unit normals there, outward. Unused of a sphere.
+    /// Points of a cylinder's arc, m, and the outward unit normals there. Unused for a sphere.
     pub supports: [[Vector2<f64>; 2]; ROWS],
-    /// Covariance, m²: of a sphere's circle, its centre (two coordinates of the sheet) and its radius; of a cylinder's points along their
-    /// normals.
+    /// Covariance, m². For a sphere: of its circle's centre (two coordinates of the sheet) and radius. For a cylinder: of its
+    /// points along their normals.
     pub covariance: Square,
-    /// How these follow the sensor's shape h₁ … h₅, the report being what it is.
+    /// Derivatives of these numbers by the sensor's shape h₁ … h₅, with the sensor's report fixed.
     pub d_shape: SMatrix<f64, ROWS, 5>,
     /// The middle of the arc, m.
     pub middle_m: Vector2<f64>,
-    /// Points on it.
+    /// Number of points on it.
     pub points: usize,
     /// Root mean square distance of the points from the arc, m.
     pub rms_m: f64,
 }
 
 impl Cut {
-    /// The cut of points in the order of their columns (sheet coordinates, m); `shape` is that of a sensor that reports what is there.
-    /// The scatter of the points gives their noise. Neighbours whose noise is shared count as fewer.
+    /// The cut from points in the order of their columns (sheet coordinates, m); `shape` corrects the sensor's report. The
+    /// scatter of the points gives their noise. Neighbours with shared noise count as fewer.
     #[must_use]
     pub fn of(target: RoundTarget, points: &[Vector2<f64>], shape: &SheetShape) -> Option<Self> {
         if points.len() < FEWEST_POINTS {
@@ -169,7 +169,7 @@ impl Cut {
         let found = conic.supports(&points)?;
         let mut d_shape = SMatrix::<f64, ROWS, 5>::zeros();
         for (k, [point, normal]) in found.points.iter().enumerate() {
-            // The points go where the shape takes the surface there.
+            // The shape moves the points along with the surface there.
             d_shape.set_row(k, &(normal.transpose() * shape.d_corrected_d_shape(point)?));
         }
         Some(Self {
@@ -190,7 +190,7 @@ impl Cut {
         Vector3::new(self.circle.center_m.x, self.circle.center_m.y, self.circle.radius_m)
     }
 
-    /// Standard deviations, m: of a sphere's circle, its centre and its radius; of a cylinder's arc, its ends and its middle.
+    /// Standard deviations, m. For a sphere: of its circle's centre and radius. For a cylinder: of its arc's ends and middle.
     #[must_use]
     pub fn sigma_m(&self) -> Vector3<f64> {
         let of: Rows = self.covariance.diagonal().map(f64::sqrt);
@@ -205,9 +205,9 @@ fn middle(points: &[Vector2<f64>]) -> Vector2<f64> {
     points.iter().sum::<Vector2<f64>>() / points.len() as f64
 }
 
-/// How points scatter about their arc.
+/// Scatter of points about their arc.
 struct Noise {
-    /// Variance of a point, m², raised by what neighbours share.
+    /// Variance of a point, m², increased by the noise that neighbours share.
     variance: f64,
     rms_m: f64,
 }

@@ -17,33 +17,33 @@ use trueline_geometry::statistics::{lasting, median};
 use trueline_lsq::{LeastSquares, NormalEquations};
 use trueline_method::input::shape_prior::ShapePrior;
 
-/// Cuts that tell starts apart.
+/// Number of cuts that select among the starts.
 const FEW: usize = 60;
-/// Starts of which all cuts are looked at.
+/// Number of starts that are fitted to all cuts.
 const FITTED: usize = 8;
 /// Rounds of a fit to few cuts.
 const FEW_ROUNDS: usize = 2;
-/// Answers whose hand-eye transforms differ by less than this are one, rad.
+/// Answers whose hand-eye transforms differ by less than this are the same, rad.
 const ONE_ATTITUDE_RAD: f64 = 0.1;
-/// The radius, where it is not stated, is known to this beforehand, m: it decides nothing.
+/// Prior standard deviation of a radius that is not stated, m: it has no influence.
 const ANY_RADIUS_M: f64 = 10.0;
 
-/// What is known beforehand.
+/// Prior knowledge and settings.
 #[derive(Clone, Debug)]
 pub struct RoundOptions {
-    /// What is scanned.
+    /// Scanned target.
     pub target: RoundTarget,
-    /// Where to start a cylinder; a sphere finds its starts itself.
+    /// Starts for a cylinder; a sphere finds its own.
     pub starts: Vec<RoundState>,
-    /// The time offset is looked for within plus and minus this, s.
+    /// Range of the time offset to either side of zero, s.
     pub reach_s: f64,
-    /// Where to start: time offset, s, and `tool_from_camera`.
+    /// Guess: time offset, s, and `tool_from_camera`.
     pub guess: Option<(f64, Pose)>,
     /// Radius of the target, m; `None` estimates it.
     pub radius_m: Option<f64>,
-    /// The sensor's shape beforehand; `None` holds it.
+    /// Prior of the sensor's shape; `None` holds it.
     pub shape: Option<ShapePrior>,
-    /// Covariance of a shape that is held.
+    /// Covariance of a held shape.
     pub held_shape: SMatrix<f64, 5, 5>,
 }
 
@@ -61,30 +61,31 @@ impl Default for RoundOptions {
     }
 }
 
-/// What was found.
+/// Result of a calibration on a round target.
 #[derive(Clone, Debug)]
 pub struct RoundFit {
-    /// What was scanned.
+    /// Scanned target.
     pub target: RoundTarget,
-    /// Everything that a sighted target has too. What the target looks the same under is held, and its errors are in its own axes.
+    /// Everything that a sighted target has too. Directions in which the target looks the same are held, and its errors are in
+    /// its own axes.
     pub pose: PoseFit,
     /// Radius, m: stated or estimated.
     pub radius_m: f64,
-    /// Its standard deviation, m; `None` where it is stated.
+    /// Its standard deviation, m; `None` if the radius is stated.
     pub radius_sigma_m: Option<f64>,
-    /// The sensor's shape h₁ … h₅ and its standard deviations; `None` where it is held.
+    /// The sensor's shape h₁ … h₅ and its standard deviations; `None` if it is held.
     pub shape: Option<[SVector<f64, 5>; 2]>,
-    /// Part of the covariance of a target's unknowns that a shape brings which is held.
+    /// Contribution of a held shape to the covariance of a target's unknowns.
     pub of_sensor: SMatrix<f64, { unknowns::SIZE }, { unknowns::SIZE }>,
-    /// Errors of cuts that are left out.
+    /// Leave-one-out errors of cuts.
     pub held_out: Option<HeldOut>,
 }
 
-/// Estimates everything from cuts (in the order of the path's stamps) of a target that stands still, or that the robot carries before a
-/// sensor that stands still; then the path is `tool_from_base`.
+/// Estimates everything from cuts (in the order of the path's stamps). Either the target stands still, or the robot carries it
+/// before a sensor that stands still; then the path is `tool_from_base`.
 ///
 /// # Errors
-/// Too few cuts, streams without time in common, or cuts that have nothing to do with each other.
+/// Too few cuts, streams that do not overlap in time, or cuts that are unrelated.
 pub fn calibrate(
     cuts: &[Cut],
     sheet: &SheetFrame,
@@ -116,7 +117,7 @@ pub fn calibrate(
     Ok(fit)
 }
 
-/// Answers that few cuts give from starts all around, each once, the likeliest first.
+/// Answers of a few cuts from starts all around, without repetitions, the most likely first.
 fn answers(scan: &Scan<'_>, options: &RoundOptions) -> Result<Vec<RoundState>, Error> {
     let stride = scan.cuts.len().div_ceil(FEW).max(1);
     let cuts: Vec<Cut> = scan.cuts.iter().step_by(stride).copied().collect();
@@ -155,7 +156,7 @@ fn turn_between(a: &RoundState, b: &RoundState) -> f64 {
     a.unknowns.tool_from_camera.rotation.angle_to(&b.unknowns.tool_from_camera.rotation)
 }
 
-/// Squared whitened residuals, no larger than those of outliers; `None` without a pose of the robot.
+/// Squared whitened residuals, capped at those of outliers; `None` without a pose of the robot.
 fn capped<'a>(
     scan: &'a Scan<'_>,
     state: &'a RoundState,
@@ -192,7 +193,7 @@ fn rival(scan: &Scan<'_>, best: &RoundState, other: &RoundState) -> Option<Other
     })
 }
 
-/// The covariance of all that is estimated, in units of the whitening; zero for what is held.
+/// The covariance of all estimated unknowns, in units of the whitening; zero for held ones.
 fn covariance(hessian: &DMatrix<f64>, held: &[usize]) -> Option<SMatrix<f64, SIZE, SIZE>> {
     let free: Vec<usize> = (0..SIZE).filter(|k| !held.contains(k)).collect();
     // A radian, a metre and a shape differ by orders: scaled to a unit diagonal first.
@@ -211,10 +212,11 @@ fn covariance(hessian: &DMatrix<f64>, held: &[usize]) -> Option<SMatrix<f64, SIZ
     Some(covariance)
 }
 
-/// Part of an unknown's own information that is added to it: what is hidden has a covariance that is very large, and finite.
+/// This fraction of an unknown's own information is added to it: an unobservable unknown gets a very large, but finite
+/// covariance.
 const LEAST_INFORMATION: f64 = 1e-12;
 
-/// Information about what a sighted target has, where radius and shape are estimated with it.
+/// Information on the unknowns of a sighted target, if radius and shape are estimated as well.
 fn of_target(
     hessian: &DMatrix<f64>,
     held: &[usize],
@@ -287,13 +289,13 @@ fn concluded(scan: &Scan<'_>, best: &RoundState, options: &RoundOptions) -> Resu
     })
 }
 
-/// Readings less unknowns, one at the least. A shape with a prior brings as many readings as unknowns.
+/// Degrees of freedom, at least one. A shape with a prior adds as many readings as unknowns.
 fn freedom(scan: &Scan<'_>, counting: usize) -> f64 {
     let estimated = SIZE - scan.held().len() - if scan.shape.is_some() { SIZE - SHAPE } else { 0 };
     ((scan.row.rows * counting) as f64 - estimated as f64).max(1.0)
 }
 
-/// What the target's unknowns owe to a shape that is held and uncertain: S P Sᵀ with S = −C JᵀJ_s.
+/// Contribution of an uncertain held shape to the target's unknowns: S P Sᵀ with S = −C JᵀJ_s.
 fn of_held_shape(
     hessian: &DMatrix<f64>,
     covariance: &SMatrix<f64, SIZE, SIZE>,
@@ -304,7 +306,7 @@ fn of_held_shape(
     follows * held * follows.transpose()
 }
 
-/// How the estimate follows an error of the robot's pose at a cut; `None` of one that does not count.
+/// Displacement of the estimate by an error of the robot's pose at a cut; `None` for a cut without weight.
 fn d_robot(
     problem: &RoundProblem<'_>,
     k: usize,
@@ -322,7 +324,7 @@ fn d_robot(
     Some(follows.fixed_rows::<{ unknowns::SIZE }>(0).into_owned())
 }
 
-/// Medians of the noise of cuts in the place of a sighting's: across the sheet's first axis, its second, and the radius, m.
+/// Median noise of cuts instead of a sighting's: across the sheet's first axis, its second, and the radius, m.
 fn noise(cuts: &[Cut]) -> Vector6<f64> {
     let of = |k: usize| median(cuts.iter().map(|cut| cut.sigma_m()[k])).unwrap_or(0.0);
     Vector6::new(0.0, 0.0, 0.0, of(0), of(1), of(2))

@@ -1,26 +1,27 @@
-//! How far each cut is from what all others predict.
+//! Leave-one-out: the distance of each cut from the prediction by all others.
 //!
-//! Of a linear fit that follows without fitting again: with the whitened residual r, its derivative A and the covariance C of the estimate,
-//! the residual of a cut that is left out is (1 − A C Aᵀ)⁻¹ r.
+//! In a linear fit it follows without fitting again: with the whitened residual r, its derivative A and the covariance C of the
+//! estimate, the leave-one-out residual is (1 − A C Aᵀ)⁻¹ r.
 
 use super::model::{RoundState, SIZE};
 use super::problem::RoundProblem;
 use super::target::Square;
 use nalgebra::SMatrix;
 
-/// Errors of cuts that are left out.
+/// Leave-one-out errors of cuts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HeldOut {
-    /// Root mean square distance of the numbers of a cut from what the other cuts predict, m.
+    /// Root mean square distance of a cut from the prediction by the other cuts, m.
     pub rms_m: f64,
-    /// The same as the uncertainties have it, m.
+    /// The same as predicted by the uncertainties, m.
     pub expected_rms_m: f64,
-    /// The same of the cuts in the fit, m.
+    /// Root mean square residual of the cuts in the fit, m.
     pub fitted_rms_m: f64,
 }
 
 impl HeldOut {
-    /// Of all cuts that count; `covariance` is that of the estimate in units of the whitening, and `factor` scales it to the residuals.
+    /// For all cuts with a weight; `covariance` is that of the estimate in units of the whitening, and `factor` scales it to the
+    /// residuals.
     pub(super) fn of(
         problem: &RoundProblem<'_>,
         at: &RoundState,

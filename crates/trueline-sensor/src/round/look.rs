@@ -1,13 +1,14 @@
-//! What a cut is off its prediction by, and how that follows the target's pose in the camera, its radius and the sensor's shape.
+//! Residual of a cut, and its derivatives by the target's pose in the camera, its radius and the sensor's shape.
 //!
-//! With c the target's origin in the camera, (e₁, e₂, n) the sheet's axes, of a sphere's circle (a, b, ρ) measured:
+//! With c the target's origin in the camera and (e₁, e₂, n) the sheet's axes, the residual of a sphere's circle measured as (a,
+//! b, ρ) is:
 //!
 //! ```text
 //! r = (a − e₁·c, b − e₂·c, (ρ² + (n·c)² − R²) / 2ρ)
 //! ```
 //!
-//! The third is ρ − √(R² − (n·c)²) to first order, and is defined also where a start lays the sheet beside the sphere. Of a cylinder about
-//! the direction d, for each point x of the arc:
+//! The third is ρ − √(R² − (n·c)²) to first order, and is defined also if a start has the sheet beside the sphere. The residual
+//! of a cylinder about the direction d is, for each point x of the arc:
 //!
 //! ```text
 //! r = |(I − d dᵀ)(x − c)| − R
@@ -19,22 +20,22 @@ use super::target::{ROWS, RoundTarget, Rows};
 use nalgebra::{Matrix3, SMatrix, Vector2, Vector3};
 use trueline_geometry::Pose;
 
-/// Measured less predicted, m, and its derivatives.
+/// Residual (measured minus predicted), m, and its derivatives.
 pub(super) struct Look {
-    /// Measured less predicted, m.
+    /// Measured minus predicted, m.
     pub off_m: Rows,
-    /// By a turn of the target about its origin and a shift of it, in the camera's axes.
+    /// By a turn of the target about its origin and its shift, in the camera's axes.
     pub d_target: SMatrix<f64, ROWS, 6>,
     /// By the radius.
     pub d_radius: Rows,
-    /// By an error of each number of the cut.
+    /// By an error of each coordinate of the cut.
     pub d_seen: Rows,
     /// By the sensor's shape.
     pub d_shape: SMatrix<f64, ROWS, 5>,
 }
 
 impl Look {
-    /// Of a cut, with the target at a pose in the camera.
+    /// For a cut, with the target at a pose in the camera.
     pub(super) fn of(cut: &Cut, sheet: &SheetFrame, camera_from_target: &Pose, at: &RoundState) -> Self {
         match cut.target {
             RoundTarget::Sphere => Self::of_sphere(cut, sheet, camera_from_target, at),

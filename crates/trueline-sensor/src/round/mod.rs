@@ -1,4 +1,4 @@
-//! Time offset, hand-eye transform and a sphere or cylinder, from the arcs that it leaves in profiles.
+//! Time offset, hand-eye transform and a sphere or cylinder, from its arcs in profiles.
 //!
 //! ```text
 //! points of a profile ──arc──▶ points of the target ──cut──▶ circle, or five points of an ellipse, with their covariance
@@ -6,13 +6,14 @@
 //!              offsets × attitudes ──start──▶ starts ──problem─┴──▶ the best, its rival, what is hidden ([`estimate`])
 //! ```
 //!
-//! The sheet cuts a sphere of radius R in a circle. Its centre is the sphere's, laid into the sheet. Its radius ρ gives the distance of the
-//! sphere's centre from the sheet, √(R² − ρ²), but not the side. The residual of ρ holds for both sides, and the motion decides.
+//! The sheet cuts a sphere of radius R in a circle. The circle's centre is the projection of the sphere's centre onto the sheet.
+//! Its radius ρ gives the distance of the sphere's centre from the sheet, √(R² − ρ²), but not the side. The residual of ρ is the
+//! same for both sides, and the motion decides.
 //!
-//! It cuts a cylinder in an ellipse, which tells where the axis pierces the sheet and how the two lean to each other. A [`target`] is a row of a
-//! table.
+//! The sheet cuts a cylinder in an ellipse. The ellipse gives the point where the axis pierces the sheet, and the angle between
+//! axis and sheet. A [`target`] is a row of a table.
 //!
-//! All else is that of pose sightings ([`crate::board_hand_eye`]): chain, robot noise, hidden directions.
+//! Everything else is as for pose sightings ([`crate::board_hand_eye`]): chain, robot noise, unobservable directions.
 
 pub mod arc;
 mod conic;

@@ -1,4 +1,4 @@
-//! How what a cut is off by follows the unknowns and the robot, and its whitening.
+//! Derivatives of a cut's residual by the unknowns and the robot, and its whitening.
 
 use super::cut::Cut;
 use super::look::Look;
@@ -15,17 +15,17 @@ pub const SIZE: usize = unknowns::SIZE + 1 + SheetShape::DIMENSION;
 pub const RADIUS: usize = unknowns::SIZE;
 /// First index of the shape.
 pub const SHAPE: usize = RADIUS + 1;
-/// An error of a cut acts at least by this part: where a start has the sheet along a cylinder, it would not act at all.
+/// Least effect of an error of a cut: without it the effect would vanish for a start with the sheet along a cylinder.
 const LEAST_SEEN: f64 = 0.3;
 
-/// What is sought.
+/// The unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoundState {
     /// Time offset, hand-eye transform and the target's pose. Steps of the pose are in the target's own axes.
     pub unknowns: Unknowns,
     /// Radius, m.
     pub radius_m: f64,
-    /// The sensor's shape h₁ … h₅, beside the one in its file.
+    /// Correction of the sensor's shape h₁ … h₅ relative to its file.
     pub shape: SVector<f64, 5>,
 }
 
@@ -65,7 +65,7 @@ impl SheetFrame {
     }
 }
 
-/// Measured less predicted, m.
+/// Measured minus predicted, m.
 pub(super) fn difference(cut: &Cut, sheet: &SheetFrame, tool: &ToolState, at: &RoundState) -> Rows {
     Look::of(cut, sheet, &predicted(tool, &at.unknowns), at).off_m
 }
@@ -79,7 +79,7 @@ pub(super) fn jacobian(
 ) -> SMatrix<f64, ROWS, SIZE> {
     let seen = predicted(tool, &at.unknowns);
     let look = Look::of(cut, sheet, &seen, at);
-    // What moves a sighted target's residual moves its prediction the other way.
+    // The prediction of a sighted target moves opposite to its residual.
     let mut moves = -derivative(&seen, tool, &at.unknowns);
     let own_axes = at.unknowns.base_from_target.rotation.to_rotation_matrix().into_inner();
     for first in [TARGET, TARGET + 3] {
@@ -105,7 +105,7 @@ pub(super) fn d_robot(
     look.d_target * robot_derivative(tool, noise.carries, &at.unknowns)
 }
 
-/// W with WᵀW the inverse covariance of a residual: cut, robot and stamp err together.
+/// W with WᵀW the inverse covariance of a residual: errors of cut, robot and stamp together.
 pub(super) fn whitening(
     cut: &Cut,
     sheet: &SheetFrame,

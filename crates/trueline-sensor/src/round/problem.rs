@@ -12,10 +12,10 @@ use trueline_geometry::statistics::median;
 use trueline_lsq::{LeastSquares, NormalEquations, SolveOptions, solve};
 use trueline_method::input::shape_prior::ShapePrior;
 
-/// The fewest cuts that leave something over to check.
+/// Least number of cuts: it leaves degrees of freedom for a check.
 pub(crate) const FEWEST: usize = 6;
 
-/// What a scan has seen of a target, and what is known beforehand.
+/// The cuts of a scan over a target, and the prior knowledge.
 #[derive(Clone, Copy)]
 pub(super) struct Scan<'a> {
     /// The target.
@@ -24,9 +24,9 @@ pub(super) struct Scan<'a> {
     pub(super) sheet: &'a SheetFrame,
     pub(super) robot: RobotPath<'a>,
     pub(super) noise: &'a ErrorModel,
-    /// The radius, m, where it is stated.
+    /// The radius, m, if it is stated.
     pub(super) radius_m: Option<f64>,
-    /// The sensor's shape beforehand; `None` where it is held.
+    /// Prior of the sensor's shape; `None` if it is held.
     pub(super) shape: Option<ShapePrior>,
 }
 
@@ -43,7 +43,7 @@ impl Scan<'_> {
         self.robot.at(k, at.unknowns.time_offset_s)
     }
 
-    /// Measured less predicted, m; `None` where the robot's pose is not known.
+    /// Measured minus predicted, m; `None` without a pose of the robot.
     pub(super) fn difference(&self, k: usize, at: &RoundState) -> Option<Rows> {
         Some(model::difference(&self.cuts[k], self.sheet, &self.tool(k, at)?, at))
     }
@@ -53,12 +53,12 @@ impl Scan<'_> {
 #[derive(Clone)]
 pub(super) struct RoundProblem<'a> {
     pub(super) scan: Scan<'a>,
-    /// Which cuts count.
+    /// Cuts with a weight.
     pub(super) used: Vec<bool>,
     pub(super) whitening: Vec<Square>,
 }
 
-/// The estimate from a start, and the problem at it with the cuts that count, after a round for each margin, s.
+/// The estimate from a start, and the problem at it with the weighted cuts, after a round for each margin, s.
 pub(super) fn converged<'a>(
     scan: &Scan<'a>,
     start: RoundState,
@@ -88,7 +88,7 @@ pub(super) fn rounds() -> &'static [f64] {
 }
 
 impl<'a> RoundProblem<'a> {
-    /// The problem with the noise as it acts at `at`; cuts without a robot pose there do not count.
+    /// The problem with the noise at `at`; cuts without a robot pose there have no weight.
     pub(super) fn whitened(scan: &Scan<'a>, at: &RoundState) -> Self {
         let of = |k: usize| model::whitening(&scan.cuts[k], scan.sheet, &scan.tool(k, at)?, scan.noise, at);
         let whitening: Vec<Option<Square>> = (0..scan.cuts.len()).map(of).collect();
@@ -106,7 +106,7 @@ impl<'a> RoundProblem<'a> {
         self
     }
 
-    /// Without the cuts whose robot pose is not known everywhere within a margin, s, of the offset.
+    /// Without cuts that lack a robot pose somewhere within a margin, s, of the offset.
     fn within(mut self, margin_s: f64, at: &RoundState) -> Self {
         if self.scan.robot.has_time_offset() {
             for (k, used) in self.used.iter_mut().enumerate() {
@@ -117,7 +117,7 @@ impl<'a> RoundProblem<'a> {
         self
     }
 
-    /// Which cuts fit, and the scale of their squares; the scale only falls from round to round.
+    /// The cuts that fit, and the scale of their squares; the scale decreases from round to round.
     fn fitting(&self, at: &RoundState, last_scale: f64) -> (Vec<bool>, f64) {
         let squares: Vec<f64> = (0..self.used.len())
             .map(|k| self.residual(k, at).map_or(f64::INFINITY, |r| r.norm_squared()))
@@ -126,13 +126,13 @@ impl<'a> RoundProblem<'a> {
         (squares.iter().map(|s| *s <= self.scan.row.outlier_squared * scale).collect(), scale)
     }
 
-    /// The scale of squared residuals by their median: one if the noise is as it was taken, or less.
+    /// The scale of squared residuals from their median: one for the assumed noise, or less.
     pub(super) fn scale(&self, at: &RoundState) -> f64 {
         let squares = self.counting().filter_map(|k| Some(self.residual(k, at)?.norm_squared()));
         (median(squares).unwrap_or(0.0) / self.scan.row.median_squared).max(1.0)
     }
 
-    /// Measured less predicted, whitened; `None` where the robot's pose is not known.
+    /// Measured minus predicted, whitened; `None` without a pose of the robot.
     pub(super) fn residual(&self, k: usize, at: &RoundState) -> Option<Rows> {
         Some(self.whitening[k] * self.scan.difference(k, at)?)
     }
@@ -144,7 +144,7 @@ impl<'a> RoundProblem<'a> {
         Some((self.residual(k, at)?, self.whitening[k] * jacobian))
     }
 
-    /// The places of the cuts that count.
+    /// Indices of the weighted cuts.
     pub(super) fn counting(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.used.len()).filter(|k| self.used[*k])
     }
@@ -283,7 +283,8 @@ mod tests {
                     problem.cost(&problem.retract(&state, &moved))
                 };
                 let numerical = (at(-2.0) - at(2.0) + (at(1.0) - at(-1.0)) * 8.0) / (12.0 * step);
-                // A sphere's attitude moves nothing. Costs of some 10⁷ are known to 10⁻⁹: their differences over 10⁻⁶ to 10⁻³.
+                // A sphere's attitude has no effect. Costs of about 10⁷ have rounding errors of 10⁻⁹, so derivatives over 10⁻⁶
+                // have errors of 10⁻³.
                 let scale = equations.hessian[(k, k)].sqrt().max(1e3);
                 let off = (numerical - equations.gradient[k]).abs() / scale;
                 assert!(off < 1e-5, "{target:?} {carries:?} {k}: {numerical} {}", equations.gradient[k]);

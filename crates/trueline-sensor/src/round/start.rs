@@ -1,8 +1,8 @@
-//! Where the fit starts when nothing is known: time offsets and attitudes of the sensor all around.
+//! Starts of a fit without a guess: time offsets, and attitudes of the sensor all around.
 //!
-//! With offset and attitude given, the two coordinates of the circle's centre in the sheet are linear in the sphere's centre and the sensor's
-//! place, whichever side of the sheet the sphere is on. The radii of the circles then give the distance from the sheet: its value is the one
-//! that most cuts agree with, on one side or the other.
+//! At a given offset and attitude, the two coordinates of the circle's centre in the sheet are linear in the sphere's centre and
+//! the sensor's place, on either side of the sheet. The radii of the circles then give the distance from the sheet: the value
+//! that fits most cuts, on one side or the other.
 
 use super::model::{RoundState, SheetFrame};
 use super::problem::Scan;
@@ -12,31 +12,31 @@ use std::f64::consts::TAU;
 use trueline_geometry::statistics::{median, quantile};
 use trueline_geometry::{Pose, se3};
 
-/// Time offsets tried to either side of zero.
+/// Number of tested time offsets on either side of zero.
 const STEPS: i32 = 40;
-/// Directions of the sheet's normal that are tried, a whole sphere of them, some 29° apart.
+/// Number of tested directions of the sheet's normal, all over a sphere, about 29° apart.
 const DIRECTIONS: usize = 48;
-/// Turns about each of them.
+/// Number of turns about each of them.
 const TURNS: usize = 12;
-/// Turn from one direction to the next about the pole, rad: it fills a sphere evenly.
+/// Turn from one direction to the next about the pole, rad: it covers a sphere evenly.
 const GOLDEN_RAD: f64 = 2.399_963_229_728_653;
-/// Attitudes that are kept of each offset, and starts in all.
+/// Attitudes kept for each offset, and maximum number of starts.
 const KEPT: usize = 3;
 const MOST: usize = 48;
-/// A cut is off by about this at a start, m: an attitude is 15° off.
+/// Usual error of a cut at a start, m: an attitude is up to 15° off.
 const OFF_M: f64 = 5e-3;
-/// The sphere is about so far from the middle of the robot's path, and the sensor from its tool, m.
+/// Usual distance of the sphere from the middle of the robot's path, and of the sensor from its tool, m.
 const FAR_M: f64 = 1.0;
-/// Least part of the cuts with a pose of the robot at an offset.
+/// Least fraction of the cuts with a pose of the robot at an offset.
 const LEAST_PART: f64 = 0.5;
-/// A sphere of unknown radius is larger by this than all but the largest of its circles.
+/// A sphere of unknown radius is larger by this factor than all but the largest of its circles.
 const LARGER: f64 = 1.02;
 const LARGE: f64 = 0.9;
 
 /// A cut with the robot's pose at it.
 struct Placed {
     base_from_tool: Matrix3<f64>,
-    /// The tool from the middle of the path, m.
+    /// Position of the tool relative to the middle of the path, m.
     from_middle_m: Vector3<f64>,
     /// Centre and radius of the circle, m.
     seen: Vector3<f64>,
@@ -50,19 +50,19 @@ struct AtOffset {
     radius_m: f64,
 }
 
-/// An attitude with what follows linearly from it.
+/// An attitude, and the values that follow linearly from it.
 struct Attitude {
     /// Median of the squared distances in the sheet, m².
     squared: f64,
     /// `tool_from_sheet`: columns e₁, e₂, n.
     axes: Matrix3<f64>,
-    /// The sphere's centre from the middle of the path, m.
+    /// The sphere's centre relative to the middle of the path, m.
     center_m: Vector3<f64>,
-    /// The sheet's origin along its own axes in the tool frame, m; the third is not known.
+    /// The sheet's origin along its own axes in the tool frame, m; the third is unknown.
     origin_m: [f64; 2],
 }
 
-/// Offsets to start from within plus and minus a reach, s.
+/// Starting offsets within a range to either side of zero, s.
 pub(super) fn offsets_s(scan: &Scan<'_>, reach_s: f64) -> Vec<f64> {
     if !scan.robot.has_time_offset() {
         return vec![0.0];
@@ -70,7 +70,7 @@ pub(super) fn offsets_s(scan: &Scan<'_>, reach_s: f64) -> Vec<f64> {
     (-STEPS..=STEPS).map(|k| reach_s * f64::from(k) / f64::from(STEPS)).collect()
 }
 
-/// Starts all around at some offsets, the likeliest first.
+/// Starts all around at some offsets, the most likely first.
 pub(super) fn starts(scan: &Scan<'_>, offsets_s: &[f64]) -> Vec<RoundState> {
     let attitudes = attitudes();
     let mut all: Vec<(f64, RoundState)> = Vec::new();
@@ -85,7 +85,7 @@ pub(super) fn starts(scan: &Scan<'_>, offsets_s: &[f64]) -> Vec<RoundState> {
     all.into_iter().take(MOST).map(|(_, state)| state).collect()
 }
 
-/// A start with a hand-eye transform that is known about.
+/// A start with an approximately known hand-eye transform.
 pub(super) fn with_hand_eye(scan: &Scan<'_>, offset_s: f64, tool_from_camera: &Pose) -> Option<RoundState> {
     let at = AtOffset::of(scan, offset_s)?;
     let turn = tool_from_camera.rotation.to_rotation_matrix().into_inner();
@@ -124,7 +124,7 @@ impl AtOffset {
         }
         let middle_m =
             all.iter().map(|(pose, _)| pose.translation.vector).sum::<Vector3<f64>>() / all.len() as f64;
-        // Some arcs may be of something else, and larger.
+        // Some arcs may belong to something else, and be larger.
         let large_m = quantile(all.iter().map(|(_, seen)| seen.z), LARGE)?;
         let placed = all.into_iter().map(|(pose, seen)| Placed {
             base_from_tool: pose.rotation.to_rotation_matrix().into_inner(),
@@ -135,7 +135,7 @@ impl AtOffset {
         Some(Self { placed: placed.collect(), middle_m, offset_s, radius_m })
     }
 
-    /// What follows from an attitude: a = (R e₁)ᵀ(B − t) − τ₁, b likewise.
+    /// Solution at an attitude: a = (R e₁)ᵀ(B − t) − τ₁, b likewise.
     fn with_attitude(&self, axes: &Matrix3<f64>) -> Option<Attitude> {
         let (mut information, mut pull) = (SMatrix::<f64, 5, 5>::zeros(), SVector::<f64, 5>::zeros());
         let rows = |placed: &Placed| {
@@ -153,7 +153,7 @@ impl AtOffset {
                 pull += row * value;
             }
         }
-        // What is known beforehand decides where the robot keeps its attitude.
+        // The prior decides if the robot keeps its attitude.
         information += SMatrix::<f64, 5, 5>::identity() * (OFF_M / FAR_M).powi(2);
         let found = information.cholesky()?.solve(&pull);
         let squared = |placed: &Placed| {
@@ -183,7 +183,7 @@ impl AtOffset {
         }
     }
 
-    /// Where the sheet lies along its normal, m: |n·p − κ| = √(R² − ρ²) in most cuts.
+    /// Place of the sheet along its normal, m: |n·p − κ| = √(R² − ρ²) in most cuts.
     fn third(&self, attitude: &Attitude) -> f64 {
         let normal: Vector3<f64> = attitude.axes.column(2).into();
         let at = |placed: &Placed| {

@@ -1,6 +1,6 @@
-//! Round targets: a row of the table each.
+//! Round targets, as a table with a row for each.
 //!
-//! | | what a profile shows | what the target looks the same under |
+//! | | in a profile | symmetries |
 //! |---|---|---|
 //! | sphere | a circle: centre and radius | every turn about its centre |
 //! | cylinder | the arc of an ellipse: five points of it | turns about its axis, and shifts along it |
@@ -8,14 +8,14 @@
 use crate::board_hand_eye::unknowns::TARGET;
 use nalgebra::{SMatrix, SVector};
 
-/// The most numbers that a profile gives.
+/// Maximum number of coordinates of a cut.
 pub const ROWS: usize = 5;
-/// Numbers of a profile; those beyond [`Row::rows`] are zero.
+/// Coordinates of a cut; those beyond [`Row::rows`] are zero.
 pub type Rows = SVector<f64, ROWS>;
 /// Their covariance or whitening; the identity beyond [`Row::rows`].
 pub type Square = SMatrix<f64, ROWS, ROWS>;
 
-/// What is scanned.
+/// The scanned target.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RoundTarget {
     /// A sphere about the target's origin.
@@ -30,17 +30,18 @@ pub enum RoundTarget {
 pub struct Row {
     /// Its name.
     pub name: &'static str,
-    /// Numbers that a profile gives.
+    /// Number of coordinates of a cut.
     pub rows: usize,
-    /// Unknowns of its pose, in its own axes, under which it looks the same: they are held.
+    /// Pose unknowns of its symmetries, in its own axes: they are held.
     pub held: &'static [usize],
-    /// Median of the squared length of so many whitened numbers.
+    /// Median squared length of a whitened residual with this number of coordinates.
     pub median_squared: f64,
-    /// A cut is left out beyond this squared length: by chance one of 300,000.
+    /// A cut beyond this squared length is left out: by chance one of 300,000.
     pub outlier_squared: f64,
-    /// The circle through an arc is at most so many times as large as the target.
+    /// Largest ratio of the circle through an arc to the target.
     pub larger: f64,
-    /// An arc of 120° is off its circle by up to this part of the circle's radius, a shorter one by the cube of its length less.
+    /// Largest distance of an arc of 120° from its circle, as a fraction of the circle's radius; for a shorter arc it decreases
+    /// with the cube of the length.
     pub off_circle: f64,
 }
 
@@ -50,7 +51,7 @@ static SPHERE: Row = Row {
     held: &[TARGET, TARGET + 1, TARGET + 2],
     median_squared: 2.366,
     outlier_squared: 28.0,
-    // But for the sensor's scale and the noise.
+    // A margin for the sensor's scale and the noise.
     larger: 1.03,
     off_circle: 0.0,
 };
@@ -61,9 +62,9 @@ static CYLINDER: Row = Row {
     held: &[TARGET + 1, TARGET + 4],
     median_squared: 4.351,
     outlier_squared: 33.0,
-    // At its flatter side an ellipse, cut 35° askew, has a radius of curvature of 1/cos² 35° radii.
+    // At its flatter side an ellipse cut at 35° has a radius of curvature of 1/cos² 35° radii.
     larger: 1.5,
-    // Such an ellipse is off the circle through 120° of it by 3.5 % at the most, and beyond the ends of what was fitted by more.
+    // Such an ellipse is off the circle through 120° of it by at most 3.5 %, and by more beyond the ends of the fitted arc.
     off_circle: 0.07,
 };
 
