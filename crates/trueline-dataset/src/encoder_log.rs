@@ -103,7 +103,7 @@ fn turned_back(file: &Path, csv: &[u8], row: usize, count: f64) -> Result<Error,
     for _ in 0..=row {
         table.next_row()?;
     }
-    Ok(table.error_in(COUNT, value("counts that go one way only, in each pass a scan of its own", count)))
+    Ok(table.error_in(COUNT, value("counts in one direction, with each pass as a scan of its own", count)))
 }
 
 fn value(expected: &'static str, found: f64) -> Problem {
