@@ -43,7 +43,7 @@ pub(crate) fn run(args: &Ros2NodeArgs) -> Result<ExitCode, Failure> {
                     say("the calibration was read again");
                 }
                 // It may be half written; the last one goes on.
-                Err(failure) => say(&format!("{failure}; the calibration before stays in use")),
+                Err(failure) => say(&format!("{failure}; the previous calibration stays in use")),
             }
         }
     }
