@@ -59,7 +59,7 @@ pub struct LivePlacer {
 }
 
 impl LivePlacer {
-    /// The news that a trouble is over.
+    /// The message that a trouble is over.
     pub const AGAIN: &'static str = "frames are placed again";
 
     /// With a calibration.
@@ -162,7 +162,7 @@ impl LivePlacer {
                     sigma_m: &self.sigma_m,
                 });
             }
-            // At the start, which is no news.
+            // At the start, which needs no message.
             Err(PlaceError::Unsettled { .. } | PlaceError::FramesUnsettled) => {}
             Err(error) => self.refuse(format!("a frame is not placed: {error}")),
         }
