@@ -8,7 +8,7 @@ use trueline_dataset::unit::MM_PER_M;
 use trueline_method::SensorMode;
 use trueline_sensor::round::{RoundFit, RoundTarget};
 
-/// What of a cylinder's pose is held.
+/// Directions of a cylinder's pose that are held.
 const HELD: [&str; 2] = ["turn about its axis", "place along its axis"];
 
 /// A sphere or a cylinder as a calibration's target.
