@@ -16,7 +16,7 @@ const HALF_WIDTH_M: f64 = 0.04;
 const COLUMN_M: f64 = 0.25e-3;
 /// A surface is seen where its normal leans by less than this cosine from the ray.
 const LEAST_COSINE: f64 = 0.3;
-/// The table is not seen within so many radii of the target.
+/// The target hides the table within this many of its radii.
 const SHADOW: f64 = 1.2;
 /// Distance of the target from the sensor, m.
 const DISTANCE_M: f64 = 0.13;
