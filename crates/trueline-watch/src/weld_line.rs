@@ -197,7 +197,7 @@ fn told_json(told: &Told) -> Value {
     })
 }
 
-/// A change in the units of files, with its standard deviations; null if not shown.
+/// A change in the units of files, with its standard deviations; null if not determined.
 #[must_use]
 fn change_json(change: &Change) -> Value {
     let part = |from: usize, to: usize, factor: f64| {
