@@ -17,7 +17,7 @@ enum Readings {
     Camera([f64; 3]),
 }
 
-/// What a frame is of.
+/// Kind of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlacedKind {
     /// A whole profile.
@@ -29,7 +29,7 @@ pub enum PlacedKind {
 /// Points of a frame in base; those that cannot be placed are left out.
 #[derive(Clone, Copy, Debug)]
 pub struct PlacedPoints<'a> {
-    /// What they are.
+    /// Kind of the points.
     pub kind: PlacedKind,
     /// When the frame was exposed, ns by the clock of the poses.
     pub exposed_ns: i64,
