@@ -89,7 +89,7 @@ impl StreamCounts {
         self.skipped.saturating_sub(self.late)
     }
 
-    /// What there is to tell.
+    /// Summary of the counts.
     pub(crate) fn summary(&self) -> StreamSummary {
         StreamSummary {
             frames: self.frames,
