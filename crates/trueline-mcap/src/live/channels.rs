@@ -21,7 +21,7 @@ use trueline_geometry::Pose;
 
 /// How a calibration grows, as JSON.
 pub const ESTIMATE_TOPIC: &str = "/estimate";
-/// What a weld showed, as JSON.
+/// Result of a weld, as JSON.
 pub const WELD_TOPIC: &str = "/weld";
 
 /// The frames of what the sensor sees: pictures, and profiles.
