@@ -13,7 +13,7 @@ const HELD: [&str; 2] = ["turn about its axis", "place along its axis"];
 
 /// A sphere or a cylinder as a calibration's target.
 pub struct RoundReport<'a> {
-    /// What was found.
+    /// Result of the fit.
     pub round: &'a RoundFit,
     /// Profiles that were read.
     pub profiles: usize,
