@@ -23,23 +23,23 @@ use trueline_method::input::stops::{self, Stops};
 use trueline_method::{Config, Hold, SensorMode};
 use trueline_model::{LaserSheet, SheetShape};
 
-/// What is known of a scan of a round target beforehand.
+/// Prior knowledge and settings for a scan of a round target.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RoundCalibrationOptions {
-    /// What was scanned.
+    /// Scanned target.
     pub target: RoundTarget,
-    /// The same as of sightings.
+    /// Options as for sightings.
     pub scan: SightingOptions,
     /// Radius of the target, m; `None` estimates it.
     pub radius_m: Option<f64>,
-    /// How the sensor's own calibration is treated.
+    /// Treatment of the sensor's own calibration.
     pub sensor: SensorMode,
 }
 
 /// A calibration from a sphere or a cylinder.
 #[derive(Clone, Debug)]
 pub struct RoundCalibration {
-    /// What was found.
+    /// Result of the fit.
     pub round: RoundFit,
     /// Covariance of all modelled errors: noise, and position errors of the robot.
     pub covariance: SMatrix<f64, { unknowns::SIZE }, { unknowns::SIZE }>,
@@ -47,9 +47,9 @@ pub struct RoundCalibration {
     pub robot_noise_m: f64,
     /// Whether the robot stood still at each profile, and the source of that.
     pub stops: Option<Stops>,
-    /// Whether the time offset is among what was estimated.
+    /// Whether the time offset is estimated.
     pub estimates_offset: bool,
-    /// Profiles in all.
+    /// Total number of profiles.
     pub profiles: usize,
 }
 
@@ -64,7 +64,7 @@ pub(super) struct Arcs {
 /// Calibrates from whole profiles, or else from the points of a recording; `dataset` names it in errors.
 ///
 /// # Errors
-/// Streams that cannot be used, profiles without arcs, and cuts that show too little.
+/// Streams that cannot be used, profiles without arcs, and cuts that determine too little.
 pub fn calibrate(
     dataset: &Path,
     recording: &Recording,
@@ -81,7 +81,7 @@ pub fn calibrate(
     let config = Config {
         at_stops: options.scan.at_stops,
         hold: if options.scan.holds_offset { vec![Hold::TimeOffset] } else { Vec::new() },
-        // A scan that the sensor's file was made from is not counted twice.
+        // A scan that the sensor's file is based on is not counted twice.
         sensor: if recording.is_in_its_sensors_uncertainty() { SensorMode::Fixed } else { options.sensor },
         ..Config::default()
     };
@@ -103,7 +103,7 @@ pub fn calibrate(
      -> Result<RoundCalibration, BoardError> {
         let round = fitted(&arcs.cuts, &arcs.sheet, path, noise, &sought).map_err(failed)?;
         Ok(RoundCalibration {
-            // The residuals have what differs from reading to reading, and not what neighbours share.
+            // The residuals contain independent noise of readings, without the part that neighbours share.
             covariance: round.pose.covariance + round.of_sensor + of_robot(&round.pose, path, field),
             round,
             robot_noise_m,
@@ -123,7 +123,7 @@ pub fn calibrate(
     concluded(path, &moved.noise, moved.motion.recorded_noise_m, (None, start(&scan, false)?))
 }
 
-/// What is sought, but for where a cylinder's fit starts.
+/// Options of the fit, except the starts of a cylinder.
 fn sought(recording: &Recording, options: &RoundCalibrationOptions, config: &Config) -> RoundOptions {
     let known = ShapeKnowledge::of_profiler(recording.setup.uncertainty.as_ref());
     let is_held = config.sensor == SensorMode::Fixed;
