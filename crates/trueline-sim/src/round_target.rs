@@ -1,7 +1,7 @@
 //! Profiles of a sphere or a cylinder on a table, before a profiler on the robot, or beside it: cast forward, with truth.
 //!
-//! The chain is that of sightings: where the target is before the sensor is given, and each column of the profile is a ray to the nearest
-//! surface in the sheet.
+//! The chain is that of sightings: the pose of the target before the sensor is given. Each column of the profile is a ray to the
+//! nearest surface in the sheet.
 
 use crate::noise::Noise;
 use crate::sightings::{PoseMotion, Sighted, SightingNoise, SightingScan, ViewSize};
@@ -14,18 +14,18 @@ use trueline_geometry::Pose;
 /// Half the width of the field of view, and the distance between columns, m.
 const HALF_WIDTH_M: f64 = 0.04;
 const COLUMN_M: f64 = 0.25e-3;
-/// A surface is seen where its normal leans by less than this cosine from the ray.
+/// A surface is visible if its normal leans by less than this cosine from the ray.
 const LEAST_COSINE: f64 = 0.3;
 /// The target hides the table within this many of its radii.
 const SHADOW: f64 = 1.2;
 /// Distance of the target from the sensor, m.
 const DISTANCE_M: f64 = 0.13;
-/// Part of its radius by which a sphere swings across the sheet.
+/// Swing of a sphere across the sheet, as a fraction of its radius.
 const ACROSS: f64 = 0.55;
-/// How far a cylinder swings along its axis, m.
+/// Swing of a cylinder along its axis, m.
 const ALONG_M: f64 = 0.06;
 
-/// What stands on the table.
+/// Target on the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RoundTarget {
     /// A sphere about the target's origin.
@@ -37,22 +37,22 @@ pub enum RoundTarget {
 /// A recording of profiles of a round target.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoundScan {
-    /// What stands there.
+    /// Target on the table.
     pub target: RoundTarget,
     /// Its radius, m.
     pub radius_m: f64,
     /// Noise of a point along the range, m.
     pub noise_m: f64,
-    /// How the target moves before the sensor, robot, stamps and outliers.
+    /// Motion of the target before the sensor, robot, stamps and outliers.
     pub sighted: SightingScan,
 }
 
-/// What was cast.
+/// A simulated scan.
 #[derive(Clone, Debug)]
 pub struct RoundScanned {
     /// The profiles.
     pub profiles: Vec<Profile>,
-    /// Robot, truth and which profiles are wrong.
+    /// Robot, truth and the wrong profiles.
     pub sighted: Sighted,
 }
 
@@ -115,13 +115,14 @@ impl RoundScan {
         (0..=columns).filter_map(point).collect()
     }
 
-    /// Range of the nearest surface in the sheet y = 0 at a column, m; `None` where it is seen too flatly, or lies in the target's shadow.
+    /// Range of the nearest surface in the sheet y = 0 at a column, m; `None` if it is seen too obliquely, or lies in the
+    /// target's shadow.
     fn range(&self, camera_from_target: &Pose, x_m: f64) -> Option<f64> {
         let axis = match self.target {
             RoundTarget::Sphere => Vector3::zeros(),
             RoundTarget::Cylinder => camera_from_target.rotation * Vector3::y(),
         };
-        // Of a point (x, 0, z) from the centre what is square to the axis has the length of the radius.
+        // For a point (x, 0, z) relative to the centre, the part perpendicular to the axis has the length of the radius.
         let from = Vector3::new(x_m, 0.0, 0.0) - camera_from_target.translation.vector;
         let square = |v: Vector3<f64>| v - axis * axis.dot(&v);
         let (across, along) = (square(from), square(Vector3::z()));
@@ -136,7 +137,7 @@ impl RoundScan {
         self.table(camera_from_target, x_m).filter(|_| beside)
     }
 
-    /// Range of the table, which the target lies on, m.
+    /// Range of the table under the target, m.
     fn table(&self, camera_from_target: &Pose, x_m: f64) -> Option<f64> {
         let normal = camera_from_target.rotation * Vector3::z();
         let from = Vector3::new(x_m, 0.0, 0.0) - camera_from_target.translation.vector;
@@ -145,7 +146,7 @@ impl RoundScan {
 }
 
 impl RoundScanned {
-    /// Writes the dataset into a folder that exists.
+    /// Writes the dataset into an existing folder.
     ///
     /// # Errors
     /// Files that cannot be written.
