@@ -8,14 +8,24 @@ pub struct EgmHeader {
     /// The sender's clock on sending, ms.
     #[prost(uint32, optional, tag = "2")]
     pub tm: ::core::option::Option<u32>,
-    /// Its purpose.
+    /// What it is for.
     #[prost(enumeration = "egm_header::MessageType", optional, tag = "3")]
     pub mtype: ::core::option::Option<i32>,
 }
 /// Nested message and enum types in `EgmHeader`.
 pub mod egm_header {
-    /// Purpose of a message.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
+    /// What a message is for.
+    #[derive(
+        Clone,
+        Copy,
+        Debug,
+        PartialEq,
+        Eq,
+        Hash,
+        PartialOrd,
+        Ord,
+        ::prost::Enumeration
+    )]
     #[repr(i32)]
     pub enum MessageType {
         /// Not told.
@@ -173,7 +183,17 @@ pub struct EgmMotorState {
 /// Nested message and enum types in `EgmMotorState`.
 pub mod egm_motor_state {
     /// Whether the motors are on.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
+    #[derive(
+        Clone,
+        Copy,
+        Debug,
+        PartialEq,
+        Eq,
+        Hash,
+        PartialOrd,
+        Ord,
+        ::prost::Enumeration
+    )]
     #[repr(i32)]
     pub enum MotorStateType {
         /// Not told.
@@ -216,7 +236,17 @@ pub struct EgmMciState {
 /// Nested message and enum types in `EgmMCIState`.
 pub mod egm_mci_state {
     /// State of the motion correction interface.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
+    #[derive(
+        Clone,
+        Copy,
+        Debug,
+        PartialEq,
+        Eq,
+        Hash,
+        PartialOrd,
+        Ord,
+        ::prost::Enumeration
+    )]
     #[repr(i32)]
     pub enum MciStateType {
         /// Not told.
@@ -257,13 +287,27 @@ pub mod egm_mci_state {
 #[derive(Clone, Copy, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct EgmRapidCtrlExecState {
     /// The state.
-    #[prost(enumeration = "egm_rapid_ctrl_exec_state::RapidCtrlExecStateType", optional, tag = "1")]
+    #[prost(
+        enumeration = "egm_rapid_ctrl_exec_state::RapidCtrlExecStateType",
+        optional,
+        tag = "1"
+    )]
     pub state: ::core::option::Option<i32>,
 }
 /// Nested message and enum types in `EgmRapidCtrlExecState`.
 pub mod egm_rapid_ctrl_exec_state {
     /// Whether RAPID runs.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
+    #[derive(
+        Clone,
+        Copy,
+        Debug,
+        PartialEq,
+        Eq,
+        Hash,
+        PartialOrd,
+        Ord,
+        ::prost::Enumeration
+    )]
     #[repr(i32)]
     pub enum RapidCtrlExecStateType {
         /// Not told.
@@ -296,7 +340,7 @@ pub mod egm_rapid_ctrl_exec_state {
         }
     }
 }
-/// Message of the controller.
+/// What the controller sends.
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct EgmRobot {
     /// Who counts, and when.
@@ -335,14 +379,14 @@ pub struct EgmRobot {
     /// RobotWare 7.
     #[prost(message, optional, tag = "12")]
     pub collision_info: ::core::option::Option<super::numbers::Collision>,
-    /// Data of the robot's program. RobotWare 7.
+    /// What the program sends along. RobotWare 7.
     #[prost(message, optional, tag = "13")]
     pub rapid_data: ::core::option::Option<super::numbers::RapidData>,
     /// RobotWare 7.16.
     #[prost(message, optional, tag = "14")]
     pub torque_ref: ::core::option::Option<super::numbers::Axes>,
 }
-/// Answer of the PC.
+/// What the PC answers.
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct EgmSensor {
     /// Who counts, and when.
