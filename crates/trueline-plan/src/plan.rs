@@ -135,7 +135,7 @@ pub enum PlanError {
         duration_s: f64,
         /// The limit that prevents it.
         constraint: Constraint,
-        /// How much of it would be used.
+        /// Fraction of it that would be used.
         used: f64,
     },
     /// At no stand-off that is allowed the sensor sees a seam in the middle of its stripe.

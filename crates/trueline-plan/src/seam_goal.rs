@@ -28,7 +28,7 @@ pub struct SeamGoal {
     pub wanted_m: f64,
     /// Covariance of the sensor's shape.
     pub shape: ShapeCovariance,
-    /// How far the robot is off within a scan.
+    /// Errors of the robot within a scan.
     pub robot: RobotSigmas,
     /// Radius of the edge behind the seam points, m; zero for stripes, where two fitted lines cross.
     pub edge_radius_m: f64,
