@@ -45,7 +45,7 @@ pub struct BoardFit {
     pub d_camera: SMatrix<f64, SIZE, CAMERA_SIZE>,
     /// Whitened residual of each picture; `None` where the robot's pose is not known.
     pub residuals: Vec<Option<Vector6<f64>>>,
-    /// Which pictures count.
+    /// Pictures with a weight.
     pub used: Vec<bool>,
     /// Sum of squared residuals by its freedom: one if the noise is as it was taken.
     pub squares_per_freedom: f64,

@@ -63,7 +63,7 @@ impl Cue {
         }
     }
 
-    /// How far one pose is from another, rad or m.
+    /// Distance between two poses, rad or m.
     fn between(self, a: &Pose, b: &Pose) -> f64 {
         match self {
             Self::Turns => a.rotation.angle_to(&b.rotation),
