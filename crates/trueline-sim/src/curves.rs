@@ -129,7 +129,7 @@ pub struct CurveScan {
     pub outliers: f64,
     /// Part of the curve, in its middle, of which there are no readings.
     pub unseen: f64,
-    /// How far the sensor is off.
+    /// Errors of the sensor.
     pub sensor: SensorError,
     /// How far the part moves between passes: standard deviations of shift, m, and turn, rad, about each axis.
     pub part_moves: [f64; 2],
