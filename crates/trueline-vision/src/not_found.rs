@@ -87,7 +87,7 @@ pub enum NotFound {
     /// Several pieces, but not as this joint has them.
     #[error("the {pieces} pieces of the stripe do not form this joint")]
     NotThisJoint {
-        /// How many straight pieces there are.
+        /// Number of straight pieces.
         pieces: usize,
     },
     /// The stripe continues beyond its expected end.
