@@ -7,7 +7,7 @@ use crate::parameters::Kind;
 use crate::told::{State, Told};
 use serde_json::{Value, json};
 
-/// How far a part has been learnt.
+/// Progress of learning a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Learning {
     /// Pieces so far; those after the beginning of an alarm do not count.
